@@ -18,9 +18,9 @@
 #include <vector>
 
 #include "knead/io.h"
-#include "knead/vec.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
+#include "knead/vec.h"
 
 namespace {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "knead/error.h"
 #include "knead/gl.h"
 #include "knead/io.h"
-#include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/render.h"
 

@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
-#include "knead/io.h"
-#include "knead/vec.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
+#include "knead/vec.h"
 #include "knead/workbench.h"
 #include "pose_scenes.h"
 
@@ -26,7 +26,7 @@ namespace {
 
 using namespace knead;
 
-constexpr std::size_t kMostForHandles = 12'000;  // vertices: handles take minutes beyond
+constexpr std::size_t kMaxForHandles = 12'000;  // vertices: handles take minutes beyond
 
 std::vector<VertexRange> ranges_of(const std::vector<std::uint32_t>& vertices) {
   std::vector<VertexRange> ranges;
@@ -157,7 +157,7 @@ void show(const PoseScene& scene, double detail) {
   const auto mesh = std::make_shared<const Mesh>(scene.mesh);
   std::vector<Way> ways{{"pose", pose_of(scene, detail)}};
   if (!scene.turn) ways.push_back({"pins", pins_of(scene)});
-  if (scene.turn && scene.mesh.positions.size() <= kMostForHandles) ways.push_back({"handles", handles_of(scene)});
+  if (scene.turn && scene.mesh.positions.size() <= kMaxForHandles) ways.push_back({"handles", handles_of(scene)});
   if (scene.bend) ways.push_back({"bend", *scene.bend});
   for (const Way& way : ways) show(scene, way, mesh);
   if (scene.least_strain > 0) {

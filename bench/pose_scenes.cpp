@@ -8,9 +8,9 @@
 #include <queue>
 #include <utility>
 
+#include "knead/mesh.h"
 #include "knead/vec.h"
 #include "mesh/polygonise.h"
-#include "knead/mesh.h"
 
 namespace knead {
 

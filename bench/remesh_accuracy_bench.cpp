@@ -6,7 +6,7 @@
 // MESHES holds the shapes of the scenes that need one, which are left out without it; SCENE is a part of a name, WAY
 // one of off, paper and ours.
 //
-// Distances from the true image are those of the certificate (session/report.h), in parts of the box's diagonal:
+// Distances from the true image are those of the certificate (knead/certify.h), in parts of the box's diagonal:
 // the rms of the stroke where it is greatest, the greatest of all, and the rms of what is carried back. Seconds are
 // those of the processor.
 #include <fmt/format.h>
@@ -21,13 +21,13 @@
 #include <string>
 #include <vector>
 
+#include "knead/certify.h"
 #include "knead/flow.h"
 #include "knead/io.h"
-#include "knead/vec.h"
 #include "knead/mesh.h"
 #include "knead/remesh.h"
 #include "knead/replay.h"
-#include "knead/certify.h"
+#include "knead/vec.h"
 #include "support/paper_remesh.h"
 
 namespace {

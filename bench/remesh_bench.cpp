@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "knead/flow.h"
-#include "knead/vec.h"
-#include "mesh/edges.h"
 #include "knead/mesh.h"
 #include "knead/remesh.h"
 #include "knead/stroke.h"
+#include "knead/vec.h"
+#include "mesh/edges.h"
 
 namespace {
 

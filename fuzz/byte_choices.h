@@ -138,7 +138,7 @@ inline Stroke handles_stroke(Choices& choices, std::size_t vertices) {
   return stroke;
 }
 
-inline Stroke barrel_stroke(Choices& choices) {
+inline Stroke limit_cylinder_stroke(Choices& choices) {
   const bool has_radius = choices.flag();
   const bool is_auto = choices.flag();
   if (choices.flag()) {
@@ -244,7 +244,7 @@ inline Stroke stroke(Choices& choices, std::size_t vertices) {
       result = handles_stroke(choices, vertices);
       break;
     case 3:
-      result = barrel_stroke(choices);
+      result = limit_cylinder_stroke(choices);
       break;
     case 4:
       result = ball_stroke(choices);
@@ -275,7 +275,7 @@ inline std::vector<SessionStroke> strokes(Choices& choices, std::size_t most, st
   for (std::size_t i = 0; i < result.size(); ++i) {
     result[i].stroke = stroke(choices, vertices);
     result[i].line = i + 2;
-    if (choices.byte() > 220) result[i].strength = choices.byte() / 255.0 * kMostStrength;
+    if (choices.byte() > 220) result[i].strength = choices.byte() / 255.0 * kMaxStrength;
   }
   return result;
 }

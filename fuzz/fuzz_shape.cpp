@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "support/shape_promises.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

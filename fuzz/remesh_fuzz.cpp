@@ -30,19 +30,19 @@ RemeshSettings settings(fuzz::Choices& choices) {
 
 // A remesh may take ten times the evaluations of its stroke: so that most runs take a few hundredths of a second with
 // sanitizers, strokes of more evaluations move the mesh only, and those of many more are not run to their end.
-constexpr std::uint64_t kMostEvaluations = 5'000;
-constexpr std::size_t kMostDabs = 2'000;
+constexpr std::uint64_t kMaxEvaluations = 5'000;
+constexpr std::size_t kMaxDabs = 2'000;
 
 // Whether a stroke is short by itself. What asks the surface for a radius moves no more points than without one.
 bool is_short(Stroke stroke, const Mesh& mesh) {
   const auto* paint = std::get_if<PaintStroke>(&stroke);
-  if (paint != nullptr && !paint->path.empty()) return paint_dabs(*paint).aims.size() <= kMostDabs;
+  if (paint != nullptr && !paint->path.empty()) return paint_dabs(*paint).aims.size() <= kMaxDabs;
   if (auto* twist = std::get_if<TwistStroke>(&stroke)) twist->radius_auto = false;
   if (auto* bend = std::get_if<BendStroke>(&stroke)) bend->radius_auto = false;
   if (!is_flow(stroke) || reads_surface(stroke)) return true;
   std::vector<Vec3d> points = mesh.positions;
   const AdvectOptions options = advect_options({.threads = 1}, reference_length(points));
-  const AdvectResult moved = detail::advect_within(flow_of(stroke), points, options, kMostEvaluations);
+  const AdvectResult moved = detail::advect_within(flow_of(stroke), points, options, kMaxEvaluations);
   return moved.status == AdvectStatus::done;
 }
 
@@ -51,10 +51,10 @@ bool is_short(const std::shared_ptr<const Mesh>& mesh, const Session& session, R
   if (!std::all_of(session.strokes.begin(), session.strokes.end(), alone)) return false;
   options.remesh.settings.reset();
   options.motion.backend = [](const Flow& flow, std::span<Vec3d> points, const AdvectOptions& advect_options) {
-    return detail::advect_within(flow, points, advect_options, kMostEvaluations);
+    return detail::advect_within(flow, points, advect_options, kMaxEvaluations);
   };
   const ReplayResult moved = replay(mesh, session, options);
-  return moved.status == AdvectStatus::done && moved.shape.work().evaluations <= kMostEvaluations;
+  return moved.status == AdvectStatus::done && moved.shape.work().evaluations <= kMaxEvaluations;
 }
 
 std::string broken_result(const Mesh& before, const DeformedShape& shape) {

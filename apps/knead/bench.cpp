@@ -19,9 +19,9 @@
 #include "benchmark/machine.h"
 #include "benchmark/reference.h"
 #include "command.h"
+#include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/io.h"
-#include "knead/error.h"
 #include "output.h"
 
 namespace knead::command {

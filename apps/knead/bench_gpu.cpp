@@ -8,8 +8,8 @@
 
 #include "bench_measure.h"
 #include "benchmark/counted.h"
-#include "knead/gpu.h"
 #include "knead/error.h"
+#include "knead/gpu.h"
 #include "output.h"
 #include "work.h"
 

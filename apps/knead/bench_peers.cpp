@@ -12,8 +12,8 @@
 #include "bench_measure.h"
 #include "benchmark/kelvinlets.h"
 #include "knead/io.h"
-#include "knead/vec.h"
 #include "knead/mesh.h"
+#include "knead/vec.h"
 
 namespace knead::command {
 namespace {

@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <utility>
 
-#include "knead/io.h"
-#include "knead/vec.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/stroke.h"
+#include "knead/vec.h"
 
 namespace knead::command {
 namespace {

@@ -17,8 +17,8 @@
 #include "frames.h"
 #include "interrupt.h"
 #include "knead/animation.h"
-#include "knead/io.h"
 #include "knead/certify.h"
+#include "knead/io.h"
 #include "output.h"
 #include "work.h"
 

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "knead/io.h"
-#include "knead/vec.h"
 #include "knead/mesh.h"
+#include "knead/vec.h"
 #include "output.h"
 #include "progress_bar.h"
 #include "work.h"

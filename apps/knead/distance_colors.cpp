@@ -3,8 +3,8 @@
 
 #include "command.h"
 #include "interrupt.h"
-#include "knead/io.h"
 #include "knead/certify.h"
+#include "knead/io.h"
 #include "panels.h"
 #include "progress_bar.h"
 

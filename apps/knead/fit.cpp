@@ -11,10 +11,10 @@
 #include "command.h"
 #include "fit_pairs.h"
 #include "interrupt.h"
-#include "knead/io.h"
-#include "knead/error.h"
-#include "knead/mesh.h"
 #include "knead/certify.h"
+#include "knead/error.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
 #include "output.h"
 #include "progress_bar.h"
 
@@ -70,7 +70,8 @@ std::string relative_to(const std::string& shape, const std::string& session) {
 }
 
 std::string line_of(const SurfaceDistance& d) {
-  return fmt::format("mean {:.3g}%, 95% within {:.3g}%, at most {:.3g}%", 100 * d.mean, 100 * d.most_95, 100 * d.max);
+  return fmt::format("mean {:.3g}%, 95% within {:.3g}%, at most {:.3g}%", 100 * d.mean, 100 * d.percentile_95,
+                     100 * d.max);
 }
 
 std::string summary(const FitOptions& options, const FitReport& report) {

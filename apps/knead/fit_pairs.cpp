@@ -14,8 +14,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 
 namespace knead::command {
 namespace {

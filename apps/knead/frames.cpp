@@ -55,11 +55,11 @@ FrameOptions frame_options(const FrameFlags& flags) {
   frames.count = flags.frames.value_or(0);
   frames.ease = flags.ease == "smooth" ? Ease::smooth : Ease::linear;
   frames.hold = flags.hold.value_or(0);
-  if (flags.frames && (frames.count < 1 || frames.count > kMostFrames)) {
-    throw UsageError(fmt::format("--frames {}: give 1 to {}", frames.count, kMostFrames));
+  if (flags.frames && (frames.count < 1 || frames.count > kMaxFrames)) {
+    throw UsageError(fmt::format("--frames {}: give 1 to {}", frames.count, kMaxFrames));
   }
-  if (frames.hold < 0 || frames.hold > kMostFrames) {
-    throw UsageError(fmt::format("--hold {}: give 0 to {} frames", frames.hold, kMostFrames));
+  if (frames.hold < 0 || frames.hold > kMaxFrames) {
+    throw UsageError(fmt::format("--hold {}: give 0 to {} frames", frames.hold, kMaxFrames));
   }
   if (!flags.frames && (flags.fps || flags.hold || frames.ease != Ease::linear)) {
     throw UsageError("--fps, --ease and --hold are for --frames N; give it too, or leave them out");

@@ -12,8 +12,8 @@
 #include <system_error>
 
 #include "command.h"
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 
 namespace knead::command {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "command.h"
-#include "knead/vec.h"
 #include "knead/render.h"
+#include "knead/vec.h"
 
 namespace knead::command {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "knead/vec.h"
 #include "knead/mesh.h"
 #include "knead/render.h"
+#include "knead/vec.h"
 
 namespace knead::command {
 

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "command.h"
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/remesh.h"
 #include "output.h"
 #include "remesh_options.h"

@@ -289,8 +289,8 @@ void check_film(const RenderOptions& options) {
     throw UsageError("--frames moves the shape and --turntable the camera; give one of them");
   }
   if (options.turntable) {
-    if (*options.turntable < 1 || *options.turntable > kMostFrames) {
-      throw UsageError(fmt::format("--turntable {}: give 1 to {}", *options.turntable, kMostFrames));
+    if (*options.turntable < 1 || *options.turntable > kMaxFrames) {
+      throw UsageError(fmt::format("--turntable {}: give 1 to {}", *options.turntable, kMaxFrames));
     }
     check_fps(frames);
   } else {

@@ -6,8 +6,8 @@
 
 #include "command.h"
 #include "interrupt.h"
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "output.h"
 #include "work.h"
 

@@ -39,7 +39,7 @@ constexpr int kFramesToSettle = 4;
 constexpr double kWaitForStep = 0.012;  // for a step of a drag that is likely to be done by then
 constexpr double kLikelyDoneWithin = 0.010;
 constexpr int kPictureScale = 2;
-constexpr int kMostWindows = 5;  // one after the other, where the driver loses them
+constexpr int kMaxWindows = 5;  // one after the other, where the driver loses them
 
 double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
@@ -301,7 +301,7 @@ void run_application(const ApplicationOptions& options) {
   auto application = std::make_unique<Application>(studio);
   begin(studio, options);
   for (int windows = 1; !application->run(); ++windows) {
-    if (windows == kMostWindows) throw std::runtime_error("the graphics driver keeps resetting");
+    if (windows == kMaxWindows) throw std::runtime_error("the graphics driver keeps resetting");
     const Pointer& at = studio.pointer();
     if (studio.gesture()) studio.handle(ButtonChanged{MouseButton::left, false, at.x, at.y, at.modifiers});
     studio.remember_window(application->place());

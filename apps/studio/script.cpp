@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "gestures/parts.h"
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 
 namespace knead::studio {
 
@@ -276,7 +276,7 @@ class Script {
     } else if (key == "exponent") {
       to.exponent = static_cast<int>(value.number());
     } else if (key == "falloff") {
-      to.falloff = std::clamp(static_cast<int>(value.number()), kLeastFalloff, kGreatestFalloff);
+      to.falloff = std::clamp(static_cast<int>(value.number()), kMinFalloff, kGreatestFalloff);
     } else if (key == "drag") {
       to.drag = static_cast<DragMode>(choice(value, {"view", "surface", "normal", "axis"}));
     } else if (key == "axis") {
@@ -301,8 +301,8 @@ class Script {
       to.lasso_selects = value.flag();
     } else if (key == "paint_in") {
       to.paint_in = value.flag();
-    } else if (key == "barrel" || key == "whole_limb") {
-      to.uses_barrel = value.flag();
+    } else if (key == "limit_cylinder" || key == "barrel" || key == "whole_limb") {
+      to.uses_limit_cylinder = value.flag();
     } else if (key == "widens_zone") {
       to.widens_zone = value.flag();
     } else if (key == "handles_anyway") {
@@ -325,7 +325,7 @@ class Script {
     } else if (key == "symmetry_center") {
       to.symmetry.center = vector_of(value);
     } else if (key == "radial") {
-      to.symmetry.turns = std::clamp(static_cast<int>(value.number()), 1, kMostTurns);
+      to.symmetry.turns = std::clamp(static_cast<int>(value.number()), 1, kMaxTurns);
     } else if (key == "radial_axis") {
       to.symmetry.axis = direction_of(value);
     } else {
@@ -494,7 +494,7 @@ class Script {
     return true;
   }
 
-  // What has been done may ask for more, as a remesh does for the barrel of the new mesh.
+  // What has been done may ask for more, as a remesh does for the limit cylinder of the new mesh.
   void settle() {
     do {
       studio_.wait();

@@ -15,7 +15,7 @@
 //            "falloff": 4, "axis": [0, 0, 1], "paint_in": true, "mirror": [true, false, false], "remesh": true,
 //            "max_edge": 0.1, "handle": "full" | "zero" | "erase" | "move", "start": "inside" | "surface" | "plane",
 //            "radial": 8, "radial_axis": [0, 1, 0], "symmetry_center": [0, 0, 0], "mirror_plane": {"point": ...,
-//            "normal": ...} | null, "capsule_length": 1, "stamp_size": 0.5, "barrel": true,
+//            "normal": ...} | null, "capsule_length": 1, "stamp_size": 0.5, "limit_cylinder": true,
 //            "contact": "stick" | "slip" | "auto"}}
 //   {"set": {"pose": "pins" | "lasso" | "brush" | "exact", "detail": 0.075}}      of the tool "pose"; {"tool": "pins"}
 //                                               is its mode "exact"

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "knead/vec.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
+#include "knead/vec.h"
 #include "view_memory.h"
 
 namespace knead::studio {
@@ -117,8 +117,9 @@ void Studio::refresh() {
   {
     const std::lock_guard lock(mailbox_.mutex);
     if (mailbox_.shown.version != shown_.version) shown_ = mailbox_.shown;
-    if (mailbox_.barrel && placed_.placement == mailbox_.barrel->first) placed_.placement = mailbox_.barrel->second;
-    mailbox_.barrel.reset();
+    if (mailbox_.limit_cylinder && placed_.placement == mailbox_.limit_cylinder->first)
+      placed_.placement = mailbox_.limit_cylinder->second;
+    mailbox_.limit_cylinder.reset();
     if (mailbox_.stamp) placed_.stamp = std::exchange(mailbox_.stamp, std::nullopt);
   }
   if (shown_.opened != opened) after_opening();
@@ -134,8 +135,9 @@ void Studio::refresh() {
   refresh_mask();
   refresh_pins();
   rest();
-  const bool has_barrel = placed_.placement && placed_.placement->barrel;
-  if (has_barrel && !gesture_ && !worker_->is_busy() && shown_.state.mesh != barrel_mesh_) find_barrel(false);
+  const bool has_limit_cylinder = placed_.placement && placed_.placement->limit_cylinder;
+  if (has_limit_cylinder && !gesture_ && !worker_->is_busy() && shown_.state.mesh != limit_cylinder_mesh_)
+    find_limit_cylinder(false);
 }
 
 void Studio::after_opening() {
@@ -165,7 +167,7 @@ void Studio::after_opening() {
 
 Screen Studio::screen() const { return {camera_of(navigation_.view), navigation_.width, navigation_.height}; }
 
-Surroundings Studio::surroundings() const {
+GestureContext Studio::surroundings() const {
   const ShapeState& state = gesture_ ? gesture_->start : shown_.state;
   const bool fits = shown_.picker && shown_.picker->fits(state);
   const Picker* const picker = fits ? shown_.picker.get() : nullptr;
@@ -258,7 +260,7 @@ void Studio::begin() {
   settings_.pressure = preferences_.pressure;
   clear_typed();
   const bool has_surface = shown_.state.mesh->face_count() > 0;
-  Surroundings around = surroundings();
+  GestureContext around = surroundings();
   if (has_surface && asks_hit_test()) around.hit_test = hit_test_;
   if (has_surface && around.picker == nullptr && !around.hit_test) {
     tell({false, "One moment: Studio is still preparing the shape."});
@@ -307,7 +309,7 @@ void Studio::release(const ButtonChanged& button) {
 
 void Studio::accept() {
   // Nothing waits any more that could still be changed: what was sent is kept as it is.
-  Surroundings around = surroundings();
+  GestureContext around = surroundings();
   const std::size_t pins = placed_.pins.size();
   end_gesture(pointer_, around, placed_, *gesture_);
   set_pin_ = placed_.pins.size() == pins + 1 ? std::optional(pins) : std::nullopt;
@@ -355,21 +357,23 @@ void Studio::end(bool is_kept) {
     pending_->strokes = ended_strokes_;
     post([this](Progress& progress) { document_.give_up(progress); });
   }
-  if (was_placing) find_barrel(was_clicked);
+  if (was_placing) find_limit_cylinder(was_clicked);
 }
 
-void Studio::find_barrel(bool may_turn) {
+void Studio::find_limit_cylinder(bool may_turn) {
   const Turning& turning = settings_.tool->turning;
-  if (!turning.takes_barrel || !placed_.placement) return;
-  barrel_mesh_ = shown_.state.mesh;
+  if (!turning.takes_limit_cylinder || !placed_.placement) return;
+  limit_cylinder_mesh_ = shown_.state.mesh;
   const Placement placement = *placed_.placement;
   const bool bends = turning.axis == &Placement::x;
   const auto find = [this, placement, bends, may_turn, settings = settings_](Progress& progress) {
     try {
-      Placement found = settings.uses_barrel ? document_.with_barrel(placement, bends, may_turn, progress) : placement;
+      Placement found = settings.uses_limit_cylinder
+                            ? document_.with_limit_cylinder(placement, bends, may_turn, progress)
+                            : placement;
       found.profile = document_.profile(settings, found);
       const std::lock_guard lock(mailbox_.mutex);
-      mailbox_.barrel = {placement, found};
+      mailbox_.limit_cylinder = {placement, found};
     } catch (const Cancelled&) {
       tell({false, "The search for the part was stopped; the tool moves everything below its plane."});
     }
@@ -489,7 +493,7 @@ void Studio::use_stamp(const std::filesystem::path& file) {
 }
 
 void Studio::clear_placed() {
-  Placed kept;
+  PlacedTools kept;
   kept.stamp = std::move(placed_.stamp);
   select_pins(false);
   select_part(std::nullopt);

@@ -191,7 +191,7 @@ class Studio {
   const Preferences& preferences() const { return preferences_; }
   std::vector<Reference>& references() { return references_; }
   const std::vector<Reference>& references() const { return references_; }
-  const Placed& placed() const { return placed_; }
+  const PlacedTools& placed() const { return placed_; }
   const DocumentState& shown() const { return shown_; }
   // Returns the strokes of the current gesture and of earlier ones that are not completed; null if there are none.
   const PendingStrokes* pending() const;
@@ -248,7 +248,7 @@ class Studio {
     Screen screen;
   };
 
-  Surroundings surroundings() const;
+  GestureContext surroundings() const;
   void place_pointer(double x, double y, const Modifiers& modifiers);
   bool type(const KeyChanged& key);
   void follow_typed();
@@ -289,7 +289,7 @@ class Studio {
   bool perform_mask(Action action);
   void drop_files(const std::vector<std::filesystem::path>& files);
   void after_opening();
-  void find_barrel(bool may_turn);
+  void find_limit_cylinder(bool may_turn);
   void set_stamp(const std::function<StampShape()>& make);
   void frame_all();
   void frame_stroke();
@@ -308,7 +308,7 @@ class Studio {
   ViewSettings view_;
   std::vector<Reference> references_;
   std::vector<Reference> saved_references_;
-  Placed placed_;
+  PlacedTools placed_;
   Pointer pointer_;
   bool pointer_is_over_view_ = true;
   std::optional<Gesture> gesture_;
@@ -324,7 +324,8 @@ class Studio {
   Mask values_mask_;                         // the document's when the values were made
   std::shared_ptr<const Mesh> values_mesh_;  // likewise
   std::optional<Masking> masking_;
-  std::shared_ptr<const Mesh> barrel_mesh_;  // of the shape when the barrel was looked for; a remesh may follow later
+  std::shared_ptr<const Mesh>
+      limit_cylinder_mesh_;  // of the shape when the limit cylinder was looked for; a remesh may follow later
   HitTest hit_test_;
   std::optional<std::size_t> set_pin_;  // that the last click has set
   std::optional<Adjusting> adjusting_;
@@ -343,8 +344,8 @@ class Studio {
     std::mutex mutex;
     DocumentState shown;
     std::vector<Notice> notices;
-    std::set<Subject> troubled;                             // of errors that were told and not withdrawn
-    std::optional<std::pair<Placement, Placement>> barrel;  // as it was, and with its barrel
+    std::set<Subject> troubled;                                     // of errors that were told and not withdrawn
+    std::optional<std::pair<Placement, Placement>> limit_cylinder;  // as it was, and with its limit cylinder
     std::optional<StampShape> stamp;
   };
   Mailbox mailbox_;

@@ -47,7 +47,7 @@ void Studio::choose(const StudioTool& tool) {
   if (masking_) end_masking(false);
   settings_.tool = &tool;
   if (tool.use == ToolUse::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
-  find_barrel(false);
+  find_limit_cylinder(false);
 }
 
 void Studio::perform(Action action) {

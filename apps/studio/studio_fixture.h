@@ -130,12 +130,12 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
 {"drag": [[-0.9, -0.9, 0], [-0.2, -0.9, 0]]})",
                                        1},
                                       {"twist", R"({"tool": "twist"}
-{"set": {"barrel": false}}
+{"set": {"limit_cylinder": false}}
 {"click": [0, 0, 1]}
 {"drag": [[-0.9, -0.9, 0], [-0.5, -0.9, 0]]})",
                                        1},
                                       {"bend", R"({"tool": "bend"}
-{"set": {"barrel": false}}
+{"set": {"limit_cylinder": false}}
 {"click": [0, 0, 1]}
 {"drag": [[-0.9, -0.9, 0], [-0.9, -0.5, 0]]})",
                                        1},

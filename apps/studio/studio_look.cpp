@@ -3,9 +3,9 @@
 #include <exception>
 #include <utility>
 
-#include "knead/vec.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
+#include "knead/vec.h"
 #include "studio.h"
 
 namespace knead::studio {

@@ -1,8 +1,8 @@
 // What is found where the pointer is: the middle of a turn of the view, a mirror's plane; and the last stroke framed.
 #include <variant>
 
-#include "knead/vec.h"
 #include "knead/mesh.h"
+#include "knead/vec.h"
 #include "studio.h"
 
 namespace knead::studio {
@@ -65,7 +65,7 @@ void Studio::set_pivot(const Event& event) {
 
 // Returns whether the click was for that.
 bool Studio::pick_plane() {
-  const Surroundings around = surroundings();
+  const GestureContext around = surroundings();
   if (around.picker == nullptr) return false;
   const auto hit = around.picker->pick(ray_through(around.screen, pointer_.x, pointer_.y), around.state);
   if (!hit) return false;

@@ -288,15 +288,15 @@ TEST_F(StudioTest, AStampFromAFileIsInTheHandAtOnce) {
   EXPECT_EQ(studio.placed().stamp->name, "letter");
 }
 
-TEST_F(StudioTest, ATwistWithoutABarrelIsExplained) {
+TEST_F(StudioTest, ATwistWithoutALimitCylinderIsExplained) {
   Studio studio(options());
   run(studio, R"({"size": [800, 600]}
 {"new": "torus"}
 {"view": {"yaw_deg": 90, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
 {"tool": "twist"}
 {"click": [1.3, 0, 0]})");
-  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->barrel);
-  EXPECT_FALSE(studio.placed().placement->barrel->problem.empty());
+  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limit_cylinder);
+  EXPECT_FALSE(studio.placed().placement->limit_cylinder->problem.empty());
   run(studio, R"({"drag": [[100, 100], [160, 100]]})");
   EXPECT_TRUE(studio.shown().history.empty()) << "what was not asked for is twisted";
   run(studio, R"({"set": {"barrel": false}}
@@ -304,8 +304,8 @@ TEST_F(StudioTest, ATwistWithoutABarrelIsExplained) {
   EXPECT_EQ(studio.shown().history.size(), 1u);
 }
 
-// The next barrel is placed before there was time to prepare picking on the new mesh.
-TEST_F(StudioTest, AfterATwistThatRemeshesTheBarrelIsThatOfTheNewMesh) {
+// The next limit cylinder is placed before there was time to prepare picking on the new mesh.
+TEST_F(StudioTest, AfterATwistThatRemeshesTheLimitCylinderIsThatOfTheNewMesh) {
   Studio studio(options(true));
   run(studio, R"({"size": [800, 600]}
 {"new": "hand", "vertices": 5000}
@@ -318,17 +318,17 @@ TEST_F(StudioTest, AfterATwistThatRemeshesTheBarrelIsThatOfTheNewMesh) {
   ASSERT_EQ(errors(studio), "");
   ASSERT_EQ(studio.shown().history.size(), 1u);
   ASSERT_NE(positions(studio).size(), 5000u);
-  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->barrel);
-  const BarrelPlacement at_once = *studio.placed().placement->barrel;
+  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limit_cylinder);
+  const CylinderPlacement at_once = *studio.placed().placement->limit_cylinder;
   run(studio, R"({"tool": "twist"})");
-  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->barrel);
-  const BarrelPlacement later = *studio.placed().placement->barrel;
+  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limit_cylinder);
+  const CylinderPlacement later = *studio.placed().placement->limit_cylinder;
   EXPECT_EQ(at_once.problem, later.problem);
   EXPECT_EQ(at_once.radius, later.radius);
   EXPECT_EQ(at_once.inner, later.inner);
 }
 
-TEST_F(StudioTest, ABarrelIsFoundWhicheverWayThePartPoints) {
+TEST_F(StudioTest, ALimitCylinderIsFoundWhicheverWayThePartPoints) {
   for (const auto& [x, sign] : {std::pair{2.0, 1.0}, std::pair{-2.0, -1.0}}) {
     Studio studio(options());
     run(studio, R"({"size": [800, 600]}
@@ -337,9 +337,9 @@ TEST_F(StudioTest, ABarrelIsFoundWhicheverWayThePartPoints) {
 {"tool": "bend"}
 {"click": [)" + std::to_string(x) +
                     R"(, 0, 0.5]})");
-    ASSERT_TRUE(studio.placed().placement && studio.placed().placement->barrel);
+    ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limit_cylinder);
     const Placement& placement = *studio.placed().placement;
-    EXPECT_EQ(placement.barrel->problem, "");
+    EXPECT_EQ(placement.limit_cylinder->problem, "");
     EXPECT_NEAR(placement.z.x, sign, 0.01) << "the tip is at the bar's nearer end";
   }
 }

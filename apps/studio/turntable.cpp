@@ -12,8 +12,8 @@ namespace knead::studio {
 
 Turntable make_turntable(const std::filesystem::path& pattern, int pictures, const View& view) {
   if (pattern.extension() != ".png") throw InvalidInput("The pictures are PNG files: give a name like turn.png");
-  if (pictures < 2 || pictures > kMostTurntablePictures) {
-    throw InvalidInput(fmt::format("A turntable has 2 to {} pictures, not {}.", kMostTurntablePictures, pictures));
+  if (pictures < 2 || pictures > kMaxTurntablePictures) {
+    throw InvalidInput(fmt::format("A turntable has 2 to {} pictures, not {}.", kMaxTurntablePictures, pictures));
   }
   return {numbered(pattern), pictures, 0, view};
 }

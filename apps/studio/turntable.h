@@ -7,7 +7,7 @@
 
 namespace knead::studio {
 
-inline constexpr int kMostTurntablePictures = 9999;
+inline constexpr int kMaxTurntablePictures = 9999;
 
 struct Turntable {
   std::filesystem::path pattern;  // with %04d in its name
@@ -17,7 +17,7 @@ struct Turntable {
 };
 
 // Returns a recording that has not begun, with a numbered() pattern. Throws InvalidInput for another format than PNG,
-// and for a number of pictures outside [2, kMostTurntablePictures].
+// and for a number of pictures outside [2, kMaxTurntablePictures].
 Turntable make_turntable(const std::filesystem::path& pattern, int pictures, const View& view);
 
 // Return the view and the file of the next picture.

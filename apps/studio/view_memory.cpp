@@ -51,9 +51,9 @@ std::string settings_line(const ToolSettings& to) {
                                  to.radius, to.inner_ratio, to.depth, to.capsule_length);
   text += fmt::format(R"("stamp_size": {}, "exponent": {}, "drag": "{}", "axis": {}, "handle": "{}", )", to.stamp_size,
                       to.exponent, word_of(to.drag), text_of(to.axis), word_of(to.handle));
-  text +=
-      fmt::format(R"("start": "{}", "paint_in": {}, "barrel": {}, "mirror": [{}, {}, {}], "remesh": {})",
-                  word_of(to.start), to.paint_in, to.uses_barrel, to.mirror[0], to.mirror[1], to.mirror[2], to.remesh);
+  text += fmt::format(R"("start": "{}", "paint_in": {}, "limit_cylinder": {}, "mirror": [{}, {}, {}], "remesh": {})",
+                      word_of(to.start), to.paint_in, to.uses_limit_cylinder, to.mirror[0], to.mirror[1], to.mirror[2],
+                      to.remesh);
   text += fmt::format(R"(, "symmetry_center": {}, "radial": {}, "radial_axis": {})", text_of(to.symmetry.center),
                       to.symmetry.turns, text_of(to.symmetry.axis));
   text += fmt::format(R"(, "falloff": {}, "auto_radius": {}, "contact": "{}")", to.falloff, to.auto_radius,
@@ -74,7 +74,7 @@ std::string pins_line(const std::vector<Pin>& pins, const ShapeState& state) {
   for (const Pin& pin : pins) {
     text += fmt::format(R"({}{{"place": {}, "holds": {})", text.empty() ? "" : ", ", text_of(pin.place), pin.holds);
     const auto seat = std::find_if(pin.seats.begin(), pin.seats.end(),
-                                   [&](const Pin::Seat& one) { return one.mesh.lock() == state.mesh; });
+                                   [&](const Pin::PinVertex& one) { return one.mesh.lock() == state.mesh; });
     if (seat != pin.seats.end()) text += fmt::format(R"(, "vertex": {})", seat->vertex);
     text += "}";
   }

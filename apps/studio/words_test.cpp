@@ -47,7 +47,7 @@ std::vector<std::string> strings_of(const std::string& source) {
 // Words with a better one beside them, and turns of phrase that must be read twice.
 const std::regex& retired() {
   static const std::regex pattern(
-      R"(\b(cards?|devices?|marks?|marked|cylinders?|limbs?|proofs?|bench|ways?|desks?|trails?|ahead|companions?|)"
+      R"(\b(cards?|devices?|marks?|marked|barrels?|limbs?|proofs?|bench|ways?|desks?|trails?|ahead|companions?|)"
       R"(usual|usually|shadows?|hopeless|by (it|them)self|by themselves|the hand|a hand would|what the result is|)"
       R"(what it was|whether it did|gone on with|goes on with|where that can be|is told|are told|put away|)"
       R"(tak(e|es|en) (it|them)? ?away|found automatically)\b)",
@@ -56,7 +56,7 @@ const std::regex& retired() {
 }
 
 // Names that files and scripts of version 0.1 use, and one label.
-const std::set<std::string> kAllowed{"marks", "mark", "tool_marks", "whole_limb", "Automatic limb"};
+const std::set<std::string> kAllowed{"marks", "mark", "tool_marks", "whole_limb", "barrel", "Automatic limb"};
 
 TEST(Words, NoRetiredWordStandsInTheStringsOfStudio) {
   std::size_t count = 0;

@@ -34,7 +34,7 @@ ShapeInfo describe(const ShapeFile& file);
 struct SurfaceCheck {
   ShapeInfo info;
   SelfIntersections self_intersections;
-  std::size_t folded_edges = 0;                  // mesh/measures.h
+  std::size_t folded_edges = 0;                  // knead/mesh.h
   std::optional<std::size_t> flipped_triangles;  // since an earlier shape, if one was given
 };
 
@@ -63,7 +63,7 @@ struct StrokeDistance {
 
 // Statements about the result, with its positions as they are written. The members are the keys of the report.
 struct Certificate {
-  std::uint64_t crossings_before = 0;  // pairs of triangles, by exact predicates (mesh/self_intersections.h)
+  std::uint64_t crossings_before = 0;  // pairs of triangles, by exact predicates (knead/mesh.h)
   std::uint64_t crossings_after = 0;
   std::size_t flipped_triangles = 0;  // Report::flipped_triangles
   std::size_t degenerate_before = 0;
@@ -127,7 +127,7 @@ std::string to_json(const Certificate& certificate);
 // How far two surfaces are apart: the distances of the vertices of each from the other, both together.
 struct SurfaceDistance {
   double mean = 0;
-  double most_95 = 0;  // 95% are at most this
+  double percentile_95 = 0;  // 95% are at most this
   double max = 0;
 };
 
@@ -236,7 +236,7 @@ struct Report {
   double area_before = 0;
   double area_after = 0;
   double max_displacement = 0;  // of the vertices that the input had
-  // The greatest stretch of a triangle from the input to the result (tool/strain.h); nothing without a triangle that
+  // The greatest stretch of a triangle from the input to the result (knead/tools.h); nothing without a triangle that
   // has an area. For a remeshed shape the places of new vertices in the input are interpolated.
   std::optional<double> greatest_stretch;
   // Triangles that oppose the normals of their vertices now, but did not before. For a remeshed shape: how many more

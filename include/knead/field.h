@@ -24,12 +24,12 @@ namespace knead {
 //   n = 4 to 7:  w = (1 - b)^2; b is the Bernstein polynomial of degree n whose coefficients are 0, 0, 0, 1, 1, ...
 // 4 is the paper's blend. w has two continuous derivatives for each n, so the velocity has one. The greater n is, the
 // nearer to the inner region w falls.
-inline constexpr int kLeastFalloff = 3;
+inline constexpr int kMinFalloff = 3;
 inline constexpr int kDefaultFalloff = 4;
 inline constexpr int kGreatestFalloff = 7;
 
 // In the place of a falloff: w = (1 + 5 s)(1 - s)^5, with which a moving ball is the divergence-free kernel of a pin
-// (method, section 9; flow/segment.h). Has two continuous derivatives for inner = 0.
+// (method, section 9; knead/flow.h). Has two continuous derivatives for inner = 0.
 inline constexpr int kPinFalloff = 0;
 // With these weights the rotation and the strain of a ball are the kernels of a pin's turn: w = (1 - 9/5 s)(1 - s)^3
 // for a rotation with gauge 0 and RotationGauge::radial, w = (1 - s)^4 for a strain (docs/mathematics.md).
@@ -52,7 +52,7 @@ inline constexpr std::array<FalloffFacts, 5> kFalloffFacts{{{0.5908801132751771,
 
 // Returns the facts of a falloff from 3 to 7.
 constexpr const FalloffFacts& falloff_facts(int falloff) {
-  return kFalloffFacts[static_cast<std::size_t>(falloff - kLeastFalloff)];
+  return kFalloffFacts[static_cast<std::size_t>(falloff - kMinFalloff)];
 }
 
 // The values of the region field r between which a field is blended, inner < outer, and how.
@@ -317,7 +317,8 @@ class Mask {
 
 // Returns the indices, in ascending order, of points that give the same mask to the bit as all of them: one for each
 // cell of the grid with a masked point in it. Throws as the constructor.
-std::vector<std::uint32_t> telling_points(std::span<const Vec3d> points, std::span<const double> values, double width);
+std::vector<std::uint32_t> representative_points(std::span<const Vec3d> points, std::span<const double> values,
+                                                 double width);
 
 // A vector potential on a regular grid of nodes.
 
@@ -402,7 +403,7 @@ Vec3<T> masked_velocity_where(const RegionValue<T>& r, const M& motion, const Th
 
 // What a ball's formula divides by at its centre, where its dividend is 0. Its square is not 0, for dual numbers.
 template <class S>
-inline constexpr S kLeastDistance = sizeof(S) == sizeof(float) ? S(1e-18) : S(1e-150);
+inline constexpr S kMinDistance = sizeof(S) == sizeof(float) ? S(1e-18) : S(1e-150);
 
 // Returns the same for a ball, where r = |d|: grad r x A = d x A / r, and for translations and strains
 // d x (u x d) = u |d|^2 - d (u.d).
@@ -413,7 +414,7 @@ Vec3<T> velocity(const M& motion, const Ball<S>& /*region*/, const Thresholds<S>
   const T square = norm2(d);
   const T r = sqrt(square);
   const Weight<T> w = blend_weight(r, thresholds);
-  const T pull = w.derivative / maximum(r, T(kLeastDistance<S>));
+  const T pull = w.derivative / maximum(r, T(kMinDistance<S>));
   if constexpr (std::is_same_v<M, Translation<S>>) {
     if (motion.gauge == S(1)) {
       const Vec3<T> u(motion.velocity);

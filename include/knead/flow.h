@@ -25,13 +25,13 @@ namespace knead {
 //            velocities a(t) for which that is so, in the place of u.
 enum class TimeLaw { swept, blended, pinned };
 
-// A barrel: only points within `radius` of the line {point + s direction} at the segment's t = 0 are moved.
-struct SegmentBarrel {
-  Vec3d point;
-  Vec3d direction;  // a unit vector
+// A limit cylinder: only points within `radius` of the line {center + s axis} at the segment's t = 0 are moved.
+struct LimitCylinder {
+  Vec3d center;
+  Vec3d axis;  // a unit vector
   double radius = 0;
 
-  friend bool operator==(const SegmentBarrel&, const SegmentBarrel&) = default;
+  friend bool operator==(const LimitCylinder&, const LimitCylinder&) = default;
 };
 
 // A pin about which the shape turns as a rigid body does: the Jacobian of the flow at the pin is the rotation by
@@ -44,7 +44,7 @@ struct PinTurn {
 };
 
 // A sum has at most so many parts.
-inline constexpr std::size_t kMostParts = 8;
+inline constexpr std::size_t kMaxParts = 8;
 
 // The sum of one or more fields over one unit of time, or v = curl A of a grid in their place. Path lines run from t =
 // begin to t = end, both in [0, 1]: from 0 to 1 is the whole segment, from 1 to 0 its inverse, from 0 to 0.5 its first
@@ -53,15 +53,15 @@ struct Segment {
   std::vector<Field> fields;
   Vec3d displacement{0, 0, 0};
   TimeLaw time_law = TimeLaw::swept;
-  std::optional<SegmentBarrel> barrel;
+  std::optional<LimitCylinder> limit_cylinder;
   Mask mask;  // of all fields
   double begin = 0;
   double end = 1;
-  PotentialGrid grid{};          // not empty: there are no fields, no displacement, no barrel and no turns
+  PotentialGrid grid{};          // not empty: there are no fields, no displacement, no limit cylinder and no turns
   std::vector<PinTurn> turns{};  // of a pinned segment, by ascending pin; about other pins the shape turns as it will
-  // Not empty: v is the sum of the velocities of these 2 to kMostParts segments, which act at the same time, as a
+  // Not empty: v is the sum of the velocities of these 2 to kMaxParts segments, which act at the same time, as a
   // stroke and its mirror images do. Nothing else is given but the mask, `begin` and `end`, which are those of every
-  // part. A barrel limits its part alone. A part is neither pinned nor a sum.
+  // part. A limit cylinder limits its part alone. A part is neither pinned nor a sum.
   std::vector<Segment> parts{};
   // Of a sum whose parts are each other's mirror images in a plane {x[axis] = *mirrored_at[axis]}, and of pins that
   // are: points of the plane stay in it exactly.
@@ -102,11 +102,11 @@ Flow flow_between(const Flow& flow, double from, double to);
 //   - a point set is empty, or its exponent not an even number of at least 2,
 //   - a blended segment is anything but the translation of a ball or capsule,
 //   - a pinned segment is anything but translations of balls with inner = 0, falloff kPinFalloff and the same outer,
-//     or has a displacement or barrel,
+//     or has a displacement or limit cylinder,
 //   - a grid's spacing is not above 0, its counts are not those of its coefficients, or there are fields, a
-//     displacement, a barrel or turns besides,
+//     displacement, a limit cylinder or turns besides,
 //   - a turn is none of a pin's, or the pins of turns do not ascend,
-//   - a sum has 1 part, or more than kMostParts, or a field of its own, or a part that is pinned, a sum, masked or cut,
+//   - a sum has 1 part, or more than kMaxParts, or a field of its own, or a part that is pinned, a sum, masked or cut,
 //   - begin or end lies outside [0, 1].
 void validate(const Flow& flow);
 
@@ -285,9 +285,9 @@ AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptio
 AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options);
 
 // Returns v at each of the points at a time of the flow, in segments from its beginning: 1.25 is a quarter into the
-// second segment. A segment that is a part or an inverse takes one unit of time, too. Barrels do not limit v, because
-// they limit path lines by where these begin. Throws InvalidInput where validate(flow) does, for a time that is not
-// from 0 to the number of segments, and for a motion or region of the caller's own.
+// second segment. A segment that is a part or an inverse takes one unit of time, too. Limit cylinders do not limit v,
+// because they limit path lines by where these begin. Throws InvalidInput where validate(flow) does, for a time that is
+// not from 0 to the number of segments, and for a motion or region of the caller's own.
 std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, double time);
 
 // Returns the Jacobian at each of the points of the map that advect() applies: row i holds the derivatives of
@@ -298,7 +298,7 @@ std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, co
 
 // What moves points: advect() with an instruction set of this machine, or another function of its type.
 
-// Moves points as advect(flow, points, options) does, for example on a GPU (gpu/gpu.h). Points that no tool reaches
+// Moves points as advect(flow, points, options) does, for example on a GPU (knead/gpu.h). Points that no tool reaches
 // keep their bits; the others agree with advect up to the tolerance, not to the bit. An empty function stands for
 // advect.
 using Backend = std::function<AdvectResult(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options)>;

@@ -93,7 +93,7 @@ struct WriteOptions {
 // In the source's own format it replaces only the coordinates that differ, and the normals around them
 // (transport_normals); if nothing moved, it writes the bytes of the source. PLY coordinates of integer type become
 // doubles if a vertex moves. Another format is generated from the mesh and its attributes; conversion_losses says what
-// it leaves out. The file is replaced as a whole (atomic_file.h). Throws IoError(write); InvalidInput for an unknown
+// it leaves out. The file is replaced as a whole (io.h). Throws IoError(write); InvalidInput for an unknown
 // extension and for positions that are not finite or do not fit.
 void write_shape(const std::filesystem::path& path, const ShapeFile& source, std::span<const Vec3d> positions,
                  const WriteOptions& options = {});

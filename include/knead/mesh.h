@@ -216,7 +216,7 @@ class CloudBox {
   const Box& whole() const { return whole_; }
 
  private:
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMax = 64;
 
   std::size_t points_ = 0;
   Box whole_;
@@ -283,7 +283,7 @@ bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
 // Returns the defects of a mesh, one sentence each, e.g. "1 edge has more than two faces"; empty for a closed, manifold
 // and oriented mesh without degenerate triangles.
-std::vector<std::string> describe_oddities(const Measures& measures);
+std::vector<std::string> describe_defects(const Measures& measures);
 
 // Returns the number of flipped triangles. A triangle is flipped if its normal opposes the mean of the vertex normals
 // of its corners (negative dot product) with the positions `after`, but not with `before`. A triangle without area is

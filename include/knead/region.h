@@ -173,11 +173,11 @@ RegionValue<T> evaluate(const HalfSpace<S>& region, const Vec3<T>& d, const T& t
   return {dot(n, d), n};
 }
 
-// Defined in point_set.h.
+// Defined below.
 template <class T, class S>
 RegionValue<T> evaluate(const PointSet<S>& region, const Vec3<T>& d, const T& t);
 
-// Defined in handles_region.h.
+// Defined below.
 template <class T, class S, class Set>
 RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T& t);
 
@@ -188,7 +188,7 @@ RegionValue<T> evaluate(const CustomRegion& region, const Vec3<T>& d, const T& t
   return {static_cast<T>(value.value), Vec3<T>(value.gradient)};
 }
 
-// How the region field of handles is evaluated; included by region.h.
+// How the region field of handles is evaluated.
 
 // D and its gradient for the full and the zero set of handles.
 template <class T>
@@ -230,7 +230,7 @@ RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T
   return region_between(handles_distances(region, d, t));
 }
 
-// How the region field of a point set is evaluated; included by region.h.
+// How the region field of a point set is evaluated.
 
 // Returns S^(-1/m) for S > 0: by square roots where m is a power of two, else by Newton's method, which rises
 // monotonically from S^(-1/q) with q the largest power of two below m, or the smallest above where S < 1.

@@ -30,14 +30,14 @@ struct RemeshSettings {
   std::optional<double> min_edge;
   // Rounds of flips, collapses and diffusion; 0 to 100.
   std::optional<int> iterations;
-  // The most vertices that the mesh may grow to, and with it the work; 1 to kMostVertices.
+  // The most vertices that the mesh may grow to, and with it the work; 1 to kMaxVertices.
   std::optional<std::size_t> max_vertices;
 
   friend bool operator==(const RemeshSettings&, const RemeshSettings&) = default;
 };
 
 // As many vertices as the numbers of a remeshed surface can count.
-inline constexpr std::size_t kMostVertices = 500'000'000;
+inline constexpr std::size_t kMaxVertices = 500'000'000;
 
 // The targets as lengths and radians, all chosen.
 struct RemeshTargets {
@@ -46,7 +46,7 @@ struct RemeshTargets {
   double max_chord = 0;  // a length
   double min_edge = 0;   // a length
   int iterations = 0;
-  std::size_t max_vertices = kMostVertices;
+  std::size_t max_vertices = kMaxVertices;
   double diagonal = 1;  // of the shape's box; the setting max_chord is a fraction of it
 };
 

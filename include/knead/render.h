@@ -284,16 +284,17 @@ struct SurfaceDetail {
 inline constexpr SurfaceDetail kLiveDetail{.cells = 24, .relaxations = 1, .sides = 32, .straightening = 0.05};
 
 // Returns the surface {r = level} at t = 0 with the field's centre at `center`.
-//   plane          cut to about the box, or to the barrel if there is one
+//   plane          cut to about the box, or to the limit cylinder if there is one
 //   ball, capsule, point set with level <= 0: a small ball at each centre or point, scaled by the outer threshold
 //   handles        whose levels 0 and 1 are the sets themselves: some of their points, and the surface r = 1/4 or 3/4
 //   function of the caller: empty
 Mesh region_surface(const Field& field, const Vec3d& center, double level, const Box& around,
-                    const std::optional<SegmentBarrel>& barrel, const SurfaceDetail& detail = {});
+                    const std::optional<LimitCylinder>& limit_cylinder, const SurfaceDetail& detail = {});
 
-// Returns the barrel from the far end of the box to the field's outer plane. The field's region is a half-space.
-Mesh barrel_surface(const SegmentBarrel& barrel, const Field& field, const Box& around,
-                    const SurfaceDetail& detail = {});
+// Returns the limit cylinder from the far end of the box to the field's outer plane. The field's region is a
+// half-space.
+Mesh limit_cylinder_surface(const LimitCylinder& limit_cylinder, const Field& field, const Box& around,
+                            const SurfaceDetail& detail = {});
 
 // A cache of the surfaces of point sets.
 

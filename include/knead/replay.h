@@ -165,7 +165,7 @@ struct RelaxMesh;  // what relaxing needs to know of the faces
 
 // Normals of points, carried by the Jacobian of the flow. Four points around each point that has a normal, in the plane
 // across it, show how the flow turns that plane: a map with the Jacobian J takes the normal t1 x t2 to J t1 x J t2.
-struct CarriedNormals {
+struct TransportedNormals {
   std::vector<Vec3d> normals;         // at the beginning
   std::vector<std::uint32_t> vertex;  // whose points begin[4 k] to begin[4 k + 3] are
   std::vector<Vec3d> begin;           // p + a, p - a, p + b, p - b
@@ -224,8 +224,8 @@ class DeformedShape {
   std::optional<RemeshSettings> settings_of(const SessionStroke& stroke) const;
 
   // Applies a stroke with its remesh settings. A stroke that reads the surface reads this shape. `folder`: the paths of
-  // stamps are relative to it. Throws InvalidInput for a stroke that this shape cannot take, for instance if its barrel
-  // cuts triangles. After an exception, or a status other than done, the shape is part-way: restore a state.
+  // stamps are relative to it. Throws InvalidInput for a stroke that this shape cannot take, for instance if its limit
+  // cylinder cuts triangles. After an exception, or a status other than done, the shape is part-way: restore a state.
   StrokeOutcome apply(const SessionStroke& stroke, const std::filesystem::path& folder = {},
                       Progress* progress = nullptr);
 
@@ -312,7 +312,7 @@ class DeformedShape {
   bool is_sorted_ = false;                    // the blocks
   std::size_t segments_ = 0;                  // that have moved the vertices since the start or a restore
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
-  std::optional<session_detail::CarriedNormals> normals_;
+  std::optional<session_detail::TransportedNormals> normals_;
   Mask mask_;
   AdvectResult work_;
   std::uint64_t dabs_ = 0;
@@ -338,7 +338,7 @@ struct ReplayFrame {
 };
 
 // The most frames, and the most that are held at each end.
-inline constexpr int kMostFrames = 1'000'000;
+inline constexpr int kMaxFrames = 1'000'000;
 
 // How the time of an animation runs. Smooth: slowly at its beginning and end (3 t^2 - 2 t^3 of the linear one).
 enum class Ease { linear, smooth };
@@ -413,7 +413,7 @@ std::function<void(const ReplayFrame&)> animation_writer(const std::filesystem::
 // A stroke that reads the surface reads it as the standard MotionOptions give it, whatever the options: `resolved` does
 // not depend on them. With other options a second shape is deformed by those, for such sessions.
 //
-// Remeshing: a stroke moves the vertices, then the mesh follows once (remesh/remesh.h), also where the stroke resolves
+// Remeshing: a stroke moves the vertices, then the mesh follows once (knead/remesh.h), also where the stroke resolves
 // to several. Frames within a stroke are remeshed from the beginning of the stroke. Handles given by the numbers of
 // vertices are refused once a remesh has changed the numbers. Point clouds are not remeshed, and no
 // shape is remeshed backwards. Where remeshing leaves triangles that cross and did not before, RemeshLimit is thrown
@@ -430,12 +430,12 @@ ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& sess
 ReplayResult replay(Mesh mesh, const Session& session, const ReplayOptions& options = {});
 
 // Returns the flow of a session that reads no surface, for any points: advect() with it moves points as replay() does,
-// to the bit, where no barrel is torn. Throws InvalidInput for a part out of range, and with the session's line for a
-// stroke that reads the surface, or relaxes it, and for a mask by the numbers of vertices.
+// to the bit, where no limit cylinder is torn. Throws InvalidInput for a part out of range, and with the session's line
+// for a stroke that reads the surface, or relaxes it, and for a mask by the numbers of vertices.
 Flow flow_of(const Session& session, const SessionPart& part = {}, int threads = 0);
 
-// Returns whether replay() looks at the faces: to read the surface, to relax it, to check a barrel, or to remesh. If
-// not, advect() by flow_of(session) gives the same positions, to the bit.
+// Returns whether replay() looks at the faces: to read the surface, to relax it, to check a limit cylinder, or to
+// remesh. If not, advect() by flow_of(session) gives the same positions, to the bit.
 bool needs_faces(const Session& session);
 
 // Returns what is to be said of the strokes before they are applied, each with the session's file and line. It is in

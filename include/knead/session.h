@@ -18,7 +18,7 @@
 namespace knead {
 
 // The greatest strength of a stroke.
-inline constexpr double kMostStrength = 1.5;
+inline constexpr double kMaxStrength = 1.5;
 
 // A stroke of a session, or an event that is kept and undone as strokes are (a mask, a relax), how far it is applied,
 // and how the mesh follows it.
@@ -30,7 +30,7 @@ struct SessionStroke {
   std::optional<RemeshSettings> remesh{};
   std::string name{};  // for people; empty: none
   bool off = false;    // skipped, as if it were not there
-  // From 0 to kMostStrength. Up to 1: only this part of the stroke's segments, as SessionPart::until cuts a stroke.
+  // From 0 to kMaxStrength. Up to 1: only this part of the stroke's segments, as SessionPart::until cuts a stroke.
   // From 1 on the stroke goes on beyond its end (prolonged).
   double strength = 1;
   double duration = 1;  // beside that of the other strokes, where frames are evenly spaced in time; above 0

@@ -2,7 +2,7 @@
 //
 // A stroke holds exactly the numbers of its line in a session file: lengths in the mesh's own units, angles in degrees,
 // axes and normals as given (any length but zero). It contains no mesh. `falloff` is the shape of the blend
-// (field/blend.h), a whole number from 3 to 7.
+// (knead/field.h), a whole number from 3 to 7.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace knead {
 
-struct Tool;  // tool/tool.h
+struct Tool;  // knead/tools.h
 
 // The region of the implicit tool.
 enum class ImplicitRegion { ball, capsule };
@@ -48,7 +48,7 @@ struct PaintSample {
 };
 
 // Painting (paper, section 4.2): moves the surface at each sample by depth against the normal; a negative depth pulls
-// it out. Has either samples or a path of 1 or more points, which reads the surface (tool/paint.h).
+// it out. Has either samples or a path of 1 or more points, which reads the surface (knead/tools.h).
 struct PaintStroke {
   double outer = 0;
   double depth = 0;
@@ -116,7 +116,7 @@ struct HandlesStroke {
 enum class StampContact { automatic, stick, slip };
 
 // Stamping (paper, section 4.4): moves a closed tool mesh along the path; at every step its contacts with the surface
-// become moving point sets, or pins (tool/stamp.h).
+// become moving point sets, or pins (strokes/stamp.h).
 struct StampStroke {
   std::string mesh;                             // the tool's file, relative to the session file
   std::vector<Vec3d> path;                      // 2 or more positions of the tool's origin
@@ -175,9 +175,9 @@ struct TwistStroke {
   double outer = 0;
   std::optional<Vec3d> normal = std::nullopt;  // by default the axis
   double gauge = 0;
-  // Of the barrel about {center + s normal} that moves; without it everything below outer moves.
+  // Of the limit cylinder about {center + s normal} that moves; without it everything below outer moves.
   std::optional<double> radius = std::nullopt;
-  bool radius_auto = false;  // use the radius that propose_barrel finds on the shape (tool/placement.h)
+  bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/tools.h)
   int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
@@ -214,9 +214,9 @@ struct BendStroke {
   double angle_deg = 0;
   std::variant<BendWidth, BendThresholds> extent;
   double gauge = 1;
-  // Of the barrel about {center + s normal} that moves; without it everything below outer moves.
+  // Of the limit cylinder about {center + s normal} that moves; without it everything below outer moves.
   std::optional<double> radius = std::nullopt;
-  bool radius_auto = false;  // use the radius that propose_barrel finds on the shape (tool/placement.h)
+  bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/tools.h)
   int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
@@ -325,7 +325,7 @@ struct RelaxStroke {
   friend bool operator==(const RelaxStroke&, const RelaxStroke&) = default;
 };
 
-// The mask of the strokes after it (field/mask.h), which replaces the one before; without points and vertices: no mask.
+// The mask of the strokes after it (knead/field.h), which replaces the one before; without points and vertices: no mask.
 // It moves nothing itself. The masked places are given as points or as vertices of the shape, which are looked up when
 // the mask begins.
 struct MaskStroke {

@@ -122,27 +122,28 @@ struct LiveSurface {
 // Throws InvalidInput, with the key in quotes, unless the vertex is one of the shape's.
 void require_vertex(std::string_view key, std::span<const Vec3d> positions, std::uint32_t vertex);
 
-// The barrel that limits a twist or bend: the velocity jumps there, so no triangle may cross it where something moves.
+// The limit cylinder that limits a twist or bend: the velocity jumps there, so no triangle may cross it where something
+// moves.
 
-// The barrel at the start of a stroke. The stroke moves the points within `radius` of the line {center + s normal} that
-// have normal.(x - center) < outer. normal is a unit vector.
-struct Barrel {
+// The limit cylinder at the start of a stroke. The stroke moves the points within `radius` of the line {center + s
+// normal} that have normal.(x - center) < outer. normal is a unit vector.
+struct StrokeCylinder {
   Vec3d center;
   Vec3d normal;
   double radius = 0;
   double outer = 0;
   Vec3d last_normal;  // a bend's normal at the stroke's end
 
-  friend bool operator==(const Barrel&, const Barrel&) = default;
+  friend bool operator==(const StrokeCylinder&, const StrokeCylinder&) = default;
 };
 
-// Returns the barrel of a twist or bend with a radius, else nothing, as for bends that read the surface. The stroke is
-// valid.
-std::optional<Barrel> barrel_of(const Stroke& stroke);
+// Returns the limit cylinder of a twist or bend with a radius, else nothing, as for bends that read the surface. The
+// stroke is valid.
+std::optional<StrokeCylinder> limit_cylinder_of(const Stroke& stroke);
 
-// The triangles that cross a barrel, and radii that would be crossed by none.
-struct BarrelCheck {
-  std::size_t crossing = 0;  // triangles that cross the barrel where r < outer
+// The triangles that cross a limit cylinder, and radii that would be crossed by none.
+struct CylinderCheck {
+  std::size_t crossing = 0;  // triangles that cross the limit cylinder where r < outer
   std::size_t later = 0;     // triangles that cross it only where a bend's turning normal brings r below outer
   // If crossing > 0: the nearest radii that no triangle crosses and within which something moves, rounded to about 6
   // digits and verified. There may be no smaller one.
@@ -150,13 +151,14 @@ struct BarrelCheck {
   std::optional<double> larger;
 };
 
-// Counts the triangles that cross the barrel. A triangle crosses if its part with r < outer has points within the
-// radius (or at it) and points beyond it; the deformation would tear exactly these. Time: linear, and a sort of the
+// Counts the triangles that cross the limit cylinder. A triangle crosses if its part with r < outer has points within
+// the radius (or at it) and points beyond it; the deformation would tear exactly these. Time: linear, and a sort of the
 // triangles if some cross.
-BarrelCheck check_barrel(const Barrel& barrel, std::span<const Vec3d> positions, std::span<const Triangle> triangles);
+CylinderCheck check_limit_cylinder(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
+                                   std::span<const Triangle> triangles);
 
 // Returns the one of the two radii that is nearer to `radius`, or nothing.
-std::optional<double> nearest_radius(const BarrelCheck& check, double radius);
+std::optional<double> nearest_radius(const CylinderCheck& check, double radius);
 
 // Finding the limb of a shape that a person points at: a finger, an arm, a leg.
 
@@ -188,9 +190,9 @@ std::vector<std::uint32_t> bending_about(std::span<const Vec3d> positions, std::
 // Places strokes: where on a shape a twist or bend moves one part and nothing else, and images of strokes in mirrors
 // and about an axis.
 
-// A radius for a barrel. The part is the connected piece of the shape with r < outer at the start of the stroke that
-// has the vertex nearest to the barrel's centre.
-struct BarrelProposal {
+// A radius for a limit cylinder. The part is the connected piece of the shape with r < outer at the start of the stroke
+// that has the vertex nearest to the limit cylinder's centre.
+struct CylinderProposal {
   std::optional<double> radius;  // with it only the part moves; a short number near the middle of the gap
   double part = 0;               // the part's greatest distance from the axis
   double others = std::numeric_limits<double>::infinity();  // least distance of anything else from the axis beyond that
@@ -198,20 +200,22 @@ struct BarrelProposal {
   std::string problem;     // if there is no radius, one sentence: why, and what to do
 };
 
-// Returns a radius for the barrel; its own radius is ignored. The radius is the geometric mean of `part` and `others`,
-// or 1.25 times `part` if there is nothing else. check_barrel counts no crossing triangle for it, and no later one if
-// the gap allows. There is no radius if the shape has nothing below outer, or if another piece is partly nearer to the
-// axis than the part's farthest point. Time: linear; about 25 times that to explain why there is no radius.
-BarrelProposal propose_barrel(const Barrel& barrel, std::span<const Vec3d> positions,
-                              std::span<const Triangle> triangles);
+// Returns a radius for the limit cylinder; its own radius is ignored. The radius is the geometric mean of `part` and
+// `others`, or 1.25 times `part` if there is nothing else. check_limit_cylinder counts no crossing triangle for it, and
+// no later one if the gap allows. There is no radius if the shape has nothing below outer, or if another piece is
+// partly nearer to the axis than the part's farthest point. Time: linear; about 25 times that to explain why there is
+// no radius.
+CylinderProposal propose_limit_cylinder(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
+                                        std::span<const Triangle> triangles);
 
-// Returns a twist or bend with its radius "auto" replaced by the one of propose_barrel, and any other stroke unchanged.
-// Adds notes to `remarks`. Throws InvalidInput if there is no radius; the message begins with the key in quotes.
+// Returns a twist or bend with its radius "auto" replaced by the one of propose_limit_cylinder, and any other stroke
+// unchanged. Adds notes to `remarks`. Throws InvalidInput if there is no radius; the message begins with the key in
+// quotes.
 Stroke with_found_radius(const Stroke& stroke, std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                          std::vector<std::string>& remarks);
 
 // A line along a part of a shape, such as a finger or an arm.
-struct BarrelQuery {
+struct CylinderQuery {
   Vec3d point;           // inside the part
   Vec3d direction;       // along the part, towards its tip; any length but 0
   Vec3d axis{0, 0, 0};   // of a bend whose sweep must reach nothing else, if possible; 0 disables this
@@ -219,7 +223,7 @@ struct BarrelQuery {
 };
 
 // The numbers of a twist or bend that moves the part alone; r = normal.(x - center).
-struct BarrelPlacement {
+struct CylinderPlacement {
   Vec3d center;
   Vec3d normal;  // unit, away from the tip
   double inner = 0;
@@ -229,15 +233,15 @@ struct BarrelPlacement {
   std::string problem;   // why there is no such place, one sentence; the numbers are then undefined
 };
 
-// Returns the place nearest to the point, towards the tip, where a barrel holds the part and nothing else: the part is
-// joined to the rest in one place only, the plane r = outer cuts it about as thick as it is at the point, and
+// Returns the place nearest to the point, towards the tip, where a limit cylinder holds the part and nothing else: the
+// part is joined to the rest in one place only, the plane r = outer cuts it about as thick as it is at the point, and
 // everything else is at least 1.1 times as far from the line as the part. The zone from inner to outer is twice as wide
 // as the part is thick, or 1.2 times where the part is short; r = 0 is where a bend is symmetric (kCenterFraction).
-// check_barrel accepts the radius. Time: linear for each place tried, 5 ms for 100,000 triangles; the places are a
-// quarter of the thickness apart. Throws InvalidInput for a direction or axis that is 0 or not finite; Cancelled if
-// `progress` is cancelled.
-BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> positions,
-                             std::span<const Triangle> triangles, const Progress* progress = nullptr);
+// check_limit_cylinder accepts the radius. Time: linear for each place tried, 5 ms for 100,000 triangles; the places
+// are a quarter of the thickness apart. Throws InvalidInput for a direction or axis that is 0 or not finite; Cancelled
+// if `progress` is cancelled.
+CylinderPlacement place_limit_cylinder(const CylinderQuery& query, std::span<const Vec3d> positions,
+                                       std::span<const Triangle> triangles, const Progress* progress = nullptr);
 
 // One image of what a tool does.
 struct SymmetryImage {
@@ -355,7 +359,7 @@ struct StrainOptions {
 
 // Returns the stretches of the map that moves points from the flow's beginning to its end, at each of the points.
 // Differences of seven path lines at each point, 1e-4 of the length apart by default, are right to about 1e-5. At a
-// barrel's border, where the map is torn, the side counts that is stretched less. Throws InvalidInput where
+// limit cylinder's border, where the map is torn, the side counts that is stretched less. Throws InvalidInput where
 // validate(flow) does, or if the length is not above 0. A point whose path line cannot be followed gets infinity and 0.
 std::vector<Stretches> stretches_of(const Flow& flow, std::span<const Vec3d> points, const StrainOptions& options);
 
@@ -399,7 +403,7 @@ struct ZoneProfile {
   Vec3d center;
   Vec3d normal;                    // a unit vector
   Vec3d side{0, 0, 0};             // of a bend: distances count along it, across its axis; zero: all around the line
-  std::optional<double> radius{};  // of the barrel beyond which nothing counts
+  std::optional<double> radius{};  // of the limit cylinder beyond which nothing counts
   double first = 0;                // r = normal.(x - center) where the first slice begins
   double height = 0;               // of a slice
   std::vector<double> reach{};     // for each slice the greatest distance; below 0: the slice is empty
@@ -427,7 +431,7 @@ struct ZoneCheck {
 std::optional<ZoneCheck> check_zone(const Stroke& stroke, const ZoneProfile& profile);
 
 // Returns the stroke with its zone widened to ZoneCheck::safe if it is thinner; a twist turns the same angle over it. A
-// zone with a barrel keeps its outer border and grows away from it; other zones grow about the centre.
+// zone with a limit cylinder keeps its outer border and grows away from it; other zones grow about the centre.
 Stroke with_safe_zone(const Stroke& stroke, const ZoneProfile& profile);
 
 // Returns the most degrees of a bend or twist that one edge of the triangles reaches over; 0 for other strokes. The

@@ -1,6 +1,6 @@
 // The shape in an editor: strokes that are applied while they are made, undone, redone and edited.
 //
-// The shape always has the bits that replay() (session/replay.h) gives for strokes() with the default options, those of
+// The shape always has the bits that replay() (knead/replay.h) gives for strokes() with the default options, those of
 // the command; but for a gesture that follows a pointer (set_live), and what finish_later leaves.
 #pragma once
 
@@ -25,7 +25,7 @@ namespace knead {
 
 // How to turn a shape that some strokes of a gesture have deformed into one that others have. Remesh settings have no
 // effect on it.
-struct GestureChange {
+struct StrokeDelta {
   bool from_start = false;    // apply all of the new strokes, to the shape at the start of the gesture
   std::size_t first_new = 0;  // else apply the strokes from this one on,
   std::optional<Flow> rest;   // after this rest of the stroke before it
@@ -39,7 +39,7 @@ struct GestureChange {
 };
 
 // Returns how to get from the strokes applied before to the strokes of now.
-GestureChange gesture_change(std::span<const SessionStroke> before, std::span<const SessionStroke> now);
+StrokeDelta stroke_delta(std::span<const SessionStroke> before, std::span<const SessionStroke> now);
 
 // What a finished gesture became.
 struct HistoryEntry {
@@ -74,7 +74,7 @@ struct WorkResult {
 
 namespace session_detail {
 
-class StateLedger;
+class MemoryAccount;
 class KeptState;
 
 }  // namespace session_detail
@@ -88,7 +88,7 @@ struct UndoMemory {
 // For one thread at a time. A call that takes a Progress can be cancelled from another thread.
 class Workbench {
  public:
-  // `folder`: the paths of stamps are relative to it. `face_labels`: see io/remeshed.h. Throws InvalidInput for a mesh
+  // `folder`: the paths of stamps are relative to it. `face_labels`: see knead/io.h. Throws InvalidInput for a mesh
   // without vertices.
   explicit Workbench(Mesh mesh, std::filesystem::path folder = {}, std::vector<std::uint32_t> face_labels = {},
                      int threads = 0);
@@ -196,8 +196,8 @@ class Workbench {
   WorkResult compute(const ShapeState& from, bool again, const Work& work);
   AdvectStatus apply(std::span<const SessionStroke> strokes, Progress* progress);
   WorkResult follow(const PoseStroke& pose, Progress* progress);
-  WorkResult apply_change(const GestureChange& change, const std::vector<SessionStroke>& strokes, Progress* progress);
-  LineChange live_lines(const GestureChange& change, const std::vector<SessionStroke>& strokes);
+  WorkResult apply_change(const StrokeDelta& change, const std::vector<SessionStroke>& strokes, Progress* progress);
+  LineChange live_lines(const StrokeDelta& change, const std::vector<SessionStroke>& strokes);
   std::vector<SessionStroke> lines_of(std::size_t index, std::vector<SessionStroke> strokes) const;
   WorkResult make_entry(const std::vector<SessionStroke>& strokes, const ShapeState& from, Entry& entry,
                         Progress* progress);
@@ -238,11 +238,11 @@ class Workbench {
   double live_seconds_ = 0;
   std::uint64_t live_steps_ = 0;
   std::size_t memory_ = std::size_t{1} << 30;
-  std::shared_ptr<session_detail::StateLedger> ledger_;
+  std::shared_ptr<session_detail::MemoryAccount> ledger_;
 };
 
 // Groups strokes by the gestures that made them, as far as the strokes tell: every stroke of a group continues
-// (tool/continued.h) one of the last eight before it, or is the mirror image of one of these. Neighbours with the same
+// (strokes/continued.h) one of the last eight before it, or is the mirror image of one of these. Neighbours with the same
 // name are one group, and those with other names are not. Where a stroke says whether it begins an entry, that counts;
 // the strokes of the result say nothing of it.
 std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<SessionStroke>& strokes);
@@ -259,7 +259,7 @@ std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes);
 // Returns the change that has the effect of both.
 LineChange joined_changes(LineChange first, LineChange second);
 
-// Returns how much of a gesture is applied, from 0 to kMostStrength, and changes it. Each path of the gesture is cut,
+// Returns how much of a gesture is applied, from 0 to kMaxStrength, and changes it. Each path of the gesture is cut,
 // or goes on, as a whole, also where several strokes make it; every other stroke gets the strength itself. The strength
 // of different paths may differ: the first one counts.
 double strength_of(std::span<const SessionStroke> gesture);

@@ -46,7 +46,7 @@ def deform(
     vertices: array-like (n, 3) of any real type, or an object with such .vertices or .points. It is not changed.
     session: a Session, a stroke, or a sequence of strokes.
     faces: integers (m, 3), or a sequence of faces with any number of corners; needed where a stroke reads the surface
-        (paint along a path, stamps, vertex numbers, relax). A barrel is then checked against them.
+        (paint along a path, stamps, vertex numbers, relax). A limit cylinder is then checked against them.
     relative_tolerance: position error of one path line over one segment, relative to `diagonal`; above 0.
     precision: "float32" or "float64", in which fields are evaluated. Positions are float64 in both cases.
     integrator: "tsit5", "dp54", "bs32" or "rk4".

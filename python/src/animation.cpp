@@ -25,9 +25,9 @@ struct Timing {
 };
 
 Timing timing(int count, const std::string& ease, int hold, double fps) {
-  if (count < 1 || count > kMostFrames || hold < 0 || hold > kMostFrames) {
+  if (count < 1 || count > kMaxFrames || hold < 0 || hold > kMaxFrames) {
     throw InvalidInput(
-        fmt::format("the number of frames must be from 1 to {0}, and hold from 0 to {0}; got {1} and {2}", kMostFrames,
+        fmt::format("the number of frames must be from 1 to {0}, and hold from 0 to {0}; got {1} and {2}", kMaxFrames,
                     count, hold));
   }
   if (ease != "linear" && ease != "smooth") {

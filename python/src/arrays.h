@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/vec.h"
 #include "knead/mesh.h"
+#include "knead/vec.h"
 
 namespace knead::python {
 

@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "arrays.h"
-#include "knead/flow.h"
-#include "knead/error.h"
 #include "knead/cells.h"
+#include "knead/certify.h"
+#include "knead/error.h"
+#include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/remesh.h"
-#include "knead/certify.h"
 #include "knead/tools.h"
 #include "module.h"
 #include "options.h"

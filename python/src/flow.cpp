@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "arrays.h"
-#include "knead/flow.h"
 #include "knead/error.h"
+#include "knead/flow.h"
 #include "knead/tools.h"
 #include "module.h"
 #include "options.h"

@@ -11,10 +11,10 @@
 
 #include "arrays.h"
 #include "knead/error.h"
-#include "knead/vec.h"
 #include "knead/mesh.h"
 #include "knead/session.h"
 #include "knead/tools.h"
+#include "knead/vec.h"
 #include "module.h"
 
 namespace knead::python {
@@ -100,25 +100,25 @@ class Surface {
     const Vec3d u = any_orthogonal(up);
     const Vec3d v = cross(up, u);
     if (!(radius > 0 && std::isfinite(radius))) throw InvalidInput("radius must be above 0");
-    if (count < 3 || count > kMostPlaces) {
-      throw InvalidInput(fmt::format("count must be from 3 to {}, got {}", kMostPlaces, count));
+    if (count < 3 || count > kMaxPlaces) {
+      throw InvalidInput(fmt::format("count must be from 3 to {}, got {}", kMaxPlaces, count));
     }
     std::vector<Vec3d> places;
     for (int i = 0; i < count; ++i) {
       const SinCos<double> turn = sincos(2 * std::numbers::pi * i / count);
       const Vec3d flat = center + (u * turn.cos + v * turn.sin) * radius;
-      const auto found = tree_->closest(flat, kMostLift * radius);
+      const auto found = tree_->closest(flat, kMaxLift * radius);
       places.push_back(found ? found->point : flat);
     }
     return array_of(places);
   }
 
   py::dict part(const Vector& point, const Vector& direction, const Vector& axis, double angle_deg) const {
-    const BarrelQuery query{vec(point, "point"), direction_of(direction, "direction"), vec(axis, "axis"), angle_deg};
-    BarrelPlacement place;
+    const CylinderQuery query{vec(point, "point"), direction_of(direction, "direction"), vec(axis, "axis"), angle_deg};
+    CylinderPlacement place;
     {
       const py::gil_scoped_release released;
-      place = place_barrel(query, mesh_.positions, triangles_);
+      place = place_limit_cylinder(query, mesh_.positions, triangles_);
     }
     if (!place.problem.empty()) throw InvalidInput(place.problem);
     py::dict keys;
@@ -140,8 +140,8 @@ class Surface {
   }
 
  private:
-  static constexpr int kMostPlaces = 10'000;  // of a ring
-  static constexpr double kMostLift = 0.4;    // of a ring's radius
+  static constexpr int kMaxPlaces = 10'000;   // of a ring
+  static constexpr double kMaxLift = 0.4;     // of a ring's radius
   static constexpr double kOnSurface = 1e-6;  // of the diagonal: a ray from a place of the surface meets it there
 
   Vec3d normal_at(const Vec3d& point) const {

@@ -2,8 +2,8 @@
 
 #include <cstring>
 
-#include "knead/flow.h"
 #include "knead/error.h"
+#include "knead/flow.h"
 #include "knead/remesh.h"
 #include "work.h"
 

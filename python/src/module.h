@@ -1,4 +1,4 @@
-// The parts of the module `_knead`, one for each room. Python's side is in ../knead.
+// The parts of the module `_knead`, one for each module of the library. Python's side is in ../knead.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "arrays.h"
-#include "knead/io.h"
 #include "knead/certify.h"
+#include "knead/io.h"
 #include "module.h"
 #include "options.h"
 #include "work.h"

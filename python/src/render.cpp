@@ -11,8 +11,8 @@
 #include <numbers>
 
 #include "arrays.h"
-#include "knead/gl.h"
 #include "knead/error.h"
+#include "knead/gl.h"
 #include "knead/render.h"
 #endif
 

@@ -9,10 +9,10 @@
 #include <optional>
 
 #include "arrays.h"
-#include "knead/io.h"
-#include "knead/error.h"
-#include "knead/mesh.h"
 #include "knead/certify.h"
+#include "knead/error.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
 #include "module.h"
 #include "work.h"
 

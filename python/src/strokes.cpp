@@ -6,8 +6,8 @@
 #include <array>
 #include <filesystem>
 
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/session.h"
 #include "knead/tools.h"
 #include "module.h"

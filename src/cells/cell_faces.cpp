@@ -311,7 +311,7 @@ bool is_worse(const std::optional<WorstCell>& a, const std::optional<WorstCell>&
 
 }  // namespace
 
-JudgedCells::JudgedCells(const Cells& cells, std::span<const Vec3d> before, int threads, const Progress* progress)
+CellBaseline::CellBaseline(const Cells& cells, std::span<const Vec3d> before, int threads, const Progress* progress)
     : cells_(cells),
       before_(before),
       threads_(threads),
@@ -330,12 +330,12 @@ JudgedCells::JudgedCells(const Cells& cells, std::span<const Vec3d> before, int 
   });
 }
 
-bool JudgedCells::is_moved(std::size_t cell, std::span<const Vec3d> after) const {
+bool CellBaseline::is_moved(std::size_t cell, std::span<const Vec3d> after) const {
   const std::span<const std::uint32_t> corners = cells_.corners_of(cell);
   return std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return after[v] != before_[v]; });
 }
 
-CellNow JudgedCells::now(std::size_t cell, std::span<const Vec3d> after) const {
+CellNow CellBaseline::now(std::size_t cell, std::span<const Vec3d> after) const {
   if (!is_moved(cell, after)) return {volumes_[cell] / volumes_[cell], jacobians_[cell], false};
   const CellQuality quality = quality_of(cells_, cell, after);
   const bool was_inside_out = sides_[cell] == -1;
@@ -343,7 +343,7 @@ CellNow JudgedCells::now(std::size_t cell, std::span<const Vec3d> after) const {
           sides_[cell] != 0 && quality.orientation != sides_[cell]};
 }
 
-std::optional<WorstCell> JudgedCells::worst_spoiled(std::span<const Vec3d> after, double bound) const {
+std::optional<WorstCell> CellBaseline::worst_spoiled(std::span<const Vec3d> after, double bound) const {
   std::optional<WorstCell> worst;
   std::mutex mutex;
   parallel_for(cells_.size(), kChunk, threads_, [&](std::size_t begin, std::size_t end) {

@@ -80,10 +80,10 @@ struct CellNow {
 };
 
 // What the cells were before. Cells and points must outlive it.
-class JudgedCells {
+class CellBaseline {
  public:
   // Throws as cell_quality(), with the cell's number for a corner that is no point; Cancelled.
-  JudgedCells(const Cells& cells, std::span<const Vec3d> before, int threads, const Progress* progress);
+  CellBaseline(const Cells& cells, std::span<const Vec3d> before, int threads, const Progress* progress);
 
   const Cells& cells() const { return cells_; }
   std::span<const Vec3d> before() const { return before_; }

@@ -264,10 +264,10 @@ Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Sess
 namespace {
 
 constexpr double kSamplesPerStroke = 16;
-constexpr double kMostSamples = 256;
+constexpr double kMaxSamples = 256;
 constexpr int kHalvings = 10;
 
-double sample_count(double most) { return std::max(1.0, std::min(kMostSamples, std::ceil(kSamplesPerStroke * most))); }
+double sample_count(double most) { return std::max(1.0, std::min(kMaxSamples, std::ceil(kSamplesPerStroke * most))); }
 
 // The points of a mesh after any part of a session.
 class MovedPoints {
@@ -355,7 +355,7 @@ SafeCells safe_until(const Session& session, const Cells& cells, std::span<const
     options.progress->total = calls * points.size() * std::max<std::uint64_t>(1, flow_of(applied).segments.size()) / 2;
   }
   MovedPoints motion(applied, points, options);
-  const JudgedCells judged(cells, points, options.motion.threads, options.progress);
+  const CellBaseline judged(cells, points, options.motion.threads, options.progress);
   const auto spoiled = [&](double until) { return judged.worst_spoiled(motion.at(until), bound); };
   result.range = safe_until(most, [&](double until) {
     const std::optional<WorstCell> worst = spoiled(until);

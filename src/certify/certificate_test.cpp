@@ -147,8 +147,8 @@ TEST(Certificate, TheIntegrationsShareFallsWithTheTolerance) {
   EXPECT_LT(none, 1e-9);
 }
 
-// Where the barrel ends the inverse flow does not say what came from within; what is known to have moved does.
-TEST(Certificate, CarriesBackThroughABarrel) {
+// Where the limit cylinder ends the inverse flow does not say what came from within; what is known to have moved does.
+TEST(Certificate, CarriesBackThroughALimitCylinder) {
   const Mesh bar = make_shape(ShapeKind::box, 6000);
   const Box box = bounding_box(bar.positions);
   TwistStroke twist{{0, 0, 0}, {1, 0, 0}, 10, -0.5, 0.5};
@@ -161,7 +161,7 @@ TEST(Certificate, CarriesBackThroughABarrel) {
   EXPECT_LT(with.distance_max, 0.05);
 }
 
-TEST(Certificate, OfAnInverseThroughABarrel) {
+TEST(Certificate, OfAnInverseThroughALimitCylinder) {
   const Mesh hand = make_shape(ShapeKind::hand, 5000);
   BendStroke bend{{0.109, 0.55, -0.012}, {1, 0, 0}, {0, -1, 0}, 80, BendWidth{0.35}};
   bend.radius = 0.125;

@@ -61,7 +61,7 @@ ShapeInfo describe(const Mesh& mesh) {
   ShapeInfo info;
   info.measures = measure(mesh);
   for (const Attribute& attribute : mesh.attributes) info.attributes.push_back(attribute.name);
-  info.notes = describe_oddities(info.measures);
+  info.notes = describe_defects(info.measures);
   return info;
 }
 

@@ -27,21 +27,22 @@ constexpr double kNear = 1e-3;
 constexpr double kNeighbour = 1e-5;
 
 // Path lines whose drift is looked at, of a stroke with few segments and with many.
-constexpr std::size_t kMostDrifts = 256;
+constexpr std::size_t kMaxDrifts = 256;
 constexpr std::size_t kFewestDrifts = 32;
 constexpr std::size_t kDriftSegments = 8192;  // path lines times segments
 
 constexpr std::size_t kGrain = 256;
 
-bool has_barrel(const Flow& flow) {
-  return std::any_of(flow.segments.begin(), flow.segments.end(),
-                     [](const Segment& segment) { return segment.barrel || detail::has_barrels(segment); });
+bool has_limit_cylinder(const Flow& flow) {
+  return std::any_of(flow.segments.begin(), flow.segments.end(), [](const Segment& segment) {
+    return segment.limit_cylinder || detail::has_limit_cylinders(segment);
+  });
 }
 
-// Of a point that is known to move, the flow without its barrel is the same. The barrels of a sum stay: they say which
-// of its parts move a point.
+// Of a point that is known to move, the flow without its limit cylinder is the same. The limit cylinders of a sum stay:
+// they say which of its parts move a point.
 Flow for_members(Flow flow) {
-  for (Segment& segment : flow.segments) segment.barrel.reset();
+  for (Segment& segment : flow.segments) segment.limit_cylinder.reset();
   return flow;
 }
 
@@ -77,7 +78,7 @@ std::vector<double> longest_edges(const DeformedShape& shape, const std::vector<
   return longest;
 }
 
-// Backwards a barrel says nothing of where its points are: it is about where they came from.
+// Backwards a limit cylinder says nothing of where its points are: it is about where they came from.
 double motion_outside(const AppliedStroke& stroke, bool inverse) {
   const FlowReach reach(inverse ? for_members(detail::each_part(stroke.flow)) : stroke.flow);
   const std::vector<Vec3d>& before = stroke.before.positions();
@@ -105,7 +106,7 @@ double mean_drift(const AppliedStroke& stroke, const std::vector<bool>& moved, c
     if (source != nullptr) points.push_back(*source);
   }
   const std::size_t most =
-      std::clamp(kDriftSegments / std::max<std::size_t>(stroke.flow.segments.size(), 1), kFewestDrifts, kMostDrifts);
+      std::clamp(kDriftSegments / std::max<std::size_t>(stroke.flow.segments.size(), 1), kFewestDrifts, kMaxDrifts);
   const std::size_t count = std::min(points.size(), most);
   AdvectOptions integration;
   integration.tolerance = advect_options(options.motion, length).tolerance;
@@ -147,7 +148,7 @@ Probes probes_of(const AppliedStroke& stroke, const std::vector<bool>& moved) {
 }
 
 // Points after a stroke, and where they came from.
-struct CarriedBack {
+struct InverseImage {
   std::vector<Vec3d> there;
   std::vector<Vec3d> back;
 };
@@ -167,11 +168,11 @@ void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, doubl
 }
 
 // For each probe, whether it is known to have moved or the flow backwards might move it; by groups of neighbours in the
-// list, which mostly are neighbours in space. With a barrel only those known to have moved: which others might have,
-// the inverse does not tell.
+// list, which mostly are neighbours in space. With a limit cylinder only those known to have moved: which others might
+// have, the inverse does not tell.
 std::vector<bool> worth_carrying(const AppliedStroke& stroke, const Probes& probes) {
   std::vector<bool> worth = probes.moved;
-  if (has_barrel(stroke.flow)) return worth;
+  if (has_limit_cylinder(stroke.flow)) return worth;
   const FlowReach reach(inverse(stroke.flow));
   constexpr std::size_t kGroup = 64;
   for (std::size_t begin = 0; begin < worth.size(); begin += kGroup) {
@@ -186,10 +187,10 @@ std::vector<bool> worth_carrying(const AppliedStroke& stroke, const Probes& prob
 }
 
 // The probes that moved.
-CarriedBack carried_back(const AppliedStroke& stroke, const Probes& probes, const ReplayOptions& options,
-                         double length) {
+InverseImage carried_back(const AppliedStroke& stroke, const Probes& probes, const ReplayOptions& options,
+                          double length) {
   const std::vector<bool> worth = worth_carrying(stroke, probes);
-  CarriedBack all;
+  InverseImage all;
   std::vector<bool> moved;
   for (std::size_t i = 0; i < probes.points.size(); ++i) {
     if (!worth[i]) continue;
@@ -198,7 +199,7 @@ CarriedBack carried_back(const AppliedStroke& stroke, const Probes& probes, cons
   }
   all.back = all.there;
   carry_back(stroke, options, length, all.back);
-  CarriedBack result;
+  InverseImage result;
   for (std::size_t i = 0; i < all.back.size(); ++i) {
     if (!moved[i] && all.back[i] == all.there[i]) continue;
     result.there.push_back(all.there[i]);
@@ -228,7 +229,7 @@ std::vector<Triangle> triangles_near(const DeformedShape& shape, const std::vect
 
 // From each point carried back to the nearest of the surface before. Most are near to it; only if one is not, all of
 // the surface is searched.
-std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const CarriedBack& points,
+std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const InverseImage& points,
                                       const ReplayOptions& options, double length) {
   std::vector<std::optional<SurfacePoint>> nearest(points.back.size());
   const auto search = [&](std::span<const Triangle> triangles, double distance) {
@@ -254,7 +255,7 @@ std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const Carried
 
 // The distances after the stroke that follow from these offsets before it: g / |grad g|, the gradient by where
 // neighbours came from.
-std::vector<double> distances_after(const AppliedStroke& stroke, const CarriedBack& points,
+std::vector<double> distances_after(const AppliedStroke& stroke, const InverseImage& points,
                                     const std::vector<Vec3d>& offsets, const ReplayOptions& options, double length) {
   const double reach = kNeighbour * length;
   std::vector<Vec3d> neighbours;
@@ -283,7 +284,7 @@ StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>&
   StrokeDistance result;
   result.line = stroke.line;
   if (stroke.before.mesh().face_count() == 0) return result;
-  const CarriedBack points = carried_back(stroke, probes_of(stroke, moved), options, length);
+  const InverseImage points = carried_back(stroke, probes_of(stroke, moved), options, length);
   result.points = points.back.size();
   if (points.back.empty()) return result;
   const std::vector<Vec3d> offsets = offsets_to_surface(stroke, points, options, length);

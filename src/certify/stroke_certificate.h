@@ -1,4 +1,4 @@
-// The certificate of one stroke. Internal to the session room.
+// The certificate of one stroke.
 #pragma once
 
 #include "knead/certify.h"

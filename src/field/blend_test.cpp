@@ -70,7 +70,7 @@ double complement_of(int degree, double s) {
 
 TEST(Falloff, IsTheBernsteinPolynomialOfItsDegree) {
   test::Random random(13);
-  for (int falloff = kLeastFalloff; falloff <= kGreatestFalloff; ++falloff) {
+  for (int falloff = kMinFalloff; falloff <= kGreatestFalloff; ++falloff) {
     for (int i = 0; i < 1000; ++i) {
       Thresholds<double> t = test::random_thresholds(random);
       t.falloff = falloff;
@@ -87,7 +87,7 @@ TEST(Falloff, IsTheBernsteinPolynomialOfItsDegree) {
 
 // dw/dr is 0 at both thresholds and of second order beside them, so it has a derivative there: 0.
 TEST(Falloff, IsSmoothAtBothThresholds) {
-  for (int falloff = kLeastFalloff; falloff <= kGreatestFalloff; ++falloff) {
+  for (int falloff = kMinFalloff; falloff <= kGreatestFalloff; ++falloff) {
     const Thresholds<double> t{0, 1, falloff};
     for (const double r : {-1.0, 0.0}) {
       EXPECT_EQ(blend_weight(r, t).value, 1) << falloff;
@@ -107,7 +107,7 @@ TEST(Falloff, IsSmoothAtBothThresholds) {
 TEST(Falloff, FallsNearerToTheInnerRegionForAGreaterDegree) {
   for (const double r : {0.1, 0.3, 0.5, 0.7, 0.9}) {
     double before = 1;
-    for (int falloff = kLeastFalloff; falloff <= kGreatestFalloff; ++falloff) {
+    for (int falloff = kMinFalloff; falloff <= kGreatestFalloff; ++falloff) {
       const double w = blend_weight(r, Thresholds<double>{0, 1, falloff}).value;
       EXPECT_LT(w, before) << falloff << " at " << r;
       before = w;
@@ -116,7 +116,7 @@ TEST(Falloff, FallsNearerToTheInnerRegionForAGreaterDegree) {
 }
 
 TEST(Falloff, HasTheFactsThatAreKnownOfIt) {
-  for (int falloff = kLeastFalloff; falloff <= kGreatestFalloff; ++falloff) {
+  for (int falloff = kMinFalloff; falloff <= kGreatestFalloff; ++falloff) {
     const FalloffFacts& facts = falloff_facts(falloff);
     const Thresholds<double> t{0, 1, falloff};
     EXPECT_NEAR(blend_weight(facts.half, t).value, 0.5, 3e-15) << falloff;

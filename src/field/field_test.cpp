@@ -54,7 +54,7 @@ TEST(Velocity, IsDivergenceFreeForEveryFalloff) {
   for_random_fields(27, 8, [&](const auto& m, const auto& r, Thresholds<double> thresholds, Random& random) {
     const Dual t(random.uniform(0, 1));
     for (int i = 0; i < 50; ++i) {
-      thresholds.falloff = kLeastFalloff + i % (kGreatestFalloff - kLeastFalloff + 1);
+      thresholds.falloff = kMinFalloff + i % (kGreatestFalloff - kMinFalloff + 1);
       const Vec3<Dual> v = velocity(m, r, thresholds, test::variables(random.in_box(1.5)), t);
       const double size = test::jacobian_size(v);
       if (size > 0) worst = std::fmax(worst, std::abs(test::divergence(v)) / std::fmax(size, 1.0));
@@ -146,7 +146,7 @@ int for_random_crossings(unsigned seed, int rounds, bool every_falloff, Visit vi
   for_random_fields(seed, rounds, [&](const auto& m, const auto& r, Thresholds<double> thresholds, Random& random) {
     using R = std::decay_t<decltype(r)>;
     if constexpr (!std::is_same_v<R, Capsule<double>>) {
-      if (every_falloff) thresholds.falloff = kLeastFalloff + found % (kGreatestFalloff - kLeastFalloff + 1);
+      if (every_falloff) thresholds.falloff = kMinFalloff + found % (kGreatestFalloff - kMinFalloff + 1);
       for (const double threshold : {thresholds.inner, thresholds.outer}) {
         Vec3d x;
         if (!find_threshold(r, threshold, random.in_box(1.2), random.in_box(1.2), x)) continue;

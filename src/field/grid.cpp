@@ -33,7 +33,7 @@ std::optional<std::size_t> node_count(const std::array<int, 3>& counts) {
     if (count < 1) return std::nullopt;
     nodes *= static_cast<std::size_t>(count);
     padded *= static_cast<std::size_t>(count) + std::size_t{2} * kEmptyNodes;
-    if (nodes > kMostGridNodes || padded > kMostPaddedNodes) return std::nullopt;
+    if (nodes > kMaxGridNodes || padded > kMaxPaddedNodes) return std::nullopt;
   }
   return nodes;
 }

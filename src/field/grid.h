@@ -282,8 +282,8 @@ GridValue<T> evaluate_grid(const GridView<S>& grid, const Vec3<T>& y, const T& t
 inline constexpr int kEmptyNodes = 4;
 
 // Grids have at most so many nodes; and with the empty ones.
-inline constexpr std::size_t kMostGridNodes = std::size_t{1} << 24;
-inline constexpr std::size_t kMostPaddedNodes = std::size_t{1} << 25;
+inline constexpr std::size_t kMaxGridNodes = std::size_t{1} << 24;
+inline constexpr std::size_t kMaxPaddedNodes = std::size_t{1} << 25;
 
 // Returns the number of a grid's nodes; nothing if there are none or too many.
 std::optional<std::size_t> node_count(const std::array<int, 3>& counts);

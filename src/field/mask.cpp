@@ -23,8 +23,8 @@ constexpr std::array<int, 5> kFalloff{256, 205, 105, 35, 7};
 constexpr int kTaps = 12;                         // cells along an axis that reach a node
 constexpr int kAround = kBrickNodes + kTaps - 1;  // cells along an axis that reach a brick
 constexpr int kCellsPerWidth = 8;
-constexpr double kMostBricks = 8e6;
-constexpr double kMostCells = 1e12;  // from the origin of coordinates
+constexpr double kMaxBricks = 8e6;
+constexpr double kMaxCells = 1e12;  // from the origin of coordinates
 
 using Index = std::array<std::int64_t, 3>;
 using Bytes = std::array<std::uint8_t, kBrickCells * kBrickCells * kBrickCells>;
@@ -44,7 +44,7 @@ void check(std::span<const Vec3d> points, std::span<const double> values, double
   }
   for (const Vec3d& p : points) {
     const double size = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    if (!(size * kCellsPerWidth / width < kMostCells)) {
+    if (!(size * kCellsPerWidth / width < kMaxCells)) {
       throw InvalidInput(fmt::format("\"width\" {} is too small for points as far from the origin as {}", width, size));
     }
   }
@@ -106,9 +106,9 @@ Bricks bricks_around(std::span<const Vec3d> points, double width) {
     size *= static_cast<double>(count);
     bricks.count[axis] = static_cast<int>(std::min<std::int64_t>(count, 1 << 24));
   }
-  if (size > kMostBricks) {
+  if (size > kMaxBricks) {
     throw InvalidInput(fmt::format("\"width\" must be at least {:.2g} for masked points that lie {:.3g} apart, got {}",
-                                   width * std::cbrt(size / kMostBricks), box.diagonal(), width));
+                                   width * std::cbrt(size / kMaxBricks), box.diagonal(), width));
   }
   return bricks;
 }
@@ -403,7 +403,8 @@ bool operator==(const Mask& a, const Mask& b) {
   return a.grid_ != nullptr && b.grid_ != nullptr && *a.grid_ == *b.grid_;
 }
 
-std::vector<std::uint32_t> telling_points(std::span<const Vec3d> points, std::span<const double> values, double width) {
+std::vector<std::uint32_t> representative_points(std::span<const Vec3d> points, std::span<const double> values,
+                                                 double width) {
   check(points, values, width);
   struct Best {
     int value = 0;

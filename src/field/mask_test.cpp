@@ -167,11 +167,11 @@ TEST(Mask, DependsOnOnePointOfEachCell) {
   Random random(405);
   const std::vector<Vec3d> points = some_points(random, 20000);
   const std::vector<double> values = some_values(random, points.size());
-  const std::vector<std::uint32_t> telling = telling_points(points, values, 0.8);
-  EXPECT_LT(telling.size(), points.size() / 2);
+  const std::vector<std::uint32_t> representative = representative_points(points, values, 0.8);
+  EXPECT_LT(representative.size(), points.size() / 2);
   std::vector<Vec3d> fewer;
   std::vector<double> theirs;
-  for (const std::uint32_t i : telling) {
+  for (const std::uint32_t i : representative) {
     fewer.push_back(points[i]);
     theirs.push_back(values[i]);
   }
@@ -204,9 +204,9 @@ TEST(Mask, HoldsPointsOnTheBordersOfItsCells) {
       EXPECT_EQ(m.gradient, (Vec3<float>{0, 0, 0}));
     }
   }
-  std::vector<std::uint32_t> telling = telling_points(points, {}, kWidth);
+  std::vector<std::uint32_t> representative = representative_points(points, {}, kWidth);
   std::vector<Vec3d> fewer;
-  for (const std::uint32_t i : telling) fewer.push_back(points[i]);
+  for (const std::uint32_t i : representative) fewer.push_back(points[i]);
   EXPECT_EQ(Mask(points, {}, kWidth), Mask(fewer, {}, kWidth));
 }
 

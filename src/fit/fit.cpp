@@ -14,8 +14,8 @@ namespace knead {
 namespace {
 
 constexpr std::size_t kGrain = 64;
-// Fewer pins are all within each other's reach and can still be solved (tool/pins.cpp).
-constexpr std::size_t kMostTogether = 600;
+// Fewer pins are all within each other's reach and can still be solved (strokes/pins.cpp).
+constexpr std::size_t kMaxTogether = 600;
 
 SurfaceTree tree_of(const Mesh& mesh) {
   validate(mesh);
@@ -40,7 +40,7 @@ void add_distances(const Mesh& from, const SurfaceTree& to, int threads, Progres
 }
 
 Json json_of(const SurfaceDistance& distance) {
-  return {{"mean", distance.mean}, {"most_95", distance.most_95}, {"max", distance.max}};
+  return {{"mean", distance.mean}, {"most_95", distance.percentile_95}, {"max", distance.max}};
 }
 
 std::optional<double> volume_of(const Mesh& mesh) {
@@ -53,7 +53,7 @@ std::optional<double> relative(const std::optional<double>& now, const std::opti
 }
 
 SurfaceDistance scaled(SurfaceDistance distance, double by) {
-  return {distance.mean * by, distance.most_95 * by, distance.max * by};
+  return {distance.mean * by, distance.percentile_95 * by, distance.max * by};
 }
 
 double greatest_of(const std::vector<float>& stretches) {
@@ -80,7 +80,7 @@ SurfaceDistance distance_between(const Mesh& a, const Mesh& b, int threads, Prog
   for (const double distance : distances) result.mean += distance;
   result.mean /= static_cast<double>(distances.size());
   std::sort(distances.begin(), distances.end());
-  result.most_95 = distances[(distances.size() * 95 + 99) / 100 - 1];
+  result.percentile_95 = distances[(distances.size() * 95 + 99) / 100 - 1];
   result.max = distances.back();
   return result;
 }
@@ -93,7 +93,7 @@ PinsStroke landmark_pins(std::vector<Vec3d> from, std::vector<Vec3d> to, double 
   validate(pins);
   const Flow flow = flow_of(pins);
   const double automatic = flow.segments.front().fields.front().thresholds.outer;
-  const double wide = pins.points.size() <= kMostTogether ? 0.5 * diagonal : 0;
+  const double wide = pins.points.size() <= kMaxTogether ? 0.5 * diagonal : 0;
   pins.radius = std::max(automatic, wide);
   pins.radius_auto = false;
   validate(pins);

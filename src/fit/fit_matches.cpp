@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kGrain = 64;
 // Matches count by the square of the cosine between their normals, from this cosine on.
-constexpr double kLeastCosine = 0.2;
+constexpr double kMinCosine = 0.2;
 // A match counts half where it is so many times farther than the mean one.
 constexpr double kFar = 8;
 
@@ -49,7 +49,7 @@ double mean_of(std::span<const Found> a, std::span<const Found> b) {
 // each other (Rusinkiewicz 2019).
 void add(const SurfaceSample& from, const SurfaceSample& to, double distance, double usual, std::vector<Match>& all) {
   const double cosine = dot(from.normal, to.normal);
-  if (cosine < kLeastCosine) return;
+  if (cosine < kMinCosine) return;
   const Vec3d direction = unit_or(from.normal + to.normal, to.normal);
   const double far = usual > 0 ? distance / (kFar * usual) : 0;
   const double sure = 1 / (1 + far * far);

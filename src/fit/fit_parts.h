@@ -1,4 +1,4 @@
-// Which points of two surfaces belong together (knead fit --surface). Internal to the session room.
+// Which points of two surfaces belong together (knead fit --surface).
 #pragma once
 
 #include <cstddef>
@@ -66,7 +66,7 @@ struct Matches {
 Matches match(const FitSurface& source, std::span<const SurfaceSample> of_source, const FitSurface& target,
               std::span<const SurfaceSample> of_target, int threads, const Progress* progress);
 
-// Pins that take a surface to its matches (knead fit --surface). Internal to the session room.
+// Pins that take a surface to its matches (knead fit --surface).
 
 // Landmarks, where they are and where they belong.
 struct FitLandmarks {
@@ -92,7 +92,7 @@ PinsStroke fit_pins(std::span<const Match> matches, std::span<const SurfaceSampl
 // away.
 inline constexpr double kPinSpacing = 0.25;
 
-// Takes a shape to another one, stroke by stroke. Internal to the session room.
+// Takes a shape to another one, stroke by stroke.
 
 // Returns how many strokes a fit has at most.
 std::size_t most_strokes(const ShapeFitOptions& options);

@@ -13,11 +13,11 @@ namespace {
 
 // A landmark counts as much as so many matches that are sure.
 constexpr double kLandmarkWeight = 1e3;
-constexpr int kMostRounds = 200;  // of conjugate gradients
+constexpr int kMaxRounds = 200;   // of conjugate gradients
 constexpr double kEnough = 1e-4;  // of the residual
 // Of their distance, two pins move by at most so much more than each other; of the radius, a pin by at most so much.
-constexpr double kMostStrain = 0.5;
-constexpr double kMostMotion = 0.3;
+constexpr double kMaxStrain = 0.5;
+constexpr double kMaxMotion = 0.3;
 
 using Vectors = std::vector<Vec3d>;
 
@@ -120,7 +120,7 @@ class FieldFit {
     Vectors direction = better(rest);
     double now = dot_of(rest, direction);
     const double enough = kEnough * kEnough * now;
-    for (int round = 0; round < kMostRounds && now > enough; ++round) {
+    for (int round = 0; round < kMaxRounds && now > enough; ++round) {
       stop_if_cancelled(progress);
       const Vectors image = product(direction);
       const double step = now / dot_of(direction, image);
@@ -212,10 +212,10 @@ class FieldFit {
 double allowed(const Vectors& pins, const Vectors& motions, std::size_t free, double radius) {
   double most = 1;
   for (std::size_t i = free; i < pins.size(); ++i) {
-    most = std::max(most, norm(motions[i]) / (kMostMotion * radius));
+    most = std::max(most, norm(motions[i]) / (kMaxMotion * radius));
     for (std::size_t j = 0; j < i; ++j) {
       const double apart = norm(motions[i] - motions[j]);
-      most = std::max(most, apart / (kMostStrain * norm(pins[i] - pins[j])));
+      most = std::max(most, apart / (kMaxStrain * norm(pins[i] - pins[j])));
     }
   }
   return 1 / most;

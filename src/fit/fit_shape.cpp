@@ -16,10 +16,10 @@ constexpr std::size_t kLevels = 12;
 constexpr std::size_t kRounds = 8;  // strokes of a level
 constexpr double kWorthwhile = 0.98;
 // The finest pins: so many on the source's surface, and so many mean edges apart.
-constexpr double kMostSurfacePins = 1200;
+constexpr double kMaxSurfacePins = 1200;
 constexpr double kEdges = 1.5;
 constexpr double kSamplesOfPin = 10;
-constexpr std::size_t kLeastSamples = 4000;
+constexpr std::size_t kMinSamples = 4000;
 constexpr double kSmoothness = 0.003;
 
 }  // namespace
@@ -121,12 +121,12 @@ void ShapeFitter::fit_surface() {
   const FitSurface source({triangles.begin(), triangles.end()}, shape_.positions());
   target_ = std::make_unique<FitSurface>(target_triangles_, target_mesh_.positions);
   const double unit = shape_.reference_length();
-  const double spacing = std::max(std::sqrt(source.area() / kMostSurfacePins),
-                                  kEdges * std::max(source.mean_edge(), target_->mean_edge()));
+  const double spacing =
+      std::max(std::sqrt(source.area() / kMaxSurfacePins), kEdges * std::max(source.mean_edge(), target_->mean_edge()));
   double radius = kFirstRadius * unit;
   for (std::size_t level = 0; level < kLevels && radius * kPinSpacing >= spacing; ++level, radius *= kFiner) {
     const double pins = source.area() / (kPinSpacing * kPinSpacing * radius * radius);
-    sample_count_ = std::max(kLeastSamples, static_cast<std::size_t>(kSamplesOfPin * pins));
+    sample_count_ = std::max(kMinSamples, static_cast<std::size_t>(kSamplesOfPin * pins));
     target_samples_ = target_->samples(sample_count_);
     look();
     fit_level(radius, strokes_.size() + kRounds);

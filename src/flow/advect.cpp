@@ -118,10 +118,10 @@ constexpr double kVeryStale = 1;
 
 ReadySegment::ReadySegment(const Segment& of, const AdvectOptions& options)
     : segment(&of), culling(of), move(make_segment_mover(of, options)) {
-  if (!of.barrel || of.begin == 0) return;
+  if (!of.limit_cylinder || of.begin == 0) return;
   auto back = std::make_unique<Segment>(of);
   back->end = 0;
-  back->barrel.reset();
+  back->limit_cylinder.reset();
   move_to_start = make_segment_mover(*back, options);
   to_start = std::move(back);
 }
@@ -216,7 +216,7 @@ void BlockMover::move_group(const ReadySegment& segment, Work& work) {
     if (is_between(segment, first + block)) work.live.between |= std::uint64_t{1} << block;
   }
   if (work.live.block_count == 0) return;
-  if (segment.segment->barrel) choose_members(segment, work);
+  if (segment.segment->limit_cylinder) choose_members(segment, work);
   const GroupCounts counts = segment.move(work.live);
   accepted_ += counts.accepted;
   rejected_ += counts.rejected;
@@ -253,7 +253,7 @@ bool BlockMover::is_between(const ReadySegment& segment, std::size_t block) {
   return segment.culling.covers(ball_of(bounds), false);
 }
 
-// Of a segment with a barrel: the points that are in it at t = 0.
+// Of a segment with a limit cylinder: the points that are in it at t = 0.
 void BlockMover::choose_members(const ReadySegment& segment, Work& work) const {
   std::vector<double> copy;
   Coordinates at_start = work.live.points;
@@ -269,7 +269,7 @@ void BlockMover::choose_members(const ReadySegment& segment, Work& work) const {
     const std::size_t block = work.blocks[static_cast<std::size_t>(k)];
     for (std::size_t i = 0; i < kBlock; ++i) {
       const std::size_t at = block * kBlock + i;
-      if (is_within(*segment.segment->barrel, {at_start.x[at], at_start.y[at], at_start.z[at]})) continue;
+      if (is_within(*segment.segment->limit_cylinder, {at_start.x[at], at_start.y[at], at_start.z[at]})) continue;
       work.members[block] &= ~(std::uint64_t{1} << i);
     }
   }

@@ -236,14 +236,14 @@ TEST(Advect, CylinderMovesOnlyWhatIsWithinItAtTheStart) {
                                {0, 0, 0}, {-0.3, 0.3});
   const auto points = test::random_points(random, 2000);
   const auto free = moved(Flow{{bend}}, points, precisely());
-  bend.barrel = SegmentBarrel{{0, 0, 0}, {1, 0, 0}, 0.4};
+  bend.limit_cylinder = LimitCylinder{{0, 0, 0}, {1, 0, 0}, 0.4};
   const Flow flow{{bend}};
   const auto restricted = moved(flow, points, precisely());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const bool within = std::hypot(points[i].y, points[i].z) <= 0.4;
     EXPECT_EQ(restricted[i], within ? free[i] : points[i]);
   }
-  // Backwards: what came from within the barrel is taken back to where it was.
+  // Backwards: what came from within the limit cylinder is taken back to where it was.
   const auto back = moved(inverse(flow), restricted, precisely());
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (std::hypot(points[i].y, points[i].z) < 0.399) {
@@ -346,16 +346,16 @@ TEST(Advect, WithinABoundOnEvaluationsIsTheSameOrNothing) {
 }
 
 TEST(Advect, EndsSoonAfterTheBoundOnEvaluations) {
-  constexpr std::uint64_t kMost = 100'000;
+  constexpr std::uint64_t kMax = 100'000;
   const Rotation<double> turn{{0, 0, 1}, 10'000};
   const Flow flow{{test::resting(turn, Ball<double>{}, {0, 0, 0}, {0.1, 0.8})}};
   std::vector<Vec3d> points(1000, Vec3d{0.5, 0, 0});
   AdvectOptions options = precisely(1e-6);
-  EXPECT_GT(advect(flow, points, options).evaluations, 100 * kMost);
+  EXPECT_GT(advect(flow, points, options).evaluations, 100 * kMax);
   options.threads = 1;
-  const AdvectResult ended = detail::advect_within(flow, points, options, kMost);
+  const AdvectResult ended = detail::advect_within(flow, points, options, kMax);
   EXPECT_EQ(ended.status, AdvectStatus::step_limit);
-  EXPECT_LT(ended.evaluations, 2 * kMost);
+  EXPECT_LT(ended.evaluations, 2 * kMax);
 }
 
 std::string refusal(const Flow& flow, std::vector<Vec3d> points) {

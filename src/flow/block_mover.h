@@ -1,4 +1,4 @@
-// Moves points in blocks through a flow. Internal to the flow room.
+// Moves points in blocks through a flow.
 #pragma once
 
 #include <atomic>
@@ -18,7 +18,7 @@ struct ReadySegment {
   const Segment* segment = nullptr;
   Culling culling;
   SegmentMover move;
-  // Of a barrel whose members are to be known at t = 0, from where they are at the segment's beginning.
+  // Of a limit cylinder whose members are to be known at t = 0, from where they are at the segment's beginning.
   std::unique_ptr<const Segment> to_start;
   SegmentMover move_to_start;
 

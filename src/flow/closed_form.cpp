@@ -15,8 +15,8 @@ namespace {
 
 // d turned about the unit axis by the angle, minus d; without cancellation for small angles.
 Vec3d turn_displacement(const Vec3d& d, const Vec3d& axis, double angle) {
-  constexpr double kMostForSinCos = 1e4;  // far up a twist there may be more
-  if (std::abs(angle) > kMostForSinCos) angle = std::remainder(angle, 2 * std::numbers::pi);
+  constexpr double kMaxForSinCos = 1e4;  // far up a twist there may be more
+  if (std::abs(angle) > kMaxForSinCos) angle = std::remainder(angle, 2 * std::numbers::pi);
   const double half_sine = sincos(0.5 * angle).sin;
   const Vec3d d_perp = d - axis * dot(axis, d);
   return cross(axis, d) * sincos(angle).sin - d_perp * (2 * half_sine * half_sine);

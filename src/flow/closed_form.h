@@ -13,7 +13,7 @@
 namespace knead {
 
 // Returns the displacement of the point x from segment.begin to segment.end where it is known in closed form, else
-// nothing. The segment's barrel is ignored. Known are
+// nothing. The segment's limit cylinder is ignored. Known are
 //   - a translation swept along with its tool, for a point of the rigid inner region: the tool's displacement, exactly;
 //   - a rotation in a ball about its centre, and a twist whose half-space's normal is parallel to its axis: every point
 //     turns about the axis at a constant rate;
@@ -47,7 +47,7 @@ std::optional<double> next_contact(const Segment& segment, const Vec3d& x, doubl
 
 }  // namespace knead
 
-// One field with its numbers in the scalar of the evaluation. Internal to the flow room.
+// One field with its numbers in the scalar of the evaluation.
 namespace knead::detail {
 
 // |dr/dt| at a resting point: how fast a region turns past it.

@@ -186,9 +186,9 @@ namespace knead {
 
 namespace {
 
-bool is_beyond(const SegmentBarrel& barrel, const Vec3d& center, double radius) {
-  const Vec3d d = center - barrel.point;
-  return norm(d - barrel.direction * dot(barrel.direction, d)) > (barrel.radius + radius) * (1 + 1e-12);
+bool is_beyond(const LimitCylinder& limit_cylinder, const Vec3d& center, double radius) {
+  const Vec3d d = center - limit_cylinder.center;
+  return norm(d - limit_cylinder.axis * dot(limit_cylinder.axis, d)) > (limit_cylinder.radius + radius) * (1 + 1e-12);
 }
 
 double feature_of(const Field& field) {
@@ -220,8 +220,8 @@ FlowReach& FlowReach::operator=(FlowReach&&) noexcept = default;
 
 bool FlowReach::may_move(const Vec3d& center, double radius) const {
   for (std::size_t i = 0; i < parts_->segments.size(); ++i) {
-    const auto& barrel = parts_->flow.segments[i].barrel;
-    if (barrel && is_beyond(*barrel, center, radius)) continue;
+    const auto& limit_cylinder = parts_->flow.segments[i].limit_cylinder;
+    if (limit_cylinder && is_beyond(*limit_cylinder, center, radius)) continue;
     if (!parts_->segments[i].misses({center, radius})) return true;
   }
   return false;

@@ -1,4 +1,4 @@
-// Which points a segment can reach, for whole boxes of them. Internal to the flow room.
+// Which points a segment can reach, for whole boxes of them.
 #pragma once
 
 #include <memory>

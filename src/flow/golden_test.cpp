@@ -84,7 +84,7 @@ Flow scene() {
   flow.segments.push_back(flow.segments.front());
   flow.segments.back().fields.push_back(flow.segments[2].fields.front());
   flow.segments.push_back(flow.segments[13]);
-  flow.segments.back().barrel = SegmentBarrel{{0, 0, 0}, axis, 0.5};
+  flow.segments.back().limit_cylinder = LimitCylinder{{0, 0, 0}, axis, 0.5};
   return flow;
 }
 

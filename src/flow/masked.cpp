@@ -15,8 +15,8 @@ namespace knead::detail {
 
 namespace {
 
-constexpr std::size_t kMostBorder = 400;  // parts of the border that are looked at
-constexpr int kPlaces = 6;                // along each axis of the box in which the support is looked at
+constexpr std::size_t kMaxBorder = 400;  // parts of the border that are looked at
+constexpr int kPlaces = 6;               // along each axis of the box in which the support is looked at
 constexpr std::array<double, 3> kMoments{0.5, 0.1, 0.9};
 constexpr int kRounds = 12;
 constexpr double kStep = 0.3;           // of the way to the next weighted least squares
@@ -55,13 +55,13 @@ bool reaches(const Segment& segment) {
   return false;
 }
 
-// At most kMostBorder places of it, evenly through the list.
+// At most kMaxBorder places of it, evenly through the list.
 std::vector<Vec3d> border_in(const MaskGrid& grid, const Box& box) {
   std::vector<Vec3d> all;
   for (const Vec3d& place : grid.border) {
     if (contains(box, place)) all.push_back(place);
   }
-  const std::size_t stride = (all.size() + kMostBorder - 1) / kMostBorder;
+  const std::size_t stride = (all.size() + kMaxBorder - 1) / kMaxBorder;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < all.size(); i += stride) all[kept++] = all[i];
   all.resize(kept);

@@ -15,7 +15,7 @@ struct SegmentMask {
   bool acts = false;
   // What is taken from each field's vector potential. Of all constants it makes the flow that the mask adds the least,
   // in squares: along the border, where it is w grad m x (A - offset), and in the intermediate region, where it is
-  // m dw/dr grad r x offset. Depends neither on begin and end nor on the barrel.
+  // m dw/dr grad r x offset. Depends neither on begin and end nor on the limit cylinder.
   std::vector<Vec3d> offsets;
 };
 

@@ -154,7 +154,7 @@ class SegmentJacobians {
  private:
   // The time from which on the path line is to be integrated. None: x rests, or what is known has been done.
   std::optional<double> meet(Vec3d& x, Mat3d& jacobian) const {
-    if (is_outside_barrel(x)) return std::nullopt;
+    if (is_outside_limit_cylinder(x)) return std::nullopt;
     const std::optional<double> contact = next_contact(segment_, x, segment_.begin);
     if (!contact || (mask_.acts && segment_.mask.holds(x))) return std::nullopt;
     const std::optional<Vec3d> known = known_displacement(x);
@@ -164,10 +164,10 @@ class SegmentJacobians {
     return std::nullopt;
   }
 
-  bool is_outside_barrel(const Vec3d& x) const {
-    if (!segment_.barrel) return false;
-    const Vec3d d = x - segment_.barrel->point;
-    return norm(cross(segment_.barrel->direction, d)) > segment_.barrel->radius;
+  bool is_outside_limit_cylinder(const Vec3d& x) const {
+    if (!segment_.limit_cylinder) return false;
+    const Vec3d d = x - segment_.limit_cylinder->center;
+    return norm(cross(segment_.limit_cylinder->axis, d)) > segment_.limit_cylinder->radius;
   }
 
   // For the whole Jacobian, of the motions that are known in closed form only those whose gradient is known too.
@@ -236,10 +236,10 @@ class SegmentJacobians {
     task.find_gradients = bound_.find != nullptr ? bound_.find : &find_gradients;
     task.field = bound_.find != nullptr ? bound_.field.get() : this;
     task.longest_step = std::isfinite(task_.reach) ? 1.0 : 1.0 / 16;
-    if (segment_.time_law == TimeLaw::blended) task.longest_step = detail::kLeastBlendedStep;
+    if (segment_.time_law == TimeLaw::blended) task.longest_step = detail::kMinBlendedStep;
     if (!segment_.grid.end_coefficients.empty()) task.longest_step = kLongestUnsteadyStep;
     for (const Segment& part : segment_.parts) {
-      if (part.time_law == TimeLaw::blended || turns(part)) task.longest_step = detail::kLeastBlendedStep;
+      if (part.time_law == TimeLaw::blended || turns(part)) task.longest_step = detail::kMinBlendedStep;
       if (!part.grid.end_coefficients.empty()) task.longest_step = std::min(task.longest_step, kLongestUnsteadyStep);
     }
     for (const Field& field : segment_.fields) {
@@ -281,16 +281,16 @@ class SegmentJacobians {
   std::vector<std::unique_ptr<const SegmentJacobians>> parts_;
 };
 
-// A sum with barrels, cut into one flow for each choice of its parts: which of them move a point depends on where that
-// is at the beginning.
-struct BarrelParts {
+// A sum with limit cylinders, cut into one flow for each choice of its parts: which of them move a point depends on
+// where that is at the beginning.
+struct CylinderParts {
   std::vector<unsigned> chosen;  // of each point, as bits
 
-  BarrelParts(const Segment& sum, std::span<const Vec3d> points) : chosen(points.size(), 0) {
+  CylinderParts(const Segment& sum, std::span<const Vec3d> points) : chosen(points.size(), 0) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       for (std::size_t part = 0; part < sum.parts.size(); ++part) {
-        const std::optional<SegmentBarrel>& barrel = sum.parts[part].barrel;
-        if (!barrel || detail::is_within(*barrel, points[i])) chosen[i] |= 1U << part;
+        const std::optional<LimitCylinder>& limit_cylinder = sum.parts[part].limit_cylinder;
+        if (!limit_cylinder || detail::is_within(*limit_cylinder, points[i])) chosen[i] |= 1U << part;
       }
     }
   }
@@ -310,14 +310,14 @@ void carry_through(const Segment& segment, std::span<Vec3d> points, std::span<Ma
   stop_if_cancelled(options.progress);
 }
 
-// The same for a sum with barrels: the points that the same parts move together.
-void carry_through_barrels(const Segment& sum, std::span<Vec3d> points, std::span<Mat3d> jacobians,
-                           const AdvectOptions& options, Wanted wanted) {
-  const BarrelParts barrels(sum, points);
+// The same for a sum with limit cylinders: the points that the same parts move together.
+void carry_through_limit_cylinders(const Segment& sum, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                                   const AdvectOptions& options, Wanted wanted) {
+  const CylinderParts limit_cylinders(sum, points);
   for (unsigned parts = 0; parts < 1U << sum.parts.size(); ++parts) {
     std::vector<std::size_t> members;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (barrels.chosen[i] == parts) members.push_back(i);
+      if (limit_cylinders.chosen[i] == parts) members.push_back(i);
     }
     if (parts == 0 && options.progress != nullptr) options.progress->done += members.size();
     if (parts == 0 || members.empty()) continue;
@@ -342,8 +342,8 @@ std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const Advect
   require_finite(points);
   std::vector<Mat3d> result(points.size());
   for (const Segment& segment : flow.segments) {
-    detail::has_barrels(segment) ? carry_through_barrels(segment, points, result, options, wanted)
-                                 : carry_through(segment, points, result, options, wanted);
+    detail::has_limit_cylinders(segment) ? carry_through_limit_cylinders(segment, points, result, options, wanted)
+                                         : carry_through(segment, points, result, options, wanted);
   }
   return result;
 }

@@ -1,5 +1,5 @@
 // How exactly the integration of path lines keeps volume. Internal to the library. path_jacobian.cpp also has
-// jacobians() and velocities() of advect.h.
+// jacobians() and velocities() of flow.h.
 #pragma once
 
 #include "knead/flow.h"

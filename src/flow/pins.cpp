@@ -24,8 +24,8 @@ namespace {
 
 // Solutions are so much better than the polynomials, as far as rounding permits.
 constexpr double kSolveShare = 0.03;
-constexpr double kLeastError = 1e-14;  // of the greatest speed
-constexpr int kMostRounds = 16;        // of conjugate gradients, before the matrix is factorised anew
+constexpr double kMinError = 1e-14;  // of the greatest speed
+constexpr int kMaxRounds = 16;       // of conjugate gradients, before the matrix is factorised anew
 // Without a factor a round costs a thirtieth for 2000 pins. The error is that of so many rounds ago.
 constexpr std::size_t kPlainRounds = 200;
 constexpr std::size_t kDelay = 10;
@@ -37,7 +37,7 @@ constexpr double kStrainUnit = 6.708203932499369089;
 constexpr double kHalfRoot = 0.707106781186547524;  // 1 / sqrt(2)
 constexpr double kSixthRoot = 0.408248290463863016;
 constexpr std::size_t kStrains = 5;
-constexpr std::size_t kMostUnknowns = 3 + 3 * kNodesOfTurn;  // of a pin; the last one is always 0
+constexpr std::size_t kMaxUnknowns = 3 + 3 * kNodesOfTurn;  // of a pin; the last one is always 0
 
 const std::array<Mat3d, kStrains> kStrainBasis{{
     {{kHalfRoot, 0, 0}, {0, -kHalfRoot, 0}, {0, 0, 0}},
@@ -80,7 +80,7 @@ Vec3<Dual> unit_field(std::size_t unknown, const Vec3<Dual>& y) {
   return {};
 }
 
-using Unknowns = std::array<double, kMostUnknowns>;
+using Unknowns = std::array<double, kMaxUnknowns>;
 
 // What the equations of a pin say of a field there.
 Unknowns values_of(const Vec3<Dual>& v) {
@@ -124,7 +124,7 @@ PinEquations::PinEquations(const Segment& segment, double tolerance)
   find_pairs(std::min(segment.begin, segment.end), std::max(segment.begin, segment.end));
   double speed = 0;
   for (const Vec3d& u : right_) speed = std::max(speed, norm(u));
-  error_ = std::max(kPinShare * tolerance, kLeastError / kSolveShare * speed);
+  error_ = std::max(kPinShare * tolerance, kMinError / kSolveShare * speed);
 }
 
 PinEquations::~PinEquations() = default;
@@ -185,7 +185,7 @@ void PinEquations::set_time(double t) {
       blocks_[next++] = pin_kernel(y);
       continue;
     }
-    std::array<Unknowns, kMostUnknowns> values{};  // by column
+    std::array<Unknowns, kMaxUnknowns> values{};  // by column
     for (std::size_t k = 0; k < 3 * columns; ++k) values[k] = values_of(unit_field(k, variables(y)));
     for (std::size_t row = 0; row < rows; ++row) {
       for (std::size_t column = 0; column < columns; ++column) {
@@ -296,7 +296,7 @@ bool PinEquations::improve(Nodes& a) const {
   Nodes direction;
   double last = 0;
   const double enough = kSolveShare * error_;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const Nodes better = by_factor(rest);
     const double now = dot_of(rest, better);
     if (now <= enough * enough) return true;
@@ -316,8 +316,8 @@ bool PinEquations::improve(Nodes& a) const {
 namespace {
 
 // Nodes of a piece are those of Chebyshev and Lobatto, so that those of a degree are nodes of twice the degree too.
-constexpr int kMostDegree = kMostPinDegree;
-constexpr int kNodes = 2 * kMostDegree;  // and one
+constexpr int kMaxDegree = kMaxPinDegree;
+constexpr int kNodes = 2 * kMaxDegree;  // and one
 constexpr std::array<double, kNodes / 2 + 1> kCosines{1,
                                                       0.98078528040323044913,
                                                       0.92387953251128675613,
@@ -354,7 +354,7 @@ class PinSolver {
     end_ = end;
     for (auto& solution : solutions_) solution.reset();
     const Nodes* guess = &solution_at(kNodes / 2, nullptr);
-    for (int degree = 1; degree <= kMostDegree; degree *= 2) {
+    for (int degree = 1; degree <= kMaxDegree; degree *= 2) {
       if (fits(degree, guess)) return;
     }
     const double cut = cut_of(begin, end);
@@ -414,8 +414,8 @@ class PinSolver {
   PinPiece interpolated(int degree) const {
     PinPiece piece{begin_, end_, degree, {}};
     const int stride = kNodes / degree;
-    std::array<Vec3d, kMostDegree + 1> f;
-    std::array<Vec3d, kMostDegree + 1> powers;
+    std::array<Vec3d, kMaxDegree + 1> f;
+    std::array<Vec3d, kMaxDegree + 1> powers;
     const auto at = [](int i) { return static_cast<std::size_t>(i); };
     for (std::size_t node_number = 0; node_number < equations_.size(); ++node_number) {
       for (int k = 0; k <= degree; ++k) f[at(k)] = (*solutions_[at(k * stride)])[node_number];

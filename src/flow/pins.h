@@ -1,4 +1,4 @@
-// The equations of pins at any time (method, section 9). Internal to the flow room.
+// The equations of pins at any time (method, section 9).
 //
 // A pin that also turns prescribes the gradient of v at its place: that of a rotation with its rate. Its kernels are
 // the derivatives of Psi: one for each traceless matrix E, the Riesz representer of the functional <E, grad v>. They
@@ -107,15 +107,15 @@ class PinEquations {
   std::unique_ptr<Factor> factor_;
 };
 
-// The velocities with which the fields of a pinned segment are summed (method, section 9). Internal to the flow room.
+// The velocities with which the fields of a pinned segment are summed (method, section 9).
 //
 // At the time t the pins are at q_i(t) = c_i + t u_i, and the a_j(t) solve sum_j Psi((q_i - q_j) / R) a_j = u_i, R
 // being the pins' radius and Psi a the velocity of a pin that moves with a. They are kept as polynomials.
 
-inline constexpr int kMostPinDegree = 8;
+inline constexpr int kMaxPinDegree = 8;
 
 // The solution over a part of the segment's time, in powers of s = (2 t - begin - end) / (end - begin): of each pin
-// a_i(t), then of each turn its three nodes (pin_equations.h).
+// a_i(t), then of each turn its three nodes (pins.h).
 struct PinPiece {
   double begin = 0;
   double end = 1;
@@ -139,7 +139,7 @@ std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance, const
 // velocities a; after them a rotation and a strain for each turn. Beyond the pieces' ends the nearest one is used.
 std::vector<Field> fields_at(const Segment& segment, const std::vector<PinPiece>& pieces, double t);
 
-// The numbers of pins as their kernel reads them (kernel_pins.h). Internal to the flow room.
+// The numbers of pins as their kernel reads them (kernel_pins.h).
 
 // The pins of one piece of a segment, relative to a centre, and everything that the kernel's field points to.
 template <class S>

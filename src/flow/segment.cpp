@@ -84,7 +84,8 @@ void check_pin(const Field& field, const Segment& segment) {
           "a pin must be the translation of a ball");
   require(field.thresholds == Thresholds<double>{0, segment.fields.front().thresholds.outer, kPinFalloff},
           "pins must have inner = 0, the falloff of pins, and the same outer");
-  require(segment.displacement == Vec3d{} && !segment.barrel, "a segment of pins has no displacement and no barrel");
+  require(segment.displacement == Vec3d{} && !segment.limit_cylinder,
+          "a segment of pins has no displacement and no limit cylinder");
 }
 
 void check(const Field& field, const Segment& segment) {
@@ -92,7 +93,7 @@ void check(const Field& field, const Segment& segment) {
   require(field.thresholds.inner < field.thresholds.outer, "a field's inner threshold must be below its outer one");
   const bool is_pin = segment.time_law == TimeLaw::pinned;
   if (is_pin) check_pin(field, segment);
-  require(is_pin || (field.thresholds.falloff >= kLeastFalloff && field.thresholds.falloff <= kGreatestFalloff),
+  require(is_pin || (field.thresholds.falloff >= kMinFalloff && field.thresholds.falloff <= kGreatestFalloff),
           "a field's falloff must be a whole number from 3 to 7");
   std::visit([](const auto& motion) { check(motion); }, field.motion);
   std::visit([](const auto& region) { check(region); }, field.region);
@@ -133,17 +134,17 @@ void check_turns(const Segment& segment) {
 void check_grid(const Segment& segment) {
   check(segment.grid);
   require(segment.fields.empty() && segment.displacement == Vec3d{} && segment.time_law == TimeLaw::swept &&
-              !segment.barrel && segment.turns.empty(),
-          "a segment with a grid of potentials has no fields, no displacement, no barrel and no turns");
+              !segment.limit_cylinder && segment.turns.empty(),
+          "a segment with a grid of potentials has no fields, no displacement, no limit cylinder and no turns");
 }
 
 void check(const Segment& segment);
 
 void check_parts(const Segment& segment) {
-  require(segment.parts.size() >= 2 && segment.parts.size() <= kMostParts, "a sum has 2 to 8 parts");
-  require(segment.fields.empty() && segment.grid.is_empty() && segment.displacement == Vec3d{} && !segment.barrel &&
-              segment.time_law == TimeLaw::swept && segment.turns.empty(),
-          "a sum has no fields, no grid, no displacement, no barrel and no turns of its own");
+  require(segment.parts.size() >= 2 && segment.parts.size() <= kMaxParts, "a sum has 2 to 8 parts");
+  require(segment.fields.empty() && segment.grid.is_empty() && segment.displacement == Vec3d{} &&
+              !segment.limit_cylinder && segment.time_law == TimeLaw::swept && segment.turns.empty(),
+          "a sum has no fields, no grid, no displacement, no limit cylinder and no turns of its own");
   for (const Segment& part : segment.parts) {
     require(part.parts.empty() && part.time_law != TimeLaw::pinned, "a part of a sum is neither a sum nor pinned");
     require(part.mask.is_empty() && part.begin == 0 && part.end == 1,
@@ -163,9 +164,10 @@ void check(const Segment& segment) {
   require(is_finite(segment.displacement), "its displacement is not finite");
   const auto in_unit = [](double t) { return t >= 0 && t <= 1; };
   require(in_unit(segment.begin) && in_unit(segment.end), "begin and end must lie in [0, 1]");
-  if (segment.barrel) {
-    require(is_finite(segment.barrel->point) && is_unit(segment.barrel->direction) && segment.barrel->radius > 0,
-            "its barrel needs a direction of unit length and a positive radius");
+  if (segment.limit_cylinder) {
+    require(is_finite(segment.limit_cylinder->center) && is_unit(segment.limit_cylinder->axis) &&
+                segment.limit_cylinder->radius > 0,
+            "its limit cylinder needs a direction of unit length and a positive radius");
   }
   for (const Field& field : segment.fields) check(field, segment);
   check_turns(segment);

@@ -19,7 +19,7 @@ namespace knead::detail {
 
 namespace {
 
-// More points than this have lists of their own (set_cells.h).
+// More points than this have lists of their own (sets.h).
 constexpr std::size_t kFewPoints = 48;
 
 bool is_for_packs(const Region& region) {
@@ -446,10 +446,10 @@ BoundKernel<S> kernel_of(const Segment& segment, double tolerance, const Segment
 template BoundKernel<float> kernel_of<float>(const Segment&, double, const SegmentMask&, const Kernels<float>&);
 template BoundKernel<double> kernel_of<double>(const Segment&, double, const SegmentMask&, const Kernels<double>&);
 
-bool is_within(const SegmentBarrel& barrel, const Vec3d& x) {
-  const Vec3d d = x - barrel.point;
-  const Vec3d across = d - barrel.direction * dot(barrel.direction, d);
-  return norm2(across) <= barrel.radius * barrel.radius;
+bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& x) {
+  const Vec3d d = x - limit_cylinder.center;
+  const Vec3d across = d - limit_cylinder.axis * dot(limit_cylinder.axis, d);
+  return norm2(across) <= limit_cylinder.radius * limit_cylinder.radius;
 }
 
 double reach_of_step(const Segment& segment) {

@@ -1,4 +1,4 @@
-// How the points of a group are moved by one segment. Internal to the flow room.
+// How the points of a group are moved by one segment.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ struct LiveGroup {
   std::uint64_t between = 0;       // by block: whether all points are known to be between the inner and outer region
   std::uint32_t* steps = nullptr;  // kGroup, to which accepted steps are added
   double* moved = nullptr;         // by block: raised to how far a point of it moves along an axis, at most
-  StopQuestion stop;
+  CancelCheck stop;
 };
 
 // Moves the points of the blocks over the whole segment. Called from several threads.
@@ -71,8 +71,8 @@ SegmentTask<double> task_in_double(const Segment& segment, double tolerance);
 // How far a step may pass, a length; infinity between handles, where that depends on the place.
 double reach_of_step(const Segment& segment);
 
-// Whether the point is in the barrel, at t = 0.
-bool is_within(const SegmentBarrel& barrel, const Vec3d& x);
+// Whether the point is in the limit cylinder, at t = 0.
+bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& x);
 
 // Whether the fields' inner region moves with the tool.
 bool carries(const Segment& segment);
@@ -87,21 +87,22 @@ std::vector<Segment> parts_of(const Segment& segment);
 // but it does not move points as the flow does.
 Flow each_part(const Flow& flow);
 
-// Returns whether a part has a barrel.
-bool has_barrels(const Segment& segment);
+// Returns whether a part has a limit cylinder.
+bool has_limit_cylinders(const Segment& segment);
 
-// Returns the parts of a sum without their barrels that a mask of bits names, as a segment: a sum, or one part alone.
+// Returns the parts of a sum without their limit cylinders that a mask of bits names, as a segment: a sum, or one part
+// alone.
 Segment chosen_parts(const Segment& sum, unsigned chosen);
 
-// The kernel of a sum, which calls those of its parts (kernel_sum.h). `center`: what positions are relative to. The
+// The kernel of a sum, which calls those of its parts (kernel_grid.h). `center`: what positions are relative to. The
 // segment must outlive it.
 template <class S>
 BoundKernel<S> sum_kernel(const Segment& sum, const Vec3d& center, const AdvectOptions& options,
                           const Kernels<S>& kernels);
 
-// Moves each point by the parts that it can meet, in whose barrels it begins: by one part alone as that moves it
-// without the others, with closed forms where there are any. Null for a segment that is no sum, and where every point
-// is moved by all parts. The segment must outlive it.
+// Moves each point by the parts that it can meet, in whose limit cylinders it begins: by one part alone as that moves
+// it without the others, with closed forms where there are any. Null for a segment that is no sum, and where every
+// point is moved by all parts. The segment must outlive it.
 SegmentMover mover_of_parts(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels);
 
 }  // namespace knead::detail

@@ -81,7 +81,9 @@ TEST(Validate, NamesTheSegmentAndWhatIsWrong) {
   expect_refused("handles that are not swept", [](Segment& s) {
     s.fields[0].region = Handles<double>{{{{0, 0, 0}}, {}, 8}, {{{2, 0, 0}}, {}, 8}};
   });
-  expect_refused("a barrel of radius 0", [](Segment& s) { s.barrel = SegmentBarrel{{0, 0, 0}, {0, 0, 1}, 0}; });
+  expect_refused("a limit cylinder of radius 0", [](Segment& s) {
+    s.limit_cylinder = LimitCylinder{{0, 0, 0}, {0, 0, 1}, 0};
+  });
 }
 
 }  // namespace

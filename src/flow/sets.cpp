@@ -22,7 +22,7 @@ constexpr double kMaskedSpeed = 3;
 
 // Cells to the width of the narrowest field's support, and at most so many in all.
 constexpr double kCellsToOuter = 6;
-constexpr double kMostCells = 1 << 18;
+constexpr double kMaxCells = 1 << 18;
 // Fewer points than this are not worth a list.
 constexpr std::size_t kFewPoints = 48;
 // As for next_contact of all other regions (contact.cpp).
@@ -82,7 +82,7 @@ template <class S>
 SetCells<S>::SetCells(const Segment& segment, double tolerance, const SegmentMask& mask)
     : anchor_(segment.fields.front().center),
       displacement_(segment.displacement),
-      duration_(segment.barrel ? 1 : std::abs(segment.end - segment.begin)) {
+      duration_(segment.limit_cylinder ? 1 : std::abs(segment.end - segment.begin)) {
   const double error = kSumsShareOfTolerance * tolerance / static_cast<double>(segment.fields.size());
   for (const Field& field : segment.fields) parts_.push_back(make_part(field, error));
   for (std::size_t i = 0; mask.acts && i < parts_.size(); ++i) {
@@ -151,7 +151,7 @@ void SetCells<S>::lay_grid() {
   }
   const Vec3d extent = box_.max - box_.min;
   const auto count = [&](double length) { return std::floor(length / size_) + 1; };
-  while (count(extent.x) * count(extent.y) * count(extent.z) > kMostCells) size_ *= 1.25;
+  while (count(extent.x) * count(extent.y) * count(extent.z) > kMaxCells) size_ *= 1.25;
   inverse_size_ = 1 / size_;
   home_ = stays ? 0.5 * size_ + whole_path : 0.75 * size_;
   radius_ = std::sqrt(3.0) * (stays ? 0.5 : 0.75) * size_ + excursion_;

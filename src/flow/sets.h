@@ -1,5 +1,5 @@
 // Points in a hierarchy of clusters, from which a short list is drawn that stands for all of them within a part of
-// space. Internal to the flow room.
+// space.
 #pragma once
 
 #include <array>
@@ -89,7 +89,7 @@ class PointTree {
   std::vector<Node> nodes_;
 };
 
-// A point set with a tree that says how far its points are, about. Internal to the flow room.
+// A point set with a tree that says how far its points are, about.
 
 template <class S>
 struct GuidedSet {
@@ -116,8 +116,7 @@ RegionValue<S> evaluate(const GuidedSet<S>& region, const Vec3<S>& d, const S& t
   return evaluate(region.set, d, t);
 }
 
-// The fields of moving point sets, cut into cells of the tool's space in which few elements stand for all. Internal to
-// the flow room.
+// The fields of moving point sets, cut into cells of the tool's space in which few elements stand for all.
 
 template <class S>
 using SetField = SingleField<S, Translation<S>, PackedSet<S>>;

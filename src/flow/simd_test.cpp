@@ -22,15 +22,16 @@ constexpr Integrator kIntegrators[] = {Integrator::rk4, Integrator::bogacki_sham
                                        Integrator::tsitouras};
 constexpr Precision kPrecisions[] = {Precision::float32, Precision::float64};
 
-// Every kind of segment: whole, a part of it, and both backwards; those that have a barrel with and without one.
+// Every kind of segment: whole, a part of it, and both backwards; those that have a limit cylinder with and without
+// one.
 std::vector<NamedSegment> all_segments(Random& random) {
   std::vector<NamedSegment> result;
   for (const NamedSegment& whole : test::random_segments(random)) {
     std::vector<NamedSegment> kinds{whole};
     if (std::holds_alternative<HalfSpace<double>>(whole.segment.fields[0].region)) {
       kinds.push_back(whole);
-      kinds.back().name += " in a barrel";
-      kinds.back().segment.barrel = SegmentBarrel{random.in_box(0.1), random.unit(), 0.4};
+      kinds.back().name += " in a limit cylinder";
+      kinds.back().segment.limit_cylinder = LimitCylinder{random.in_box(0.1), random.unit(), 0.4};
     }
     for (const NamedSegment& kind : kinds) {
       for (const auto& [begin, end] : {std::pair{0.0, 1.0}, {1.0, 0.0}, {0.25, 0.8}, {0.7, 0.1}, {0.5, 0.505}}) {

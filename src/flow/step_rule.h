@@ -1,4 +1,4 @@
-// The rule by which path lines choose their steps, and its constants: the only place of both. Internal to the flow room
+// The rule by which path lines choose their steps, and its constants: the only place of both. internal
 // and to those who move points as it does.
 //
 // Errors are of a slope (an error of position per unit of time) and in units of what the tolerance allows; lengths that
@@ -50,15 +50,15 @@ inline constexpr int kStepLimit = 1'000'000;
 // In a blended segment one of the two fields has no weight at t = 0, the other at t = 1, so that no stage near there
 // sees it: a step is at most this part of the time to the nearer end, but never has to be below the least one.
 inline constexpr double kBlendedShare = 0.5;
-inline constexpr double kLeastBlendedStep = 1.0 / 32;
+inline constexpr double kMinBlendedStep = 1.0 / 32;
 
 // The next step is chosen for an error of kStepMargin^order of what is allowed, and differs from the last one by at
 // most these factors (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, section II.4).
 inline constexpr double kStepMargin = 0.9;
-inline constexpr double kLeastStepFactor = 0.2;
+inline constexpr double kMinStepFactor = 0.2;
 inline constexpr double kGreatestStepFactor = 5;
-inline constexpr double kLeastError2 = 1e-8;  // squared; no smaller one makes the step grow more
-inline constexpr double kLeastSpeed = std::numeric_limits<float>::min();  // divided by
+inline constexpr double kMinError2 = 1e-8;  // squared; no smaller one makes the step grow more
+inline constexpr double kMinSpeed = std::numeric_limits<float>::min();  // divided by
 
 // A whole segment is first tried as one step of second order (Heun), then of third (Shu and Osher 1988). The error of
 // each is taken as that of the next lower order, times the part of the longest step that the segment is: up to the
@@ -87,12 +87,12 @@ struct StepConstant {
 inline constexpr std::array<StepConstant, 13> kStepConstants{{{"kHandlesReach", kHandlesReach},
                                                               {"kRoundingOfSlope", kRoundingOfSlope},
                                                               {"kBlendedShare", kBlendedShare},
-                                                              {"kLeastBlendedStep", kLeastBlendedStep},
+                                                              {"kMinBlendedStep", kMinBlendedStep},
                                                               {"kStepMargin", kStepMargin},
-                                                              {"kLeastStepFactor", kLeastStepFactor},
+                                                              {"kMinStepFactor", kMinStepFactor},
                                                               {"kGreatestStepFactor", kGreatestStepFactor},
-                                                              {"kLeastError2", kLeastError2},
-                                                              {"kLeastSpeed", kLeastSpeed},
+                                                              {"kMinError2", kMinError2},
+                                                              {"kMinSpeed", kMinSpeed},
                                                               {"kSecondOrderReach", kSecondOrderReach},
                                                               {"kThirdOrderReach", kThirdOrderReach},
                                                               {"kThirdOrderShare", kThirdOrderShare},
@@ -116,11 +116,11 @@ using std::sqrt;
 KNEAD_AS_CODE_AND_TEXT(
 // Returns the longest step that jumps over nothing: neither the point nor the region passes the other by more than reach.
 STEP_RULE R longest_step(R speed, R reach) {
-  return reach / maximum(speed, R(kLeastSpeed));
+  return reach / maximum(speed, R(kMinSpeed));
 }
 
 STEP_RULE R longest_blended_step(R t) {
-  return maximum(R(kBlendedShare) * minimum(t, R(1) - t), R(kLeastBlendedStep));
+  return maximum(R(kBlendedShare) * minimum(t, R(1) - t), R(kMinBlendedStep));
 }
 
 STEP_RULE R shortest_step(R longest, R shortest_part) {
@@ -141,9 +141,9 @@ STEP_RULE R extrapolated_error2(R error2, R h, R shortest, R shortest_part) {
 // Returns by what the step is multiplied after an error. The error per unit of time falls with the step's error_order-th
 // power, whose root is taken by square roots only: results are the same bits everywhere.
 STEP_RULE R step_factor(R error2, int error_order) {
-  R root = sqrt(sqrt(R(1) / maximum(error2, R(kLeastError2))));
+  R root = sqrt(sqrt(R(1) / maximum(error2, R(kMinError2))));
   if (error_order != 2) root = sqrt(root);
-  return minimum(maximum(root * R(kStepMargin), R(kLeastStepFactor)), R(kGreatestStepFactor));
+  return minimum(maximum(root * R(kStepMargin), R(kMinStepFactor)), R(kGreatestStepFactor));
 }
 
 // Returns the squared error to be expected of the third order: scale2 is the square of kExpectedThirdOrderError times the
@@ -175,7 +175,7 @@ STEP_RULE R third_order_outlook(R change2, R part2) {
 
 }  // namespace step_rule
 
-// How far a point set's sum may be off where it is taken from lists or trees of its points. Internal to the flow room
+// How far a point set's sum may be off where it is taken from lists or trees of its points. internal
 // and those who move points as it does.
 
 // How much of the tolerance of a path line such sums may use up.

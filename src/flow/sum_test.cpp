@@ -29,7 +29,7 @@ Segment sum_of(std::vector<Segment> parts) {
   return sum;
 }
 
-// Each kind of segment added to the one of the next kind; sums of four; of a grid; some in barrels.
+// Each kind of segment added to the one of the next kind; sums of four; of a grid; some in limit cylinders.
 std::vector<NamedSegment> random_sums(Random& random) {
   std::vector<NamedSegment> kinds = test::random_segments(random);
   std::erase_if(kinds, [](const NamedSegment& named) { return named.segment.time_law == TimeLaw::pinned; });
@@ -42,10 +42,10 @@ std::vector<NamedSegment> random_sums(Random& random) {
     sums.push_back({kinds[i].name + " and " + next.name, sum_of({kinds[i].segment, next.segment})});
   }
   sums.push_back({"four", sum_of({kinds[0].segment, kinds[2].segment, kinds[8].segment, kinds[5].segment})});
-  Segment barrels = sum_of({kinds[13].segment, kinds[11].segment});
-  barrels.parts[0].barrel = SegmentBarrel{{0.2, 0, 0}, random.unit(), 0.3};
-  barrels.parts[1].barrel = SegmentBarrel{{-0.2, 0, 0}, random.unit(), 0.4};
-  sums.push_back({"barrels", barrels});
+  Segment limit_cylinders = sum_of({kinds[13].segment, kinds[11].segment});
+  limit_cylinders.parts[0].limit_cylinder = LimitCylinder{{0.2, 0, 0}, random.unit(), 0.3};
+  limit_cylinders.parts[1].limit_cylinder = LimitCylinder{{-0.2, 0, 0}, random.unit(), 0.4};
+  sums.push_back({"limit cylinders", limit_cylinders});
   return sums;
 }
 
@@ -126,7 +126,7 @@ TEST(Sum, VelocitiesAreThoseOfThePartsTogether) {
 TEST(Sum, PathLinesFollowTheSumOfTheVelocities) {
   Random random(92);
   for (const NamedSegment& named : random_sums(random)) {
-    if (named.name == "barrels") continue;
+    if (named.name == "limit cylinders") continue;
     const auto points = test::random_points(random, 40);
     const std::vector<Vec3d> expected = by_small_steps(named.segment, points);
     const Flow flow{{named.segment}};
@@ -212,7 +212,7 @@ TEST(Sum, ComesBackThroughItsInverseAndInPieces) {
             test::moved(flow_between(flow, 0.4, 1), test::moved(prefix(flow, 0.4), points, options), options), there),
         1e-6)
         << named.name;
-    if (named.name == "barrels") continue;  // which say nothing of where a point came from
+    if (named.name == "limit cylinders") continue;  // which say nothing of where a point came from
     EXPECT_LT(test::greatest_distance(test::moved(inverse(flow), there, options), points), 1e-6) << named.name;
   }
 }
@@ -231,7 +231,7 @@ TEST(Sum, KeepsTheVolumeAndKnowsItsJacobians) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       EXPECT_NEAR(determinant(found[i]), 1, 1e-5) << named.name;
       EXPECT_NEAR(drifts[i], 0, 1e-6) << named.name;
-      if (named.name == "barrels") continue;  // at whose walls the map jumps
+      if (named.name == "limit cylinders") continue;  // at whose walls the map jumps
       constexpr double kStep = 1e-4;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         Vec3d by{0, 0, 0};
@@ -283,14 +283,14 @@ TEST(Sum, OfPartsThatActApartIsThemOneAfterTheOther) {
   }
 }
 
-TEST(Sum, ABarrelLimitsItsPartAlone) {
+TEST(Sum, ALimitCylinderLimitsItsPartAlone) {
   Random random(98);
   const Rotation<double> bend{{0, 0, 1}, 0.5, 1};
   Segment right = test::resting(bend, HalfSpace<double>{{0, -1, 0}}, {0.5, 0, 0}, {-0.1, 0.1});
-  right.barrel = SegmentBarrel{{0.5, 0, 0}, {0, -1, 0}, 0.3};
+  right.limit_cylinder = LimitCylinder{{0.5, 0, 0}, {0, -1, 0}, 0.3};
   Segment left =
       test::resting(Rotation<double>{{0, 0, 1}, -0.5, 1}, HalfSpace<double>{{0, -1, 0}}, {-0.5, 0, 0}, {-0.1, 0.1});
-  left.barrel = SegmentBarrel{{-0.5, 0, 0}, {0, -1, 0}, 0.3};
+  left.limit_cylinder = LimitCylinder{{-0.5, 0, 0}, {0, -1, 0}, 0.3};
   const auto points = test::random_points(random, 500, 1.0);
   const AdvectOptions options = options_of(Precision::float64);
   const std::vector<Vec3d> both = test::moved(Flow{{sum_of({left, right})}}, points, options);
@@ -342,7 +342,7 @@ TEST(Sum, IsCheckedBeforeItMovesPoints) {
   const auto refuses = [](const Segment& segment) { EXPECT_THROW(validate(Flow{{segment}}), InvalidInput); };
   EXPECT_NO_THROW(validate(Flow{{sum_of({one, one})}}));
   refuses(sum_of({one}));
-  refuses(sum_of(std::vector<Segment>(kMostParts + 1, one)));
+  refuses(sum_of(std::vector<Segment>(kMaxParts + 1, one)));
   refuses(sum_of({one, sum_of({one, one})}));
   Segment cut = one;
   cut.end = 0.5;

@@ -18,7 +18,7 @@ namespace knead::detail {
 
 namespace {
 
-static_assert(kMostSummed == static_cast<int>(kMostParts));
+static_assert(kMaxSummed == static_cast<int>(kMaxParts));
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Zones are computed with rounding of their own, in kernels perhaps in float: they are so much greater.
@@ -45,7 +45,7 @@ struct Zone {
 double longest_path(const Field& field, double duration) {
   const auto* motion = std::get_if<Translation<double>>(&field.motion);
   const Thresholds<double>& between = field.thresholds;
-  if (motion == nullptr || motion->gauge != 1 || between.falloff < kLeastFalloff) return kInfinity;
+  if (motion == nullptr || motion->gauge != 1 || between.falloff < kMinFalloff) return kInfinity;
   const double steepest = falloff_facts(between.falloff).slope / (between.outer - between.inner);
   return norm(motion->velocity) * duration * std::max(1.0, 0.5 * steepest * between.outer) * (1 + kMargin);
 }
@@ -164,7 +164,7 @@ class PartsInReach {
 
   // The parts of each point of a block, of those that `allowed` names for it.
   void choose(const Coordinates& points, std::uint64_t members, Chosen* parts) const {
-    std::array<std::uint64_t, kMostParts> near{};
+    std::array<std::uint64_t, kMaxParts> near{};
     std::uint64_t any = 0;
     std::uint64_t several = 0;
     for (std::size_t i = 0; i < zones_.size(); ++i) {
@@ -216,7 +216,7 @@ class PartsInReach {
   }
 
   std::vector<Zone> zones_;
-  std::array<Chosen, kMostParts> neighbours_{};
+  std::array<Chosen, kMaxParts> neighbours_{};
 };
 
 // Movers of some of the parts, from the sum's beginning to a time; made when they are needed.
@@ -246,7 +246,7 @@ class ChosenMovers {
   AdvectOptions options_;
   const KernelTable& kernels_;
   mutable std::mutex mutex_;
-  mutable std::array<std::unique_ptr<Mover>, 1U << kMostParts> movers_;
+  mutable std::array<std::unique_ptr<Mover>, 1U << kMaxParts> movers_;
 };
 
 class SumMover {
@@ -259,8 +259,8 @@ class SumMover {
   GroupCounts operator()(LiveGroup group) const {
     GroupParts chosen;
     chosen.fill(static_cast<Chosen>((1U << sum_.parts.size()) - 1));
-    if (has_barrels(sum_)) chosen = parts_by_barrels(group);
-    std::bitset<1U << kMostParts> used;
+    if (has_limit_cylinders(sum_)) chosen = parts_by_limit_cylinders(group);
+    std::bitset<1U << kMaxParts> used;
     for (int k = 0; k < group.block_count; ++k) {
       const std::size_t first = group.blocks[k] * kBlock;
       if (in_reach_) in_reach_->choose(block_at(group.points, first), group.members[group.blocks[k]], &chosen[first]);
@@ -304,17 +304,17 @@ class SumMover {
     group.stop.before = sum.evaluations;
   }
 
-  // The parts in whose barrels a point is at t = 0.
+  // The parts in whose limit cylinders a point is at t = 0.
   Chosen parts_at(const Vec3d& x) const {
     unsigned parts = 0;
     for (std::size_t i = 0; i < sum_.parts.size(); ++i) {
-      if (!sum_.parts[i].barrel || is_within(*sum_.parts[i].barrel, x)) parts |= 1U << i;
+      if (!sum_.parts[i].limit_cylinder || is_within(*sum_.parts[i].limit_cylinder, x)) parts |= 1U << i;
     }
     return static_cast<Chosen>(parts);
   }
 
   // Of each point of the group the parts that move it: those that take it back to a place where they do.
-  GroupParts parts_by_barrels(const LiveGroup& group) const {
+  GroupParts parts_by_limit_cylinders(const LiveGroup& group) const {
     GroupParts chosen{};
     const auto choose = [&](const Coordinates& at, unsigned parts) {
       for (int k = 0; k < group.block_count; ++k) {
@@ -420,10 +420,10 @@ struct OwnedSum : SumKernelField<S> {
       }
       result.inside |= found.inside;
       result.later |= found.later;
-      result.undecided |= found.undecided;
+      result.pending |= found.pending;
     }
-    result.undecided &= ~result.inside;
-    result.later &= ~(result.inside | result.undecided);
+    result.pending &= ~result.inside;
+    result.later &= ~(result.inside | result.pending);
     return result;
   }
 };
@@ -449,8 +449,9 @@ Flow each_part(const Flow& flow) {
   return result;
 }
 
-bool has_barrels(const Segment& segment) {
-  return std::any_of(segment.parts.begin(), segment.parts.end(), [](const Segment& part) { return !!part.barrel; });
+bool has_limit_cylinders(const Segment& segment) {
+  return std::any_of(segment.parts.begin(), segment.parts.end(),
+                     [](const Segment& part) { return !!part.limit_cylinder; });
 }
 
 Segment chosen_parts(const Segment& sum, unsigned chosen) {
@@ -459,7 +460,7 @@ Segment chosen_parts(const Segment& sum, unsigned chosen) {
   for (std::size_t i = 0; i < sum.parts.size(); ++i) {
     if ((chosen >> i & 1U) == 0) continue;
     result.parts.push_back(sum.parts[i]);
-    result.parts.back().barrel.reset();
+    result.parts.back().limit_cylinder.reset();
   }
   return result.parts.size() > 1 ? result : parts_of(result).front();
 }
@@ -485,7 +486,7 @@ template BoundKernel<double> sum_kernel<double>(const Segment&, const Vec3d&, co
                                                 const Kernels<double>&);
 
 SegmentMover mover_of_parts(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
-  if (segment.parts.empty() || (!segment.mask.is_empty() && !has_barrels(segment))) return nullptr;
+  if (segment.parts.empty() || (!segment.mask.is_empty() && !has_limit_cylinders(segment))) return nullptr;
   const auto mover = std::make_shared<const SumMover>(segment, options, kernels);
   return [mover](const LiveGroup& group) { return (*mover)(group); };
 }

@@ -1,5 +1,5 @@
 // OpenGL's functions: of the system, or of a page (WebGL 2, which is OpenGL ES 3.0). What is drawn on a page uses only
-// what both have; the functions here do what each has in its own way. Internal to the rooms gl, gpu and render.
+// what both have; the functions here do what each has in its own way.
 #pragma once
 
 #include <cstddef>
@@ -48,7 +48,7 @@ inline void draw_into_two() {
   glDrawBuffers(2, both);
 }
 
-// Owners of OpenGL objects, made and deleted in the context that is current. Internal to the rooms gl, gpu and render.
+// Owners of OpenGL objects, made and deleted in the context that is current.
 
 // Move-only owner of the name of one object.
 template <void (*kDelete)(GLuint)>

@@ -44,8 +44,8 @@ std::vector<NamedSegment> segments_of_every_kind(Random& random) {
   std::vector<NamedSegment> result = test::random_segments(random);
   Segment bend = test::resting(Rotation<double>{{0, 0, 1}, 1.2, 1}, HalfSpace<double>{{1, 0, 0}, {0, 0, 1}, 0.6},
                                {0, 0, 0}, {-0.3, 0.3});
-  bend.barrel = SegmentBarrel{{0, 0, 0}, {1, 0, 0}, 0.4};
-  result.push_back({"bend in a barrel", bend});
+  bend.limit_cylinder = LimitCylinder{{0, 0, 0}, {1, 0, 0}, 0.4};
+  result.push_back({"bend in a limit cylinder", bend});
   Segment mixed = test::translating(Capsule<double>{{0.1, 0.2, 0}}, {-0.3, 0, 0}, {0.2, 0.1, 0}, {0.1, 0.5});
   mixed.fields.push_back({{0.3, 0.1, 0}, Twist<double>{{0, 1, 0}, 0.4, 0.5}, Ball<double>{}, {0.1, 0.4}});
   mixed.fields.push_back(

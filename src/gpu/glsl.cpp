@@ -92,11 +92,11 @@ std::string layout_defines() {
                                                {"kNodeEntries", kNodeEntries},
                                                {"kSegmentEntries", kSegmentEntries},
                                                {"kCarries", kCarries},
-                                               {"kHasBarrel", kHasBarrel},
+                                               {"kHasCylinder", kHasCylinder},
                                                {"kClosedForm", kClosedForm},
                                                {"kReach", kReach},
                                                {"kTolerance", kTolerance},
-                                               {"kLeast", kLeast},
+                                               {"kMin", kMin},
                                                {"kStrain", layout::kStrain},
                                                {"kPerRadius", kPerRadius},
                                                {"kMiddle", kMiddle},
@@ -114,7 +114,7 @@ std::string layout_defines() {
                                                {"kLastCell", kLastCell},
                                                {"kEndNumbers", kEndNumbers},
                                                {"kUsed", kUsed},
-                                               {"kMostPinDegree", detail::kMostPinDegree},
+                                               {"kMaxPinDegree", detail::kMaxPinDegree},
                                                {"kSegmentPlaces", kSegmentPlaces},
                                                {"kCountStripes", kCountStripes},
                                                {"kCounters", kCounters},
@@ -162,7 +162,7 @@ std::string kind_defines(const ShaderKind& kind) {
   if (kind.turns) text += "#define WITH_TURNS\n";
   if (kind.grid) text += "#define WITH_GRID\n";
   if (kind.grid_changes) text += "#define GRID_CHANGES\n";
-  if (kind.barrel) text += "#define WITH_BARREL\n";
+  if (kind.limit_cylinder) text += "#define WITH_CYLINDER\n";
   if (kind.falloff) text += "#define FALLOFF\n";
   if (kind.single) text += "#define SINGLE_FIELD\n";
   text += kind.single ? "#define FIELD_COUNT(count) 1\n" : "#define FIELD_COUNT(count) (count)\n";
@@ -362,8 +362,8 @@ R next_contact(R3 at, R t, R end) {
 }
 )";
 
-// grid_view.h and kernel_grid.h for the GPU, in the place of all other fields. The numbers of a grid's nodes stand in
-// n[] as GridNodes has them, with the empty nodes around; packed_grid.cpp puts them there. Lines of nodes loop: written
+// grid.h and kernel_grid.h for the GPU, in the place of all other fields. The numbers of a grid's nodes stand in
+// n[] as GridNodes has them, with the empty nodes around; packed_flow.cpp puts them there. Lines of nodes loop: written
 // out, shaders take Mesa on the CPU half a minute to compile.
 const char* const kGlslGrid = R"(
 double per_spacing;

@@ -1,4 +1,4 @@
-// The source text of the compute shaders. Internal to the gpu room.
+// The source text of the compute shaders.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ extern const char* const kGlslContact;
 extern const char* const kGlslClosedForm;
 extern const char* const kGlslPath;
 
-// Where numbers lie in the buffers; the shaders are told by #defines of the same names (packed_flow.h fills them).
+// Where numbers lie in the buffers; the shaders are told by #defines of the same names (packed.h fills them).
 namespace layout {
 // Of a field, in n[].
 inline constexpr int kOuter = 3;  // after the offset of its centre from the first field's
@@ -44,12 +44,12 @@ inline constexpr int kNodeEntries = 4;  // the node after its children, where it
 // Of a segment, in table[].
 inline constexpr int kSegmentEntries = 4;  // how many fields, where their entries begin, flags, where n[] begins
 inline constexpr int kCarries = 1;         // flags
-inline constexpr int kHasBarrel = 2;
+inline constexpr int kHasCylinder = 2;
 inline constexpr int kClosedForm = 4;  // from here on
 // Of a segment, in n[]: displacement, its length, and these.
 inline constexpr int kReach = 4;
 inline constexpr int kTolerance = 5;
-inline constexpr int kLeast = 6;
+inline constexpr int kMin = 6;
 inline constexpr int kStrain = 7;
 inline constexpr int kSegmentNumbers = 16;
 // Of a part of a pinned segment's time, in the place of a strain: 1 / radius, the part's middle, 1 / half of its
@@ -77,8 +77,8 @@ inline constexpr int kFirstCell = 7;
 inline constexpr int kLastCell = 10;
 inline constexpr int kEndNumbers = 13;
 inline constexpr int kUsed = 14;
-// Of a segment, in e[]: centre, displacement, begin, end; the barrel's point, direction, squared radius;
-// of a grid 1 / spacing in the barrel's place.
+// Of a segment, in e[]: centre, displacement, begin, end; the limit cylinder's point, direction, squared radius;
+// of a grid 1 / spacing in the limit cylinder's place.
 inline constexpr int kSegmentPlaces = 16;
 // Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal.
 // Of a grid's: the box of the cells in use.
@@ -115,7 +115,7 @@ struct ShaderKind {
   bool turns = false;         // some of the pins turn
   bool grid = false;          // then neither
   bool grid_changes = false;  // in time
-  bool barrel = false;
+  bool limit_cylinder = false;
   bool falloff = false;  // that of some field is not the default
   bool in_double = false;
   bool unrolled = true;  // the stages of a step, which is faster and takes longer to compile
@@ -127,7 +127,7 @@ struct ShaderKind {
 // The whole source of a shader that moves points through segments of this kind.
 std::string shader_source(const ShaderKind& kind);
 
-// The source text of the compute shaders that ask about a surface. Internal to the gpu room.
+// The source text of the compute shaders that ask about a surface.
 
 inline constexpr std::size_t kSurfaceRanges = 4;             // of points, which are bound to the places from 0 on
 inline constexpr std::size_t kTrianglesPlace = 4;            // where the triangles are bound

@@ -2,8 +2,8 @@
 
 namespace knead::gpu {
 
-// What stands in flow and field as templates over the scalar, again for the GPU: blend.h, motion.h, region.h,
-// sincos.h, field.h. R is float or double, R3 its vector. The numbers of field f begin at field_numbers(f) in n[]; how
+// What stands in flow and field as templates over the scalar, again for the GPU: field.h, field.h, region.h,
+// vec.h, field.h. R is float or double, R3 its vector. The numbers of field f begin at field_numbers(f) in n[]; how
 // they lie there says packed_flow.cpp.
 const char* const kGlslField = R"(
 struct SinCos { R s; R c; };
@@ -249,7 +249,7 @@ R4 integer_powers(R4 base, int exponent) {
 
 R integer_power(R base, int exponent) { return integer_powers(R4(base), exponent).x; }
 
-// sum^(-1/m) for sum > 0, as in point_set.h.
+// sum^(-1/m) for sum > 0, as in region.h.
 R inverse_root(R sum, int m) {
   R y = R(1) / sum;
   int q = 1;
@@ -304,9 +304,9 @@ R4 sum_over_points(int first, int last, R3 d, R inverse, int half_exponent) {
 #endif
 )";
 
-// point_set.h and handles_region.h for the GPU. A set's entries in table[], from `set` on: where its points
+// region.h and region.h for the GPU. A set's entries in table[], from `set` on: where its points
 // begin in n[], how many there are, its exponent, where the list of its curves begins in table[], how many there are,
-// then of its tree (glsl_trees.cpp); for each curve there, where its points begin in n[] and how many they are.
+// then of its tree (glsl_surface.cpp); for each curve there, where its points begin in n[] and how many they are.
 const char* const kGlslSets = R"(
 #if defined(REGION_SET) || defined(REGION_HANDLES)
 
@@ -319,7 +319,7 @@ R squared_distance_to_segment(R3 d, R3 a, R3 b) {
   return dot(rest, rest);
 }
 
-// The integral of |x - y|^-5 dl over one segment (x), and its gradient (yzw); the forms of point_set.h.
+// The integral of |x - y|^-5 dl over one segment (x), and its gradient (yzw); the forms of region.h.
 R4 segment_integral(R3 from, R3 e, R len) {
   R foot = dot(e, from);
   R3 h = from - e * foot;

@@ -278,7 +278,7 @@ bool misses(int s, dvec3 at, double radius) {
 }
 #endif
 
-#ifdef WITH_BARREL
+#ifdef WITH_CYLINDER
 bool is_within(int s, dvec3 x) {
   int at = s * kSegmentPlaces + 8;
   precise dvec3 d = x - place(at);
@@ -299,9 +299,9 @@ dvec3 move(int s, dvec3 x) {
   open_segment(s);
   R begin = R(e[s * kSegmentPlaces + 6]);
   R end = R(e[s * kSegmentPlaces + 7]);
-#ifdef WITH_BARREL
-  // Members are those within the barrel at t = 0: from elsewhere, the point is taken back there first.
-  bool asks = (table[s * kSegmentEntries + 2] & kHasBarrel) != 0;
+#ifdef WITH_CYLINDER
+  // Members are those within the limit cylinder at t = 0: from elsewhere, the point is taken back there first.
+  bool asks = (table[s * kSegmentEntries + 2] & kHasCylinder) != 0;
   if (asks && begin == R(0) && !is_within(s, x)) return dvec3(0);
   dvec3 by = dvec3(0);
   for (int pass = asks && begin != R(0) ? 0 : 1; pass < 2; ++pass) {
@@ -318,7 +318,7 @@ dvec3 move(int s, dvec3 x) {
 #endif
   // The rounding of a point at the rim, which is to keep its bits.
   dvec3 size = abs(by);
-  if (max(size.x, max(size.y, size.z)) <= double(n[segment_numbers + kLeast])) return dvec3(0);
+  if (max(size.x, max(size.y, size.z)) <= double(n[segment_numbers + kMin])) return dvec3(0);
   return by;
 }
 
@@ -363,14 +363,14 @@ void main() {
 )";
 
 // kernel_pins.h for the GPU, in the place of all other fields. The numbers of a part's pins stand one after the other
-// in n[], as packed_pins.cpp puts them; lengths are in radii. Pins are gone through four at a time, and their powers
+// in n[], as packed_tree.cpp puts them; lengths are in radii. Pins are gone through four at a time, and their powers
 // without a loop, since some drivers count the rounds of loops. Turns, which are fewer, loop: that compiles faster.
 const char* const kGlslPins = R"(
 // Psi a of the pin whose numbers begin at `pin`, for y from the pin and y.y < 1.
 R3 velocity_of_pin(int pin, int degree, R3 y, R square, R s) {
   int powers = pin + kPowers;
   R3 a = part(powers + 3 * degree);
-  for (int power = kMostPinDegree - 1; power >= 0; --power) {
+  for (int power = kMaxPinDegree - 1; power >= 0; --power) {
     if (power < degree) a = a * s + part(powers + 3 * power);
   }
   R r = sqrt(square);

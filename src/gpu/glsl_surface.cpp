@@ -147,7 +147,7 @@ std::string volume_source() { return opening() + kCorners + kSumOfThreads + kVol
 std::string sum_source() { return opening() + kSumOfThreads + kSum; }
 std::string candidates_source() { return opening() + kCorners + kCandidates; }
 
-// Sums over the points of a set by its tree of clusters (flow/point_tree.h), with the same bound on the error as the
+// Sums over the points of a set by its tree of clusters (flow/sets.h), with the same bound on the error as the
 // CPU's lists have, but for each place anew: a list for each cell of space would have to be made before it is known
 // which cells points come to. A set's entries in table[], from `set` + 5 on: where its nodes begin in table[], where in
 // n[], how many there are (0: no tree). Nodes are in preorder. Before their numbers stands the error of the sum that is

@@ -396,9 +396,9 @@ namespace {
 constexpr std::size_t kThreadsToAWorkGroup = 64;  // as in the shader
 constexpr std::size_t kWorkGroups = 1024;
 constexpr std::size_t kMultiplyAddsToARound = 64;
-constexpr int kMostRounds = 60'000;   // Mesa stops loops on the CPU after 65535
+constexpr int kMaxRounds = 60'000;    // Mesa stops loops on the CPU after 65535
 constexpr double kLongEnough = 0.02;  // seconds
-constexpr double kMostOfACall = 0.8;  // to be had by the rounds: what a call takes in itself varies
+constexpr double kMaxOfACall = 0.8;   // to be had by the rounds: what a call takes in itself varies
 constexpr int kRepetitions = 4;
 
 // Sixteen chains of multiply-adds that do not wait for one another, and end in a sum that the compiler cannot know.
@@ -459,7 +459,7 @@ double Gpu::multiply_add_gflops() {
   while (true) {
     const double doubled = seconds_of(program, 2 * rounds);
     more = doubled - seconds;
-    if ((more >= kLongEnough && more >= kMostOfACall * seconds) || 4 * rounds > kMostRounds) break;
+    if ((more >= kLongEnough && more >= kMaxOfACall * seconds) || 4 * rounds > kMaxRounds) break;
     rounds *= 2;
     seconds = doubled;
   }

@@ -1,4 +1,4 @@
-// What a GPU and its points are made of. Internal to the gpu room.
+// What a GPU and its points are made of.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Where fields can be felt, as the numbers that the shaders read. Internal to the gpu room.
+// Where fields can be felt, as the numbers that the shaders read.
 #pragma once
 
 #include <cstddef>
@@ -20,14 +20,14 @@ void put(std::vector<double>& to, std::size_t at, const Mat3d& m);
 // its begin to its end.
 void put_bounds(std::vector<double>& places, std::size_t at, const Field& field, const Segment& segment);
 
-// Segments as the numbers that the shaders read. Internal to the gpu room.
+// Segments as the numbers that the shaders read.
 
 // Throws InvalidInput, saying which, where a field is one of the caller's own functions, of which a shader knows
 // nothing.
 ShaderKind kind_of(const Segment& segment, const AdvectOptions& options);
 
 // What a point moves less than this part of the width of a field's transition, it does not move at all.
-inline constexpr double kLeastMotion = 1e-14;
+inline constexpr double kMinMotion = 1e-14;
 
 // Segments of one kind, one after the other.
 struct PackedSegments {
@@ -46,16 +46,16 @@ std::vector<PackedSegments> pack(std::span<const Segment> segments, const Advect
 // call of the shader should take, or one segment with pins.
 std::size_t pack_length(std::span<const Segment> segments, const AdvectOptions& options);
 
-// Segments with pins as the numbers that the shaders read. Internal to the gpu room.
+// Segments with pins as the numbers that the shaders read.
 
 // Solves the equations of a segment's pins and packs the pieces of its time, in the order in which path lines pass
 // them. Returns a pack for each call of a shader; none where options.progress->cancel is set. Throws InvalidInput where
 // the equations cannot be solved.
 std::vector<PackedSegments> pack_pins(const Segment& segment, const AdvectOptions& options);
 
-// A set's tree of clusters as the numbers that the shaders read. Internal to the gpu room.
+// A set's tree of clusters as the numbers that the shaders read.
 
-// Whether pack_tree may be asked: of many points alone that move with a swept translation, as set_cells.h has it.
+// Whether pack_tree may be asked: of many points alone that move with a swept translation, as sets.h has it.
 bool may_have_tree(const Field& field, const Segment& segment);
 
 struct PackedTree {
@@ -69,7 +69,7 @@ struct PackedTree {
 // Of the field's set.
 PackedTree pack_tree(const Field& field, const Segment& segment, const AdvectOptions& options);
 
-// Segments whose field is a grid of potentials as the numbers that the shaders read. Internal to the gpu room.
+// Segments whose field is a grid of potentials as the numbers that the shaders read.
 
 // Packs segments with grids.
 PackedSegments pack_grids(std::span<const Segment> segments, const AdvectOptions& options);

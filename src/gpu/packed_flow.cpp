@@ -20,10 +20,10 @@ using namespace layout;
 using detail::GridCells;
 
 // Segments to a call of a shader: some drivers stop loops after 65535 rounds, and an evaluation takes 16.
-constexpr std::size_t kMostGrids = 16;
+constexpr std::size_t kMaxGrids = 16;
 
 // Nodes to a call, with the empty ones around the grids: their numbers take 24 bytes each.
-constexpr std::size_t kMostNodes = std::size_t{1} << 21;
+constexpr std::size_t kMaxNodes = std::size_t{1} << 21;
 
 std::size_t padded_nodes(const PotentialGrid& grid) {
   std::size_t nodes = grid.end_coefficients.empty() ? 1 : 2;
@@ -59,7 +59,7 @@ class GridPacker {
     double* const numbers = packed_.numbers.data() + i * kSegmentNumbers;
     numbers[kReach] = detail::reach_of_step(segment);
     numbers[kTolerance] = detail::kErrorShare * options_.tolerance;
-    numbers[kLeast] = kLeastMotion * segment.grid.spacing;
+    numbers[kMin] = kMinMotion * segment.grid.spacing;
     numbers[kPerSpacing] = 1 / segment.grid.spacing;
     numbers[kEndOfTime] = segment.end;
     const std::size_t places = i * kSegmentPlaces;
@@ -134,9 +134,9 @@ PackedSegments pack_grids(std::span<const Segment> segments, const AdvectOptions
 std::size_t count_packed_grids(std::span<const Segment> segments) {
   std::size_t nodes = 0;
   std::size_t length = 0;
-  while (length < std::min(segments.size(), kMostGrids)) {
+  while (length < std::min(segments.size(), kMaxGrids)) {
     nodes += padded_nodes(segments[length].grid);
-    if (length > 0 && nodes > kMostNodes) break;
+    if (length > 0 && nodes > kMaxNodes) break;
     ++length;
   }
   return length;
@@ -147,8 +147,8 @@ namespace {
 using namespace layout;
 
 // Segments to a call of a shader, and points of their sets: graphics drivers stop what takes seconds.
-constexpr std::size_t kMostSegments = 64;
-constexpr std::size_t kMostSetPoints = 4096;
+constexpr std::size_t kMaxSegments = 64;
+constexpr std::size_t kMaxSetPoints = 4096;
 
 std::size_t points_of(const PointSet<double>& set) {
   std::size_t count = set.points.size();
@@ -207,7 +207,7 @@ ClosedForm form_of(const Twist<double>& motion, const Field& field, const Segmen
 
 ClosedForm form_of(const Strain<double>& motion, const Field& field, const Segment& segment) {
   const bool known = std::holds_alternative<Ball<double>>(field.region) && is_symmetric(motion.matrix) &&
-                     segment.displacement == Vec3d{} && !segment.barrel;
+                     segment.displacement == Vec3d{} && !segment.limit_cylinder;
   return known ? kStretchedCore : kNoClosedForm;
 }
 
@@ -221,7 +221,7 @@ ClosedForm form_of(const Segment& segment) {
   return std::visit([&](const auto& motion) { return form_of(motion, field, segment); }, field.motion);
 }
 
-// The twelve numbers of an inner motion; motion.h says what they are for.
+// The twelve numbers of an inner motion; field.h says what they are for.
 void put_motion(std::vector<double>& to, std::size_t at, const Translation<double>& motion) {
   const Vec3d parallel = motion.axis * dot(motion.axis, motion.velocity);
   const Vec3d perpendicular = motion.velocity - parallel;
@@ -287,7 +287,7 @@ class Packer {
     packed_.numbers[numbers + 3] = norm(segment.displacement);
     packed_.numbers[numbers + kReach] = std::min(detail::reach_of_step(segment), 1e30);
     packed_.numbers[numbers + kTolerance] = detail::kErrorShare * options_.tolerance;
-    packed_.numbers[numbers + kLeast] = least_motion(segment);
+    packed_.numbers[numbers + kMin] = least_motion(segment);
     const ClosedForm form = form_of(segment);
     if (form == kStretchedCore) {
       const Mat3d& m = std::get<Strain<double>>(segment.fields.front().motion).matrix;
@@ -298,16 +298,16 @@ class Packer {
     put(packed_.places, places + 3, segment.displacement);
     packed_.places[places + 6] = segment.begin;
     packed_.places[places + 7] = segment.end;
-    if (segment.barrel) {
-      put(packed_.places, places + 8, segment.barrel->point);
-      put(packed_.places, places + 11, segment.barrel->direction);
-      packed_.places[places + 14] = segment.barrel->radius * segment.barrel->radius;
+    if (segment.limit_cylinder) {
+      put(packed_.places, places + 8, segment.limit_cylinder->center);
+      put(packed_.places, places + 11, segment.limit_cylinder->axis);
+      packed_.places[places + 14] = segment.limit_cylinder->radius * segment.limit_cylinder->radius;
     }
     const std::size_t entry = i * kSegmentEntries;
     packed_.table[entry] = static_cast<std::int32_t>(segment.fields.size());
     packed_.table[entry + 1] = static_cast<std::int32_t>(table_of(first_field));
     packed_.table[entry + 2] =
-        (detail::carries(segment) ? kCarries : 0) + (segment.barrel ? kHasBarrel : 0) + kClosedForm * form;
+        (detail::carries(segment) ? kCarries : 0) + (segment.limit_cylinder ? kHasCylinder : 0) + kClosedForm * form;
     packed_.table[entry + 3] = static_cast<std::int32_t>(numbers);
   }
 
@@ -315,7 +315,7 @@ class Packer {
     double least = std::numeric_limits<double>::infinity();
     for (const Field& field : segment.fields) {
       const bool is_ratio = std::holds_alternative<Handles<double>>(field.region);
-      least = std::min(least, is_ratio ? 0 : kLeastMotion * (field.thresholds.outer - field.thresholds.inner));
+      least = std::min(least, is_ratio ? 0 : kMinMotion * (field.thresholds.outer - field.thresholds.inner));
     }
     return least;
   }
@@ -330,7 +330,7 @@ class Packer {
     numbers[at + kOuter] = field.thresholds.outer;
     numbers[at + kInner] = field.thresholds.inner;
     numbers[at + kFalloff] = field.thresholds.falloff;
-    numbers[at + kInverseWidth] = (1 + 4 * epsilon) / width;  // rounded up, as in blend.h
+    numbers[at + kInverseWidth] = (1 + 4 * epsilon) / width;  // rounded up, as in field.h
     std::visit([&](const auto& motion) { put_motion(numbers, at + kMotion, motion); }, field.motion);
     const std::size_t entry = table_of(index);
     packed_.table[entry + kFieldBegin] = static_cast<std::int32_t>(at);
@@ -439,7 +439,7 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
   }
   kind.single = segment.fields.size() == 1;
   kind.blended = segment.time_law == TimeLaw::blended;
-  kind.barrel = segment.barrel.has_value();
+  kind.limit_cylinder = segment.limit_cylinder.has_value();
   return kind;
 }
 
@@ -456,9 +456,9 @@ std::size_t pack_length(std::span<const Segment> segments, const AdvectOptions& 
   if (kind.pins) return 1;
   std::size_t set_points = set_points_of(segments.front());
   std::size_t length = 1;
-  while (length < std::min(segments.size(), kMostSegments)) {
+  while (length < std::min(segments.size(), kMaxSegments)) {
     set_points += set_points_of(segments[length]);
-    if (set_points > kMostSetPoints || !(kind_of(segments[length], options) == kind)) break;
+    if (set_points > kMaxSetPoints || !(kind_of(segments[length], options) == kind)) break;
     ++length;
   }
   return kind.grid ? count_packed_grids(segments.first(length)) : length;

@@ -84,7 +84,7 @@ using detail::OwnedPins;
 using detail::PinPiece;
 
 // Pins to a call of a shader, each counted for every piece of time: graphics drivers stop what takes seconds.
-constexpr std::size_t kMostPins = 4096;
+constexpr std::size_t kMaxPins = 4096;
 
 Vec3d middle_of(const Segment& segment) {
   Box box;
@@ -126,7 +126,7 @@ class PinPacker {
     numbers[3] = speed;
     numbers[kReach] = detail::reach_of_step(part);
     numbers[kTolerance] = detail::kErrorShare * options_.tolerance;
-    numbers[kLeast] = kLeastMotion * pins.field.radius;
+    numbers[kMin] = kMinMotion * pins.field.radius;
     numbers[kPerRadius] = pins.field.per_radius;
     numbers[kMiddle] = pins.field.middle;
     numbers[kPerHalf] = pins.field.per_half;
@@ -170,7 +170,7 @@ std::vector<PackedSegments> pack_pins(const Segment& segment, const AdvectOption
   std::vector<PinPiece> pieces = detail::solve_pins(segment, options.tolerance, options.progress);
   if (segment.end < segment.begin) std::reverse(pieces.begin(), pieces.end());
   PinPacker packer(segment, options);
-  const std::size_t length = std::max<std::size_t>(kMostPins / segment.fields.size(), 1);
+  const std::size_t length = std::max<std::size_t>(kMaxPins / segment.fields.size(), 1);
   std::vector<PackedSegments> packs;
   for (std::span<const PinPiece> rest = pieces; !rest.empty();) {
     const std::span<const PinPiece> next = rest.first(std::min(length, rest.size()));
@@ -198,7 +198,7 @@ double error_allowed(const Field& field, const Segment& segment, const AdvectOpt
   const double outer = field.thresholds.outer;
   const detail::Surround ball = detail::surround_of(set);
   const double arm = norm(ball.center) + ball.radius + detail::support_reach(set, outer);
-  const double duration = segment.barrel ? 1 : std::abs(segment.end - segment.begin);
+  const double duration = segment.limit_cylinder ? 1 : std::abs(segment.end - segment.begin);
   const double way = norm(std::get<Translation<double>>(field.motion).velocity) * duration;
   const double error =
       detail::kSumsShareOfTolerance * options.tolerance / static_cast<double>(segment.fields.size()) / way;

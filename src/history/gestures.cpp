@@ -13,7 +13,7 @@ namespace knead {
 namespace {
 
 // Beyond strength 1, the path of several strokes goes on by a stroke of its own: as long as it can become.
-constexpr double kMostBeyond = kMostStrength - 1;
+constexpr double kMaxBeyond = kMaxStrength - 1;
 
 const std::vector<Vec3d>* path_of(const Stroke& stroke) {
   if (const auto* implicit = std::get_if<ImplicitStroke>(&stroke)) return &implicit->path;
@@ -66,7 +66,7 @@ std::optional<Stroke> beyond(Strokes strokes, const std::vector<std::size_t>& ch
   }
   const std::size_t count = whole.size();
   const Stroke& last = strokes[chain.back()].stroke;
-  const Stroke longer = prolonged(with_path(last, whole), kMostStrength);
+  const Stroke longer = prolonged(with_path(last, whole), kMaxStrength);
   const std::vector<Vec3d>& path = *path_of(longer);
   if (path.size() == count) return std::nullopt;
   return with_path(last, {path[count - 1], path[count]});
@@ -77,7 +77,7 @@ bool is_beyond(Strokes strokes, const Chain& chain, const SessionStroke& stroke)
   constexpr double kAbout = 1e-6;
   if (chain.strokes.size() < 2) return false;
   const double length = length_of(*path_of(stroke.stroke));
-  if (std::abs(length - kMostBeyond * chain.length) > kAbout * chain.length) return false;
+  if (std::abs(length - kMaxBeyond * chain.length) > kAbout * chain.length) return false;
   return beyond(strokes, chain.strokes) == stroke.stroke;
 }
 
@@ -122,7 +122,7 @@ double strength_of(std::span<const SessionStroke> gesture) {
   if (gesture.empty()) return 1;
   const Chain chain = chains_of(gesture).front();
   if (chain.strokes.size() == 1) return gesture[chain.strokes.front()].strength;
-  if (chain.beyond) return 1 + kMostBeyond * gesture[*chain.beyond].strength;
+  if (chain.beyond) return 1 + kMaxBeyond * gesture[*chain.beyond].strength;
   double done = 0;
   for (const std::size_t i : chain.strokes) done += gesture[i].strength * segments_along(gesture[i].stroke);
   const double pieces = segments_along(gesture, chain);
@@ -144,7 +144,7 @@ void set_strength(std::vector<SessionStroke>& gesture, double strength) {
     if (!stroke) continue;
     added.push_back(gesture[chain.strokes.back()]);
     added.back().stroke = std::move(*stroke);
-    added.back().strength = (strength - 1) / kMostBeyond;
+    added.back().strength = (strength - 1) / kMaxBeyond;
   }
   std::sort(dropped.rbegin(), dropped.rend());
   for (const std::size_t i : dropped) gesture.erase(gesture.begin() + static_cast<std::ptrdiff_t>(i));
@@ -153,7 +153,7 @@ void set_strength(std::vector<SessionStroke>& gesture, double strength) {
 
 namespace {
 
-constexpr std::size_t kMostImages = 8;  // of one gesture, mirrored in three planes
+constexpr std::size_t kMaxImages = 8;  // of one gesture, mirrored in three planes
 
 // Of which two are never mirror images of each other.
 bool stands_alone(const Stroke& stroke) {
@@ -188,7 +188,7 @@ bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& st
   if (stroke.new_entry) return !*stroke.new_entry;
   if (!stroke.name.empty() || !group.back().name.empty()) return stroke.name == group.back().name;
   if (stroke.off != group.back().off) return false;
-  const std::size_t first = group.size() > kMostImages ? group.size() - kMostImages : 0;
+  const std::size_t first = group.size() > kMaxImages ? group.size() - kMaxImages : 0;
   return std::any_of(group.begin() + static_cast<std::ptrdiff_t>(first), group.end(), [&](const SessionStroke& member) {
     if (member.remesh != stroke.remesh || member.mirror != stroke.mirror) return false;
     return continues(member.stroke, stroke.stroke) || are_images(member.stroke, stroke.stroke);
@@ -197,13 +197,13 @@ bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& st
 
 }  // namespace
 
-GestureChange gesture_change(std::span<const SessionStroke> before, std::span<const SessionStroke> now) {
+StrokeDelta stroke_delta(std::span<const SessionStroke> before, std::span<const SessionStroke> now) {
   const auto same = [](const SessionStroke& a, const SessionStroke& b) {
     return a.stroke == b.stroke && a.name == b.name && a.off == b.off && a.strength == b.strength &&
            a.duration == b.duration && a.mirror == b.mirror;
   };
   const auto [a, b] = std::mismatch(before.begin(), before.end(), now.begin(), now.end(), same);
-  GestureChange result;
+  StrokeDelta result;
   result.first_new = static_cast<std::size_t>(a - before.begin());
   if (a == before.end()) return result;
   const auto has_rest = [](SessionStroke stroke) {
@@ -211,8 +211,8 @@ GestureChange gesture_change(std::span<const SessionStroke> before, std::span<co
     return is_plain(stroke) && (!reads_surface(stroke.stroke) || !is_flow(stroke.stroke));
   };
   if (std::next(a) == before.end() && b != now.end() && a->mirror == b->mirror && has_rest(*a) && has_rest(*b)) {
-    result.rest = rest_of_flow(a->stroke, b->stroke, b->mirror);
-    if (std::optional<Stroke> rest = rest_of(a->stroke, b->stroke)) {
+    result.rest = flow_suffix_since(a->stroke, b->stroke, b->mirror);
+    if (std::optional<Stroke> rest = suffix_since(a->stroke, b->stroke)) {
       result.rest_as_line = SessionStroke{std::move(*rest)};
       result.rest_as_line->mirror = b->mirror;
     }
@@ -293,22 +293,22 @@ std::size_t bytes_of(const Provenance& provenance) {
 
 }  // namespace
 
-StateLedger::StateLedger(const ShapeState& base) {
+MemoryAccount::MemoryAccount(const ShapeState& base) {
   count(base, true);
   bytes_ = 0;
 }
 
-void StateLedger::add(const ShapeState& state) {
+void MemoryAccount::add(const ShapeState& state) {
   count(state, true);
   ++states_;
 }
 
-void StateLedger::remove(const ShapeState& state) {
+void MemoryAccount::remove(const ShapeState& state) {
   count(state, false);
   --states_;
 }
 
-void StateLedger::count(const void* part, std::size_t bytes, bool is_added) {
+void MemoryAccount::count(const void* part, std::size_t bytes, bool is_added) {
   if (part == nullptr) return;
   if (is_added) {
     if (++uses_[part] == 1) bytes_ += bytes;
@@ -318,7 +318,7 @@ void StateLedger::count(const void* part, std::size_t bytes, bool is_added) {
   }
 }
 
-void StateLedger::count(const ShapeState& state, bool is_added) {
+void MemoryAccount::count(const ShapeState& state, bool is_added) {
   state.positions.for_each_chunk([&](const void* chunk, std::size_t bytes) { count(chunk, bytes, is_added); });
   if (state.mesh) count(state.mesh.get(), bytes_of(*state.mesh), is_added);
   if (state.provenance) count(state.provenance.get(), bytes_of(*state.provenance), is_added);
@@ -326,7 +326,7 @@ void StateLedger::count(const ShapeState& state, bool is_added) {
   bytes_ = is_added ? bytes_ + own : bytes_ - own;
 }
 
-KeptState::KeptState(ShapeState state, std::shared_ptr<StateLedger> ledger)
+KeptState::KeptState(ShapeState state, std::shared_ptr<MemoryAccount> ledger)
     : state_(std::move(state)), ledger_(std::move(ledger)) {
   ledger_->add(state_);
 }

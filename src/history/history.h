@@ -19,13 +19,13 @@ inline constexpr const char* kSavedFile = "saved";
 // whole.
 std::string read_journal(const std::filesystem::path& folder);
 
-// States that an editor keeps for undo, and the memory that they take together. Internal to the session room.
+// States that an editor keeps for undo, and the memory that they take together.
 
 // Counts the memory of states that share parts. One thread at a time.
-class StateLedger {
+class MemoryAccount {
  public:
   // What `base` holds does not count: it is there anyway.
-  explicit StateLedger(const ShapeState& base);
+  explicit MemoryAccount(const ShapeState& base);
 
   void add(const ShapeState& state);
   void remove(const ShapeState& state);
@@ -44,7 +44,7 @@ class StateLedger {
 // A state that counts as long as it is held.
 class KeptState {
  public:
-  KeptState(ShapeState state, std::shared_ptr<StateLedger> ledger);
+  KeptState(ShapeState state, std::shared_ptr<MemoryAccount> ledger);
   ~KeptState();
   KeptState(const KeptState&) = delete;
   KeptState& operator=(const KeptState&) = delete;
@@ -53,7 +53,7 @@ class KeptState {
 
  private:
   ShapeState state_;
-  std::shared_ptr<StateLedger> ledger_;
+  std::shared_ptr<MemoryAccount> ledger_;
 };
 
 }  // namespace knead::session_detail

@@ -6,10 +6,10 @@
 
 #include <fstream>
 
+#include "history/journal_test_work.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/stroke.h"
-#include "history/journal_test_work.h"
 #include "support/outcome.h"
 #include "support/test_meshes.h"
 

@@ -14,9 +14,9 @@ namespace knead {
 
 namespace {
 
-using session_detail::Counted;
 using session_detail::KeptState;
-using session_detail::StateLedger;
+using session_detail::MemoryAccount;
+using session_detail::ScopedProgress;
 
 constexpr std::size_t kNearStates = 100;  // of the entries next to the present, dropped last
 constexpr std::size_t kFarStates = 16;    // of those farther away, from which others are made again
@@ -61,7 +61,7 @@ Workbench::Workbench(Mesh mesh, std::filesystem::path folder, std::vector<std::u
       base_(shape_.state()),
       at_(base_),
       live_state_(base_),
-      ledger_(std::make_shared<StateLedger>(base_)) {}
+      ledger_(std::make_shared<MemoryAccount>(base_)) {}
 
 const ShapeState& Workbench::last_state() const { return now_.empty() ? base_ : now_.back()->after->state(); }
 
@@ -131,7 +131,7 @@ struct Workbench::Following {
 
 // Goes on with the drag of a pose, or begins one.
 WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
-  constexpr double kMostSteps = 3;
+  constexpr double kMaxSteps = 3;
   constexpr double kAll = std::numeric_limits<double>::infinity();
   const bool goes_on = following_ && following_->drag.takes(pose);
   std::shared_ptr<Following> following = std::exchange(following_, nullptr);
@@ -146,7 +146,7 @@ WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
         surface.progress = progress;
         following = std::make_shared<Following>(Following{PoseDrag(pose, surface, shape_.motion().threads), {}});
       }
-      following->drag.advance(pose, goes_on ? kMostSteps : kAll, [&](const Stroke& part) {
+      following->drag.advance(pose, goes_on ? kMaxSteps : kAll, [&](const Stroke& part) {
         status = shape_.move(masked(flow_of(part), shape_.mask()), progress);
         return status == AdvectStatus::done;
       });
@@ -161,7 +161,7 @@ WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
   return result;
 }
 
-WorkResult Workbench::apply_change(const GestureChange& change, const std::vector<SessionStroke>& strokes,
+WorkResult Workbench::apply_change(const StrokeDelta& change, const std::vector<SessionStroke>& strokes,
                                    Progress* progress) {
   return compute(change.from_start ? last_state() : state(), change.from_start && !live_.empty(), [&] {
     const AdvectStatus status =
@@ -185,8 +185,8 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
   }
   follows = follows && strokes.size() == 1 && is_plain(strokes.front()) &&
             std::holds_alternative<PoseStroke>(strokes.front().stroke);
-  const GestureChange change =
-      follows || is_about_ ? GestureChange{true, 0, std::nullopt, std::nullopt} : gesture_change(live_, strokes);
+  const StrokeDelta change =
+      follows || is_about_ ? StrokeDelta{true, 0, std::nullopt, std::nullopt} : stroke_delta(live_, strokes);
   const auto began = std::chrono::steady_clock::now();
   const std::uint64_t steps = steps_;
   part_.reset();
@@ -350,7 +350,7 @@ std::optional<ShapeState> Workbench::make_state(History& history, std::size_t co
   std::uint64_t ahead = 0;
   for (std::size_t i = known; i < count; ++i) ahead += work_of(history[i]->info.strokes, base_);
   const bool is_one = count - known == 1;  // counts its own steps
-  Counted counted(is_one ? nullptr : progress, ahead);
+  ScopedProgress counted(is_one ? nullptr : progress, ahead);
   for (; known < count; ++known) {
     auto made = std::make_shared<Entry>();
     const WorkResult result = make_entry(history[known]->info.strokes, state, *made, progress);
@@ -403,7 +403,7 @@ std::vector<SessionStroke> Workbench::lines_of(std::size_t index, std::vector<Se
                           std::move(strokes));
 }
 
-LineChange Workbench::live_lines(const GestureChange& change, const std::vector<SessionStroke>& strokes) {
+LineChange Workbench::live_lines(const StrokeDelta& change, const std::vector<SessionStroke>& strokes) {
   LineChange lines;
   if (change.from_start) lines.taken_back = live_lines_;
   if (change.rest_as_line) lines.appended.push_back({*change.rest_as_line});
@@ -443,7 +443,7 @@ WorkResult Workbench::make_rest(const std::vector<std::vector<SessionStroke>>& g
   if (!state) return {AdvectStatus::cancelled, {}, {}, {}};
   std::uint64_t ahead = 0;
   for (const std::vector<SessionStroke>& strokes : gestures) ahead += work_of(strokes, base_);
-  Counted counted(progress, ahead);
+  ScopedProgress counted(progress, ahead);
   for (const std::vector<SessionStroke>& strokes : gestures) {
     auto entry = std::make_shared<Entry>();
     WorkResult result = make_entry(strokes, *state, *entry, progress);

@@ -168,7 +168,7 @@ struct Format {
   std::string (*remeshed)(const NewMesh& shape, const WriteOptions& options);
   std::vector<std::string> (*remesh_losses)(const ShapeFile& source);
 
-  // See face_labels in remeshed.h; null if a file of this format does not group faces.
+  // See face_labels in io.h; null if a file of this format does not group faces.
   std::vector<std::uint32_t> (*face_labels)(const ShapeFile& source);
 
   // Returns true if a file of this format that is rewritten, or generated, rounds coordinates to 32-bit floats.

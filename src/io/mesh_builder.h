@@ -46,7 +46,7 @@ inline std::string counted(std::size_t count, const char* one, const char* many)
 }
 
 // Meshes count vertices and corners in 32 bits.
-inline constexpr std::size_t kMostElements = std::numeric_limits<std::uint32_t>::max();
+inline constexpr std::size_t kMaxElements = std::numeric_limits<std::uint32_t>::max();
 
 class FaceBuilder {
  public:
@@ -72,7 +72,7 @@ class FaceBuilder {
     }
     corners_ += vertices.size();
     faces_ += count;
-    if (corners_ > kMostElements) throw InvalidInput("more than 4294967295 corners; split the shape");
+    if (corners_ > kMaxElements) throw InvalidInput("more than 4294967295 corners; split the shape");
     for (std::size_t i = 0; i < count; ++i) {
       if (has_repeated(vertices.subspan(i * corners, corners))) ++repeated_;
     }

@@ -118,7 +118,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMostBytes = 64 << 20;
+constexpr std::uintmax_t kMaxBytes = 64 << 20;
 
 bool is_plain_name(const std::string& name) {
   const bool ends_well = name.size() > 4 && fs::path(name).extension() == ".mtl";
@@ -128,7 +128,7 @@ bool is_plain_name(const std::string& name) {
 bool is_worth_copying(const fs::path& from, const fs::path& to) {
   std::error_code error;
   const bool is_there = fs::is_regular_file(fs::symlink_status(from, error));  // a link may lead anywhere
-  return is_there && fs::file_size(from, error) <= kMostBytes && !error && !fs::exists(fs::symlink_status(to, error));
+  return is_there && fs::file_size(from, error) <= kMaxBytes && !error && !fs::exists(fs::symlink_status(to, error));
 }
 
 fs::path folder_of(const fs::path& path) {

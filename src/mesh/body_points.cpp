@@ -21,9 +21,9 @@ constexpr Mat3d kTurn{{0.573137855448987, -0.6090066421373933, 0.548291809608599
                       {0.740348840460782, 0.6716445041915284, -0.027879282947946255},
                       {-0.35127851212351696, 0.4219058779181122, 0.8358222520957642}};
 // Less of the volume than this was found inside: the surface is open.
-constexpr double kLeastInside = 0.5;
-constexpr double kMostLatticePoints = 3e7;
-constexpr std::size_t kMostOfTriangle = 64;  // samples along an edge of one
+constexpr double kMinInside = 0.5;
+constexpr double kMaxLatticePoints = 3e7;
+constexpr std::size_t kMaxOfTriangle = 64;  // samples along an edge of one
 
 double signed_volume(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
   double sum = 0;
@@ -113,7 +113,7 @@ std::vector<Vec3d> surface_points(std::span<const Vec3d> positions, std::span<co
     const Vec3d ac = positions[t[2]] - a;
     for (const std::uint32_t v : t) is_used[v] = true;
     const double longest = std::sqrt(std::max({norm2(ab), norm2(ac), norm2(ac - ab)}));
-    const auto pieces = static_cast<std::size_t>(std::min(longest / spacing + 1, double{kMostOfTriangle}));
+    const auto pieces = static_cast<std::size_t>(std::min(longest / spacing + 1, double{kMaxOfTriangle}));
     for (std::size_t i = 0; i <= pieces && pieces > 1; ++i) {
       for (std::size_t j = 0; i + j <= pieces; ++j) {
         result.push_back(a + (ab * static_cast<double>(i) + ac * static_cast<double>(j)) / static_cast<double>(pieces));
@@ -233,12 +233,12 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
   if (options.most_spacing > 0) spacing = std::min(spacing, options.most_spacing);
   const Vec3d extent = box.max - box.min;
   const double steps = norm(extent) / spacing;
-  if (!(steps * steps * steps < kMostLatticePoints)) return shell_of(positions, triangles, options);
+  if (!(steps * steps * steps < kMaxLatticePoints)) return shell_of(positions, triangles, options);
   BodyPoints result;
   result.points = InsideLattice(positions, triangles, spacing).inside(options.threads);
   result.inside = result.points.size();
   const double found = static_cast<double>(result.inside) * spacing * spacing * spacing;
-  if (found < kLeastInside * volume) return shell_of(positions, triangles, options);
+  if (found < kMinInside * volume) return shell_of(positions, triangles, options);
   const double area = area_of(positions, triangles);
   double of_surface = std::sqrt(3 * area / static_cast<double>(options.inside));
   if (options.most_spacing > 0) of_surface = std::min(of_surface, options.most_spacing);

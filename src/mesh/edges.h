@@ -51,7 +51,7 @@ class DisjointSets {
   std::vector<std::uint32_t> parent_;
 };
 
-// Checks of meshes whose positions are given apart from them. Internal to the mesh room.
+// Checks of meshes whose positions are given apart from them.
 
 // Throws InvalidInput, with the number of the first element at fault, unless the faces of the mesh are sound and there
 // is one finite position for each vertex. Does not look at attributes. Time: a pass over corners and positions.
@@ -60,7 +60,7 @@ void require_sound(const Mesh& mesh, std::span<const Vec3d> positions);
 // The same, but the positions may be any numbers.
 void require_faces(const Mesh& mesh, std::span<const Vec3d> positions);
 
-// Normals of some vertices. Internal to the mesh room.
+// Normals of some vertices.
 
 // Returns the normals of these vertices, to the bit those of vertex_normals(); the numbers ascend. Memory: a bit for
 // each vertex of the mesh.

@@ -1,4 +1,4 @@
-// For tests: properties of a triangle mesh, by brute force and independent of measures.h.
+// For tests: properties of a triangle mesh, by brute force and independent of mesh.h.
 #pragma once
 
 #include <algorithm>

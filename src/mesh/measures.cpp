@@ -39,14 +39,14 @@ void CloudBox::add(std::span<const Vec3d> points) {
   for (const Vec3d& p : points) {
     whole_.extend(p);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      keep_least(ends_[2 * axis], p[axis], kMost + 1);
-      keep_least(ends_[2 * axis + 1], -p[axis], kMost + 1);
+      keep_least(ends_[2 * axis], p[axis], kMax + 1);
+      keep_least(ends_[2 * axis + 1], -p[axis], kMax + 1);
     }
   }
 }
 
 Box CloudBox::box() const {
-  const std::size_t most = std::min(kMost, points_ / kOneAmong);
+  const std::size_t most = std::min(kMax, points_ / kOneAmong);
   if (most == 0) return whole_;
   std::array<std::vector<double>, 6> ends = ends_;
   double extent = 0;  // of the points without `most` of them at each end
@@ -262,7 +262,7 @@ VolumeAndArea measure_volume_and_area(const Mesh& mesh, std::span<const Vec3d> p
   return volume_and_area(mesh, positions);
 }
 
-std::vector<std::string> describe_oddities(const Measures& m) {
+std::vector<std::string> describe_defects(const Measures& m) {
   std::vector<std::string> list;
   const auto say = [&](std::size_t count, const char* one, const char* many) {
     if (count > 0) list.push_back(counted(count, one, many));

@@ -97,7 +97,7 @@ TEST(Measures, CubeAndTorus) {
   EXPECT_DOUBLE_EQ(cube.volume, 1);
   EXPECT_DOUBLE_EQ(cube.area, 6);
   EXPECT_TRUE(cube.closed() && cube.manifold() && cube.oriented());
-  EXPECT_TRUE(describe_oddities(cube).empty());
+  EXPECT_TRUE(describe_defects(cube).empty());
   const Measures torus = measure(quad_torus(200, 100));
   EXPECT_EQ(torus.euler, 0);
   EXPECT_EQ(torus.components, 1u);

@@ -139,7 +139,7 @@ class EarClipper {
     std::size_t corner = 1;
     std::size_t refused = 0;  // consecutive corners that are not ears
     while (left > 3) {
-      if (refused < left && tests_ < kMostTests && !is_ear(corner)) {
+      if (refused < left && tests_ < kMaxTests && !is_ear(corner)) {
         ++refused;
         corner = next_[corner];
         continue;
@@ -153,7 +153,7 @@ class EarClipper {
   }
 
  private:
-  static constexpr std::size_t kMostTests = 10'000'000;
+  static constexpr std::size_t kMaxTests = 10'000'000;
 
   // Returns true for a convex corner whose triangle contains no other corner. Corners at the position of one of its own
   // are ignored: they come from polygons with a bridge to a hole.
@@ -258,8 +258,8 @@ void for_each_use(const Mesh& mesh, Visit visit) {
 using HalfUse = std::uint64_t;
 
 // Uses that are sorted together at least; of large meshes an eighth.
-constexpr std::size_t kMostHalfUses = std::size_t{1} << 24;  // 134 MB
-constexpr std::size_t kMostEdgeUses = 1'000'000;
+constexpr std::size_t kMaxHalfUses = std::size_t{1} << 24;  // 134 MB
+constexpr std::size_t kMaxEdgeUses = 1'000'000;
 
 // Calls visit(uses, ends) for parts of the vertices, as long as it returns true: make(use) for each use at each of them
 // as the smaller vertex, in the order of vertices, then of corners; and where the uses of each vertex end.
@@ -326,21 +326,20 @@ void visit_edges(std::span<EdgeUse> uses, const std::function<void(std::span<con
 bool is_closed_and_oriented(const Mesh& mesh) {
   bool balanced = true;
   const auto half_use = [](const EdgeUse& use) { return HalfUse{use.high} * 2 + (use.upward ? 1 : 0); };
-  visit_parts<HalfUse>(mesh, kMostHalfUses, half_use,
-                       [&](std::span<HalfUse> uses, std::span<const std::uint32_t> ends) {
-                         std::size_t begin = 0;
-                         for (const std::uint32_t end : ends) {
-                           balanced = balanced && all_balanced(uses.subspan(begin, end - begin));
-                           begin = end;
-                         }
-                         return balanced;
-                       });
+  visit_parts<HalfUse>(mesh, kMaxHalfUses, half_use, [&](std::span<HalfUse> uses, std::span<const std::uint32_t> ends) {
+    std::size_t begin = 0;
+    for (const std::uint32_t end : ends) {
+      balanced = balanced && all_balanced(uses.subspan(begin, end - begin));
+      begin = end;
+    }
+    return balanced;
+  });
   return balanced && mesh.face_count() > 0;
 }
 
 void for_each_edge(const Mesh& mesh, const std::function<void(std::span<const EdgeUse>)>& visit) {
   visit_parts<EdgeUse>(
-      mesh, kMostEdgeUses, [](const EdgeUse& use) { return use; },
+      mesh, kMaxEdgeUses, [](const EdgeUse& use) { return use; },
       [&](std::span<EdgeUse> uses, std::span<const std::uint32_t>) {
         visit_edges(uses, visit);
         return true;

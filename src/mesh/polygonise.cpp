@@ -328,19 +328,19 @@ QuadSurface dual_surface(std::span<const SurfaceCell> cells, const Grid& grid) {
 namespace {
 
 // What the quadrilaterals at a vertex give.
-struct Surroundings {
+struct GestureContext {
   Vec3d normal;  // not of unit length
   Vec3d sum;     // of the neighbours
   double count = 0;
 };
 
-std::vector<Surroundings> survey(const QuadSurface& surface) {
-  std::vector<Surroundings> around(surface.positions.size());
+std::vector<GestureContext> survey(const QuadSurface& surface) {
+  std::vector<GestureContext> around(surface.positions.size());
   for (const Quad& quad : surface.quads) {
     const auto p = [&](std::size_t i) { return surface.positions[quad[i]]; };
     const Vec3d normal = cross(p(2) - p(0), p(3) - p(1));
     for (std::size_t i = 0; i < 4; ++i) {
-      Surroundings& s = around[quad[i]];
+      GestureContext& s = around[quad[i]];
       s.normal += normal;
       s.sum += p((i + 1) % 4);  // every edge is visited once in each direction
       s.count += 1;
@@ -388,7 +388,7 @@ Vec3d return_along(const ScalarFunction& f, const Vec3d& p, const Vec3d& normal,
 }
 
 // One step towards the neighbours within the tangent plane.
-Vec3d smoothed(const Vec3d& p, const Surroundings& around) {
+Vec3d smoothed(const Vec3d& p, const GestureContext& around) {
   const double size = norm2(around.normal);
   const Vec3d move = around.sum / around.count - p;
   return size > 0 ? p + (move - around.normal * (dot(move, around.normal) / size)) * 0.6 : p;
@@ -410,7 +410,7 @@ void relax(QuadSurface& surface, const ScalarFunction& f, double cell, int round
   std::vector<double> steepness;
   for (Vec3d& p : surface.positions) steepness.push_back(newton(f, cell, p));
   for (int round = 0; round < rounds; ++round) {
-    const std::vector<Surroundings> around = survey(surface);
+    const std::vector<GestureContext> around = survey(surface);
     for (std::size_t i = 0; i < home.size(); ++i) {
       const Vec3d p = home[i] + limited(smoothed(surface.positions[i], around[i]) - home[i], cell);
       surface.positions[i] = return_along(f, p, around[i].normal, steepness[i], cell);
@@ -440,7 +440,7 @@ Mesh split_quads(const QuadSurface& surface) {
 namespace knead {
 namespace {
 
-constexpr double kMostCells = 4096;  // along a side
+constexpr double kMaxCells = 4096;  // along a side
 
 void check(const Box& box, const PolygoniseOptions& options) {
   if (!(options.cell > 0) || !std::isfinite(options.cell)) {
@@ -456,7 +456,7 @@ void check(const Box& box, const PolygoniseOptions& options) {
   if (!is_finite(box.min) || !is_finite(box.max) || !(size.x > 0 && size.y > 0 && size.z > 0)) {
     throw InvalidInput("the box of a polygonised surface is empty or not finite; give one with a volume");
   }
-  if (std::max({size.x, size.y, size.z}) > kMostCells * options.cell) {
+  if (std::max({size.x, size.y, size.z}) > kMaxCells * options.cell) {
     throw InvalidInput("the grid has more than 4096 cells along a side; give a larger cell");
   }
 }

@@ -32,7 +32,7 @@ using Corners = std::array<Vec3d, 3>;
 // Returns true if the corners lie on one line, or at one point.
 bool are_collinear(const Corners& corners);
 
-// Returns true if two triangles meet in more than their shared vertices and edges (see self_intersections.h). Neither
+// Returns true if two triangles meet in more than their shared vertices and edges (see mesh.h). Neither
 // may be collinear.
 bool meet_beyond_shared(const Triangle& t, const Corners& t_corners, const Triangle& u, const Corners& u_corners);
 

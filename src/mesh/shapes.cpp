@@ -290,16 +290,16 @@ namespace {
 
 constexpr std::array<std::string_view, 9> kNames{"sphere", "box",  "cylinder", "torus", "hand",
                                                  "crater", "knot", "letter-y", "figure"};
-constexpr std::size_t kMost = 20'000'000;
-constexpr std::array<ShapeCounts, 9> kCounts{{{12, 10'242, kMost},
-                                              {28, 10'000, kMost},
-                                              {100, 10'000, kMost},
-                                              {60, 10'000, kMost},
-                                              {4'000, 36'000, kMost},
-                                              {100, 40'000, kMost},
-                                              {600, 20'000, kMost},
-                                              {1'000, 20'000, kMost},
-                                              {4'000, 30'000, kMost}}};
+constexpr std::size_t kMax = 20'000'000;
+constexpr std::array<ShapeCounts, 9> kCounts{{{12, 10'242, kMax},
+                                              {28, 10'000, kMax},
+                                              {100, 10'000, kMax},
+                                              {60, 10'000, kMax},
+                                              {4'000, 36'000, kMax},
+                                              {100, 40'000, kMax},
+                                              {600, 20'000, kMax},
+                                              {1'000, 20'000, kMax},
+                                              {4'000, 30'000, kMax}}};
 
 // Searches for the cell size that gives this number of vertices, by counting the vertices of unrelaxed surfaces; then
 // makes the surface.

@@ -12,7 +12,8 @@ namespace knead {
 namespace {
 
 constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
-constexpr FloatBox kEmpty{{kFloatInfinity, kFloatInfinity, kFloatInfinity}, {-kFloatInfinity, -kFloatInfinity, -kFloatInfinity}};
+constexpr FloatBox kEmpty{{kFloatInfinity, kFloatInfinity, kFloatInfinity},
+                          {-kFloatInfinity, -kFloatInfinity, -kFloatInfinity}};
 
 // The place of a box's centre on the Morton curve.
 std::uint64_t morton_code_of(const FloatBox& box) {

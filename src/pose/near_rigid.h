@@ -1,7 +1,7 @@
 // The field that strains a body least and meets wanted velocities (spec: poses). Contains no mesh: a body is a set of
 // points. Internal to the library.
 //
-// The field is v = curl A of a grid (field/potential_grid.h). Its coefficients a minimise
+// The field is v = curl A of a grid (knead/field.h). Its coefficients a minimise
 //     mean over the body's samples of stiffness |sym grad v|^2 + ridge |a|^2 + sum over rows of weight |row(v) -
 //     wanted|^2.
 // Where all that is near rests the coefficients are 0: a fine grid costs only what it moves.

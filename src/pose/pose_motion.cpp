@@ -17,23 +17,23 @@ namespace {
 
 constexpr double kMaxAngle = std::numbers::pi / 22;  // of a part in one segment
 // How far it moves there at most: so far of the diagonal, but within these bounds, of the spacing.
-constexpr double kMaxDistance = 0.03;
-constexpr double kLeastDistance = 0.5;
-constexpr double kMostDistance = 1.5;
+constexpr double kUsualStep = 0.03;
+constexpr double kMinStep = 0.5;
+constexpr double kMaxStep = 1.5;
 // Weights of rows, in units of the mean diagonal of the strain times spacing^2.
 constexpr double kWeightOfPin = 600;  // by the number of its points
 constexpr double kWeightOfHold = 500;
 constexpr double kWeightOfPart = 5600;  // by the number of points, and for 150 unknowns
 constexpr double kUnknowns = 150;
-constexpr double kMostUnknowns = 2000;  // that count for that
+constexpr double kMaxUnknowns = 2000;  // that count for that
 constexpr double kWeightAcross = 200;
 constexpr double kMargin = 0.25;  // of the spacing, about all points
 constexpr int kMaxSegments = 2000;
-constexpr int kCorrections = 2;               // of the wanted velocities, by where the points arrive
-constexpr double kMaxCorrection = 0.25;       // of the spacing
-constexpr std::size_t kManyUnknowns = 9000;   // more than that are not begun with, and
-constexpr std::size_t kMostInAStep = 12'000;  // more than that not gone on with, where a wider spacing is allowed
-constexpr double kTolerance = 1e-6;           // of the diagonal, for the body's own points
+constexpr int kCorrections = 2;              // of the wanted velocities, by where the points arrive
+constexpr double kMaxCorrection = 0.25;      // of the spacing
+constexpr std::size_t kManyUnknowns = 9000;  // more than that are not begun with, and
+constexpr std::size_t kMaxInAStep = 12'000;  // more than that not gone on with, where a wider spacing is allowed
+constexpr double kTolerance = 1e-6;          // of the diagonal, for the body's own points
 
 // A pin's patch: its point, and the corners of an icosahedron about it.
 std::vector<Vec3d> patch_about(const Vec3d& p, double size) {
@@ -153,8 +153,7 @@ class Schedule {
  public:
   explicit Schedule(const PoseProblem& problem)
       : problem_(problem),
-        longest_(std::clamp(kMaxDistance * problem.diagonal, kLeastDistance * problem.spacing,
-                            kMostDistance * problem.spacing)) {
+        longest_(std::clamp(kUsualStep * problem.diagonal, kMinStep * problem.spacing, kMaxStep * problem.spacing)) {
     for (const PosedPin& pin : problem.pins) {
       if (pin.path.size() < 2) continue;
       const std::size_t own = pin.path.size() - 1;
@@ -263,7 +262,7 @@ class PoseRun::Motion {
     stop_if_cancelled(problem_.progress);
     for (std::size_t i = 0; i < rows_.size(); ++i) want(i, from, to);
     find_surroundings();
-    limit_unknowns(kMostInAStep);
+    limit_unknowns(kMaxInAStep);
     const NearRigidSystem system(lattice_, problem_.body, rows_, problem_.threads, problem_.progress);
     outcome_.unknowns = std::max(outcome_.unknowns, system.unknowns());
     PotentialGrid grid = system.solve(rows_);
@@ -342,7 +341,7 @@ class PoseRun::Motion {
   void want(const PosedPart& part, const std::vector<Vec3d>& starts, double begin, double end, VelocityRows& list) {
     const std::size_t count = starts.size();
     list.weight = kWeightOfPart / static_cast<double>(count) *
-                  std::clamp(static_cast<double>(outcome_.unknowns), kUnknowns, kMostUnknowns) / kUnknowns;
+                  std::clamp(static_cast<double>(outcome_.unknowns), kUnknowns, kMaxUnknowns) / kUnknowns;
     list.points.resize(count);
     list.wanted.resize(count);
     std::vector<Vec3d> misses;

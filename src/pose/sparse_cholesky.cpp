@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kPanel = 8;           // columns that are taken from the others together
 constexpr std::size_t kPairsOfThread = 64;  // of columns, at least
 constexpr std::size_t kWideEnough = 16;     // narrower fronts are joined with their parent where that adds few zeros
-constexpr double kMostZeros = 0.15;         // of the joined front
+constexpr double kMaxZeros = 0.15;          // of the joined front
 
 // Two columns, and the factors with which a panel's columns are taken from them.
 struct TwoColumns {
@@ -140,7 +140,7 @@ void SparseCholesky::find_fronts(const SymmetricMatrix& matrix) {
       const auto missing = static_cast<double>(rows[j].size() + 1 - rows[j - 1].size());
       const double more = zeros + missing * last->width;
       const double entries = (last->width + 1.0) * static_cast<double>(rows[j].size() + 1);
-      if (missing == 0 || (last->width < static_cast<int>(kWideEnough) && more < kMostZeros * entries)) {
+      if (missing == 0 || (last->width < static_cast<int>(kWideEnough) && more < kMaxZeros * entries)) {
         ++last->width;
         zeros = more;
         continue;

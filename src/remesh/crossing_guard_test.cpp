@@ -33,7 +33,7 @@ struct Balls {
     }
     Deformation deformation;
     deformation.carry = [](std::span<Vec3d>) {};
-    patch = take_patch(mesh, after, deformation, RemeshOptions{});
+    patch = extract_patch(mesh, after, deformation, RemeshOptions{});
   }
 };
 

@@ -1,4 +1,4 @@
-// Finds where the surface of a patch crosses itself or the mesh around it. Internal to the remesh room.
+// Finds where the surface of a patch crosses itself or the mesh around it.
 #pragma once
 
 #include <array>
@@ -69,7 +69,7 @@ class CrossingSearch {
   const Progress* progress_ = nullptr;
 };
 
-// Refuses changes of a surface that would make triangles cross. Internal to the remesh room.
+// Refuses changes of a surface that would make triangles cross.
 
 // Watches over places of a surface whose faces change one after the other. Only the triangles near a change are tested,
 // so a change costs as much as its neighbourhood. Whoever changes the surface must tell the guard.

@@ -19,9 +19,9 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr int kDeepest = 8;               // how often a face is divided into four
-constexpr double kMostSamples = 1 << 20;  // 50 MB
-constexpr std::size_t kFirstBatch = 16;   // tells what carrying the others costs
+constexpr int kDeepest = 8;              // how often a face is divided into four
+constexpr double kMaxSamples = 1 << 20;  // 50 MB
+constexpr std::size_t kFirstBatch = 16;  // tells what carrying the others costs
 
 std::array<std::array<Vec3d, 3>, 4> quarters(const std::array<Vec3d, 3>& corners) {
   const auto& [a, b, c] = corners;
@@ -36,7 +36,7 @@ Vec3d center_of(const std::array<Vec3d, 3>& corners) { return (corners[0] + corn
 }  // namespace
 
 FaceSamples::FaceSamples(const Deformation& deformation, const Progress* progress)
-    : deformation_(deformation), progress_(progress), most_(std::min(kMostSamples, points_left())) {}
+    : deformation_(deformation), progress_(progress), most_(std::min(kMaxSamples, points_left())) {}
 
 double FaceSamples::points_left() const {
   return deformation_.points_left ? deformation_.points_left() : std::numeric_limits<double>::infinity();

@@ -1,4 +1,4 @@
-// Samples inside faces that are large compared with a deformation. Internal to the remesh room.
+// Samples inside faces that are large compared with a deformation.
 #pragma once
 
 #include <array>
@@ -44,7 +44,7 @@ class FaceSamples {
   std::vector<Vec3d> after_;
 };
 
-// Keeps the authored normals of a patch correct. Internal to the remesh room.
+// Keeps the authored normals of a patch correct.
 
 // Transforms the attribute "normal" (3 components) of vertices or corners by the deformation from `before` to `after`
 // of the surface (see transport_normals), also for vertices that splits have made.

@@ -53,7 +53,7 @@ double SeenTetrahedron::quality(const Vec3d& place) const {
   return there.product > 0 ? factor_ * (there.determinant / std::sqrt(there.product)) : 0;
 }
 
-Slant SeenTetrahedron::slant(const Vec3d& place) const {
+LinearApproximation SeenTetrahedron::slant(const Vec3d& place) const {
   const There there(*this, place);
   if (!(there.product > 0)) return {0, {0, 0, 0}};
   const double root = std::sqrt(there.product);
@@ -70,7 +70,7 @@ SeenCorner SeenCorner::beside(const Vec3d& origin, const Vec3d& next, const Vec3
   return {false, {origin, across, {}}, factor};
 }
 
-Slant SeenCorner::slant(const Vec3d& place) const {
+LinearApproximation SeenCorner::slant(const Vec3d& place) const {
   if (!is_vertex_) {
     const Vec3d edge = place - points_[0];
     const double length = norm(edge);
@@ -95,7 +95,7 @@ constexpr std::size_t kCellsAtATime = 4096;
 constexpr std::size_t kVerticesAtATime = 16;
 constexpr std::uint8_t kUnknown = 2;
 constexpr std::uint8_t kNoColor = 255;
-constexpr std::uint8_t kMostColors = 64;
+constexpr std::uint8_t kMaxColors = 64;
 
 // Of those cells only.
 CellStars stars_of(const Cells& cells, const std::vector<std::uint32_t>& numbers, std::size_t points) {
@@ -121,7 +121,7 @@ void make_unique(std::vector<std::uint32_t>& numbers, std::vector<std::uint8_t>&
 
 }  // namespace
 
-FreeVertices::FreeVertices(const JudgedCells& judged, std::span<const Vec3d> whole, const CellOptions& options)
+FreeVertices::FreeVertices(const CellBaseline& judged, std::span<const Vec3d> whole, const CellOptions& options)
     : judged_(judged),
       options_(options),
       qualities_(judged.cells().size(), 1),
@@ -221,16 +221,16 @@ std::vector<std::uint32_t> FreeVertices::free_corners(const std::vector<std::uin
 // Returns sets of the vertices, so that no two of a set have a common cell. Of vertices with more than 64 neighbours
 // each may be a set of its own.
 std::vector<std::vector<std::uint32_t>> FreeVertices::apart(const std::vector<std::uint32_t>& vertices) {
-  std::vector<std::vector<std::uint32_t>> sets(kMostColors);
+  std::vector<std::vector<std::uint32_t>> sets(kMaxColors);
   for (const std::uint32_t v : vertices) {
     std::uint64_t taken = 0;
     for (const std::uint32_t cell : stars_.of(v)) {
       for (const std::uint32_t corner : judged_.cells().corners_of(cell)) {
-        if (colors_[corner] < kMostColors) taken |= std::uint64_t{1} << colors_[corner];
+        if (colors_[corner] < kMaxColors) taken |= std::uint64_t{1} << colors_[corner];
       }
     }
     const int color = std::countr_one(taken);
-    if (color == kMostColors) {
+    if (color == kMaxColors) {
       sets.push_back({v});
     } else {
       colors_[v] = static_cast<std::uint8_t>(color);
@@ -271,12 +271,12 @@ namespace knead {
 
 namespace {
 
-constexpr int kMostParts = 32;
+constexpr int kMaxParts = 32;
 // Rounds over cells that are inverted: what succeeds at all with so large a part has by then restored them.
 constexpr int kPatience = 5;
 
 // The sums are made in the order of the cells, whatever the threads.
-CellSummary summary_of(const JudgedCells& judged, std::span<const Vec3d> after, const CellOptions& options) {
+CellSummary summary_of(const CellBaseline& judged, std::span<const Vec3d> after, const CellOptions& options) {
   constexpr std::size_t cells_at_a_time = 4096;
   struct Part {
     CellSummary summary;  // with the sum in the place of the mean
@@ -333,13 +333,13 @@ DeformedCells deform_cells(const Cells& cells, std::span<const Vec3d> before, co
   DeformedCells result;
   std::vector<Vec3d> whole(before.begin(), before.end());
   carry(0, 1, whole);
-  const JudgedCells judged(cells, before, options.threads, options.progress);
+  const CellBaseline judged(cells, before, options.threads, options.progress);
   result.flow = summary_of(judged, whole, options);
   result.result = result.flow;
   result.points = whole;
   if (result.flow.below == 0) return result;
   remesh_detail::FreeVertices vertices(judged, whole, options);
-  for (const int parts : {1, 8, kMostParts}) {
+  for (const int parts : {1, 8, kMaxParts}) {
     std::vector<Vec3d> points = parts == 1 ? whole : std::vector<Vec3d>(before.begin(), before.end());
     std::vector<std::uint8_t> moved(before.size());
     for (int part = 0; part < parts; ++part) {
@@ -350,7 +350,7 @@ DeformedCells deform_cells(const Cells& cells, std::span<const Vec3d> before, co
           if (moved[v] == 0) points[v] = whole[v];
         }
       }
-      vertices.improve(points, moved, parts < kMostParts ? kPatience : options.rounds);
+      vertices.improve(points, moved, parts < kMaxParts ? kPatience : options.rounds);
     }
     const CellSummary summary = summary_of(judged, points, options);
     if (is_better(summary, result.result)) {

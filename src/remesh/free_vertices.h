@@ -1,4 +1,4 @@
-// The scaled Jacobians of cells as functions of the place of one vertex. Internal to the remesh room.
+// The scaled Jacobians of cells as functions of the place of one vertex.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 namespace knead::remesh_detail {
 
 // A value and how it grows with the place.
-struct Slant {
+struct LinearApproximation {
   double value = 0;
   Vec3d gradient;
 };
@@ -25,7 +25,7 @@ class SeenTetrahedron {
   SeenTetrahedron(const std::array<Vec3d, 3>& others, double factor);
 
   double quality(const Vec3d& place) const;
-  Slant slant(const Vec3d& place) const;
+  LinearApproximation slant(const Vec3d& place) const;
 
  private:
   struct There;
@@ -45,7 +45,7 @@ class SeenCorner {
   static SeenCorner beside(const Vec3d& origin, const Vec3d& next, const Vec3d& last, double factor);
 
   double quality(const Vec3d& place) const { return slant(place).value; }
-  Slant slant(const Vec3d& place) const;
+  LinearApproximation slant(const Vec3d& place) const;
 
  private:
   SeenCorner(bool is_vertex, const std::array<Vec3d, 3>& points, double factor)
@@ -56,14 +56,13 @@ class SeenCorner {
   double factor_;
 };
 
-// Interior vertices of a volume mesh move until the worst cells around them are good enough. Internal to the remesh
-// room.
+// Interior vertices of a volume mesh move until the worst cells around them are good enough.
 
 // The work on one mesh.
 class FreeVertices {
  public:
   // whole: the points after the whole motion. Vertices that it leaves at rest are not free. All must outlive this.
-  FreeVertices(const JudgedCells& judged, std::span<const Vec3d> whole, const CellOptions& options);
+  FreeVertices(const CellBaseline& judged, std::span<const Vec3d> whole, const CellOptions& options);
 
   // Moves free vertices around bad cells; marks them in `moved`. Gives up if a cell is still inverted after `patience`
   // rounds. The same bits for every number of threads.
@@ -79,7 +78,7 @@ class FreeVertices {
   void sweep(const std::vector<std::uint32_t>& bad, int rings, std::span<Vec3d> points,
              std::vector<std::uint8_t>& moved);
 
-  const JudgedCells& judged_;
+  const CellBaseline& judged_;
   const CellOptions& options_;
   std::vector<std::uint32_t> active_;  // the cells that the whole motion moves
   CellStars stars_;                    // of these cells

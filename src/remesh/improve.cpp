@@ -11,8 +11,8 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr std::size_t kMost = 5;  // four that count, and one that comes in
-using Row = std::array<double, kMost>;
+constexpr std::size_t kMax = 5;  // four that count, and one that comes in
+using Row = std::array<double, kMax>;
 
 // A symmetric positive definite matrix as the product of a lower triangle and its transpose.
 class Triangle {
@@ -41,7 +41,7 @@ class Triangle {
 
  private:
   std::size_t size_;
-  std::array<Row, kMost> rows_{};
+  std::array<Row, kMax> rows_{};
 };
 
 class Search {
@@ -54,7 +54,7 @@ class Search {
   Vec3d run() {
     constexpr int most_rounds = 30;
     constexpr double negligible = 1e-4;
-    for (int round = 0; round < most_rounds && count_ < kMost; ++round) {
+    for (int round = 0; round < most_rounds && count_ < kMax; ++round) {
       const Vec3d d = step();
       const auto there = [&](std::size_t i) { return values_[i] + dot(gradients_[i], d); };
       std::size_t low = 0;
@@ -133,7 +133,7 @@ class Search {
   std::span<const double> values_;
   std::span<const Vec3d> gradients_;
   double reach_;
-  std::array<std::size_t, kMost> members_{};
+  std::array<std::size_t, kMax> members_{};
   Row weights_{};
   std::size_t count_ = 0;
 };
@@ -146,8 +146,8 @@ Vec3d best_step(std::span<const double> values, std::span<const Vec3d> gradients
 
 namespace {
 
-constexpr double kMostOffset = 1.5;  // largest motion of a vertex, relative to the largest deviation around it
-constexpr double kMostScale = 0.25;  // largest difference of the common factor from 1
+constexpr double kMaxOffset = 1.5;  // largest motion of a vertex, relative to the largest deviation around it
+constexpr double kMaxScale = 0.25;  // largest difference of the common factor from 1
 constexpr int kRounds = 4;
 
 // Returns a flag for each vertex: true if it may move.
@@ -188,7 +188,7 @@ std::vector<Vec3d> offsets(const Surface& s, const std::vector<Vec3d>& deviation
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
     const double size = norm(star[v]);
     if (!open[v] || !(size > 0)) continue;
-    const double limit = kMostOffset * most[v];
+    const double limit = kMaxOffset * most[v];
     result[v] = star[v] * (std::clamp(share[v] / size, -limit, limit) / size);
   }
   return result;
@@ -226,7 +226,7 @@ double compensate(Surface& s, const std::vector<Vec3d>& deviations, const std::v
   for (int round = 0; round < kRounds; ++round) {
     for (std::size_t v = 0; v < from.size(); ++v) s.after[v] = from[v] + d[v] * scale;
     grown = enclosed_volume(s, s.after) - was;
-    const double next = grown != 0 ? std::clamp(scale * missing / grown, 1 - kMostScale, 1 + kMostScale) : 1;
+    const double next = grown != 0 ? std::clamp(scale * missing / grown, 1 - kMaxScale, 1 + kMaxScale) : 1;
     if (std::abs(next - scale) < 1e-9) break;
     if (round + 1 < kRounds) scale = next;
   }
@@ -239,7 +239,7 @@ double tangent_of(double degrees) { return std::tan(degrees * std::numbers::pi /
 
 // A triangle is changed only if its quality, the tangent of its smallest angle, is below one of these thresholds.
 //
-// The result should have no angle below 5 degrees: that is what tests/acceptance/remesh_survey.cpp asks for and 97% of
+// The result should have no angle below 5 degrees: that is what tests/surveys/remesh_survey.cpp asks for and 97% of
 // its random sessions reach (docs/mathematics.md, "Random sessions"). The thresholds of mend() therefore end at 6 and 7
 // degrees, a little above; those of earlier levels are higher, because a change within narrow bounds costs little. No
 // vertex is moved for a triangle above 28 degrees, so details that a stroke did not stretch are not smoothed.
@@ -249,7 +249,7 @@ const double kMendBelow = tangent_of(15);      // mend(), level 0: any change, w
 const double kMendMoreBelow = tangent_of(10);  // levels 1 and 2: within wider bounds
 const double kMendMostBelow = tangent_of(7);   // level 3: distances up to kEdgeShare of the longest edge; also split it
 const double kBendCreasesBelow = tangent_of(6);  // level 4: creases may move as well
-const double kLeastUntangled = tangent_of(10);   // untangle(): least quality around a collapsed edge
+const double kMinUntangled = tangent_of(10);     // untangle(): least quality around a collapsed edge
 constexpr double kEdgeShare = 0.06;              // of the longest edge of a triangle
 constexpr double kShortEdgeShare = 0.1;  // of max_chord: bound for collapses of short edges, which no triangle needs
 constexpr int kMendRounds = 6;           // rounds over the worst triangles, on each level
@@ -320,7 +320,7 @@ double longest_length(const Surface& s, std::uint32_t f) {
 }
 
 // Tries to flip the longest edge, to collapse an edge, then to move a vertex. Returns true after the first change.
-bool mend_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
+bool repair_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   Surface& s = improver.surface();
   const double was = quality(s, f, s.after);
   for (const std::uint32_t v : s.triangle(f)) {
@@ -366,7 +366,7 @@ struct Level {
 };
 
 // Mends the poor faces. Those that no other change mends are split, if they may be. Returns true if a face was changed.
-bool mend_round(Improver& improver, const PoorFaces& poor, const Level& level, bool may_split) {
+bool repair_round(Improver& improver, const PoorFaces& poor, const Level& level, bool may_split) {
   Surface& s = improver.surface();
   bool changed = false;
   for (const auto& [q, f] : poor) {
@@ -375,9 +375,9 @@ bool mend_round(Improver& improver, const PoorFaces& poor, const Level& level, b
     Bounds own = level.bounds;
     own.distance = std::max(own.distance, level.edge_share * longest_length(s, f));
     if (level.edge_share > 0) own.crease *= 1.5;
-    const bool is_mended =
-        mend_face(improver, f, own) || (may_split && improver.split_chord(longest_edge(s, f, s.after)));
-    changed = is_mended || changed;
+    const bool is_repaired =
+        repair_face(improver, f, own) || (may_split && improver.split_chord(longest_edge(s, f, s.after)));
+    changed = is_repaired || changed;
   }
   return changed;
 }
@@ -420,8 +420,8 @@ ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std
     if (improver.must_end()) break;
     if (!surface.is_alive(f)) continue;
     const std::array<std::uint32_t, 3> edges = edges_by_length(surface, f);
-    if (improver.collapse_edge(edges[0], kLeastUntangled, bounds)) continue;
-    if (improver.collapse_edge(edges[1], kLeastUntangled, bounds)) continue;
+    if (improver.collapse_edge(edges[0], kMinUntangled, bounds)) continue;
+    if (improver.collapse_edge(edges[1], kMinUntangled, bounds)) continue;
     if (improver.flip_edge(edges[2], bounds) || improver.flip_edge(edges[1], bounds)) continue;
     for (const std::uint32_t v : surface.triangle(f)) improver.move_vertex(v, bounds);
   }
@@ -460,7 +460,7 @@ ImprovementCounts mend(Surface& surface, const Improvement& improvement, int lev
   // Splitting serves few faces between better ones. More come of edges that may not be split, and would come for ever.
   const std::size_t few = std::min(2 * poor.size(), surface.face_count() / 4);
   for (int i = 0; i < rounds && !improver.must_end(); ++i) {
-    if (!mend_round(improver, poor, at, at.edge_share > 0 && poor.size() <= few)) break;
+    if (!repair_round(improver, poor, at, at.edge_share > 0 && poor.size() <= few)) break;
     poor = find_poor_faces(surface, at.below);
   }
   return improver.counts();

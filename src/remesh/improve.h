@@ -1,4 +1,4 @@
-// The step that raises the least of several values. Internal to the remesh room.
+// The step that raises the least of several values.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ namespace knead::remesh_detail {
 // 1976.
 Vec3d best_step(std::span<const double> values, std::span<const Vec3d> gradients, double reach);
 
-// Restores the volume that the flat triangles of a refined mesh miss. Internal to the remesh room.
+// Restores the volume that the flat triangles of a refined mesh miss.
 
 // Moves vertices along the area vectors of their stars to add the volume `missing`. Returns the volume added.
 //
@@ -39,7 +39,7 @@ double estimate_missing_volume(const Surface& surface, const std::vector<Vec3d>&
 // While the border rests, differences of this volume equal those of the whole closed mesh.
 double enclosed_volume(const Surface& surface, const std::vector<Vec3d>& positions);
 
-// Improves triangles and keeps the volume. Internal to the remesh room.
+// Improves triangles and keeps the volume.
 
 class CrossingGuard;
 

@@ -63,7 +63,7 @@ Freedom Improver::freedom(std::uint32_t v) const {
     features += is_feature(h) ? 1 : 0;
     if (s_.opposite[in] == kNone && is_feature(in)) ++features;
     on_boundary = on_boundary || s_.opposite[h] == kNone || s_.opposite[in] == kNone;
-    return ++faces <= kMostFacesOfVertex;
+    return ++faces <= kMaxFacesOfVertex;
   });
   if (is_crowded) return Freedom::none;
   if (features == 0) return Freedom::free;

@@ -1,4 +1,4 @@
-// Changes of a surface that improve triangles and keep the volume. Internal to the remesh room.
+// Changes of a surface that improve triangles and keep the volume.
 #pragma once
 
 #include <span>

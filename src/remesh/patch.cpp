@@ -181,8 +181,8 @@ void mark_region(const std::vector<bool>& moved, bool whole, Patch& patch) {
 
 }  // namespace
 
-Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-                 const RemeshOptions& options) {
+Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                    const RemeshOptions& options) {
   std::vector<bool> moved(before.vertex_count());
   for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = !same_bits(before.positions[v], after[v]);
   Patch patch;
@@ -449,7 +449,7 @@ class Assembly {
 
 }  // namespace
 
-Remeshed put_back(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, const Progress* progress) {
+Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, const Progress* progress) {
   return Assembly(before, after, patch, progress).run();
 }
 

@@ -1,5 +1,4 @@
-// The part of a mesh that a deformation touches; remesh() takes it out, changes it and puts it back. Internal to the
-// remesh room.
+// The part of a mesh that a deformation touches; remesh() takes it out, changes it and puts it back.
 #pragma once
 
 #include <cstdint>
@@ -29,12 +28,12 @@ struct Patch {
 };
 
 // Returns the part of the mesh that the deformation touches.
-Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-                 const RemeshOptions& options);
+Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                    const RemeshOptions& options);
 
 // Returns the mesh with the patch in place of the faces that were taken out.
-Remeshed put_back(const Mesh& before, std::span<const Vec3d> after, const Patch& patch,
-                  const Progress* progress = nullptr);
+Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Patch& patch,
+                     const Progress* progress = nullptr);
 
 // Returns the creases of a surface with positions `before`, as find_creases(). `progress` cancels.
 std::vector<MeshEdge> find_crease_edges(const Surface& surface, double angle_deg, const Progress* progress = nullptr);
@@ -47,7 +46,7 @@ std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double ang
 void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
                    Patch& patch);
 
-// A remesh with another improvement of the triangles, for comparisons. Internal to the remesh room.
+// A remesh with another improvement of the triangles, for comparisons.
 
 // Improves the triangles of a refined surface. Called again, on the refined surface, where its result has crossings.
 using Improve = std::function<ImprovementCounts(Surface& surface, const Improvement& improvement)>;

@@ -16,7 +16,7 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr int kMostRounds = 40;
+constexpr int kMaxRounds = 40;
 
 using LongEdge = std::pair<double, std::uint32_t>;  // the square of its length below 0, and its number
 
@@ -65,7 +65,7 @@ LimitedEdges limit_edges(Surface& s, const RemeshTargets& targets, bool whole, s
     stop_if_cancelled(progress);
     bool has_locked = false;
     const std::vector<LongEdge> edges = long_edges(s, targets.max_edge, whole, has_locked);
-    const bool has_room = s.vertex_count() + outside + edges.size() <= targets.max_vertices && round < kMostRounds;
+    const bool has_room = s.vertex_count() + outside + edges.size() <= targets.max_vertices && round < kMaxRounds;
     if (edges.empty() || !has_room) {
       result.met = edges.empty() && !has_locked;
       return result;
@@ -90,7 +90,7 @@ constexpr double kFigureShare = 0.2;    // of the room: what the estimate may fi
 constexpr double kFigureFactor = 4;     // the estimate grows while edges are split
 constexpr double kPointsPerVertex = 4;  // a split makes so many edges, whose middles are then carried
 constexpr double kFigureStep = 2;
-constexpr int kMostSteps = 60;
+constexpr int kMaxSteps = 60;
 
 }  // namespace
 
@@ -144,7 +144,7 @@ bool Refinement::has_room(std::span<const std::uint32_t> marked) {
 // Returns the settings with which the estimate is at most `most`, as words.
 std::string Refinement::remedy(std::span<const std::uint32_t> edges, double most) const {
   double slack = 1;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     slack *= kFigureStep;
     std::string edge = fmt::format("\"max_edge\" of {:.2g} or more", slack * targets_.max_edge);
     const double longer = slack * slack * targets_.max_chord / targets_.diagonal;
@@ -173,7 +173,7 @@ void Refinement::refuse(std::span<const std::uint32_t> edges, double needed) con
     text += fmt::format(", more than \"max_vertices\" ({}) allows", targets_.max_vertices);
   }
   text += settings.empty() ? "; deform less" : "; use a " + settings;
-  if (kFigureFactor * figure <= static_cast<double>(kMostVertices)) {
+  if (kFigureFactor * figure <= static_cast<double>(kMaxVertices)) {
     text += fmt::format(", or \"max_vertices\": {:.0f}", std::ceil(kFigureFactor * figure));
   }
   throw RemeshLimit(text);
@@ -181,7 +181,7 @@ void Refinement::refuse(std::span<const std::uint32_t> edges, double needed) con
 
 namespace {
 
-constexpr int kMostLimitRounds = 60;
+constexpr int kMaxLimitRounds = 60;
 constexpr double kFeatureShare = 1.0 / 6;  // of max_chord: the target for features
 constexpr double kCapCosine = -0.6;        // of 127 degrees: split the longest edge of such a triangle first
 constexpr double kShortestShare = 1e-2;    // of max_chord: half the length below which edges are not split
@@ -225,7 +225,7 @@ Refinement::Refinement(Surface& surface, const Deformation& deformation, const R
 }
 
 bool Refinement::split_rounds() {
-  for (int round = 0; round < kMostLimitRounds; ++round) {
+  for (int round = 0; round < kMaxLimitRounds; ++round) {
     if (deadline_.is_over()) return false;
     const Round done = split_round({});
     if (done != Round::split) return done == Round::met;

@@ -1,4 +1,4 @@
-// The moment at which a remesh ends with what it has. Internal to the remesh room.
+// The moment at which a remesh ends with what it has.
 #pragma once
 
 #include <chrono>
@@ -41,8 +41,7 @@ class Deadline {
   bool has_ended_work_ = false;
 };
 
-// Splits the edges that are longer than their limit after the triangles have been improved. Internal to the remesh
-// room.
+// Splits the edges that are longer than their limit after the triangles have been improved.
 
 struct LimitedEdges {
   std::size_t splits = 0;
@@ -55,7 +54,7 @@ struct LimitedEdges {
 LimitedEdges limit_edges(Surface& surface, const RemeshTargets& targets, bool whole, std::size_t outside,
                          const Progress* progress);
 
-// Splits edges until a mesh can follow a deformation. Internal to the remesh room.
+// Splits edges until a mesh can follow a deformation.
 
 // Splits edges of a surface. It keeps, for every edge, where the deformation moves its middle.
 class Refinement {
@@ -78,7 +77,7 @@ class Refinement {
   const std::vector<Vec3d>& deviations() const { return deviation_; }
 
   // Restores the deviations after the caller has restored the surface that they belong to.
-  void put_back(std::vector<Vec3d> deviations) { deviation_ = std::move(deviations); }
+  void merge_patch(std::vector<Vec3d> deviations) { deviation_ = std::move(deviations); }
 
   std::size_t splits() const { return splits_; }
 

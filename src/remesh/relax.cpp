@@ -94,10 +94,10 @@ RelaxTopology relax_topology(std::span<const Triangle> triangles, std::size_t ve
 namespace {
 
 constexpr std::size_t kGrain = 1024;
-constexpr int kMostRounds = 8;                                // of letting vertices rest
-constexpr int kMostCorrections = 8;                           // steps of Newton's method; two or three are enough
+constexpr int kMaxRounds = 8;                                 // of letting vertices rest
+constexpr int kMaxCorrections = 8;                            // steps of Newton's method; two or three are enough
 constexpr double kStraight = 1e-9;                            // sine of the angle at a vertex of a straight crease
-const double kLeastCosine = std::cos(std::numbers::pi / 4);   // of the angle by which a triangle turns
+const double kMinCosine = std::cos(std::numbers::pi / 4);     // of the angle by which a triangle turns
 const double kSound = std::tan(15 * std::numbers::pi / 180);  // a quality that need not be kept
 constexpr double kSameQuality = 1 - 1e-9;
 
@@ -113,7 +113,7 @@ class Iteration {
   void run() {
     const double volume = volume_of(from_);
     rests_.assign(patch_.moving(), false);
-    for (int round = 0; round < kMostRounds; ++round) {
+    for (int round = 0; round < kMaxRounds; ++round) {
       for (std::size_t v = 0; v < patch_.moving(); ++v) {
         patch_.positions[v] = rests_[v] ? from_[v] : from_[v] + move_[v];
       }
@@ -188,7 +188,7 @@ class Iteration {
   bool restore(double volume) {
     std::vector<Vec3d>& x = patch_.positions;
     double missing = volume - volume_of(x);
-    for (int i = 0; i < kMostCorrections && missing != 0; ++i) {
+    for (int i = 0; i < kMaxCorrections && missing != 0; ++i) {
       areas(x, new_area_);
       double growth = 0;
       for (std::size_t v = 0; v < patch_.moving(); ++v) {
@@ -238,7 +238,7 @@ class Iteration {
     if (x[a] == from_[a] && x[b] == from_[b] && x[c] == from_[c]) return false;
     const double was = quality(from_[a], from_[b], from_[c]);
     if (quality(x[a], x[b], x[c]) < std::min(was, kSound) * kSameQuality) return true;
-    if (was >= kThin) return dot(area_[t], new_area_[t]) < kLeastCosine * norm(area_[t]) * norm(new_area_[t]);
+    if (was >= kThin) return dot(area_[t], new_area_[t]) < kMinCosine * norm(area_[t]) * norm(new_area_[t]);
     return std::any_of(patch_.triangles[t].begin(), patch_.triangles[t].end(),
                        [&](std::uint32_t v) { return v < patch_.moving() && dot(star(v, area_), new_area_[t]) < 0; });
   }
@@ -264,7 +264,7 @@ namespace {
 
 constexpr std::size_t kChunk = 512;  // triangles with a common box
 constexpr std::size_t kChunksAtOnce = 32;
-constexpr int kMostAttempts = 5;
+constexpr int kMaxAttempts = 5;
 
 using Pair = std::array<std::uint32_t, 2>;
 
@@ -310,7 +310,7 @@ class Relaxer::Patch {
 
   void run(const RelaxDab& dab) {
     if (patch_.moving() == 0) return;
-    for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
       patch_.positions.assign(start_.begin(), start_.end());
       for (int i = 0; i < dab.iterations; ++i) relax_once(patch_, dab.amount, dab.surface, relaxer_.threads_);
       const std::vector<Pair> crossings = new_crossings();

@@ -82,7 +82,7 @@ class Relaxer {
   std::vector<std::uint32_t> triangle_number_;
 };
 
-// The part of a surface that one dab relaxes. Internal to the remesh room.
+// The part of a surface that one dab relaxes.
 
 // The vertices that a dab may move, then those around them; and the triangles at the vertices that may move.
 struct RelaxPatch {

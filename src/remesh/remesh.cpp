@@ -59,8 +59,8 @@ void validate(const RemeshSettings& settings) {
             *settings.iterations);
   }
   if (settings.max_vertices) {
-    require(*settings.max_vertices >= 1 && *settings.max_vertices <= kMostVertices, "max_vertices",
-            "a whole number from 1 to " + std::to_string(kMostVertices), static_cast<double>(*settings.max_vertices));
+    require(*settings.max_vertices >= 1 && *settings.max_vertices <= kMaxVertices, "max_vertices",
+            "a whole number from 1 to " + std::to_string(kMaxVertices), static_cast<double>(*settings.max_vertices));
   }
   if (settings.min_edge && settings.max_edge) {
     require(*settings.min_edge <= 0.5 * *settings.max_edge, "min_edge", "at most half of \"max_edge\"",
@@ -77,7 +77,7 @@ RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh) {
   targets.max_chord = settings.max_chord.value_or(kDefaultMaxChord) * diagonal;
   targets.iterations = settings.iterations.value_or(kDefaultRemeshIterations);
   targets.max_vertices = settings.max_vertices.value_or(
-      std::clamp(kDefaultGrowth * mesh.vertex_count(), kDefaultMaxVertices, kMostVertices));
+      std::clamp(kDefaultGrowth * mesh.vertex_count(), kDefaultMaxVertices, kMaxVertices));
   targets.diagonal = diagonal;
   double mean = diagonal;
   double long_one = diagonal;
@@ -96,16 +96,16 @@ namespace {
 
 using namespace remesh_detail;
 
-constexpr int kMostRefinements = 8;  // rounds of splitting crossing faces
-constexpr int kMostUntanglings = 4;
+constexpr int kMaxRefinements = 8;  // rounds of splitting crossing faces
+constexpr int kMaxUntanglings = 4;
 constexpr std::size_t kFewPairs = 5;     // that improving may end although splitting did not
 constexpr double kPlaceMargin = 0.1;     // of the diagonal of the box of a crossing face: the place around it
 constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
 constexpr int kGuardedSteps = 2 + kGuardedLevels;
-constexpr int kMostGuards = 3;            // attempts to improve with a guard
-constexpr int kMostAttempts = 5;          // attempts to move all vertices without new crossings
-constexpr std::size_t kManyThin = 2000;   // triangles with an angle below 3 degrees
-constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
+constexpr int kMaxGuards = 3;            // attempts to improve with a guard
+constexpr int kMaxAttempts = 5;          // attempts to move all vertices without new crossings
+constexpr std::size_t kManyThin = 2000;  // triangles with an angle below 3 degrees
+constexpr std::size_t kMaxPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
 
 class Remesher {
  public:
@@ -116,7 +116,7 @@ class Remesher {
         after_(after),
         options_(options),
         improve_(std::move(improve)),
-        patch_(take_patch(before, after, deformation, options)),
+        patch_(extract_patch(before, after, deformation, options)),
         search_(before, patch_, options.single_precision, options.threads, options.progress),
         refinement_(patch_.surface, deformation, options, before.vertex_count() - patch_.vertex_source.size(),
                     deadline_) {}
@@ -132,7 +132,7 @@ class Remesher {
     stop_if_cancelled(options_.progress);
     normalise_normals(before_, patch_.surface);
     counts_.out_of_time = deadline_.has_ended_work();
-    Remeshed result = put_back(before_, after_, patch_, options_.progress);
+    Remeshed result = merge_patch(before_, after_, patch_, options_.progress);
     result.counts = counts_;
     result.crossing_places = std::move(crossing_places_);
     return result;
@@ -194,7 +194,7 @@ class Remesher {
   Crossings end_crossings(Crossings found, const Surface& refined) {
     if (deadline_.is_over()) return fewest_of(std::move(found), refined);
     std::vector<Box> places = places_of(found);
-    found = untangle_faces(std::move(found));
+    found = repair_faces(std::move(found));
     if (found.pairs <= counts_.crossings_before) return give_volume_back(std::move(found));
     return deadline_.is_over() ? fewest_of(std::move(found), refined) : improve_guarded(refined, std::move(places));
   }
@@ -220,7 +220,7 @@ class Remesher {
       counts_.stopped = true;
       return found;
     }
-    begin_steps(2 + kMostGuards);
+    begin_steps(2 + kMaxGuards);
     end_step();
     start();
     if (!improve_) {
@@ -236,10 +236,10 @@ class Remesher {
     for (int attempt = 1;; ++attempt) {
       const std::vector<Box> more = places_of(found);
       places.insert(places.end(), more.begin(), more.end());
-      const bool ended = improve_at_places(places, attempt == kMostGuards);
-      found = untangle_faces(search_.find(patch_));
+      const bool ended = improve_at_places(places, attempt == kMaxGuards);
+      found = repair_faces(search_.find(patch_));
       end_step();
-      if (found.pairs <= unavoidable.pairs || attempt == kMostGuards) return give_volume_back(std::move(found));
+      if (found.pairs <= unavoidable.pairs || attempt == kMaxGuards) return give_volume_back(std::move(found));
       surface() = compensated;
       counts_ = counts;
       volume_ = 0;
@@ -261,12 +261,12 @@ class Remesher {
   }
 
   // Changes faces that cross, for a few rounds. Returns the crossings that remain.
-  Crossings untangle_faces(Crossings found) {
-    if (found.pairs == 0 || found.pairs > kMostPairs) return found;
+  Crossings repair_faces(Crossings found) {
+    if (found.pairs == 0 || found.pairs > kMaxPairs) return found;
     CrossingGuard guard(surface(), search_);
     guard.watch_everything();
     std::vector<std::uint32_t> faces = found.faces;
-    for (int round = 0; round < kMostUntanglings && !faces.empty(); ++round) {
+    for (int round = 0; round < kMaxUntanglings && !faces.empty(); ++round) {
       count(untangle(surface(), {options_.targets, options_.progress, &guard, &deadline_}, faces));
       std::erase_if(faces, [&](std::uint32_t f) {
         stop_if_cancelled(options_.progress);
@@ -326,7 +326,7 @@ class Remesher {
     const std::vector<Vec3d> saved = surface().after;
     const RemeshCounts counts = counts_;
     std::vector<bool> locked;
-    for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
       move(locked);
       Crossings found = search_.find(patch_);
       if (found.pairs <= before.pairs) return found;
@@ -353,8 +353,8 @@ class Remesher {
     Crossings fewest = found;
     Surface best = surface();
     std::vector<Vec3d> deviations = refinement_.deviations();
-    for (int round = 0; round < kMostRefinements && found.pairs > 0 && found.pairs <= 2 * fewest.pairs; ++round) {
-      if (found.pairs > kMostPairs || deadline_.is_over()) break;
+    for (int round = 0; round < kMaxRefinements && found.pairs > 0 && found.pairs <= 2 * fewest.pairs; ++round) {
+      if (found.pairs > kMaxPairs || deadline_.is_over()) break;
       counts_.complete = refinement_.refine_faces(found.faces) && counts_.complete;
       found = search_.find(patch_);
       if (found.pairs >= fewest.pairs) continue;
@@ -363,7 +363,7 @@ class Remesher {
       deviations = refinement_.deviations();
     }
     surface() = std::move(best);
-    refinement_.put_back(std::move(deviations));
+    refinement_.merge_patch(std::move(deviations));
     return fewest;
   }
 

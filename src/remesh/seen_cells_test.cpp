@@ -25,7 +25,7 @@ class Corners {
 template <class Seen>
 void expect_slant(const Seen& seen, const Vec3d& place) {
   constexpr double h = 1e-6;
-  const Slant slant = seen.slant(place);
+  const LinearApproximation slant = seen.slant(place);
   EXPECT_EQ(slant.value, seen.quality(place));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Vec3d up = place;

@@ -66,7 +66,7 @@ TEST(RemeshSettings, WhatIsOutOfRangeIsRefusedByName) {
   settings.max_vertices = 0;
   refuses(settings, "max_vertices");
   settings = {};
-  settings.max_vertices = kMostVertices + 1;
+  settings.max_vertices = kMaxVertices + 1;
   refuses(settings, "max_vertices");
   settings = {};
   settings.max_chord = 1;

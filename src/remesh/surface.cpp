@@ -344,7 +344,7 @@ bool Star::is_farther(const Vec3d& p, double distance) const {
 
 bool is_crowded(const Surface& s, std::uint32_t v) {
   int count = 0;
-  return !s.all_outgoing(v, [&](std::uint32_t) { return ++count <= kMostFacesOfVertex; });
+  return !s.all_outgoing(v, [&](std::uint32_t) { return ++count <= kMaxFacesOfVertex; });
 }
 
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w) {
@@ -360,11 +360,11 @@ namespace {
 constexpr int kSteps = 2;
 constexpr int kHalvings = 4;
 constexpr double kLongestStep = 0.5;
-constexpr double kLeastGain = 1e-3;
+constexpr double kMinGain = 1e-3;
 
 }  // namespace
 
-void VertexStar::read(const JudgedCells& judged, const CellStars& stars, std::span<const Vec3d> points,
+void VertexStar::read(const CellBaseline& judged, const CellStars& stars, std::span<const Vec3d> points,
                       std::uint32_t vertex) {
   tetrahedra_.clear();
   corners_.clear();
@@ -385,7 +385,7 @@ void VertexStar::read(const JudgedCells& judged, const CellStars& stars, std::sp
   least_ = least_at(place_);
 }
 
-void VertexStar::add(const JudgedCells& judged, std::uint32_t number, std::span<const Vec3d> points,
+void VertexStar::add(const CellBaseline& judged, std::uint32_t number, std::span<const Vec3d> points,
                      std::uint32_t vertex) {
   const std::span<const std::uint32_t> numbers = judged.cells().corners_of(number);
   const CellShape& shape = shape_of(judged.cells().kinds[number]);
@@ -423,7 +423,7 @@ double VertexStar::least_at(const Vec3d& place) const {
 void VertexStar::look_around() {
   values_.clear();
   gradients_.clear();
-  const auto keep = [&](const Slant& slant) {
+  const auto keep = [&](const LinearApproximation& slant) {
     values_.push_back(slant.value);
     gradients_.push_back(slant.gradient);
   };
@@ -447,7 +447,7 @@ bool VertexStar::climb(double reach, double goal) {
       break;
     }
   }
-  return least_ > before + kLeastGain;
+  return least_ > before + kMinGain;
 }
 
 void VertexStar::raise(double goal) {

@@ -1,5 +1,4 @@
-// A triangle mesh that can be split, flipped and collapsed, with positions before and after a deformation. Internal to
-// the remesh room.
+// A triangle mesh that can be split, flipped and collapsed, with positions before and after a deformation.
 #pragma once
 
 #include <algorithm>
@@ -147,7 +146,7 @@ bool can_collapse(const Surface& surface, std::uint32_t h);
 // times its own plus t times those of the origin, separately for each side of a seam.
 void collapse(Surface& surface, std::uint32_t h, const Vec3d& after, double t);
 
-// The quality of triangles. Internal to the remesh room.
+// The quality of triangles.
 
 // Returns the tangent of the smallest angle of the triangle; 0 if it has no area.
 inline double quality(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
@@ -228,7 +227,7 @@ class Star {
 };
 
 // The most faces at a vertex: to look at more of them for every change would take too long.
-inline constexpr int kMostFacesOfVertex = 200;
+inline constexpr int kMaxFacesOfVertex = 200;
 
 // Returns true if more faces are at v.
 bool is_crowded(const Surface& s, std::uint32_t v);
@@ -236,13 +235,13 @@ bool is_crowded(const Surface& s, std::uint32_t v);
 // Returns true if an edge joins the two vertices, or might join them outside the patch because both are fixed.
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w);
 
-// The cells around one vertex of a volume mesh, and the search for a better place of it. Internal to the remesh room.
+// The cells around one vertex of a volume mesh, and the search for a better place of it.
 
 // Quality is the scaled Jacobian, its negative for a cell that was inside out before. One object serves many vertices.
 class VertexStar {
  public:
   // Cells that were flat or mixed before do not count.
-  void read(const JudgedCells& judged, const CellStars& stars, std::span<const Vec3d> points, std::uint32_t vertex);
+  void read(const CellBaseline& judged, const CellStars& stars, std::span<const Vec3d> points, std::uint32_t vertex);
 
   Vec3d place() const { return start_ + place_ * size_; }
 
@@ -250,7 +249,7 @@ class VertexStar {
   void raise(double goal);
 
  private:
-  void add(const JudgedCells& judged, std::uint32_t number, std::span<const Vec3d> points, std::uint32_t vertex);
+  void add(const CellBaseline& judged, std::uint32_t number, std::span<const Vec3d> points, std::uint32_t vertex);
   double least_at(const Vec3d& place) const;
   void look_around();
   bool climb(double reach, double goal);  // returns whether that gained something

@@ -24,7 +24,7 @@ inline constexpr const char* kClipVertex = "void clip_by(float d) { gl_ClipDista
 inline constexpr const char* kClipFragment = "void clip_away() {}\n";
 #endif
 
-// How a sample of the picture becomes a ray, and a depth becomes a point on it (view.h).
+// How a sample of the picture becomes a ray, and a depth becomes a point on it (surface.h).
 inline constexpr const char* kView = R"(
 uniform vec3 eye, forward, side, top;
 uniform vec2 range;        // near, far
@@ -67,7 +67,7 @@ void main() {
 // 1 for a plane; McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
 inline constexpr const char* kRelief = R"(
 uniform sampler2D depth_map, normal_map;
-uniform float sample_size;      // at distance 1 in perspective (view.h)
+uniform float sample_size;      // at distance 1 in perspective (surface.h)
 uniform float cavity_step;      // in samples
 uniform float occlusion_reach;  // in renderer units
 

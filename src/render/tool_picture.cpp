@@ -110,7 +110,7 @@ void add_line(const Line& line, const Placement& placement, DrawSurface& surface
 
 namespace {
 
-constexpr Color kBarrelGrey{0.45f, 0.47f, 0.50f, 0.12f};
+constexpr Color kCylinderGrey{0.45f, 0.47f, 0.50f, 0.12f};
 constexpr Color kGridGrey{0.45f, 0.47f, 0.50f, 1};
 constexpr Color kStampBlue{0.25f, 0.42f, 0.72f, 0.42f};
 constexpr Color kPinRed{0.80f, 0.16f, 0.12f, 0.9f};
@@ -199,8 +199,8 @@ struct Sketch {
 
 // A half-space has no size of its own: its zone's width, but nothing that would dwarf the shape. Nor have marked
 // regions.
-double tool_size(const Field& field, const std::optional<SegmentBarrel>& barrel, const Box& around) {
-  if (barrel) return barrel->radius;
+double tool_size(const Field& field, const std::optional<LimitCylinder>& limit_cylinder, const Box& around) {
+  if (limit_cylinder) return limit_cylinder->radius;
   if (std::holds_alternative<Handles<double>>(field.region)) return 0.1 * around.diagonal();
   const Thresholds<double>& r = field.thresholds;
   if (!std::holds_alternative<HalfSpace<double>>(field.region)) return r.outer;
@@ -212,12 +212,13 @@ Color fainter(Color color, double opacity) {
   return color;
 }
 
-Mesh surface_of(const Field& field, double level, const std::optional<SegmentBarrel>& barrel, const Canvas& canvas) {
+Mesh surface_of(const Field& field, double level, const std::optional<LimitCylinder>& limit_cylinder,
+                const Canvas& canvas) {
   const ToolDrawing& how = canvas.how;
   if (how.cache != nullptr && level > 0 && std::holds_alternative<PointSet<double>>(field.region)) {
     return how.cache->surface(field, level, how.detail);
   }
-  return region_surface(field, field.center, level, canvas.around, barrel, how.detail);
+  return region_surface(field, field.center, level, canvas.around, limit_cylinder, how.detail);
 }
 
 // The balls of pins overlap everywhere: small ones show where the pins are.
@@ -226,7 +227,7 @@ void draw_pins(const Segment& segment, double opacity, const Canvas& canvas) {
   for (const Field& pin : segment.fields) {
     const bool is_held = displacement_of(segment, pin) == Vec3d{0, 0, 0};
     canvas.scene.surfaces.push_back(
-        {surface_of(pin, radius, segment.barrel, canvas), fainter(is_held ? kHeldBlue : kPinRed, opacity)});
+        {surface_of(pin, radius, segment.limit_cylinder, canvas), fainter(is_held ? kHeldBlue : kPinRed, opacity)});
   }
 }
 
@@ -252,7 +253,8 @@ void draw_regions(const Segment& segment, double opacity, const Canvas& canvas) 
   if (!segment.grid.is_empty()) return draw_grid(segment.grid, canvas);
   for (const Field& field : segment.fields) {
     const auto add = [&](double level, const Color& color) {
-      canvas.scene.surfaces.push_back({surface_of(field, level, segment.barrel, canvas), fainter(color, opacity)});
+      canvas.scene.surfaces.push_back(
+          {surface_of(field, level, segment.limit_cylinder, canvas), fainter(color, opacity)});
     };
     add(field.thresholds.inner, kInnerRed);
     add(field.thresholds.outer, kOuterGreen);
@@ -263,12 +265,12 @@ void draw_start(const Segment& segment, const Canvas& canvas) {
   draw_regions(segment, 1, canvas);
   for (const Field& field : segment.fields) {
     const bool is_plane = std::holds_alternative<HalfSpace<double>>(field.region);
-    if (segment.barrel && is_plane) {
+    if (segment.limit_cylinder && is_plane) {
       canvas.scene.surfaces.push_back(
-          {barrel_surface(*segment.barrel, field, canvas.around, canvas.how.detail), kBarrelGrey});
+          {limit_cylinder_surface(*segment.limit_cylinder, field, canvas.around, canvas.how.detail), kCylinderGrey});
     }
     const bool is_pin = segment.time_law == TimeLaw::pinned;  // whose arrow ends where it goes
-    const Sketch sketch{canvas.scene, field, is_pin ? 0 : tool_size(field, segment.barrel, canvas.around),
+    const Sketch sketch{canvas.scene, field, is_pin ? 0 : tool_size(field, segment.limit_cylinder, canvas.around),
                         0.006 * canvas.around.diagonal()};
     std::visit(sketch, field.motion);
   }

@@ -14,7 +14,7 @@
 namespace knead::render {
 namespace {
 
-constexpr std::size_t kMostEntries = 32;  // two levels, both ends of the way, and mirror images of these
+constexpr std::size_t kMaxEntries = 32;  // two levels, both ends of the way, and mirror images of these
 
 const Vec3d* first_point(const PointSet<double>& set) {
   if (!set.points.empty()) return &set.points.front();
@@ -58,18 +58,18 @@ Mesh SurfaceCache::surface(const Field& field, double level, const SurfaceDetail
     return mesh;
   }
   ++made_;
-  if (entries_.size() == kMostEntries) entries_.erase(entries_.begin());
+  if (entries_.size() == kMaxEntries) entries_.erase(entries_.begin());
   entries_.push_back({set, field.center, level, detail, region_surface(field, field.center, level, {}, {}, detail)});
   return entries_.back().mesh;
 }
 
 namespace {
 
-constexpr double kDot = 0.04;           // of the outer threshold: the radius of the balls that stand for r = 0
-constexpr double kMarkDot = 0.011;      // of the box's diagonal: the radius of those that stand for marked points
-constexpr std::size_t kMostMarks = 80;  // of a set, that are drawn
-constexpr int kHandlesCells = 32;       // of their grid: every evaluation looks at all points
-constexpr double kNearFull = 0.25;      // of marked regions: the surfaces shown are r = this and r = 1 - this
+constexpr double kDot = 0.04;          // of the outer threshold: the radius of the balls that stand for r = 0
+constexpr double kMarkDot = 0.011;     // of the box's diagonal: the radius of those that stand for marked points
+constexpr std::size_t kMaxMarks = 80;  // of a set, that are drawn
+constexpr int kHandlesCells = 32;      // of their grid: every evaluation looks at all points
+constexpr double kNearFull = 0.25;     // of marked regions: the surfaces shown are r = this and r = 1 - this
 
 struct ProfilePoint {
   double height = 0;  // along the axis
@@ -171,17 +171,18 @@ Mesh plane_patch(const Vec3d& point, const Vec3d& normal, const Vec3d& along, co
   return mesh;
 }
 
-// The part of the plane within the barrel: an ellipse. The barrel's direction does not lie in the plane.
-Mesh disc(const Vec3d& point, const Vec3d& normal, const SegmentBarrel& barrel, int sides) {
-  Mesh mesh = revolve({{0, 0}, {0, barrel.radius}}, {barrel.point, barrel.direction}, sides);
+// The part of the plane within the limit cylinder: an ellipse. The limit cylinder's direction does not lie in the
+// plane.
+Mesh disc(const Vec3d& point, const Vec3d& normal, const LimitCylinder& limit_cylinder, int sides) {
+  Mesh mesh = revolve({{0, 0}, {0, limit_cylinder.radius}}, {limit_cylinder.center, limit_cylinder.axis}, sides);
   for (Vec3d& p : mesh.positions) {
-    p += barrel.direction * (dot(normal, point - p) / dot(normal, barrel.direction));
+    p += limit_cylinder.axis * (dot(normal, point - p) / dot(normal, limit_cylinder.axis));
   }
   return mesh;
 }
 
-bool crosses(const SegmentBarrel& barrel, const Vec3d& normal) {
-  return std::abs(dot(barrel.direction, normal)) > 0.05;
+bool crosses(const LimitCylinder& limit_cylinder, const Vec3d& normal) {
+  return std::abs(dot(limit_cylinder.axis, normal)) > 0.05;
 }
 
 // How far the surface r = level of the set can reach from its elements: n of them read up to n^(1/m) too near.
@@ -269,7 +270,7 @@ Mesh point_set_surface(PointSet<double> set, const Vec3d& center, double level, 
 // Of many points some, evenly through the list.
 PointSet<double> some_points(const PointSet<double>& set) {
   PointSet<double> some = set;
-  const std::size_t stride = std::max<std::size_t>(1, (set.points.size() + kMostMarks - 1) / kMostMarks);
+  const std::size_t stride = std::max<std::size_t>(1, (set.points.size() + kMaxMarks - 1) / kMaxMarks);
   some.points.clear();
   for (std::size_t i = 0; i < set.points.size(); i += stride) some.points.push_back(set.points[i]);
   return some;
@@ -303,7 +304,7 @@ struct SurfaceOf {
   Vec3d center;
   double level = 0;
   const Box& around;
-  const std::optional<SegmentBarrel>& barrel;
+  const std::optional<LimitCylinder>& limit_cylinder;
   const SurfaceDetail& detail;
 
   double radius() const { return level > 0 ? level : kDot * field.thresholds.outer; }
@@ -314,7 +315,8 @@ struct SurfaceOf {
   }
   Mesh operator()(const HalfSpace<double>& region) const {
     const Vec3d point = center + region.normal * level;
-    if (barrel && crosses(*barrel, region.normal)) return disc(point, region.normal, *barrel, detail.sides);
+    if (limit_cylinder && crosses(*limit_cylinder, region.normal))
+      return disc(point, region.normal, *limit_cylinder, detail.sides);
     const Vec3d middle = around.empty() ? point : around.center();
     return plane_patch(middle - region.normal * dot(region.normal, middle - point), region.normal, region.turn_axis,
                        around);
@@ -348,19 +350,21 @@ struct SurfaceOf {
 }  // namespace
 
 Mesh region_surface(const Field& field, const Vec3d& center, double level, const Box& around,
-                    const std::optional<SegmentBarrel>& barrel, const SurfaceDetail& detail) {
-  return std::visit(SurfaceOf{field, center, level, around, barrel, detail}, field.region);
+                    const std::optional<LimitCylinder>& limit_cylinder, const SurfaceDetail& detail) {
+  return std::visit(SurfaceOf{field, center, level, around, limit_cylinder, detail}, field.region);
 }
 
-Mesh barrel_surface(const SegmentBarrel& barrel, const Field& field, const Box& around, const SurfaceDetail& detail) {
+Mesh limit_cylinder_surface(const LimitCylinder& limit_cylinder, const Field& field, const Box& around,
+                            const SurfaceDetail& detail) {
   const auto& region = std::get<HalfSpace<double>>(field.region);
-  const double low = extent_along(around, barrel.point, barrel.direction).first;
+  const double low = extent_along(around, limit_cylinder.center, limit_cylinder.axis).first;
   const Vec3d top = field.center + region.normal * field.thresholds.outer;
-  Mesh mesh = revolve({{low, barrel.radius}, {0, barrel.radius}}, {barrel.point, barrel.direction}, detail.sides);
-  if (!crosses(barrel, region.normal)) return mesh;
+  Mesh mesh = revolve({{low, limit_cylinder.radius}, {0, limit_cylinder.radius}},
+                      {limit_cylinder.center, limit_cylinder.axis}, detail.sides);
+  if (!crosses(limit_cylinder, region.normal)) return mesh;
   for (std::size_t i = mesh.positions.size() / 2; i < mesh.positions.size(); ++i) {
     Vec3d& p = mesh.positions[i];
-    p += barrel.direction * (dot(region.normal, top - p) / dot(region.normal, barrel.direction));
+    p += limit_cylinder.axis * (dot(region.normal, top - p) / dot(region.normal, limit_cylinder.axis));
   }
   return mesh;
 }

@@ -31,7 +31,7 @@ constexpr double kEvaluationsPerVertex = 350;
 constexpr double kMoreThanStroke = 10;
 constexpr double kElements = 4;
 constexpr std::size_t kElementsOfGrid = 12;
-constexpr double kLeastEach = 0.1;        // evaluations for each segment: to find that a point rests is work, too
+constexpr double kMinEach = 0.1;          // evaluations for each segment: to find that a point rests is work, too
 constexpr double kFewPoints = 100;        // say little about the cost of others
 constexpr std::size_t kCostSamples = 64;  // vertices
 
@@ -74,9 +74,9 @@ struct CarryBudget {
 
 // A flow after which triangles cross is halved again and again, so often at most. All halves together may have so many
 // times the faces of the whole, and none is begun where more than so many pairs cross for each face: that has not paid.
-constexpr int kMostHalvings = 3;
+constexpr int kMaxHalvings = 3;
 constexpr std::size_t kMoreThanWhole = 4;
-constexpr double kMostPairsPerFace = 0.5;
+constexpr double kMaxPairsPerFace = 0.5;
 constexpr double kTimeOfHalves = 0.5;  // of the time that is left
 
 using Moment = std::chrono::steady_clock::time_point;
@@ -120,8 +120,8 @@ constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
 
 // Returns a number of evaluations; 0 if it is below that.
 std::uint64_t whole_number(double evaluations) {
-  constexpr double kMost = 1e18;
-  return static_cast<std::uint64_t>(std::clamp(evaluations, 0.0, kMost));
+  constexpr double kMax = 1e18;
+  return static_cast<std::uint64_t>(std::clamp(evaluations, 0.0, kMax));
 }
 
 // Puts the count of the work around it back when a remesh, which counts its own steps, ends.
@@ -321,7 +321,7 @@ RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
 
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                                     Progress* progress) {
-  Halving halving{kMostHalvings};
+  Halving halving{kMaxHalvings};
   halving.end = after(policy_->seconds);
   return remesh({before, before, flow}, settings, halving, progress);
 }
@@ -375,7 +375,7 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
     options.progress = progress;
     options.stop_where_crossed = true;
     options.seconds = seconds_until(halving.end);
-    budget.least = std::max(1.0, kLeastEach * static_cast<double>(part.flow.segments.size()));
+    budget.least = std::max(1.0, kMinEach * static_cast<double>(part.flow.segments.size()));
     budget.of_the_stroke = cost * evaluations_each(part, progress);
     budget.most = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices),
                            kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size()));
@@ -412,7 +412,7 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
 
 bool DeformedShape::can_halve(const RemeshCounts& counts, const Halving& halving) {
   return halving.left > 0 && halving.faces < halving.most_faces &&
-         static_cast<double>(counts.crossings) <= kMostPairsPerFace * static_cast<double>(counts.faces) &&
+         static_cast<double>(counts.crossings) <= kMaxPairsPerFace * static_cast<double>(counts.faces) &&
          seconds_until(halving.end) > 0;
 }
 

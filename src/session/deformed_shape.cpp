@@ -19,8 +19,8 @@ bool has_direction(const Vec3d& normal) {
   return length > 0 && std::isfinite(length);
 }
 
-CarriedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d> normals, double reach) {
-  CarriedNormals carried;
+TransportedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d> normals, double reach) {
+  TransportedNormals carried;
   carried.reach = reach;
   for (std::size_t i = 0; i < normals.size(); ++i) {
     if (!has_direction(normals[i])) continue;
@@ -39,7 +39,7 @@ CarriedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d
 namespace {
 
 // Of the k-th vertex that has points.
-Vec3d turned(const CarriedNormals& carried, std::size_t k) {
+Vec3d turned(const TransportedNormals& carried, std::size_t k) {
   constexpr double torn = 1e3;  // times their distance before: no flow of a tool stretches so much over so little
   const Vec3d& normal = carried.normals[carried.vertex[k]];
   const std::span<const Vec3d> now = std::span(carried.now).subspan(4 * k, 4);
@@ -53,13 +53,13 @@ Vec3d turned(const CarriedNormals& carried, std::size_t k) {
 
 }  // namespace
 
-std::vector<Vec3d> turned_normals(const CarriedNormals& carried) {
+std::vector<Vec3d> turned_normals(const TransportedNormals& carried) {
   std::vector<Vec3d> result = carried.normals;
   for (std::size_t k = 0; k < carried.vertex.size(); ++k) result[carried.vertex[k]] = turned(carried, k);
   return result;
 }
 
-Vec3d turned_normal(const CarriedNormals& carried, std::uint32_t vertex) {
+Vec3d turned_normal(const TransportedNormals& carried, std::uint32_t vertex) {
   const auto found = std::lower_bound(carried.vertex.begin(), carried.vertex.end(), vertex);
   if (found == carried.vertex.end() || *found != vertex) return carried.normals[vertex];
   return turned(carried, static_cast<std::size_t>(found - carried.vertex.begin()));

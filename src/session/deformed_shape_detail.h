@@ -1,4 +1,4 @@
-// Progress by pieces of work. Internal to the session room.
+// Progress by pieces of work.
 #pragma once
 
 #include <cstddef>
@@ -18,18 +18,18 @@
 namespace knead::session_detail {
 
 // Counts pieces of work, whatever the work itself adds to Progress::done meanwhile.
-class Counted {
+class ScopedProgress {
  public:
-  Counted(Progress* progress, std::uint64_t total) : progress_(progress) {
+  ScopedProgress(Progress* progress, std::uint64_t total) : progress_(progress) {
     if (progress_ == nullptr) return;
     progress_->done = 0;
     progress_->total = total;
   }
-  ~Counted() {
+  ~ScopedProgress() {
     if (progress_ != nullptr) progress_->total = 0;
   }
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
+  ScopedProgress(const ScopedProgress&) = delete;
+  ScopedProgress& operator=(const ScopedProgress&) = delete;
 
   void add(std::uint64_t work) {
     done_ += work;
@@ -41,23 +41,23 @@ class Counted {
   std::uint64_t done_ = 0;
 };
 
-// Normals carried by the flow. Internal to the session room.
+// Normals carried by the flow.
 
 // Returns whether a normal is neither zero nor too long to be normalised.
 bool has_direction(const Vec3d& normal);
 
 // Places four points around every point whose normal has a direction; as many normals as positions. `reach`: a length
 // above 0. The error of a turned normal falls with its square until rounding takes over.
-CarriedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d> normals, double reach);
+TransportedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d> normals, double reach);
 
 // Returns the normals as the points show them now; lengths are kept. A normal keeps its bits if its points did not
-// move, or were torn apart (at the wall of a barrel).
-std::vector<Vec3d> turned_normals(const CarriedNormals& carried);
+// move, or were torn apart (at the wall of a limit cylinder).
+std::vector<Vec3d> turned_normals(const TransportedNormals& carried);
 
 // The same of one vertex.
-Vec3d turned_normal(const CarriedNormals& carried, std::uint32_t vertex);
+Vec3d turned_normal(const TransportedNormals& carried, std::uint32_t vertex);
 
-// Resolves strokes that read the surface into strokes that do not. Internal to the session room.
+// Resolves strokes that read the surface into strokes that do not.
 
 // Returns the tool of a stamp, read from its file relative to the folder; null for other strokes. Throws InvalidInput
 // where it cannot be read or is not closed.

@@ -68,7 +68,7 @@ TEST(FlowOfSession, RefusesWhatIsNoFlowWithItsLine) {
   EXPECT_TRUE(refusal(R"({"mask": {"vertices": [3], "width": 0.2}})").starts_with("s.knead:2: this stroke reads"));
 }
 
-TEST(FlowOfSession, BarrelsAndRemeshEventsNeedFaces) {
+TEST(FlowOfSession, LimitCylindersAndRemeshEventsNeedFaces) {
   EXPECT_TRUE(needs_faces(parse_session(
       R"({"knead": 1}
 {"tool": "bend", "center": [0, 0, 0], "axis": [0, 0, 1], "normal": [0, 1, 0], "width": 1, "angle_deg": 9, "radius": 2}

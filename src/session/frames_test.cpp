@@ -108,7 +108,7 @@ TEST(Frames, TheStartAndTheEndAreHeld) {
   expect_moments(timed_session({""}), {1, Ease::smooth, 1}, {1, 1, 1});
   EXPECT_EQ(frame_count({0, Ease::linear, 5}), 0);
   ReplayOptions options;
-  for (const int hold : {-1, kMostFrames + 1, std::numeric_limits<int>::max()}) {
+  for (const int hold : {-1, kMaxFrames + 1, std::numeric_limits<int>::max()}) {
     options.frames = {3, Ease::linear, hold};
     EXPECT_THROW(replay(ball(), timed_session({""}), options), InvalidInput) << hold;
   }

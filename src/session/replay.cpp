@@ -60,9 +60,9 @@ double checked_until(const Session& session, const ReplayOptions& options) {
         fmt::format("\"until\" must be from 0 to the session's number of strokes ({}), got {}", strokes, until));
   }
   for (const int number : {options.frames.count, options.frames.hold}) {
-    if (number >= 0 && number <= kMostFrames) continue;
+    if (number >= 0 && number <= kMaxFrames) continue;
     throw InvalidInput(
-        fmt::format("the number of frames, and of those to hold, must be from 0 to {}, got {}", kMostFrames, number));
+        fmt::format("the number of frames, and of those to hold, must be from 0 to {}, got {}", kMaxFrames, number));
   }
   return until;
 }
@@ -220,7 +220,7 @@ void require_flow(const SessionStroke& stroke) {
 bool needs_faces(const Session& session) {
   return std::any_of(session.strokes.begin(), session.strokes.end(), [](const SessionStroke& stroke) {
     if (!is_applied(stroke)) return false;
-    return !is_flow(stroke.stroke) || reads_surface(stroke.stroke) || stroke.remesh || barrel_of(stroke.stroke);
+    return !is_flow(stroke.stroke) || reads_surface(stroke.stroke) || stroke.remesh || limit_cylinder_of(stroke.stroke);
   });
 }
 
@@ -263,7 +263,7 @@ constexpr std::size_t kManyVertices = 20'000;
 
 // What an edge may reach over: a square prism of one ring of triangles loses up to 21% of its volume when it is twisted
 // by 30 degrees, 46% by 60.
-constexpr double kMostTurnOfAnEdgeDeg = 30;
+constexpr double kMaxTurnOfAnEdgeDeg = 30;
 
 bool is_backwards(const ReplayOptions& options) { return options.part.direction == Direction::backwards; }
 
@@ -390,7 +390,7 @@ class Replay {
 
   void warn_of_long_edges(const SessionStroke& part, std::span<const Triangle> triangles) {
     const double turn = most_turn_of_an_edge_deg(part.stroke, shape_.positions(), triangles);
-    if (!(turn > kMostTurnOfAnEdgeDeg)) return;
+    if (!(turn > kMaxTurnOfAnEdgeDeg)) return;
     result_.warnings.push_back(fmt::format(
         "{}: an edge reaches over {:.0f} degrees of this motion, which triangles so long cannot follow; remesh the "
         "shape (knead deform --remesh, or a remesh line before this one), or use a finer one",

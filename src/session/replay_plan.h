@@ -1,4 +1,4 @@
-// What a replay does, in order. Internal to the session room.
+// What a replay does, in order.
 #pragma once
 
 #include <cstddef>

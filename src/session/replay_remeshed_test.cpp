@@ -299,12 +299,12 @@ TEST(ReplayRemeshed, RefusesNumbersOfVerticesThatHaveChanged) {
             "name points instead, with \"full\"");
 }
 
-TEST(ReplayRemeshed, ChecksBarrelsOnTheRemeshedSurface) {
+TEST(ReplayRemeshed, ChecksLimitCylindersOnTheRemeshedSurface) {
   TwistStroke twist{{0, 0, 0}, {1, 0, 0}, 20, -0.5, 0.5};
   twist.radius = 0.5;
   const std::string message = refusal(ball(), session_of({kPulledAndTurned[0], twist}, RemeshSettings{}));
   EXPECT_TRUE(message.starts_with("s.knead:3: ")) << message;
-  EXPECT_NE(message.find("cross the barrel"), std::string::npos) << message;
+  EXPECT_NE(message.find("cross the limit cylinder"), std::string::npos) << message;
 }
 
 TEST(ReplayRemeshed, PointCloudsAndInversesKeepTheirPointsWithAWarning) {

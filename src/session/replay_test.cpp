@@ -24,7 +24,7 @@ Session session_of(std::vector<Stroke> strokes) {
 
 Mesh bar() { return make_shape(ShapeKind::box, 1500); }
 
-// Several segments, a barrel, several fields in one segment.
+// Several segments, a limit cylinder, several fields in one segment.
 Session varied() {
   PointsStroke points;
   points.points = {{-1, 0.5, 0}, {1, 0.5, 0.2}};
@@ -231,7 +231,7 @@ std::string refusal(const Mesh& mesh, const Session& session, const ReplayOption
   return "";
 }
 
-TEST(Replay, RefusesACutBarrelAndTheRadiusItNamesWorks) {
+TEST(Replay, RefusesACutLimitCylinderAndTheRadiusItNamesWorks) {
   const Mesh mesh = bar();
   BendStroke bend{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, 40, BendWidth{1}};
   bend.radius = 0.4;
@@ -246,7 +246,7 @@ TEST(Replay, RefusesACutBarrelAndTheRadiusItNamesWorks) {
   EXPECT_EQ(refusal(mesh, session_of({first, bend})), "");
 }
 
-TEST(Replay, RefusesACutBarrelBackwardsToo) {
+TEST(Replay, RefusesACutLimitCylinderBackwardsToo) {
   Mesh mesh = bar();
   BendStroke bend{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, 40, BendWidth{1}};
   mesh.positions = result_of(mesh, session_of({bend}));
@@ -317,8 +317,8 @@ TEST(Replay, WarnsWithTheLine) {
   EXPECT_TRUE(warnings[1].starts_with("s.knead:2: \"inner\" is 0.95 of \"outer\"")) << warnings[1];
 }
 
-// The barrel's image after the bend reaches beyond the fingertip over the next fingers, which never moved: only the
-// surface tells which vertices came from within it.
+// The limit cylinder's image after the bend reaches beyond the fingertip over the next fingers, which never moved: only
+// the surface tells which vertices came from within it.
 TEST(Replay, TakesBackABentFingerAndNothingElse) {
   const Mesh hand = make_shape(ShapeKind::hand, 8000);
   const Session session = parse_session(

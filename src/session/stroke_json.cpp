@@ -54,10 +54,10 @@ double JsonValue::number() const {
 }
 
 long long JsonValue::integer() const {
-  constexpr double kMost = 999'999'999;
+  constexpr double kMax = 999'999'999;
   if (!value_.is_number()) fail("a whole number");
   const double value = value_.number();
-  if (value != std::floor(value) || std::abs(value) > kMost) fail("a whole number of at most 9 digits");
+  if (value != std::floor(value) || std::abs(value) > kMax) fail("a whole number of at most 9 digits");
   return static_cast<long long>(value);
 }
 
@@ -337,7 +337,7 @@ void read_keys(const Tool& tool, const JsonObject& line, const Place& place, Str
 
 double read_strength(const JsonValue& value) {
   const double strength = value.number();
-  if (!(strength >= 0 && strength <= kMostStrength)) value.fail(fmt::format("a number from 0 to {}", kMostStrength));
+  if (!(strength >= 0 && strength <= kMaxStrength)) value.fail(fmt::format("a number from 0 to {}", kMaxStrength));
   return strength;
 }
 

@@ -1,4 +1,4 @@
-// Strict reading of one line's JSON object. Internal to the session room.
+// Strict reading of one line's JSON object.
 //
 // Every failure is an InvalidInput with the line's place, the key in quotes, what was expected and what was got.
 #pragma once
@@ -77,7 +77,7 @@ class JsonObject {
 // parse_json refuses.
 std::optional<Json> parse_line(std::string_view line, const Place& place);
 
-// Strokes and the settings of a remesh event from JSON, and as JSON. Internal to the session room.
+// Strokes and the settings of a remesh event from JSON, and as JSON.
 
 // Returns the stroke of an object with the key "tool", and what the keys of all tools say. Throws InvalidInput for
 // anything that is not exactly a valid stroke of a tool that this version has.

@@ -22,8 +22,8 @@ namespace {
 // Flow along a mask's border that is worth a warning, by the tool's speed.
 constexpr double kFastBorder = 2;
 // Segments and vertices that are looked at for it.
-constexpr std::size_t kMostSegments = 8;
-constexpr std::size_t kMostPlaces = 4000;
+constexpr std::size_t kMaxSegments = 8;
+constexpr std::size_t kMaxPlaces = 4000;
 
 // Some of the points in the mask's box, evenly through the list.
 std::vector<Vec3d> places_near(const Mask& mask, std::span<const Vec3d> points) {
@@ -34,7 +34,7 @@ std::vector<Vec3d> places_near(const Mask& mask, std::span<const Vec3d> points) 
                         p.y <= box.max.y && p.z <= box.max.z;
     if (inside) near.push_back(p);
   }
-  const std::size_t stride = (near.size() + kMostPlaces - 1) / kMostPlaces;
+  const std::size_t stride = (near.size() + kMaxPlaces - 1) / kMaxPlaces;
   if (stride <= 1) return near;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < near.size(); i += stride) near[kept++] = near[i];
@@ -42,11 +42,11 @@ std::vector<Vec3d> places_near(const Mask& mask, std::span<const Vec3d> points) 
   return near;
 }
 
-std::string describe_refusal(const Barrel& barrel, const BarrelCheck& check) {
-  std::string text = fmt::format("{} cross the barrel of \"radius\" {} and would be torn; ",
+std::string describe_refusal(const StrokeCylinder& limit_cylinder, const CylinderCheck& check) {
+  std::string text = fmt::format("{} cross the limit cylinder of \"radius\" {} and would be torn; ",
                                  check.crossing == 1 ? "1 triangle would" : fmt::format("{} triangles", check.crossing),
-                                 barrel.radius);
-  const std::optional<double> nearest = nearest_radius(check, barrel.radius);
+                                 limit_cylinder.radius);
+  const std::optional<double> nearest = nearest_radius(check, limit_cylinder.radius);
   if (!nearest) return text + "no other radius works: leave \"radius\" out";
   text += fmt::format("use \"radius\": {}, the nearest that works", *nearest);
   if (!check.smaller) return text + " (no smaller one does)";
@@ -123,8 +123,8 @@ Stroke share_of_image(const Stroke& part, const PreparedStroke& stroke) {
   return share;
 }
 
-// Resolves a stroke on a shape, and moves the shape through it, but not through one with barrels, which are checked
-// first.
+// Resolves a stroke on a shape, and moves the shape through it, but not through one with limit cylinders, which are
+// checked first.
 void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progress) {
   LiveSurface surface;
   surface.positions = shape.positions();
@@ -133,9 +133,9 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   surface.apply = [&](const Stroke& own) {
     const Stroke part = share_of_image(own, stroke);
     Flow flow = masked(flow_of(part, stroke.source->mirror), shape.mask());
-    stroke.barrels = barrels_of(part, stroke.source->mirror);
+    stroke.limit_cylinders = limit_cylinders_of(part, stroke.source->mirror);
     append(part, *stroke.source, stroke.outcome.parts);
-    if (stroke.barrels.empty()) stroke.outcome.status = shape.move(flow, progress);
+    if (stroke.limit_cylinders.empty()) stroke.outcome.status = shape.move(flow, progress);
     std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(stroke.flow.segments));
     return stroke.outcome.status == AdvectStatus::done;
   };
@@ -214,22 +214,23 @@ std::string out_of_time_warning(const Remeshed& remeshed, double diagonal) {
   return text + "; allow more seconds";
 }
 
-bool holds_all(const Barrel& barrel, const std::vector<Vec3d>& points) {
-  return std::all_of(points.begin(), points.end(),
-                     [&](const Vec3d& p) { return norm(cross(barrel.normal, p - barrel.center)) <= barrel.radius; });
+bool holds_all(const StrokeCylinder& limit_cylinder, const std::vector<Vec3d>& points) {
+  return std::all_of(points.begin(), points.end(), [&](const Vec3d& p) {
+    return norm(cross(limit_cylinder.normal, p - limit_cylinder.center)) <= limit_cylinder.radius;
+  });
 }
 
-Flow without_barrels(Flow flow) {
-  for (Segment& segment : flow.segments) segment.barrel.reset();
+Flow without_limit_cylinders(Flow flow) {
+  for (Segment& segment : flow.segments) segment.limit_cylinder.reset();
   return flow;
 }
 
-// Without the barrels, and of sums only these parts.
-Flow without_barrels(Flow flow, unsigned parts) {
+// Without the limit cylinders, and of sums only these parts.
+Flow without_limit_cylinders(Flow flow, unsigned parts) {
   for (Segment& segment : flow.segments) {
     if (!segment.parts.empty()) segment = detail::chosen_parts(segment, parts);
   }
-  return without_barrels(std::move(flow));
+  return without_limit_cylinders(std::move(flow));
 }
 
 }  // namespace
@@ -255,7 +256,7 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
   }
   prepared.flow = flow_of(stroke, source.mirror);
   validate(prepared.flow);
-  prepared.barrels = barrels_of(stroke, source.mirror);
+  prepared.limit_cylinders = limit_cylinders_of(stroke, source.mirror);
   prepared.outcome.parts = {source};
   return prepared;
 }
@@ -284,7 +285,7 @@ void StrokeRun::enter() {
   read();
   warn_of_cpu();
   if (status() != AdvectStatus::done || options_.backwards) return;
-  check_barrel();
+  check_limit_cylinder();
   warn_of_border();
 }
 
@@ -302,18 +303,18 @@ void StrokeRun::read() {
     return;
   }
   read_surface(stroke_, shape_, progress_);
-  if (stroke_.barrels.empty()) at_ = end();
+  if (stroke_.limit_cylinders.empty()) at_ = end();
 }
 
-void StrokeRun::check_barrel() {
-  for (const Barrel& barrel : stroke_.barrels) {
-    const BarrelCheck found = knead::check_barrel(barrel, shape_.positions(), shape_.triangles());
-    if (found.crossing > 0) throw InvalidInput(describe_refusal(barrel, found));
+void StrokeRun::check_limit_cylinder() {
+  for (const StrokeCylinder& limit_cylinder : stroke_.limit_cylinders) {
+    const CylinderCheck found = knead::check_limit_cylinder(limit_cylinder, shape_.positions(), shape_.triangles());
+    if (found.crossing > 0) throw InvalidInput(describe_refusal(limit_cylinder, found));
     if (found.later == 0) continue;
     stroke_.outcome.warnings.push_back(
-        fmt::format("{} triangles cross the barrel of \"radius\" {} where the bend moves the surface later, "
+        fmt::format("{} triangles cross the limit cylinder of \"radius\" {} where the bend moves the surface later, "
                     "and may be torn; check them, or choose another radius",
-                    found.later, barrel.radius));
+                    found.later, limit_cylinder.radius));
   }
 }
 
@@ -331,7 +332,7 @@ void StrokeRun::warn_of_border() {
   const std::vector<Vec3d>& positions = shape_.positions();
   const std::vector<Vec3d> near = places_near(shape_.mask(), positions);
   detail::BorderSpeed fastest;
-  const std::size_t stride = (stroke_.flow.segments.size() + kMostSegments - 1) / kMostSegments;
+  const std::size_t stride = (stroke_.flow.segments.size() + kMaxSegments - 1) / kMaxSegments;
   for (std::size_t i = 0; i < stroke_.flow.segments.size(); i += stride) {
     const detail::BorderSpeed speed = detail::border_speed(stroke_.flow.segments[i], near);
     if (speed.at_border * fastest.of_tool > fastest.at_border * speed.of_tool || fastest.of_tool == 0) fastest = speed;
@@ -360,7 +361,7 @@ void StrokeRun::leave() {
   advance(options_.backwards ? 0 : end());
   if (!options_.backwards && status() == AdvectStatus::done) set_mask(stroke_, shape_);
   follow(end(), shape_, remeshed_);
-  if (options_.backwards && status() == AdvectStatus::done) check_barrel();
+  if (options_.backwards && status() == AdvectStatus::done) check_limit_cylinder();
 }
 
 void StrokeRun::follow(double to, DeformedShape& shape, std::optional<Remeshed>& remeshed) {
@@ -385,14 +386,15 @@ void StrokeRun::move_between(double from, double to, DeformedShape& shape) {
     return;
   }
   Flow flow = flow_between(stroke_.flow, from, to);
-  if (!options_.backwards || stroke_.barrels.empty()) {
+  if (!options_.backwards || stroke_.limit_cylinders.empty()) {
     stroke_.outcome.status = shape.move(flow, progress_);
     return;
   }
   const DeformedShape start = shape;  // which the parts leave one after the other
   for (const TakenBack& back : taken_back()) {
     DeformedShape moved = to == 0 ? back.shape : start;
-    const AdvectStatus status = to == 0 ? back.status : moved.move(without_barrels(flow, back.parts), progress_);
+    const AdvectStatus status =
+        to == 0 ? back.status : moved.move(without_limit_cylinders(flow, back.parts), progress_);
     if (status != AdvectStatus::done) stroke_.outcome.status = status;
     shape.take(back.members, moved);
   }
@@ -400,29 +402,31 @@ void StrokeRun::move_between(double from, double to, DeformedShape& shape) {
 
 StrokeRun::TakenBack StrokeRun::taken_back_by(unsigned parts) const {
   TakenBack back{parts, shape_};
-  back.status = back.shape.move(without_barrels(flow_between(stroke_.flow, end(), 0), parts), progress_);
+  back.status = back.shape.move(without_limit_cylinders(flow_between(stroke_.flow, end(), 0), parts), progress_);
   return back;
 }
 
-std::vector<bool> StrokeRun::members_of(const Barrel& barrel, const TakenBack& back) const {
+std::vector<bool> StrokeRun::members_of(const StrokeCylinder& limit_cylinder, const TakenBack& back) const {
   const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
-  return barrel_members(barrel, shape_.positions(), back.shape.positions(), shape_.triangles(),
-                        10 * tolerance + 1e-3 * barrel.radius);
+  return limit_cylinder_members(limit_cylinder, shape_.positions(), back.shape.positions(), shape_.triangles(),
+                                10 * tolerance + 1e-3 * limit_cylinder.radius);
 }
 
-// Leaves the barrels out: barrel_members says which points each held. Where all of them held the whole shape, as
-// barrels about one line do, nothing is to be asked.
+// Leaves the limit cylinders out: limit_cylinder_members says which points each held. Where all of them held the whole
+// shape, as limit cylinders about one line do, nothing is to be asked.
 const std::vector<StrokeRun::TakenBack>& StrokeRun::taken_back() {
   if (taken_back_) return *taken_back_;
   taken_back_.emplace();
-  const std::size_t count = stroke_.barrels.size();
+  const std::size_t count = stroke_.limit_cylinders.size();
   TakenBack all = taken_back_by((1U << count) - 1);
-  const auto holds_shape = [&](const Barrel& barrel) { return holds_all(barrel, all.shape.positions()); };
+  const auto holds_shape = [&](const StrokeCylinder& limit_cylinder) {
+    return holds_all(limit_cylinder, all.shape.positions());
+  };
   const bool is_simple = count == 1 || all.status != AdvectStatus::done ||
-                         std::all_of(stroke_.barrels.begin(), stroke_.barrels.end(), holds_shape);
+                         std::all_of(stroke_.limit_cylinders.begin(), stroke_.limit_cylinders.end(), holds_shape);
   if (is_simple) {
     all.members.assign(shape_.positions().size(), true);
-    if (count == 1) all.members = members_of(stroke_.barrels.front(), all);
+    if (count == 1) all.members = members_of(stroke_.limit_cylinders.front(), all);
     taken_back_->push_back(std::move(all));
     return *taken_back_;
   }
@@ -440,8 +444,8 @@ const std::vector<StrokeRun::TakenBack>& StrokeRun::taken_back() {
 // The parts of the flow that moved each point, as bits.
 std::vector<unsigned> StrokeRun::parts_that_moved() const {
   std::vector<unsigned> parts(shape_.positions().size(), 0);
-  for (std::size_t i = 0; i < stroke_.barrels.size(); ++i) {
-    const std::vector<bool> members = members_of(stroke_.barrels[i], taken_back_by(1U << i));
+  for (std::size_t i = 0; i < stroke_.limit_cylinders.size(); ++i) {
+    const std::vector<bool> members = members_of(stroke_.limit_cylinders[i], taken_back_by(1U << i));
     for (std::size_t k = 0; k < members.size(); ++k) parts[k] |= members[k] ? 1U << i : 0U;
   }
   return parts;

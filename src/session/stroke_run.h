@@ -1,4 +1,4 @@
-// One stroke on its way through a shape. Internal to the session room.
+// One stroke on its way through a shape.
 #pragma once
 
 #include <cstddef>
@@ -19,13 +19,13 @@ struct PreparedStroke {
   std::shared_ptr<const Stroke> beyond;  // that takes the source's place if its strength is above 1
   double part = 1;                       // of the segments, by the source's strength
   const RelaxStroke* relax = nullptr;    // the stroke, if it is one: without a flow
-  bool reads_surface = false;            // the flow and the barrels are unknown until it is read
+  bool reads_surface = false;            // the flow and the limit cylinders are unknown until it is read
   Flow flow;
-  std::vector<Barrel> barrels;        // its own, and those of its images
-  std::shared_ptr<const Mesh> tool;   // of a stamp
-  Mask mask;                          // of a stroke that is applied backwards; forwards the shape has it
-  std::size_t expected_segments = 0;  // of one that reads the surface: at most
-  StrokeOutcome outcome;              // what reading it said
+  std::vector<StrokeCylinder> limit_cylinders;  // its own, and those of its images
+  std::shared_ptr<const Mesh> tool;             // of a stamp
+  Mask mask;                                    // of a stroke that is applied backwards; forwards the shape has it
+  std::size_t expected_segments = 0;            // of one that reads the surface: at most
+  StrokeOutcome outcome;                        // what reading it said
 
   const Stroke& stroke() const { return beyond ? *beyond : source->stroke; }
 };
@@ -47,8 +47,8 @@ class StrokeRun {
   // The shape must outlive the run.
   StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedShape& shape, Progress* progress);
 
-  // Reads the surface if the stroke has not been read, and checks its barrels. Throws InvalidInput for a stroke that
-  // the shape cannot take.
+  // Reads the surface if the stroke has not been read, and checks its limit cylinders. Throws InvalidInput for a stroke
+  // that the shape cannot take.
   void enter();
   // The same without the check.
   void read();
@@ -67,8 +67,8 @@ class StrokeRun {
   const std::optional<Remeshed>& remeshed() const { return remeshed_; }
 
  private:
-  // Of a stroke with barrels, of one segment: the points that the same parts of its flow moved, one part or the sum of
-  // several, and the shape as these leave it backwards if everything moves.
+  // Of a stroke with limit cylinders, of one segment: the points that the same parts of its flow moved, one part or the
+  // sum of several, and the shape as these leave it backwards if everything moves.
   struct TakenBack {
     unsigned parts = 1;  // as bits
     DeformedShape shape{};
@@ -78,14 +78,14 @@ class StrokeRun {
 
   double length() const;  // as far as its strength applies the stroke, in segments or points to relax at
   double end() const { return options_.part * length(); }
-  void check_barrel();
+  void check_limit_cylinder();
   void warn_of_cpu();
   void warn_of_border();
   void advance(double to);
   void move_between(double from, double to, DeformedShape& shape);
   const std::vector<TakenBack>& taken_back();
   TakenBack taken_back_by(unsigned parts) const;
-  std::vector<bool> members_of(const Barrel& barrel, const TakenBack& back) const;
+  std::vector<bool> members_of(const StrokeCylinder& limit_cylinder, const TakenBack& back) const;
   std::vector<unsigned> parts_that_moved() const;
   void follow(double to, DeformedShape& shape, std::optional<Remeshed>& remeshed);
 

@@ -49,7 +49,7 @@ double longest_edge(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 void add_points_between(const LiveSurface& surface, const std::vector<double>& level, double width,
                         MaskedPoints& masked) {
   constexpr double kSpacing = 1.0 / 16;  // of the width: half a cell of the grid
-  constexpr double kMost = 4e6;          // with more points, they lie further apart
+  constexpr double kMax = 4e6;           // with more points, they lie further apart
   std::vector<Triangle> among;
   double squares = 0;
   for (const Triangle& t : surface.triangles) {
@@ -57,7 +57,7 @@ void add_points_between(const LiveSurface& surface, const std::vector<double>& l
     among.push_back(t);
     squares += norm2(surface.positions[t[1]] - surface.positions[t[0]]);
   }
-  const double spacing = std::max(kSpacing * width, std::sqrt(squares / kMost));
+  const double spacing = std::max(kSpacing * width, std::sqrt(squares / kMax));
   for (const auto& [i, j, k] : among) {
     const Vec3d& a = surface.positions[i];
     const Vec3d& b = surface.positions[j];
@@ -91,7 +91,7 @@ void apply(const MaskStroke& stroke, const LiveSurface& surface) {
   add_points_between(surface, level, *stroke.width, masked);
   MaskStroke named;
   named.width = stroke.width;
-  for (const std::uint32_t i : telling_points(masked.points, masked.values, *stroke.width)) {
+  for (const std::uint32_t i : representative_points(masked.points, masked.values, *stroke.width)) {
     named.points.push_back(masked.points[i]);
     if (!stroke.values.empty()) named.values.push_back(std::clamp(masked.values[i], 0.0, 1.0));
   }

@@ -24,11 +24,11 @@ using namespace tool_detail;
 
 constexpr double kEnd = 0.03;           // of the zone's width, at both its ends, stays straight
 constexpr double kSpacing = 0.06;       // of the grids, of the diagonal; less where the zone is short
-constexpr double kLeastSpacing = 0.02;  // of the diagonal
+constexpr double kMinSpacing = 0.02;    // of the diagonal
 constexpr double kSpacingOfZone = 0.5;  // of the zone's width, at most
-constexpr double kMostBending = 0.45;   // the half thickness over the arc's radius
+constexpr double kMaxBending = 0.45;    // the half thickness over the arc's radius
 constexpr double kStraight = 1e-9;      // radians below which there is no arc
-constexpr double kMostDistance = 0.02;  // of the diagonal: of the part from its place
+constexpr double kMaxDistance = 0.02;   // of the diagonal: of the part from its place
 
 // The coordinates of a bend, and the arc that its zone becomes.
 class Arc {
@@ -204,15 +204,15 @@ void fit(Arc& arc, const std::vector<Vec3d>& bending) {
   arc.shift(0.5 * (least + most));
   const double thickness = most - least;
   const double turn = std::abs(arc.angle());
-  if (arc.width() * kMostBending >= 0.5 * thickness * turn) return;
+  if (arc.width() * kMaxBending >= 0.5 * thickness * turn) return;
   constexpr double kRound = 1.01;  // the numbers are rounded to three digits
   const double per_arc = kRound / (1 - 2 * kEnd);
   throw InvalidInput(
       fmt::format("\"angle_deg\": a zone {:.3g} wide is too short for {:.4g} degrees and a part {:.3g} thick; bend by "
                   "at most {:.0f} degrees, or make the zone {:.3g} wide or wider",
                   arc.width() / (1 - 2 * kEnd), turn / kRadiansPerDegree, thickness,
-                  std::floor(2 * arc.width() * kMostBending / thickness / kRadiansPerDegree),
-                  0.5 * thickness * turn / kMostBending * per_arc));
+                  std::floor(2 * arc.width() * kMaxBending / thickness / kRadiansPerDegree),
+                  0.5 * thickness * turn / kMaxBending * per_arc));
 }
 
 // The middle of the zone is free, so that it finds the motion that strains it least.
@@ -232,7 +232,7 @@ PoseProblem problem_of(const BendStroke& stroke, const LiveSurface& surface, int
   problem.progress = surface.progress;
   problem.diagonal = diagonal_of(surface);
   problem.spacing =
-      std::max(kLeastSpacing * problem.diagonal, std::min(kSpacing * problem.diagonal, kSpacingOfZone * arc.width()));
+      std::max(kMinSpacing * problem.diagonal, std::min(kSpacing * problem.diagonal, kSpacingOfZone * arc.width()));
   problem.across = arc.axis();
   problem.body = body_of(surface, problem.spacing, kSamplesInside, threads, warnings);
   problem.body.stiffness.clear();  // all alike: a bar with few vertices keeps its volume better so
@@ -262,7 +262,7 @@ PoseProblem problem_of(const BendStroke& stroke, const LiveSurface& surface, int
 
 bool is_spoiled(const PoseResult& result) {
   return std::max(result.greatest_stretch, 1 / result.least_stretch) > kStrongStretch ||
-         result.part_distance > kMostDistance;
+         result.part_distance > kMaxDistance;
 }
 
 // A bend that was solved.
@@ -314,7 +314,7 @@ double sound_share(const SolvedBend& bend, const LiveSurface& surface, int threa
 }  // namespace
 
 bool bends_body(const BendStroke& stroke, const LiveSurface& surface) {
-  if (std::abs(stroke.angle_deg) > kMostOfPlainBend) return true;
+  if (std::abs(stroke.angle_deg) > kMaxOfPlainBend) return true;
   if (!stroke.radius_auto || surface.triangles.empty()) return false;
   const Arc arc(stroke);
   const std::optional<Parts> parts = parts_by_pieces(stroke, arc, surface);
@@ -325,14 +325,14 @@ bool bends_body(const BendStroke& stroke, const LiveSurface& surface) {
   BendStroke any = stroke;
   any.radius_auto = false;
   any.radius = 1;
-  return !propose_barrel(*barrel_of(any), surface.positions, surface.triangles).radius;
+  return !propose_limit_cylinder(*limit_cylinder_of(any), surface.positions, surface.triangles).radius;
 }
 
 PoseResult bend_on(const BendStroke& stroke, const LiveSurface& surface, int threads) {
   if (surface.positions.empty()) return {};
   constexpr double kFullTurn = 360;  // closes a ring
-  constexpr double kMostTurn = 345;
-  if (std::abs(stroke.angle_deg) >= kFullTurn) refuse(stroke, kMostTurn, surface, threads);
+  constexpr double kMaxTurn = 345;
+  if (std::abs(stroke.angle_deg) >= kFullTurn) refuse(stroke, kMaxTurn, surface, threads);
   SolvedBend bend = solved(stroke, surface, threads);
   if (is_spoiled(bend.result)) {
     refuse(stroke, std::floor(std::abs(stroke.angle_deg) * sound_share(bend, surface, threads)), surface, threads);
@@ -388,7 +388,8 @@ std::vector<StrokeKey> keys(BendStroke& s) {
       {"outer", Quantity::other, zone != nullptr ? &zone->outer : nullptr, Presence::required,
        "where the part that stays begins"},
       {"gauge", Quantity::finite, &s.gauge, Presence::optional},
-      {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional, "of the barrel"}};
+      {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional,
+       "of the limit cylinder"}};
 }
 
 void prepare(BendStroke& stroke, const HasKey& has) {
@@ -410,7 +411,7 @@ void validate(const BendStroke& stroke) {
 }
 
 bool reads_surface(const BendStroke& stroke) {
-  return stroke.radius_auto || std::abs(stroke.angle_deg) > kMostOfPlainBend;
+  return stroke.radius_auto || std::abs(stroke.angle_deg) > kMaxOfPlainBend;
 }
 
 Flow flow_of(const BendStroke& stroke) {
@@ -420,7 +421,7 @@ Flow flow_of(const BendStroke& stroke) {
   const Rotation<double> motion{axis, angle, stroke.gauge, RotationGauge::axial};
   const HalfSpace<double> region{normal, axis, 0.5 * angle};
   Segment segment = resting_segment({stroke.center, motion, region, bend_thresholds(stroke)});
-  if (stroke.radius) segment.barrel = SegmentBarrel{stroke.center, normal, *stroke.radius};
+  if (stroke.radius) segment.limit_cylinder = LimitCylinder{stroke.center, normal, *stroke.radius};
   return {{std::move(segment)}};
 }
 

@@ -50,7 +50,7 @@ void require_direction(std::string_view key, const Vec3d& value) {
 }
 
 void require_angle(std::string_view key, double degrees) {
-  require(std::abs(degrees) <= kMostDegrees, key, "a number of degrees from -360000 to 360000", degrees);
+  require(std::abs(degrees) <= kMaxDegrees, key, "a number of degrees from -360000 to 360000", degrees);
 }
 
 void require_count(std::string_view key, std::size_t count, std::size_t least, std::string_view what) {
@@ -59,9 +59,9 @@ void require_count(std::string_view key, std::size_t count, std::size_t least, s
 }
 
 void require_falloff(std::string_view key, int value) {
-  if (value >= kLeastFalloff && value <= kGreatestFalloff) return;
+  if (value >= kMinFalloff && value <= kGreatestFalloff) return;
   throw InvalidInput(
-      fmt::format("\"{}\" must be a whole number from {} to {}, got {}", key, kLeastFalloff, kGreatestFalloff, value));
+      fmt::format("\"{}\" must be a whole number from {} to {}, got {}", key, kMinFalloff, kGreatestFalloff, value));
 }
 
 void require_even(std::string_view key, int value, int least) {

@@ -146,9 +146,9 @@ S with(S stroke, List S::*list, const List& more, std::size_t skipped) {
 
 // Returns true if a relaxed path goes on near one of its last points; with mirror images these are several.
 bool goes_on_near(const RelaxStroke& last, const RelaxStroke& next) {
-  constexpr std::size_t kMostImages = 256;
+  constexpr std::size_t kMaxImages = 256;
   if (next.points.empty() || without(last, &RelaxStroke::points) != without(next, &RelaxStroke::points)) return false;
-  const std::size_t first = last.points.size() - std::min(last.points.size(), kMostImages);
+  const std::size_t first = last.points.size() - std::min(last.points.size(), kMaxImages);
   return std::any_of(last.points.begin() + static_cast<std::ptrdiff_t>(first), last.points.end(),
                      [&](const Vec3d& p) { return norm(p - next.points.front()) <= last.radius; });
 }
@@ -163,7 +163,7 @@ auto of_both(const Stroke& a, const Stroke& b, const Body& body) {
 
 }  // namespace
 
-std::optional<Stroke> rest_of(const Stroke& before, const Stroke& now) {
+std::optional<Stroke> suffix_since(const Stroke& before, const Stroke& now) {
   using Rest = std::optional<Stroke>;
   Rest path = of_both<ImplicitStroke>(before, now, [](const auto& a, const auto& b) -> Rest {
     if (a.path.empty() || !has_grown(a, b, &ImplicitStroke::path)) return std::nullopt;
@@ -181,9 +181,9 @@ std::optional<Stroke> rest_of(const Stroke& before, const Stroke& now) {
   });
 }
 
-std::optional<Flow> rest_of_flow(const Stroke& before, const Stroke& now, const Mirror& mirror) {
+std::optional<Flow> flow_suffix_since(const Stroke& before, const Stroke& now, const Mirror& mirror) {
   if (!is_flow(now)) return std::nullopt;
-  if (const std::optional<Stroke> rest = rest_of(before, now)) return flow_of(*rest, mirror);
+  if (const std::optional<Stroke> rest = suffix_since(before, now)) return flow_of(*rest, mirror);
   return of_both<PointsStroke>(before, now, [&](const auto& a, const auto& b) -> std::optional<Flow> {
     if (!has_grown(a, b, &PointsStroke::displacements)) return std::nullopt;
     Flow flow = flow_of(b, mirror);

@@ -1,4 +1,4 @@
-// The connected parts of a set of points and polylines. Internal to the tool room.
+// The connected parts of a set of points and polylines.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ std::vector<Part> connected_parts(std::span<const Vec3d> points, std::span<const
 // The distance of two line segments, squared; a segment's ends may coincide.
 double squared_segment_distance(const Vec3d& a0, const Vec3d& a1, const Vec3d& b0, const Vec3d& b1);
 
-// The loops in which a plane cuts a shape. Internal to the tool room.
+// The loops in which a plane cuts a shape.
 
 // Triangles that the plane cuts one after the other, across the edges that it cuts. Not closed at a border.
 struct SliceLoop {
@@ -44,7 +44,7 @@ std::vector<SliceLoop> slice(const Vec3d& point, const Vec3d& normal, std::span<
 // The innermost loop around the point, if there is one.
 std::optional<SliceLoop> innermost(const std::vector<SliceLoop>& loops);
 
-// A smooth curve through the points of a path. Internal to the tool room.
+// A smooth curve through the points of a path.
 
 // The curve through all points, in order: a cubic Hermite curve with centripetal parameters (Yuksel, Schaefer and
 // Keyser 2011) and tangents of the parabolas through three neighbours, so that few points of a smooth curve give nearly
@@ -75,11 +75,11 @@ namespace knead {
 // Returns the part of `now` that `before` lacks, if `now` extends `before`: the rest of an implicit stroke's path,
 // the new samples of a painted stroke, or the new points of a relax stroke. `before` followed by this part gives the
 // same segments as `now`, to the bit. Returns nothing if the strokes are equal, or `now` does not extend `before`.
-std::optional<Stroke> rest_of(const Stroke& before, const Stroke& now);
+std::optional<Stroke> suffix_since(const Stroke& before, const Stroke& now);
 
 // Returns the flow of that part; works also for point sets with more displacements. The strokes are valid. Nothing for
 // relax strokes, which are no flow. Both are mirrored.
-std::optional<Flow> rest_of_flow(const Stroke& before, const Stroke& now, const Mirror& mirror = {});
+std::optional<Flow> flow_suffix_since(const Stroke& before, const Stroke& now, const Mirror& mirror = {});
 
 // Returns whether `next` begins where `last` ended, with the same tool and the same numbers: an implicit stroke or a
 // stamp whose path continues, a painted stroke of the same brush, or a relax

@@ -1,4 +1,4 @@
-// Checks of a stroke's numbers. Internal to the tool room. Every failure is an InvalidInput whose message begins with
+// Checks of a stroke's numbers. Every failure is an InvalidInput whose message begins with
 // the key in quotes and says what was expected and what was got.
 #pragma once
 
@@ -25,14 +25,14 @@ void require_factor(std::string_view key, double value);
 // Finite, and not the zero vector.
 void require_direction(std::string_view key, const Vec3d& value);
 
-inline constexpr double kMostDegrees = 360000;
+inline constexpr double kMaxDegrees = 360000;
 
 // A number of degrees whose sine the evaluation can take: at most 360,000 either way.
 void require_angle(std::string_view key, double degrees);
 
 void require_count(std::string_view key, std::size_t count, std::size_t least, std::string_view what);
 
-// A whole number from 3 to 7 (field/blend.h).
+// A whole number from 3 to 7 (knead/field.h).
 void require_falloff(std::string_view key, int value);
 
 // An even number, `least` or more.
@@ -53,7 +53,7 @@ inline constexpr std::string_view kOuterHelp = "everything farther stays";
 
 inline constexpr double kRadiansPerDegree = 0.017453292519943295769;
 
-// How a tool describes itself. Internal to the tool room.
+// How a tool describes itself.
 
 using Warnings = std::vector<std::string>;
 using HasKey = std::function<bool(std::string_view)>;
@@ -118,7 +118,7 @@ Choice choice(E& value, std::vector<std::string_view> words) {
 void prolong_path(std::vector<Vec3d>& path, double strength);
 
 // Returns a segment with one field that is carried along with its displacement.
-Segment carried_segment(Field field, const Vec3d& displacement, TimeLaw time_law = TimeLaw::swept);
+Segment transported_segment(Field field, const Vec3d& displacement, TimeLaw time_law = TimeLaw::swept);
 
 // Returns a segment with one field that rests.
 Segment resting_segment(Field field);

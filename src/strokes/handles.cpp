@@ -20,7 +20,7 @@ using namespace tool_detail;
 constexpr double kClosePass = 0.1;
 constexpr double kStrongReturn = 4;  // R / (2 gap), as for point sets (method, section 2)
 // Of the points of a set, and of the moments on its way, that warnings look at.
-constexpr std::size_t kMostLookedAt = 300;
+constexpr std::size_t kMaxLookedAt = 300;
 constexpr int kMoments = 64;
 
 void validate_set(std::string_view key, const std::vector<Vec3d>& points, const std::vector<std::uint32_t>& vertices) {
@@ -82,7 +82,7 @@ Segment segment_of(const HandlesStroke& stroke, const HandlesTranslation& motion
   const Vec3d c = mean(stroke.full);
   Handles<double> region{set_about(stroke.full, c, stroke.exponent), set_about(stroke.zero, c, stroke.exponent)};
   region.sweep = motion.by;
-  return carried_segment({c, Translation<double>{motion.by}, std::move(region), {0, 1}}, motion.by);
+  return transported_segment({c, Translation<double>{motion.by}, std::move(region), {0, 1}}, motion.by);
 }
 
 Segment segment_of(const HandlesStroke& stroke, const HandlesRotation& motion) {
@@ -94,9 +94,9 @@ Segment segment_of(const HandlesStroke& stroke, const HandlesRotation& motion) {
   return resting_segment({c, rotation, std::move(region), {0, 1}});
 }
 
-// At most kMostLookedAt of the points, evenly through the list.
+// At most kMaxLookedAt of the points, evenly through the list.
 std::vector<Vec3d> thinned(const std::vector<Vec3d>& points) {
-  const std::size_t stride = (points.size() + kMostLookedAt - 1) / kMostLookedAt;
+  const std::size_t stride = (points.size() + kMaxLookedAt - 1) / kMaxLookedAt;
   std::vector<Vec3d> result;
   for (std::size_t i = 0; i < points.size(); i += stride) result.push_back(points[i]);
   return result;

@@ -19,16 +19,16 @@ namespace {
 constexpr std::size_t kLevels = 200;  // from the tip to the farthest place
 constexpr double kWidens = 0.75;      // of the girth ahead, below which a girth is a neck
 constexpr double kSameNeck = 1.2;     // of a girth: what a thinner place near it may have
-constexpr double kMostArea = 0.6;     // of the surface, of a limb
+constexpr double kMaxArea = 0.6;      // of the surface, of a limb
 // Thicknesses that bend: of the limb beyond its neck, behind it, and along what runs beside the limb.
 constexpr double kBendingAhead = 0.75;
 constexpr double kBending = 1.5;
 constexpr double kBendingBeside = 0.8;
-constexpr double kMostThickness = 0.08;  // of the shape's diagonal
-constexpr std::size_t kEnds = 5;         // of a shape, that are looked at
-constexpr double kCore = 1.1;            // of the least distance from the farthest end
-constexpr double kStraight = 0.7;        // of a way along the surface: how far it rises if it leads along a limb
-constexpr double kTip = 0.9;             // of that, at a tip
+constexpr double kMaxThickness = 0.08;  // of the shape's diagonal
+constexpr std::size_t kEnds = 5;        // of a shape, that are looked at
+constexpr double kCore = 1.1;           // of the least distance from the farthest end
+constexpr double kStraight = 0.7;       // of a way along the surface: how far it rises if it leads along a limb
+constexpr double kTip = 0.9;            // of that, at a tip
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The vertices next to each vertex.
@@ -204,7 +204,7 @@ double neck_at(const Sections& sections, std::size_t i) {
 
 // The first neck from a level on; nothing where there is none.
 std::optional<std::size_t> find_neck(const Sections& sections, std::size_t from) {
-  for (std::size_t i = from; i <= kLevels && sections.areas[i] <= kMostArea; ++i) {
+  for (std::size_t i = from; i <= kLevels && sections.areas[i] <= kMaxArea; ++i) {
     // Nearer to the tip than a limb is thick, it is the tip that widens.
     const bool is_tip = !(sections.girths[i] > 0) || sections.level(i) < sections.thickness(i);
     if (is_tip || neck_at(sections, i) > kWidens) continue;
@@ -268,7 +268,7 @@ std::vector<std::uint32_t> bending_about(std::span<const Vec3d> positions, std::
   LiveSurface shape;
   shape.positions = positions;
   shape.triangles = triangles;
-  const double thickness = std::min(border.girth / std::numbers::pi, kMostThickness * tool_detail::diagonal_of(shape));
+  const double thickness = std::min(border.girth / std::numbers::pi, kMaxThickness * tool_detail::diagonal_of(shape));
   const std::vector<double> behind = distances_from(part, positions, Neighbours(positions.size(), triangles));
   const Vec3d neck = border.middle - border.inwards * (kBendingAhead * thickness);
   std::vector<std::uint32_t> bending;

@@ -27,7 +27,7 @@ using tool_detail::reach_of;
 using tool_detail::Round;
 using tool_detail::short_number_between;
 
-void suggest(const std::vector<Reach>& merged, double radius, BarrelCheck& check) {
+void suggest(const std::vector<Reach>& merged, double radius, CylinderCheck& check) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::size_t at = 0;
   while (at + 1 < merged.size() && merged[at + 1].min <= radius) ++at;
@@ -45,7 +45,7 @@ Vec3d last_normal(const Field& field) { return normal_at(std::get<HalfSpace<doub
 
 }  // namespace
 
-std::optional<Barrel> barrel_of(const Stroke& stroke) {
+std::optional<StrokeCylinder> limit_cylinder_of(const Stroke& stroke) {
   const auto* twist = std::get_if<TwistStroke>(&stroke);
   const auto* bend = std::get_if<BendStroke>(&stroke);
   if ((twist == nullptr || !twist->radius) && (bend == nullptr || !bend->radius)) return std::nullopt;
@@ -53,26 +53,28 @@ std::optional<Barrel> barrel_of(const Stroke& stroke) {
   const Flow flow = flow_of(stroke);
   const Segment& segment = flow.segments.front();
   const Field& field = segment.fields.front();
-  return Barrel{segment.barrel->point, segment.barrel->direction, segment.barrel->radius, field.thresholds.outer,
-                last_normal(field)};
+  return StrokeCylinder{segment.limit_cylinder->center, segment.limit_cylinder->axis, segment.limit_cylinder->radius,
+                        field.thresholds.outer, last_normal(field)};
 }
 
-BarrelCheck check_barrel(const Barrel& barrel, std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+CylinderCheck check_limit_cylinder(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
+                                   std::span<const Triangle> triangles) {
   check_triangles(triangles, positions);
-  BarrelCheck check;
-  const bool turns = barrel.last_normal != barrel.normal;
+  CylinderCheck check;
+  const bool turns = limit_cylinder.last_normal != limit_cylinder.normal;
   for (const Triangle& triangle : triangles) {
-    if (crosses(reach_of(barrel, barrel.normal, positions, triangle), barrel.radius)) {
+    if (crosses(reach_of(limit_cylinder, limit_cylinder.normal, positions, triangle), limit_cylinder.radius)) {
       ++check.crossing;
-    } else if (turns && crosses(reach_of(barrel, barrel.last_normal, positions, triangle), barrel.radius)) {
+    } else if (turns && crosses(reach_of(limit_cylinder, limit_cylinder.last_normal, positions, triangle),
+                                limit_cylinder.radius)) {
       ++check.later;
     }
   }
-  if (check.crossing > 0) suggest(merged_reaches(barrel, positions, triangles), barrel.radius, check);
+  if (check.crossing > 0) suggest(merged_reaches(limit_cylinder, positions, triangles), limit_cylinder.radius, check);
   return check;
 }
 
-std::optional<double> nearest_radius(const BarrelCheck& check, double radius) {
+std::optional<double> nearest_radius(const CylinderCheck& check, double radius) {
   if (!check.smaller) return check.larger;
   if (!check.larger) return check.smaller;
   return radius - *check.smaller < *check.larger - radius ? check.smaller : check.larger;
@@ -83,15 +85,15 @@ namespace {
 // still: the motion leaves it where it is, so that nothing needs to be known.
 enum class Kind : std::uint8_t { still, moved, unmoved, open };
 
-double distance_from_axis(const Barrel& barrel, const Vec3d& x) {
-  return norm(cross(barrel.normal, x - barrel.center));
+double distance_from_axis(const StrokeCylinder& limit_cylinder, const Vec3d& x) {
+  return norm(cross(limit_cylinder.normal, x - limit_cylinder.center));
 }
 
-Kind kind_of(const Barrel& barrel, const Vec3d& deformed, const Vec3d& taken_back, double slack) {
+Kind kind_of(const StrokeCylinder& limit_cylinder, const Vec3d& deformed, const Vec3d& taken_back, double slack) {
   if (deformed == taken_back) return Kind::still;
-  if (distance_from_axis(barrel, taken_back) > barrel.radius + slack) return Kind::unmoved;
-  const bool would_move = distance_from_axis(barrel, deformed) < barrel.radius - slack &&
-                          dot(barrel.normal, deformed - barrel.center) < barrel.outer - slack;
+  if (distance_from_axis(limit_cylinder, taken_back) > limit_cylinder.radius + slack) return Kind::unmoved;
+  const bool would_move = distance_from_axis(limit_cylinder, deformed) < limit_cylinder.radius - slack &&
+                          dot(limit_cylinder.normal, deformed - limit_cylinder.center) < limit_cylinder.outer - slack;
   return would_move ? Kind::moved : Kind::open;
 }
 
@@ -104,12 +106,13 @@ void for_each_side(std::span<const Triangle> triangles, Visit visit) {
 
 }  // namespace
 
-std::vector<bool> barrel_members(const Barrel& barrel, std::span<const Vec3d> deformed,
-                                 std::span<const Vec3d> taken_back, std::span<const Triangle> triangles, double slack) {
+std::vector<bool> limit_cylinder_members(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> deformed,
+                                         std::span<const Vec3d> taken_back, std::span<const Triangle> triangles,
+                                         double slack) {
   std::vector<Kind> kinds;
   kinds.reserve(deformed.size());
   for (std::size_t i = 0; i < deformed.size(); ++i) {
-    kinds.push_back(kind_of(barrel, deformed[i], taken_back[i], slack));
+    kinds.push_back(kind_of(limit_cylinder, deformed[i], taken_back[i], slack));
   }
   DisjointSets pieces(deformed.size());  // of open vertices
   for_each_side(triangles, [&](std::uint32_t a, std::uint32_t b) {
@@ -130,7 +133,7 @@ std::vector<bool> barrel_members(const Barrel& barrel, std::span<const Vec3d> de
     members[i] = kinds[i] == Kind::moved;
     if (kinds[i] != Kind::open) continue;
     const int sum = votes[pieces.find(i)];
-    members[i] = sum > 0 || (sum == 0 && distance_from_axis(barrel, taken_back[i]) <= barrel.radius);
+    members[i] = sum > 0 || (sum == 0 && distance_from_axis(limit_cylinder, taken_back[i]) <= limit_cylinder.radius);
   }
   return members;
 }
@@ -208,13 +211,13 @@ Reach distances(Polygon polygon, const Vec3d& axis) {
 
 }  // namespace
 
-std::optional<Reach> reach_of(const Barrel& barrel, const Vec3d& normal, std::span<const Vec3d> positions,
-                              const Triangle& triangle) {
-  const Corners corners{positions[triangle[0]] - barrel.center, positions[triangle[1]] - barrel.center,
-                        positions[triangle[2]] - barrel.center};
-  const Polygon polygon = clip(corners, normal, barrel.outer);
+std::optional<Reach> reach_of(const StrokeCylinder& limit_cylinder, const Vec3d& normal,
+                              std::span<const Vec3d> positions, const Triangle& triangle) {
+  const Corners corners{positions[triangle[0]] - limit_cylinder.center, positions[triangle[1]] - limit_cylinder.center,
+                        positions[triangle[2]] - limit_cylinder.center};
+  const Polygon polygon = clip(corners, normal, limit_cylinder.outer);
   if (polygon.count == 0) return std::nullopt;
-  return distances(polygon, barrel.normal);
+  return distances(polygon, limit_cylinder.normal);
 }
 
 std::vector<Reach> merged(std::vector<Reach> all) {
@@ -230,11 +233,11 @@ std::vector<Reach> merged(std::vector<Reach> all) {
   return result;
 }
 
-std::vector<Reach> merged_reaches(const Barrel& barrel, std::span<const Vec3d> positions,
+std::vector<Reach> merged_reaches(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
                                   std::span<const Triangle> triangles) {
   std::vector<Reach> all;
   for (const Triangle& triangle : triangles) {
-    if (const auto reach = reach_of(barrel, barrel.normal, positions, triangle)) all.push_back(*reach);
+    if (const auto reach = reach_of(limit_cylinder, limit_cylinder.normal, positions, triangle)) all.push_back(*reach);
   }
   return merged(std::move(all));
 }
@@ -258,10 +261,10 @@ namespace {
 constexpr double kFree = 1.25;  // times the gap's inner end, where it has no outer one
 constexpr int kDigits = 3;      // of a radius in a wide gap
 
-std::vector<bool> vertices_below(const Barrel& barrel, std::span<const Vec3d> positions) {
+std::vector<bool> vertices_below(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions) {
   std::vector<bool> below(positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    below[i] = dot(barrel.normal, positions[i] - barrel.center) < barrel.outer;
+    below[i] = dot(limit_cylinder.normal, positions[i] - limit_cylinder.center) < limit_cylinder.outer;
   }
   return below;
 }
@@ -280,17 +283,17 @@ std::vector<std::uint32_t> label(const std::vector<bool>& below, std::span<const
   result.reserve(triangles.size());
   for (const Triangle& triangle : triangles) {
     const auto lowest = std::find_if(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return below[v]; });
-    result.push_back(lowest == triangle.end() ? BarrelPieces::kNone : sets.find(*lowest));
+    result.push_back(lowest == triangle.end() ? CylinderPieces::kNone : sets.find(*lowest));
   }
   return result;
 }
 
 std::uint32_t nearest_piece(const std::vector<std::uint32_t>& piece, const Vec3d& center,
                             std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
-  std::uint32_t nearest = BarrelPieces::kNone;
+  std::uint32_t nearest = CylinderPieces::kNone;
   double least2 = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (piece[i] == BarrelPieces::kNone) continue;
+    if (piece[i] == CylinderPieces::kNone) continue;
     double square = least2;
     for (const std::uint32_t v : triangles[i]) square = std::min(square, norm2(positions[v] - center));
     if (square < least2) {
@@ -306,19 +309,20 @@ std::vector<Reach> piece_reaches(const std::vector<std::uint32_t>& piece,
                                  const std::vector<std::optional<Reach>>& reach, std::size_t vertices) {
   std::vector<Reach> result(vertices, {std::numeric_limits<double>::infinity(), 0});
   for (std::size_t i = 0; i < piece.size(); ++i) {
-    if (piece[i] == BarrelPieces::kNone || !reach[i]) continue;
+    if (piece[i] == CylinderPieces::kNone || !reach[i]) continue;
     Reach& whole = result[piece[i]];
     whole = {std::min(whole.min, reach[i]->min), std::max(whole.max, reach[i]->max)};
   }
   return result;
 }
 
-std::vector<Reach> later_reaches(const Barrel& barrel, std::span<const Vec3d> positions,
+std::vector<Reach> later_reaches(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
                                  std::span<const Triangle> triangles) {
   std::vector<Reach> all;
-  if (barrel.last_normal == barrel.normal) return all;
+  if (limit_cylinder.last_normal == limit_cylinder.normal) return all;
   for (const Triangle& triangle : triangles) {
-    if (const auto reach = reach_of(barrel, barrel.last_normal, positions, triangle)) all.push_back(*reach);
+    if (const auto reach = reach_of(limit_cylinder, limit_cylinder.last_normal, positions, triangle))
+      all.push_back(*reach);
   }
   return merged(std::move(all));
 }
@@ -343,19 +347,20 @@ Reach free_part(double low, double high, const std::vector<Reach>& taken) {
 
 }  // namespace
 
-BarrelPieces barrel_pieces(const Barrel& barrel, std::span<const Vec3d> positions,
-                           std::span<const Triangle> triangles) {
-  BarrelPieces result;
-  result.piece = label(vertices_below(barrel, positions), triangles);
-  result.part = nearest_piece(result.piece, barrel.center, positions, triangles);
-  if (result.part == BarrelPieces::kNone) return result;
+CylinderPieces limit_cylinder_pieces(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
+                                     std::span<const Triangle> triangles) {
+  CylinderPieces result;
+  result.piece = label(vertices_below(limit_cylinder, positions), triangles);
+  result.part = nearest_piece(result.piece, limit_cylinder.center, positions, triangles);
+  if (result.part == CylinderPieces::kNone) return result;
   std::vector<std::optional<Reach>> reach;
   reach.reserve(triangles.size());
-  for (const Triangle& triangle : triangles) reach.push_back(reach_of(barrel, barrel.normal, positions, triangle));
+  for (const Triangle& triangle : triangles)
+    reach.push_back(reach_of(limit_cylinder, limit_cylinder.normal, positions, triangle));
   const std::vector<Reach> whole = piece_reaches(result.piece, reach, positions.size());
   result.part_max = whole[result.part].max;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (result.piece[i] == BarrelPieces::kNone || result.piece[i] == result.part || !reach[i]) continue;
+    if (result.piece[i] == CylinderPieces::kNone || result.piece[i] == result.part || !reach[i]) continue;
     const Reach& other = whole[result.piece[i]];
     if (other.max <= result.part_max) {
       ++result.within;
@@ -366,12 +371,12 @@ BarrelPieces barrel_pieces(const Barrel& barrel, std::span<const Vec3d> position
       result.blocking_min = std::min(result.blocking_min, other.min);
     }
   }
-  result.later = later_reaches(barrel, positions, triangles);
+  result.later = later_reaches(limit_cylinder, positions, triangles);
   return result;
 }
 
-std::optional<double> radius_in_gap(const BarrelPieces& pieces) {
-  if (pieces.part == BarrelPieces::kNone || pieces.blocking > 0) return std::nullopt;
+std::optional<double> radius_in_gap(const CylinderPieces& pieces) {
+  if (pieces.part == CylinderPieces::kNone || pieces.blocking > 0) return std::nullopt;
   const Reach gap = free_part(pieces.part_max, pieces.others, pieces.later);
   const double middle = std::isinf(gap.max) ? kFree * gap.min : std::sqrt(gap.min * gap.max);
   return short_number_between(gap.min, gap.max, middle, Round::nearest, kDigits);
@@ -388,7 +393,7 @@ using namespace tool_detail;
 constexpr double kSpread = 1.6;   // times the thickness: the farthest that the part may reach in the plane r = outer
 constexpr double kMargin = 1.1;   // distance of everything else over that of the part
 constexpr double kStride = 0.25;  // of the thickness: from place to place
-constexpr int kMostPlaces = 200;
+constexpr int kMaxPlaces = 200;
 
 struct Shape {
   std::span<const Vec3d> positions;
@@ -397,9 +402,10 @@ struct Shape {
 
 // Checks that the part is joined to the rest in one place only, about as thick there as at the point. Returns the
 // problem, or nothing.
-std::string root_problem(const Barrel& barrel, const BarrelPieces& pieces, double thickness, const Shape& shape) {
-  const auto loops =
-      slice(barrel.center + barrel.normal * barrel.outer, barrel.normal, shape.positions, shape.triangles);
+std::string root_problem(const StrokeCylinder& limit_cylinder, const CylinderPieces& pieces, double thickness,
+                         const Shape& shape) {
+  const auto loops = slice(limit_cylinder.center + limit_cylinder.normal * limit_cylinder.outer, limit_cylinder.normal,
+                           shape.positions, shape.triangles);
   const std::optional<SliceLoop> root = innermost(loops);
   if (!root || pieces.piece[root->triangle] != pieces.part) return "its root does not go around the line";
   if (root->reach > kSpread * thickness) {
@@ -411,43 +417,43 @@ std::string root_problem(const Barrel& barrel, const BarrelPieces& pieces, doubl
 }
 
 // Returns the part's height over the centre, towards the tip.
-double length_of(const Barrel& barrel, const BarrelPieces& pieces, const Shape& shape) {
+double length_of(const StrokeCylinder& limit_cylinder, const CylinderPieces& pieces, const Shape& shape) {
   double length = 0;
   for (std::size_t i = 0; i < shape.triangles.size(); ++i) {
     if (pieces.piece[i] != pieces.part) continue;
     for (const std::uint32_t v : shape.triangles[i]) {
-      length = std::max(length, -dot(barrel.normal, shape.positions[v] - barrel.center));
+      length = std::max(length, -dot(limit_cylinder.normal, shape.positions[v] - limit_cylinder.center));
     }
   }
   return length;
 }
 
 // Completes the proposal at its centre, or says what is wrong there.
-void try_place(BarrelPlacement& proposal, const Vec3d& last_normal, const Shape& shape) {
-  const Barrel barrel{proposal.center, proposal.normal, 0, proposal.outer, last_normal};
-  const BarrelPieces pieces = barrel_pieces(barrel, shape.positions, shape.triangles);
+void try_place(CylinderPlacement& proposal, const Vec3d& last_normal, const Shape& shape) {
+  const StrokeCylinder limit_cylinder{proposal.center, proposal.normal, 0, proposal.outer, last_normal};
+  const CylinderPieces pieces = limit_cylinder_pieces(limit_cylinder, shape.positions, shape.triangles);
   const std::optional<double> radius = radius_in_gap(pieces);
   if (!radius || pieces.others < kMargin * pieces.part_max) {
     proposal.problem = "something else is as near to the line as the part's farthest point";
-  } else if (length_of(barrel, pieces, shape) <= -proposal.inner) {
+  } else if (length_of(limit_cylinder, pieces, shape) <= -proposal.inner) {
     proposal.problem = "it ends before the motion's inner region begins";
   } else {
-    proposal.problem = root_problem(barrel, pieces, proposal.thickness, shape);
+    proposal.problem = root_problem(limit_cylinder, pieces, proposal.thickness, shape);
     proposal.radius = *radius;
   }
 }
 
 // With a zone of that width: from the point towards the tip, to the first place that will do.
-BarrelPlacement first_place(const BarrelQuery& query, const Vec3d& direction, double thickness, double width,
-                            const Shape& shape, const Progress* progress) {
-  BarrelPlacement proposal{query.point, -direction, -kCenterFraction * width, (1 - kCenterFraction) * width, 0,
-                           thickness,   {}};
+CylinderPlacement first_place(const CylinderQuery& query, const Vec3d& direction, double thickness, double width,
+                              const Shape& shape, const Progress* progress) {
+  CylinderPlacement proposal{query.point, -direction, -kCenterFraction * width, (1 - kCenterFraction) * width, 0,
+                             thickness,   {}};
   Vec3d last_normal = proposal.normal;
   if (query.axis != Vec3d{0, 0, 0}) {
     last_normal = rotate(proposal.normal, unit(query.axis), sincos(0.5 * query.angle_deg * kRadiansPerDegree));
   }
   std::string first_problem;
-  for (int i = 0; i < kMostPlaces; ++i) {
+  for (int i = 0; i < kMaxPlaces; ++i) {
     stop_if_cancelled(progress);
     proposal.center = query.point + direction * (kStride * thickness * i);
     if (!innermost(slice(proposal.center, proposal.normal, shape.positions, shape.triangles))) break;  // past the tip
@@ -461,8 +467,8 @@ BarrelPlacement first_place(const BarrelQuery& query, const Vec3d& direction, do
 
 }  // namespace
 
-BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> positions,
-                             std::span<const Triangle> triangles, const Progress* progress) {
+CylinderPlacement place_limit_cylinder(const CylinderQuery& query, std::span<const Vec3d> positions,
+                                       std::span<const Triangle> triangles, const Progress* progress) {
   check_triangles(triangles, positions);
   require_finite("point", query.point);
   require_direction("direction", query.direction);
@@ -471,7 +477,7 @@ BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> po
   const Shape shape{positions, triangles};
   const Vec3d direction = unit(query.direction);
   const std::optional<SliceLoop> around = innermost(slice(query.point, direction, positions, triangles));
-  BarrelPlacement proposal;
+  CylinderPlacement proposal;
   if (!around) {
     proposal.problem =
         "there is no limb at this point: nothing goes around it across the direction; choose a part such as a finger, "

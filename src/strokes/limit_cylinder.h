@@ -1,4 +1,4 @@
-// Which vertices of a deformed shape the stroke of a barrel had moved: what its inverse needs to know.
+// Which vertices of a deformed shape the stroke of a limit cylinder had moved: what its inverse needs to know.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,20 @@
 
 namespace knead {
 
-// For a shape after the stroke, `deformed`, and its vertices as the stroke's inverse without the barrel takes them
-// back, `taken_back`: whether each was moved, so that taken_back is where it came from, or never was. A vertex that
-// comes from outside the barrel was not; one that lies inside it, where a resting point would have been moved, was.
-// Where both could be (the barrel reaches beyond a bent finger's tip, and its image may cover the thumb) the surface
-// decides: no triangle crossed the barrel where anything moved, so neighbours that move are of one kind. Distances are
-// compared with a slack, a length above the error of taken_back. Vertices of no triangle, and pieces that could all be
-// either, are taken to have moved if they come from within the radius. Time: linear.
-std::vector<bool> barrel_members(const Barrel& barrel, std::span<const Vec3d> deformed,
-                                 std::span<const Vec3d> taken_back, std::span<const Triangle> triangles, double slack);
+// For a shape after the stroke, `deformed`, and its vertices as the stroke's inverse without the limit cylinder takes
+// them back, `taken_back`: whether each was moved, so that taken_back is where it came from, or never was. A vertex
+// that comes from outside the limit cylinder was not; one that lies inside it, where a resting point would have been
+// moved, was. Where both could be (the limit cylinder reaches beyond a bent finger's tip, and its image may cover the
+// thumb) the surface decides: no triangle crossed the limit cylinder where anything moved, so neighbours that move are
+// of one kind. Distances are compared with a slack, a length above the error of taken_back. Vertices of no triangle,
+// and pieces that could all be either, are taken to have moved if they come from within the radius. Time: linear.
+std::vector<bool> limit_cylinder_members(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> deformed,
+                                         std::span<const Vec3d> taken_back, std::span<const Triangle> triangles,
+                                         double slack);
 
 }  // namespace knead
 
-// How far from a barrel's axis triangles lie. Internal to the tool room.
+// How far from a limit cylinder's axis triangles lie.
 namespace knead::tool_detail {
 
 // Distances from the axis: those from min up to, but not with, max.
@@ -33,13 +34,13 @@ struct Reach {
   double max = 0;
 };
 
-// The distances from the barrel's axis that the triangle's part with normal.(x - center) <= outer covers; nothing where
-// it has no such part below outer. `normal` is the barrel's normal at some moment. Rounded as advect rounds when it
-// decides whether a point belongs.
-std::optional<Reach> reach_of(const Barrel& barrel, const Vec3d& normal, std::span<const Vec3d> positions,
-                              const Triangle& triangle);
+// The distances from the limit cylinder's axis that the triangle's part with normal.(x - center) <= outer covers;
+// nothing where it has no such part below outer. `normal` is the limit cylinder's normal at some moment. Rounded as
+// advect rounds when it decides whether a point belongs.
+std::optional<Reach> reach_of(const StrokeCylinder& limit_cylinder, const Vec3d& normal,
+                              std::span<const Vec3d> positions, const Triangle& triangle);
 
-// Whether a barrel of that radius would be crossed.
+// Whether a limit cylinder of that radius would be crossed.
 inline bool crosses(const std::optional<Reach>& reach, double radius) {
   return reach && reach->min <= radius && radius < reach->max;
 }
@@ -48,7 +49,7 @@ inline bool crosses(const std::optional<Reach>& reach, double radius) {
 std::vector<Reach> merged(std::vector<Reach> all);
 
 // The union of the reaches of all triangles with the normal at the start, by increasing min, no two touching.
-std::vector<Reach> merged_reaches(const Barrel& barrel, std::span<const Vec3d> positions,
+std::vector<Reach> merged_reaches(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
                                   std::span<const Triangle> triangles);
 
 // A short number strictly between low and high, as near the target as its digits let it be: six of them, or more where
@@ -56,11 +57,11 @@ std::vector<Reach> merged_reaches(const Barrel& barrel, std::span<const Vec3d> p
 enum class Round { down, nearest, up };
 std::optional<double> short_number_between(double low, double high, double target, Round round, int digits = 6);
 
-// What hangs together below a barrel's outer plane, and how far from the axis. Internal to the tool room.
+// What hangs together below a limit cylinder's outer plane, and how far from the axis.
 
 // The pieces of a shape where r < outer at the stroke's start. Two triangles hang together across a vertex
 // there. `part` is the piece with the triangle whose corner is nearest to the centre.
-struct BarrelPieces {
+struct CylinderPieces {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   std::vector<std::uint32_t> piece;  // of each triangle: a number, or kNone where it has nothing below
@@ -73,11 +74,12 @@ struct BarrelPieces {
   std::vector<Reach> later;  // merged: what triangles cover where a bend's turning normal brings r below outer
 };
 
-// The radius of the barrel is not looked at. Time: linear.
-BarrelPieces barrel_pieces(const Barrel& barrel, std::span<const Vec3d> positions, std::span<const Triangle> triangles);
+// The radius of the limit cylinder is not looked at. Time: linear.
+CylinderPieces limit_cylinder_pieces(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
+                                     std::span<const Triangle> triangles);
 
 // Between part_max and others, about the middle, off `later` where that can be; nothing where a piece is in the way or
 // there is no part.
-std::optional<double> radius_in_gap(const BarrelPieces& pieces);
+std::optional<double> radius_in_gap(const CylinderPieces& pieces);
 
 }  // namespace knead::tool_detail

@@ -19,11 +19,11 @@ namespace knead {
 
 namespace {
 
-constexpr std::size_t kMostPlanes = 3;
+constexpr std::size_t kMaxPlanes = 3;
 constexpr double kRightAngle = 1e-9;  // the greatest cosine of one
 constexpr double kSame = 1e-9;        // of a size or speed: images that differ by less are one
 constexpr double kSameBox = 1e-6;     // likewise, of the supports' boxes
-constexpr std::size_t kMostAnchors = 12;
+constexpr std::size_t kMaxAnchors = 12;
 
 // The axis to which the plane is at a right angle, exactly.
 std::optional<std::size_t> axis_of(const MirrorPlane& plane) {
@@ -96,10 +96,10 @@ std::vector<Vec3d> places_in(const Segment& segment) {
     }
     return places;
   }
-  for (std::size_t i = 0; i < segment.fields.size(); i += segment.fields.size() / kMostAnchors + 1) {
+  for (std::size_t i = 0; i < segment.fields.size(); i += segment.fields.size() / kMaxAnchors + 1) {
     std::vector<Vec3d> anchors;
     const double size = find_anchors(segment.fields[i], anchors);
-    for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMostAnchors + 1) {
+    for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMaxAnchors + 1) {
       add_places(anchors[k], size, places);
     }
   }
@@ -108,17 +108,17 @@ std::vector<Vec3d> places_in(const Segment& segment) {
 
 bool are_near(const Vec3d& a, const Vec3d& b, double distance) { return norm(a - b) <= distance; }
 
-bool have_same_barrel(const std::optional<SegmentBarrel>& a, const std::optional<SegmentBarrel>& b) {
+bool have_same_limit_cylinder(const std::optional<LimitCylinder>& a, const std::optional<LimitCylinder>& b) {
   if (!a || !b) return !a && !b;
-  const Vec3d by = b->point - a->point;
-  return std::abs(a->radius - b->radius) <= kSame * a->radius && norm(cross(a->direction, b->direction)) <= kSame &&
-         norm(cross(a->direction, by)) <= kSame * a->radius;
+  const Vec3d by = b->center - a->center;
+  return std::abs(a->radius - b->radius) <= kSame * a->radius && norm(cross(a->axis, b->axis)) <= kSame &&
+         norm(cross(a->axis, by)) <= kSame * a->radius;
 }
 
 // Whether two images of a segment do the same to every point, up to rounding.
 bool are_same(const Segment& a, const Segment& b) {
   if (a == b) return true;
-  if (!have_same_barrel(a.barrel, b.barrel)) return false;
+  if (!have_same_limit_cylinder(a.limit_cylinder, b.limit_cylinder)) return false;
   const Box of_a = detail::support_of(a);
   const Box of_b = detail::support_of(b);
   const double size = of_a.diagonal();
@@ -302,8 +302,8 @@ class MirroredPose {
 }  // namespace
 
 void validate(const Mirror& mirror) {
-  if (mirror.size() > kMostPlanes) {
-    throw InvalidInput(fmt::format("\"mirror\" must be 1 to {} planes, got {}", kMostPlanes, mirror.size()));
+  if (mirror.size() > kMaxPlanes) {
+    throw InvalidInput(fmt::format("\"mirror\" must be 1 to {} planes, got {}", kMaxPlanes, mirror.size()));
   }
   for (std::size_t i = 0; i < mirror.size(); ++i) {
     if (!is_finite(mirror[i].point)) throw InvalidInput("\"mirror\" must have a finite \"point\"");
@@ -387,22 +387,22 @@ PoseStroke with_images(const PoseStroke& stroke, const Mirror& mirror, std::span
   return MirroredPose(stroke, mirror, positions).find();
 }
 
-std::vector<Barrel> barrels_of(const Stroke& stroke, const Mirror& mirror) {
-  std::vector<Barrel> barrels;
+std::vector<StrokeCylinder> limit_cylinders_of(const Stroke& stroke, const Mirror& mirror) {
+  std::vector<StrokeCylinder> limit_cylinders;
   std::vector<Segment> segments;
   const auto add = [&](const Stroke& image) {
-    const std::optional<Barrel> barrel = barrel_of(image);
-    if (!barrel) return;
+    const std::optional<StrokeCylinder> limit_cylinder = limit_cylinder_of(image);
+    if (!limit_cylinder) return;
     Segment segment = flow_of(image).segments.front();
     const auto is_it = [&](const Segment& other) { return are_same(other, segment); };
     if (std::any_of(segments.begin(), segments.end(), is_it)) return;
     segments.push_back(std::move(segment));
-    barrels.push_back(*barrel);
+    limit_cylinders.push_back(*limit_cylinder);
   };
   add(stroke);
-  if (barrels.empty()) return barrels;
+  if (limit_cylinders.empty()) return limit_cylinders;
   for (const SymmetryImage& image : images_in(mirror)) add(image_of_flow(stroke, image));
-  return barrels;
+  return limit_cylinders;
 }
 
 }  // namespace knead

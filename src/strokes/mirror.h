@@ -20,12 +20,12 @@ std::vector<SymmetryImage> images_in(const Mirror& mirror);
 // is not there, and for a pose with `exact`.
 PoseStroke with_images(const PoseStroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions);
 
-// Returns the barrels of the stroke and of its images, each once; none where it has none.
-std::vector<Barrel> barrels_of(const Stroke& stroke, const Mirror& mirror);
+// Returns the limit cylinders of the stroke and of its images, each once; none where it has none.
+std::vector<StrokeCylinder> limit_cylinders_of(const Stroke& stroke, const Mirror& mirror);
 
 }  // namespace knead
 
-// Where a point meets a surface that moves. Internal to the tool room.
+// Where a point meets a surface that moves.
 namespace knead::tool_detail {
 
 // Finds the closest points of a surface as it is at the moment. The surface outlives it.

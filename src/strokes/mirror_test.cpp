@@ -50,8 +50,8 @@ std::vector<NamedStroke> one_of_each() {
   HandlesStroke turn = handles;
   turn.motion = HandlesRotation{{0.2, 1, 0.1}, {0.1, 0, 0.2}, 20};
   TwistStroke twist{{0.1, 0, 0.2}, {0.2, 1, 0.1}, 70, -0.3, 0.4};
-  TwistStroke in_barrel = twist;
-  in_barrel.radius = 0.4;
+  TwistStroke in_limit_cylinder = twist;
+  in_limit_cylinder.radius = 0.4;
   BendStroke bend;
   bend.center = {0.3, 0.2, 0};
   bend.axis = {0, 0.2, 1};
@@ -73,7 +73,7 @@ std::vector<NamedStroke> one_of_each() {
           {"rotate", RotateStroke{{0.3, 0.1, 0.2}, {0.3, 1, 0.2}, 50, 0.3, 0.7, 0.4}},
           {"stretch", StretchStroke{{0.3, 0.1, 0.2}, {0.3, 1, 0.2}, 1.5, 0.3, 0.7}},
           {"twist", twist},
-          {"twist in a barrel", in_barrel},
+          {"twist in a limit cylinder", in_limit_cylinder},
           {"bend", bend},
           {"pins", pins},
           {"grid", some_grid(false)},
@@ -198,7 +198,7 @@ TEST(Mirror, AStrokeThatIsItsOwnImageActsOnce) {
         Stroke(StretchStroke{{0, 0.1, 0.2}, {0, 1, 1}, 1.5, 0.3, 0.7}),
         Stroke(PaintStroke{0.4, 0.1, {{{0, 0.2, 0}, {0, 0.8, 0.1}}}})}) {
     EXPECT_EQ(flow_of(stroke, coordinate_mirror("x")), flow_of(stroke)) << tool_name(stroke);
-    EXPECT_LE(barrels_of(stroke, coordinate_mirror("x")).size(), 1U);
+    EXPECT_LE(limit_cylinders_of(stroke, coordinate_mirror("x")).size(), 1U);
     for (const Segment& segment : flow_of(stroke, coordinate_mirror("xz")).segments) {
       EXPECT_LE(segment.parts.size(), 2U) << tool_name(stroke);
     }

@@ -75,23 +75,23 @@ namespace knead {
 
 double dab_length(int falloff) {
   constexpr std::array kLengths{81.0 / 140, 17.0 / 35, 181.0 / 462, 47.0 / 143, 81.0 / 286};
-  return kLengths[static_cast<std::size_t>(falloff - kLeastFalloff)];
+  return kLengths[static_cast<std::size_t>(falloff - kMinFalloff)];
 }
 
 PaintDabs paint_dabs(const PaintStroke& stroke) {
   constexpr double kSpacing = 1.0 / 8;  // of outer: of the dabs of the default falloff, and the greatest depth of one
-  constexpr double kMostDabs = 1e6;
+  constexpr double kMaxDabs = 1e6;
   const tool_detail::PathCurve curve(stroke.path);
   const double doses = std::max(curve.length() / (dab_length(stroke.falloff) * stroke.outer), 1.0);
   const double spacing = kSpacing * (dab_length(stroke.falloff) / dab_length(kDefaultFalloff));
   const double by_length = std::ceil(curve.length() / (spacing * stroke.outer));
   const double by_depth = std::ceil(doses * std::abs(stroke.depth) / (kSpacing * stroke.outer));
   const double count = curve.length() > 0 ? std::max(by_length, by_depth) : 1;
-  if (!(count <= kMostDabs)) {
+  if (!(count <= kMaxDabs)) {
     throw InvalidInput(
         fmt::format("\"path\" is {:.3g} long and would need {:.3g} dabs, more than {:.0f}; make \"outer\" "
                     "larger, or \"depth\" smaller",
-                    curve.length(), count, kMostDabs));
+                    curve.length(), count, kMaxDabs));
   }
   PaintDabs dabs{{}, stroke.depth * doses / count};
   for (double i = 0; i < count; ++i) dabs.aims.push_back(curve.at(curve.length() * ((i + 0.5) / count)));
@@ -151,7 +151,7 @@ Flow flow_of(const PaintStroke& stroke) {
   Flow flow;
   for (const PaintSample& sample : stroke.samples) {
     const Vec3d displacement = unit(sample.normal) * -stroke.depth;
-    flow.segments.push_back(carried_segment(
+    flow.segments.push_back(transported_segment(
         {sample.point, Translation<double>{displacement}, Ball<double>{}, {0, stroke.outer}}, displacement));
   }
   return flow;

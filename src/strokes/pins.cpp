@@ -14,9 +14,9 @@ namespace {
 
 using namespace tool_detail;
 
-constexpr std::size_t kMostPins = 2000;
+constexpr std::size_t kMaxPins = 2000;
 // Within the radius of each other at some time: about 15 s and 300 MB for solving the equations.
-constexpr std::size_t kMostPairs = 200'000;
+constexpr std::size_t kMaxPairs = 200'000;
 // Two pins nearer than this part of the radius are one place; with different motions they contradict each other.
 constexpr double kOnePlace = 1e-6;
 constexpr double kContradiction = 1e-3;
@@ -111,11 +111,11 @@ void require_solvable(const PinsStroke& stroke, double radius) {
                                               "and move apart; move one of them another way, or remove it",
                                               i, j, nearest.t));
   });
-  if (pairs > kMostPairs) {
+  if (pairs > kMaxPairs) {
     throw InvalidInput(fmt::format(
         "\"radius\": {} pairs of pins are nearer than {:.4g} to each other, and {} at most can be solved; make "
         "it smaller, or give fewer pins{}",
-        pairs, radius, kMostPairs, stroke.turn.empty() ? "" : " or turns (two pins that turn count 16 times)"));
+        pairs, radius, kMaxPairs, stroke.turn.empty() ? "" : " or turns (two pins that turn count 16 times)"));
   }
 }
 
@@ -147,8 +147,8 @@ void require_near(const PinsStroke& stroke, double radius) {
 
 void validate(const PinsStroke& stroke) {
   require_count("points", stroke.points.size(), 1, "points");
-  if (stroke.points.size() > kMostPins) {
-    throw InvalidInput(fmt::format("\"points\" must hold at most {} pins, got {}", kMostPins, stroke.points.size()));
+  if (stroke.points.size() > kMaxPins) {
+    throw InvalidInput(fmt::format("\"points\" must hold at most {} pins, got {}", kMaxPins, stroke.points.size()));
   }
   if (stroke.to.size() != stroke.points.size()) {
     throw InvalidInput(fmt::format("\"to\" must hold as many places as \"points\", {}, got {}", stroke.points.size(),

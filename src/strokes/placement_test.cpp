@@ -23,7 +23,9 @@ const Surface& hand() {
 }
 
 // About a finger, its plane r = outer through the base.
-Barrel about(const Finger& finger, double outer = 0) { return {finger.base, -finger.axis, 0, outer, -finger.axis}; }
+StrokeCylinder about(const Finger& finger, double outer = 0) {
+  return {finger.base, -finger.axis, 0, outer, -finger.axis};
+}
 
 // A bend of the finger with an automatic radius; r = 0 a little above the base.
 BendStroke bend_of(const Finger& finger, double angle_deg) {
@@ -34,33 +36,33 @@ BendStroke bend_of(const Finger& finger, double angle_deg) {
   return stroke;
 }
 
-TEST(ProposeBarrel, FindsTheGapAroundEveryFingerOfTheHand) {
+TEST(ProposeLimitCylinder, FindsTheGapAroundEveryFingerOfTheHand) {
   for (const Finger& finger : hand_fingers()) {
     SCOPED_TRACE(finger.name);
-    Barrel barrel = about(finger);
-    const BarrelProposal proposal = propose_barrel(barrel, hand().positions, hand().triangles);
+    StrokeCylinder limit_cylinder = about(finger);
+    const CylinderProposal proposal = propose_limit_cylinder(limit_cylinder, hand().positions, hand().triangles);
     ASSERT_TRUE(proposal.radius) << proposal.problem;
     EXPECT_LE(proposal.part,
-              1.01 * finger.radius);  // what shapes.h says of the fingers, and its triangles across the plane
+              1.01 * finger.radius);  // what mesh.h says of the fingers, and its triangles across the plane
     EXPECT_GE(proposal.others, finger.radius);
     EXPECT_LT(proposal.part, *proposal.radius);
     EXPECT_LT(*proposal.radius, proposal.others);
     EXPECT_EQ(proposal.within, 0u);
-    barrel.radius = *proposal.radius;
-    const BarrelCheck check = check_barrel(barrel, hand().positions, hand().triangles);
+    limit_cylinder.radius = *proposal.radius;
+    const CylinderCheck check = check_limit_cylinder(limit_cylinder, hand().positions, hand().triangles);
     EXPECT_EQ(check.crossing, 0u);
     EXPECT_EQ(check.later, 0u);
   }
 }
 
-TEST(ProposeBarrel, ThenTheFingerMovesAndNothingElse) {
+TEST(ProposeLimitCylinder, ThenTheFingerMovesAndNothingElse) {
   for (const Finger& finger : hand_fingers()) {
     SCOPED_TRACE(finger.name);
     std::vector<std::string> remarks;
     const Stroke found = with_found_radius(bend_of(finger, 40), hand().positions, hand().triangles, remarks);
     EXPECT_TRUE(remarks.empty());
-    const Barrel barrel = barrel_of(found).value();
-    const BarrelCheck check = check_barrel(barrel, hand().positions, hand().triangles);
+    const StrokeCylinder limit_cylinder = limit_cylinder_of(found).value();
+    const CylinderCheck check = check_limit_cylinder(limit_cylinder, hand().positions, hand().triangles);
     EXPECT_EQ(check.crossing + check.later, 0u);
     std::vector<Vec3d> after = hand().positions;
     ASSERT_EQ(advect(flow_of(found), after, {.tolerance = 1e-5}).status, AdvectStatus::done);
@@ -81,7 +83,7 @@ TEST(ProposeBarrel, ThenTheFingerMovesAndNothingElse) {
 }
 
 // Random lines through random shapes: what is proposed crosses nothing, and where nothing is proposed it says why.
-TEST(ProposeBarrel, CrossesNothingWhereverItIsAsked) {
+TEST(ProposeLimitCylinder, CrossesNothingWhereverItIsAsked) {
   test::Random random(141);
   int proposed = 0;
   int refused = 0;
@@ -93,33 +95,35 @@ TEST(ProposeBarrel, CrossesNothingWhereverItIsAsked) {
       const auto at = static_cast<std::size_t>(random.integer(0, static_cast<int>(mesh.vertex_count()) - 1));
       const Vec3d normal = random.unit();
       const Vec3d axis = any_orthogonal(normal);
-      Barrel barrel{mesh.positions[at] * 0.9, normal, 0, random.uniform(-0.05, 0.15) * size, normal};
-      if (i % 2 == 0) barrel.last_normal = rotate(normal, axis, sincos(random.uniform(-0.5, 0.5)));
-      const BarrelProposal proposal = propose_barrel(barrel, surface.positions, surface.triangles);
+      StrokeCylinder limit_cylinder{mesh.positions[at] * 0.9, normal, 0, random.uniform(-0.05, 0.15) * size, normal};
+      if (i % 2 == 0) limit_cylinder.last_normal = rotate(normal, axis, sincos(random.uniform(-0.5, 0.5)));
+      const CylinderProposal proposal = propose_limit_cylinder(limit_cylinder, surface.positions, surface.triangles);
       EXPECT_EQ(proposal.radius.has_value(), proposal.problem.empty());
       if (!proposal.radius) {
         ++refused;
         continue;
       }
       ++proposed;
-      barrel.radius = *proposal.radius;
-      EXPECT_EQ(check_barrel(barrel, surface.positions, surface.triangles).crossing, 0u) << "seed 141, line " << i;
+      limit_cylinder.radius = *proposal.radius;
+      EXPECT_EQ(check_limit_cylinder(limit_cylinder, surface.positions, surface.triangles).crossing, 0u)
+          << "seed 141, line " << i;
     }
   }
   EXPECT_GT(proposed, 30);
   EXPECT_GT(refused, 10);
 }
 
-TEST(ProposeBarrel, IsTheMiddleOfTheGap) {
-  const BarrelProposal proposal = propose_barrel(about(hand_fingers()[2]), hand().positions, hand().triangles);
+TEST(ProposeLimitCylinder, IsTheMiddleOfTheGap) {
+  const CylinderProposal proposal =
+      propose_limit_cylinder(about(hand_fingers()[2]), hand().positions, hand().triangles);
   ASSERT_TRUE(proposal.radius);
   EXPECT_NEAR(*proposal.radius / std::sqrt(proposal.part * proposal.others), 1, 0.01);  // three digits
 }
 
-TEST(ProposeBarrel, OfAShapeAloneIsABitMoreThanItsReach) {
+TEST(ProposeLimitCylinder, OfAShapeAloneIsABitMoreThanItsReach) {
   const Surface cylinder(make_shape(ShapeKind::cylinder, 2000));
-  const BarrelProposal proposal =
-      propose_barrel({{0, 0, 0}, {0, 0, 1}, 0, 1, {0, 0, 1}}, cylinder.positions, cylinder.triangles);
+  const CylinderProposal proposal =
+      propose_limit_cylinder({{0, 0, 0}, {0, 0, 1}, 0, 1, {0, 0, 1}}, cylinder.positions, cylinder.triangles);
   ASSERT_TRUE(proposal.radius);
   EXPECT_NEAR(proposal.part, 0.5, 1e-12);
   EXPECT_EQ(*proposal.radius, 0.625);
@@ -133,7 +137,7 @@ TEST(ProposeBarrel, OfAShapeAloneIsABitMoreThanItsReach) {
   EXPECT_NE(remarks[0].find("it restricts nothing"), std::string::npos);
 }
 
-TEST(ProposeBarrel, LeavesOtherStrokesAsTheyAre) {
+TEST(ProposeLimitCylinder, LeavesOtherStrokesAsTheyAre) {
   std::vector<std::string> remarks;
   TwistStroke twist{{0, 0, 0}, {0, 0, 1}, 90, -1, 1};
   twist.radius = 0.3;
@@ -142,20 +146,21 @@ TEST(ProposeBarrel, LeavesOtherStrokesAsTheyAre) {
   EXPECT_EQ(with_found_radius(rotate, {}, {}, remarks), Stroke(rotate));
 }
 
-TEST(ProposeBarrel, SaysThatNothingIsThere) {
-  const BarrelProposal proposal = propose_barrel(about(hand_fingers()[0], -100), hand().positions, hand().triangles);
+TEST(ProposeLimitCylinder, SaysThatNothingIsThere) {
+  const CylinderProposal proposal =
+      propose_limit_cylinder(about(hand_fingers()[0], -100), hand().positions, hand().triangles);
   EXPECT_FALSE(proposal.radius);
   EXPECT_TRUE(proposal.problem.starts_with("nothing of the shape lies where r < \"outer\"")) << proposal.problem;
 }
 
-TEST(ProposeBarrel, SaysThatAPointCloudHasNoParts) {
-  const BarrelProposal proposal = propose_barrel(about(hand_fingers()[0]), hand().positions, {});
+TEST(ProposeLimitCylinder, SaysThatAPointCloudHasNoParts) {
+  const CylinderProposal proposal = propose_limit_cylinder(about(hand_fingers()[0]), hand().positions, {});
   EXPECT_FALSE(proposal.radius);
   EXPECT_TRUE(proposal.problem.starts_with("without triangles")) << proposal.problem;
 }
 
 // An axis that leans over to the next finger.
-TEST(ProposeBarrel, SaysWhatIsInTheWayAndWhatToDo) {
+TEST(ProposeLimitCylinder, SaysWhatIsInTheWayAndWhatToDo) {
   const Finger& ring = hand_fingers()[3];
   BendStroke stroke = bend_of(ring, 30);
   stroke.normal = -normalized(ring.axis + Vec3d{0.5, 0, 0});
@@ -175,21 +180,22 @@ TEST(ProposeBarrel, SaysWhatIsInTheWayAndWhatToDo) {
 }
 
 // Where the message says to move the centre, that works.
-TEST(ProposeBarrel, ToldToMoveTheCentreThatHelps) {
+TEST(ProposeLimitCylinder, ToldToMoveTheCentreThatHelps) {
   int told = 0;
   for (const Finger& finger : hand_fingers()) {
     for (const double lean : {-0.5, -0.35, -0.2, 0.2, 0.35, 0.5}) {
       const Vec3d axis = normalized(finger.axis + Vec3d{lean, 0, 0});
-      Barrel barrel{finger.base, -axis, 0, 0, -axis};
-      const BarrelProposal proposal = propose_barrel(barrel, hand().positions, hand().triangles);
+      StrokeCylinder limit_cylinder{finger.base, -axis, 0, 0, -axis};
+      const CylinderProposal proposal = propose_limit_cylinder(limit_cylinder, hand().positions, hand().triangles);
       const std::string key = "move \"center\" by ";
       const std::size_t at = proposal.problem.find(key);
       EXPECT_EQ(proposal.radius.has_value(), proposal.problem.empty());
       if (at == std::string::npos) continue;
       ++told;
       // Three digits of the shift are given, which is 1/24 of the length or more.
-      barrel.center += axis * (std::stod(proposal.problem.substr(at + key.size())) * 1.005);
-      EXPECT_TRUE(propose_barrel(barrel, hand().positions, hand().triangles).radius) << finger.name << " " << lean;
+      limit_cylinder.center += axis * (std::stod(proposal.problem.substr(at + key.size())) * 1.005);
+      EXPECT_TRUE(propose_limit_cylinder(limit_cylinder, hand().positions, hand().triangles).radius)
+          << finger.name << " " << lean;
     }
   }
   EXPECT_GT(told, 3);

@@ -26,7 +26,7 @@ using namespace tool_detail;
 constexpr double kSpoiledStretch = 6;
 constexpr double kSpoiledDistance = 0.02;  // of the diagonal
 constexpr double kNotedDistance = 0.002;
-constexpr double kLeastDetail = 0.025;
+constexpr double kMinDetail = 0.025;
 constexpr double kSamePlace = 1e-6;     // of the diagonal
 constexpr double kSpacingOfGap = 1.25;  // at most: a wider spacing cannot part what moves from what holds
 
@@ -207,7 +207,7 @@ void require_vertex(std::string_view key, std::span<const Vec3d> positions, std:
 PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
   PoseResult result;
-  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, kLeastDetail, threads, result.warnings);
+  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, kMinDetail, threads, result.warnings);
   const double diagonal = problem.diagonal;
   const double detail = problem.spacing / diagonal;
   Flow flow;

@@ -20,7 +20,7 @@ using namespace detail;
 using namespace tool_detail;
 
 constexpr std::size_t kSamples = 2500;  // inside the body: each advance must be quick
-constexpr double kLeastDetail = 0.05;
+constexpr double kMinDetail = 0.05;
 constexpr double kStepAngle = 8;     // degrees
 constexpr double kStepLength = 0.5;  // of the grid's spacing
 
@@ -93,7 +93,7 @@ struct PoseDrag::State {
 PoseDrag::PoseDrag(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
   std::vector<std::string> warnings;
-  PoseProblem problem = problem_of(stroke, surface, kSamples, kLeastDetail, threads, warnings);
+  PoseProblem problem = problem_of(stroke, surface, kSamples, kMinDetail, threads, warnings);
   problem.settles = false;
   problem.progress = nullptr;  // that of the surface may end before the drag
   std::vector<Vec3d> places;

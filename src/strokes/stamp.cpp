@@ -22,8 +22,8 @@ constexpr double kShallow = 0.01;
 // step.
 constexpr double kLongest = 0.4;
 // Of a round; what is left moves in the next one, or is not held. A pins stroke may have 2000.
-constexpr std::size_t kMostMoving = 1000;
-constexpr std::size_t kMostPins = 1900;
+constexpr std::size_t kMaxMoving = 1000;
+constexpr std::size_t kMaxPins = 1900;
 
 }  // namespace
 
@@ -38,14 +38,14 @@ std::optional<PinsStroke> SlippingContacts::pins(const LiveSurface& surface, con
   const double spacing = radius_ / kPinsPerRadius;
   const double length = norm(step.motion);
   const StampStep sampled{step.to, step.motion, spacing, step.threads};
-  const std::vector<Intrusion> found = find_intrusions(tool_, surface, sampled);
+  const std::vector<Penetration> found = find_intrusions(tool_, surface, sampled);
   if (found.empty() || norm(found.front().way) < kShallow * length) return std::nullopt;
   PinsStroke stroke;
   stroke.radius = radius_;
   Thinned pinned(spacing);
-  std::vector<Intrusion> moving;
-  for (const Intrusion& intrusion : found) {
-    if (moving.size() == kMostMoving) break;
+  std::vector<Penetration> moving;
+  for (const Penetration& intrusion : found) {
+    if (moving.size() == kMaxMoving) break;
     if (!pinned.take(intrusion.point)) continue;
     const double part = std::min(1.0, kLongest * spacing / norm(intrusion.way));
     stroke.points.push_back(intrusion.point);
@@ -55,21 +55,21 @@ std::optional<PinsStroke> SlippingContacts::pins(const LiveSurface& surface, con
   Thinned pressed(spacing / 2);
   std::erase_if(pressed_, [&](const Place& place) {
     const Vec3d point = place.at(surface.positions);
-    if (is_near(point, moving) && stroke.points.size() < kMostPins && pinned.take(point)) {
+    if (is_near(point, moving) && stroke.points.size() < kMaxPins && pinned.take(point)) {
       stroke.points.push_back(point);
       stroke.to.push_back(point);
     }
     return !pressed.take(point);
   });
-  for (const Intrusion& intrusion : moving) {
+  for (const Penetration& intrusion : moving) {
     if (pressed.take(intrusion.point)) pressed_.push_back(intrusion.place);
   }
   return stroke;
 }
 
-bool SlippingContacts::is_near(const Vec3d& point, const std::vector<Intrusion>& moving) const {
+bool SlippingContacts::is_near(const Vec3d& point, const std::vector<Penetration>& moving) const {
   return std::any_of(moving.begin(), moving.end(),
-                     [&](const Intrusion& each) { return norm2(each.point - point) < radius_ * radius_; });
+                     [&](const Penetration& each) { return norm2(each.point - point) < radius_ * radius_; });
 }
 
 }  // namespace knead::tool_detail
@@ -90,10 +90,10 @@ constexpr double kStepsPerOuter = 25;    // by default
 constexpr double kStepsPerPrint = 50;    // of a print
 constexpr double kCoarsestSpacing = 20;  // of the contacts, in the outer threshold
 constexpr double kFinestSpacing = 200;   // however narrow the tool
-constexpr std::size_t kMostDirections = 8;
+constexpr std::size_t kMaxDirections = 8;
 constexpr int kQuarters = 4;      // of a step
 constexpr double kLatest = 0.25;  // of a quarter: what is hit later waits for the next
-constexpr int kMostSteps = 1'000'000;
+constexpr int kMaxSteps = 1'000'000;
 constexpr int kSlipRounds = 2;  // of a step
 
 // The thresholds of a point set whose points lie `spacing` apart on a plane, for which r = outer at the distance
@@ -116,7 +116,7 @@ struct Lengths {
 // The directions of some of a path's pieces, evenly spread over it; any where it has no length.
 std::vector<Vec3d> directions_of(std::span<const Vec3d> path) {
   std::vector<Vec3d> directions;
-  const std::size_t stride = 1 + (path.size() - 2) / kMostDirections;
+  const std::size_t stride = 1 + (path.size() - 2) / kMaxDirections;
   for (std::size_t i = 0; i + 1 < path.size(); i += stride) {
     if (path[i + 1] != path[i]) directions.push_back(tool_detail::unit(path[i + 1] - path[i]));
   }
@@ -152,11 +152,11 @@ std::size_t steps_between(const Vec3d& from, const Vec3d& to, double step) {
 std::size_t count_steps(const StampStroke& stroke, double step) {
   double length = 0;
   for (std::size_t i = 0; i + 1 < stroke.path.size(); ++i) length += norm(stroke.path[i + 1] - stroke.path[i]);
-  if (!(length / step <= kMostSteps)) {
+  if (!(length / step <= kMaxSteps)) {
     throw InvalidInput(
         fmt::format("\"step\" must be larger: the path is {:.3g} long, which with steps of {:.3g} takes "
                     "more than {} collision tests",
-                    length, step, kMostSteps));
+                    length, step, kMaxSteps));
   }
   std::size_t steps = 0;
   for (std::size_t i = 0; i + 1 < stroke.path.size(); ++i) {

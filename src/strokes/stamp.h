@@ -1,4 +1,4 @@
-// The tool of a stamp: a closed mesh in its pose, and what is asked of it. Internal to the tool room.
+// The tool of a stamp: a closed mesh in its pose, and what is asked of it.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ class StampTool {
   Vec3d nearest_normal(const Vec3d& p) const;
 
   // The shortest way out of the tool; nothing where p is outside.
-  std::optional<Vec3d> way_out(const Vec3d& p) const;
+  std::optional<Vec3d> exit_vector(const Vec3d& p) const;
 
   // The distance of p from the surface, on either side.
   double distance(const Vec3d& p) const;
@@ -62,7 +62,7 @@ class StampTool {
   SurfaceTree tree_;
 };
 
-// Where a stamp's tool meets the surface within a step. Internal to the tool room.
+// Where a stamp's tool meets the surface within a step.
 
 // A place of the surface, which follows it as it moves: a vertex (three times the same), or a point of a triangle.
 struct Place {
@@ -110,14 +110,14 @@ class Thinned {
 };
 
 // A place of the surface inside the tool, and the shortest way out.
-struct Intrusion {
+struct Penetration {
   Place place;
   Vec3d point;
   Vec3d way;
 };
 
 // The places inside the tool at the step's end, the deepest first. The same for every number of threads.
-std::vector<Intrusion> find_intrusions(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
+std::vector<Penetration> find_intrusions(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
 
 // The places nearer than `distance` to the tool's surface at the step's end, inside or outside.
 std::vector<Place> find_touching(const StampTool& tool, const LiveSurface& surface, const StampStep& step,
@@ -126,8 +126,7 @@ std::vector<Place> find_touching(const StampTool& tool, const LiveSurface& surfa
 // How deep the surface's deepest place lies inside the tool; the step's motion counts for nothing.
 double deepest_penetration(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
 
-// Where a stamp's tool slides along the surface: the contacts as pins (method, end of section 9). Internal to the tool
-// room.
+// Where a stamp's tool slides along the surface: the contacts as pins (method, end of section 9).
 
 // Places inside the tool become pins that go the shortest way out. Places where the tool has been become pins that
 // stay, so that the flow back does not fill the groove behind the tool.
@@ -143,7 +142,7 @@ class SlippingContacts {
   std::optional<PinsStroke> pins(const LiveSurface& surface, const StampStep& step);
 
  private:
-  bool is_near(const Vec3d& point, const std::vector<Intrusion>& moving) const;
+  bool is_near(const Vec3d& point, const std::vector<Penetration>& moving) const;
 
   const StampTool& tool_;
   double radius_;

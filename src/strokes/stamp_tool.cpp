@@ -15,9 +15,9 @@ namespace knead::tool_detail {
 
 namespace {
 
-constexpr double kSideways = 0.1;      // n.v0 up to that much of |v0|: the face looks sideways or back
-constexpr double kFarFront = 1.5;      // of |v0|
-constexpr double kMostSamples = 1000;  // along an edge
+constexpr double kSideways = 0.1;     // n.v0 up to that much of |v0|: the face looks sideways or back
+constexpr double kFarFront = 1.5;     // of |v0|
+constexpr double kMaxSamples = 1000;  // along an edge
 
 // Calls body(i, out) for every i and joins what was appended, in the order of i.
 template <class T, class Body>
@@ -48,7 +48,7 @@ bool may_reach(const Box& box, const std::array<Vec3d, 3>& c) {
 
 // Into how many parts no longer than spacing.
 int parts_of(double length, double spacing) {
-  return static_cast<int>(std::clamp<double>(std::ceil(length / spacing), 1, kMostSamples));
+  return static_cast<int>(std::clamp<double>(std::ceil(length / spacing), 1, kMaxSamples));
 }
 
 // Places on the triangle, its corners left out, in rows along its longest side: no more of them on a sliver than on a
@@ -144,14 +144,14 @@ std::vector<Contact> find_contacts(const StampTool& tool, const LiveSurface& sur
   return contacts;
 }
 
-std::vector<Intrusion> find_intrusions(const StampTool& tool, const LiveSurface& surface, const StampStep& step) {
+std::vector<Penetration> find_intrusions(const StampTool& tool, const LiveSurface& surface, const StampStep& step) {
   const std::vector<Place> places = places_in(moved(tool.box(), step.to), surface, step);
-  std::vector<Intrusion> found = collected<Intrusion>(places.size(), step.threads, [&](std::size_t i, auto& out) {
+  std::vector<Penetration> found = collected<Penetration>(places.size(), step.threads, [&](std::size_t i, auto& out) {
     const Vec3d point = places[i].at(surface.positions);
-    if (const auto way = tool.way_out(point - step.to)) out.push_back({places[i], point, *way});
+    if (const auto way = tool.exit_vector(point - step.to)) out.push_back({places[i], point, *way});
   });
   std::stable_sort(found.begin(), found.end(),
-                   [](const Intrusion& a, const Intrusion& b) { return norm2(a.way) > norm2(b.way); });
+                   [](const Penetration& a, const Penetration& b) { return norm2(a.way) > norm2(b.way); });
   return found;
 }
 
@@ -245,7 +245,7 @@ std::optional<StampTool::Front> StampTool::front(const Vec3d& p, const Vec3d& di
 
 Vec3d StampTool::nearest_normal(const Vec3d& p) const { return normal_of(tree_.closest(p)->triangle); }
 
-std::optional<Vec3d> StampTool::way_out(const Vec3d& p) const {
+std::optional<Vec3d> StampTool::exit_vector(const Vec3d& p) const {
   if (!front(p, {0, 0, 1})) return std::nullopt;
   return tree_.closest(p)->point - p;
 }
@@ -253,7 +253,7 @@ std::optional<Vec3d> StampTool::way_out(const Vec3d& p) const {
 double StampTool::distance(const Vec3d& p) const { return norm(tree_.closest(p)->point - p); }
 
 double StampTool::depth(const Vec3d& p) const {
-  const std::optional<Vec3d> way = way_out(p);
+  const std::optional<Vec3d> way = exit_vector(p);
   return way ? norm(*way) : 0.0;
 }
 

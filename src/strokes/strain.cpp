@@ -21,11 +21,11 @@ constexpr std::size_t kPathLines = 7;
 // Of the mean speed of two opposite neighbours: how much they differ where the map is smooth at most. The flow of a
 // tool bends by less over 1e-4 of the shape.
 constexpr double kTorn = 0.5;
-constexpr std::size_t kMostWeights = 4'000'000;
+constexpr std::size_t kMaxWeights = 4'000'000;
 constexpr std::size_t kPointsAtOnce = 1024;
-constexpr std::size_t kMostSpeeds = 2000;
+constexpr std::size_t kMaxSpeeds = 2000;
 constexpr std::size_t kSpeedsAtOnce = 64;
-constexpr int kMostSweeps = 30;
+constexpr int kMaxSweeps = 30;
 constexpr double kNoArea = 1e-12;  // height over longest edge of a triangle, squared
 
 // Turns two columns so that they are perpendicular. Returns whether they were not.
@@ -43,8 +43,8 @@ bool make_perpendicular(Vec3d& a, Vec3d& b) {
   return true;
 }
 
-// One column of the Jacobian from a point's image and those of its neighbours on both sides. Near a barrel's border one
-// of them may have been torn off.
+// One column of the Jacobian from a point's image and those of its neighbours on both sides. Near a limit cylinder's
+// border one of them may have been torn off.
 Vec3d column_of(const Vec3d& before, const Vec3d& here, const Vec3d& after, double step) {
   const Vec3d back = here - before;
   const Vec3d forth = after - here;
@@ -68,9 +68,9 @@ bool deforms(const Motion& motion) {
   return !std::holds_alternative<Translation<double>>(motion) && !std::holds_alternative<Rotation<double>>(motion);
 }
 
-bool is_within(const SegmentBarrel& barrel, const Vec3d& p) {
-  const Vec3d d = p - barrel.point;
-  return norm2(d - barrel.direction * dot(d, barrel.direction)) <= barrel.radius * barrel.radius;
+bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& p) {
+  const Vec3d d = p - limit_cylinder.center;
+  return norm2(d - limit_cylinder.axis * dot(d, limit_cylinder.axis)) <= limit_cylinder.radius * limit_cylinder.radius;
 }
 
 // How far r changes at a point while a half-space turns: the inner region turns as much against it.
@@ -102,7 +102,7 @@ bool is_deformed(const Segment& segment, const Vec3d& p) {
                        [&](const Segment& part) { return is_deformed(part, p); });
   }
   if (!segment.grid.is_empty()) return detail::is_used(segment.grid, p);
-  if (segment.barrel && !is_within(*segment.barrel, p)) return false;
+  if (segment.limit_cylinder && !is_within(*segment.limit_cylinder, p)) return false;
   return std::any_of(segment.fields.begin(), segment.fields.end(),
                      [&](const Field& field) { return is_deformed(segment, field, p); });
 }
@@ -110,7 +110,7 @@ bool is_deformed(const Segment& segment, const Vec3d& p) {
 // The numbers of the candidates of greatest_stretch, ascending.
 std::vector<std::size_t> candidates(const Flow& flow, std::span<const Vec3d> positions, int threads) {
   const std::size_t weights = flow.segments.size() * positions.size();
-  const std::size_t stride = weights / kMostWeights + 1;
+  const std::size_t stride = weights / kMaxWeights + 1;
   const std::size_t count = (positions.size() + stride - 1) / stride;
   std::vector<std::uint8_t> is_candidate(count);
   parallel_for(count, kPointsAtOnce, threads, [&](std::size_t begin, std::size_t end) {
@@ -132,7 +132,7 @@ double badness(const Stretches& s) { return s.least > 0 ? std::max(s.greatest, 1
 
 Stretches stretches_of(const Mat3d& gradient) {
   std::array<Vec3d, 3> columns{gradient.column(0), gradient.column(1), gradient.column(2)};
-  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     const bool first = make_perpendicular(columns[0], columns[1]);
     const bool second = make_perpendicular(columns[0], columns[2]);
     const bool third = make_perpendicular(columns[1], columns[2]);
@@ -193,7 +193,7 @@ double relative_speed(const Flow& flow, std::span<const Vec3d> points, int threa
   const Field& field = flow.segments.front().fields.front();
   const auto* translation = std::get_if<Translation<double>>(&field.motion);
   if (translation == nullptr || !(norm2(translation->velocity) > 0)) return 0;
-  const std::size_t stride = points.size() / kMostSpeeds + 1;
+  const std::size_t stride = points.size() / kMaxSpeeds + 1;
   std::vector<double> speeds((points.size() + stride - 1) / stride);
   parallel_for(speeds.size(), kSpeedsAtOnce, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) speeds[i] = norm(velocity(field, points[i * stride] - field.center));

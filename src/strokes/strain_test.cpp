@@ -84,7 +84,7 @@ TEST(Stretches, KeepVolumeWhereTheFlowDeforms) {
   EXPECT_GT(most, 1.2);
 }
 
-TEST(Stretches, IgnoreTheTearAtABarrel) {
+TEST(Stretches, IgnoreTheTearAtALimitCylinder) {
   BendStroke stroke = bend(30, 1);
   stroke.radius = 0.7;
   const auto s = stretches_of(flow_of(stroke), std::vector<Vec3d>{{0.7 - 1e-5, 0, 2}}, {6});
@@ -193,7 +193,7 @@ TEST(Zone, IsSafeForEveryFalloff) {
   }
 }
 
-TEST(Zone, WithABarrelGrowsAwayFromItsOuterBorder) {
+TEST(Zone, WithALimitCylinderGrowsAwayFromItsOuterBorder) {
   const Surface surface = cylinder();
   BendStroke stroke = bend(60, 0.3);
   stroke.extent = BendThresholds{-0.1, 0.2};
@@ -227,7 +227,7 @@ TEST(Zone, AnEdgeReachesOverItsPartOfTheMotion) {
   EXPECT_NEAR(most_turn_of_an_edge_deg(twist, positions, triangles), 60, 1e-9);
   EXPECT_NEAR(most_turn_of_an_edge_deg(twist, positions, std::vector<Triangle>{{1, 2, 3}}), 60, 1e-9) << "up to 3";
   twist.radius = 0.5;
-  EXPECT_EQ(most_turn_of_an_edge_deg(twist, positions, triangles), 0) << "beyond the barrel";
+  EXPECT_EQ(most_turn_of_an_edge_deg(twist, positions, triangles), 0) << "beyond the limit cylinder";
   EXPECT_EQ(most_turn_of_an_edge_deg(RotateStroke{}, positions, triangles), 0);
 }
 

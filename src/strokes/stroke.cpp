@@ -209,7 +209,7 @@ double counter_flow(const Thresholds<double>& thresholds) {
 
 }  // namespace
 
-Segment carried_segment(Field field, const Vec3d& displacement, TimeLaw time_law) {
+Segment transported_segment(Field field, const Vec3d& displacement, TimeLaw time_law) {
   Segment segment;
   segment.fields.push_back(std::move(field));
   segment.displacement = displacement;
@@ -217,7 +217,7 @@ Segment carried_segment(Field field, const Vec3d& displacement, TimeLaw time_law
   return segment;
 }
 
-Segment resting_segment(Field field) { return carried_segment(std::move(field), {0, 0, 0}); }
+Segment resting_segment(Field field) { return transported_segment(std::move(field), {0, 0, 0}); }
 
 void warn_of_thin_shell(const Thresholds<double>& thresholds, Warnings& warnings) {
   const auto& [inner, outer, falloff] = thresholds;

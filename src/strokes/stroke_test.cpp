@@ -129,14 +129,14 @@ TEST(TwistStroke, OfAThinHairTurnsAsThatOfAThickOne) {
   expect_refused(TwistStroke{{0, 0, 0}, {0, 0, 1}, 1e12, -1e-6, 1e-6}, "\"rate_deg\" turns by 2e+06 degrees");
 }
 
-TEST(TwistStroke, HasItsNormalAndBarrel) {
+TEST(TwistStroke, HasItsNormalAndLimitCylinder) {
   TwistStroke stroke{{0, 0, 1}, {0, 0, 3}, 30, -1, 1};
   stroke.normal = Vec3d{0, -2, 0};
   stroke.radius = 0.5;
   const Segment segment = flow_of(stroke).segments.at(0);
   EXPECT_EQ(std::get<HalfSpace<double>>(segment.fields[0].region).normal, Vec3d(0, -1, 0));
-  ASSERT_TRUE(segment.barrel);
-  EXPECT_EQ(*segment.barrel, (SegmentBarrel{{0, 0, 1}, {0, -1, 0}, 0.5}));
+  ASSERT_TRUE(segment.limit_cylinder);
+  EXPECT_EQ(*segment.limit_cylinder, (LimitCylinder{{0, 0, 1}, {0, -1, 0}, 0.5}));
 }
 
 TEST(TwistStroke, WithAnAutomaticRadiusIsValidButNoFlowYet) {
@@ -156,7 +156,7 @@ TEST(BendStroke, TurnsItsInnerRegionByTheAngleAndItsNormalByHalf) {
   EXPECT_EQ(region.turn_axis, Vec3d(0, 1, 0));
   EXPECT_NEAR(region.turn_angle, kPi / 9, kRounding);
   EXPECT_EQ(segment.fields[0].thresholds, (Thresholds<double>{-0.5, 1.5}));
-  EXPECT_FALSE(segment.barrel);
+  EXPECT_FALSE(segment.limit_cylinder);
   const double angle = kPi / 180 * 40;
   expect_near(moved(stroke, {-4, 1, 0}), {-4 * std::cos(angle), 1, 4 * std::sin(angle)});
 }
@@ -169,7 +169,7 @@ TEST(BendStroke, HasItsCenterWhereTheWeightIsOneHalf) {
 }
 
 TEST(BendStroke, HasItsCenterWhereTheWeightIsOneHalfForEveryFalloff) {
-  for (int falloff = kLeastFalloff; falloff <= kGreatestFalloff; ++falloff) {
+  for (int falloff = kMinFalloff; falloff <= kGreatestFalloff; ++falloff) {
     BendStroke stroke{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, 40, BendWidth{1.7}};
     stroke.falloff = falloff;
     const Thresholds<double> thresholds = flow_of(stroke).segments[0].fields[0].thresholds;
@@ -197,7 +197,7 @@ TEST(SetFalloff, KeepsTheZoneOfABendAndMovesItsCenter) {
     const Field field = flow_of(stroke).segments[0].fields[0];
     return std::pair{field.center.z - field.thresholds.inner, field.center.z - field.thresholds.outer};
   };
-  for (int falloff = kLeastFalloff; falloff <= kGreatestFalloff; ++falloff) {
+  for (int falloff = kMinFalloff; falloff <= kGreatestFalloff; ++falloff) {
     Stroke stroke = bend;
     set_falloff(stroke, falloff);
     EXPECT_EQ(falloff_of(stroke), falloff);

@@ -1,6 +1,6 @@
 knead_test(knead_strokes_test SOURCES
-  ${CMAKE_CURRENT_LIST_DIR}/barrel_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/barrel_placement_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/limit_cylinder_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/cylinder_placement_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/body_bend_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/paint_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/handles_test.cpp

@@ -46,7 +46,7 @@ Flow flow_of(const ImplicitStroke& stroke) {
       field.motion = Translation<double>{displacement, unit(stroke.half_axis), stroke.gauge};
       field.region = Capsule<double>{stroke.half_axis};
     }
-    flow.segments.push_back(carried_segment(std::move(field), displacement, stroke.time));
+    flow.segments.push_back(transported_segment(std::move(field), displacement, stroke.time));
   }
   return flow;
 }
@@ -149,14 +149,15 @@ std::vector<StrokeKey> keys(TwistStroke& s) {
           {"outer", Quantity::other, &s.outer, Presence::required, kOuterHelp},
           {"normal", Quantity::direction, &s.normal, Presence::optional},
           {"gauge", Quantity::finite, &s.gauge, Presence::optional},
-          {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional, "of the barrel"}};
+          {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional,
+           "of the limit cylinder"}};
 }
 
 // The rate has the unit of an angle for one of length, so the angle between the thresholds has the limit.
 void validate(const TwistStroke& stroke) {
   require_thresholds(stroke.inner, stroke.outer);
   const double degrees = std::abs(stroke.rate_deg) * std::min(1.0, stroke.outer - stroke.inner);
-  if (degrees <= kMostDegrees) return;
+  if (degrees <= kMaxDegrees) return;
   throw InvalidInput(fmt::format(
       "\"rate_deg\" turns by {:g} degrees from \"inner\" to \"outer\"; at most 360000 are possible", degrees));
 }
@@ -168,7 +169,7 @@ Flow flow_of(const TwistStroke& stroke) {
   const Vec3d normal = stroke.normal ? unit(*stroke.normal) : axis;
   const Twist<double> motion{axis, stroke.rate_deg * kRadiansPerDegree, stroke.gauge};
   Segment segment = resting_segment({stroke.center, motion, HalfSpace<double>{normal}, {stroke.inner, stroke.outer}});
-  if (stroke.radius) segment.barrel = SegmentBarrel{stroke.center, normal, *stroke.radius};
+  if (stroke.radius) segment.limit_cylinder = LimitCylinder{stroke.center, normal, *stroke.radius};
   return {{std::move(segment)}};
 }
 
@@ -244,7 +245,7 @@ namespace {
 
 using namespace tool_detail;
 
-constexpr int kMostIterations = 100;
+constexpr int kMaxIterations = 100;
 
 std::vector<StrokeKey> keys(RelaxStroke& s) {
   return {{"points", Quantity::finite, &s.points},
@@ -263,8 +264,8 @@ void validate(const RelaxStroke& stroke) {
   if (!(stroke.surface >= 0 && stroke.surface <= 1)) {
     throw InvalidInput(fmt::format("\"surface\" must be from 0 to 1, got {}", stroke.surface));
   }
-  if (stroke.iterations < 1 || stroke.iterations > kMostIterations) {
-    throw InvalidInput(fmt::format("\"iterations\" must be from 1 to {}, got {}", kMostIterations, stroke.iterations));
+  if (stroke.iterations < 1 || stroke.iterations > kMaxIterations) {
+    throw InvalidInput(fmt::format("\"iterations\" must be from 1 to {}, got {}", kMaxIterations, stroke.iterations));
   }
 }
 

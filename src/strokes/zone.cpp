@@ -25,10 +25,10 @@ constexpr std::size_t kSlices = 256;
 // Widths of a bend over angle times reach (method, section 10): at the first it stretches about 2 times, at the second
 // 3 times.
 constexpr double kSafeWidth = 2.4;
-constexpr double kLeastWidth = 1.6;
+constexpr double kMinWidth = 1.6;
 // A twist with this shear stretches 2 times, as a bend of kSafeWidth does.
 constexpr double kSafeShear = 1.5;
-constexpr int kMostRounds = 64;  // of widening; each takes in at least one slice
+constexpr int kMaxRounds = 64;  // of widening; each takes in at least one slice
 
 // What bends and twists have in common.
 struct Zone {
@@ -165,7 +165,7 @@ Zone widened(const Zone& zone, double width) {
 
 // Widening takes in more of the shape, which may reach farther; it ends because the shape does.
 Zone with_safe_width(Zone zone, const ZoneProfile& profile) {
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const double width = safe_width(zone, reach_of(zone, profile));
     if (width <= zone.width() * (1 + 1e-12)) break;
     zone = widened(zone, width);
@@ -218,7 +218,7 @@ std::optional<ZoneCheck> check_zone(const Stroke& stroke, const ZoneProfile& pro
   check.reach = reach_of(*zone, profile);
   check.safe = with_safe_width(*zone, profile).width();
   if (zone->bends()) {
-    check.is_too_thin = check.width < kLeastWidth * default_angle(*zone) * check.reach;
+    check.is_too_thin = check.width < kMinWidth * default_angle(*zone) * check.reach;
   } else {
     check.stretch = stretch_of_shear(default_angle(*zone) / check.width * check.reach);
     check.is_too_thin = check.stretch > kStrongStretch;

@@ -20,13 +20,13 @@
 #include <memory>
 #include <string_view>
 
-#include "acceptance/random_strokes.h"
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/session.h"
 #include "knead/replay.h"
+#include "knead/session.h"
 #include "knead/workbench.h"
+#include "surveys/random_strokes.h"
 
 namespace knead {
 namespace {
@@ -125,8 +125,8 @@ class Soak {
     const Mesh mesh = bench.state().to_mesh();
     static const std::vector<std::string> kEvents{"relax", "mask"};
     const std::string& tool =
-        chance(0.15) ? kEvents[below(2)] : acceptance::tool_names()[below(acceptance::tool_names().size())];
-    SessionStroke stroke{acceptance::random_stroke(tool, mesh, vertex_normals(mesh), stamp_, random_)};
+        chance(0.15) ? kEvents[below(2)] : surveys::tool_names()[below(surveys::tool_names().size())];
+    SessionStroke stroke{surveys::random_stroke(tool, mesh, vertex_normals(mesh), stamp_, random_)};
     if (falloff_of(stroke.stroke) && chance(0.3)) set_falloff(stroke.stroke, 3 + static_cast<int>(below(5)));
     if (chance(0.2) && mesh.vertex_count() < 10'000) stroke.remesh.emplace().max_vertices = 40'000;
     if (chance(0.1)) stroke.off = true;

@@ -70,7 +70,7 @@ xdotool key Escape sleep 0.3 key 7 sleep 0.3
 click 556 678
 use rotate 7 1000 700 1040 700
 use stretch 8 1000 700 1040 700
-# From the front the ring finger goes upwards in the picture, so that the barrel is placed on it.
+# From the front the ring finger goes upwards in the picture, so that the limit cylinder is placed on it.
 xdotool key Escape sleep 0.3 key alt+1 sleep 0.6 key 0 sleep 0.3
 click 493 308
 use bend 0 1000 700 1040 700

@@ -12,8 +12,8 @@
 #include <string>
 
 #include "knead/gl.h"
-#include "knead/vec.h"
 #include "knead/render.h"
+#include "knead/vec.h"
 #include "support/pictures.h"
 
 namespace knead::render {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/flow.h"
 #include "knead/error.h"
+#include "knead/flow.h"
 
 namespace knead::test {
 

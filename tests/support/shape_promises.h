@@ -7,8 +7,8 @@
 
 #include "io/cloud/cloud.h"
 #include "io/gltf/gltf.h"
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/mesh.h"
 #include "support/split_faces.h"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 
 namespace knead {
 

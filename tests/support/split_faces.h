@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "io/glb/glb.h"
 #include "io/formats.h"
-#include "knead/io.h"
+#include "io/glb/glb.h"
 #include "io/stl/stl.h"
+#include "knead/io.h"
 
 namespace knead {
 

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "knead/flow.h"
 #include "knead/error.h"
+#include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/tools.h"
 

@@ -5,12 +5,12 @@
 #include <fstream>
 #include <sstream>
 
-#include "acceptance/random_strokes.h"
 #include "gestures/tools.h"
 #include "keys.h"
 #include "knead/error.h"
 #include "knead/session.h"
 #include "support/tool_docs.h"
+#include "surveys/random_strokes.h"
 
 namespace {
 
@@ -65,7 +65,7 @@ void check_studio() {
 int main(int /*argc*/, char** argv) {
   check_session();
   check_studio();
-  const auto& names = knead::acceptance::tool_names();
+  const auto& names = knead::surveys::tool_names();
   expect(std::find(names.begin(), names.end(), "toy") != names.end(), "there are random strokes of it");
   std::ifstream file(argv[1]);
   std::stringstream document;

@@ -20,7 +20,7 @@ diff <(listed) <(added) || { echo "CONTRIBUTING.md lists (<) other files than th
 [[ $(added | wc -l) -le 7 ]] || { echo "adding a tool touches more than 7 files" >&2; exit 1; }
 
 rm -rf "$work" && mkdir -p "$work"
-(cd "$root" && cp --parents -r include src apps/studio docs/session.md CHANGELOG.md tests/acceptance tests/support "$work")
+(cd "$root" && cp --parents -r include src apps/studio docs/session.md CHANGELOG.md tests/surveys tests/support "$work")
 while read -r file; do
   if [[ -f $here/tree/$file ]]; then
     cp "$here/tree/$file" "$work/$file"
@@ -33,10 +33,9 @@ done < <(added)
 # Every source that handles strokes of any tool; the rest comes from the library.
 cd "$work"
 sources() {
-  sed -nE 's|^ *(strokes/[a-z_]+\.cpp).*|src/\1|p' src/CMakeLists.txt |
-    xargs grep -lE '"(strokes/(describe|pose|stamp|mirror)|knead/tools)\.h"'
+  sed -nE 's|^ *(strokes/[a-z_]+\.cpp).*|src/\1|p' src/CMakeLists.txt
   printf '%s\n' src/session/{session,stroke_json}.cpp apps/studio/{keys,gestures/tools}.cpp \
-    tests/acceptance/random_strokes.cpp "$here/main.cpp"
+    tests/surveys/random_strokes.cpp "$here/main.cpp"
 }
 mkdir objects
 running=0

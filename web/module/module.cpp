@@ -14,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "knead/io.h"
-#include "knead/error.h"
-#include "knead/replay.h"
 #include "knead/certify.h"
+#include "knead/error.h"
+#include "knead/io.h"
+#include "knead/replay.h"
 #include "knead/session.h"
 
 // The caller's function, after each stroke.

@@ -20,49 +20,49 @@ std::uint64_t& operations() {
 
 // A pack of one number that counts what is done with it.
 template <class S>
-struct CountedLane {
+struct CountedScalar {
   using Scalar = S;
   using Mask = detail::LaneMask;
   static constexpr std::size_t kSize = 1;
 
   S v = 0;
 
-  CountedLane() = default;
+  CountedScalar() = default;
   template <class U>
   requires std::is_arithmetic_v<U>
-  explicit CountedLane(U value) : v(static_cast<S>(value)) {}
+  explicit CountedScalar(U value) : v(static_cast<S>(value)) {}
 
-  static CountedLane load(const S* from) { return CountedLane(*from); }
+  static CountedScalar load(const S* from) { return CountedScalar(*from); }
   void store(S* to) const { *to = v; }
 
-  friend CountedLane operator+(const CountedLane& a, const CountedLane& b) { return count(a.v + b.v, 1); }
-  friend CountedLane operator-(const CountedLane& a, const CountedLane& b) { return count(a.v - b.v, 1); }
-  friend CountedLane operator*(const CountedLane& a, const CountedLane& b) { return count(a.v * b.v, 1); }
-  friend CountedLane operator/(const CountedLane& a, const CountedLane& b) { return count(a.v / b.v, 1); }
-  friend CountedLane operator-(const CountedLane& a) { return CountedLane(-a.v); }
-  friend Mask operator<(const CountedLane& a, const CountedLane& b) { return {a.v < b.v}; }
-  friend Mask operator>(const CountedLane& a, const CountedLane& b) { return {a.v > b.v}; }
-  friend Mask operator<=(const CountedLane& a, const CountedLane& b) { return {a.v <= b.v}; }
-  friend Mask operator>=(const CountedLane& a, const CountedLane& b) { return {a.v >= b.v}; }
-  friend Mask operator==(const CountedLane& a, const CountedLane& b) { return {a.v == b.v}; }
+  friend CountedScalar operator+(const CountedScalar& a, const CountedScalar& b) { return count(a.v + b.v, 1); }
+  friend CountedScalar operator-(const CountedScalar& a, const CountedScalar& b) { return count(a.v - b.v, 1); }
+  friend CountedScalar operator*(const CountedScalar& a, const CountedScalar& b) { return count(a.v * b.v, 1); }
+  friend CountedScalar operator/(const CountedScalar& a, const CountedScalar& b) { return count(a.v / b.v, 1); }
+  friend CountedScalar operator-(const CountedScalar& a) { return CountedScalar(-a.v); }
+  friend Mask operator<(const CountedScalar& a, const CountedScalar& b) { return {a.v < b.v}; }
+  friend Mask operator>(const CountedScalar& a, const CountedScalar& b) { return {a.v > b.v}; }
+  friend Mask operator<=(const CountedScalar& a, const CountedScalar& b) { return {a.v <= b.v}; }
+  friend Mask operator>=(const CountedScalar& a, const CountedScalar& b) { return {a.v >= b.v}; }
+  friend Mask operator==(const CountedScalar& a, const CountedScalar& b) { return {a.v == b.v}; }
 
-  friend CountedLane select(Mask mask, const CountedLane& a, const CountedLane& b) { return mask.v ? a : b; }
-  friend CountedLane sqrt(const CountedLane& a) { return count(std::sqrt(a.v), 1); }
-  friend CountedLane mul_add(const CountedLane& a, const CountedLane& b, const CountedLane& c) {
+  friend CountedScalar select(Mask mask, const CountedScalar& a, const CountedScalar& b) { return mask.v ? a : b; }
+  friend CountedScalar sqrt(const CountedScalar& a) { return count(std::sqrt(a.v), 1); }
+  friend CountedScalar mul_add(const CountedScalar& a, const CountedScalar& b, const CountedScalar& c) {
     return count(std::fma(a.v, b.v, c.v), 2);
   }
-  friend CountedLane mul_sub(const CountedLane& a, const CountedLane& b, const CountedLane& c) {
+  friend CountedScalar mul_sub(const CountedScalar& a, const CountedScalar& b, const CountedScalar& c) {
     return count(std::fma(a.v, b.v, -c.v), 2);
   }
-  friend CountedLane neg_mul_add(const CountedLane& a, const CountedLane& b, const CountedLane& c) {
+  friend CountedScalar neg_mul_add(const CountedScalar& a, const CountedScalar& b, const CountedScalar& c) {
     return count(std::fma(-a.v, b.v, c.v), 2);
   }
-  friend CountedLane round_to_integer(const CountedLane& a) { return count(knead::round_to_integer(a.v), 2); }
+  friend CountedScalar round_to_integer(const CountedScalar& a) { return count(knead::round_to_integer(a.v), 2); }
 
  private:
-  static CountedLane count(S value, std::uint64_t done) {
+  static CountedScalar count(S value, std::uint64_t done) {
     operations() += done;
-    return CountedLane(value);
+    return CountedScalar(value);
   }
 };
 
@@ -73,7 +73,7 @@ struct CountedLane {
 namespace knead {
 
 template <>
-inline constexpr bool kSinglePrecision<bench::CountedLane<float>> = true;
+inline constexpr bool kSinglePrecision<bench::CountedScalar<float>> = true;
 
 }  // namespace knead
 
@@ -129,8 +129,8 @@ void move(const detail::SegmentMover& mover, Groups& groups, std::size_t first, 
 }  // namespace
 
 std::uint64_t operations_of(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options) {
-  const detail::KernelTable counted{"counted", detail::kernels_of<CountedLane<float>, detail::Lane<double>>(),
-                                    detail::kernels_of<CountedLane<double>, detail::Lane<double>>(),
+  const detail::KernelTable counted{"counted", detail::kernels_of<CountedScalar<float>, detail::ScalarPack<double>>(),
+                                    detail::kernels_of<CountedScalar<double>, detail::ScalarPack<double>>(),
                                     detail::JacobianKernels{}};
   operations() = 0;
   Groups groups(points);

@@ -16,7 +16,7 @@ struct ReferenceResult {
 
 // Moves the points in place. `tolerance` is the length by which two half steps may differ from a whole one, over 15.
 // No step lets the tool go further than a fifth of the intermediate region's width, so that it is not missed. For
-// whole swept segments of one field, without a barrel.
+// whole swept segments of one field, without a limit cylinder.
 ReferenceResult advect_reference(const Flow& flow, std::span<Vec3d> points, double tolerance);
 
 }  // namespace knead::bench

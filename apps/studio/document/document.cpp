@@ -11,11 +11,11 @@
 #include <fmt/format.h>
 
 #include "gestures/gesture.h"
-#include "knead/io.h"
-#include "knead/vec.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/tools.h"
+#include "knead/vec.h"
 
 namespace knead::studio {
 
@@ -346,11 +346,11 @@ void Document::count_crossings(Progress& progress) {
 
 namespace {
 
-constexpr double kBendAngle = 90;  // degrees: the bend that a barrel is placed for
+constexpr double kBendAngle = 90;  // degrees: the bend that a limit cylinder is placed for
 constexpr int kDirections = 8;     // that are tried about the place of a click
 constexpr double kAsThin = 1.15;   // of the thinnest
 
-struct FoundBarrel {
+struct FoundCylinder {
   Placement placement;
   double tip = 0;  // how far it goes
 };
@@ -362,26 +362,26 @@ Placement turned(Placement placement, double angle) {
   return placement;
 }
 
-double tip_of(const BarrelPlacement& barrel, const Vec3d& from, std::span<const Vec3d> positions) {
+double tip_of(const CylinderPlacement& limit_cylinder, const Vec3d& from, std::span<const Vec3d> positions) {
   double most = 0;
   for (const Vec3d& p : positions) {
-    const double along = dot(from - p, barrel.normal);
-    const Vec3d d = p - barrel.center;
-    const Vec3d across = d - barrel.normal * dot(d, barrel.normal);
-    if (along > most && norm(across) <= barrel.radius) most = along;
+    const double along = dot(from - p, limit_cylinder.normal);
+    const Vec3d d = p - limit_cylinder.center;
+    const Vec3d across = d - limit_cylinder.normal * dot(d, limit_cylinder.normal);
+    if (along > most && norm(across) <= limit_cylinder.radius) most = along;
   }
   return most;
 }
 
 // The thinnest; of about as thin ones that with the nearest tip; the first where these agree, too.
-const Placement& best_of(const std::vector<FoundBarrel>& found) {
-  const auto thinner = [](const FoundBarrel& a, const FoundBarrel& b) {
-    return a.placement.barrel->thickness < b.placement.barrel->thickness;
+const Placement& best_of(const std::vector<FoundCylinder>& found) {
+  const auto thinner = [](const FoundCylinder& a, const FoundCylinder& b) {
+    return a.placement.limit_cylinder->thickness < b.placement.limit_cylinder->thickness;
   };
-  const double least = std::min_element(found.begin(), found.end(), thinner)->placement.barrel->thickness;
-  const FoundBarrel* best = nullptr;
-  for (const FoundBarrel& one : found) {
-    if (one.placement.barrel->thickness > kAsThin * least) continue;
+  const double least = std::min_element(found.begin(), found.end(), thinner)->placement.limit_cylinder->thickness;
+  const FoundCylinder* best = nullptr;
+  for (const FoundCylinder& one : found) {
+    if (one.placement.limit_cylinder->thickness > kAsThin * least) continue;
     if (best == nullptr || one.tip < (1 - 1e-6) * best->tip) best = &one;
   }
   return best->placement;
@@ -393,30 +393,32 @@ std::shared_ptr<const ZoneProfile> Document::profile(const ToolSettings& setting
   return history_ ? profile_at(settings, placement, history_->state()) : nullptr;
 }
 
-Placement Document::with_barrel(const Placement& placement, bool bends, bool may_turn, const Progress& progress) const {
+Placement Document::with_limit_cylinder(const Placement& placement, bool bends, bool may_turn,
+                                        const Progress& progress) const {
   Placement result = placement;
-  result.barrel.emplace();
-  result.barrel->problem = "No shape is open.";
+  result.limit_cylinder.emplace();
+  result.limit_cylinder->problem = "No shape is open.";
   if (!history_ || !shown_.picker) return result;
   const ShapeState& state = history_->state();
   const std::vector<Vec3d> positions = state.positions.copy();
   // After remeshing, the picker is that of the mesh before until there is time for another.
   const bool fits = shown_.picker->fits(state);
   const std::vector<Triangle> triangles = fits ? shown_.picker->triangles() : triangulate(*state.mesh);
-  std::vector<FoundBarrel> found;
+  std::vector<FoundCylinder> found;
   for (int i = 0; i < (may_turn ? kDirections : 1); ++i) {
     // 0, then to both sides in turn.
     const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
     Placement here = turned(placement, 2 * std::numbers::pi * step / kDirections);
     if (i == 0) here = placement;
-    BarrelQuery query{here.center, here.z};
+    CylinderQuery query{here.center, here.z};
     if (bends) {
       query.axis = here.x;
       query.angle_deg = kBendAngle;
     }
-    here.barrel = place_barrel(query, positions, triangles, &progress);
+    here.limit_cylinder = place_limit_cylinder(query, positions, triangles, &progress);
     if (i == 0) result = here;
-    if (here.barrel->problem.empty()) found.push_back({here, tip_of(*here.barrel, here.center, positions)});
+    if (here.limit_cylinder->problem.empty())
+      found.push_back({here, tip_of(*here.limit_cylinder, here.center, positions)});
   }
   return found.empty() ? result : best_of(found);
 }

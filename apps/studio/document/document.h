@@ -15,9 +15,9 @@
 #include "gestures/tools.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/replay.h"
 #include "knead/session.h"
 #include "knead/workbench.h"
-#include "knead/replay.h"
 
 namespace knead::studio {
 
@@ -134,10 +134,10 @@ class Document {
   // and IoError.
   StampShape add_stamp(const std::string& name, const Mesh& mesh);
 
-  // Returns the placement with the barrel of the part that a twist or bend there moves. With may_turn (it was just
-  // clicked) it may turn about its x towards the thinnest part there, and of equally thin ones towards the nearer tip;
-  // else its z says where the tip is.
-  Placement with_barrel(const Placement& placement, bool bends, bool may_turn, const Progress& progress) const;
+  // Returns the placement with the limit cylinder of the part that a twist or bend there moves. With may_turn (it was
+  // just clicked) it may turn about its x towards the thinnest part there, and of equally thin ones towards the nearer
+  // tip; else its z says where the tip is.
+  Placement with_limit_cylinder(const Placement& placement, bool bends, bool may_turn, const Progress& progress) const;
   // Returns the profile of the shape for a twist or bend that is placed so.
   std::shared_ptr<const ZoneProfile> profile(const ToolSettings& settings, const Placement& placement) const;
   void count_crossings(Progress& progress);

@@ -9,8 +9,8 @@
 #include <set>
 
 #include "document/document.h"
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/replay.h"
 
 namespace knead::studio {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "document/document.h"
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/mesh.h"
 
 namespace knead::studio {

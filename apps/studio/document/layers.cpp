@@ -93,7 +93,7 @@ LayerChange switched(std::size_t entry, bool off) {
 }
 
 LayerChange with_strength(std::size_t entry, double strength) {
-  const double kept = std::clamp(strength, 0.0, kMostStrength);
+  const double kept = std::clamp(strength, 0.0, kMaxStrength);
   return change_of(entry, [kept](std::vector<SessionStroke>& strokes) { set_strength(strokes, kept); });
 }
 

@@ -27,7 +27,7 @@ bool is_off(std::span<const SessionStroke> strokes);
 // Return a change of one entry, counted from 0. An entry that is not there is left alone.
 LayerChange renamed(std::size_t entry, const std::string& name);  // an empty name: none
 LayerChange switched(std::size_t entry, bool off);
-LayerChange with_strength(std::size_t entry, double strength);  // from 0 to kMostStrength
+LayerChange with_strength(std::size_t entry, double strength);  // from 0 to kMaxStrength
 LayerChange moved(std::size_t entry, std::size_t to);           // `to`: its number afterwards
 LayerChange joined(std::size_t entry);  // with the entry before it, under the name of that or else of its own tool
 LayerChange split(std::size_t entry);   // into its strokes, which get names of their own

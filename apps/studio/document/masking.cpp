@@ -122,7 +122,7 @@ MaskStroke mask_stroke(const MaskValues& values, const ShapeState& state, double
     points.push_back(state.positions[v]);
     point_values.push_back(values[v] / 255.0);
   }
-  for (const std::uint32_t i : telling_points(points, point_values, width)) {
+  for (const std::uint32_t i : representative_points(points, point_values, width)) {
     by_points.points.push_back(points[i]);
     if (is_soft) by_points.values.push_back(point_values[i]);
   }

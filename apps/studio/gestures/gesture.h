@@ -31,7 +31,7 @@ struct Pointer {
 };
 
 // What a gesture depends on at one moment.
-struct Surroundings {
+struct GestureContext {
   Screen screen;
   const ShapeState& state;         // the shape as it was when the gesture began
   const Picker* picker = nullptr;  // fits the state; null: nothing can be hit yet
@@ -59,15 +59,15 @@ struct Drag {
   double up = 1;     // of a line, with depth: 1 if upwards in the picture is along `direction`, else -1
 
   bool is_on_line() const { return mode == DragMode::normal || mode == DragMode::axis; }
-  Vec3d at(const Pointer& pointer, const Surroundings& around) const;
+  Vec3d at(const Pointer& pointer, const GestureContext& around) const;
   // Returns the distance from the start; along a line with its sign.
   double length_of(const Vec3d& to) const;
 
  private:
-  Vec3d pointed_at(const Pointer& pointer, const Surroundings& around) const;
-  Vec3d on_its_line(const Pointer& pointer, const Surroundings& around) const;
+  Vec3d pointed_at(const Pointer& pointer, const GestureContext& around) const;
+  Vec3d on_its_line(const Pointer& pointer, const GestureContext& around) const;
 };
-Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const Surroundings& around);
+Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around);
 
 // A ball or capsule along a path.
 struct ImplicitGesture {
@@ -200,10 +200,10 @@ struct Gesture {
 };
 
 // Starts a gesture when the left button is pressed. Returns nothing if that has no meaning here.
-std::optional<Gesture> begin_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed);
-void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture);
+std::optional<Gesture> begin_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed);
+void move_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture);
 // Completes the gesture when the button is released.
-void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture);
+void end_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture);
 
 // Returns the gesture so far as lines of a session; none if it does nothing. If all symmetry is mirrors at right
 // angles, the images act at the same time, in the same lines. Otherwise each image is a line of its own, after the
@@ -228,13 +228,14 @@ std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& sett
 const Drag* drag_of(const Gesture& gesture);
 
 // Returns how a drag beside the gizmo turns the tool.
-TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const Placed& placed);
+TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const PlacedTools& placed);
 
 // The stroke of a tool that turns, by an amount as in TurnGesture. Nothing for an amount that does nothing, and for a
-// twist or bend with a barrel where none was found.
+// twist or bend with a limit cylinder where none was found.
 std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount);
 
-// Returns the profile of the shape for a placed twist or bend; null for other tools, and where a barrel is missing.
+// Returns the profile of the shape for a placed twist or bend; null for other tools, and where a limit cylinder is
+// missing.
 std::shared_ptr<const ZoneProfile> profile_at(const ToolSettings& settings, const Placement& placement,
                                               const ShapeState& state);
 
@@ -245,7 +246,7 @@ std::optional<double> widened_zone(const ToolSettings& settings, const Placement
 std::string refusal_of(const HandlesGesture& gesture, const ToolSettings& settings);
 
 // Returns the pin that the pointer is on; none that is hidden behind the shape.
-std::optional<std::size_t> pin_at(const Pointer& pointer, const Surroundings& around, const std::vector<Pin>& pins);
+std::optional<std::size_t> pin_at(const Pointer& pointer, const GestureContext& around, const std::vector<Pin>& pins);
 
 // Puts the pins where their vertices are now. A pin on a mesh that is new to it takes the nearest vertex.
 void follow(std::vector<Pin>& pins, const ShapeState& state);
@@ -289,12 +290,12 @@ Placement moved(const Placement& placement, const PartMotion& motion);
 bool* rests_of(Gesture& gesture);
 
 // Returns the part of the pose that the pointer is on.
-std::optional<std::size_t> part_at(const Pointer& pointer, const Surroundings& around, const PartMarks& parts);
+std::optional<std::size_t> part_at(const Pointer& pointer, const GestureContext& around, const PartMarks& parts);
 
 // Returns the stroke of the placed stamp: its pose, size and orientation.
 StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement);
 
 // Returns the placement that a click gives: a stamp just outside the surface, or a tool that turns.
-std::optional<Placement> placement_at(const Pointer& pointer, const Surroundings& around, const Placed& placed);
+std::optional<Placement> placement_at(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
 
 }  // namespace knead::studio

@@ -104,7 +104,7 @@ double dragged_by(const Screen& screen, const Placement& start, GizmoPart part, 
 
 Placement moved_by(const Placement& start, GizmoPart part, double amount) {
   Placement result = start;
-  result.barrel.reset();
+  result.limit_cylinder.reset();
   const Vec3d axis = axis_of(start, part);
   if (!turns(part)) {
     result.center += axis * amount;
@@ -117,7 +117,7 @@ Placement moved_by(const Placement& start, GizmoPart part, double amount) {
 
 Placement center_dragged(const Screen& screen, const Placement& start, const Pixel& from, const Pixel& to) {
   Placement result = start;
-  result.barrel.reset();
+  result.limit_cylinder.reset();
   const Vec3d forward = render::camera_frame(screen.camera).forward;
   const auto a = on_plane(ray_through(screen, from.x, from.y), start.center, forward);
   const auto b = on_plane(ray_through(screen, to.x, to.y), start.center, forward);

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "knead/vec.h"
 #include "knead/render.h"
+#include "knead/vec.h"
 #include "platform/event.h"
 
 namespace knead::studio {

@@ -9,13 +9,13 @@ namespace knead::studio {
 
 namespace {
 
-constexpr double kLeastPressure = 0.05;
+constexpr double kMinPressure = 0.05;
 constexpr double kRadiusSteps = 16;     // of the radius, under a pen
-constexpr int kMostRays = 400;          // between two places of the pointer
+constexpr int kMaxRays = 400;           // between two places of the pointer
 constexpr double kLassoPiece = 3;       // pixels between two points of a lasso
 constexpr double kPointSpacing = 0.25;  // of a drawn line, in radii
 
-double pressure_of(const Pointer& pointer) { return std::clamp(pointer.pressure, kLeastPressure, 1.0); }
+double pressure_of(const Pointer& pointer) { return std::clamp(pointer.pressure, kMinPressure, 1.0); }
 
 Pointer between(const Pointer& a, const Pointer& b, double t) {
   Pointer result = b;
@@ -38,7 +38,7 @@ PaintTouch touch_at(const SurfaceHit& hit, const Pointer& pointer, const ToolSet
 
 }  // namespace
 
-std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundings& around) {
+std::optional<PaintGesture> begin_paint(const Pointer& pointer, const GestureContext& around) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
   const ToolSettings& settings = around.settings;
@@ -47,10 +47,10 @@ std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundin
   return PaintGesture{begin_paint(stroke, touch_at(*hit, pointer, settings)), pointer};
 }
 
-void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture& gesture) {
+void move_paint(const Pointer& pointer, const GestureContext& around, PaintGesture& gesture) {
   const double way = std::hypot(pointer.x - gesture.last.x, pointer.y - gesture.last.y);
   const double fine = 0.25 * gesture.paint.spacing / pixel_size(around.screen, gesture.paint.last);  // pixels
-  const int rays = std::clamp(static_cast<int>(std::ceil(way / std::max(fine, 0.5))), 1, kMostRays);
+  const int rays = std::clamp(static_cast<int>(std::ceil(way / std::max(fine, 0.5))), 1, kMaxRays);
   const Pointer from = gesture.last;
   for (int i = 1; i <= rays; ++i) {
     const Pointer here = between(from, pointer, static_cast<double>(i) / rays);
@@ -59,13 +59,13 @@ void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture
   }
 }
 
-std::optional<DrawGesture> begin_draw(const Pointer& pointer, const Surroundings& around) {
+std::optional<DrawGesture> begin_draw(const Pointer& pointer, const GestureContext& around) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
   return DrawGesture{{hit->point}, around.settings.tool->use == ToolUse::curve};
 }
 
-void move_draw(const Pointer& pointer, const Surroundings& around, DrawGesture& gesture) {
+void move_draw(const Pointer& pointer, const GestureContext& around, DrawGesture& gesture) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return;
   if (!gesture.is_curve) {
@@ -75,7 +75,7 @@ void move_draw(const Pointer& pointer, const Surroundings& around, DrawGesture& 
   }
 }
 
-void end_draw(const DrawGesture& gesture, Placed& placed) {
+void end_draw(const DrawGesture& gesture, PlacedTools& placed) {
   if (gesture.is_curve && gesture.points.size() > 1) {
     placed.curves.push_back(gesture.points);
   } else {
@@ -83,15 +83,15 @@ void end_draw(const DrawGesture& gesture, Placed& placed) {
   }
 }
 
-HandlePaintGesture begin_handle_paint(const Pointer& pointer, const Surroundings& around) {
+HandlePaintGesture begin_handle_paint(const Pointer& pointer, const GestureContext& around) {
   HandleMode mode = around.settings.handle;
   if (pointer.modifiers.ctrl) mode = mode == HandleMode::full ? HandleMode::zero : HandleMode::full;
   if (pointer.modifiers.shift) mode = HandleMode::erase;
   return {mode == HandleMode::erase ? std::uint8_t{0} : mode == HandleMode::full ? kFullHandle : kZeroHandle};
 }
 
-void move_handle_paint(const Pointer& pointer, const Surroundings& around, const HandlePaintGesture& gesture,
-                       Placed& placed) {
+void move_handle_paint(const Pointer& pointer, const GestureContext& around, const HandlePaintGesture& gesture,
+                       PlacedTools& placed) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return;
   const Snapshot& positions = around.state.positions;
@@ -113,7 +113,7 @@ void extend_line(const Pointer& pointer, std::vector<Pixel>& line) {
   if (std::hypot(here.x - last.x, here.y - last.y) >= kLassoPiece) line.push_back(here);
 }
 
-void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& placed) {
+void end_lasso(const GestureContext& around, const LassoGesture& gesture, PlacedTools& placed) {
   if (gesture.line.size() < 3) return;
   const Snapshot& positions = around.state.positions;
   placed.handles.resize(positions.size());

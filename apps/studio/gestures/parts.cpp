@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 
-#include "knead/vec.h"
 #include "knead/remesh.h"
+#include "knead/vec.h"
 
 namespace knead::studio {
 
@@ -73,7 +73,7 @@ std::optional<std::size_t> part_of(const PartMarks& parts, std::uint32_t vertex)
 
 std::optional<std::size_t> add_part(std::span<const std::uint32_t> vertices, const ShapeState& state,
                                     PartMarks& parts) {
-  if (vertices.empty() || parts.holds.size() == kMostParts) return std::nullopt;
+  if (vertices.empty() || parts.holds.size() == kMaxParts) return std::nullopt;
   parts.holds.push_back(true);
   parts.stiffness.push_back(1);
   mark(vertices, parts.holds.size() - 1, state, parts);
@@ -124,13 +124,13 @@ void follow(PartMarks& parts, const ShapeState& state) {
   if (parts.of_vertex.empty() || (parts.at.is_same(state) && !parts.is_ahead)) return;
   parts.is_ahead = false;
   if (parts.at.mesh != state.mesh) {
-    std::erase_if(parts.seats, [](const PartMarks::Seat& one) { return one.mesh.expired(); });
+    std::erase_if(parts.seats, [](const PartMarks::PinVertex& one) { return one.mesh.expired(); });
     const auto known = std::find_if(parts.seats.begin(), parts.seats.end(),
-                                    [&](const PartMarks::Seat& one) { return one.mesh.lock() == state.mesh; });
+                                    [&](const PartMarks::PinVertex& one) { return one.mesh.lock() == state.mesh; });
     std::vector<std::uint8_t> next =
         known != parts.seats.end() ? known->of_vertex : taken_over(parts.of_vertex, parts.at, state);
     const bool is_kept = std::any_of(parts.seats.begin(), parts.seats.end(),
-                                     [&](const PartMarks::Seat& one) { return one.mesh.lock() == parts.at.mesh; });
+                                     [&](const PartMarks::PinVertex& one) { return one.mesh.lock() == parts.at.mesh; });
     if (!is_kept) parts.seats.push_back({parts.at.mesh, parts.of_vertex});
     parts.of_vertex = std::move(next);
   }

@@ -12,7 +12,7 @@
 
 namespace knead::studio {
 
-inline constexpr std::size_t kMostParts = 250;
+inline constexpr std::size_t kMaxParts = 250;
 
 // Returns whether there is a part on the vertex, and its number from 0.
 std::optional<std::size_t> part_of(const PartMarks& parts, std::uint32_t vertex);

@@ -16,7 +16,7 @@ constexpr double kRoom = 0.06;                 // of the shape: what is nearer t
 constexpr double kNearImage = 0.01;            // of the shape: what is nearer to an image of a part is of that image
 constexpr double kSamePart = 0.25;             // of its extent: images that are nearer to a part are that part
 constexpr std::size_t kPointsOfPart = 150;     // where it is named by its points
-constexpr std::size_t kMostRanges = 2000;      // of numbers that name a part
+constexpr std::size_t kMaxRanges = 2000;       // of numbers that name a part
 constexpr std::size_t kVerticesOfPart = 2000;  // that name one of more ranges, about
 
 bool is_renumbered(const ShapeState& state) { return state.provenance != nullptr && state.provenance->is_renumbered; }
@@ -104,7 +104,7 @@ PartOfShape part_of_shape(const PartMarks& parts, std::size_t part, const ShapeS
   result.extent = bounding_box(all).diagonal();
   result.points = thinned(all, kPointsOfPart);
   result.ranges = ranges_of(vertices);
-  if (result.ranges.size() <= kMostRanges) return result;
+  if (result.ranges.size() <= kMaxRanges) return result;
   std::vector<std::uint32_t> some;
   const std::size_t stride = vertices.size() / kVerticesOfPart + 1;
   for (std::size_t i = 0; i < vertices.size(); i += stride) some.push_back(vertices[i]);
@@ -127,15 +127,15 @@ void add_part(const PartOfShape& shape, const PartMotion* motion, const ShapeSta
   items.add(needs_points ? by_points : item, by_points, shape.middle, kSamePart * shape.extent, motion != nullptr);
 }
 
-const Pin::Seat* seat_of(const Pin& pin, const ShapeState& state) {
+const Pin::PinVertex* seat_of(const Pin& pin, const ShapeState& state) {
   const auto seat = std::find_if(pin.seats.begin(), pin.seats.end(),
-                                 [&](const Pin::Seat& one) { return one.mesh.lock() == state.mesh; });
+                                 [&](const Pin::PinVertex& one) { return one.mesh.lock() == state.mesh; });
   return seat == pin.seats.end() ? nullptr : &*seat;
 }
 
 // The part that a pin lies in, which then speaks for it.
 std::optional<std::size_t> part_under(const Pin& pin, const PartMarks& parts, const ShapeState& state) {
-  const Pin::Seat* const seat = seat_of(pin, state);
+  const Pin::PinVertex* const seat = seat_of(pin, state);
   return seat == nullptr ? std::nullopt : part_of(parts, seat->vertex);
 }
 
@@ -146,7 +146,7 @@ void add_pin(const Pin& pin, std::vector<Vec3d> path, const ShapeState& state, d
   item.hold = item.path.empty();
   PosePin by_points = item;
   by_points.point = pin.place;
-  const Pin::Seat* const seat = seat_of(pin, state);
+  const Pin::PinVertex* const seat = seat_of(pin, state);
   if (seat != nullptr && !is_renumbered(state)) {
     item.vertex = seat->vertex;
   } else {

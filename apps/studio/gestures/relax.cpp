@@ -9,11 +9,11 @@ namespace knead::studio {
 namespace {
 
 constexpr double kSpacing = 0.3;  // of the places, in radii
-constexpr int kMostPlaces = 200;  // between two places of the pointer
+constexpr int kMaxPlaces = 200;   // between two places of the pointer
 
 }  // namespace
 
-std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const Surroundings& around) {
+std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureContext& around) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
   RelaxGesture gesture;
@@ -24,12 +24,12 @@ std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const Surroundin
   return gesture;
 }
 
-void move_relax(const Pointer& pointer, const Surroundings& around, RelaxGesture& gesture) {
+void move_relax(const Pointer& pointer, const GestureContext& around, RelaxGesture& gesture) {
   const auto end = hit_at(pointer, around);
   if (!end) return;
   const double spacing = kSpacing * gesture.stroke.radius;
   const Vec3d from = gesture.last_point;
-  const int pieces = std::clamp(static_cast<int>(norm(end->point - from) / spacing), 0, kMostPlaces);
+  const int pieces = std::clamp(static_cast<int>(norm(end->point - from) / spacing), 0, kMaxPlaces);
   for (int i = 1; i <= pieces; ++i) {
     gesture.stroke.points.push_back(from + (end->point - from) * (static_cast<double>(i) / pieces));
   }

@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
-#include "knead/vec.h"
 #include "knead/render.h"
+#include "knead/vec.h"
 
 namespace knead::studio {
 

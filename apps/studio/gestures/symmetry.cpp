@@ -69,7 +69,7 @@ std::vector<SymmetryImage> images_of(const ToolSettings& settings) {
   const std::vector<Symmetry::Plane> planes = mirror_planes(settings);
   const bool is_exact = symmetry.center == Vec3d{0, 0, 0} && !symmetry.plane;
   std::vector<SymmetryImage> images;
-  for (int turn = 0; turn < std::clamp(symmetry.turns, 1, kMostTurns); ++turn) {
+  for (int turn = 0; turn < std::clamp(symmetry.turns, 1, kMaxTurns); ++turn) {
     const double angle = 2 * std::numbers::pi * turn / symmetry.turns;
     const RigidMotion turned = turn == 0 ? RigidMotion{} : rotation_about(symmetry.center, symmetry.axis, angle);
     for (unsigned mask = 0; mask < 1U << planes.size(); ++mask) {

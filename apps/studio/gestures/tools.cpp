@@ -15,40 +15,43 @@ constexpr float kPi = std::numbers::pi_v<float>;
 
 double inner_of(const ToolSettings& settings) { return settings.inner_ratio * settings.radius; }
 
-Stroke rotated(const ToolSettings& settings, const Placement& at, double amount, const BarrelPlacement* /*barrel*/) {
+Stroke rotated(const ToolSettings& settings, const Placement& at, double amount,
+               const CylinderPlacement* /*limit cylinder*/) {
   return RotateStroke{at.center, at.z, amount, inner_of(settings), settings.radius};
 }
 
-Stroke stretched(const ToolSettings& settings, const Placement& at, double amount, const BarrelPlacement* /*barrel*/) {
+Stroke stretched(const ToolSettings& settings, const Placement& at, double amount,
+                 const CylinderPlacement* /*limit cylinder*/) {
   return StretchStroke{at.center, at.z, std::exp(amount / 100), inner_of(settings), settings.radius};
 }
 
-Stroke twisted(const ToolSettings& settings, const Placement& at, double amount, const BarrelPlacement* barrel) {
+Stroke twisted(const ToolSettings& settings, const Placement& at, double amount,
+               const CylinderPlacement* limit_cylinder) {
   TwistStroke stroke{at.center, at.z, 0, -0.5 * settings.radius, 0.5 * settings.radius};
   stroke.normal = -at.z;
-  if (barrel != nullptr) {
-    stroke.center = barrel->center;
-    stroke.axis = -barrel->normal;
-    stroke.normal = barrel->normal;
-    stroke.inner = barrel->inner;
-    stroke.outer = barrel->outer;
-    stroke.radius = barrel->radius;
+  if (limit_cylinder != nullptr) {
+    stroke.center = limit_cylinder->center;
+    stroke.axis = -limit_cylinder->normal;
+    stroke.normal = limit_cylinder->normal;
+    stroke.inner = limit_cylinder->inner;
+    stroke.outer = limit_cylinder->outer;
+    stroke.radius = limit_cylinder->radius;
   }
   stroke.rate_deg = -amount / (stroke.outer - stroke.inner);
   return stroke;
 }
 
-Stroke bent(const ToolSettings& settings, const Placement& at, double amount, const BarrelPlacement* barrel) {
+Stroke bent(const ToolSettings& settings, const Placement& at, double amount, const CylinderPlacement* limit_cylinder) {
   BendStroke stroke;
   stroke.center = at.center;
   stroke.normal = -at.z;
   stroke.angle_deg = amount;
   stroke.extent = BendWidth{settings.radius};
-  if (barrel != nullptr) {
-    stroke.center = barrel->center;
-    stroke.normal = barrel->normal;
-    stroke.extent = BendThresholds{barrel->inner, barrel->outer};
-    stroke.radius = barrel->radius;
+  if (limit_cylinder != nullptr) {
+    stroke.center = limit_cylinder->center;
+    stroke.normal = limit_cylinder->normal;
+    stroke.extent = BendThresholds{limit_cylinder->inner, limit_cylinder->outer};
+    stroke.radius = limit_cylinder->radius;
   }
   const Vec3d across = at.x - stroke.normal * dot(stroke.normal, at.x);
   stroke.axis = norm(across) > 1e-6 ? normalized(across) : any_orthogonal(stroke.normal);
@@ -141,7 +144,7 @@ const std::vector<StudioTool> kTools{
               {wave, {0.5F, 0.95F, 0.5F, 0.1F, -0.5F, -0.1F, -0.5F, -0.95F}},
               {line, {-0.5F, 0.95F, 0.5F, 0.95F}},
               {line, {-0.5F, -0.95F, 0.5F, -0.95F}}},
-     .turning = {.facing = Facing::up, .takes_barrel = true, .stroke = twisted}},
+     .turning = {.facing = Facing::up, .takes_limit_cylinder = true, .stroke = twisted}},
     {.name = "Bend",
      .key = "0",
      .use = ToolUse::turn,
@@ -151,7 +154,7 @@ const std::vector<StudioTool> kTools{
               {wave, {-0.05F, 0.95F, -0.05F, 0.3F, 0.1F, -0.1F, 0.75F, -0.25F}},
               {line, {0.5F, -0.85F, 0.75F, -0.25F}},
               {line, {-0.7F, 0.95F, -0.05F, 0.95F}}},
-     .turning = {.facing = Facing::up, .axis = &Placement::x, .takes_barrel = true, .stroke = bent}},
+     .turning = {.facing = Facing::up, .axis = &Placement::x, .takes_limit_cylinder = true, .stroke = bent}},
     {.name = "Handles",
      .key = "-",
      .use = ToolUse::handles,
@@ -312,7 +315,7 @@ std::string turning_hint(const StudioTool& tool, TurnDrag turning) {
 namespace {
 
 // Empty: as the tool says.
-std::string pose_hint(PoseMode mode, const Placed& placed) {
+std::string pose_hint(PoseMode mode, const PlacedTools& placed) {
   if (mode == PoseMode::exact && placed.pins.empty()) {
     return "Click to set pins on the shape, or drag at once; Ctrl and a drag sets pins within a line.";
   }
@@ -326,7 +329,7 @@ std::string pose_hint(PoseMode mode, const Placed& placed) {
 
 }  // namespace
 
-std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag turning) {
+std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, TurnDrag turning) {
   const StudioTool& tool = *settings.tool;
   if (tool.use == ToolUse::pose) {
     std::string hint = pose_hint(settings.pose, placed);

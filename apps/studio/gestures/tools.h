@@ -9,12 +9,12 @@
 #include <string_view>
 #include <vector>
 
-#include "knead/vec.h"
 #include "knead/mesh.h"
 #include "knead/remesh.h"
 #include "knead/replay.h"
-#include "knead/tools.h"
 #include "knead/stroke.h"
+#include "knead/tools.h"
+#include "knead/vec.h"
 
 namespace knead::studio {
 
@@ -44,7 +44,7 @@ enum class MaskMode { paint, lasso, box };
 //   exact  set and drag pins, each to its exact place, with what is within their radius
 enum class PoseMode { pins, lasso, brush, exact };
 
-struct Placed;
+struct PlacedTools;
 struct ToolSettings;
 
 // Repeats everything that a tool does, in addition to ToolSettings::mirror.
@@ -57,12 +57,12 @@ struct Symmetry {
     friend bool operator==(const Plane&, const Plane&) = default;
   };
   std::optional<Plane> plane{};  // one more mirror
-  int turns = 1;                 // about the axis, 1 to kMostTurns; 1: none
+  int turns = 1;                 // about the axis, 1 to kMaxTurns; 1: none
   Vec3d axis{0, 1, 0};           // of any length but 0
 
   friend bool operator==(const Symmetry&, const Symmetry&) = default;
 };
-inline constexpr int kMostTurns = 32;
+inline constexpr int kMaxTurns = 32;
 
 // How a closed tool is held.
 struct StampShape {
@@ -78,8 +78,8 @@ struct Placement {
   Vec3d x{1, 0, 0};
   Vec3d y{0, 1, 0};
   Vec3d z{0, 0, 1};
-  // Of twist and bend on the shape as it was when placed: the barrel, or why there is none.
-  std::optional<BarrelPlacement> barrel{};
+  // Of twist and bend on the shape as it was when placed: the limit cylinder, or why there is none.
+  std::optional<CylinderPlacement> limit_cylinder{};
   // Of twist and bend on the shape as it was when placed: how far it reaches from their line. Null: not known yet.
   std::shared_ptr<const ZoneProfile> profile{};
 
@@ -113,11 +113,11 @@ struct Turning {
   Facing facing = Facing::viewer;
   Vec3d Placement::*axis = &Placement::z;  // about which it turns
   bool is_percent = false;                 // a drag gives percent of a logarithm; else degrees
-  bool takes_barrel = false;               // it can move one part alone
+  bool takes_limit_cylinder = false;       // it can move one part alone
 
-  // Returns the stroke for an amount. `barrel` is null if nothing limits it.
+  // Returns the stroke for an amount. `limit cylinder` is null if nothing limits it.
   Stroke (*stroke)(const ToolSettings& settings, const Placement& placement, double amount,
-                   const BarrelPlacement* barrel) = nullptr;
+                   const CylinderPlacement* limit_cylinder) = nullptr;
 };
 
 // A number of the tool's own at the panel.
@@ -184,7 +184,7 @@ enum class TurnDrag {
 };
 
 // Returns one line: what to do with the tool now.
-std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag turning);
+std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, TurnDrag turning);
 
 // What is set at the panels and with keys. Lengths in the mesh's own units.
 struct ToolSettings {
@@ -192,7 +192,7 @@ struct ToolSettings {
   double radius = 1;              // the outer threshold, > 0
   bool auto_radius = true;        // of exact pins: from their distances, instead of `radius`
   double inner_ratio = 0.35;      // inner over outer threshold, in [0.01, 0.95]
-  int falloff = kDefaultFalloff;  // the shape of the blend, from 3 to 7 (knead/field/blend.h)
+  int falloff = kDefaultFalloff;  // the shape of the blend, from 3 to 7 (knead/field.h)
   DragMode drag = DragMode::view;
   Vec3d axis{0, 0, 1};  // of DragMode::axis
   PullStart start = PullStart::inside;
@@ -209,9 +209,9 @@ struct ToolSettings {
   double pose_detail = 0.05;  // fine enough for fingers that move beside others
   PenPressure pressure = PenPressure::depth;
   MaskMode mask_mode = MaskMode::paint;
-  double mask_width = 0.5;       // of a mask's border, relative to the radius, > 0
-  bool uses_barrel = true;       // twist and bend move one part, found by Studio; else all below the plane
-  std::array<bool, 3> mirror{};  // in x, y and z, through symmetry.center
+  double mask_width = 0.5;          // of a mask's border, relative to the radius, > 0
+  bool uses_limit_cylinder = true;  // twist and bend move one part, found by Studio; else all below the plane
+  std::array<bool, 3> mirror{};     // in x, y and z, through symmetry.center
   Symmetry symmetry;
   bool widens_zone = true;      // of twist and bend, where it is too thin for the angle
   bool handles_anyway = false;  // move handles where the flow beside them is faster than kStrongSpeed
@@ -227,13 +227,13 @@ inline bool has_exact_pins(const ToolSettings& settings) {
 // A place on the surface that can be moved: a vertex, so that a pin goes where the surface goes.
 struct Pin {
   // Which vertex it is. Remeshing gives the shape another mesh, and undo the one before.
-  struct Seat {
+  struct PinVertex {
     std::weak_ptr<const Mesh> mesh;
     std::uint32_t vertex = 0;
   };
   Vec3d place;
   bool holds = true;  // while another pin is dragged; else it is free, and goes with the surface
-  std::vector<Seat> seats{};
+  std::vector<PinVertex> seats{};
   bool is_selected = false;  // a drag of a selected pin moves all selected pins
 };
 
@@ -248,15 +248,15 @@ struct PartMarks {
   bool is_ahead = false;                  // the gizmo is where a drag has taken it, before the shape is
   ShapeState at{};                        // which shape's vertices these are
   // The same on meshes that the shape has had.
-  struct Seat {
+  struct PinVertex {
     std::weak_ptr<const Mesh> mesh;
     std::vector<std::uint8_t> of_vertex;
   };
-  std::vector<Seat> seats{};
+  std::vector<PinVertex> seats{};
 };
 
 // What has been placed for the next drag.
-struct Placed {
+struct PlacedTools {
   std::vector<Vec3d> points;
   std::vector<std::vector<Vec3d>> curves;
   std::optional<Placement> placement;

@@ -18,7 +18,7 @@ constexpr float kLines = 3;  // of text: the height of the curve
 
 bool choose_falloff(int& falloff) {
   const bool is_changed =
-      ImGui::SliderInt("Falloff", &falloff, kLeastFalloff, kGreatestFalloff, "%d", ImGuiSliderFlags_AlwaysClamp);
+      ImGui::SliderInt("Falloff", &falloff, kMinFalloff, kGreatestFalloff, "%d", ImGuiSliderFlags_AlwaysClamp);
   help_on_hover("how the motion fades from the inner region, at the left of the curve, to the outer one");
   std::array<float, kPlaces> weights{};
   for (std::size_t i = 0; i < kPlaces; ++i) {

@@ -42,7 +42,7 @@ void draw_text(LayerEditor& layers) {
 
 // In percent. The shape follows while the slider is dragged; the whole drag is one change.
 void draw_strength(Studio& studio, HistoryEditor& editor, std::size_t entry) {
-  const double most = 100 * kMostStrength;
+  const double most = 100 * kMaxStrength;
   const double least = 0;
   double percent = editor.percent.value_or(100 * strength_of(studio.shown().history[entry]->strokes));
   if (ImGui::SliderScalar("Strength", ImGuiDataType_Double, &percent, &least, &most, "%.0f%%",

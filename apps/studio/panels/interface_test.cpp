@@ -19,7 +19,7 @@ namespace {
 class InterfaceTest : public StudioTest {
  protected:
   // A ball in the window, seen from the front and framed.
-  void open_ball(Seat& seat) const {
+  void open_ball(PinVertex& seat) const {
     run(seat.studio, R"({"new": "sphere", "vertices": 2562}
 {"set": {"start": "surface"}})");
     run(seat.studio, R"({"key": "Alt+1"}
@@ -45,7 +45,7 @@ Pixel start_of(const Studio& studio) {
 
 TEST_F(InterfaceTest, AWindowThatIsResizedWhileRecoveryIsOfferedShowsAndPicksRightly) {
   leave_work();
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   ASSERT_TRUE(seat.interface.is_asking());
   EXPECT_EQ(seat.studio.screen().width, 1440) << "the size is known before the first event";
   seat.resize(1000, 700);
@@ -63,7 +63,7 @@ TEST_F(InterfaceTest, AWindowThatIsResizedWhileRecoveryIsOfferedShowsAndPicksRig
 }
 
 TEST_F(InterfaceTest, WhatIsHeldWhenADialogOpensIsLetGoDuringIt) {
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   open_ball(seat);
   const Pixel middle = middle_of(seat.studio);
   seat.move(middle.x, middle.y);
@@ -83,7 +83,7 @@ TEST_F(InterfaceTest, WhatIsHeldWhenADialogOpensIsLetGoDuringIt) {
 }
 
 TEST_F(InterfaceTest, EscapeClosesAnOpenListAndNothingElse) {
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   open_ball(seat);
   const Pixel middle = middle_of(seat.studio);
   run(seat.studio, R"({"tool": "stamp"})");
@@ -92,37 +92,37 @@ TEST_F(InterfaceTest, EscapeClosesAnOpenListAndNothingElse) {
   ASSERT_TRUE(seat.open_a_list());
   seat.move(middle.x, middle.y);
   seat.key("Escape");
-  EXPECT_FALSE(Seat::is_list_open());
+  EXPECT_FALSE(PinVertex::is_list_open());
   EXPECT_TRUE(seat.studio.placed().placement) << "the list took the key";
   seat.key("Escape");
   EXPECT_FALSE(seat.studio.placed().placement);
 }
 
 TEST_F(InterfaceTest, AStrokeBesideAnOpenListClosesItAndIsDone) {
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   open_ball(seat);
   const Pixel middle = middle_of(seat.studio);
   ASSERT_TRUE(seat.open_a_list());
   run(seat.studio, R"({"set": {"radius": 0.5}})");
   seat.drag(middle.x, middle.y, middle.x + 40, middle.y - 40);
-  EXPECT_FALSE(Seat::is_list_open());
+  EXPECT_FALSE(PinVertex::is_list_open());
   ASSERT_EQ(seat.studio.shown().history.size(), 1u);
   EXPECT_NEAR(start_of(seat.studio).x, middle.x, 0.5);
 }
 
 TEST_F(InterfaceTest, AClickBesideAMenuOnlyClosesIt) {
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   open_ball(seat);
   const Pixel middle = middle_of(seat.studio);
   seat.click(20, 10);
-  ASSERT_TRUE(Seat::is_list_open());
+  ASSERT_TRUE(PinVertex::is_list_open());
   seat.drag(middle.x, middle.y, middle.x + 40, middle.y - 40);
-  EXPECT_FALSE(Seat::is_list_open());
+  EXPECT_FALSE(PinVertex::is_list_open());
   EXPECT_TRUE(seat.studio.shown().history.empty());
   seat.click(20, 10);
-  ASSERT_TRUE(Seat::is_list_open());
+  ASSERT_TRUE(PinVertex::is_list_open());
   seat.key("Escape");
-  EXPECT_FALSE(Seat::is_list_open());
+  EXPECT_FALSE(PinVertex::is_list_open());
 }
 
 struct WindowCase {
@@ -134,9 +134,9 @@ constexpr WindowCase kWindows[] = {{1440, 900, 1}, {800, 500, 1}, {1440, 900, 2}
 
 TEST_F(InterfaceTest, TheToolBarStaysInTheWindowAndScrollsToTheChosenTool) {
   for (const auto& [width, height, unit] : kWindows) {
-    Seat seat(options(), width, height, unit);
+    PinVertex seat(options(), width, height, unit);
     open_ball(seat);
-    const Area bar = Seat::area_of("Tools");
+    const Area bar = PinVertex::area_of("Tools");
     EXPECT_GE(bar.top, seat.gui.bar_height());
     EXPECT_LE(bar.bottom, static_cast<float>(height) - seat.gui.bar_height());
     const ImGuiWindow& window = *ImGui::FindWindowByName("Tools");
@@ -163,7 +163,7 @@ TEST_F(InterfaceTest, TheToolBarStaysInTheWindowAndScrollsToTheChosenTool) {
 
 TEST_F(InterfaceTest, HomeShowsTheWholeShapeBesideThePanels) {
   for (const auto& [width, height, unit] : kWindows) {
-    Seat seat(options(), width, height, unit);
+    PinVertex seat(options(), width, height, unit);
     open_ball(seat);
     const Area& free = seat.interface.layout().free;
     const Box box = bounding_box(positions(seat.studio));
@@ -178,7 +178,7 @@ TEST_F(InterfaceTest, HomeShowsTheWholeShapeBesideThePanels) {
     EXPECT_LT(seen.max.x, free.right) << width;
     EXPECT_GT(seen.min.y, free.top) << width;
     EXPECT_LT(seen.max.y, free.bottom) << width;
-    EXPECT_LE(free.right, Seat::area_of("Settings").left);
+    EXPECT_LE(free.right, PinVertex::area_of("Settings").left);
     // What is under the pointer is what is dragged.
     const Pixel middle = middle_of(seat.studio);
     seat.drag(middle.x, middle.y, middle.x + 10, middle.y);
@@ -200,7 +200,7 @@ TEST_F(InterfaceTest, HomeShowsTheWholeShapeBesideThePanels) {
 }
 
 TEST_F(InterfaceTest, WithoutPanelsHomeUsesTheWholeWindow) {
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   open_ball(seat);
   EXPECT_LT(middle_of(seat.studio).x, 650);
   seat.key("Tab");
@@ -209,7 +209,7 @@ TEST_F(InterfaceTest, WithoutPanelsHomeUsesTheWholeWindow) {
 }
 
 TEST_F(InterfaceTest, ErrorsCloseWhenTheSameIsTriedAgain) {
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   open_ball(seat);
   const auto shown = [&] {
     std::string all;
@@ -224,7 +224,7 @@ TEST_F(InterfaceTest, ErrorsCloseWhenTheSameIsTriedAgain) {
   EXPECT_NE(shown().find("nowhere"), std::string::npos);
   for (int i = 0; i < 10; ++i) seat.frame();
   const Area free = seat.interface.layout().free;
-  const Area area = Seat::area_of("Messages");
+  const Area area = PinVertex::area_of("Messages");
   EXPECT_GE(area.left, free.left);
   EXPECT_LE(area.right, free.right);
   EXPECT_LE(area.bottom, free.bottom);
@@ -238,7 +238,7 @@ TEST_F(InterfaceTest, ErrorsCloseWhenTheSameIsTriedAgain) {
 }
 
 TEST_F(InterfaceTest, AGestureWithoutTroubleWithdrawsWhatWasWrongWithTheOneBefore) {
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   open_ball(seat);
   const Pixel middle = middle_of(seat.studio);
   run(seat.studio, R"({"tool": "handles"}
@@ -283,7 +283,7 @@ TEST_F(InterfaceTest, DigitsCanBeReadOnTheGrabOfASlider) {
 }
 
 TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
-  Seat seat(options(), 1280, 900);
+  PinVertex seat(options(), 1280, 900);
   open_ball(seat);
   const auto set_to = [&](ImGuiID slider, bool most) {
     const auto place = seat.place_of(slider);
@@ -318,7 +318,7 @@ TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
 }
 
 TEST_F(InterfaceTest, ACommaInAFieldIsAPointAndANumberBeyondItsSliderAsks) {
-  Seat seat(options(), 1280, 900);
+  PinVertex seat(options(), 1280, 900);
   open_ball(seat);
   const ImGuiID radius = ImGui::FindWindowByName("Settings")->GetID("Radius");
   const auto type = [&](const std::string& text) {
@@ -337,37 +337,37 @@ TEST_F(InterfaceTest, ACommaInAFieldIsAPointAndANumberBeyondItsSliderAsks) {
   };
   type("0,25");
   EXPECT_NEAR(seat.studio.settings().radius, 0.25, 1e-9);
-  EXPECT_FALSE(Seat::is_list_open());
+  EXPECT_FALSE(PinVertex::is_list_open());
   type("55");
   EXPECT_NEAR(seat.studio.settings().radius, 0.25, 1e-9) << "not before it is confirmed";
-  EXPECT_TRUE(Seat::is_list_open());
+  EXPECT_TRUE(PinVertex::is_list_open());
 }
 
 // However many settings there are, the history keeps its share of the panel, and its last line is seen.
 TEST_F(InterfaceTest, TheHistoryIsSeenBelowTheSettings) {
-  Seat seat(options(), 1280, 800);
+  PinVertex seat(options(), 1280, 800);
   open_ball(seat);
   const float whole = seat.interface.layout().side_panel.height();
   seat.frame();
-  const float first = Seat::area_of("History").height();
+  const float first = PinVertex::area_of("History").height();
   EXPECT_LT(first, 0.2F * whole) << "as little as it needs";
   for (int i = 0; i < 20; ++i) seat.drag(480, 450, 480, 300 + 10 * i);
   ASSERT_GT(seat.studio.shown().history.size(), 15u);
   seat.frame();
   seat.frame();
-  const Area history = Seat::area_of("History");
-  EXPECT_NEAR(history.height(), kLeastHistory * whole, 2);
-  EXPECT_NEAR(Seat::area_of("Settings").bottom, history.top, 1);
+  const Area history = PinVertex::area_of("History");
+  EXPECT_NEAR(history.height(), kMinHistory * whole, 2);
+  EXPECT_NEAR(PinVertex::area_of("Settings").bottom, history.top, 1);
   const ImGuiWindow* const window = ImGui::FindWindowByName("History");
   EXPECT_GT(window->ScrollMax.y, 50);
   EXPECT_NEAR(window->Scroll.y, window->ScrollMax.y, ImGui::GetTextLineHeightWithSpacing());
   seat.studio.preferences().panels.closed = {"tool", "view"};
   for (int i = 0; i < 3; ++i) seat.frame();
-  EXPECT_GT(Seat::area_of("History").height(), 0.6F * whole) << "it takes the room that the settings leave";
+  EXPECT_GT(PinVertex::area_of("History").height(), 0.6F * whole) << "it takes the room that the settings leave";
 }
 
 TEST_F(InterfaceTest, NumbersAtThePointerStayBesideThePanel) {
-  Seat seat(options(), 1280, 800);
+  PinVertex seat(options(), 1280, 800);
   open_ball(seat);
   const Area& free = seat.interface.layout().free;
   seat.move(480, 400);
@@ -383,12 +383,12 @@ TEST_F(InterfaceTest, NumbersAtThePointerStayBesideThePanel) {
 
 TEST_F(InterfaceTest, StatisticsStayBesideTheSidePanelAndTheKeysCoverIt) {
   for (const auto& [width, height, unit] : kWindows) {
-    Seat seat(options(), width, height, unit);
+    PinVertex seat(options(), width, height, unit);
     open_ball(seat);
     seat.studio.view().statistics = true;
     for (int i = 0; i < 4; ++i) seat.frame();
     const Area& free = seat.interface.layout().free;
-    const Area statistics = Seat::area_of("Statistics");
+    const Area statistics = PinVertex::area_of("Statistics");
     EXPECT_GT(statistics.width(), 0);
     EXPECT_GE(statistics.left, free.left);
     EXPECT_LE(statistics.right, free.right);
@@ -396,7 +396,7 @@ TEST_F(InterfaceTest, StatisticsStayBesideTheSidePanelAndTheKeysCoverIt) {
     EXPECT_EQ(ImGui::FindWindowByName("Statistics")->ScrollMax.x, 0);
     seat.studio.view().help = true;
     for (int i = 0; i < 4; ++i) seat.frame();
-    const Area keys = Seat::area_of("Keys");
+    const Area keys = PinVertex::area_of("Keys");
     EXPECT_GE(keys.left, 0);
     EXPECT_LE(keys.right, static_cast<float>(width));
     if (width == 1440 && unit == 1) {
@@ -412,7 +412,7 @@ TEST_F(InterfaceTest, StatisticsStayBesideTheSidePanelAndTheKeysCoverIt) {
 }
 
 TEST_F(InterfaceTest, ACommandIsFoundAndDoneWithTheKeyboard) {
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   open_ball(seat);
   seat.key("F3");
   seat.frame();
@@ -451,18 +451,18 @@ TEST_F(InterfaceTest, ACommandIsFoundAndDoneWithTheKeyboard) {
   seat.type("new shape");
   seat.key("Enter");
   seat.frame();
-  EXPECT_GT(Seat::area_of("New shape").width(), 0) << "the dialog of the command";
+  EXPECT_GT(PinVertex::area_of("New shape").width(), 0) << "the dialog of the command";
 }
 
 TEST_F(InterfaceTest, ThePanelIsResizedAtItsEdgeAndComesBackAsItWasLeft) {
   {
-    Seat seat(options(), 1440, 900);
+    PinVertex seat(options(), 1440, 900);
     open_ball(seat);
-    const Area before = Seat::area_of("Settings");
+    const Area before = PinVertex::area_of("Settings");
     EXPECT_NEAR(before.width(), kPanelWidth, 1);
     seat.drag(before.left + 2, 500, before.left - 98, 500);
     EXPECT_TRUE(seat.studio.shown().history.empty()) << "the panel took the drag";
-    EXPECT_NEAR(Seat::area_of("Settings").width(), kPanelWidth + 100, 3);
+    EXPECT_NEAR(PinVertex::area_of("Settings").width(), kPanelWidth + 100, 3);
     for (int i = 0; i < 20; ++i) seat.frame();
     EXPECT_EQ(ImGui::FindWindowByName("Settings")->ScrollMax.y, 0);
     seat.key("Shift+T");
@@ -470,9 +470,9 @@ TEST_F(InterfaceTest, ThePanelIsResizedAtItsEdgeAndComesBackAsItWasLeft) {
     seat.click(before.left + 60, before.top + 20);  // folds the tool's settings
     seat.studio.close();
   }
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   open_ball(seat);
-  EXPECT_NEAR(Seat::area_of("Settings").width(), kPanelWidth + 100, 3);
+  EXPECT_NEAR(PinVertex::area_of("Settings").width(), kPanelWidth + 100, 3);
   EXPECT_TRUE(seat.studio.view().tool_labels);
   EXPECT_FALSE(seat.studio.view().history);
   EXPECT_EQ(seat.studio.preferences().panels.closed, std::vector<std::string>{"tool"});
@@ -481,12 +481,12 @@ TEST_F(InterfaceTest, ThePanelIsResizedAtItsEdgeAndComesBackAsItWasLeft) {
 
 TEST_F(InterfaceTest, NamesOfTheToolsFitBesideTheirIcons) {
   for (const double unit : {1.0, 2.0}) {
-    Seat seat(options(), 1440, 900, unit);
+    PinVertex seat(options(), 1440, 900, unit);
     open_ball(seat);
-    const float narrow = Seat::area_of("Tools").width();
+    const float narrow = PinVertex::area_of("Tools").width();
     seat.key("Shift+T");
     seat.frame();
-    EXPECT_NEAR(Seat::area_of("Tools").width(), narrow + kToolLabelWidth * unit, 1.5);
+    EXPECT_NEAR(PinVertex::area_of("Tools").width(), narrow + kToolLabelWidth * unit, 1.5);
     EXPECT_EQ(ImGui::FindWindowByName("Tools")->ScrollMax.x, 0);
     for (const StudioTool& tool : studio_tools()) {
       EXPECT_LT(ImGui::CalcTextSize(tool.name.c_str()).x, kToolLabelWidth * unit) << tool.name;

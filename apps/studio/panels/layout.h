@@ -37,8 +37,8 @@ struct Layout {
 };
 
 inline constexpr float kPanelWidth = 308;  // points, unless the person chose another
-inline constexpr float kLeastPanelWidth = 220;
-inline constexpr float kMostPanelWidth = 640;
+inline constexpr float kMinPanelWidth = 220;
+inline constexpr float kMaxPanelWidth = 640;
 inline constexpr float kToolLabelWidth = 76;  // points
 
 // The gap between panels and around them, and the padding of the tool bar, in points.

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kSecondsShown = 5;
 constexpr double kSecondsOfErrors = 30;
-constexpr std::size_t kMostMessages = 6;
+constexpr std::size_t kMaxMessages = 6;
 constexpr float kStatisticsWidth = 420;  // points
 
 constexpr int kOverlay = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
@@ -252,7 +252,7 @@ void update_messages(Messages& messages, std::vector<Notice> notices, double now
     const double until = now + (notice.is_error ? kSecondsOfErrors : kSecondsShown);
     messages.messages.push_back({std::move(notice), until});
   }
-  while (messages.messages.size() > kMostMessages) messages.messages.pop_front();
+  while (messages.messages.size() > kMaxMessages) messages.messages.pop_front();
   std::erase_if(messages.messages, [&](const Messages::Message& message) { return message.until < now; });
 }
 

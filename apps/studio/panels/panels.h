@@ -42,9 +42,9 @@ struct SidePanel {
   std::size_t entries = 0;  // of the history, as last drawn
 };
 
-// Settings above, history below: each scrolls by itself, and the history keeps kLeastHistory of the height if it needs
+// Settings above, history below: each scrolls by itself, and the history keeps kMinHistory of the height if it needs
 // it. Their left edge can be dragged.
-inline constexpr float kLeastHistory = 0.4F;
+inline constexpr float kMinHistory = 0.4F;
 void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SidePanel& panel);
 
 // The parts of it.

@@ -11,7 +11,7 @@ namespace {
 using PinsListTest = StudioTest;
 
 TEST_F(PinsListTest, ChangesPins) {
-  Seat seat(options(), 1440, 900);
+  PinVertex seat(options(), 1440, 900);
   run(seat.studio, R"({"new": "sphere", "vertices": 2562}
 {"key": "Alt+1"}
 {"key": "Home"})");

@@ -70,17 +70,19 @@ void draw_stamp(Studio& studio) {
       "leaves a groove. Stick: the surface goes with the stamp.");
 }
 
-void draw_barrel_settings(Studio& studio) {
-  ImGui::Checkbox("Automatic limb", &studio.settings().uses_barrel);
-  help_on_hover("Moves only the finger, arm or leg that was clicked: what lies in the grey barrel. Off: everything.");
+void draw_limit_cylinder_settings(Studio& studio) {
+  ImGui::Checkbox("Automatic limb", &studio.settings().uses_limit_cylinder);
+  help_on_hover(
+      "Moves only the finger, arm or leg that was clicked: what lies in the grey limit cylinder. Off: everything.");
   const auto& placement = studio.placed().placement;
   ImGui::Checkbox("Widen a zone that is too thin", &studio.settings().widens_zone);
   help_on_hover("A strong bend or twist over a short zone crushes the shape. The zone grows with the angle.");
-  if (!placement || !placement->barrel) return;
-  if (placement->barrel->problem.empty()) {
-    ImGui::TextDisabled("%s", fmt::format("The barrel has radius {:.3g}.", placement->barrel->radius).c_str());
+  if (!placement || !placement->limit_cylinder) return;
+  if (placement->limit_cylinder->problem.empty()) {
+    ImGui::TextDisabled(
+        "%s", fmt::format("The limit cylinder has radius {:.3g}.", placement->limit_cylinder->radius).c_str());
   } else {
-    text_in_colour(kWarning, placement->barrel->problem);
+    text_in_colour(kWarning, placement->limit_cylinder->problem);
   }
 }
 
@@ -229,7 +231,7 @@ void draw_own_settings(Studio& studio) {
     ImGui::TextDisabled("%zu points, %zu curves", studio.placed().points.size(), studio.placed().curves.size());
     if (ImGui::Button("Clear")) studio.clear_placed();
   }
-  if (tool.turning.takes_barrel) draw_barrel_settings(studio);
+  if (tool.turning.takes_limit_cylinder) draw_limit_cylinder_settings(studio);
   if (tool.use == ToolUse::handles) draw_handles(studio);
   if (tool.use == ToolUse::pose) {
     draw_pose(studio);
@@ -300,7 +302,7 @@ void draw_edge(Studio& studio, const Gui& gui, const Area& area) {
   if (ImGui::IsItemHovered() || ImGui::IsItemActive()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
   if (ImGui::IsItemActive() && ImGui::IsMouseDragging(0, 0)) {
     const float width = (area.right - ImGui::GetIO().MousePos.x) / gui.unit();
-    studio.preferences().panels.width = std::clamp(width, kLeastPanelWidth, kMostPanelWidth);
+    studio.preferences().panels.width = std::clamp(width, kMinPanelWidth, kMaxPanelWidth);
   }
   ImGui::PopClipRect();
   ImGui::SetCursorScreenPos(cursor);
@@ -396,7 +398,7 @@ void draw_view_settings(Studio& studio, const Gui& gui) {
 void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SidePanel& panel) {
   const Area& area = layout.side_panel;
   const float left_by_settings = area.height() - panel.settings_height;
-  const float room = std::max(kLeastHistory * area.height(), left_by_settings);
+  const float room = std::max(kMinHistory * area.height(), left_by_settings);
   const float split = studio.view().history ? area.bottom - std::min(panel.history_height, room) : area.bottom;
   panel.settings_height = draw_window(studio, gui, "Settings", {area.left, area.top, area.right, split}, [&] {
     if (begin_part(studio, "tool", studio.settings().tool->name)) draw_tool_settings(studio);

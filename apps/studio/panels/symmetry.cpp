@@ -39,7 +39,7 @@ void draw_center(Studio& studio) {
 }
 
 void draw_turns(Symmetry& symmetry) {
-  ImGui::SliderInt("Radial", &symmetry.turns, 1, kMostTurns, symmetry.turns == 1 ? "off" : "%d times");
+  ImGui::SliderInt("Radial", &symmetry.turns, 1, kMaxTurns, symmetry.turns == 1 ? "off" : "%d times");
   help_on_hover("repeats everything about an axis");
   if (symmetry.turns < 2) return;
   for (std::size_t i = 0; i < 3; ++i) {

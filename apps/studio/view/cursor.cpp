@@ -15,7 +15,7 @@ constexpr int kPoints = 48;           // of a ring; a multiple of 2 kDash
 constexpr int kDash = 2;              // steps of a dash, and of a gap
 constexpr double kLongestStep = 0.4;  // of a ring, in its radii; without jumps a step has 2 pi / kPoints = 0.13
 constexpr double kThickness = 1.1;    // half, in pixels
-constexpr std::size_t kMostImages = 32;
+constexpr std::size_t kMaxImages = 32;
 
 // The radii of the rings.
 struct Radii {
@@ -110,7 +110,7 @@ void SurfaceCursor::add_lines(const Studio& studio, std::vector<render::Line>& l
   const double thickness = kThickness * pixel_size(studio.screen(), place);
   std::vector<RigidMotion> motions{RigidMotion{}};
   for (const SymmetryImage& image : images_of(settings)) motions.push_back(image.motion);
-  if (motions.size() > kMostImages) motions.resize(kMostImages);
+  if (motions.size() > kMaxImages) motions.resize(kMaxImages);
   for (const RigidMotion& motion : motions) {
     const render::Line outer{.points = {}, .radius = thickness, .color = studio.preferences().outer_ring};
     const render::Line inner{.points = {}, .radius = thickness, .color = studio.preferences().inner_ring};

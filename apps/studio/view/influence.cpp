@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "knead/flow.h"
 #include "knead/error.h"
+#include "knead/flow.h"
 
 namespace knead::studio {
 
@@ -12,13 +12,13 @@ namespace {
 constexpr std::size_t kVerticesAtOnce = 4096;
 constexpr double kShadeError = 1e-3;  // of a displacement
 
-bool is_within(const SegmentBarrel& barrel, const Vec3d& p) {
-  const Vec3d d = p - barrel.point;
-  return norm2(d - barrel.direction * dot(d, barrel.direction)) <= barrel.radius * barrel.radius;
+bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& p) {
+  const Vec3d d = p - limit_cylinder.center;
+  return norm2(d - limit_cylinder.axis * dot(d, limit_cylinder.axis)) <= limit_cylinder.radius * limit_cylinder.radius;
 }
 
 double weight_at(const Segment& segment, const Vec3d& p) {
-  if (segment.barrel && !is_within(*segment.barrel, p)) return 0;
+  if (segment.limit_cylinder && !is_within(*segment.limit_cylinder, p)) return 0;
   double most = 0;
   for (const Field& field : segment.fields) {
     most = std::max(most, blend_weight(region_value(field, p - field.center).value, field.thresholds).value);

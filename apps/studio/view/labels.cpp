@@ -13,7 +13,7 @@ namespace {
 constexpr double kArrowPixels = 70;
 constexpr double kPointing = 0.5;  // of Drag::depth, above which the arrow is shown
 
-Surroundings around_of(const Studio& studio) {
+GestureContext around_of(const Studio& studio) {
   const DocumentState& shown = studio.shown();
   const bool fits = shown.picker && shown.picker->fits(shown.state);
   return {studio.screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.settings()};
@@ -22,8 +22,8 @@ Surroundings around_of(const Studio& studio) {
 // The drag that would begin at the pointer, of tools that go along a line.
 std::optional<Drag> next_drag(const Studio& studio) {
   const ToolSettings& settings = studio.settings();
-  const Placed& placed = studio.placed();
-  const Surroundings around = around_of(studio);
+  const PlacedTools& placed = studio.placed();
+  const GestureContext around = around_of(studio);
   if (studio.shown().opened == 0 || studio.shown().looked_at) return std::nullopt;
   if (settings.tool->use == ToolUse::stamp && placed.stamp && placed.placement) {
     return begin_stamp(studio.pointer(), around, placed).drag;

@@ -11,8 +11,8 @@
 #include <optional>
 #include <system_error>
 
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 
 namespace knead::studio {
 

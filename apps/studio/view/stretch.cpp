@@ -14,7 +14,7 @@ namespace {
 // Vertices that an estimate looks at, and those of them that it follows: 3 ms on two cores.
 constexpr std::size_t kLookedAt = 40'000;
 constexpr std::size_t kFollowed = 192;
-constexpr double kLeastPart = 0.9 / 2.4;  // of the safe width of a bend
+constexpr double kMinPart = 0.9 / 2.4;  // of the safe width of a bend
 
 // The places of the vertices from which the shape is stretched.
 std::optional<std::vector<Vec3d>> places_before(const DocumentState& shown, StretchView since) {
@@ -38,7 +38,7 @@ std::vector<Vec3d> some_of(const Snapshot& positions) {
 // Path lines of such a bend may run to infinity (method, section 10).
 bool is_crushed(const Stroke& stroke, const ZoneProfile& profile) {
   const std::optional<ZoneCheck> check = check_zone(stroke, profile);
-  return check && std::holds_alternative<BendStroke>(stroke) && check->width < kLeastPart * check->safe;
+  return check && std::holds_alternative<BendStroke>(stroke) && check->width < kMinPart * check->safe;
 }
 
 }  // namespace

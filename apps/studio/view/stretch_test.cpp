@@ -17,7 +17,7 @@ namespace {
 constexpr const char* kCylinder = R"({"size": [800, 600]}
 {"new": "cylinder", "vertices": 20000}
 {"view": {"yaw_deg": 0, "pitch_deg": 90, "target": [0, 0, 0], "height": 6}}
-{"set": {"radius": 0.3, "inner_ratio": 0.4, "barrel": false}}
+{"set": {"radius": 0.3, "inner_ratio": 0.4, "limit_cylinder": false}}
 )";
 
 double greatest(const std::vector<float>& values) { return *std::ranges::max_element(values); }
@@ -84,7 +84,7 @@ TEST_F(StretchTest, TheZoneGrowsWithTheAngleAndStudioSaysSo) {
   studio.close();
 }
 
-// The finger alone moves, though its zone grows: a barrel keeps its outer border.
+// The finger alone moves, though its zone grows: a limit cylinder keeps its outer border.
 TEST_F(StretchTest, AStrongBendOfAFingerStaysSmooth) {
   for (const char* const tool : {"bend", "twist"}) {
     Studio studio(options());

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "knead/flow.h"
-#include "knead/error.h"
 #include "knead/certify.h"
+#include "knead/error.h"
+#include "knead/flow.h"
 #include "knead/tools.h"
 
 namespace knead::paraview {

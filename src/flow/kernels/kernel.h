@@ -1,7 +1,6 @@
-// The inner loops of advect: path lines of one field, side by side, for the instruction set of the machine. Internal to
-// the flow room. The functions that this header declares are written once (kernel_*.h), as templates over the type of a
-// pack of numbers, and compiled for every instruction set; a path line's bits depend neither on that nor on its
-// neighbours.
+// The inner loops of advect: path lines of one field, side by side, for the instruction set of the machine.  The
+// functions that this header declares are written once (kernel_*.h), as templates over the type of a pack of numbers,
+// and compiled for every instruction set; a path line's bits depend neither on that nor on its neighbours.
 #pragma once
 
 #include <cstddef>
@@ -125,8 +124,8 @@ struct BlockTask {
 struct Classified {
   std::uint64_t inside = 0;
   std::uint64_t later = 0;
-  std::uint64_t undecided = 0;  // to be asked for one by one
-  double moved = 0;             // how far one of those moved has come along an axis, at most
+  std::uint64_t pending = 0;  // to be asked for one by one
+  double moved = 0;           // how far one of those moved has come along an axis, at most
 };
 
 // What limits the steps of a bundle's path lines where they are.
@@ -243,12 +242,12 @@ struct SumPart {
   S extent{0};  // the radius; of the half-space how far along its normal it goes
 };
 
-// At most so many parts, kMostParts of a segment.
-inline constexpr int kMostSummed = 8;
+// At most so many parts, kMaxParts of a segment.
+inline constexpr int kMaxSummed = 8;
 
 template <class S>
 struct SumKernelField {
-  SumPart<S> parts[kMostSummed];
+  SumPart<S> parts[kMaxSummed];
   int count = 0;
 };
 
@@ -300,7 +299,7 @@ struct SegmentTask {
 };
 
 // Asked after every round of steps: whether the result is no longer wanted after so many evaluations of the group.
-struct StopQuestion {
+struct CancelCheck {
   bool (*ask)(const void* asked, std::uint64_t evaluations) = nullptr;  // null: it is wanted
   const void* asked = nullptr;
   std::uint64_t before = 0;  // evaluations of the group for earlier pieces of the segment
@@ -320,7 +319,7 @@ struct GroupTask {
   std::uint32_t* steps = nullptr;  // kGroup, to which accepted steps are added
   double* moved = nullptr;         // by block: raised to how far a point of it moves along an axis, at most
   Bundle<S>* bundle = nullptr;     // to work in
-  StopQuestion stop;               // the path lines under way are given up then, and the counts are not complete
+  CancelCheck stop;                // the path lines under way are given up then, and the counts are not complete
 };
 
 // So many path lines are integrated side by side with their Jacobians.
@@ -354,7 +353,7 @@ struct JacobianTask {
   std::size_t count = 0;
   Vec3d* points = nullptr;
   Mat3d* jacobians = nullptr;
-  StopQuestion stop;
+  CancelCheck stop;
 };
 
 struct GroupCounts {
@@ -414,7 +413,7 @@ JacobianKernels avx512_jacobian_kernels();
 JacobianKernels neon_jacobian_kernels();
 JacobianKernels wasm_jacobian_kernels();
 
-// The kernels that this machine runs. Internal to the flow room.
+// The kernels that this machine runs.
 
 // As simd_name says; asked for anew at every call, so that tests can compare them.
 const KernelTable& kernels_in_use();

@@ -1,4 +1,4 @@
-// Potential grids: path lines side by side in v = curl A (field/grid_view.h). Internal to the flow room: part of the
+// Potential grids: path lines side by side in v = curl A (field/grid.h). Internal: part of the
 // one source of all kernels.
 //
 // The lanes of a pack that lie in one cell read its numbers once, in every lane the same. Where there are several
@@ -117,7 +117,7 @@ FieldKernel<typename P::Scalar> grid_kernel() {
   return kernel;
 }
 
-// Sums of segments: path lines side by side in the sum of the parts' velocities. Internal to the flow room: part of the
+// Sums of segments: path lines side by side in the sum of the parts' velocities. Internal: part of the
 // one source of all kernels.
 //
 // A part evaluates to the bits that it has alone, and to exactly 0 beyond its support: whether it is evaluated there
@@ -185,7 +185,7 @@ template <class P, class S>
 [[gnu::flatten]] void sum_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
   const auto& field = *static_cast<const SumKernelField<S>*>(data);
   const auto lanes = static_cast<std::size_t>(bundle.count);
-  alignas(64) Lanes3<S> slopes[kMostSummed];
+  alignas(64) Lanes3<S> slopes[kMaxSummed];
   place_lanes<P>(bundle, stage);
   for (int k = 0; k < field.count; ++k) {
     if (ask_part<P>(field.parts[k], bundle)) evaluate_part(field.parts[k], *bundle.own);

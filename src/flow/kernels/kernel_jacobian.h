@@ -1,4 +1,4 @@
-// Path lines with their Jacobians: dx/dt = v and dJ/dt = grad v J. Internal to the flow room: included once for every
+// Path lines with their Jacobians: dx/dt = v and dJ/dt = grad v J. Internal: included once for every
 // instruction set, by a source of its own.
 #pragma once
 
@@ -80,7 +80,7 @@ class JacobianMover {
   }
 
  private:
-  static constexpr int kMostSteps = 10'000;
+  static constexpr int kMaxSteps = 10'000;
 
   // Writes finished lanes back, and fills them with path lines that have not begun yet.
   void settle() {
@@ -130,7 +130,7 @@ class JacobianMover {
   // After a step. A point that rests waits for the tool to meet it again.
   bool goes_on(std::size_t lane) {
     const double rest = segment_.end - t_[lane];
-    if (!(segment_.end >= segment_.begin ? rest > 0 : rest < 0) || ++steps_[lane] == kMostSteps) return false;
+    if (!(segment_.end >= segment_.begin ? rest > 0 : rest < 0) || ++steps_[lane] == kMaxSteps) return false;
     if (k_[0].of[0][lane] != 0 || k_[0].of[1][lane] != 0 || k_[0].of[2][lane] != 0) return true;
     const void* cell = nullptr;
     const Vec3d x{state_.of[0][lane], state_.of[1][lane], state_.of[2][lane]};

@@ -1,4 +1,4 @@
-// Pins (method, section 9): path lines side by side in the sum of the pins' kernels. Internal to the flow room: part of
+// Pins (method, section 9): path lines side by side in the sum of the pins' kernels. Internal: part of
 // the one source of all kernels.
 #pragma once
 
@@ -149,7 +149,7 @@ KNEAD_INLINE void add_turn(const PinStrength<S>& of, const PinPlace<P>& place, P
                          mul_add(across.x, y.x, mul_add(own.y, y.y, across.z * y.z)),
                          mul_add(across.y, y.x, mul_add(across.z, y.y, own.z * y.z))};
   const P turning = cube * mul_add(r, P(S(-1.8)), P(1));
-  const P along = cube * P(S(4) / S(3)) * dot(y, strained) / maximum(r, P(kLeastDistance<S>));
+  const P along = cube * P(S(4) / S(3)) * dot(y, strained) / maximum(r, P(kMinDistance<S>));
   sum.velocity = mul_add(cross(rate, y), turning, sum.velocity);
   sum.velocity = mul_add(strained, cube * mul_add(r, P(S(-7) / S(3)), P(1)), sum.velocity);
   sum.velocity = mul_add(y, along, sum.velocity);
@@ -250,7 +250,7 @@ template <class P, class S>
       near |= bits(square < P(far * far));
     }
     result.inside |= std::uint64_t{inside & members} << i;
-    result.undecided |= std::uint64_t{near & ~inside & members} << i;
+    result.pending |= std::uint64_t{near & ~inside & members} << i;
   }
   return result;
 }

@@ -1,4 +1,4 @@
-// The points of a group's blocks, into a bundle and back. Internal to the flow room: part of the one source of all
+// The points of a group's blocks, into a bundle and back. Internal: part of the one source of all
 // kernels.
 #pragma once
 
@@ -29,7 +29,7 @@ class BundlePoints {
 
   void decide(const BlockTask& task, Classified& found) {
     for (std::size_t i = 0; i < kBlock; ++i) {
-      if ((found.undecided >> i & 1) == 0) continue;
+      if ((found.pending >> i & 1) == 0) continue;
       const Vec3d x{task.points.x[i], task.points.y[i], task.points.z[i]};
       const void* cell = nullptr;
       const double t = segment_.next_contact(segment_.contact_data, x, static_cast<double>(segment_.begin), cell);
@@ -152,7 +152,7 @@ class BundlePoints {
   Bundle<S>& bundle_;
 };
 
-// A bundle's path lines with the field that they follow. Internal to the flow room: part of the one source of all
+// A bundle's path lines with the field that they follow. Internal: part of the one source of all
 // kernels.
 
 template <class P>
@@ -251,8 +251,7 @@ class BundleField {
   alignas(64) StepLimits<S> limits_;
 };
 
-// A whole segment as one step, for the path lines of a bundle for which that is accurate (step_rule.h). Internal to the
-// flow room: part of the one source of all kernels.
+// A whole segment as one step, for the path lines of a bundle for which that is accurate (step_rule.h).
 
 template <class P>
 class WholeSegment {

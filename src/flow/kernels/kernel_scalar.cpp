@@ -4,10 +4,10 @@
 namespace knead::detail {
 
 KernelTable scalar_kernels() {
-  return {"scalar", kernels_of<Lane<float>, Lane<double>>(), kernels_of<Lane<double>, Lane<double>>(),
-          scalar_jacobian_kernels()};
+  return {"scalar", kernels_of<ScalarPack<float>, ScalarPack<double>>(),
+          kernels_of<ScalarPack<double>, ScalarPack<double>>(), scalar_jacobian_kernels()};
 }
 
-JacobianKernels scalar_jacobian_kernels() { return jacobian_kernels_of<Lane<double>>(); }
+JacobianKernels scalar_jacobian_kernels() { return jacobian_kernels_of<ScalarPack<double>>(); }
 
 }  // namespace knead::detail

@@ -1,4 +1,4 @@
-// Path lines of a group's points, a bundle at a time. Internal to the flow room: part of the one source of all kernels.
+// Path lines of a group's points, a bundle at a time. Internal: part of the one source of all kernels.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class GroupMover {
       } else {
         found = segment_.kernel.classify(segment_.field, task);
       }
-      if (found.undecided != 0) points_.decide(task, found);
+      if (found.pending != 0) points_.decide(task, found);
       points_.note_moved(first, found.moved);
       if ((found.inside | found.later) == 0) continue;
       if (bundle_.count + kBlock > kBundle) flush();
@@ -257,7 +257,7 @@ class GroupMover {
   bool slots_are_lanes_ = true;
 };
 
-// The table of all kernels for one type of pack in float and one in double. Internal to the flow room: included once by
+// The table of all kernels for one type of pack in float and one in double. Internal: included once by
 // the source of every instruction set.
 
 // Two packs at a time are faster for moving balls and point sets, by 5% and 16% with AVX2; for others they are not.
@@ -269,7 +269,7 @@ template <class P, template <class> class M, template <class> class R>
 using StagePack =
     std::conditional_t<std::is_same_v<M<float>, Translation<float>> &&
                            (std::is_same_v<R<float>, Ball<float>> || std::is_same_v<R<float>, SetPoints<float>>),
-                       Twin<P>, P>;
+                       PackPair<P>, P>;
 #endif
 
 template <class P, class PD, template <class> class M, template <class> class R>

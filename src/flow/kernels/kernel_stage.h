@@ -1,4 +1,4 @@
-// The fields of path lines that lie side by side. Internal to the flow room: part of the one source of all kernels.
+// The fields of path lines that lie side by side. Internal: part of the one source of all kernels.
 #pragma once
 
 #include <limits>
@@ -11,7 +11,7 @@
 
 namespace knead::detail {
 
-// S^(-1/m), as inverse_root of one number (field/point_set.h); every lane stops by itself.
+// S^(-1/m), as inverse_root of one number (knead/region.h); every lane stops by itself.
 template <class P>
 requires requires { typename P::Mask; }
 KNEAD_INLINE P inverse_root(const P& sum, int m) {
@@ -221,7 +221,7 @@ void limit_by_mask_and_turning(const void* data, const Bundle<S>& bundle, bool f
 }
 
 // Which points of a block a segment moves, and those whose motion is known in closed form moved (method, section 3,
-// "Exact facts"). In double whatever the evaluation is in. Internal to the flow room: part of the one source of all
+// "Exact facts"). In double whatever the evaluation is in. Internal: part of the one source of all
 // kernels.
 
 template <class P>
@@ -406,8 +406,8 @@ KNEAD_INLINE Known<P> closed_form(const F& /*field*/, const Vec3<P>& /*d*/, cons
 // When a resting point that is outside at the segment's beginning is reached; beyond the segment's end: never.
 template <class P>
 struct Arrival {
-  P after;                      // how long after the beginning
-  std::uint32_t undecided = 0;  // lanes of which only so much is known that they may be
+  P after;                    // how long after the beginning
+  std::uint32_t pending = 0;  // lanes of which only so much is known that they may be
 };
 
 template <class P, template <class> class M, class S>
@@ -481,7 +481,7 @@ template <class P, class Field, bool masked>
         mul_add(at.after, P(direction), begin).store(task.start + i);
         result.later |= std::uint64_t{later} << i;
       }
-      result.undecided |= std::uint64_t{outside & at.undecided} << i;
+      result.pending |= std::uint64_t{outside & at.pending} << i;
     }
     if (inside == 0) continue;
     Known<P> known;

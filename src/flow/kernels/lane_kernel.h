@@ -1,4 +1,4 @@
-// Fields that are evaluated for one path line at a time. Internal to the flow room.
+// Fields that are evaluated for one path line at a time.
 #pragma once
 
 #include <algorithm>
@@ -64,7 +64,7 @@ void set_slope(Bundle<S>& bundle, int k, std::size_t lane, const Vec3<S>& v) {
   for (std::size_t axis = 0; axis < 3; ++axis) bundle.k[k][axis][lane] = v[axis];
 }
 
-// Several fields, summed. Rare (sums of point sets are in set_cells.h), so that an indirect call for each does not
+// Several fields, summed. Rare (sums of point sets are in sets.h), so that an indirect call for each does not
 // matter.
 template <class S>
 struct FieldSum {
@@ -141,7 +141,7 @@ struct CellField {
   }
 };
 
-// The velocity of several path lines in one cell of point sets at a time. Internal to the flow room.
+// The velocity of several path lines in one cell of point sets at a time.
 
 // Places of path lines in one cell; unused ones repeat the first.
 template <class S>
@@ -238,7 +238,7 @@ void evaluate_from_start(const CellField<S>& field, Bundle<S>& bundle, const Sta
 }
 
 // Kernels of the fields that no pack kernel evaluates: large point sets, curves, handles, sums, blended fields and the
-// caller's own. Internal to the flow room: instantiated in lane_kernel_float.cpp and lane_kernel_double.cpp.
+// caller's own. Internal: instantiated in lane_kernel.cpp.
 
 extern template BoundKernel<float> lane_kernel<float>(const Segment&, double, const SegmentMask&);
 extern template BoundKernel<double> lane_kernel<double>(const Segment&, double, const SegmentMask&);

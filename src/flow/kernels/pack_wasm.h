@@ -1,4 +1,4 @@
-// Several numbers in one register of WebAssembly. Internal to the flow room: pack.h includes it.
+// Several numbers in one register of WebAssembly. Internal: pack.h includes it.
 #pragma once
 
 #include <cstddef>
@@ -61,7 +61,7 @@ struct PackMask {
   KNEAD_INLINE friend std::uint32_t bits(const PackMask& a) { return WasmLanes<S>::bits(a.v); }
 };
 
-// The operations that fields are evaluated with (math/scalar.h).
+// The operations that fields are evaluated with (knead/vec.h).
 template <class S>
 struct Pack {
   using Scalar = S;

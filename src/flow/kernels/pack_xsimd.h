@@ -1,4 +1,4 @@
-// Several numbers in one register of the processors that xsimd knows. Internal to the flow room: pack.h includes it.
+// Several numbers in one register of the processors that xsimd knows. Internal: pack.h includes it.
 #pragma once
 
 #include <xsimd/xsimd.hpp>
@@ -179,7 +179,7 @@ struct PackMask {
   KNEAD_INLINE friend std::uint32_t bits(const PackMask& a) { return bits_of(a.v); }
 };
 
-// Arch: of xsimd. The operations that fields are evaluated with (math/scalar.h).
+// Arch: of xsimd. The operations that fields are evaluated with (knead/vec.h).
 template <class S, class Arch>
 struct Pack {
   using Scalar = S;
@@ -234,7 +234,7 @@ struct Pack {
     return Pack(neg_fused(a.v, b.v, c.v));
   }
 #if defined(__x86_64__)
-  // x86's own take their second operand where the two are unordered, as math/scalar.h's do their first.
+  // x86's own take their second operand where the two are unordered, as knead/vec.h's do their first.
   KNEAD_INLINE friend Pack minimum(const Pack& a, const Pack& b) { return Pack(xsimd::min(b.v, a.v)); }
   KNEAD_INLINE friend Pack maximum(const Pack& a, const Pack& b) { return Pack(xsimd::max(b.v, a.v)); }
 #endif

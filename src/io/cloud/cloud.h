@@ -66,14 +66,15 @@ class Rows {
 // What a file of points in text holds besides points.
 
 struct Layout {
-  std::size_t points_begin = 0;         // the byte where the line of the first point, or a line before it, begins
-  bool label_first = false;             // a word stands before x y z on each line
-  bool labels = false;                  // some words after x y z are no numbers
-  bool has_names = false;               // a line before the points names the columns
-  bool columns_read = true;             // the numbers after x y z, if any, are attributes of the mesh
-  std::optional<Columns> table;         // of files whose columns have names, and of molecules (table.h)
-  std::vector<std::size_t> normal;      // the three columns of the normals in a table, if it has any
-  std::vector<std::uint32_t> unplaced;  // lines, counted with all points, of points that the mesh lacks (unplaced.h)
+  std::size_t points_begin = 0;     // the byte where the line of the first point, or a line before it, begins
+  bool label_first = false;         // a word stands before x y z on each line
+  bool labels = false;              // some words after x y z are no numbers
+  bool has_names = false;           // a line before the points names the columns
+  bool columns_read = true;         // the numbers after x y z, if any, are attributes of the mesh
+  std::optional<Columns> table;     // of files whose columns have names, and of molecules (cloud.h)
+  std::vector<std::size_t> normal;  // the three columns of the normals in a table, if it has any
+  std::vector<std::uint32_t>
+      unplaced;  // lines, counted with all points, of points that the mesh lacks (mesh_builder.h)
 };
 
 // The words of point files in text: between blanks, or between commas or semicolons.
@@ -119,7 +120,7 @@ class Words {
 
 // A point on each line: x y z and any further numbers, between blanks, or between commas or semicolons. Lines that are
 // empty or begin with #, % or // are passed over; the number of points and the names of the columns may stand before
-// them. Where columns are named x, y and z (table.h says how), these are the coordinates; otherwise they are the first
+// them. Where columns are named x, y and z (cloud.h says how), these are the coordinates; otherwise they are the first
 // three numbers, and a note says which columns these are where more follow. Words that are no numbers (labels) may
 // stand in other columns; points whose coordinates are not finite are left out of the mesh. Other columns have their
 // names; nx, ny, nz are "normal" and r, g, b from 0 to 255 "color". Without names three further numbers that are of
@@ -159,7 +160,7 @@ struct Scan {
 struct Layout {
   std::vector<Scan> scans;
   bool columns_read = true;             // all numbers after x y z are attributes of the mesh
-  std::vector<std::uint32_t> unplaced;  // rows, counted over all scans, of directions without a point (unplaced.h)
+  std::vector<std::uint32_t> unplaced;  // rows, counted over all scans, of directions without a point (mesh_builder.h)
 };
 
 // The points in world coordinates. Directions from which nothing came back, 0 0 0 or coordinates that are not finite,
@@ -201,7 +202,7 @@ struct Layout {
   std::size_t points = 0;
   std::size_t row_size = 0;             // bytes, or words
   std::size_t body_begin = 0;           // the byte after the header
-  std::vector<std::uint32_t> unplaced;  // rows of points that the mesh lacks (unplaced.h)
+  std::vector<std::uint32_t> unplaced;  // rows of points that the mesh lacks (mesh_builder.h)
 };
 
 // Reads the header. Throws InvalidInput that names the line.

@@ -18,7 +18,7 @@
 namespace knead::io_detail::pcd {
 namespace {
 
-constexpr std::size_t kMostFields = 256;
+constexpr std::size_t kMaxFields = 256;
 
 class HeaderParser {
  public:
@@ -52,7 +52,7 @@ class HeaderParser {
     if (!lines_[key].empty()) text_.fail("a second header line " + in_quotes(keyword) + "; repair the file");
     std::vector<std::string_view>& words = lines_[key];
     for (std::string_view word = text_.next_on_line(); !word.empty(); word = text_.next_on_line()) {
-      if (words.size() == kMostFields) text_.fail("more than 256 words in a header line; remove fields");
+      if (words.size() == kMaxFields) text_.fail("more than 256 words in a header line; remove fields");
       words.push_back(word);
     }
     if (words.empty()) text_.fail("nothing follows " + in_quotes(keyword));
@@ -124,10 +124,10 @@ class HeaderParser {
   }
 
   void count_points() {
-    const std::size_t width = whole("WIDTH", 0, kMostElements - 1);
-    const std::size_t height = lines_["HEIGHT"].empty() ? 1 : whole("HEIGHT", 0, kMostElements - 1);
+    const std::size_t width = whole("WIDTH", 0, kMaxElements - 1);
+    const std::size_t height = lines_["HEIGHT"].empty() ? 1 : whole("HEIGHT", 0, kMaxElements - 1);
     const bool has_points = !lines_["POINTS"].empty();
-    layout_.points = has_points ? whole("POINTS", 0, kMostElements - 1) : width * height;
+    layout_.points = has_points ? whole("POINTS", 0, kMaxElements - 1) : width * height;
     if (width * height != layout_.points) {
       throw InvalidInput(Place{name_}, "WIDTH times HEIGHT is not POINTS; the header is damaged");
     }
@@ -185,11 +185,11 @@ std::string expand(std::string_view in, std::size_t size) {
 bool uncompress(std::string& bytes, const std::string& name) {
   const Layout layout = parse_header(bytes, name);
   if (layout.compressed == 0) return false;
-  constexpr std::size_t kMostGrowth = 88;  // three bytes repeat 264 at most
+  constexpr std::size_t kMaxGrowth = 88;  // three bytes repeat 264 at most
   const std::string_view body = std::string_view(bytes).substr(layout.body_begin);
   const std::size_t packed = body.size() < 8 ? 0 : std::min<std::size_t>(uint32_at(body, 0), body.size() - 8);
   const std::size_t whole = layout.points * layout.row_size;
-  const bool is_sized = packed > 0 && whole / kMostGrowth <= packed && uint32_at(body, 4) == whole;
+  const bool is_sized = packed > 0 && whole / kMaxGrowth <= packed && uint32_at(body, 4) == whole;
   const std::string columns = is_sized ? expand(body.substr(8, packed), whole) : "";
   if (whole == 0 || columns.size() != whole) {
     throw InvalidInput(Place{name}, "the compressed points are damaged or cut short");

@@ -55,7 +55,7 @@ class TableReader {
     std::string_view word = std::string_view(shape_.bytes).substr(*start_.count_begin, end - *start_.count_begin);
     while (!word.empty() && is_blank(word.back())) word.remove_suffix(1);
     while (!word.empty() && is_blank(word.front())) word.remove_prefix(1);
-    const std::size_t count = text_.whole(word, kMostElements, "x y z, or the number of points");
+    const std::size_t count = text_.whole(word, kMaxElements, "x y z, or the number of points");
     if (count == rows_) return;
     fail_at_line(name_, shape_.bytes, *start_.count_begin,
                  fmt::format("{} points are declared, but {} follow; the file is cut short or damaged", count, rows_));
@@ -76,7 +76,7 @@ class TableReader {
   }
 
   void read_row(const Rows& rows) {
-    if (rows_ == kMostElements) fail_at_line(name_, shape_.bytes, rows.begin(), "more than 4294967295 points");
+    if (rows_ == kMaxElements) fail_at_line(name_, shape_.bytes, rows.begin(), "more than 4294967295 points");
     const Fields& fields = rows.fields();
     if (rows_ == 0) plan(fields);
     Vec3d p;
@@ -243,7 +243,7 @@ class Reader {
 
  private:
   // The words of the line that begins with `first`; leaves the cursor at its end.
-  std::vector<std::string_view> rest_of_line(std::string_view first) {
+  std::vector<std::string_view> suffix_of_line(std::string_view first) {
     std::vector<std::string_view> line;
     for (std::string_view word = first; !word.empty(); word = words_.next_on_line()) line.push_back(word);
     return line;
@@ -253,10 +253,10 @@ class Reader {
   void read_beginning() {
     for (std::string_view word = words_.next(); !word.empty(); word = words_.next()) {
       const std::size_t begin = words_.text().word_begin();
-      const std::vector<std::string_view> line = rest_of_line(word);
+      const std::vector<std::string_view> line = suffix_of_line(word);
       const bool has_numbers = std::any_of(line.begin(), line.end(), is_number);
       if (line.size() == 1 && !count_ && has_numbers) {
-        count_ = words_.text().whole(word, kMostElements, "x y z, or the number of points");
+        count_ = words_.text().whole(word, kMaxElements, "x y z, or the number of points");
         count_begin_ = begin;
       } else if (line.size() >= 3 && !has_numbers && !layout_.has_names) {
         layout_.has_names = true;
@@ -270,7 +270,7 @@ class Reader {
   }
 
   void read_line(std::string_view word) {
-    if (rows_ == kMostElements) words_.text().fail("more than 4294967295 points; split the shape");
+    if (rows_ == kMaxElements) words_.text().fail("more than 4294967295 points; split the shape");
     const std::size_t begin = words_.text().word_begin();
     if (layout_.label_first) word = words_.next_on_line();
     Vec3d p;
@@ -282,7 +282,7 @@ class Reader {
       read_columns(word);
     } else {
       unplaced_.add(rows_, begin);
-      rest_of_line(word);
+      suffix_of_line(word);
     }
     ++rows_;
   }

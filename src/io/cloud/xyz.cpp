@@ -39,9 +39,9 @@ class Reader {
  private:
   void read_scan(std::string_view word) {
     Scan scan;
-    const std::size_t columns = text_.whole(word, kMostElements, "the number of columns of a scan");
+    const std::size_t columns = text_.whole(word, kMaxElements, "the number of columns of a scan");
     end_line();
-    const std::size_t rows = text_.whole(text_.next(), kMostElements, "the number of rows of a scan");
+    const std::size_t rows = text_.whole(text_.next(), kMaxElements, "the number of rows of a scan");
     end_line();
     for (int line = 0; line < 4; ++line) read_numbers(3);  // the scanner's position and axes, which the matrix repeats
     std::array<Vec3d, 3> row;
@@ -54,7 +54,7 @@ class Reader {
     }
     const std::size_t left = shape_.bytes.size() - text_.position();
     constexpr std::size_t least = 6;  // bytes of a line
-    if (columns * rows > left / least + 1 || rows_ + columns * rows > kMostElements) {
+    if (columns * rows > left / least + 1 || rows_ + columns * rows > kMaxElements) {
       text_.fail(std::to_string(columns) + " times " + std::to_string(rows) + " lines are declared, but only " +
                  std::to_string(left) + " bytes follow; the file is cut short or damaged");
     }

@@ -355,14 +355,14 @@ bool ByteReaders::overlap(const Range& a, const Range& b) {
 }
 
 bool ByteReaders::others_read(std::size_t accessor) const {
-  constexpr int kMostTests = 10000;
+  constexpr int kMaxTests = 10000;
   const std::size_t own = of_accessor_.at(accessor);
   int tests = 0;
   for (std::size_t i = own + 1; i < ranges_.size() && ranges_[i].begin < ranges_[own].end; ++i) {
-    if (++tests > kMostTests || overlap(ranges_[own], ranges_[i])) return true;
+    if (++tests > kMaxTests || overlap(ranges_[own], ranges_[i])) return true;
   }
   for (std::size_t i = own; i > 0 && furthest_end_[i - 1] > ranges_[own].begin; --i) {
-    if (++tests > kMostTests || overlap(ranges_[own], ranges_[i - 1])) return true;
+    if (++tests > kMaxTests || overlap(ranges_[own], ranges_[i - 1])) return true;
   }
   return false;
 }

@@ -169,9 +169,9 @@ double Value::number() const {
 }
 
 std::size_t Value::whole() const {
-  constexpr double kMost = 9007199254740992.0;
+  constexpr double kMax = 9007199254740992.0;
   const double value = json_->is_number() ? json_->number() : -1;
-  if (!(value >= 0 && value <= kMost && value == std::floor(value))) {
+  if (!(value >= 0 && value <= kMax && value == std::floor(value))) {
     fail("must be a whole number from 0 on; repair the file");
   }
   return static_cast<std::size_t>(value);

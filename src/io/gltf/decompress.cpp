@@ -24,7 +24,7 @@ namespace knead::io_detail::gltf {
 #ifdef KNEAD_HAS_MESHOPTIMIZER
 namespace {
 
-constexpr std::size_t kMostPerByte = 512;  // the codec packs 256 elements of a byte into four bytes of header at best
+constexpr std::size_t kMaxPerByte = 512;  // the codec packs 256 elements of a byte into four bytes of header at best
 constexpr std::size_t kLargestStride = 256;
 
 using Filter = void (*)(void* buffer, std::size_t count, std::size_t stride);
@@ -50,7 +50,7 @@ bool is_index_mode(const MeshoptView& view) {
 bool has_meshopt() { return true; }
 
 std::optional<std::string> decode_meshopt(std::string_view bytes, const MeshoptView& view) {
-  if (view.count > bytes.size() * kMostPerByte) return std::nullopt;
+  if (view.count > bytes.size() * kMaxPerByte) return std::nullopt;
   const auto* packed = reinterpret_cast<const unsigned char*>(bytes.data());
   if (is_index_mode(view)) {
     if ((view.stride != 2 && view.stride != 4) || view.filter != "NONE") return std::nullopt;
@@ -64,7 +64,7 @@ std::optional<std::string> decode_meshopt(std::string_view bytes, const MeshoptV
   if (view.mode != "ATTRIBUTES" || view.stride == 0 || view.stride % 4 != 0 || view.stride > kLargestStride) {
     return std::nullopt;
   }
-  if (view.count > bytes.size() * kMostPerByte / view.stride) return std::nullopt;
+  if (view.count > bytes.size() * kMaxPerByte / view.stride) return std::nullopt;
   for (const NamedFilter& filter : kFilters) {
     if (filter.name != view.filter || !filter.allows(view.stride)) continue;
     std::string result(view.count * view.stride, '\0');
@@ -85,7 +85,7 @@ std::optional<std::string> decode_meshopt(std::string_view, const MeshoptView&) 
 #ifdef KNEAD_HAS_DRACO
 namespace {
 
-constexpr std::size_t kMostDracoBytes = 64;  // of all attributes, for each vertex that a file of its size may have
+constexpr std::size_t kMaxDracoBytes = 64;  // of all attributes, for each vertex that a file of its size may have
 
 template <class Number>
 std::string numbers_of(const draco::Mesh& mesh, const draco::PointAttribute& attribute, std::size_t components) {
@@ -176,7 +176,7 @@ std::optional<DracoMesh> decode_draco(std::string_view bytes, const std::vector<
   if (!says_at_most(buffer, most, header)) return std::nullopt;
   draco::Mesh mesh;
   const auto decode_by = [&](draco::MeshDecoder&& decoder) { return decoder.Decode({}, &buffer, &mesh).ok(); };
-  const std::size_t most_bytes = most * kMostDracoBytes;
+  const std::size_t most_bytes = most * kMaxDracoBytes;
   const bool is_decoded = header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING
                               ? decode_by(Bounded<draco::MeshSequentialDecoder>(most_bytes))
                               : decode_by(Bounded<draco::MeshEdgebreakerDecoder>(most_bytes));

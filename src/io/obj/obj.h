@@ -55,8 +55,8 @@ struct Layout {
   std::vector<std::uint32_t> corner_normal;  // which vn each corner of the mesh uses, or kNoNormal; empty: none does
   bool normals_ahead = false;                // whether a face stands before a vn that it uses
   std::vector<std::string> material_files;   // what `mtllib` lines name: each line's words, and each line as a whole
-  std::vector<std::uint32_t> unplaced;       // lines `v`, counted from 0, of vertices that the mesh lacks (unplaced.h)
-  std::vector<std::string> other_keywords;   // of the lines that a mesh does not hold, e.g. "usemtl"; each once
+  std::vector<std::uint32_t> unplaced;  // lines `v`, counted from 0, of vertices that the mesh lacks (mesh_builder.h)
+  std::vector<std::string> other_keywords;  // of the lines that a mesh does not hold, e.g. "usemtl"; each once
 };
 
 // Lines `vt` and `vn` of a new OBJ file.

@@ -305,7 +305,7 @@ class Reader {
       if (to.dangling++ == 0) to.dangling_position = position_;
       return kNoNormal;
     }
-    if (error != std::errc{} || index == 0 || index < -given || index >= std::int64_t{kMostElements}) {
+    if (error != std::errc{} || index == 0 || index < -given || index >= std::int64_t{kMaxElements}) {
       fail(position_, std::string("index ") + std::string(text.substr(0, 24)) + " of a " + to.what +
                           " is out of range (" + std::to_string(given) + " so far, counted from 1); repair the file");
     }

@@ -384,7 +384,7 @@ class TextReader {
     if (vertices_ == 0) text_.fail("0 vertices are declared; there is no shape in it");
     check_count(vertices_, 2 * fields_.without_colors(), "vertices");
     check_count(faces_, 2, "faces");
-    if (vertices_ >= kMostElements) text_.fail("more than 4294967294 vertices; split the shape");
+    if (vertices_ >= kMaxElements) text_.fail("more than 4294967294 vertices; split the shape");
     const std::string_view edges = text_.next_on_line();
     if (!edges.empty()) text_.real(edges, "the count of edges");  // some write -1
     if (const std::string_view more = text_.next_on_line(); !more.empty()) {

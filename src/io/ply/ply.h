@@ -54,7 +54,7 @@ struct Layout {
   std::size_t body_begin = 0;      // the byte after the header
   std::size_t vertex_element = 0;  // index of the element "vertex"
   std::size_t vertex_begin = 0;    // the first byte of its first row; in text, a blank or line end before it at most
-  std::vector<std::uint32_t> unplaced;  // rows of vertices that the mesh lacks (unplaced.h)
+  std::vector<std::uint32_t> unplaced;  // rows of vertices that the mesh lacks (mesh_builder.h)
   bool surplus = false;                 // lines have more numbers than the header declares
   std::vector<std::string> notes;       // on the header
 };

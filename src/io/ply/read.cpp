@@ -39,7 +39,7 @@ constexpr std::array<TypeName, 18> kTypeNames = {{{"char", StoredType::int8},
                                                   {"uint64", StoredType::uint64}}};
 
 // Every name is compared with those before it, and every property of vertices and faces is an attribute.
-constexpr std::size_t kMostNames = 4096;
+constexpr std::size_t kMaxNames = 4096;
 
 // Reads the header line by line.
 class HeaderParser {
@@ -139,8 +139,8 @@ class HeaderParser {
     const char* end = words_[2].data() + words_[2].size();
     const auto [stop, error] = std::from_chars(words_[2].data(), end, element.count);
     if (error != std::errc{} || stop != end) fail("the count " + in_quotes(words_[2]) + " is not a whole number");
-    if (element.count > kMostElements) fail("declares more than 4294967295 elements; split the shape");
-    if (layout_.elements.size() == kMostNames) fail("more than 4096 elements; remove some");
+    if (element.count > kMaxElements) fail("declares more than 4294967295 elements; split the shape");
+    if (layout_.elements.size() == kMaxNames) fail("more than 4096 elements; remove some");
     for (const Element& other : layout_.elements) {
       if (other.name == element.name) fail("element " + in_quotes(element.name) + " is declared twice");
     }
@@ -170,7 +170,7 @@ class HeaderParser {
     property.line_begin = line_begin_;
     property.line_end = position_;
     property.name = words_.back();
-    if (layout_.elements.back().properties.size() == kMostNames) fail("more than 4096 properties; remove some");
+    if (layout_.elements.back().properties.size() == kMaxNames) fail("more than 4096 properties; remove some");
     for (const Property& other : layout_.elements.back().properties) {
       if (other.name == property.name) fail("property " + in_quotes(property.name) + " is declared twice");
     }

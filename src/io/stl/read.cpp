@@ -35,7 +35,7 @@ void FacetCursor::fail_expected(const std::string& what, std::string_view found)
 std::string_view FacetCursor::next_keyword() {
   std::string_view word = text_.next();
   while (is_keyword(word, "color")) {
-    oddities_.colors = true;
+    defects_.colors = true;
     for (double value = 0; parse_real(word = text_.next(), value) != ParseResult::malformed;) continue;
   }
   if (!is_keyword(word, "end")) return word;
@@ -43,7 +43,7 @@ std::string_view FacetCursor::next_keyword() {
   const std::string_view second = text_.next();
   for (const std::string_view whole : {"endloop", "endfacet", "endsolid"}) {
     if (!is_keyword(second, whole.substr(3))) continue;
-    oddities_.split_words = true;
+    defects_.split_words = true;
     return whole;
   }
   text_.take(begin, begin + word.size());
@@ -72,7 +72,7 @@ void FacetCursor::end_name(bool of_begin) {
   std::optional<std::size_t> solid;  // where the last word `solid` begins
   while (true) {
     if ((of_begin || solid) && is_at_facet()) {
-      oddities_.on_one_line = true;
+      defects_.on_one_line = true;
       const std::size_t at = solid.value_or(text_.position());
       text_.take(at, at);
       return;
@@ -92,7 +92,7 @@ bool FacetCursor::begin_facet() {
     if (in_solid_ && is_keyword(word, "facet")) return true;
     const bool may_end = in_solid_ ? facets_ > 0 : solids_ > 0;
     if (word.empty() && may_end) {
-      oddities_.open_end = in_solid_;
+      defects_.open_end = in_solid_;
       return false;
     }
     if (!is_keyword(word, in_solid_ ? "endsolid" : "solid")) {
@@ -233,11 +233,11 @@ class Reader {
       }
       faces_.add(corners_);
     }
-    note_oddities(facets.oddities());
+    note_defects(facets.defects());
     return facets.solids();
   }
 
-  void note_oddities(const Oddities& odd) {
+  void note_defects(const Oddities& odd) {
     const auto say = [&](bool is_so, const char* what) {
       if (is_so) shape_.notes.emplace_back(what);
     };

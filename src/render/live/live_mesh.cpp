@@ -11,7 +11,7 @@ namespace knead::render {
 namespace {
 
 constexpr std::uint32_t kBlock = 4096;       // vertices
-constexpr std::size_t kMostRuns = 256;       // of drawn vertices to upload
+constexpr std::size_t kMaxRuns = 256;        // of drawn vertices to upload
 constexpr std::size_t kWorthThreads = 4096;  // vertices; below, starting threads costs more than they save
 
 // Runs body(begin, end) over parts of all ranges, on several threads where that is worth it.
@@ -157,7 +157,7 @@ std::vector<VertexRange> LiveMesh::marked_runs() {
       }
     }
   }
-  for (std::uint32_t wider = 4 * gap; runs.size() > kMostRuns; wider *= 4) {
+  for (std::uint32_t wider = 4 * gap; runs.size() > kMaxRuns; wider *= 4) {
     std::size_t kept = 0;
     for (const VertexRange& run : std::span(runs).subspan(1)) {
       if (run.begin < runs[kept].end + wider) {

@@ -72,7 +72,7 @@ namespace {
 using Sides = std::pair<std::uint32_t, std::uint32_t>;
 
 // Longer lists are left as they come, every corner a chain of its own: ordering takes the square of their length.
-constexpr std::size_t kMostOrdered = 256;
+constexpr std::size_t kMaxOrdered = 256;
 
 // Reorders the corners into chains in which the vertex before one is the vertex after the next. A chain that is open
 // begins at its end.
@@ -123,7 +123,7 @@ Rings make_rings(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups&
   rings.begin.push_back(0);
   for (std::size_t d = 0; d < drawn_count; ++d) {
     const std::span<Sides> corners(sides.data() + begin[d], begin[d + 1] - begin[d]);
-    if (corners.size() <= kMostOrdered) order_chains(corners);
+    if (corners.size() <= kMaxOrdered) order_chains(corners);
     append_chains(corners, rings.list);
     rings.begin.push_back(static_cast<std::uint32_t>(rings.list.size()));
   }

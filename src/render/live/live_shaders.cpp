@@ -232,7 +232,7 @@ in vec3 surface_normal;
 in vec4 tint;
 uniform sampler2D depth_map;  // of shape and cut; without multisampling
 uniform vec4 glass;           // sRGB, opacity
-uniform float pixel_size;     // view.h
+uniform float pixel_size;     // surface.h
 uniform float line_width;     // in samples
 layout(location = 0) out vec4 color;
 float contact(vec3 ray) {

@@ -10,7 +10,7 @@
 namespace knead::render {
 namespace {
 
-constexpr std::size_t kMostColors = 255;  // one more is for pixels that stay
+constexpr std::size_t kMaxColors = 255;  // one more is for pixels that stay
 constexpr std::uint8_t kStays = 255;
 
 using Rgb = std::array<std::uint8_t, 3>;
@@ -119,7 +119,7 @@ Palette palette_of(const std::vector<Rgb>& pixels) {
   std::sort(colors.begin(), colors.end(), [](const auto& a, const auto& b) { return a.color < b.color; });
   std::vector<ColorBox> boxes;
   if (!colors.empty()) boxes.push_back(measured(colors, 0, colors.size()));
-  while (boxes.size() < kMostColors) {
+  while (boxes.size() < kMaxColors) {
     const auto widest = std::max_element(boxes.begin(), boxes.end(),
                                          [](const ColorBox& a, const ColorBox& b) { return a.weight < b.weight; });
     if (widest == boxes.end() || widest->weight == 0) break;

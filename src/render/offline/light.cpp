@@ -249,7 +249,7 @@ LightMaps draw_light(const Pass& pass, const GBuffer& buffer, const Lighting& li
 
 namespace {
 
-constexpr std::size_t kMostLayers = 16;
+constexpr std::size_t kMaxLayers = 16;
 constexpr double kLineWidth = 1.6;  // in pixels, of the line where glass meets a shape
 
 }  // namespace
@@ -331,7 +331,7 @@ void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& colo
   reset_state(pass.width, pass.height);
   glClearDepth(0);
   glClear(GL_DEPTH_BUFFER_BIT);  // depths[1]: nothing is drawn yet
-  for (std::size_t i = 0; i < kMostLayers; ++i) {
+  for (std::size_t i = 0; i < kMaxLayers; ++i) {
     glBindFramebuffer(GL_FRAMEBUFFER, targets[i % 2].get());
     reset_state(pass.width, pass.height);
     if (!draw_layer(pass, buffer, surfaces, depths[1 - i % 2])) break;

@@ -404,7 +404,7 @@ in vec3 point;
 in vec3 surface_normal;
 uniform sampler2D depth_map, normal_map, layer_map;
 uniform vec4 glass;        // sRGB, opacity
-uniform float pixel;       // size of a sample (view.h)
+uniform float pixel;       // size of a sample (surface.h)
 uniform float line_width;  // in samples
 out vec4 color;
 

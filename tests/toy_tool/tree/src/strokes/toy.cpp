@@ -17,8 +17,8 @@ void validate(const ToyStroke& stroke) { require_distance_thresholds(stroke.shar
 
 Flow flow_of(const ToyStroke& stroke) {
   const Thresholds<double> thresholds{stroke.sharpness * stroke.outer, stroke.outer};
-  return {
-      {carried_segment({stroke.center, Translation<double>{stroke.push}, Ball<double>{}, thresholds}, stroke.push)}};
+  return {{transported_segment({stroke.center, Translation<double>{stroke.push}, Ball<double>{}, thresholds},
+                               stroke.push)}};
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 /^constexpr const char\* kPullHint/i\
-Stroke pushed(const ToolSettings& settings, const Placement& at, double amount, const BarrelPlacement* /*barrel*/) {\
+Stroke pushed(const ToolSettings& settings, const Placement& at, double amount, const CylinderPlacement* /*limit_cylinder*/) {\
   return ToyStroke{at.center, at.z * amount, settings.radius, settings.inner_ratio};\
 }\
 

@@ -31,13 +31,15 @@ struct Surface {
   }
 };
 
-Barrel barrel_about_z(double radius, double outer) { return {{0, 0, 0}, {0, 0, 1}, radius, outer, {0, 0, 1}}; }
-
-BarrelCheck check(const Surface& surface, double radius, double outer = 10) {
-  return check_barrel(barrel_about_z(radius, outer), surface.positions, surface.triangles);
+StrokeCylinder limit_cylinder_about_z(double radius, double outer) {
+  return {{0, 0, 0}, {0, 0, 1}, radius, outer, {0, 0, 1}};
 }
 
-TEST(Barrel, IsCrossedWhereASurfaceComesNearerAndGoesFarther) {
+CylinderCheck check(const Surface& surface, double radius, double outer = 10) {
+  return check_limit_cylinder(limit_cylinder_about_z(radius, outer), surface.positions, surface.triangles);
+}
+
+TEST(StrokeCylinder, IsCrossedWhereASurfaceComesNearerAndGoesFarther) {
   Surface tube;
   tube.add_square_tube(2);  // distances from sqrt(2), at the middle of its faces, to 2
   EXPECT_EQ(check(tube, 1.7).crossing, 8u);
@@ -47,13 +49,13 @@ TEST(Barrel, IsCrossedWhereASurfaceComesNearerAndGoesFarther) {
   EXPECT_FALSE(check(tube, 2.0).larger);
 }
 
-TEST(Barrel, ATriangleBeyondThatTouchesTheRadiusWithAVertexIsTorn) {
+TEST(StrokeCylinder, ATriangleBeyondThatTouchesTheRadiusWithAVertexIsTorn) {
   const Surface fin{{{1, 0, 0}, {2, 0, 0}, {2, 0, 1}}, {{0, 1, 2}}};
   EXPECT_EQ(check(fin, 1).crossing, 1u);
   EXPECT_EQ(check(fin, std::nextafter(1.0, 0.0)).crossing, 0u);
 }
 
-TEST(Barrel, CountsOnlyWhereThingsMove) {
+TEST(StrokeCylinder, CountsOnlyWhereThingsMove) {
   Surface tube;
   tube.add_square_tube(2);
   EXPECT_EQ(check(tube, 1.7, 0.0).crossing, 0u);   // r < 0 holds nothing
@@ -65,9 +67,9 @@ TEST(Barrel, CountsOnlyWhereThingsMove) {
   EXPECT_EQ(check(slope, 0.6, 0.2).crossing, 1u);
 }
 
-TEST(Barrel, ADiscThatTheAxisPiercesBeginsAtZero) {
+TEST(StrokeCylinder, ADiscThatTheAxisPiercesBeginsAtZero) {
   const Surface disc{{{-1, -1, 0}, {3, -1, 0}, {-1, 3, 0}}, {{0, 1, 2}}};
-  const BarrelCheck found = check(disc, 0.1);
+  const CylinderCheck found = check(disc, 0.1);
   EXPECT_EQ(found.crossing, 1u);
   EXPECT_FALSE(found.smaller);
   ASSERT_TRUE(found.larger);
@@ -75,7 +77,7 @@ TEST(Barrel, ADiscThatTheAxisPiercesBeginsAtZero) {
   EXPECT_EQ(nearest_radius(found, 0.1), found.larger);
 }
 
-TEST(Barrel, SeenEdgeOnATriangleBeginsAtItsEdges) {
+TEST(StrokeCylinder, SeenEdgeOnATriangleBeginsAtItsEdges) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> angle(0, 2 * std::numbers::pi);
   for (int i = 0; i < 100; ++i) {
@@ -87,10 +89,10 @@ TEST(Barrel, SeenEdgeOnATriangleBeginsAtItsEdges) {
   }
 }
 
-TEST(Barrel, SuggestsRadiiInTheGapsThatWork) {
+TEST(StrokeCylinder, SuggestsRadiiInTheGapsThatWork) {
   Surface tubes;  // distances 0.7071 to 1, 1.414 to 2, 2.12 to 3
   for (const double radius : {1.0, 2.0, 3.0}) tubes.add_square_tube(radius);
-  const BarrelCheck found = check(tubes, 1.9);
+  const CylinderCheck found = check(tubes, 1.9);
   EXPECT_EQ(found.crossing, 8u);
   ASSERT_TRUE(found.smaller);
   ASSERT_TRUE(found.larger);
@@ -103,7 +105,7 @@ TEST(Barrel, SuggestsRadiiInTheGapsThatWork) {
   EXPECT_FALSE(check(tubes, 0.8).smaller);  // nothing would be left inside
 }
 
-TEST(Barrel, SuggestionsWorkOnRandomSoup) {
+TEST(StrokeCylinder, SuggestionsWorkOnRandomSoup) {
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> place(-3, 3);
   std::uniform_real_distribution<double> size(-0.1, 0.1);
@@ -116,7 +118,7 @@ TEST(Barrel, SuggestionsWorkOnRandomSoup) {
       soup.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     }
     const double radius = std::abs(place(random));
-    const BarrelCheck found = check(soup, radius, 1);
+    const CylinderCheck found = check(soup, radius, 1);
     EXPECT_EQ(found.crossing > 0, found.larger.has_value());
     for (const std::optional<double>& other : {found.smaller, found.larger}) {
       if (!other) continue;
@@ -128,36 +130,36 @@ TEST(Barrel, SuggestionsWorkOnRandomSoup) {
   EXPECT_GT(suggested, 50);
 }
 
-TEST(Barrel, OfACylinderShapeIsItsRadius) {
+TEST(StrokeCylinder, OfACylinderShapeIsItsRadius) {
   const Mesh mesh = make_shape(ShapeKind::cylinder, 2000);
   const std::vector<Triangle> triangles = triangulate(mesh);
-  const BarrelCheck found = check_barrel(barrel_about_z(0.3, 1), mesh.positions, triangles);
+  const CylinderCheck found = check_limit_cylinder(limit_cylinder_about_z(0.3, 1), mesh.positions, triangles);
   EXPECT_GT(found.crossing, 0u);
   EXPECT_FALSE(found.smaller);  // the bottom disc covers every smaller radius
   ASSERT_TRUE(found.larger);
   EXPECT_NEAR(*found.larger, 0.5, 2e-6);
-  EXPECT_EQ(check_barrel(barrel_about_z(*found.larger, 1), mesh.positions, triangles).crossing, 0u);
+  EXPECT_EQ(check_limit_cylinder(limit_cylinder_about_z(*found.larger, 1), mesh.positions, triangles).crossing, 0u);
 }
 
-TEST(Barrel, NoticesWhatABendReachesLater) {
+TEST(StrokeCylinder, NoticesWhatABendReachesLater) {
   BendStroke stroke{{0, 0, 0}, {0, 1, 0}, {0, 0, 1}, 60, BendThresholds{-1, 0.5}};
   stroke.radius = 1.7;
-  const std::optional<Barrel> barrel = barrel_of(stroke);
-  ASSERT_TRUE(barrel);
-  EXPECT_EQ(barrel->normal, Vec3d(0, 0, 1));
-  EXPECT_LE(norm(barrel->last_normal - Vec3d{0.5, 0, std::sqrt(0.75)}), 1e-14);
+  const std::optional<StrokeCylinder> limit_cylinder = limit_cylinder_of(stroke);
+  ASSERT_TRUE(limit_cylinder);
+  EXPECT_EQ(limit_cylinder->normal, Vec3d(0, 0, 1));
+  EXPECT_LE(norm(limit_cylinder->last_normal - Vec3d{0.5, 0, std::sqrt(0.75)}), 1e-14);
   const Surface flap{{{-1.5, 0, 0.6}, {-1.5, 0.2, 0.6}, {-2, 0, 0.7}}, {{0, 1, 2}}};
-  const BarrelCheck found = check_barrel(*barrel, flap.positions, flap.triangles);
+  const CylinderCheck found = check_limit_cylinder(*limit_cylinder, flap.positions, flap.triangles);
   EXPECT_EQ(found.crossing, 0u);
   EXPECT_EQ(found.later, 1u);
 }
 
-TEST(Barrel, IsThatOfStrokesWithARadiusOnly) {
+TEST(StrokeCylinder, IsThatOfStrokesWithARadiusOnly) {
   TwistStroke twist{{1, 2, 3}, {0, 0, 2}, 30, -1, 1};
-  EXPECT_FALSE(barrel_of(twist));
+  EXPECT_FALSE(limit_cylinder_of(twist));
   twist.radius = 0.7;
-  EXPECT_EQ(barrel_of(twist), (Barrel{{1, 2, 3}, {0, 0, 1}, 0.7, 1, {0, 0, 1}}));
-  EXPECT_FALSE(barrel_of(RotateStroke{{}, {0, 0, 1}, 30, 1, 2}));
+  EXPECT_EQ(limit_cylinder_of(twist), (StrokeCylinder{{1, 2, 3}, {0, 0, 1}, 0.7, 1, {0, 0, 1}}));
+  EXPECT_FALSE(limit_cylinder_of(RotateStroke{{}, {0, 0, 1}, 30, 1, 2}));
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include "knead/mesh.h"
 #include "knead/stroke.h"
 
-namespace knead::acceptance {
+namespace knead::surveys {
 
 // The tools whose strokes are flows, by the names of session files.
 const std::vector<std::string>& tool_names();
@@ -18,4 +18,4 @@ const std::vector<std::string>& tool_names();
 Stroke random_stroke(const std::string& tool, const Mesh& mesh, const std::vector<Vec3d>& normals,
                      const std::string& stamp_mesh, std::mt19937_64& random);
 
-}  // namespace knead::acceptance
+}  // namespace knead::surveys

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "knead/io.h"
-#include "knead/vec.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
+#include "knead/vec.h"
 #include "support/test_meshes.h"
 
 namespace knead {

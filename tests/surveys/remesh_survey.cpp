@@ -24,19 +24,19 @@
 #include <numbers>
 #include <optional>
 
-#include "knead/io.h"
+#include "knead/certify.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/certify.h"
 #include "random_strokes.h"
 
-namespace knead::acceptance {
+namespace knead::surveys {
 namespace {
 
 constexpr std::size_t kStrokes = 5;
-constexpr double kLeastAngle = 5;
-constexpr int kMostDraws = 100;
+constexpr double kMinAngle = 5;
+constexpr int kMaxDraws = 100;
 
 struct Subject {
   std::string name;
@@ -85,7 +85,7 @@ Session draw_session(const Subject& subject, const std::filesystem::path& folder
     const char* const stamp = random() % 2 == 0 ? "ball.ply" : "letter.ply";
     const std::vector<Vec3d> normals = vertex_normals(mesh);
     Session one = session;
-    for (int draws = 0; draws < kMostDraws; ++draws) {
+    for (int draws = 0; draws < kMaxDraws; ++draws) {
       one.strokes = {{random_stroke(tool, mesh, normals, stamp, random), i + 2}};
       if (try_out(mesh, one)) break;
     }
@@ -144,7 +144,7 @@ void judge(const Certificate& certificate, Ending& ending) {
   } else if (certificate.degenerate_after > certificate.degenerate_before) {
     ending.cause = "degenerate triangles";
     ending.details = fmt::format("{}, were {}", certificate.degenerate_after, certificate.degenerate_before);
-  } else if (!(angle > kLeastAngle)) {
+  } else if (!(angle > kMinAngle)) {
     ending.cause = "angle";
     ending.details =
         fmt::format("{:.2f} degrees, were {:.2f} there", angle, certificate.touched_angle_before.value_or(180));
@@ -276,7 +276,7 @@ int run(const std::filesystem::path& folder, std::size_t sessions, std::size_t s
 }
 
 }  // namespace
-}  // namespace knead::acceptance
+}  // namespace knead::surveys
 
 int main(int argc, char** argv) {
   if (argc < 2) {
@@ -286,5 +286,5 @@ int main(int argc, char** argv) {
   const auto number = [&](int i, unsigned long otherwise) {
     return argc > i ? std::strtoul(argv[i], nullptr, 10) : otherwise;
   };
-  return knead::acceptance::run(argv[1], number(2, 300), number(3, 1), number(4, 0), argc > 5);
+  return knead::surveys::run(argv[1], number(2, 300), number(3, 1), number(4, 0), argc > 5);
 }

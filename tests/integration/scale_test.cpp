@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "acceptance/random_strokes.h"
-#include "knead/io.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
 #include "knead/tools.h"
+#include "surveys/random_strokes.h"
 
 namespace knead {
 namespace {
@@ -36,7 +36,7 @@ class EveryUnit : public testing::TestWithParam<const Tool*> {
     session.name = (folder_ / "s.knead").string();
     const std::vector<Vec3d> normals = vertex_normals(base);
     session.strokes.push_back(
-        {acceptance::random_stroke(std::string(GetParam()->name), mesh, normals, "stamp.ply", random), 2});
+        {surveys::random_stroke(std::string(GetParam()->name), mesh, normals, "stamp.ply", random), 2});
     session.strokes.push_back(
         {ImplicitStroke{{Vec3d{0, 0, 0.75} * scale, Vec3d{0.25, 0, 1.25} * scale}, 0.25 * scale, 0.75 * scale}, 3});
     if (remesh) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Agreement of `knead deform` with an independent integration. Run by hand; not part of ctest.
 
-    /usr/bin/python3 tests/acceptance/check_agreement.py build/release/knead ../shared/meshes
+    /usr/bin/python3 tests/surveys/check_agreement.py build/release/knead ../shared/meshes
 
 Needs numpy and scipy. Nothing here shares code with Knead: the fields are written down from the method,
 meshes are read by the few lines below, and path lines are integrated by scipy's DOP853 at 1e-13. Each case
@@ -256,8 +256,8 @@ def main():
                 tasks.append((mesh, name, events, options))
     if given.case is None:
         for tool in ("bend", "twist"):
-            if not any(name == "barrel-%s-refused" % tool for _, name, _, _ in tasks):
-                print("no part for a barrel was found for", tool)
+            if not any(name == "cylinder-%s-refused" % tool for _, name, _, _ in tasks):
+                print("no part for a limit cylinder was found for", tool)
     bad = 0
     with multiprocessing.Pool(given.jobs) as pool:
         for mesh, name, faults, notes, seconds in pool.imap_unordered(check, tasks):

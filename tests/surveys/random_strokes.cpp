@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "knead/vec.h"
 #include "knead/tools.h"
+#include "knead/vec.h"
 
-namespace knead::acceptance {
+namespace knead::surveys {
 
 namespace {
 
@@ -283,4 +283,4 @@ Stroke random_stroke(const std::string& tool, const Mesh& mesh, const std::vecto
   throw std::invalid_argument("no tool " + tool);
 }
 
-}  // namespace knead::acceptance
+}  // namespace knead::surveys

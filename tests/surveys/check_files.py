@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What `knead deform` leaves alone in real files, and whether what it changes is right. Run by hand; not part of ctest.
 
-    /usr/bin/python3 tests/acceptance/check_files.py build/release/knead ../shared/meshes/originals
+    /usr/bin/python3 tests/surveys/check_files.py build/release/knead ../shared/meshes/originals
 
 Needs numpy. Files are read by mesh_files.py, which shares no code with Knead. Each OBJ, PLY, OFF, STL, GLB and XYZ file
 below the folder is deformed by a pull, a twist, a bend and a turn of the whole, in its own format. Then:

@@ -6,8 +6,8 @@ from agreement_fields import dot, unit
 
 # Cases ------------------------------------------------------------------------------------------------
 
-def barrels_of_parts(points, triangles, diagonal, rng, tool):
-    """A centre, an axis along a thin part, thresholds and a barrel that holds this part, and no other, of r < outer."""
+def cylinders_of_parts(points, triangles, diagonal, rng, tool):
+    """A centre, an axis along a thin part, thresholds and a limit cylinder that holds this part, and no other, of r < outer."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     middle = points.mean(0)
@@ -130,8 +130,8 @@ def cases(points, triangles, diagonal, rng):
     out["session"] = out["implicit-blended"] + out["rotate"] + [{"undo": 2}, {"redo": 1}] + out["points-parts"] \
         + out["twist"] + [{"undo": 1}] + out["bend"]
     for tool in ("bend", "twist"):
-        found = barrels_of_parts(points, triangles, diagonal, rng, tool)
+        found = cylinders_of_parts(points, triangles, diagonal, rng, tool)
         if found:
-            out["barrel-" + tool] = [found[0]]
-            out["barrel-" + tool + "-refused"] = [dict(found[0], radius=found[1])]
+            out["cylinder-" + tool] = [found[0]]
+            out["cylinder-" + tool + "-refused"] = [dict(found[0], radius=found[1])]
     return out

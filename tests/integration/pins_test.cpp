@@ -12,10 +12,10 @@
 
 #include "knead/flow.h"
 #include "knead/io.h"
-#include "knead/vec.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 #include "knead/stroke.h"
+#include "knead/tools.h"
+#include "knead/vec.h"
 #include "support/test_meshes.h"
 
 namespace knead {

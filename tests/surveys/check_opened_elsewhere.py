@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Files that Knead writes, opened by assimp, OpenMesh and Blender. Run by hand; not part of ctest.
 
-    /usr/bin/python3 tests/acceptance/check_opened_elsewhere.py build/release/knead ../shared/meshes
+    /usr/bin/python3 tests/surveys/check_opened_elsewhere.py build/release/knead ../shared/meshes
 
 Every shape is deformed by a pull and a twist and written into its own format and all others. What each program reads
 is compared with the deformed shape as an OBJ file, read by a few lines of Python: positions, faces and their

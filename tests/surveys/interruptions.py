@@ -1,7 +1,7 @@
 """Interrupts every subcommand at random moments: it must end within half a second, with the code of an interruption or
 with its whole result, and leave the file that was there before, or the new one, and no other. Run by hand:
 
-    KNEAD=build/release/knead python3 tests/acceptance/interruptions.py [--moments 100] [--seed 1] [--limit 0.5]
+    KNEAD=build/release/knead python3 tests/surveys/interruptions.py [--moments 100] [--seed 1] [--limit 0.5]
 
 The moments lie between the start of a command and its end. Prints the slowest end of each command.
 """

@@ -16,14 +16,14 @@
 #include <limits>
 #include <optional>
 
-#include "knead/io.h"
-#include "knead/vec.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
+#include "knead/vec.h"
 #include "random_strokes.h"
 
-namespace knead::acceptance {
+namespace knead::surveys {
 namespace {
 
 constexpr double kFar = 10;
@@ -233,7 +233,7 @@ int run(const std::filesystem::path& folder, std::size_t strokes, unsigned seed,
 }
 
 }  // namespace
-}  // namespace knead::acceptance
+}  // namespace knead::surveys
 
 int main(int argc, char** argv) {
   if (argc < 2) {
@@ -243,5 +243,5 @@ int main(int argc, char** argv) {
   const auto number = [&](int i, unsigned long otherwise) {
     return argc > i ? std::strtoul(argv[i], nullptr, 10) : otherwise;
   };
-  return knead::acceptance::run(argv[1], number(2, 200), static_cast<unsigned>(number(3, 1)), argc > 4 ? argv[4] : "");
+  return knead::surveys::run(argv[1], number(2, 200), static_cast<unsigned>(number(3, 1)), argc > 4 ? argv[4] : "");
 }

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "acceptance/random_strokes.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/session.h"
 #include "knead/tools.h"
 #include "support/test_meshes.h"
 #include "support/tool_docs.h"
+#include "surveys/random_strokes.h"
 
 namespace knead {
 namespace {
@@ -27,7 +27,7 @@ class EveryTool : public testing::TestWithParam<const Tool*> {
     std::vector<Stroke> result;
     for (int i = 0; i < kStrokes; ++i) {
       result.push_back(
-          acceptance::random_stroke(std::string(GetParam()->name), sphere, sphere.positions, "stamp.ply", random));
+          surveys::random_stroke(std::string(GetParam()->name), sphere, sphere.positions, "stamp.ply", random));
     }
     return result;
   }

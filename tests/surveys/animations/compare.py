@@ -1,7 +1,7 @@
 """Writes every session of examples/ as an animation of each format, opens the files in other programs, and compares each
 frame with the files that `--frames N -o F_%04d.ply` writes. Run by hand:
 
-    KNEAD=build/release/knead python3 tests/acceptance/animations/compare.py [--frames 5] [--vertices 6000] [SESSION...]
+    KNEAD=build/release/knead python3 tests/surveys/animations/compare.py [--frames 5] [--vertices 6000] [SESSION...]
 
 Each reader is used where it is there: Blender (PC2, MDD, glTF) as the program `blender`, OpenUSD (`pip install usd-core`),
 VTK (`pip install pyvista`), three.js and Khronos' validator (`npm install three gltf-validator` in the folder NODE_FOLDER),

@@ -7,13 +7,13 @@
 #include <numeric>
 
 #include "knead/animation.h"
-#include "knead/io.h"
+#include "knead/certify.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/remesh.h"
-#include "knead/certify.h"
-#include "knead/workbench.h"
 #include "knead/tools.h"
+#include "knead/workbench.h"
 
 namespace knead {
 namespace {
@@ -96,19 +96,19 @@ std::vector<Door> doors_of_meshes() {
        }},
       {"SurfaceTree", [](const Mesh& m) { SurfaceTree(as_triangles(m), m.positions); }},
       {"self_intersections", [](const Mesh& m) { self_intersections(as_triangles(m), m.positions); }},
-      {"check_barrel",
+      {"check_limit_cylinder",
        [](const Mesh& m) {
-         check_barrel({{0, 0, 0}, {0, 0, 1}, 0.5, 0.5, {0, 0, 1}}, m.positions, as_triangles(m));
+         check_limit_cylinder({{0, 0, 0}, {0, 0, 1}, 0.5, 0.5, {0, 0, 1}}, m.positions, as_triangles(m));
        }},
-      {"propose_barrel",
+      {"propose_limit_cylinder",
        [](const Mesh& m) {
-         propose_barrel({{0, 0, 0}, {0, 0, 1}, 0.5, 0.5, {0, 0, 1}}, m.positions, as_triangles(m));
+         propose_limit_cylinder({{0, 0, 0}, {0, 0, 1}, 0.5, 0.5, {0, 0, 1}}, m.positions, as_triangles(m));
        }},
-      {"place_barrel",
+      {"place_limit_cylinder",
        [](const Mesh& m) {
-         BarrelQuery query;
+         CylinderQuery query;
          query.direction = {0, 0, 1};
-         place_barrel(query, m.positions, as_triangles(m));
+         place_limit_cylinder(query, m.positions, as_triangles(m));
        }},
       {"vertex_stretches", [](const Mesh& m) { vertex_stretches(as_triangles(m), m.positions, m.positions); }},
       {"zone_profile",
@@ -174,8 +174,9 @@ TEST(Doors, RefuseFacesThatDoNotFollowEachOther) {
   for (const Mesh& mesh : meshes) {
     for (const Door& door : doors_of_meshes()) {
       const std::string name = door.name;
-      const bool takes_triangles = name == "SurfaceTree" || name == "self_intersections" || name == "check_barrel" ||
-                                   name == "propose_barrel" || name == "place_barrel" || name == "vertex_stretches" ||
+      const bool takes_triangles = name == "SurfaceTree" || name == "self_intersections" ||
+                                   name == "check_limit_cylinder" || name == "propose_limit_cylinder" ||
+                                   name == "place_limit_cylinder" || name == "vertex_stretches" ||
                                    name == "zone_profile";
       if (takes_triangles) continue;
       EXPECT_NE(refusal([&] { door.enter(mesh); }), "") << name;
