@@ -12,11 +12,12 @@
 #include "field/dual.h"
 #include "knead/error.h"
 #include "knead/field.h"
+#include "math/sparse_cholesky.h"
 
 #define EIGEN_DONT_VECTORIZE
 #define EIGEN_DONT_PARALLELIZE
 #define EIGEN_MPL2_ONLY
-#include <Eigen/SparseCholesky>
+#include <Eigen/OrderingMethods>
 
 namespace knead::detail {
 
@@ -26,6 +27,7 @@ namespace {
 constexpr double kSolveShare = 0.03;
 constexpr double kMinError = 1e-14;  // of the greatest speed
 constexpr int kMaxRounds = 16;       // of conjugate gradients, before the matrix is factorised anew
+constexpr int kFirstRounds = 3;      // which tell how many there will be
 // Without a factor a round costs a thirtieth for 2000 pins. The error is that of so many rounds ago.
 constexpr std::size_t kPlainRounds = 200;
 constexpr std::size_t kDelay = 10;
@@ -92,12 +94,28 @@ Unknowns values_of(const Vec3<Dual>& v) {
   return result;
 }
 
+// Returns whether a quantity that has fallen from `first` to `now` in so many rounds would need more than kMaxRounds to
+// fall to `enough` as fast.
+bool is_hopeless(double first, double now, double enough, int rounds) {
+  return std::log(first / now) * (kMaxRounds - rounds) < std::log(now / enough) * rounds;
+}
+
 [[noreturn]] void refuse() { throw InvalidInput("pins come too near each other; move them apart, or give fewer"); }
 
 }  // namespace
 
+// The factorised matrix, its nodes in an order that leaves few entries.
 struct PinEquations::Factor {
-  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> matrix;
+  // A block below the diagonal of a node's three columns: its row among the nodes, and the coupling that it comes from.
+  struct Block {
+    int row = 0;
+    std::size_t coupling = 0;
+    bool is_transposed = false;
+  };
+
+  std::vector<int> place;                   // of each node, in that order
+  std::vector<std::vector<Block>> columns;  // by place; by ascending row
+  SparseCholesky cholesky;
 };
 
 TurnKernel turn_kernel(std::span<const Vec3d, kNodesOfTurn> nodes) {
@@ -215,7 +233,7 @@ Nodes PinEquations::product(const Nodes& a) const {
 // one if that does not do. The error in v is at most sqrt(e.Me) for an error e, by the norm in which the kernels
 // reproduce values; that is what ends the rounds.
 void PinEquations::solve(Nodes& a) {
-  const bool has_factor = factor_->matrix.rows() != 0;
+  const bool has_factor = !factor_->place.empty();
   if (has_factor ? improve(a) : improve_without_factor(a)) return;
   factorise();
   if (!improve(a)) refuse();
@@ -227,37 +245,65 @@ double PinEquations::error_of(const Nodes& a, const Nodes& solution) const {
   return std::sqrt(std::max(dot_of(e, product(e)), 0.0));
 }
 
-void PinEquations::factorise() {
+// Finds the order and the blocks, which are the same at all times.
+void PinEquations::arrange() {
+  const auto nodes = static_cast<int>(size());
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(3 * size() + 9 * couplings_.size());
-  for (int i = 0; i < 3 * static_cast<int>(size()); ++i) entries.emplace_back(i, i, 1.0);
+  entries.reserve(2 * couplings_.size() + size());
+  for (int node = 0; node < nodes; ++node) entries.emplace_back(node, node, 1.0);
+  for (const auto& [first, second] : couplings_) {
+    entries.emplace_back(static_cast<int>(first), static_cast<int>(second), 1.0);
+    entries.emplace_back(static_cast<int>(second), static_cast<int>(first), 1.0);
+  }
+  Eigen::SparseMatrix<double> graph(nodes, nodes);
+  graph.setFromTriplets(entries.begin(), entries.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
+  Eigen::AMDOrdering<int>{}(graph, order);
+  factor_->place.resize(size());
+  for (int at = 0; at < nodes; ++at) factor_->place[static_cast<std::size_t>(order.indices()[at])] = at;
+  factor_->columns.resize(size());
   for (std::size_t k = 0; k < couplings_.size(); ++k) {
-    for (int r = 0; r < 3; ++r) {
-      const Vec3d row = blocks_[k].column(static_cast<std::size_t>(r));  // of the transposed block, below the diagonal
-      for (int c = 0; c < 3; ++c) {
-        entries.emplace_back(3 * static_cast<int>(couplings_[k].second) + r,
-                             3 * static_cast<int>(couplings_[k].first) + c, row[static_cast<std::size_t>(c)]);
+    const int first = factor_->place[couplings_[k].first];
+    const int second = factor_->place[couplings_[k].second];
+    factor_->columns[static_cast<std::size_t>(std::min(first, second))].push_back(
+        {std::max(first, second), k, first < second});
+  }
+  for (auto& column : factor_->columns)
+    std::sort(column.begin(), column.end(), [](const auto& a, const auto& b) { return a.row < b.row; });
+}
+
+void PinEquations::factorise() {
+  if (factor_->place.empty()) arrange();
+  SymmetricMatrix matrix;
+  for (std::size_t at = 0; at < size(); ++at) {
+    for (int c = 0; c < 3; ++c) {
+      for (int r = c; r < 3; ++r) {
+        matrix.rows.push_back(3 * static_cast<int>(at) + r);
+        matrix.values.push_back(r == c ? 1 : 0);
       }
+      for (const Factor::Block& block : factor_->columns[at]) {
+        const Mat3d& values = blocks_[block.coupling];
+        for (int r = 0; r < 3; ++r) {
+          const auto [row, column] = block.is_transposed ? std::pair(c, r) : std::pair(r, c);
+          matrix.rows.push_back(3 * block.row + r);
+          matrix.values.push_back(values.column(static_cast<std::size_t>(column))[static_cast<std::size_t>(row)]);
+        }
+      }
+      matrix.begin.push_back(matrix.rows.size());
     }
   }
-  const auto n = static_cast<int>(3 * size());
-  Eigen::SparseMatrix<double> matrix(n, n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  auto& factor = factor_->matrix;
-  if (factor.rows() == 0) factor.analyzePattern(matrix);  // which is the same at all times
-  factor.factorize(matrix);
-  if (factor.info() != Eigen::Success) refuse();
+  if (!factor_->cholesky.factorize(matrix)) refuse();
 }
 
 Nodes PinEquations::by_factor(const Nodes& right) const {
-  Eigen::VectorXd in(3 * static_cast<Eigen::Index>(right.size()));
+  std::vector<double> numbers(3 * right.size());
   for (std::size_t i = 0; i < right.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) in[static_cast<Eigen::Index>(3 * i + k)] = right[i][k];
+    for (std::size_t k = 0; k < 3; ++k) numbers[3 * static_cast<std::size_t>(factor_->place[i]) + k] = right[i][k];
   }
-  const Eigen::VectorXd out = factor_->matrix.solve(in);
+  factor_->cholesky.solve(numbers);
   Nodes result(right.size());
   for (std::size_t i = 0; i < right.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) result[i][k] = out[static_cast<Eigen::Index>(3 * i + k)];
+    for (std::size_t k = 0; k < 3; ++k) result[i][k] = numbers[3 * static_cast<std::size_t>(factor_->place[i]) + k];
   }
   return result;
 }
@@ -294,12 +340,15 @@ bool PinEquations::improve(Nodes& a) const {
   const Nodes there = product(a);
   for (std::size_t i = 0; i < rest.size(); ++i) rest[i] -= there[i];
   Nodes direction;
+  double first = 0;
   double last = 0;
   const double enough = kSolveShare * error_;
   for (int round = 0; round < kMaxRounds; ++round) {
     const Nodes better = by_factor(rest);
     const double now = dot_of(rest, better);
     if (now <= enough * enough) return true;
+    if (round == 0) first = now;
+    if (round >= kFirstRounds && is_hopeless(first, now, enough * enough, round)) return false;
     if (round == 0) direction = better;
     for (std::size_t i = 0; round > 0 && i < rest.size(); ++i) direction[i] = better[i] + direction[i] * (now / last);
     last = now;

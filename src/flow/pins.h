@@ -89,6 +89,7 @@ class PinEquations {
   void add_couplings(const Pair& pair);
   void add_kinks(const Pair& pair, double begin, double end);
   Nodes product(const Nodes& a) const;
+  void arrange();
   void factorise();
   Nodes by_factor(const Nodes& right) const;
   bool improve_without_factor(Nodes& a) const;

@@ -10,7 +10,7 @@
 
 #include "knead/error.h"
 #include "pose/lattice_nodes.h"
-#include "pose/sparse_cholesky.h"
+#include "math/sparse_cholesky.h"
 
 namespace knead::detail {
 

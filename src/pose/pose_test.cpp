@@ -9,7 +9,7 @@
 #include "pose/lattice_nodes.h"
 #include "pose/near_rigid.h"
 #include "pose/pose_motion.h"
-#include "pose/sparse_cholesky.h"
+#include "math/sparse_cholesky.h"
 
 namespace knead::detail {
 namespace {

@@ -1,4 +1,4 @@
-#include "pose/sparse_cholesky.h"
+#include "math/sparse_cholesky.h"
 
 #include <algorithm>
 #include <cmath>
@@ -167,7 +167,11 @@ void SparseCholesky::find_fronts(const SymmetricMatrix& matrix) {
 }
 
 bool SparseCholesky::factorize(const SymmetricMatrix& matrix, int threads, const Progress* progress) {
-  find_fronts(matrix);
+  if (matrix.begin != begin_ || matrix.rows != rows_) {
+    find_fronts(matrix);
+    begin_ = matrix.begin;
+    rows_ = matrix.rows;
+  }
   std::vector<DenseFront> rests(fronts_.size());  // what each front leaves to its parent
   std::vector<std::size_t> place(matrix.size());  // of a row in the front
   DenseFront dense;

@@ -1,4 +1,4 @@
-// Functions that the compiler makes for several instruction sets. Internal to the pose module.
+// Functions that the compiler makes for several instruction sets.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@
 #define KNEAD_CLONES
 #endif
 
-// A Cholesky factor of a sparse matrix, in dense blocks. Internal to the pose module.
+// A Cholesky factor of a sparse matrix, in dense blocks.
 //
 // Eigen's factor of the same matrix takes five times as long, because it sums one number at a time; CHOLMOD's is as
 // fast, but its bits depend on the machine's BLAS (docs/decisions/0029-poses.md).
@@ -32,8 +32,9 @@ struct SymmetricMatrix {
 };
 
 // The factor L of A = L L^T, by the multifrontal method (Duff and Reid 1983): columns with the same rows are factorised
-// together, as a dense matrix. The columns must be in an order that leaves few entries, such as nested dissection.
-// Sums run in one order: the same bits for every instruction set.
+// together, as a dense matrix. The columns must be in an order that leaves few entries, such as nested dissection. What
+// depends on the pattern alone is found once for matrices of one pattern that follow each other. Sums run in one order:
+// the same bits for every instruction set.
 class SparseCholesky {
  public:
   // Returns false if the matrix is not positive definite. Time: 0.02 s for 1800 unknowns. threads as for parallel_for;
@@ -56,6 +57,8 @@ class SparseCholesky {
   void find_fronts(const SymmetricMatrix& matrix);
 
   std::vector<Front> fronts_;
+  std::vector<std::size_t> begin_;  // the pattern that these are of
+  std::vector<int> rows_;
 };
 
 }  // namespace knead::detail
