@@ -27,7 +27,7 @@ render:  math field flow mesh gl
 
 # file: the internal headers it may include, because it measures what they hold.
 readonly measured='
-apps/knead/benchmark/counted.cpp: knead/flow/kernel_source.h knead/flow/segment_mover.h
+bench/command/counted.cpp:        knead/flow/kernel_source.h knead/flow/segment_mover.h
 bench/remesh_bench.cpp:           knead/mesh/edges.h
 bench/pose_scenes.cpp:            knead/mesh/polygonise.h
 '

@@ -2,15 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "command.h"
 #include "knead/gpu/gpu.h"
 #include "output.h"
 
 namespace knead::command {
-
-void check_backend(const std::string& name) {
-  if (name != "cpu" && name != "gpu") throw UsageError(fmt::format("--backend {}: say cpu or gpu", name));
-}
 
 ChosenBackend choose_backend(const std::string& name, bool quiet) {
   if (name != "gpu") return {};

@@ -22,9 +22,6 @@ struct ChosenBackend {
   std::string name() const { return use != nullptr && use->was_called && !use->has_failed ? "gpu" : "cpu"; }
 };
 
-// Throws UsageError unless the name is cpu, or gpu in a build that has that backend.
-void check_backend(const std::string& name);
-
 // Returns the backend of a name that check_backend accepts. If there is no GPU, or it fails, the CPU does the work, and
 // a note on standard error says so unless quiet.
 ChosenBackend choose_backend(const std::string& name, bool quiet);

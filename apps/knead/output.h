@@ -1,6 +1,8 @@
-// What the command writes: results to standard output, messages to standard error, files checked before long work.
+// What the command measures and writes: time, results to standard output, messages to standard error, files checked
+// before long work.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -8,6 +10,15 @@
 #include <vector>
 
 namespace knead::command {
+
+// Measures the wall-clock time since it was made.
+class Clock {
+ public:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 // Writes to standard output at once. Throws IoError(write).
 void print(std::string_view text);

@@ -1,7 +1,6 @@
 // The long work of deform and resolve: a session applied to a shape, watched and interruptible.
 #pragma once
 
-#include <chrono>
 #include <string>
 
 #include "knead/io/shape_file.h"
@@ -10,15 +9,6 @@
 #include "streams.h"
 
 namespace knead::command {
-
-// Measures the wall-clock time since it was made.
-class Clock {
- public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 // What both subcommands read. The session has no strokes that are off. Notes go to standard error unless quiet.
 struct Inputs {

@@ -1,4 +1,5 @@
-// knead bench: measures how fast this machine deforms shapes, compared with a plain version of the paper's method.
+// knead-bench, which `knead bench` starts: measures how fast this machine deforms shapes, compared with a plain version
+// of the paper's method.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,39 +10,22 @@
 #include <utility>
 #include <vector>
 
-#include "backend.h"
-#include "bench_gpu.h"
-#include "bench_integrators.h"
-#include "bench_measure.h"
-#include "bench_peers.h"
-#include "bench_scenes.h"
-#include "benchmark/counted.h"
-#include "benchmark/machine.h"
-#include "benchmark/reference.h"
 #include "command.h"
+#include "comparisons.h"
 #include "knead/flow/backend.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
 #include "output.h"
+#include "scenes.h"
+#include "yardsticks.h"
 
 namespace knead::command {
 namespace {
 
-struct BenchOptions {
-  std::vector<std::string> meshes;
-  bool integrators = false;
-  std::string backend = "cpu";
-  std::optional<std::size_t> vertices;  // of a procedural knot
-  CommonOptions common;
-};
-
 // The plain version and the errors are measured on this many vertices, evenly chosen, because they are much slower.
 constexpr std::size_t kReferenceVertices = 8000;
 constexpr std::size_t kErrorVertices = 1000;
-
-// The first of the standard scenes.
-constexpr std::size_t kPaperScenes = 4;
 
 struct Row {
   const BenchScene* scene = nullptr;
@@ -55,14 +39,6 @@ struct Row {
   double max_error = 0;
   double reference_max_error = 0;
 };
-
-AdvectOptions advect_options(const BenchScene& scene) {
-  AdvectOptions options;
-  options.tolerance = scene.tolerance * scene.size;
-  options.precision = scene.precision;
-  options.threads = scene.threads;
-  return options;
-}
 
 void measure_errors(const BenchScene& scene, Row& row) {
   const std::vector<Vec3d> sample = sample_of(scene.points, kErrorVertices);
@@ -223,8 +199,10 @@ Json measure_all_integrators(const std::vector<BenchScene>& scenes, bool quiet) 
           {"soonest_by_default", to_string(soonest_by_default(times))}};
 }
 
+#ifdef KNEAD_HAS_GPU
 // Returns the paper's scenes, on its four shapes or on those that the options name.
 std::vector<BenchScene> paper_scenes_of(const BenchOptions& options) {
+  constexpr std::size_t kPaperScenes = 4;  // the first of the standard ones
   std::vector<BenchScene> scenes;
   if (options.vertices) scenes.push_back(paper_knot(*options.vertices));
   if (options.meshes.empty() && !options.vertices) {
@@ -234,11 +212,13 @@ std::vector<BenchScene> paper_scenes_of(const BenchOptions& options) {
   for (const std::string& path : options.meshes) scenes.push_back(paper_scene(path, read_mesh(path).positions));
   return scenes;
 }
+#endif
 
 void run_bench(const BenchOptions& options) {
   const bool quiet = options.common.json;
   check_backend(options.backend);
   if (options.vertices && options.backend != "gpu") throw UsageError("--vertices is for --backend gpu; leave it out");
+#ifdef KNEAD_HAS_GPU  // else check_backend has refused it
   if (options.backend == "gpu") {
     if (options.integrators) throw UsageError("--integrators are measured on the CPU; leave --backend out");
     const bool all = options.meshes.empty() && !options.vertices;
@@ -246,6 +226,7 @@ void run_bench(const BenchOptions& options) {
     if (quiet) print(to_indented_text(json));
     return;
   }
+#endif
   if (options.integrators) {
     const Json json = measure_all_integrators(integrator_scenes_of(options), quiet);
     if (quiet) print(to_indented_text(json));
@@ -274,27 +255,12 @@ void run_bench(const BenchOptions& options) {
 }
 
 }  // namespace
-
-Subcommand bench_command() {
-  const auto options = std::make_shared<BenchOptions>();
-  std::vector<Option> described{
-      {"--mesh", &options->meshes, "Run the paper's benchmark on this shape instead; may be repeated", "FILE"},
-      {"--integrators", &options->integrators,
-       "Instead, measure error and time of every integrator and tolerance, for a stroke of each tool"},
-      {"--backend", &options->backend, "gpu: run the paper's scenes on a GPU instead", "NAME",
-       OptionKind::with_default},
-      {"-n,--vertices", &options->vertices, "With --backend gpu: run on a procedural knot of about N vertices", "N"},
-  };
-  add_common_options(described, options->common);
-  return {"bench", "Measure how fast shapes are deformed on this machine", described,
-          "  knead bench\n"
-          "  knead bench --integrators\n"
-          "  knead bench --backend gpu\n"
-          "  knead bench --backend gpu -n 10000000\n"
-          "  knead bench --json --mesh scan.ply --mesh cloud.xyz\n"
-          "The benchmark reads scans of the paper's shapes from $KNEAD_MESHES, or ../shared/meshes. Without them,\n"
-          "it uses procedural shapes of the same size.",
-          [options] { run_bench(*options); }};
-}
-
 }  // namespace knead::command
+
+int main(int argc, char** argv) {
+  std::string word = "bench";
+  std::vector<char*> words(argv, argv + argc);
+  words.insert(words.begin() + std::min(argc, 1), word.data());
+  return knead::command::run_program(static_cast<int>(words.size()), words.data(),
+                                     {knead::command::bench_subcommand(knead::command::run_bench)});
+}

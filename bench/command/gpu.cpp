@@ -1,4 +1,4 @@
-#include "bench_gpu.h"
+#include "comparisons.h"
 
 #include <fmt/format.h>
 
@@ -6,12 +6,11 @@
 #include <optional>
 #include <utility>
 
-#include "bench_measure.h"
-#include "benchmark/counted.h"
 #include "knead/gpu/gpu.h"
 #include "knead/math/parallel.h"
 #include "output.h"
-#include "work.h"
+#include "scenes.h"
+#include "yardsticks.h"
 
 namespace knead::command {
 namespace {
@@ -33,25 +32,24 @@ struct GpuRow {
   double max_error = 0;
 };
 
-AdvectOptions advect_options(const BenchScene& scene) {
-  AdvectOptions options;
-  options.tolerance = scene.tolerance * scene.size;
-  options.precision = scene.precision;
+AdvectOptions on_all_threads(const BenchScene& scene) {
+  AdvectOptions options = advect_options(scene);
+  options.threads = AdvectOptions{}.threads;
   return options;
 }
 
 // Returns the additions, multiplications, divisions and roots for one evaluation of v, including steps and error
 // estimates. They are counted in the CPU's kernels, which use the same formulas as the shaders.
 double operations_to_an_evaluation(const BenchScene& scene, std::span<const Vec3d> sample) {
-  const auto operations = static_cast<double>(bench::operations_of(scene.flow, sample, advect_options(scene)));
+  const auto operations = static_cast<double>(bench::operations_of(scene.flow, sample, on_all_threads(scene)));
   std::vector<Vec3d> moved(sample.begin(), sample.end());
-  return operations / static_cast<double>(advect(scene.flow, moved, advect_options(scene)).evaluations);
+  return operations / static_cast<double>(advect(scene.flow, moved, on_all_threads(scene)).evaluations);
 }
 
 GpuRow measure(const BenchScene& scene, gpu::Gpu& gpu, double peak_gflops) {
   GpuRow row;
   row.scene = &scene;
-  const AdvectOptions options = advect_options(scene);
+  const AdvectOptions options = on_all_threads(scene);
   std::vector<Vec3d> sample = sample_of(scene.points, kErrorVertices);
   const double operations = operations_to_an_evaluation(scene, sample);
   const std::vector<Vec3d> expected = exact_positions(scene.flow, sample, scene.size);

@@ -1,4 +1,4 @@
-#include "bench_integrators.h"
+#include "comparisons.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <iterator>
 #include <set>
 
-#include "bench_measure.h"
+#include "scenes.h"
 
 namespace knead::command {
 namespace {

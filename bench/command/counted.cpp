@@ -1,4 +1,4 @@
-#include "counted.h"
+#include "yardsticks.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "bench_peers.h"
+#include "comparisons.h"
 
 #include <fmt/format.h>
 
@@ -9,14 +9,14 @@
 #include <span>
 #include <utility>
 
-#include "bench_measure.h"
-#include "benchmark/kelvinlets.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/box.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/shapes.h"
 #include "knead/mesh/triangulate.h"
+#include "scenes.h"
+#include "yardsticks.h"
 
 namespace knead::command {
 namespace {

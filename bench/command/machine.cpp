@@ -1,4 +1,4 @@
-#include "machine.h"
+#include "yardsticks.h"
 
 #include <algorithm>
 #include <chrono>

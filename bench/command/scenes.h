@@ -1,7 +1,8 @@
-// The scenes that `knead bench` measures.
+// The scenes that `knead bench` measures, and the functions that all its parts use to measure.
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -37,5 +38,23 @@ std::vector<Vec3d> standard_points(const std::string& folder, std::string& name)
 // same number of vertices if there are none. Some shapes also get scenes with double precision, all threads, a local
 // brush, and each other tool.
 std::vector<BenchScene> standard_scenes(const std::string& folder);
+
+// Returns how the scene's flow is to be computed, by all methods that are compared.
+AdvectOptions advect_options(const BenchScene& scene);
+
+// Returns about `count` of the points, evenly chosen; all if there are fewer.
+std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count);
+
+// Returns the median of three runs; of up to 25 if they take less than 0.05 s in all, of fewer if they take over 2 s.
+double median_seconds(const std::function<void()>& run);
+
+// Does the same, and calls `prepare` before each run; its time does not count.
+double median_seconds(const std::function<void()>& prepare, const std::function<void()>& run);
+
+// Returns the points at the flow's end, with an error of 1e-12 of `size` for each path line and segment.
+std::vector<Vec3d> exact_positions(const Flow& flow, std::vector<Vec3d> points, double size);
+
+// Returns the greatest distance between a[i] and b[i].
+double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b);
 
 }  // namespace knead::command

@@ -1,4 +1,4 @@
-#include "reference.h"
+#include "yardsticks.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "kelvinlets.h"
+#include "yardsticks.h"
 
 #include <algorithm>
 #include <array>

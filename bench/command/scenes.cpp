@@ -1,4 +1,4 @@
-#include "bench_scenes.h"
+#include "scenes.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -9,6 +9,7 @@
 #include "knead/math/parallel.h"
 #include "knead/mesh/shapes.h"
 #include "knead/tool/stroke.h"
+#include "output.h"
 
 namespace knead::command {
 namespace {
@@ -146,6 +147,57 @@ std::vector<BenchScene> standard_scenes(const std::string& folder) {
   std::vector<BenchScene> tools = tool_scenes(scenes[1].name, scenes[1].points);
   for (BenchScene& scene : tools) scenes.push_back(std::move(scene));
   return scenes;
+}
+
+AdvectOptions advect_options(const BenchScene& scene) {
+  AdvectOptions options;
+  options.tolerance = scene.tolerance * scene.size;
+  options.precision = scene.precision;
+  options.threads = scene.threads;
+  return options;
+}
+
+std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count) {
+  std::vector<Vec3d> sample;
+  const std::size_t stride = std::max<std::size_t>(1, points.size() / count);
+  for (std::size_t i = 0; i < points.size(); i += stride) sample.push_back(points[i]);
+  return sample;
+}
+
+double median_seconds(const std::function<void()>& run) {
+  return median_seconds([] {}, run);
+}
+
+double median_seconds(const std::function<void()>& prepare, const std::function<void()>& run) {
+  constexpr double kLongest = 2;
+  constexpr double kShortest = 0.05;
+  constexpr std::size_t kMost = 25;
+  std::vector<double> times;
+  double sum = 0;
+  do {
+    prepare();
+    const Clock clock;
+    run();
+    times.push_back(clock.seconds());
+    sum += times.back();
+  } while (sum < kLongest && (times.size() < 3 || (sum < kShortest && times.size() < kMost)));
+  std::sort(times.begin(), times.end());
+  return times[times.size() / 2];
+}
+
+std::vector<Vec3d> exact_positions(const Flow& flow, std::vector<Vec3d> points, double size) {
+  AdvectOptions options;
+  options.tolerance = 1e-12 * size;
+  options.precision = Precision::float64;
+  options.integrator = Integrator::tsitouras;
+  advect(flow, points, options);
+  return points;
+}
+
+double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+  double greatest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) greatest = std::max(greatest, norm(a[i] - b[i]));
+  return greatest;
 }
 
 }  // namespace knead::command
