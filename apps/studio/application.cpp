@@ -16,13 +16,10 @@
 #include "knead/render/live_view.h"
 #include "panels/interface.h"
 #include "platform/gui.h"
-#include "platform/gui_backend.h"
 #include "platform/window.h"
 #include "studio.h"
 #include "view/overlay.h"
-#include "view/picture_quality.h"
 #include "view/shown_shape.h"
-#include "view/stretch.h"
 
 namespace knead::studio {
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <thread>
 
-#include "gestures/parts.h"
+#include "gestures/gesture_kinds.h"
 #include "knead/io/json.h"
 #include "knead/math/error.h"
 

@@ -9,7 +9,7 @@
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
-#include "view_memory.h"
+#include "script.h"
 
 namespace knead::studio {
 

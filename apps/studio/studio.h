@@ -16,18 +16,14 @@
 
 #include "document/document.h"
 #include "document/layers.h"
-#include "document/masking.h"
 #include "gestures/gesture.h"
 #include "gestures/navigation.h"
 #include "gestures/tools.h"
 #include "keys.h"
 #include "knead/render/live_view.h"
-#include "platform/event.h"
+#include "platform/window.h"
 #include "platform/worker.h"
 #include "preferences.h"
-#include "turntable.h"
-#include "view/look.h"
-#include "view/reference.h"
 
 namespace knead::studio {
 
@@ -62,6 +58,24 @@ struct ViewSettings {
 
 // Returns the step of lengths while Ctrl is held: 1, 2 or 5 times a power of ten, about a hundredth of the diagonal.
 double snap_length(double diagonal);
+
+inline constexpr int kMostTurntablePictures = 9999;
+
+// A recording of the shape from all around: numbered pictures, evenly spaced about the axis that is up.
+struct Turntable {
+  std::filesystem::path pattern;  // with %04d in its name
+  int pictures = 0;
+  int next = 0;  // the number of the next picture, from 0
+  View start;    // the view of the first picture, which is also that afterwards
+};
+
+// Returns a recording that has not begun, with a numbered() pattern. Throws InvalidInput for another format than PNG,
+// and for a number of pictures outside [2, kMostTurntablePictures].
+Turntable make_turntable(const std::filesystem::path& pattern, int pictures, const View& view);
+
+// Return the view and the file of the next picture.
+View view_of(const Turntable& turntable);
+std::filesystem::path file_of(const Turntable& turntable);
 
 // The strokes that the worker has not completed yet, and the shape before them.
 struct PendingStrokes {

@@ -1,4 +1,4 @@
-#include "document/masking.h"
+#include "document/document.h"
 
 #include <algorithm>
 #include <array>

@@ -14,9 +14,7 @@
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/shapes.h"
-#include "view/labels.h"
 #include "view/overlay.h"
-#include "view/stretch.h"
 
 namespace knead::studio {
 namespace {

@@ -6,7 +6,7 @@
 #include "knead/math/box.h"
 #include "knead/math/vec3.h"
 #include "knead/render/camera.h"
-#include "platform/event.h"
+#include "platform/window.h"
 
 namespace knead::studio {
 

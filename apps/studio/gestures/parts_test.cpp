@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "gestures/gesture.h"
+#include "gestures/gesture_kinds.h"
 #include "gestures/gestures_fixture.h"
-#include "gestures/parts.h"
 #include "view/overlay.h"
 
 namespace knead::studio {

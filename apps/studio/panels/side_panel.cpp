@@ -4,10 +4,12 @@
 #include <imgui_stdlib.h>
 
 #include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "document/layers.h"
-#include "document/stroke_fields.h"
 #include "panels/panels.h"
 #include "panels/widgets.h"
 
@@ -192,6 +194,165 @@ void draw_history(Studio& studio, HistoryEditor& editor) {
     const std::string name = name_of(studio.shown().redoable[i]->strokes);
     ImGui::TextDisabled("%s", fmt::format("{}  {}", done + i + 1, name).c_str());
   }
+}
+
+// How the shape is drawn: material, relief, background, perspective.
+
+namespace {
+
+void draw_matcaps(Look& look, const Gui& gui) {
+  const std::string chosen(title_of(look.matcap));
+  if (ImGui::BeginCombo("Matcap", chosen.c_str())) {
+    for (const render::Matcap matcap : render::all_matcaps()) {
+      gui.draw_ball(matcap);
+      ImGui::SameLine();
+      if (ImGui::Selectable(std::string(title_of(matcap)).c_str(), matcap == look.matcap)) look.matcap = matcap;
+    }
+    ImGui::EndCombo();
+  }
+  ImGui::SameLine();
+  gui.draw_ball(look.matcap);
+}
+
+void draw_background(std::string& background) {
+  constexpr std::array<const char*, 3> names{"gradient", "light", "dark"};
+  constexpr std::array<const char*, 3> titles{"Gradient", "Light", "Dark"};
+  const std::optional<render::Color> own = render::color_from(background);
+  const auto* const known = std::find(names.begin(), names.end(), background);
+  if (ImGui::BeginCombo("Background", own ? "Colour" : titles[static_cast<std::size_t>(known - names.begin())])) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (ImGui::Selectable(titles[i], background == names[i])) background = names[i];
+    }
+    if (ImGui::Selectable("Colour", own.has_value()) && !own) {
+      background = text_of(render::background_named(background)->bottom);
+    }
+    ImGui::EndCombo();
+  }
+  if (!own) return;
+  std::array<float, 3> channels{own->red, own->green, own->blue};
+  if (ImGui::ColorEdit3("##background", channels.data(), ImGuiColorEditFlags_DisplayHex)) {
+    background = text_of(render::Color{channels[0], channels[1], channels[2], 1});
+  }
+}
+
+void draw_projection(View& view) {
+  bool is_perspective = view.projection == render::Projection::perspective;
+  if (ImGui::Checkbox("Perspective", &is_perspective)) view = toggled_projection(view);
+  if (!is_perspective) return;
+  slide("Field of view", view.field_of_view_deg, {kSmallestFieldDeg, kLargestFieldDeg}, "degrees from bottom to top");
+  view.field_of_view_deg = std::clamp(view.field_of_view_deg, kSmallestFieldDeg, kLargestFieldDeg);
+}
+
+}  // namespace
+
+void draw_look_settings(Studio& studio, const Gui& gui) {
+  Look& look = studio.view().look;
+  constexpr std::array materials{render::Material::clay, render::Material::matcap, render::Material::flat};
+  choose_one("Shading", look.material, materials, [](render::Material material) {
+    return std::array{"Clay", "Matcap", "Flat"}[static_cast<std::size_t>(material)];
+  });
+  if (look.material == render::Material::matcap) draw_matcaps(look, gui);
+  ImGui::Checkbox("Cavity", &look.relief.cavity);
+  help_on_hover("darkens grooves and brightens ridges");
+  ImGui::SameLine();
+  ImGui::Checkbox("Occlusion", &look.relief.occlusion);
+  help_on_hover("darkens folds and corners");
+  draw_background(look.background);
+  draw_projection(studio.navigation().view);
+}
+
+// The pictures behind the shape.
+
+namespace {
+
+// Moves the picture within its plane.
+void draw_place(Reference& reference, UpAxis up, double diagonal) {
+  const render::CameraFrame frame = frame_of(reference.plane, up);
+  for (const auto& [label, direction] : {std::pair{"Right", frame.right}, {"Up", frame.up}}) {
+    const double before = dot(reference.center, direction);
+    double place = before;
+    if (type_number(label, place, {-1e9, 1e9}, "of its middle, in the units of the shape")) {
+      reference.center += direction * (place - before);
+    }
+  }
+  slide("Height", reference.height, {1e-2 * diagonal, 10 * diagonal}, "of the picture, in the units of the shape");
+}
+
+// Returns false if the picture is to be taken away.
+bool draw_reference(Reference& reference, UpAxis up, double diagonal) {
+  ImGui::Checkbox("##shown", &reference.is_shown);
+  ImGui::SameLine();
+  ImGui::TextUnformatted(reference.file.filename().c_str());
+  constexpr std::array planes{ReferencePlane::front, ReferencePlane::right, ReferencePlane::top};
+  choose_one("Plane", reference.plane, planes, [](ReferencePlane plane) {
+    return std::array{"Front", "Right", "Top"}[static_cast<std::size_t>(plane)];
+  });
+  slide("Opacity", reference.opacity, {0, 1}, nullptr);
+  reference.opacity = std::clamp(reference.opacity, 0.0, 1.0);
+  draw_place(reference, up, diagonal);
+  ImGui::Checkbox("In every view", &reference.in_every_view);
+  help_on_hover("otherwise only when you look straight at its plane (Alt+1, Alt+3, Alt+7)");
+  ImGui::SameLine();
+  return !ImGui::Button("Remove");
+}
+
+}  // namespace
+
+void draw_references(Studio& studio) {
+  std::vector<Reference>& references = studio.references();
+  ImGui::Checkbox("Show", &studio.view().references);
+  std::optional<std::size_t> removed;
+  for (std::size_t i = 0; i < references.size(); ++i) {
+    ImGui::Separator();
+    ImGui::PushID(static_cast<int>(i));
+    if (!draw_reference(references[i], studio.navigation().view.up, studio.shown().diagonal)) removed = i;
+    ImGui::PopID();
+  }
+  if (removed) references.erase(references.begin() + static_cast<std::ptrdiff_t>(*removed));
+}
+
+// Preferences of the pointer: the unit of lengths, what a pen's pressure changes, the colours of the cursor.
+
+namespace {
+
+template <class T, std::size_t N>
+bool choose_in_menu(const char* label, T& value, const std::array<const char*, N>& names) {
+  bool changed = false;
+  if (!ImGui::BeginMenu(label)) return false;
+  for (std::size_t i = 0; i < N; ++i) {
+    const T each = static_cast<T>(i);
+    if (!ImGui::MenuItem(names[i], nullptr, value == each)) continue;
+    changed = value != each;
+    value = each;
+  }
+  ImGui::EndMenu();
+  return changed;
+}
+
+bool choose_color(const char* label, render::Color& color) {
+  std::array<float, 3> parts{color.red, color.green, color.blue};
+  const bool changed = ImGui::ColorEdit3(label, parts.data(), ImGuiColorEditFlags_NoInputs);
+  if (changed) color = {parts[0], parts[1], parts[2], 1};
+  return changed;
+}
+
+}  // namespace
+
+bool draw_pointer_preferences(Preferences& preferences) {
+  bool changed =
+      choose_in_menu("Unit of the file", preferences.unit, std::array{"None", "Millimetres", "Centimetres", "Metres"});
+  changed = choose_in_menu("Pen pressure", preferences.pressure, std::array{"None", "Radius", "Depth"}) || changed;
+  if (ImGui::BeginMenu("Cursor colours")) {
+    changed = choose_color("Outer ring", preferences.outer_ring) || changed;
+    changed = choose_color("Inner ring", preferences.inner_ring) || changed;
+    if (ImGui::MenuItem("Defaults")) {
+      preferences.outer_ring = Preferences{}.outer_ring;
+      preferences.inner_ring = Preferences{}.inner_ring;
+      changed = true;
+    }
+    ImGui::EndMenu();
+  }
+  return changed;
 }
 
 }  // namespace knead::studio

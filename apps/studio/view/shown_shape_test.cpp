@@ -1,6 +1,4 @@
 // The picture while the GPU moves the shape agrees with the CPU, and ends with the bits of the CPU.
-#include "view/gpu_preview.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include "view/shown_shape.h"
 
 namespace knead::studio {
+
 namespace {
 
 constexpr double kAgree = 2e-5;  // of the diagonal: what both are apart from the truth
@@ -257,4 +256,55 @@ TEST_F(GpuPreviewTest, ThePictureIsThatOfTheShapeSent) {
 }
 
 }  // namespace
+
+namespace {
+
+// A scene whose pictures take this long with one sample, and four times as long when smooth.
+void show(PictureQuality& quality, double seconds, int pictures, bool is_still = false) {
+  for (int i = 0; i < pictures; ++i) {
+    const int samples = quality.samples(is_still);
+    quality.note(samples == 0 ? 4 * seconds : seconds, samples);
+  }
+}
+
+TEST(PictureQuality, FastPicturesStaySmooth) {
+  PictureQuality quality;
+  show(quality, 0.02, 100);
+  EXPECT_EQ(quality.samples(false), 0);
+}
+
+TEST(PictureQuality, SlowOnesLoseSmoothnessWhileTheyMoveOnly) {
+  PictureQuality quality;
+  show(quality, 0.05, 4);
+  EXPECT_EQ(quality.samples(false), 0);  // a few slow ones are no reason
+  show(quality, 0.05, 1);
+  EXPECT_EQ(quality.samples(false), 1);
+  EXPECT_EQ(quality.samples(true), 0);
+  show(quality, 0.05, 1, true);
+  EXPECT_EQ(quality.samples(false), 1);  // the picture at rest was slow, too
+  show(quality, 0.05, 100);
+  EXPECT_EQ(quality.samples(false), 1);
+}
+
+TEST(PictureQuality, SmoothnessReturnsDuringMotionThatHasBecomeFast) {
+  PictureQuality quality;
+  show(quality, 0.05, 20);
+  ASSERT_EQ(quality.samples(false), 1);
+  show(quality, 0.01, 9);
+  EXPECT_EQ(quality.samples(false), 1);
+  show(quality, 0.01, 1);
+  EXPECT_EQ(quality.samples(false), 0);
+  show(quality, 0.01, 100);
+  EXPECT_EQ(quality.samples(false), 0);
+}
+
+TEST(PictureQuality, SmoothnessReturnsWithAFastPictureAtRest) {
+  PictureQuality quality;
+  show(quality, 0.05, 20);
+  show(quality, 0.01, 1, true);
+  EXPECT_EQ(quality.samples(false), 0);
+}
+
+}  // namespace
+
 }  // namespace knead::studio
