@@ -20,7 +20,6 @@
 #include <vector>
 
 #include "command.h"
-#include "interrupt.h"
 #include "knead/math/error.h"
 #include "knead/remesh/remesh.h"
 #include "output.h"

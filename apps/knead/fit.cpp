@@ -9,15 +9,13 @@
 #include <string>
 
 #include "command.h"
-#include "fit_pairs.h"
-#include "interrupt.h"
+#include "inputs.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
 #include "knead/session/report.h"
 #include "output.h"
-#include "progress_bar.h"
 
 namespace knead::command {
 namespace {

@@ -12,15 +12,12 @@
 #include <vector>
 
 #include "command.h"
-#include "film.h"
-#include "frames.h"
+#include "deform.h"
+#include "inputs.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/json.h"
 #include "output.h"
-#include "panels.h"
-#include "picture.h"
-#include "progress_bar.h"
-#include "work.h"
+#include "render.h"
 
 namespace knead::command {
 namespace {

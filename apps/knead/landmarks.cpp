@@ -1,7 +1,4 @@
-#include "fit_pairs.h"
-
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -14,10 +11,12 @@
 #include <string_view>
 #include <system_error>
 
+#include "inputs.h"
 #include "knead/io/json.h"
 #include "knead/math/error.h"
 
 namespace knead::command {
+
 namespace {
 
 using Fields = std::vector<std::string>;

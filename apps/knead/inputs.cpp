@@ -1,20 +1,25 @@
-#include "streams.h"
+#include "inputs.h"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <optional>
 #include <system_error>
+#include <vector>
 
 #include "command.h"
-#include "interrupt.h"
 #include "knead/io/remeshed.h"
 #include "knead/math/error.h"
 #include "output.h"
 
+#ifdef KNEAD_HAS_GPU
+#include "knead/gpu/gpu.h"
+#endif
+
 namespace knead::command {
+
 namespace {
 
 constexpr std::string_view kInput = "standard input";
@@ -92,5 +97,74 @@ void write_remeshed_or_stream(const std::string& path, const StreamFormat& forma
   if (!is_stream(path)) return write_remeshed(path, source, mesh, face_source, options);
   print(serialize_remeshed(format_of(format_path(path, format)), source, mesh, face_source, options));
 }
+
+namespace {
+
+constexpr std::size_t kMostKeptBytes = std::size_t{64} << 20;  // of a file that can be read again
+
+}  // namespace
+
+Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet) {
+  Inputs inputs;
+  inputs.session = without_off(read_session(session));  // first: it is the shorter, and the one that people mistype
+  inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMostKeptBytes});
+  if (!quiet) {
+    print_notes(inputs.session.warnings);
+    for (const std::string& note : inputs.shape.notes) print_message(fmt::format("note: {}: {}", shape, note));
+  }
+  return inputs;
+}
+
+ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet) {
+  Progress progress;
+  options.progress = &progress;
+  options.strokes_warn = false;
+  if (!quiet) print_notes(stroke_warnings(session, options.part));
+  ReplayResult result;
+  {
+    std::optional<CancelOnInterruption> cancel(std::in_place, progress);
+    progress.total = total_work(mesh, session, options);
+    const int frames = frame_count(options.frames);
+    ProgressBar bar(progress, progress.total, !quiet, frames);
+    if (const auto deliver = options.frames.deliver) {
+      // From the last frame on, an interruption that comes when all files are in place is none.
+      options.frames.deliver = [&, deliver](const ReplayFrame& frame) {
+        if (frame.index + 1 == frames) cancel.reset();
+        if (progress.cancel) throw Interrupted{};
+        deliver(frame);
+        bar.count_frame();
+      };
+    }
+    result = replay(borrow(mesh), session, options);
+  }
+  if (progress.cancel) throw Interrupted{};
+  if (result.status == AdvectStatus::step_limit) {
+    throw QualityError(to_string(Place{session.name, result.failed_line}) + ": " + kStepLimitAdvice);
+  }
+  if (!quiet) print_notes(result.warnings);
+  return result;
+}
+
+#ifdef KNEAD_HAS_GPU
+
+ChosenBackend choose_backend(const std::string& name, bool quiet) {
+  if (name != "gpu") return {};
+  const auto use = std::make_shared<BackendUse>();
+  Backend gpu = gpu::backend_or_cpu([use, quiet](const std::string& why) {
+    use->has_failed = true;
+    if (!quiet) print_message(fmt::format("note: {}; the CPU moves the points instead", why));
+  });
+  Backend move = [use, gpu = std::move(gpu)](const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+    use->was_called = true;
+    return gpu(flow, points, options);
+  };
+  return {std::move(move), use};
+}
+
+#else
+
+ChosenBackend choose_backend(const std::string& /*name*/, bool /*quiet*/) { return {}; }
+
+#endif
 
 }  // namespace knead::command

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "inputs.h"
 #include "knead/math/vec3.h"
 #include "knead/mesh/mesh.h"
 #include "knead/render/image.h"
@@ -78,5 +79,60 @@ std::string draw_picture(const PictureRequest& request, const std::function<void
 
 // Returns points of a shape that are the farthest in many directions, for PictureRequest::shown.
 std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions);
+
+// --- panels: shapes as they are, or one shape at several moments of a session
+// -----------------------------------------
+
+// In which panels tools are drawn.
+//   first: in the first one, the tools of all strokes with their whole paths;
+//   each:  in every panel, the tool of the current stroke, at its place at the panel's moment.
+enum class ToolPanels { first, each, none };
+
+struct PanelOptions {
+  std::vector<std::string> shapes;    // files or `-`, at least one
+  StreamFormat format;                // of the one that is `-`
+  std::string session;                // file; empty: no tools
+  std::optional<std::size_t> stroke;  // only this one's tool, counted from 1
+  std::vector<double> moments;        // of the session, in strokes; empty: the shapes as they are
+  ToolPanels tools = ToolPanels::first;
+  bool quiet = false;
+};
+
+// Throws UsageError if options do not go together: moments need a session and one shape, ToolPanels::each needs
+// moments, a stroke needs a session.
+void check_usage(const PanelOptions& options);
+
+// The colours that show the distance of each vertex from another shape's surface: clay at 0, dark red from `greatest`
+// on.
+struct DistanceColors {
+  std::string shape;               // file; empty: shapes keep their colours
+  std::optional<double> greatest;  // in the units of the shapes; empty: the greatest distance of all panels
+};
+
+// Gives the vertices of all panels their colours. Returns the distance that has the last colour. Throws what reading
+// and vertex_distances() throw.
+double color_by_distance(const DistanceColors& colors, bool quiet, std::vector<Panel>& panels);
+
+// Returns a panel for each moment, or for each shape if there are no moments. Throws UsageError for a stroke or a
+// moment that the session does not have, and what reading and replaying throw.
+std::vector<Panel> make_panels(const PanelOptions& options);
+
+// --- films (--frames, --turntable): numbered pictures, an animated GIF, a film by ffmpeg
+// ------------------------------
+
+struct FilmRequest {
+  std::string output;  // a pattern as F_%04d.png, or a name that ends in .gif or .mp4
+  int pictures = 1;
+  double fps = 24;
+  // Calls draw for one picture after the other; all have the same size.
+  std::function<void(const std::function<void(const PictureRequest&)>& draw)> play{};
+};
+
+// Throws UsageError for another kind of file, and where ffmpeg is missing for an .mp4.
+void check_film_output(const std::string& output);
+
+// Draws and writes the film. A GIF or film appears whole or not at all; numbered pictures appear one by one. Throws as
+// draw_picture, IoError(write), and std::runtime_error where ffmpeg fails.
+void write_film(const FilmRequest& film, bool quiet);
 
 }  // namespace knead::command
