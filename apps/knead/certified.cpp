@@ -15,8 +15,8 @@ namespace knead::command {
 
 namespace {
 
-constexpr int kMostRefinements = 3;
-constexpr int kMostRounds = 100;
+constexpr int kMaxRefinements = 3;
+constexpr int kMaxRounds = 100;
 
 struct Complaints {
   std::string text;  // of the first
@@ -44,7 +44,7 @@ void refine(const Complaints& complaints, std::optional<RemeshSettings>& setting
   if (complaints.chords) settings->max_chord = 0.5 * settings->max_chord.value_or(kDefaultMaxChord);
   if (complaints.rounds) {
     settings->iterations =
-        std::min(kMostRounds, 2 * std::max(1, settings->iterations.value_or(kDefaultRemeshIterations)));
+        std::min(kMaxRounds, 2 * std::max(1, settings->iterations.value_or(kDefaultRemeshIterations)));
   }
 }
 
@@ -95,7 +95,7 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
     if (!complaints) break;
     if (complaints->beyond_remeshing) throw QualityError(fmt::format("{}: {}", inputs.session.name, complaints->text));
     const bool remeshed = certified.result.shape.is_remeshed();
-    if (!remeshed || refinements == kMostRefinements) {
+    if (!remeshed || refinements == kMaxRefinements) {
       refuse(inputs.session.name, complaints->text, refinements, remeshed);
     }
     const std::size_t now = certified.certificate->crossings_after;

@@ -109,7 +109,7 @@ Digits digits_of(const DeformOptions& options);
 // Returns WriteOptions::decimals for an output like the source. Automatic: as many as the source's coordinates have, if
 // half a unit of the last is within the tolerance (relative to the diagonal of the box).
 std::optional<int> decimals_for(const Digits& digits, const ShapeFile& source, double tolerance);
-// The same for coordinates with `own` decimals (nothing: not text) in a box of that diagonal.
+// The same for coordinates with `own` decimals (std::nullopt if they are not text) in a box of that diagonal.
 std::optional<int> decimals_for(const Digits& digits, std::optional<int> own, double diagonal, double tolerance);
 
 // Throws UsageError where --until is beyond the session.

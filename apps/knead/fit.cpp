@@ -20,7 +20,7 @@
 namespace knead::command {
 namespace {
 
-// Landmarks must be met to so many times the tolerance of path lines.
+// Landmarks must be met to this multiple of the tolerance of path lines.
 constexpr double kMetTo = 2;
 // With --surface, the greatest mean distance of the surfaces that is no failure, in diagonals.
 constexpr double kMeanDistance = 3e-3;

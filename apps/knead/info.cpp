@@ -214,7 +214,7 @@ namespace {
 
 struct MakeOptions {
   std::string kind;
-  std::optional<std::size_t> vertices;  // nothing: the default of the kind
+  std::optional<std::size_t> vertices;  // std::nullopt: the default of the kind
   std::string output;
   StreamFormat format;
   CommonOptions common;

@@ -100,14 +100,14 @@ void write_remeshed_or_stream(const std::string& path, const StreamFormat& forma
 
 namespace {
 
-constexpr std::size_t kMostKeptBytes = std::size_t{64} << 20;  // of a file that can be read again
+constexpr std::size_t kMaxKeptBytes = std::size_t{64} << 20;  // of a file that can be read again
 
 }  // namespace
 
 Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet) {
   Inputs inputs;
   inputs.session = without_off(read_session(session));  // first: it is the shorter, and the one that people mistype
-  inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMostKeptBytes});
+  inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});
   if (!quiet) {
     print_notes(inputs.session.warnings);
     for (const std::string& note : inputs.shape.notes) print_message(fmt::format("note: {}: {}", shape, note));

@@ -81,7 +81,7 @@ class ProgressBar {
 // kInterrupted.
 void handle_interruptions();
 
-// Call before the last file is written: an interruption that comes when it is in place, or when so many files are that
+// Call before the last file is written: an interruption that comes when it is in place, or when all of `files` are that
 // take their places together, ends the program with kDone.
 // more_to_say: printing or a report follows that was asked for, so that the first such interruption is ignored.
 void end_after_last_output(bool more_to_say, std::size_t files = 1);

@@ -36,7 +36,7 @@ constexpr double kSmallestWindow = 320;  // points
 constexpr double kLargestWindow = 20000;
 constexpr double kSmallestScale = 0.5;
 constexpr double kLargestScale = 3;
-constexpr double kMostUndoMemory = 1e6;  // MB
+constexpr double kMaxUndoMemory = 1e6;  // MB
 
 fs::path folder_of(const char* variable, const char* under_home) {
   const char* const value = std::getenv(variable);
@@ -103,7 +103,7 @@ class Reader {
       } else if (key == "interface_scale") {
         read_number(key, value, {kSmallestScale, kLargestScale}, loaded_.preferences.interface_scale);
       } else if (key == "undo_memory_mb") {
-        read_number(key, value, {0, kMostUndoMemory}, loaded_.preferences.undo_memory_mb);
+        read_number(key, value, {0, kMaxUndoMemory}, loaded_.preferences.undo_memory_mb);
       } else if (!read_look(key, value)) {
         complain(fmt::format(
             "\"{}\" is not a setting; the settings are keys, navigation, up, backend, unit, pen_pressure, outer_ring, "
@@ -295,7 +295,7 @@ LoadedPreferences load_preferences(const fs::path& folder) {
 
 namespace {
 
-using OwnMember = std::pair<std::string_view, std::optional<Json>>;  // nothing: as by default
+using OwnMember = std::pair<std::string_view, std::optional<Json>>;  // std::nullopt: as by default
 
 template <class T>
 OwnMember member(std::string_view key, const T& value, const T& by_default, const Json& json) {
@@ -355,7 +355,7 @@ std::vector<fs::path> load_recent(const fs::path& folder) {
   for (const Json& item : list->items()) {
     std::error_code error;
     if (item.is_text() && fs::exists(item.text(), error)) recent.emplace_back(item.text());
-    if (recent.size() == kMostRecent) break;
+    if (recent.size() == kMaxRecent) break;
   }
   return recent;
 }
@@ -366,7 +366,7 @@ void add_recent(std::vector<fs::path>& recent, const fs::path& file) {
   if (error) absolute = file;
   std::erase(recent, absolute);
   recent.insert(recent.begin(), absolute);
-  if (recent.size() > kMostRecent) recent.resize(kMostRecent);
+  if (recent.size() > kMaxRecent) recent.resize(kMaxRecent);
 }
 
 void save_recent(const fs::path& folder, std::span<const fs::path> recent) {

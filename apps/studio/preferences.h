@@ -87,8 +87,8 @@ void save_preferences(const std::filesystem::path& folder, const Preferences& pr
 // longer are left out; a broken file counts as none.
 std::vector<std::filesystem::path> load_recent(const std::filesystem::path& folder);
 
-// Puts a file in front of the list, which holds at most kMostRecent, each once.
-inline constexpr std::size_t kMostRecent = 12;
+// Puts a file in front of the list, which holds at most kMaxRecent, each once.
+inline constexpr std::size_t kMaxRecent = 12;
 void add_recent(std::vector<std::filesystem::path>& recent, const std::filesystem::path& file);
 
 // Throws IoError(write).

@@ -136,15 +136,15 @@ TEST_F(PreferencesTest, TheWindowComesBackAsItWasLeft) {
 
 TEST_F(PreferencesTest, RecentFilesStandOnceTheLatestFirst) {
   std::vector<fs::path> recent;
-  for (std::size_t i = 0; i < kMostRecent + 3; ++i) {
+  for (std::size_t i = 0; i < kMaxRecent + 3; ++i) {
     const fs::path file = folder_ / fmt::format("{}.ply", i);
     std::ofstream(file) << "x";
     add_recent(recent, file);
   }
   add_recent(recent, folder_ / "." / "5.ply");
-  EXPECT_EQ(recent.size(), kMostRecent);
+  EXPECT_EQ(recent.size(), kMaxRecent);
   EXPECT_EQ(recent[0], folder_ / "5.ply");
-  EXPECT_EQ(recent[1], folder_ / fmt::format("{}.ply", kMostRecent + 2));
+  EXPECT_EQ(recent[1], folder_ / fmt::format("{}.ply", kMaxRecent + 2));
   save_recent(folder_, recent);
   EXPECT_EQ(load_recent(folder_), recent);
   fs::remove(recent[1]);

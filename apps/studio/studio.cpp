@@ -165,7 +165,7 @@ void Studio::after_opening() {
 
 Screen Studio::screen() const { return {camera_of(navigation_.view), navigation_.width, navigation_.height}; }
 
-Surroundings Studio::surroundings() const {
+GestureContext Studio::gesture_context() const {
   const ShapeState& state = gesture_ ? gesture_->start : shown_.state;
   const bool fits = shown_.picker && shown_.picker->fits(state);
   const Picker* const picker = fits ? shown_.picker.get() : nullptr;
@@ -258,7 +258,7 @@ void Studio::begin() {
   settings_.pressure = preferences_.pressure;
   clear_typed();
   const bool has_surface = shown_.state.mesh->face_count() > 0;
-  Surroundings around = surroundings();
+  GestureContext around = gesture_context();
   if (has_surface && asks_hit_test()) around.hit_test = hit_test_;
   if (has_surface && around.picker == nullptr && !around.hit_test) {
     tell({false, "One moment: Studio is still preparing the shape."});
@@ -282,7 +282,7 @@ void Studio::move(const PointerMoved& /*pointer_ has it*/) {
   if (layer_drag_) move_handle();
   if (masking_) move_masking();
   if (!gesture_) return;
-  move_gesture(pointer_, surroundings(), placed_, *gesture_);
+  move_gesture(pointer_, gesture_context(), placed_, *gesture_);
   send_live();
   moved_ = std::chrono::steady_clock::now();
 }
@@ -307,7 +307,7 @@ void Studio::release(const ButtonChanged& button) {
 
 void Studio::accept() {
   // Nothing waits any more that could still be changed: what was sent is kept as it is.
-  Surroundings around = surroundings();
+  GestureContext around = gesture_context();
   const std::size_t pins = placed_.pins.size();
   end_gesture(pointer_, around, placed_, *gesture_);
   set_pin_ = placed_.pins.size() == pins + 1 ? std::optional(pins) : std::nullopt;
@@ -489,7 +489,7 @@ void Studio::use_stamp(const std::filesystem::path& file) {
 }
 
 void Studio::clear_placed() {
-  Placed kept;
+  PlacedTools kept;
   kept.stamp = std::move(placed_.stamp);
   select_pins(false);
   select_part(std::nullopt);

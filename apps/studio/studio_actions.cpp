@@ -215,10 +215,10 @@ namespace {
 constexpr double kSnapParts = 100;  // of the diagonal
 constexpr double kRatioPerPixel = 0.003;
 constexpr double kSnapRatio = 0.05;
-constexpr double kLeastRatio = 0.01;
-constexpr double kMostRatio = 0.95;
-constexpr double kLeastRadius = 1e-4;  // of the diagonal
-constexpr std::size_t kMostTyped = 16;
+constexpr double kMinRatio = 0.01;
+constexpr double kMaxRatio = 0.95;
+constexpr double kMinRadius = 1e-4;  // of the diagonal
+constexpr std::size_t kMaxTyped = 16;
 
 // The character that a key writes into a number, or 0. A comma is a decimal point.
 char written_by(std::string_view key) {
@@ -237,7 +237,7 @@ std::optional<double> number_in(const std::string& text) {
 void write(std::string& text, char c) {
   if (c == '-') {
     text.starts_with('-') ? text.erase(0, 1) : text.insert(0, 1, '-');
-  } else if (text.size() < kMostTyped && (c != '.' || text.find('.') == std::string::npos)) {
+  } else if (text.size() < kMaxTyped && (c != '.' || text.find('.') == std::string::npos)) {
     text += c;
   }
 }
@@ -285,7 +285,7 @@ void Studio::follow_typed() {
   pointer_.typed = number_in(typed_);
   if (adjusting_) adjust();
   if (!gesture_) return;
-  move_gesture(pointer_, surroundings(), placed_, *gesture_);
+  move_gesture(pointer_, gesture_context(), placed_, *gesture_);
   send_live();
 }
 
@@ -304,11 +304,11 @@ void Studio::adjust() {
     const double per_pixel = pixel_size(screen(), navigation_.view.target);
     const double pointed =
         snapped(adjusting_->start_value + pixels * per_pixel, snap_length(shown_.diagonal), pointer_);
-    settings_.radius = std::max(pointer_.typed.value_or(pointed), kLeastRadius * shown_.diagonal);
+    settings_.radius = std::max(pointer_.typed.value_or(pointed), kMinRadius * shown_.diagonal);
   } else {
     const double pointed = snapped(adjusting_->start_value + pixels * kRatioPerPixel, kSnapRatio, pointer_);
     const double ratio = pointer_.typed ? *pointer_.typed / 100 : pointed;
-    settings_.inner_ratio = std::clamp(ratio, kLeastRatio, kMostRatio);
+    settings_.inner_ratio = std::clamp(ratio, kMinRatio, kMaxRatio);
   }
 }
 

@@ -36,7 +36,7 @@ bool Studio::change_pin(const Event& event) {
                         (button->modifiers.alt || button->modifiers.shift || button->is_double);
   if (!is_meant || settings_.tool->use != ToolUse::pose || shown_.opened == 0 || shown_.looked_at) return false;
   place_pointer(button->x, button->y, button->modifiers);
-  std::optional<std::size_t> pin = pin_at(pointer_, surroundings(), placed_.pins);
+  std::optional<std::size_t> pin = pin_at(pointer_, gesture_context(), placed_.pins);
   if (pin && button->is_double && !has_exact_pins(settings_) && pin == set_pin_) {
     remove_pin(*pin);  // by the first of the two clicks
     pin.reset();
@@ -57,16 +57,16 @@ bool Studio::change_pin(const Event& event) {
 bool Studio::change_part(const ButtonChanged& button) {
   if (has_exact_pins(settings_) || button.modifiers.shift) return false;
   if (!button.modifiers.alt) return propose_limb(button);
-  const std::optional<std::size_t> part = part_at(pointer_, surroundings(), placed_.parts);
+  const std::optional<std::size_t> part = part_at(pointer_, gesture_context(), placed_.parts);
   if (part) remove_part(*part);
   return part.has_value();
 }
 
 // The drag that may follow turns the limb about its joint, also where its gizmo is.
 bool Studio::propose_limb(const ButtonChanged& button) {
-  if (!hit_at(pointer_, surroundings())) return false;
+  if (!hit_at(pointer_, gesture_context())) return false;
   withdraw(Subject::gesture);
-  const std::string problem = add_limb(pointer_, surroundings(), placed_);
+  const std::string problem = add_limb(pointer_, gesture_context(), placed_);
   if (!problem.empty()) {
     tell({true, problem, Subject::gesture});
     return true;
@@ -76,10 +76,6 @@ bool Studio::propose_limb(const ButtonChanged& button) {
   if (part != nullptr) part->handle.reset();
   return true;
 }
-
-void Studio::hold_part(std::size_t part, bool holds) { placed_.parts.holds[part] = holds; }
-
-void Studio::stiffen_part(std::size_t part, double stiffness) { placed_.parts.stiffness[part] = stiffness; }
 
 void Studio::select_part(std::optional<std::size_t> part) { studio::select_part(part, placed_.parts); }
 
@@ -136,7 +132,7 @@ std::optional<std::size_t> Studio::pointed_pin() const {
   if (settings_.tool->use != ToolUse::pose || shown_.opened == 0 || shown_.looked_at) return std::nullopt;
   if (const auto* const pins = gesture_ ? std::get_if<PinsGesture>(&gesture_->kind) : nullptr) return pins->dragged;
   if (placed_.lit_pin || !pointer_is_over_view_) return placed_.lit_pin;
-  return pin_at(pointer_, surroundings(), placed_.pins);
+  return pin_at(pointer_, gesture_context(), placed_.pins);
 }
 
 // Masks: painted, drawn round, and changed as a whole. Each change is a stroke in the history.
@@ -179,7 +175,7 @@ void Studio::move_masking() {
 }
 
 void Studio::paint_mask() {
-  const auto hit = hit_at(pointer_, surroundings());
+  const auto hit = hit_at(pointer_, gesture_context());
   if (!hit) return;
   MaskBrush brush{hit->point, settings_.inner_ratio * settings_.radius, settings_.radius, masking_->erases};
   paint(brush, shown_.state.positions, mask_values_);

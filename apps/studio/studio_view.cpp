@@ -197,7 +197,7 @@ void Studio::set_pivot(const Event& event) {
 
 // Returns whether the click was for that.
 bool Studio::pick_plane() {
-  const Surroundings around = surroundings();
+  const GestureContext around = gesture_context();
   if (around.picker == nullptr) return false;
   const auto hit = around.picker->pick(ray_through(around.screen, pointer_.x, pointer_.y), around.state);
   if (!hit) return false;
@@ -232,8 +232,8 @@ void Studio::center_symmetry() {
 
 Turntable make_turntable(const std::filesystem::path& pattern, int pictures, const View& view) {
   if (pattern.extension() != ".png") throw InvalidInput("The pictures are PNG files: give a name like turn.png");
-  if (pictures < 2 || pictures > kMostTurntablePictures) {
-    throw InvalidInput(fmt::format("A turntable has 2 to {} pictures, not {}.", kMostTurntablePictures, pictures));
+  if (pictures < 2 || pictures > kMaxTurntablePictures) {
+    throw InvalidInput(fmt::format("A turntable has 2 to {} pictures, not {}.", kMaxTurntablePictures, pictures));
   }
   return {numbered(pattern), pictures, 0, view};
 }

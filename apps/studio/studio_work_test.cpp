@@ -94,7 +94,7 @@ TEST_F(StudioWorkTest, OneGoesOnSculptingWhileARemeshRuns) {
 {"set": {"remesh": true, "max_edge": 0.01}})");
   do_lines(studio, R"({"drag": [[0, 0, 1], [0.3, 0.3, 1.2]]})");
   ASSERT_TRUE(comes_true([&] {
-    const auto work = studio.work();
+    const auto work = studio.worker().status();
     return work && work->what == "Remeshing";
   }));
   do_lines(studio, R"({"set": {"remesh": false}}
@@ -105,11 +105,11 @@ TEST_F(StudioWorkTest, OneGoesOnSculptingWhileARemeshRuns) {
   // The drag is computed on the shape as it is shown, which is not remeshed yet.
   ASSERT_TRUE(comes_true([&] {
     studio.refresh();
-    return studio.shown().history.size() == 1 && !studio.is_busy();
+    return studio.shown().history.size() == 1 && !studio.worker().is_busy();
   }));
   EXPECT_EQ(studio.shown().state.mesh->vertex_count(), 40962U);
   do_lines(studio, R"({"release": [0, 0.8, 0.8]})");
-  studio.wait();
+  studio.worker().wait();
   studio.refresh();
   EXPECT_EQ(errors(studio), "");
   ASSERT_EQ(studio.shown().history.size(), 2U);
@@ -124,11 +124,11 @@ TEST_F(StudioWorkTest, EscapeStopsARemeshWhichIsDoneBeforeTheExport) {
 {"set": {"remesh": true, "max_edge": 0.01}})");
   do_lines(studio, R"({"drag": [[0, 0, 1], [0.3, 0.3, 1.2]]})");
   ASSERT_TRUE(comes_true([&] {
-    const auto work = studio.work();
+    const auto work = studio.worker().status();
     return work && work->what == "Remeshing";
   }));
   press_escape(studio);
-  ASSERT_TRUE(comes_true([&] { return !studio.is_busy(); }));
+  ASSERT_TRUE(comes_true([&] { return !studio.worker().is_busy(); }));
   studio.refresh();
   EXPECT_EQ(studio.shown().state.mesh->vertex_count(), 40962U);
   ASSERT_EQ(studio.shown().history.size(), 1U);
@@ -145,11 +145,11 @@ TEST_F(StudioWorkTest, EscapeStopsCountingCrossings) {
   studio.take_notices();
   studio.count_crossings();
   ASSERT_TRUE(comes_true([&] {
-    const auto work = studio.work();
-    return !studio.is_busy() || (work && work->what == "Counting crossings");
+    const auto work = studio.worker().status();
+    return !studio.worker().is_busy() || (work && work->what == "Counting crossings");
   }));
   press_escape(studio);
-  studio.wait();
+  studio.worker().wait();
   const std::vector<Notice> notices = studio.take_notices();
   ASSERT_EQ(notices.size(), 1U);
   EXPECT_TRUE(notices.front().text == "Stopped." || notices.front().text == "0 pairs of triangles cross.");

@@ -48,21 +48,22 @@ struct DocumentState {
   std::vector<std::shared_ptr<const HistoryEntry>> redoable;  // next first
   std::optional<std::size_t> looked_at;                       // that many entries done, where the past is looked at
   std::string title;
-  std::filesystem::path shape_path;         // empty: the shape was made, not read
-  std::filesystem::path session_path;       // empty: never saved
-  bool is_changed = false;                  // since it was saved
-  double diagonal = 1;                      // of the box of the shape as it was opened
-  std::optional<double> volume_before;      // of a closed shape as it was opened
-  std::optional<double> volume;             // as it is, when last measured: during a drag, and at its end
-  double live_seconds = 0;                  // that the last step of a drag took
-  std::uint64_t live_steps = 0;             // accepted steps of the last entry
-  double journal_seconds = 0;               // that the last batch took to be written
-  std::string journal_trouble;              // one line while the disk refuses the journal
-  std::optional<Stroke> contacts;           // of the stamp being dragged: the points that it pushed last
-  std::string recovered_view;               // of a recovered document: its view, as remember_view kept it
-  std::string refusal;                      // why the current stroke is impossible; empty: it is possible
-  ShapeState start;                         // the shape as it was opened
-  std::optional<ShapeState> before_stroke;  // before the current gesture, else before the last entry; nothing: not kept
+  std::filesystem::path shape_path;     // empty: the shape was made, not read
+  std::filesystem::path session_path;   // empty: never saved
+  bool is_changed = false;              // since it was saved
+  double diagonal = 1;                  // of the box of the shape as it was opened
+  std::optional<double> volume_before;  // of a closed shape as it was opened
+  std::optional<double> volume;         // as it is, when last measured: during a drag, and at its end
+  double live_seconds = 0;              // that the last step of a drag took
+  std::uint64_t live_steps = 0;         // accepted steps of the last entry
+  double journal_seconds = 0;           // that the last batch took to be written
+  std::string journal_trouble;          // one line while the disk refuses the journal
+  std::optional<Stroke> contacts;       // of the stamp being dragged: the points that it pushed last
+  std::string recovered_view;           // of a recovered document: its view, as remember_view kept it
+  std::string refusal;                  // why the current stroke is impossible; empty: it is possible
+  ShapeState start;                     // the shape as it was opened
+  std::optional<ShapeState>
+      before_stroke;  // before the current gesture, else before the last entry; std::nullopt: not kept
   // That the last entry made thin, if it was not remeshed: with an angle below 5 degrees that was larger before, or
   // stretched more than kStrongStretch times.
   std::size_t thin_triangles = 0;
@@ -90,7 +91,7 @@ std::filesystem::path numbered(const std::filesystem::path& pattern);
 struct FrameExport {
   int frames = 24;  // 1 or more
   int frames_per_second = 24;
-  int hold = 0;            // so many more of the start and of the end
+  int hold = 0;            // frames that are added of the start and of the end
   bool is_smooth = false;  // begins and ends slowly
 
   friend bool operator==(const FrameExport&, const FrameExport&) = default;

@@ -188,8 +188,8 @@ void set_text(LayerEditor& editor, std::string text) {
 
 namespace {
 
-constexpr std::size_t kMostHandles = 9;  // of one path
-constexpr double kReach = 10;            // pixels
+constexpr std::size_t kMaxHandles = 9;  // of one path
+constexpr double kReach = 10;           // pixels
 
 // A path with the numbers of strokes that it is made of.
 struct OwnedPath {
@@ -289,7 +289,7 @@ std::vector<OwnedPath> owned_paths(std::vector<SessionStroke>& strokes) {
 }
 
 std::vector<std::size_t> handles_of(std::size_t points) {
-  const std::size_t count = std::min(points, kMostHandles);
+  const std::size_t count = std::min(points, kMaxHandles);
   std::vector<std::size_t> handles;
   for (std::size_t k = 0; k < count; ++k) handles.push_back(count == 1 ? 0 : k * (points - 1) / (count - 1));
   return handles;

@@ -20,7 +20,7 @@ constexpr double kFacesViewer = 0.25;
 constexpr double kSeenFromSide = 0.5;
 constexpr double kLevel = 1e-6;  // a line that is seen level counts as one that goes up
 
-Vec3d forward_of(const Surroundings& around) { return render::camera_frame(around.screen.camera).forward; }
+Vec3d forward_of(const GestureContext& around) { return render::camera_frame(around.screen.camera).forward; }
 
 double distance_in_pixels(const Screen& screen, const Vec3d& p, const Pointer& pointer) {
   const auto pixel = pixel_of(screen, p);
@@ -29,7 +29,7 @@ double distance_in_pixels(const Screen& screen, const Vec3d& p, const Pointer& p
 
 }  // namespace
 
-std::optional<SurfaceHit> hit_at(const Pointer& pointer, const Surroundings& around) {
+std::optional<SurfaceHit> hit_at(const Pointer& pointer, const GestureContext& around) {
   const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
   if (around.hit_test) return around.hit_test(ray);
   if (around.picker == nullptr) return std::nullopt;
@@ -41,7 +41,7 @@ double snapped(double value, double step, const Pointer& pointer) {
 }
 
 // A line is measured from its start along its direction.
-Vec3d Drag::on_its_line(const Pointer& pointer, const Surroundings& around) const {
+Vec3d Drag::on_its_line(const Pointer& pointer, const GestureContext& around) const {
   double along = 0;
   if (depth < 1) {
     const auto place = on_line(ray_through(around.screen, pointer.x, pointer.y), start, direction);
@@ -51,7 +51,7 @@ Vec3d Drag::on_its_line(const Pointer& pointer, const Surroundings& around) cons
   return start + direction * along + offset;
 }
 
-Vec3d Drag::pointed_at(const Pointer& pointer, const Surroundings& around) const {
+Vec3d Drag::pointed_at(const Pointer& pointer, const GestureContext& around) const {
   if (is_on_line()) return on_its_line(pointer, around);
   const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
   if (mode == DragMode::surface) {
@@ -65,7 +65,7 @@ Vec3d Drag::pointed_at(const Pointer& pointer, const Surroundings& around) const
 double Drag::length_of(const Vec3d& to) const { return is_on_line() ? dot(to - start, direction) : norm(to - start); }
 
 // A typed distance goes where the pointer is seen from the start.
-Vec3d Drag::at(const Pointer& pointer, const Surroundings& around) const {
+Vec3d Drag::at(const Pointer& pointer, const GestureContext& around) const {
   const Vec3d place = pointed_at(pointer, around);
   if (!pointer.typed && !pointer.modifiers.ctrl) return place;
   Vec3d unit = direction;
@@ -76,7 +76,7 @@ Vec3d Drag::at(const Pointer& pointer, const Surroundings& around) const {
   return start + unit * pointer.typed.value_or(snapped(length_of(place), around.snap, pointer));
 }
 
-Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const Surroundings& around) {
+Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around) {
   Drag drag{around.settings.drag, start, forward_of(around)};
   drag.from = {pointer.x, pointer.y};
   if (drag.mode == DragMode::normal) drag.direction = normalized(normal);
@@ -100,7 +100,7 @@ Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal,
 namespace {
 
 // A start so deep under the surface that the inner region just touches it from below, or half way through the shape.
-Vec3d under_surface(const SurfaceHit& hit, const Surroundings& around) {
+Vec3d under_surface(const SurfaceHit& hit, const GestureContext& around) {
   double deep = around.settings.inner_ratio * around.settings.radius;
   if (around.picker != nullptr) {
     const auto thickness = around.picker->thickness(hit, around.state);
@@ -117,7 +117,7 @@ struct PullPlace {
   Vec3d normal;
 };
 
-PullPlace start_of(const Pointer& pointer, const Surroundings& around) {
+PullPlace start_of(const Pointer& pointer, const GestureContext& around) {
   const Vec3d forward = forward_of(around);
   const PullStart start = around.settings.start;
   if (start != PullStart::plane) {
@@ -146,7 +146,7 @@ void extend(std::vector<Vec3d>& path, const Vec3d& p, double shortest, const Poi
 
 }  // namespace
 
-ImplicitGesture begin_implicit(const Pointer& pointer, const Surroundings& around) {
+ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& around) {
   const ToolSettings& settings = around.settings;
   const PullPlace place = start_of(pointer, around);
   const Vec3d start = snapped_to_symmetry(place.start, settings);
@@ -163,12 +163,12 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const Surroundings& aroun
   return gesture;
 }
 
-void move_implicit(const Pointer& pointer, const Surroundings& around, ImplicitGesture& gesture) {
+void move_implicit(const Pointer& pointer, const GestureContext& around, ImplicitGesture& gesture) {
   const Vec3d p = kept_in_symmetry(gesture.drag.at(pointer, around), gesture.stroke.path.front(), around.settings);
   extend(gesture.stroke.path, p, kShortestPiece * around.settings.radius, pointer, around.is_taken);
 }
 
-bool is_near(const Placed& placed, const Pointer& pointer, const Surroundings& around) {
+bool is_near(const PlacedTools& placed, const Pointer& pointer, const GestureContext& around) {
   const auto near = [&](const Vec3d& p) { return distance_in_pixels(around.screen, p, pointer) <= kNear; };
   const auto curve_is_near = [&](const std::vector<Vec3d>& curve) {
     return std::any_of(curve.begin(), curve.end(), near);
@@ -177,7 +177,7 @@ bool is_near(const Placed& placed, const Pointer& pointer, const Surroundings& a
          std::any_of(placed.curves.begin(), placed.curves.end(), curve_is_near);
 }
 
-PointsGesture begin_points(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+PointsGesture begin_points(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   PointsGesture gesture;
   gesture.stroke.points = placed.points;
   gesture.stroke.curves = placed.curves;
@@ -198,7 +198,7 @@ PointsGesture begin_points(const Pointer& pointer, const Surroundings& around, c
   return gesture;
 }
 
-void move_points(const Pointer& pointer, const Surroundings& around, PointsGesture& gesture) {
+void move_points(const Pointer& pointer, const GestureContext& around, PointsGesture& gesture) {
   const Vec3d p = gesture.drag.at(pointer, around);
   std::vector<Vec3d>& displacements = gesture.stroke.displacements;
   if (pointer.typed || pointer.modifiers.ctrl) {
@@ -215,7 +215,7 @@ void move_points(const Pointer& pointer, const Surroundings& around, PointsGestu
   gesture.reached += displacement;
 }
 
-void carry_placed(const PointsGesture& gesture, Placed& placed) {
+void carry_placed(const PointsGesture& gesture, PlacedTools& placed) {
   for (const Vec3d& displacement : gesture.stroke.displacements) {
     for (Vec3d& p : placed.points) p += displacement;
     for (auto& curve : placed.curves) {
@@ -224,7 +224,7 @@ void carry_placed(const PointsGesture& gesture, Placed& placed) {
   }
 }
 
-StampGesture begin_stamp(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+StampGesture begin_stamp(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   StampGesture gesture;
   gesture.stroke = stamp_at(around.settings, *placed.stamp, *placed.placement);
   gesture.drag = begin_drag(pointer, placed.placement->center, -placed.placement->z, around);
@@ -233,22 +233,22 @@ StampGesture begin_stamp(const Pointer& pointer, const Surroundings& around, con
   return gesture;
 }
 
-void move_stamp(const Pointer& pointer, const Surroundings& around, StampGesture& gesture) {
+void move_stamp(const Pointer& pointer, const GestureContext& around, StampGesture& gesture) {
   extend(gesture.stroke.path, gesture.drag.at(pointer, around), gesture.step, pointer, around.is_taken);
 }
 
 namespace {
 
-// At most about so many vertices of a handle, evenly over space.
-constexpr std::size_t kMostHandlePoints = 250;
-constexpr std::size_t kMostLookedAt = 2000;  // vertices, for the speed beside the handles
+// At most about this many vertices of a handle, evenly over space.
+constexpr std::size_t kMaxHandlePoints = 250;
+constexpr std::size_t kMaxLookedAt = 2000;  // vertices, for the speed beside the handles
 
-std::vector<Vec3d> handle_points(const Placed& placed, std::uint8_t handle, const ShapeState& state) {
+std::vector<Vec3d> handle_points(const PlacedTools& placed, std::uint8_t handle, const ShapeState& state) {
   std::vector<Vec3d> all;
   for (std::size_t i = 0; i < placed.handles.size(); ++i) {
     if (placed.handles[i] == handle) all.push_back(state.positions[i]);
   }
-  return thinned(all, kMostHandlePoints);
+  return thinned(all, kMaxHandlePoints);
 }
 
 }  // namespace
@@ -276,7 +276,8 @@ std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most) {
   }
 }
 
-std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const GestureContext& around,
+                                            const PlacedTools& placed) {
   HandlesGesture gesture;
   gesture.stroke.full = handle_points(placed, kFullHandle, around.state);
   gesture.stroke.zero = handle_points(placed, kZeroHandle, around.state);
@@ -287,14 +288,14 @@ std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const Surrou
   const Vec3d start = hit ? hit->point : gesture.stroke.full.front();
   gesture.drag = begin_drag(pointer, start, hit ? hit->normal : -forward_of(around), around);
   gesture.stroke.motion = HandlesTranslation{{0, 0, 0}};
-  const std::size_t stride = around.state.positions.size() / kMostLookedAt + 1;
+  const std::size_t stride = around.state.positions.size() / kMaxLookedAt + 1;
   for (std::size_t i = 0; i < around.state.positions.size(); i += stride) {
     gesture.looked_at.push_back(around.state.positions[i]);
   }
   return gesture;
 }
 
-void move_handles(const Pointer& pointer, const Surroundings& around, HandlesGesture& gesture) {
+void move_handles(const Pointer& pointer, const GestureContext& around, HandlesGesture& gesture) {
   const Vec3d by = gesture.drag.at(pointer, around) - gesture.drag.start;
   gesture.stroke.motion = HandlesTranslation{by};
   gesture.speed = norm2(by) > 0 ? relative_speed(flow_of(gesture.stroke), gesture.looked_at) : 0;
@@ -312,13 +313,13 @@ std::string refusal_of(const HandlesGesture& gesture, const ToolSettings& settin
 
 namespace {
 
-constexpr double kLeastPressure = 0.05;
+constexpr double kMinPressure = 0.05;
 constexpr double kRadiusSteps = 16;     // of the radius, under a pen
-constexpr int kMostRays = 400;          // between two places of the pointer
+constexpr int kMaxRays = 400;           // between two places of the pointer
 constexpr double kLassoPiece = 3;       // pixels between two points of a lasso
 constexpr double kPointSpacing = 0.25;  // of a drawn line, in radii
 
-double pressure_of(const Pointer& pointer) { return std::clamp(pointer.pressure, kLeastPressure, 1.0); }
+double pressure_of(const Pointer& pointer) { return std::clamp(pointer.pressure, kMinPressure, 1.0); }
 
 Pointer between(const Pointer& a, const Pointer& b, double t) {
   Pointer result = b;
@@ -341,7 +342,7 @@ PaintTouch touch_at(const SurfaceHit& hit, const Pointer& pointer, const ToolSet
 
 }  // namespace
 
-std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundings& around) {
+std::optional<PaintGesture> begin_paint(const Pointer& pointer, const GestureContext& around) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
   const ToolSettings& settings = around.settings;
@@ -350,10 +351,10 @@ std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundin
   return PaintGesture{begin_paint(stroke, touch_at(*hit, pointer, settings)), pointer};
 }
 
-void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture& gesture) {
+void move_paint(const Pointer& pointer, const GestureContext& around, PaintGesture& gesture) {
   const double way = std::hypot(pointer.x - gesture.last.x, pointer.y - gesture.last.y);
   const double fine = 0.25 * gesture.paint.spacing / pixel_size(around.screen, gesture.paint.last);  // pixels
-  const int rays = std::clamp(static_cast<int>(std::ceil(way / std::max(fine, 0.5))), 1, kMostRays);
+  const int rays = std::clamp(static_cast<int>(std::ceil(way / std::max(fine, 0.5))), 1, kMaxRays);
   const Pointer from = gesture.last;
   for (int i = 1; i <= rays; ++i) {
     const Pointer here = between(from, pointer, static_cast<double>(i) / rays);
@@ -362,13 +363,13 @@ void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture
   }
 }
 
-std::optional<DrawGesture> begin_draw(const Pointer& pointer, const Surroundings& around) {
+std::optional<DrawGesture> begin_draw(const Pointer& pointer, const GestureContext& around) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
   return DrawGesture{{hit->point}, around.settings.tool->use == ToolUse::curve};
 }
 
-void move_draw(const Pointer& pointer, const Surroundings& around, DrawGesture& gesture) {
+void move_draw(const Pointer& pointer, const GestureContext& around, DrawGesture& gesture) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return;
   if (!gesture.is_curve) {
@@ -378,7 +379,7 @@ void move_draw(const Pointer& pointer, const Surroundings& around, DrawGesture& 
   }
 }
 
-void end_draw(const DrawGesture& gesture, Placed& placed) {
+void end_draw(const DrawGesture& gesture, PlacedTools& placed) {
   if (gesture.is_curve && gesture.points.size() > 1) {
     placed.curves.push_back(gesture.points);
   } else {
@@ -386,15 +387,15 @@ void end_draw(const DrawGesture& gesture, Placed& placed) {
   }
 }
 
-HandlePaintGesture begin_handle_paint(const Pointer& pointer, const Surroundings& around) {
+HandlePaintGesture begin_handle_paint(const Pointer& pointer, const GestureContext& around) {
   HandleMode mode = around.settings.handle;
   if (pointer.modifiers.ctrl) mode = mode == HandleMode::full ? HandleMode::zero : HandleMode::full;
   if (pointer.modifiers.shift) mode = HandleMode::erase;
   return {mode == HandleMode::erase ? std::uint8_t{0} : mode == HandleMode::full ? kFullHandle : kZeroHandle};
 }
 
-void move_handle_paint(const Pointer& pointer, const Surroundings& around, const HandlePaintGesture& gesture,
-                       Placed& placed) {
+void move_handle_paint(const Pointer& pointer, const GestureContext& around, const HandlePaintGesture& gesture,
+                       PlacedTools& placed) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return;
   const Snapshot& positions = around.state.positions;
@@ -416,7 +417,7 @@ void extend_line(const Pointer& pointer, std::vector<Pixel>& line) {
   if (std::hypot(here.x - last.x, here.y - last.y) >= kLassoPiece) line.push_back(here);
 }
 
-void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& placed) {
+void end_lasso(const GestureContext& around, const LassoGesture& gesture, PlacedTools& placed) {
   if (gesture.line.size() < 3) return;
   const Snapshot& positions = around.state.positions;
   placed.handles.resize(positions.size());
@@ -437,11 +438,11 @@ void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& 
 namespace {
 
 constexpr double kSpacing = 0.3;  // of the places, in radii
-constexpr int kMostPlaces = 200;  // between two places of the pointer
+constexpr int kMaxPlaces = 200;   // between two places of the pointer
 
 }  // namespace
 
-std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const Surroundings& around) {
+std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureContext& around) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
   RelaxGesture gesture;
@@ -452,12 +453,12 @@ std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const Surroundin
   return gesture;
 }
 
-void move_relax(const Pointer& pointer, const Surroundings& around, RelaxGesture& gesture) {
+void move_relax(const Pointer& pointer, const GestureContext& around, RelaxGesture& gesture) {
   const auto end = hit_at(pointer, around);
   if (!end) return;
   const double spacing = kSpacing * gesture.stroke.radius;
   const Vec3d from = gesture.last_point;
-  const int pieces = std::clamp(static_cast<int>(norm(end->point - from) / spacing), 0, kMostPlaces);
+  const int pieces = std::clamp(static_cast<int>(norm(end->point - from) / spacing), 0, kMaxPlaces);
   for (int i = 1; i <= pieces; ++i) {
     gesture.stroke.points.push_back(from + (end->point - from) * (static_cast<double>(i) / pieces));
   }

@@ -31,13 +31,13 @@ std::optional<Gesture> made(std::optional<G> gesture) {
 // A stamp is taken hold of well within the rings of its gizmo.
 constexpr double kStampReach = 35;  // pixels
 
-bool is_on_stamp(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+bool is_on_stamp(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   if (around.settings.tool->use != ToolUse::stamp || !placed.stamp || !placed.placement) return false;
   const auto middle = pixel_of(around.screen, placed.placement->center);
   return middle && std::hypot(middle->x - pointer.x, middle->y - pointer.y) <= kStampReach;
 }
 
-std::optional<Gesture> begin_placed(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+std::optional<Gesture> begin_placed(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   if (placed.placement) {
     if (is_on_stamp(pointer, around, placed)) return Gesture{begin_stamp(pointer, around, placed)};
     const auto part = gizmo_part_at(around.screen, *placed.placement, pointer.x, pointer.y);
@@ -46,7 +46,7 @@ std::optional<Gesture> begin_placed(const Pointer& pointer, const Surroundings& 
   return Gesture{TurnGesture{pointer, placed.placement}};
 }
 
-std::optional<Gesture> begin_any_handles(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+std::optional<Gesture> begin_any_handles(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   if (around.settings.handle == HandleMode::move) {
     std::optional<HandlesGesture> gesture = begin_handles(pointer, around, placed);
     if (!gesture) return in_trouble("First paint what moves with the left button, and what stays with Ctrl.");
@@ -61,7 +61,7 @@ std::optional<Gesture> begin_any_handles(const Pointer& pointer, const Surroundi
 }
 
 // Of a pose that has no exact pins, beside the pins.
-std::optional<Gesture> begin_pose(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+std::optional<Gesture> begin_pose(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   const PoseMode mode = around.settings.pose;
   const bool has_ctrl = pointer.modifiers.ctrl;
   const bool is_gizmo = !has_ctrl && is_on_part_gizmo(pointer, around, placed);
@@ -71,7 +71,7 @@ std::optional<Gesture> begin_pose(const Pointer& pointer, const Surroundings& ar
   return Gesture{LassoGesture{frees ? std::uint8_t{0} : kZeroHandle, false, {{pointer.x, pointer.y}}}};
 }
 
-std::optional<Gesture> begin_any_pins(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+std::optional<Gesture> begin_any_pins(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   if (!has_exact_pins(around.settings) && !pin_at(pointer, around, placed.pins)) {
     const bool is_lasso_of_pins =
         around.settings.lasso_selects && around.settings.pose == PoseMode::pins && !pointer.modifiers.ctrl;
@@ -85,7 +85,7 @@ std::optional<Gesture> begin_any_pins(const Pointer& pointer, const Surroundings
   return made(begin_pins(pointer, around, placed));
 }
 
-std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   if (pointer.modifiers.shift) {
     if (around.state.mesh->face_count() == 0) return in_trouble("A point cloud has no surface to relax.");
     return made(begin_relax(pointer, around));
@@ -114,18 +114,18 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings&
 
 }  // namespace
 
-std::optional<Gesture> begin_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+std::optional<Gesture> begin_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   std::optional<Gesture> gesture = begin_by_tool(pointer, around, placed);
   if (gesture) gesture->start = around.state;
   return gesture;
 }
 
-void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture) {
+void move_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture) {
   if (!gesture.trouble.empty()) return;
   struct Move {
     const Pointer& pointer;
-    const Surroundings& around;
-    Placed& placed;
+    const GestureContext& around;
+    PlacedTools& placed;
 
     void operator()(ImplicitGesture& g) const { move_implicit(pointer, around, g); }
     void operator()(PaintGesture& g) const { move_paint(pointer, around, g); }
@@ -145,7 +145,7 @@ void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& pl
   std::visit(Move{pointer, around, placed}, gesture.kind);
 }
 
-void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture) {
+void end_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture) {
   move_gesture(pointer, around, placed, gesture);
   if (!gesture.trouble.empty()) return;
   if (auto* paint = std::get_if<PaintGesture>(&gesture.kind)) end_paint(paint->paint);

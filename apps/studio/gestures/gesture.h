@@ -29,7 +29,7 @@ struct Pointer {
 };
 
 // What a gesture depends on at one moment.
-struct Surroundings {
+struct GestureContext {
   Screen screen;
   const ShapeState& state;         // the shape as it was when the gesture began
   const Picker* picker = nullptr;  // fits the state; null: nothing can be hit yet
@@ -57,15 +57,15 @@ struct Drag {
   double up = 1;     // of a line, with depth: 1 if upwards in the picture is along `direction`, else -1
 
   bool is_on_line() const { return mode == DragMode::normal || mode == DragMode::axis; }
-  Vec3d at(const Pointer& pointer, const Surroundings& around) const;
+  Vec3d at(const Pointer& pointer, const GestureContext& around) const;
   // Returns the distance from the start; along a line with its sign.
   double length_of(const Vec3d& to) const;
 
  private:
-  Vec3d pointed_at(const Pointer& pointer, const Surroundings& around) const;
-  Vec3d on_its_line(const Pointer& pointer, const Surroundings& around) const;
+  Vec3d pointed_at(const Pointer& pointer, const GestureContext& around) const;
+  Vec3d on_its_line(const Pointer& pointer, const GestureContext& around) const;
 };
-Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const Surroundings& around);
+Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around);
 
 // The parts of the handle of a placement: three arrows that move it, three rings that turn it, and its centre.
 enum class GizmoPart { center, move_x, move_y, move_z, turn_x, turn_y, turn_z };
@@ -171,7 +171,7 @@ struct PartGesture {
   PartMarks parts;                         // as they were
   std::vector<Pin> pins;                   // as they were
   Pointer from;
-  std::optional<GizmoPart> handle{};  // nothing: it turns about its joint
+  std::optional<GizmoPart> handle{};  // std::nullopt: it turns about its joint
   Vec3d grabbed{};                    // then: the place that was taken hold of
   PartMotion motion{};
   double amount = 0;      // degrees or a length
@@ -181,7 +181,7 @@ struct PartGesture {
 
 // A part of a pose painted onto vertices.
 struct PartPaintGesture {
-  std::optional<std::size_t> part{};  // nothing: frees them
+  std::optional<std::size_t> part{};  // std::nullopt: frees them
 };
 
 // A part of the gizmo dragged: changes the placement, not the shape.
@@ -201,10 +201,10 @@ struct Gesture {
 };
 
 // Starts a gesture when the left button is pressed. Returns nothing if that has no meaning here.
-std::optional<Gesture> begin_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed);
-void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture);
+std::optional<Gesture> begin_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed);
+void move_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture);
 // Completes the gesture when the button is released.
-void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture);
+void end_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture);
 
 // Returns the gesture so far as lines of a session; none if it does nothing. If all symmetry is mirrors at right
 // angles, the images act at the same time, in the same lines. Otherwise each image is a line of its own, after the
@@ -229,7 +229,7 @@ std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& sett
 const Drag* drag_of(const Gesture& gesture);
 
 // Returns how a drag beside the gizmo turns the tool.
-TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const Placed& placed);
+TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const PlacedTools& placed);
 
 // The stroke of a tool that turns, by an amount as in TurnGesture. Nothing for an amount that does nothing, and for a
 // twist or bend with a barrel where none was found.
@@ -246,7 +246,7 @@ std::optional<double> widened_zone(const ToolSettings& settings, const Placement
 std::string refusal_of(const HandlesGesture& gesture, const ToolSettings& settings);
 
 // Returns the pin that the pointer is on; none that is hidden behind the shape.
-std::optional<std::size_t> pin_at(const Pointer& pointer, const Surroundings& around, const std::vector<Pin>& pins);
+std::optional<std::size_t> pin_at(const Pointer& pointer, const GestureContext& around, const std::vector<Pin>& pins);
 
 // Puts the pins where their vertices are now. A pin on a mesh that is new to it takes the nearest vertex.
 void follow(std::vector<Pin>& pins, const ShapeState& state);
@@ -290,13 +290,13 @@ Placement moved(const Placement& placement, const PartMotion& motion);
 bool* rests_of(Gesture& gesture);
 
 // Returns the part of the pose that the pointer is on.
-std::optional<std::size_t> part_at(const Pointer& pointer, const Surroundings& around, const PartMarks& parts);
+std::optional<std::size_t> part_at(const Pointer& pointer, const GestureContext& around, const PartMarks& parts);
 
 // Returns the stroke of the placed stamp: its pose, size and orientation.
 StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement);
 
 // Returns the placement that a click gives: a stamp just outside the surface, or a tool that turns.
-std::optional<Placement> placement_at(const Pointer& pointer, const Surroundings& around, const Placed& placed);
+std::optional<Placement> placement_at(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
 
 // Returns the length of the gizmo's arrows: the same on the screen wherever it is.
 double gizmo_size(const Screen& screen, const Placement& placement);

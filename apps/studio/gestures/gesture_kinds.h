@@ -14,51 +14,52 @@
 
 namespace knead::studio {
 
-std::optional<SurfaceHit> hit_at(const Pointer& pointer, const Surroundings& around);
+std::optional<SurfaceHit> hit_at(const Pointer& pointer, const GestureContext& around);
 
-ImplicitGesture begin_implicit(const Pointer& pointer, const Surroundings& around);
-void move_implicit(const Pointer& pointer, const Surroundings& around, ImplicitGesture& gesture);
+ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& around);
+void move_implicit(const Pointer& pointer, const GestureContext& around, ImplicitGesture& gesture);
 
-std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundings& around);
-void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture& gesture);
+std::optional<PaintGesture> begin_paint(const Pointer& pointer, const GestureContext& around);
+void move_paint(const Pointer& pointer, const GestureContext& around, PaintGesture& gesture);
 
-std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const Surroundings& around);
-void move_relax(const Pointer& pointer, const Surroundings& around, RelaxGesture& gesture);
+std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureContext& around);
+void move_relax(const Pointer& pointer, const GestureContext& around, RelaxGesture& gesture);
 
 inline constexpr double kClick = 4;  // pixels that a click may move
 inline constexpr double kNear = 12;  // pixels from what is placed, to take hold of it
 
 // Whether the pointer is on a placed point or curve.
-bool is_near(const Placed& placed, const Pointer& pointer, const Surroundings& around);
-PointsGesture begin_points(const Pointer& pointer, const Surroundings& around, const Placed& placed);
-void move_points(const Pointer& pointer, const Surroundings& around, PointsGesture& gesture);
+bool is_near(const PlacedTools& placed, const Pointer& pointer, const GestureContext& around);
+PointsGesture begin_points(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
+void move_points(const Pointer& pointer, const GestureContext& around, PointsGesture& gesture);
 // What is placed goes where the gesture has taken it.
-void carry_placed(const PointsGesture& gesture, Placed& placed);
+void carry_placed(const PointsGesture& gesture, PlacedTools& placed);
 
-std::optional<DrawGesture> begin_draw(const Pointer& pointer, const Surroundings& around);
-void move_draw(const Pointer& pointer, const Surroundings& around, DrawGesture& gesture);
-void end_draw(const DrawGesture& gesture, Placed& placed);
+std::optional<DrawGesture> begin_draw(const Pointer& pointer, const GestureContext& around);
+void move_draw(const Pointer& pointer, const GestureContext& around, DrawGesture& gesture);
+void end_draw(const DrawGesture& gesture, PlacedTools& placed);
 
 // The placement that the gizmo is dragged to.
-Placement move_gizmo(const Pointer& pointer, const Surroundings& around, GizmoGesture& gesture);
+Placement move_gizmo(const Pointer& pointer, const GestureContext& around, GizmoGesture& gesture);
 
-StampGesture begin_stamp(const Pointer& pointer, const Surroundings& around, const Placed& placed);
-void move_stamp(const Pointer& pointer, const Surroundings& around, StampGesture& gesture);
+StampGesture begin_stamp(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
+void move_stamp(const Pointer& pointer, const GestureContext& around, StampGesture& gesture);
 
-void move_turn(const Pointer& pointer, const Surroundings& around, TurnGesture& gesture);
-void end_turn(const Surroundings& around, TurnGesture& gesture, Placed& placed);
+void move_turn(const Pointer& pointer, const GestureContext& around, TurnGesture& gesture);
+void end_turn(const GestureContext& around, TurnGesture& gesture, PlacedTools& placed);
 
-HandlePaintGesture begin_handle_paint(const Pointer& pointer, const Surroundings& around);
-void move_handle_paint(const Pointer& pointer, const Surroundings& around, const HandlePaintGesture& gesture,
-                       Placed& placed);
+HandlePaintGesture begin_handle_paint(const Pointer& pointer, const GestureContext& around);
+void move_handle_paint(const Pointer& pointer, const GestureContext& around, const HandlePaintGesture& gesture,
+                       PlacedTools& placed);
 
 // Adds the pointer's pixel, if it has gone some way since the last one.
 void extend_line(const Pointer& pointer, std::vector<Pixel>& line);
-void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& placed);
+void end_lasso(const GestureContext& around, const LassoGesture& gesture, PlacedTools& placed);
 
 // Nothing where either set is empty.
-std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const Surroundings& around, const Placed& placed);
-void move_handles(const Pointer& pointer, const Surroundings& around, HandlesGesture& gesture);
+std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const GestureContext& around,
+                                            const PlacedTools& placed);
+void move_handles(const Pointer& pointer, const GestureContext& around, HandlesGesture& gesture);
 
 inline constexpr double kOneImage = 0.1;  // of the radius: images that are nearer to a pin are no pins of their own
 
@@ -67,37 +68,39 @@ inline constexpr double kOneImage = 0.1;  // of the radius: images that are near
 void extend_path(const Vec3d& start, const Vec3d& to, double step, std::vector<Vec3d>& path);
 
 // Nothing where the pointer is neither on a pin nor on the surface, where it sets one.
-std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed);
-void move_pins(const Pointer& pointer, const Surroundings& around, PinsGesture& gesture);
+std::optional<PinsGesture> begin_pins(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
+void move_pins(const Pointer& pointer, const GestureContext& around, PinsGesture& gesture);
 // Pins stay where the gesture has taken them.
-void end_pins(const PinsGesture& gesture, const Surroundings& around, Placed& placed);
+void end_pins(const PinsGesture& gesture, const GestureContext& around, PlacedTools& placed);
 // Sets pins on vertices within the line, evenly and not where there are some already.
-void end_pin_lasso(const Surroundings& around, const std::vector<Pixel>& line, Placed& placed);
+void end_pin_lasso(const GestureContext& around, const std::vector<Pixel>& line, PlacedTools& placed);
 // Selects the pins within the line and no others.
-void select_pins(const Surroundings& around, const std::vector<Pixel>& line, std::vector<Pin>& pins);
+void select_pins(const GestureContext& around, const std::vector<Pixel>& line, std::vector<Pin>& pins);
 
-bool is_on_part_gizmo(const Pointer& pointer, const Surroundings& around, const Placed& placed);
+bool is_on_part_gizmo(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
 // Takes hold of the gizmo of the selected part, or of the part under the pointer, which it selects. Nothing elsewhere.
-std::optional<PartGesture> begin_part(const Pointer& pointer, const Surroundings& around, Placed& placed);
-void move_part(const Pointer& pointer, const Surroundings& around, PartGesture& gesture);
+std::optional<PartGesture> begin_part(const Pointer& pointer, const GestureContext& around, PlacedTools& placed);
+void move_part(const Pointer& pointer, const GestureContext& around, PartGesture& gesture);
 // Makes a part of the limb that the pointer is on, which is selected, and where no part and no pin holds yet
 // one of the body, which holds. What bends between them becomes free. Returns why there is no limb; empty: there is
 // one.
-std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed& placed);
+std::string add_limb(const Pointer& pointer, const GestureContext& around, PlacedTools& placed);
 // Makes a part of the vertices within the line, or frees them; the line of a click selects the part there.
-void end_part_lasso(const Pointer& pointer, const Surroundings& around, const LassoGesture& gesture, Placed& placed);
+void end_part_lasso(const Pointer& pointer, const GestureContext& around, const LassoGesture& gesture,
+                    PlacedTools& placed);
 // Paints onto the selected part, or a new one.
-std::optional<PartPaintGesture> begin_part_paint(const Pointer& pointer, const Surroundings& around, Placed& placed);
-void move_part_paint(const Pointer& pointer, const Surroundings& around, const PartPaintGesture& gesture,
-                     Placed& placed);
+std::optional<PartPaintGesture> begin_part_paint(const Pointer& pointer, const GestureContext& around,
+                                                 PlacedTools& placed);
+void move_part_paint(const Pointer& pointer, const GestureContext& around, const PartPaintGesture& gesture,
+                     PlacedTools& placed);
 
-// At most so many of the points, about evenly over space.
+// Returns at most `most` of the points, about evenly over space.
 std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most);
 
 // --- parts of a pose: marked on vertices, followed as the shape changes
 // -----------------------------------------------
 
-inline constexpr std::size_t kMostParts = 250;
+inline constexpr std::size_t kMaxParts = 250;
 
 // Returns whether there is a part on the vertex, and its number from 0.
 std::optional<std::size_t> part_of(const PartMarks& parts, std::uint32_t vertex);

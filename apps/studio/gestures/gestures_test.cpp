@@ -84,7 +84,7 @@ TEST_F(GesturesTest, ADragAlongALineFollowsThePointerWithinBoundsAtEveryAngle) {
   for (int i = 0; i <= 900; ++i) {
     const double angle = i * std::numbers::pi / 1800;  // from the view to upright in the picture
     settings.axis = {0, std::sin(angle), std::cos(angle)};
-    const Surroundings around{studio.screen(), state, nullptr, settings};
+    const GestureContext around{studio.screen(), state, nullptr, settings};
     const Drag drag = begin_drag({400, 300}, {0, 0, 0}, {0, 0, 1}, around);
     const double along = drag.length_of(drag.at({400, 290}, around)) / (10 * pixel);
     EXPECT_GT(along, 0.9) << "upwards is along the axis at " << i / 10.0;

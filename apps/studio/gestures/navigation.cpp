@@ -18,7 +18,7 @@ constexpr double kZoomPerHeight = 8;  // of a drag over the whole height
 constexpr double kSmallestHeight = 1e-9;
 constexpr double kLargestHeight = 1e12;
 constexpr double kFramingMargin = 0.08;  // of the free part of the picture, at each side
-constexpr double kLeastFree = 0.25;      // of the picture
+constexpr double kMinFree = 0.25;        // of the picture
 constexpr int kHalvings = 60;            // of an interval, down to rounding
 constexpr Box kUnitCube{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}};
 
@@ -203,8 +203,8 @@ View framed(const View& view, const Box& box, const Picture& picture) {
   const double width = picture.width;
   const double height = picture.height;
   const Margins& covered = picture.covered;
-  const double free_width = std::max<double>(width - covered.left - covered.right, kLeastFree * width);
-  const double free_height = std::max<double>(height - covered.top - covered.bottom, kLeastFree * height);
+  const double free_width = std::max<double>(width - covered.left - covered.right, kMinFree * width);
+  const double free_height = std::max<double>(height - covered.top - covered.bottom, kMinFree * height);
   // From the middle of the picture to the middle of the free part, upwards.
   const double x = std::min(covered.left, picture.width) + 0.5 * (free_width - width);
   const double y = 0.5 * (height - free_height) - std::min(covered.top, picture.height);

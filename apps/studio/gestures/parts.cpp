@@ -76,7 +76,7 @@ std::optional<std::size_t> part_of(const PartMarks& parts, std::uint32_t vertex)
 
 std::optional<std::size_t> add_part(std::span<const std::uint32_t> vertices, const ShapeState& state,
                                     PartMarks& parts) {
-  if (vertices.empty() || parts.holds.size() == kMostParts) return std::nullopt;
+  if (vertices.empty() || parts.holds.size() == kMaxParts) return std::nullopt;
   parts.holds.push_back(true);
   parts.stiffness.push_back(1);
   mark(vertices, parts.holds.size() - 1, state, parts);
@@ -188,16 +188,16 @@ constexpr double kBrush = 0.5;  // of the radius
 constexpr double kShaft = 68;   // pixels of an arrow
 
 // The corner of the triangle that is nearest to the hit.
-std::uint32_t vertex_at(const SurfaceHit& hit, const Surroundings& around) {
+std::uint32_t vertex_at(const SurfaceHit& hit, const GestureContext& around) {
   const Triangle& corners = around.picker->triangles()[hit.triangle];
   const auto distance = [&](std::uint32_t v) { return norm2(around.state.positions[v] - hit.point); };
   return *std::min_element(corners.begin(), corners.end(),
                            [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
 }
 
-Vec3d forward_of(const Surroundings& around) { return render::camera_frame(around.screen.camera).forward; }
+Vec3d forward_of(const GestureContext& around) { return render::camera_frame(around.screen.camera).forward; }
 
-std::optional<GizmoPart> gizmo_at(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+std::optional<GizmoPart> gizmo_at(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   if (!placed.parts.placement) return std::nullopt;
   const Placement& at = *placed.parts.placement;
   const auto handle = gizmo_part_at(around.screen, at, pointer.x, pointer.y);
@@ -210,7 +210,7 @@ std::optional<GizmoPart> gizmo_at(const Pointer& pointer, const Surroundings& ar
 
 // The shortest rotation about the joint that takes the grabbed place towards the pointer, in the plane of the view. A
 // number, typed or snapped, is its angle.
-void turn_about_joint(const Pointer& pointer, const Surroundings& around, PartGesture& gesture) {
+void turn_about_joint(const Pointer& pointer, const GestureContext& around, PartGesture& gesture) {
   const Vec3d& joint = gesture.parts.placement->center;
   const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
   const Vec3d arm = gesture.grabbed - joint;
@@ -223,7 +223,7 @@ void turn_about_joint(const Pointer& pointer, const Surroundings& around, PartGe
   gesture.motion.angle_deg = gesture.amount;
 }
 
-void drag_gizmo(const Pointer& pointer, const Surroundings& around, PartGesture& gesture) {
+void drag_gizmo(const Pointer& pointer, const GestureContext& around, PartGesture& gesture) {
   const Placement& start = *gesture.parts.placement;
   const Pixel from{gesture.from.x, gesture.from.y};
   const Pixel to{pointer.x, pointer.y};
@@ -269,17 +269,17 @@ Placement moved(const Placement& placement, const PartMotion& motion) {
   return result;
 }
 
-std::optional<std::size_t> part_at(const Pointer& pointer, const Surroundings& around, const PartMarks& parts) {
+std::optional<std::size_t> part_at(const Pointer& pointer, const GestureContext& around, const PartMarks& parts) {
   if (around.picker == nullptr || parts.of_vertex.empty()) return std::nullopt;
   const auto hit = around.picker->pick(ray_through(around.screen, pointer.x, pointer.y), around.state);
   return hit ? part_of(parts, vertex_at(*hit, around)) : std::nullopt;
 }
 
-bool is_on_part_gizmo(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+bool is_on_part_gizmo(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   return gizmo_at(pointer, around, placed).has_value();
 }
 
-std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+std::string add_limb(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   const auto hit = hit_at(pointer, around);
   if (!hit || around.picker == nullptr) return "Double click on a finger, an arm or a leg of the shape.";
   const std::vector<Vec3d> positions = around.state.positions.copy();
@@ -300,7 +300,7 @@ std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed&
   return {};
 }
 
-std::optional<PartGesture> begin_part(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+std::optional<PartGesture> begin_part(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   PartGesture gesture;
   gesture.from = pointer;
   gesture.handle = gizmo_at(pointer, around, placed);
@@ -318,7 +318,7 @@ std::optional<PartGesture> begin_part(const Pointer& pointer, const Surroundings
   return gesture;
 }
 
-void move_part(const Pointer& pointer, const Surroundings& around, PartGesture& gesture) {
+void move_part(const Pointer& pointer, const GestureContext& around, PartGesture& gesture) {
   const bool is_click = std::hypot(pointer.x - gesture.from.x, pointer.y - gesture.from.y) < kClick;
   gesture.has_gone = gesture.has_gone || !is_click || pointer.typed;
   gesture.rests = false;
@@ -332,7 +332,7 @@ void move_part(const Pointer& pointer, const Surroundings& around, PartGesture& 
 
 namespace {
 
-bool is_seen(std::uint32_t vertex, const Surroundings& around) {
+bool is_seen(std::uint32_t vertex, const GestureContext& around) {
   const Vec3d place = around.state.positions[vertex];
   const auto pixel = pixel_of(around.screen, place);
   const auto hit = around.picker->pick(ray_through(around.screen, pixel->x, pixel->y), around.state);
@@ -340,7 +340,7 @@ bool is_seen(std::uint32_t vertex, const Surroundings& around) {
 }
 
 // Drops the pieces of which nothing is seen: what lies behind others is not meant. A piece hangs together by triangles.
-void drop_hidden(const Surroundings& around, std::vector<std::uint32_t>& vertices) {
+void drop_hidden(const GestureContext& around, std::vector<std::uint32_t>& vertices) {
   if (around.picker == nullptr) return;
   constexpr std::uint32_t kNone = 0xffffffff;
   std::vector<std::uint32_t> parent(around.state.positions.size(), kNone);
@@ -371,7 +371,8 @@ void drop_hidden(const Surroundings& around, std::vector<std::uint32_t>& vertice
 
 }  // namespace
 
-void end_part_lasso(const Pointer& pointer, const Surroundings& around, const LassoGesture& gesture, Placed& placed) {
+void end_part_lasso(const Pointer& pointer, const GestureContext& around, const LassoGesture& gesture,
+                    PlacedTools& placed) {
   if (gesture.line.size() < 3) return select_part(part_at(pointer, around, placed.parts), placed.parts);
   std::vector<std::uint32_t> within;
   for (std::uint32_t v = 0; v < around.state.positions.size(); ++v) {
@@ -389,7 +390,7 @@ void end_part_lasso(const Pointer& pointer, const Surroundings& around, const La
 
 namespace {
 
-std::vector<std::uint32_t> under_brush(const Pointer& pointer, const Surroundings& around) {
+std::vector<std::uint32_t> under_brush(const Pointer& pointer, const GestureContext& around) {
   std::vector<std::uint32_t> vertices;
   const auto hit = hit_at(pointer, around);
   const double reach2 = std::pow(kBrush * around.settings.radius, 2);
@@ -401,7 +402,8 @@ std::vector<std::uint32_t> under_brush(const Pointer& pointer, const Surrounding
 
 }  // namespace
 
-std::optional<PartPaintGesture> begin_part_paint(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+std::optional<PartPaintGesture> begin_part_paint(const Pointer& pointer, const GestureContext& around,
+                                                 PlacedTools& placed) {
   const std::vector<std::uint32_t> vertices = under_brush(pointer, around);
   if (vertices.empty()) return std::nullopt;
   PartPaintGesture gesture;
@@ -416,8 +418,8 @@ std::optional<PartPaintGesture> begin_part_paint(const Pointer& pointer, const S
   return gesture;
 }
 
-void move_part_paint(const Pointer& pointer, const Surroundings& around, const PartPaintGesture& gesture,
-                     Placed& placed) {
+void move_part_paint(const Pointer& pointer, const GestureContext& around, const PartPaintGesture& gesture,
+                     PlacedTools& placed) {
   mark(under_brush(pointer, around), gesture.part, around.state, placed.parts);
 }
 

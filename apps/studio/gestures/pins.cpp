@@ -11,11 +11,11 @@ namespace knead::studio {
 
 namespace {
 
-constexpr double kHidden = 6;             // pixels that the surface may lie before a pin that is seen
-constexpr double kPathPiece = 2;          // snapping steps between two places of a path
-constexpr double kLonePinReach = 2;       // displacements of a single pin, at least, with an automatic radius
-constexpr double kLassoSpacing = 25;      // pixels between the pins that a lasso sets, at least
-constexpr std::size_t kMostOfLasso = 32;  // pins that a lasso sets
+constexpr double kHidden = 6;            // pixels that the surface may lie before a pin that is seen
+constexpr double kPathPiece = 2;         // snapping steps between two places of a path
+constexpr double kLonePinReach = 2;      // displacements of a single pin, at least, with an automatic radius
+constexpr double kLassoSpacing = 25;     // pixels between the pins that a lasso sets, at least
+constexpr std::size_t kMaxOfLasso = 32;  // pins that a lasso sets
 
 double distance2_to(const std::vector<Vec3d>& places, const Vec3d& p) {
   double least = std::numeric_limits<double>::infinity();
@@ -36,7 +36,7 @@ Pin pin_on_vertex(std::uint32_t vertex, const ShapeState& state) {
 }
 
 // On the corner of the triangle that is nearest to the hit.
-Pin pin_on(const SurfaceHit& hit, const Surroundings& around) {
+Pin pin_on(const SurfaceHit& hit, const GestureContext& around) {
   const Triangle& corners = around.picker->triangles()[hit.triangle];
   const auto distance = [&](std::uint32_t v) { return norm2(around.state.positions[v] - hit.point); };
   const auto nearest = std::min_element(corners.begin(), corners.end(),
@@ -44,7 +44,7 @@ Pin pin_on(const SurfaceHit& hit, const Surroundings& around) {
   return pin_on_vertex(*nearest, around.state);
 }
 
-bool is_hidden(const Vec3d& place, const Pixel& pixel, const Surroundings& around) {
+bool is_hidden(const Vec3d& place, const Pixel& pixel, const GestureContext& around) {
   if (around.picker == nullptr) return false;
   const Ray ray = ray_through(around.screen, pixel.x, pixel.y);
   const auto hit = around.picker->pick(ray, around.state);
@@ -73,7 +73,7 @@ void for_images_apart(const Vec3d& pin, const ToolSettings& settings, const Body
 
 }  // namespace
 
-std::optional<std::size_t> pin_at(const Pointer& pointer, const Surroundings& around, const std::vector<Pin>& pins) {
+std::optional<std::size_t> pin_at(const Pointer& pointer, const GestureContext& around, const std::vector<Pin>& pins) {
   std::optional<std::size_t> nearest;
   double least = kNear;
   for (std::size_t i = 0; i < pins.size(); ++i) {
@@ -170,7 +170,7 @@ std::optional<double> radius_of(const PinsStroke& stroke) {
   }
 }
 
-std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+std::optional<PinsGesture> begin_pins(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   PinsGesture gesture;
   gesture.pins = placed.pins;
   gesture.parts = placed.parts;
@@ -192,7 +192,7 @@ std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings
   return gesture;
 }
 
-void move_pins(const Pointer& pointer, const Surroundings& around, PinsGesture& gesture) {
+void move_pins(const Pointer& pointer, const GestureContext& around, PinsGesture& gesture) {
   const Pixel& from = gesture.drag.from;
   const bool is_click = std::hypot(pointer.x - from.x, pointer.y - from.y) < kClick;
   gesture.has_gone = gesture.has_gone || !is_click || pointer.typed;
@@ -206,21 +206,21 @@ void move_pins(const Pointer& pointer, const Surroundings& around, PinsGesture& 
   }
 }
 
-void end_pins(const PinsGesture& gesture, const Surroundings& around, Placed& placed) {
+void end_pins(const PinsGesture& gesture, const GestureContext& around, PlacedTools& placed) {
   placed.pins = gesture.pins;
   for (const PinGoal& goal : pin_goals(gesture.pins, gesture.dragged, gesture.to, around.settings)) {
     placed.pins[goal.pin].place = goal.to;
   }
 }
 
-void select_pins(const Surroundings& around, const std::vector<Pixel>& line, std::vector<Pin>& pins) {
+void select_pins(const GestureContext& around, const std::vector<Pixel>& line, std::vector<Pin>& pins) {
   for (Pin& pin : pins) {
     const auto pixel = pixel_of(around.screen, pin.place);
     pin.is_selected = pixel && is_within(line, *pixel);
   }
 }
 
-void end_pin_lasso(const Surroundings& around, const std::vector<Pixel>& line, Placed& placed) {
+void end_pin_lasso(const GestureContext& around, const std::vector<Pixel>& line, PlacedTools& placed) {
   if (line.size() < 3) return;
   const Snapshot& positions = around.state.positions;
   std::vector<std::uint32_t> within;
@@ -239,7 +239,7 @@ void end_pin_lasso(const Surroundings& around, const std::vector<Pixel>& line, P
   };
   for (const Pin& pin : placed.pins) keep_from(pin.place);
   const double spacing = kLassoSpacing * pixel_size(around.screen, around.screen.camera.target);
-  for (std::size_t count = 0; count < kMostOfLasso && !within.empty(); ++count) {
+  for (std::size_t count = 0; count < kMaxOfLasso && !within.empty(); ++count) {
     const auto farthest = std::max_element(distances.begin(), distances.end());
     if (*farthest < spacing * spacing) return;
     placed.pins.push_back(pin_on_vertex(within[static_cast<std::size_t>(farthest - distances.begin())], around.state));

@@ -15,7 +15,7 @@ constexpr double kRoom = 0.06;                 // of the shape: what is nearer t
 constexpr double kNearImage = 0.01;            // of the shape: what is nearer to an image of a part is of that image
 constexpr double kSamePart = 0.25;             // of its extent: images that are nearer to a part are that part
 constexpr std::size_t kPointsOfPart = 150;     // where it is named by its points
-constexpr std::size_t kMostRanges = 2000;      // of numbers that name a part
+constexpr std::size_t kMaxRanges = 2000;       // of numbers that name a part
 constexpr std::size_t kVerticesOfPart = 2000;  // that name one of more ranges, about
 
 bool is_renumbered(const ShapeState& state) { return state.provenance != nullptr && state.provenance->is_renumbered; }
@@ -103,7 +103,7 @@ PartOfShape part_of_shape(const PartMarks& parts, std::size_t part, const ShapeS
   result.extent = bounding_box(all).diagonal();
   result.points = thinned(all, kPointsOfPart);
   result.ranges = ranges_of(vertices);
-  if (result.ranges.size() <= kMostRanges) return result;
+  if (result.ranges.size() <= kMaxRanges) return result;
   std::vector<std::uint32_t> some;
   const std::size_t stride = vertices.size() / kVerticesOfPart + 1;
   for (std::size_t i = 0; i < vertices.size(); i += stride) some.push_back(vertices[i]);

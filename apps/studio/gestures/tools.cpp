@@ -314,7 +314,7 @@ std::string turning_hint(const StudioTool& tool, TurnDrag turning) {
 namespace {
 
 // Empty: as the tool says.
-std::string pose_hint(PoseMode mode, const Placed& placed) {
+std::string pose_hint(PoseMode mode, const PlacedTools& placed) {
   if (mode == PoseMode::exact && placed.pins.empty()) {
     return "Click to set pins on the shape, or drag at once; Ctrl and a drag sets pins within a line.";
   }
@@ -328,7 +328,7 @@ std::string pose_hint(PoseMode mode, const Placed& placed) {
 
 }  // namespace
 
-std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag turning) {
+std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, TurnDrag turning) {
   const StudioTool& tool = *settings.tool;
   if (tool.use == ToolUse::pose) {
     std::string hint = pose_hint(settings.pose, placed);
@@ -406,7 +406,7 @@ std::vector<SymmetryImage> images_of(const ToolSettings& settings) {
   const std::vector<Symmetry::Plane> planes = mirror_planes(settings);
   const bool is_exact = symmetry.center == Vec3d{0, 0, 0} && !symmetry.plane;
   std::vector<SymmetryImage> images;
-  for (int turn = 0; turn < std::clamp(symmetry.turns, 1, kMostTurns); ++turn) {
+  for (int turn = 0; turn < std::clamp(symmetry.turns, 1, kMaxTurns); ++turn) {
     const double angle = 2 * std::numbers::pi * turn / symmetry.turns;
     const RigidMotion turned = turn == 0 ? RigidMotion{} : rotation_about(symmetry.center, symmetry.axis, angle);
     for (unsigned mask = 0; mask < 1U << planes.size(); ++mask) {

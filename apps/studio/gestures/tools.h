@@ -45,7 +45,7 @@ enum class MaskMode { paint, lasso, box };
 //   exact  set and drag pins, each to its exact place, with what is within their radius
 enum class PoseMode { pins, lasso, brush, exact };
 
-struct Placed;
+struct PlacedTools;
 struct ToolSettings;
 
 // Repeats everything that a tool does, in addition to ToolSettings::mirror.
@@ -58,12 +58,12 @@ struct Symmetry {
     friend bool operator==(const Plane&, const Plane&) = default;
   };
   std::optional<Plane> plane{};  // one more mirror
-  int turns = 1;                 // about the axis, 1 to kMostTurns; 1: none
+  int turns = 1;                 // about the axis, 1 to kMaxTurns; 1: none
   Vec3d axis{0, 1, 0};           // of any length but 0
 
   friend bool operator==(const Symmetry&, const Symmetry&) = default;
 };
-inline constexpr int kMostTurns = 32;
+inline constexpr int kMaxTurns = 32;
 
 // How a closed tool is held.
 struct StampShape {
@@ -185,7 +185,7 @@ enum class TurnDrag {
 };
 
 // Returns one line: what to do with the tool now.
-std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag turning);
+std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, TurnDrag turning);
 
 // What is set at the panels and with keys. Lengths in the mesh's own units.
 struct ToolSettings {
@@ -257,7 +257,7 @@ struct PartMarks {
 };
 
 // What has been placed for the next drag.
-struct Placed {
+struct PlacedTools {
   std::vector<Vec3d> points;
   std::vector<std::vector<Vec3d>> curves;
   std::optional<Placement> placement;

@@ -13,11 +13,11 @@ constexpr double kDegreesPerPixel = 0.5;
 constexpr double kFacing = 0.4;           // sine of the angle between the axis and the view, below which it faces it
 constexpr double kStretchPerPixel = 0.4;  // percent of the logarithm
 constexpr double kStandOff = 0.02;        // of the stamp's size, between it and the surface
-constexpr double kLeastPercent = -99;     // that can be typed for a stretch
+constexpr double kMinPercent = -99;       // that can be typed for a stretch
 
 // Degrees: of how far the pointer has gone across the axis as it is seen, rightwards positive for an axis that points
 // up; about an axis that points at the person, or away, round the centre.
-double angle_of(const TurnGesture& gesture, const Pointer& to, const Vec3d& axis, const Surroundings& around) {
+double angle_of(const TurnGesture& gesture, const Pointer& to, const Vec3d& axis, const GestureContext& around) {
   const Pointer& from = gesture.start;
   const render::CameraFrame frame = render::camera_frame(around.screen.camera);
   const double right = dot(axis, frame.right);
@@ -35,7 +35,7 @@ double angle_of(const TurnGesture& gesture, const Pointer& to, const Vec3d& axis
 // The amount of a number that a person typed.
 double amount_of_typed(double typed, const Turning& turning) {
   if (!turning.is_percent) return typed;
-  return 100 * std::log1p(std::max(typed, kLeastPercent) / 100);
+  return 100 * std::log1p(std::max(typed, kMinPercent) / 100);
 }
 
 // Three unit vectors, z given.
@@ -83,7 +83,7 @@ StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, cons
   return stroke;
 }
 
-std::optional<Placement> placement_at(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+std::optional<Placement> placement_at(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
   const render::CameraFrame frame = render::camera_frame(around.screen.camera);
@@ -151,7 +151,7 @@ std::optional<double> widened_zone(const ToolSettings& settings, const Placement
   return check && check->safe > check->width ? std::optional(check->safe) : std::nullopt;
 }
 
-void move_turn(const Pointer& pointer, const Surroundings& around, TurnGesture& gesture) {
+void move_turn(const Pointer& pointer, const GestureContext& around, TurnGesture& gesture) {
   const bool is_click = std::hypot(pointer.x - gesture.start.x, pointer.y - gesture.start.y) < kClick;
   gesture.has_gone = gesture.has_gone || !is_click || pointer.typed;
   if (!gesture.placement || !gesture.has_gone) return;
@@ -171,7 +171,7 @@ void move_turn(const Pointer& pointer, const Surroundings& around, TurnGesture& 
   gesture.amount = snapped(gesture.amount, kSnapDegrees, pointer);
 }
 
-TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const Placed& placed) {
+TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const PlacedTools& placed) {
   if (!placed.placement) return TurnDrag::sideways;
   const Vec3d axis = (*placed.placement).*settings.tool->turning.axis;
   const render::CameraFrame frame = render::camera_frame(screen.camera);
@@ -181,7 +181,7 @@ TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const Pla
   return up >= right ? TurnDrag::sideways : TurnDrag::upright;
 }
 
-Placement move_gizmo(const Pointer& pointer, const Surroundings& around, GizmoGesture& gesture) {
+Placement move_gizmo(const Pointer& pointer, const GestureContext& around, GizmoGesture& gesture) {
   const Pixel from{gesture.from.x, gesture.from.y};
   const Pixel to{pointer.x, pointer.y};
   if (gesture.part == GizmoPart::center) return center_dragged(around.screen, gesture.start, from, to);
@@ -191,7 +191,7 @@ Placement move_gizmo(const Pointer& pointer, const Surroundings& around, GizmoGe
   return moved_by(gesture.start, gesture.part, gesture.amount);
 }
 
-void end_turn(const Surroundings& around, TurnGesture& gesture, Placed& placed) {
+void end_turn(const GestureContext& around, TurnGesture& gesture, PlacedTools& placed) {
   if (gesture.placement && gesture.has_gone) return;
   const std::optional<Placement> here = placement_at(gesture.start, around, placed);
   if (here) placed.placement = here;

@@ -118,7 +118,7 @@ void draw_recovery(Studio& studio, Dialogs& dialogs) {
 
 // Goes on once the work is saved, gives up where that failed.
 void follow_saving(Studio& studio, Dialogs& dialogs) {
-  if (dialogs.file.is_open || studio.is_busy()) return;
+  if (dialogs.file.is_open || studio.worker().is_busy()) return;
   dialogs.is_saving = false;
   const std::function<void()> what = std::exchange(dialogs.pending, nullptr);
   if (!studio.shown().is_changed) what();

@@ -25,8 +25,8 @@ struct FileList {
   std::string problem;            // why the folder cannot be listed; empty: it can
 };
 
-// The folders, and the files whose names end in one of the extensions (".ply", upper or lower case; none: all). Names
-// that begin with a dot are left out.
+// The folders, and the files whose names end in one of the extensions (".ply", upper or lower case; all files if there
+// are none). Names that begin with a dot are left out.
 FileList list_files(const std::filesystem::path& folder, std::span<const std::string> extensions);
 
 // The name with the extension unless it ends in one of those given.
@@ -48,7 +48,7 @@ struct FileDialog {
   bool is_sure = false;    // that the file may be replaced
   bool as_double = false;  // of export_shape: coordinates of PLY as doubles
   FrameExport motion;      // of export_frames
-  int frame = 0;           // likewise: that is looked at, from 1; 0: none
+  int frame = 0;           // of export_frames: that is looked at, from 1; 0 if none is
   int pictures = 24;       // of turntable
 };
 

@@ -148,7 +148,7 @@ void Interface::draw(const FrameTimes& times, const Stretched& stretched) {
 
 namespace {
 
-constexpr float kMostOfWindow = 0.45F;  // that the side panel takes
+constexpr float kMaxOfWindow = 0.45F;  // that the side panel takes
 
 }  // namespace
 
@@ -166,8 +166,8 @@ Layout layout_of(const LayoutQuery& query) {
   const float scrollbar = layout.tool_bar_scrolls ? kToolScrollbar * query.unit : 0;
   const float right = std::min(gap + 2 * padding + query.item + label + scrollbar, 0.5F * query.width);
   layout.tool_bar = {gap, top, right, std::min(top + needed, bottom)};
-  const float wanted = std::clamp(query.panel_width, kLeastPanelWidth, kMostPanelWidth) * query.unit;
-  const float width = std::min({wanted, kMostOfWindow * query.width, query.width - right - 2 * gap});
+  const float wanted = std::clamp(query.panel_width, kMinPanelWidth, kMaxPanelWidth) * query.unit;
+  const float width = std::min({wanted, kMaxOfWindow * query.width, query.width - right - 2 * gap});
   layout.side_panel = {query.width - gap - width, top, query.width - gap, bottom};
   layout.free.left = right;
   layout.free.right = std::max(layout.side_panel.left, right);

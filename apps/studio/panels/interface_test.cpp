@@ -356,7 +356,7 @@ TEST_F(InterfaceTest, TheHistoryIsSeenBelowTheSettings) {
   seat.frame();
   seat.frame();
   const Area history = Seat::area_of("History");
-  EXPECT_NEAR(history.height(), kLeastHistory * whole, 2);
+  EXPECT_NEAR(history.height(), kMinHistory * whole, 2);
   EXPECT_NEAR(Seat::area_of("Settings").bottom, history.top, 1);
   const ImGuiWindow* const window = ImGui::FindWindowByName("History");
   EXPECT_GT(window->ScrollMax.y, 50);

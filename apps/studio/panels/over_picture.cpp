@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kSecondsShown = 5;
 constexpr double kSecondsOfErrors = 30;
-constexpr std::size_t kMostMessages = 6;
+constexpr std::size_t kMaxMessages = 6;
 constexpr float kStatisticsWidth = 420;  // points
 
 constexpr int kOverlay = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
@@ -209,7 +209,7 @@ void draw_status(Studio& studio, const Gui& gui) {
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
   if (ImGui::Begin("Status", nullptr, kOverlay & ~ImGuiWindowFlags_AlwaysAutoResize)) {
     const DocumentState& shown = studio.shown();
-    const std::optional<WorkStatus> work = studio.work();
+    const std::optional<WorkStatus> work = studio.worker().status();
     const bool is_long = work && work->seconds > kSecondsWithoutBar;
     const float room = size.x - (is_long ? 2 * kBarWidth : 10) * gui.unit();
     ImGui::PushClipRect({0, size.y - height}, {room, size.y}, true);
@@ -251,7 +251,7 @@ void update_messages(Messages& messages, std::vector<Notice> notices, double now
     const double until = now + (notice.is_error ? kSecondsOfErrors : kSecondsShown);
     messages.messages.push_back({std::move(notice), until});
   }
-  while (messages.messages.size() > kMostMessages) messages.messages.pop_front();
+  while (messages.messages.size() > kMaxMessages) messages.messages.pop_front();
   std::erase_if(messages.messages, [&](const Messages::Message& message) { return message.until < now; });
 }
 
@@ -388,7 +388,7 @@ void draw_label(const Studio& studio, const Gui& gui, const GreatestStretch& est
 // Returns the height that it takes at the bottom of the view.
 float draw_remesh_offer(Studio& studio, const Gui& gui) {
   const DocumentState& shown = studio.shown();
-  if (shown.thin_triangles == 0 || studio.gesture() || shown.looked_at || studio.is_busy()) return 0;
+  if (shown.thin_triangles == 0 || studio.gesture() || shown.looked_at || studio.worker().is_busy()) return 0;
   const Margins& covered = studio.navigation().covered;
   const float gap = kPanelGap * gui.unit();
   ImGui::SetNextWindowPos(

@@ -51,8 +51,8 @@ struct Layout {
 };
 
 inline constexpr float kPanelWidth = 308;  // points, unless the person chose another
-inline constexpr float kLeastPanelWidth = 220;
-inline constexpr float kMostPanelWidth = 640;
+inline constexpr float kMinPanelWidth = 220;
+inline constexpr float kMaxPanelWidth = 640;
 inline constexpr float kToolLabelWidth = 76;  // points
 
 // The gap between panels and around them, and the padding of the tool bar, in points.
@@ -92,9 +92,9 @@ struct SidePanel {
   std::size_t entries = 0;  // of the history, as last drawn
 };
 
-// Settings above, history below: each scrolls by itself, and the history keeps kLeastHistory of the height if it needs
+// Settings above, history below: each scrolls by itself, and the history keeps kMinHistory of the height if it needs
 // it. Their left edge can be dragged.
-inline constexpr float kLeastHistory = 0.4F;
+inline constexpr float kMinHistory = 0.4F;
 void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SidePanel& panel);
 
 // The parts of it.
@@ -121,7 +121,7 @@ struct FrameTimes {
   std::size_t uploaded = 0;      // bytes, of the last movement
   std::size_t touched = 0;       // vertices, by it; unknown for the GPU
   std::string mover;             // the GPU that moves the shape; empty: the CPU does
-  std::optional<double> volume;  // as the GPU has it, while the CPU has not caught up
+  std::optional<double> volume;  // computed by the GPU, while the CPU has not caught up
   std::size_t read_back = 0;     // times, from the GPU since the last gesture began
 };
 

@@ -114,9 +114,9 @@ TEST(Layout, ThePersonChoosesTheWidthOfThePanelWithinLimits) {
   query.panel_width = 400;
   EXPECT_FLOAT_EQ(layout_of(query).side_panel.width(), 400);
   query.panel_width = 5;
-  EXPECT_FLOAT_EQ(layout_of(query).side_panel.width(), kLeastPanelWidth);
+  EXPECT_FLOAT_EQ(layout_of(query).side_panel.width(), kMinPanelWidth);
   query.panel_width = 5000;
-  EXPECT_FLOAT_EQ(layout_of(query).side_panel.width(), kMostPanelWidth);
+  EXPECT_FLOAT_EQ(layout_of(query).side_panel.width(), kMaxPanelWidth);
 }
 
 TEST(Layout, MarginsAreWhatIsNotFree) {

@@ -131,7 +131,7 @@ void draw_parts(Studio& studio) {
     const PartMarks& parts = studio.placed().parts;
     ImGui::PushID(static_cast<int>(part));
     bool holds = parts.holds[part];
-    if (ImGui::Checkbox("##holds", &holds)) studio.hold_part(part, holds);
+    if (ImGui::Checkbox("##holds", &holds)) studio.placed().parts.holds[part] = holds;
     help_on_hover("Checked: the part holds while others are dragged. Else it is free, and goes with the shape.");
     ImGui::SameLine();
     const bool is_selected = parts.selected == part;
@@ -148,7 +148,7 @@ void draw_parts(Studio& studio) {
     if (is_selected) {
       slide("Stiffness", stiffness, {kSoftest, kStiffest},
             "how stiff the part is where it bends: bone above 1, flesh below; it counts until the shape is remeshed");
-      if (stiffness != parts.stiffness[part]) studio.stiffen_part(part, stiffness);
+      if (stiffness != parts.stiffness[part]) studio.placed().parts.stiffness[part] = stiffness;
     }
     ImGui::PopID();
     if (!is_removed) continue;
@@ -175,7 +175,7 @@ void draw_pins(Studio& studio) {
   help_on_hover("Draw a line round pins to select them (Shift+click selects one). Selected pins move together.");
   if (ImGui::Button("Clear")) {
     studio.clear_pins();
-    if (!has_exact_pins(studio.settings())) studio.clear_parts();
+    if (!has_exact_pins(studio.settings())) studio.placed().parts = {};
   }
   const std::vector<Pin>& pins = studio.placed().pins;
   const std::size_t count = pins.size();
@@ -184,7 +184,7 @@ void draw_pins(Studio& studio) {
   if (ImGui::Button(selected == 0 ? "Select all" : "Select none")) studio.select_pins(selected == 0);
   ImGui::SameLine();
   ImGui::TextDisabled("%zu pins, %zu selected", count, static_cast<std::size_t>(selected));
-  studio.light_pin(std::nullopt);
+  studio.placed().lit_pin.reset();
   const float row = ImGui::GetFrameHeightWithSpacing();
   if (count == 0) return;
   ImGui::BeginChild("##pins", {0, row * static_cast<float>(std::min<std::size_t>(count, kPinsShown)) + 2});
@@ -194,7 +194,7 @@ void draw_pins(Studio& studio) {
     const bool stays = draw_pin(studio, i);
     const float y = ImGui::GetIO().MousePos.y;
     if (stays && ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem) && y >= top && y < top + row) {
-      studio.light_pin(i);
+      studio.placed().lit_pin = i;
     }
     ImGui::PopID();
     if (!stays) break;
@@ -301,7 +301,7 @@ void draw_edge(Studio& studio, const Gui& gui, const Area& area) {
   if (ImGui::IsItemHovered() || ImGui::IsItemActive()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
   if (ImGui::IsItemActive() && ImGui::IsMouseDragging(0, 0)) {
     const float width = (area.right - ImGui::GetIO().MousePos.x) / gui.unit();
-    studio.preferences().panels.width = std::clamp(width, kLeastPanelWidth, kMostPanelWidth);
+    studio.preferences().panels.width = std::clamp(width, kMinPanelWidth, kMaxPanelWidth);
   }
   ImGui::PopClipRect();
   ImGui::SetCursorScreenPos(cursor);
@@ -397,7 +397,7 @@ void draw_view_settings(Studio& studio, const Gui& gui) {
 void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SidePanel& panel) {
   const Area& area = layout.side_panel;
   const float left_by_settings = area.height() - panel.settings_height;
-  const float room = std::max(kLeastHistory * area.height(), left_by_settings);
+  const float room = std::max(kMinHistory * area.height(), left_by_settings);
   const float split = studio.view().history ? area.bottom - std::min(panel.history_height, room) : area.bottom;
   panel.settings_height = draw_window(studio, gui, "Settings", {area.left, area.top, area.right, split}, [&] {
     if (begin_part(studio, "tool", studio.settings().tool->name)) draw_tool_settings(studio);
@@ -446,7 +446,7 @@ void draw_center(Studio& studio) {
 }
 
 void draw_turns(Symmetry& symmetry) {
-  ImGui::SliderInt("Radial", &symmetry.turns, 1, kMostTurns, symmetry.turns == 1 ? "off" : "%d times");
+  ImGui::SliderInt("Radial", &symmetry.turns, 1, kMaxTurns, symmetry.turns == 1 ? "off" : "%d times");
   help_on_hover("repeats everything about an axis");
   if (symmetry.turns < 2) return;
   for (std::size_t i = 0; i < 3; ++i) {

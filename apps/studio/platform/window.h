@@ -86,7 +86,7 @@ class Window {
   Window& operator=(const Window&) = delete;
 
   // What happened since the last call, in order; movements of the pointer that follow each other are one. Waits up to
-  // so many seconds for something to happen.
+  // `wait_seconds` for something to happen.
   std::vector<Event> events(double wait_seconds);
 
   // Whether the person wants it closed. May be taken back.

@@ -20,7 +20,7 @@ constexpr int kPoints = 48;           // of a ring; a multiple of 2 kDash
 constexpr int kDash = 2;              // steps of a dash, and of a gap
 constexpr double kLongestStep = 0.4;  // of a ring, in its radii; without jumps a step has 2 pi / kPoints = 0.13
 constexpr double kThickness = 1.1;    // half, in pixels
-constexpr std::size_t kMostImages = 32;
+constexpr std::size_t kMaxImages = 32;
 
 // The radii of the rings.
 struct Radii {
@@ -115,7 +115,7 @@ void SurfaceCursor::add_lines(const Studio& studio, std::vector<render::Line>& l
   const double thickness = kThickness * pixel_size(studio.screen(), place);
   std::vector<RigidMotion> motions{RigidMotion{}};
   for (const SymmetryImage& image : images_of(settings)) motions.push_back(image.motion);
-  if (motions.size() > kMostImages) motions.resize(kMostImages);
+  if (motions.size() > kMaxImages) motions.resize(kMaxImages);
   for (const RigidMotion& motion : motions) {
     const render::Line outer{.points = {}, .radius = thickness, .color = studio.preferences().outer_ring};
     const render::Line inner{.points = {}, .radius = thickness, .color = studio.preferences().inner_ring};
@@ -129,7 +129,7 @@ namespace {
 constexpr double kArrowPixels = 70;
 constexpr double kPointing = 0.5;  // of Drag::depth, above which the arrow is shown
 
-Surroundings around_of(const Studio& studio) {
+GestureContext around_of(const Studio& studio) {
   const DocumentState& shown = studio.shown();
   const bool fits = shown.picker && shown.picker->fits(shown.state);
   return {studio.screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.settings()};
@@ -138,8 +138,8 @@ Surroundings around_of(const Studio& studio) {
 // The drag that would begin at the pointer, of tools that go along a line.
 std::optional<Drag> next_drag(const Studio& studio) {
   const ToolSettings& settings = studio.settings();
-  const Placed& placed = studio.placed();
-  const Surroundings around = around_of(studio);
+  const PlacedTools& placed = studio.placed();
+  const GestureContext around = around_of(studio);
   if (studio.shown().opened == 0 || studio.shown().looked_at) return std::nullopt;
   if (settings.tool->use == ToolUse::stamp && placed.stamp && placed.placement) {
     return begin_stamp(studio.pointer(), around, placed).drag;
@@ -239,7 +239,7 @@ namespace {
 // Vertices that an estimate looks at, and those of them that it follows: 3 ms on two cores.
 constexpr std::size_t kLookedAt = 40'000;
 constexpr std::size_t kFollowed = 192;
-constexpr double kLeastPart = 0.9 / 2.4;  // of the safe width of a bend
+constexpr double kMinPart = 0.9 / 2.4;  // of the safe width of a bend
 
 // The places of the vertices from which the shape is stretched.
 std::optional<std::vector<Vec3d>> places_before(const DocumentState& shown, StretchView since) {
@@ -263,7 +263,7 @@ std::vector<Vec3d> some_of(const Snapshot& positions) {
 // Path lines of such a bend may run to infinity (method, section 10).
 bool is_crushed(const Stroke& stroke, const ZoneProfile& profile) {
   const std::optional<ZoneCheck> check = check_zone(stroke, profile);
-  return check && std::holds_alternative<BendStroke>(stroke) && check->width < kLeastPart * check->safe;
+  return check && std::holds_alternative<BendStroke>(stroke) && check->width < kMinPart * check->safe;
 }
 
 }  // namespace

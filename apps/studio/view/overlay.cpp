@@ -40,13 +40,13 @@ Box box_of(const DocumentState& shown) {
   return box;
 }
 
-Surroundings around_of(const Studio& studio) {
+GestureContext around_of(const Studio& studio) {
   const DocumentState& shown = studio.shown();
   const bool fits = shown.picker && shown.picker->fits(shown.state);
   return {studio.screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.settings()};
 }
 
-std::optional<Stroke> hovering_implicit(const Studio& studio, const Surroundings& around) {
+std::optional<Stroke> hovering_implicit(const Studio& studio, const GestureContext& around) {
   const ToolSettings& settings = studio.settings();
   const auto hit = hit_at(studio.pointer(), around);
   if (!hit && settings.start != PullStart::plane) return std::nullopt;
@@ -57,7 +57,7 @@ std::optional<Stroke> hovering_implicit(const Studio& studio, const Surroundings
   return gesture.stroke;
 }
 
-std::optional<Stroke> hovering_paint(const Studio& studio, const Surroundings& around) {
+std::optional<Stroke> hovering_paint(const Studio& studio, const GestureContext& around) {
   const auto gesture = begin_paint(studio.pointer(), around);
   if (!gesture) return std::nullopt;
   PaintStroke stroke = gesture->paint.stroke;
@@ -66,8 +66,8 @@ std::optional<Stroke> hovering_paint(const Studio& studio, const Surroundings& a
 }
 
 // What is placed, about to be moved a little up in the picture.
-std::optional<Stroke> placed_points(const Studio& studio, const Surroundings& around) {
-  const Placed& placed = studio.placed();
+std::optional<Stroke> placed_points(const Studio& studio, const GestureContext& around) {
+  const PlacedTools& placed = studio.placed();
   if (placed.points.empty() && placed.curves.empty()) return std::nullopt;
   PointsStroke stroke;
   stroke.points = placed.points;
@@ -84,7 +84,7 @@ std::optional<Stroke> placed_points(const Studio& studio, const Surroundings& ar
 std::vector<Stroke> hovering(const Studio& studio) {
   const DocumentState& shown = studio.shown();
   if (shown.opened == 0 || shown.looked_at) return {};
-  const Surroundings around = around_of(studio);
+  const GestureContext around = around_of(studio);
   const ToolSettings& settings = studio.settings();
   std::optional<Stroke> stroke;
   switch (settings.tool->use) {
@@ -191,7 +191,7 @@ void draw_stroke(const Studio& studio, const Stroke& stroke, const Sheet& sheet)
   render::draw_tool(tool, sheet.around, sheet.scene, sheet.how);
 }
 
-void add_placed_points(const Placed& placed, double radius, std::vector<render::Line>& lines) {
+void add_placed_points(const PlacedTools& placed, double radius, std::vector<render::Line>& lines) {
   const auto add = [&](const std::vector<Vec3d>& points) {
     lines.push_back({.points = points, .radius = radius, .color = kPlaced});
   };
@@ -219,7 +219,7 @@ void add_layer_handles(const Studio& studio, double radius, std::vector<render::
 }
 
 void add_placed_stamp(const Studio& studio, const Sheet& sheet) {
-  const Placed& placed = studio.placed();
+  const PlacedTools& placed = studio.placed();
   StampStroke stroke = stamp_at(studio.settings(), *placed.stamp, *placed.placement);
   stroke.path = {placed.placement->center, placed.placement->center};
   const ToolSettings& settings = studio.settings();
@@ -412,7 +412,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   add(parts_.lines, scene.lines);
   cursor_.add_lines(studio, scene.lines);
   add_in_arrow(studio, scene.arrows);
-  const Placed& placed = studio.placed();
+  const PlacedTools& placed = studio.placed();
   add_placed_points(placed, 0.004 * shown.diagonal, scene.lines);
   add_pins(studio, scene.lines);
   add_part_gizmo(studio, scene);

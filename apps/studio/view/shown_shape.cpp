@@ -33,7 +33,7 @@ void extend(Box& box, const Vec3d& center, double radius) {
 }
 
 // The equations of more pins take longer to solve than a picture may.
-constexpr std::size_t kMostPins = 100;
+constexpr std::size_t kMaxPins = 100;
 
 // The GPU evaluates no mask, and no images that act at the same time.
 bool can_preview(const PendingStrokes& pending) {
@@ -42,7 +42,7 @@ bool can_preview(const PendingStrokes& pending) {
            const auto* const pins = std::get_if<PinsStroke>(&stroke.stroke);
            return (pins == nullptr && !stroke.mirror.empty()) || reads_surface(stroke.stroke) ||
                   std::holds_alternative<MaskStroke>(stroke.stroke) ||
-                  (pins != nullptr && pins->points.size() > kMostPins);
+                  (pins != nullptr && pins->points.size() > kMaxPins);
          });
 }
 

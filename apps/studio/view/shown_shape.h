@@ -17,7 +17,7 @@
 namespace knead::studio {
 
 // The GPU moves the vertices of the picture at once. The worker applies the same strokes on the CPU, whose positions
-// count: when it has caught up, the GPU gets them, to the bit. No picture reads anything back; the end of a gesture
+// count: when it has caught up, the GPU gets the same bits. No picture reads anything back; the end of a gesture
 // reads back whether the GPU succeeded. Strokes that read the surface or
 // have a mirror appear as the worker gets on.
 //

@@ -199,7 +199,7 @@ TEST_F(GpuPreviewTest, ADragBeginsWhereTheHitTestSaysWhileThePickerIsBehind) {
 {"move": [-0.3, -0.1, 0.95]}
 {"release": [-0.3, -0.2, 0.95]})");
     run_script(lines, "script", studio, {});
-    studio.wait();
+    studio.worker().wait();
     studio.refresh();
   }
   EXPECT_EQ(studio.shown().history.size(), gestures);
