@@ -1,6 +1,7 @@
 #include "certified.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>

@@ -2,6 +2,7 @@
 #include "deform.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -289,7 +290,7 @@ Subcommand deform_command() {
           [options] { run_deform(*options); }};
 }
 
-// knead resolve SHAPE SESSION -o OUT.knead: writes the session as strokes that need no mesh.
+// --- knead resolve SHAPE SESSION -o OUT.knead: the session as strokes that need no mesh ------------------------------
 
 namespace {
 

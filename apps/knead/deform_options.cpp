@@ -1,4 +1,6 @@
+// The options of knead deform, and those of frames.
 #include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 #include <optional>

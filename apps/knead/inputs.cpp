@@ -1,6 +1,7 @@
 #include "inputs.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>

@@ -1,4 +1,6 @@
+// Reads landmarks from tables and from files of 3D Slicer.
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>

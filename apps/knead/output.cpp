@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>

@@ -1,4 +1,6 @@
+// Makes the panels of a picture: shapes, moments of a session, tools, colours of distances.
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,5 +1,6 @@
 // knead remesh SHAPE -o OUT: refines a mesh and improves its triangles; the shape stays as it is.
 #include <fmt/format.h>
+
 #include <array>
 #include <memory>
 #include <string>

@@ -1,3 +1,4 @@
+// What a script does besides events: it restores a view, and it runs without a window.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What keys and menus ask for.
+// What keys and menus ask for, and numbers that are typed.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -208,7 +208,7 @@ bool Studio::perform_view(Action action) {
   }
 }
 
-// Numbers of a gesture: typed, snapped, or set with the pointer.
+// --- numbers of a gesture: typed, snapped, or set with the pointer ---------------------------------------------------
 
 namespace {
 

@@ -1,4 +1,4 @@
-// Pins: clicked, changed by their list, and carried along with the shape.
+// What is marked on the shape: pins and parts, which are clicked, changed by their list, and follow the shape; masks.
 #include <algorithm>
 #include <utility>
 
@@ -135,7 +135,7 @@ std::optional<std::size_t> Studio::pointed_pin() const {
   return pin_at(pointer_, gesture_context(), placed_.pins);
 }
 
-// Masks: painted, drawn round, and changed as a whole. Each change is a stroke in the history.
+// --- masks: painted, drawn round, and changed as a whole. Each change is a stroke in the history ---------------------
 
 // What the document's mask was when the values were made.
 void Studio::refresh_mask() {

@@ -1,4 +1,4 @@
-// What stays beside the document: reference images and how the shape is looked at.
+// How the shape is looked at: pictures behind it, past entries, turntables, and what the pointer finds.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -71,7 +71,7 @@ void Studio::remember_look() {
   save_preferences();
 }
 
-// Past entries, changed from the panel and in the view; and the view as the journal keeps it.
+// --- past entries, changed from the panel and in the view; the view as the journal keeps it --------------------------
 
 void Studio::change_layers(const LayerChange& change) {
   if (gesture_) end(false);
@@ -137,7 +137,7 @@ void Studio::remember_view() {
   worker_->post([this, view = std::move(view)](Progress& /*progress*/) { document_.remember_view(view); });
 }
 
-// What is found where the pointer is: the middle of a turn of the view, a mirror's plane; and the last stroke framed.
+// --- what the pointer finds: the middle of a turn, a mirror's plane; the last stroke framed --------------------------
 
 namespace {
 

@@ -426,7 +426,7 @@ Placement Document::with_barrel(const Placement& placement, bool bends, bool may
   return found.empty() ? result : best_of(found);
 }
 
-// How the document opens a shape.
+// --- how the document opens a shape ----------------------------------------------------------------------------------
 
 namespace {
 

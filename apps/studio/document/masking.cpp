@@ -1,3 +1,4 @@
+// Masks: their values on the vertices, brushes, and the strokes that they become.
 #include "document/document.h"
 
 #include <algorithm>

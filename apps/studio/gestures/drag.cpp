@@ -1,4 +1,4 @@
-// Gestures that carry a tool along a path: ball, capsule, points, stamp, handles.
+// Gestures that carry a tool along a path: ball, capsule, points, stamp, handles; and those that paint.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -309,7 +309,7 @@ std::string refusal_of(const HandlesGesture& gesture, const ToolSettings& settin
       gesture.speed);
 }
 
-// Gestures along the surface: paint, lines drawn, handles painted.
+// --- gestures along the surface: paint, lines drawn, handles painted -------------------------------------------------
 
 namespace {
 
@@ -433,7 +433,7 @@ void end_lasso(const GestureContext& around, const LassoGesture& gesture, Placed
   }
 }
 
-// Shift with any tool: the surface is relaxed along the pointer's path.
+// --- Shift with any tool: the surface is relaxed along the pointer's path --------------------------------------------
 
 namespace {
 

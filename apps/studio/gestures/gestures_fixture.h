@@ -26,7 +26,7 @@ class GesturesTest : public StudioTest {
   }
 };
 
-// What tests of pins share.
+// --- what tests of pins share ----------------------------------------------------------------------------------------
 
 class PinsTest : public GesturesTest {
  protected:

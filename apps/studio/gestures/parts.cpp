@@ -1,3 +1,4 @@
+// Parts of a pose: marked on vertices, followed as the shape changes, drawn round, painted, and moved.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -180,7 +181,7 @@ std::optional<Placement> joint_of(const PartMarks& parts, std::size_t part, cons
   return joint;
 }
 
-// Parts of a pose: drawn round, painted, and moved.
+// --- parts of a pose: drawn round, painted, and moved ----------------------------------------------------------------
 
 namespace {
 

@@ -1,3 +1,4 @@
+// Questions to the person, and the search of commands.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <imgui.h>
@@ -249,7 +250,7 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
   }
 }
 
-// The search of commands.
+// --- the search of commands ------------------------------------------------------------------------------------------
 
 namespace {
 

@@ -180,7 +180,7 @@ Margins margins_of(const Layout& layout, float width, float height) {
           pixels(height - layout.free.bottom)};
 }
 
-// The bar of tools, with their pictures.
+// --- the bar of tools, with their pictures ---------------------------------------------------------------------------
 
 namespace {
 
@@ -305,7 +305,7 @@ void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout) {
   ImGui::PopStyleVar(4);
 }
 
-// The bar of menus.
+// --- the bar of menus ------------------------------------------------------------------------------------------------
 
 namespace {
 

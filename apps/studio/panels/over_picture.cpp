@@ -274,7 +274,7 @@ void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, float b
   ImGui::End();
 }
 
-// The numbers of a gesture beside the pointer, and the word at the arrow that points into the picture.
+// --- the numbers of a gesture beside the pointer, the word at the arrow into the picture -----------------------------
 
 namespace {
 
@@ -312,7 +312,7 @@ void draw_numbers(const Studio& studio, const Gui& gui, const Layout& layout) {
   draw_box(room, {static_cast<float>(tip->x) + 8 * gui.unit(), static_cast<float>(tip->y)}, {"in"}, gui.unit());
 }
 
-// Over the picture: the legend of stretches, what the placed tool would do, and the offer to remesh.
+// --- over the picture: the legend of stretches, what the placed tool would do, and the offer to remesh ---------------
 
 namespace {
 

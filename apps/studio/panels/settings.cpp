@@ -1,4 +1,4 @@
-// The settings of the chosen tool, of remeshing and of the view.
+// The settings of the chosen tool, of symmetry, of remeshing and of the view.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -413,7 +413,7 @@ void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SideP
   });
 }
 
-// Mirrors and radial symmetry.
+// --- mirrors and radial symmetry -------------------------------------------------------------------------------------
 
 namespace {
 
@@ -467,7 +467,7 @@ void draw_symmetry(Studio& studio) {
   draw_center(studio);
 }
 
-// The shape of a tool's blend, as a number and as a curve.
+// --- the shape of a tool's blend, as a number and as a curve ---------------------------------------------------------
 
 namespace {
 

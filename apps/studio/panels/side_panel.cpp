@@ -1,4 +1,5 @@
-// The history as layers: what was done, by name; looking back, switching off, moving, renaming, changing.
+// The panel on the right: how the shape is drawn, and the history as layers: what was done, by name; looking back,
+// switching off, moving, renaming, changing.
 #include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_stdlib.h>
@@ -196,7 +197,7 @@ void draw_history(Studio& studio, HistoryEditor& editor) {
   }
 }
 
-// How the shape is drawn: material, relief, background, perspective.
+// --- how the shape is drawn: material, relief, background, perspective -----------------------------------------------
 
 namespace {
 
@@ -261,7 +262,7 @@ void draw_look_settings(Studio& studio, const Gui& gui) {
   draw_projection(studio.navigation().view);
 }
 
-// The pictures behind the shape.
+// --- the pictures behind the shape -----------------------------------------------------------------------------------
 
 namespace {
 
@@ -311,7 +312,7 @@ void draw_references(Studio& studio) {
   if (removed) references.erase(references.begin() + static_cast<std::ptrdiff_t>(*removed));
 }
 
-// Preferences of the pointer: the unit of lengths, what a pen's pressure changes, the colours of the cursor.
+// --- preferences of the pointer: unit of lengths, pressure of a pen, colours of the cursor ---------------------------
 
 namespace {
 

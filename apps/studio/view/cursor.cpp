@@ -1,3 +1,4 @@
+// What is drawn at the pointer and on the shape: rings, numbers, the colours of influence and stretch.
 #include <fmt/format.h>
 
 #include <algorithm>
