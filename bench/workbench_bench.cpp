@@ -11,7 +11,6 @@
 
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/session.h"
 #include "knead/workbench.h"
 
 namespace {

@@ -1,5 +1,6 @@
 # `cmake --install` puts two components under the prefix:
-#   runtime      the command, Studio, and what belongs to them in share/: manual, completion, desktop entry, file type
+#   runtime      the command, what `knead bench` starts, Studio, and what belongs to them in share/: manual, completion,
+#                desktop entry, file type
 #   development  the library, its headers, and the package that makes find_package(knead) work (tests/consumer)
 # Only what has been built is installed; without the library, `development` fails.
 include(CMakePackageConfigHelpers)
@@ -32,7 +33,7 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libknead-dev RENA
 # --- runtime ----------------------------------------------------------------------------------------------------------
 
 # Building a program also writes its files for share/ into the build (share.cmake).
-foreach(program IN ITEMS knead knead-studio)
+foreach(program IN ITEMS knead knead-bench knead-studio)
   if(TARGET ${program})
     install(TARGETS ${program} RUNTIME COMPONENT runtime OPTIONAL)
   endif()

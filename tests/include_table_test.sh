@@ -31,7 +31,7 @@ render:   math field flow mesh gl | render
 
 # file: the internal headers it may include, because it measures what they hold.
 readonly measured='
-apps/knead/benchmark/counted.cpp: flow/kernels/kernel_source.h flow/segment_mover.h
+bench/command/counted.cpp:        flow/kernels/kernel_source.h flow/segment_mover.h
 bench/remesh_bench.cpp:           mesh/edges.h
 bench/pose_scenes.cpp:            mesh/polygonise.h
 '

@@ -3,12 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <string>
+#include <string_view>
 
 #include "command.h"
 #include "output.h"
 
 namespace knead::command {
+
 namespace {
 
 constexpr int kMaxRefinements = 3;
@@ -134,6 +139,249 @@ std::string line_of(const Certificate& c) {
                                 : fmt::format("motion of {:.2g} beyond the tools; ", c.motion_outside);
   return text + fmt::format("distance to the exact image {:.2g} (root mean square), {:.2g} at most", c.distance_rms,
                             c.distance_max);
+}
+
+// --- bounds
+// -----------------------------------------------------------------------------------------------------------
+
+namespace {
+
+using Complaint = std::optional<std::string>;
+
+Complaint complain_if(bool bad, const std::string& text) { return bad ? Complaint(text) : std::nullopt; }
+
+Complaint volume_changed(const Certificate& c, double limit) {
+  return complain_if(!(std::abs(*c.volume_error) <= limit),
+                     fmt::format("the volume changed by a fraction of {:.2g}, more than {:g}", *c.volume_error, limit));
+}
+
+Complaint crosses(const Certificate& c, double limit) {
+  return complain_if(static_cast<double>(c.crossings_after) > limit,
+                     fmt::format("{} of triangles cross ({} did before), more than {:g}",
+                                 counted(c.crossings_after, "pair"), c.crossings_before, limit));
+}
+
+Complaint is_flipped(const Certificate& c, double limit) {
+  return complain_if(static_cast<double>(c.flipped_triangles) > limit,
+                     fmt::format("{} flipped, more than {:g}", counted(c.flipped_triangles, "triangle"), limit));
+}
+
+Complaint is_narrow(const Certificate& c, double limit) {
+  if (!c.touched_angle_after) return std::nullopt;  // nothing was touched
+  return complain_if(*c.touched_angle_after < limit, fmt::format("a triangle has an angle of {:.3g} degrees, less than "
+                                                                 "{:g}",
+                                                                 *c.touched_angle_after, limit));
+}
+
+Complaint is_far(const char* which, double distance, double limit) {
+  return complain_if(!(distance <= limit),
+                     fmt::format("the {} distance to the exact image is {:.2g} of the box diagonal, more than {:g}",
+                                 which, distance, limit));
+}
+
+struct BoundKind {
+  std::string_view name;
+  std::string_view placeholder;
+  double greatest;  // the largest limit that is accepted
+  bool whole;       // the limit is a whole number
+  Cure cure;
+  Complaint (*unmet)(const Certificate& certificate, double limit);
+};
+
+constexpr std::string_view kVolume = "volume";
+
+constexpr std::array kBoundKinds{
+    BoundKind{kVolume, "FRACTION", 1, false, Cure::shorter_chords, volume_changed},
+    BoundKind{kCrossingsBound, "N", 1e9, true, Cure::shorter_chords, crosses},
+    BoundKind{"flipped", "N", 1e9, true, Cure::shorter_chords, is_flipped},
+    BoundKind{"min-angle", "DEGREES", 60, false, Cure::more_rounds, is_narrow},
+    BoundKind{"distance", "FRACTION", 1, false, Cure::shorter_chords,
+              [](const Certificate& c, double limit) { return is_far("root-mean-square", c.distance_rms, limit); }},
+    BoundKind{"distance-max", "FRACTION", 1, false, Cure::shorter_chords,
+              [](const Certificate& c, double limit) { return is_far("greatest", c.distance_max, limit); }},
+};
+
+const BoundKind& kind_named(std::string_view name, std::string_view item) {
+  const auto* const kind =
+      std::find_if(kBoundKinds.begin(), kBoundKinds.end(), [&](const BoundKind& each) { return each.name == name; });
+  if (kind == kBoundKinds.end()) {
+    throw UsageError(fmt::format("--require: no bound '{}'; choose from {}", item, known_bounds()));
+  }
+  return *kind;
+}
+
+Bound parse_bound(std::string_view item) {
+  const std::size_t equals = item.find('=');
+  const BoundKind& kind = kind_named(item.substr(0, equals), item);
+  Bound bound{std::string(kind.name), 0};
+  const std::string_view number = equals == std::string_view::npos ? "" : item.substr(equals + 1);
+  const char* const end = number.data() + number.size();
+  const auto [stop, error] = std::from_chars(number.data(), end, bound.limit);
+  const bool good = error == std::errc() && stop == end && bound.limit >= 0 && bound.limit <= kind.greatest &&
+                    (!kind.whole || bound.limit == std::floor(bound.limit));
+  if (good) return bound;
+  throw UsageError(
+      fmt::format("--require {}: say {}={}, {}", item, kind.name, kind.placeholder,
+                  kind.whole ? "a whole number, 0 or more" : fmt::format("a number from 0 to {:g}", kind.greatest)));
+}
+
+}  // namespace
+
+std::string known_bounds() {
+  std::string names;
+  for (const BoundKind& kind : kBoundKinds) {
+    names += fmt::format("{}{}={}", names.empty() ? "" : ", ", kind.name, kind.placeholder);
+  }
+  return names;
+}
+
+std::vector<Bound> parse_bounds(const std::string& list) {
+  std::vector<Bound> bounds;
+  for (std::size_t begin = 0; begin <= list.size();) {
+    const std::size_t end = std::min(list.find(',', begin), list.size());
+    bounds.push_back(parse_bound(std::string_view(list).substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return bounds;
+}
+
+std::optional<Unmet> unmet(const Bound& bound, const Certificate& certificate) {
+  if (bound.name == kVolume && !certificate.volume_error) {
+    return Unmet{"the shape has no volume because it is not closed and oriented; leave this bound out"};
+  }
+  const BoundKind& kind = kind_named(bound.name, bound.name);
+  const Complaint complaint = kind.unmet(certificate, bound.limit);
+  if (!complaint) return std::nullopt;
+  return Unmet{*complaint, kind.cure};
+}
+
+// --- requirements
+// -----------------------------------------------------------------------------------------------------
+
+namespace {
+
+Complaint not_closed(const Measures& m) {
+  if (m.faces == 0) return "not closed: it has no faces; give a mesh";
+  return complain_if(
+      !m.closed(), fmt::format("not closed: {} with one face only; fill the holes", counted(m.boundary_edges, "edge")));
+}
+
+Complaint not_manifold(const Measures& m) {
+  return complain_if(
+      !m.manifold(),
+      fmt::format("not manifold: {} with more than two faces, {} where surfaces only touch; split them",
+                  counted(m.nonmanifold_edges, "edge"),
+                  m.nonmanifold_vertices == 1 ? "1 vertex" : fmt::format("{} vertices", m.nonmanifold_vertices)));
+}
+
+Complaint not_oriented(const Measures& m) {
+  return complain_if(!m.oriented(), fmt::format("not oriented: {} whose faces disagree about which side is outside; "
+                                                "turn some of them over",
+                                                counted(m.misoriented_edges, "edge")));
+}
+
+Complaint not_one_component(const Measures& m) {
+  return complain_if(m.components != 1,
+                     fmt::format("{}, not one; join or remove some", counted(m.components, "component")));
+}
+
+Complaint intersects(const SelfIntersections& found) {
+  return complain_if(found.count > 0, fmt::format("{}{} of triangles intersect; move them apart",
+                                                  found.complete ? "" : "more than ", counted(found.count, "pair")));
+}
+
+Complaint angle_below(double bound, const std::optional<double>& angle) {
+  if (!angle) return "no triangle with an area, so no smallest angle; give a mesh";
+  return complain_if(*angle < bound, fmt::format("a triangle has an angle of {:.3g} degrees, less than {}; collapse or "
+                                                 "flip its edges",
+                                                 *angle, bound));
+}
+
+struct RequirementKind {
+  std::string_view word;
+  Complaint (*unmet)(const SurfaceCheck& check, double bound);
+};
+
+constexpr std::string_view kNoFlipped = "no-flipped";
+constexpr std::string_view kMinAngle = "min-angle";
+
+constexpr std::array kRequirementKinds{
+    RequirementKind{"closed", [](const SurfaceCheck& f, double) { return not_closed(f.info.measures); }},
+    RequirementKind{"manifold", [](const SurfaceCheck& f, double) { return not_manifold(f.info.measures); }},
+    RequirementKind{"oriented", [](const SurfaceCheck& f, double) { return not_oriented(f.info.measures); }},
+    RequirementKind{"one-component", [](const SurfaceCheck& f, double) { return not_one_component(f.info.measures); }},
+    RequirementKind{"no-self-intersections",
+                    [](const SurfaceCheck& f, double) { return intersects(f.self_intersections); }},
+    RequirementKind{"no-degenerate",
+                    [](const SurfaceCheck& f, double) {
+                      const std::size_t count = f.info.measures.degenerate_triangles;
+                      return complain_if(count > 0,
+                                         fmt::format("{} without area; collapse them", counted(count, "triangle")));
+                    }},
+    RequirementKind{"no-folded",
+                    [](const SurfaceCheck& f, double) {
+                      return complain_if(f.folded_edges > 0, fmt::format("the surface is folded at {}; smooth it there",
+                                                                         counted(f.folded_edges, "edge")));
+                    }},
+    RequirementKind{kNoFlipped,
+                    [](const SurfaceCheck& f, double) {
+                      const std::size_t count = f.flipped_triangles.value_or(0);
+                      return complain_if(count > 0, fmt::format("{} flipped; refine the shape or deform it less",
+                                                                counted(count, "triangle")));
+                    }},
+    RequirementKind{kMinAngle, [](const SurfaceCheck& f,
+                                  double bound) { return angle_below(bound, f.info.measures.smallest_angle_deg); }},
+};
+
+const RequirementKind* find_kind(std::string_view word) {
+  const auto* const kind = std::find_if(kRequirementKinds.begin(), kRequirementKinds.end(),
+                                        [&](const RequirementKind& each) { return each.word == word; });
+  return kind == kRequirementKinds.end() ? nullptr : kind;
+}
+
+Requirement parse_requirement(std::string_view item, bool has_before) {
+  const std::size_t equals = item.find('=');
+  const std::string_view word = item.substr(0, equals);
+  if (find_kind(word) == nullptr || (equals != std::string_view::npos && word != kMinAngle)) {
+    throw UsageError(fmt::format("--require: no requirement '{}'; choose from {}", item, known_requirements()));
+  }
+  if (word == kNoFlipped && !has_before) {
+    throw UsageError("--require no-flipped: compares two shapes; give the other with --before FILE");
+  }
+  Requirement requirement{std::string(word), 0};
+  if (word == kMinAngle) {
+    const std::string_view number = equals == std::string_view::npos ? "" : item.substr(equals + 1);
+    const char* const end = number.data() + number.size();
+    const auto [stop, error] = std::from_chars(number.data(), end, requirement.bound);
+    if (error != std::errc() || stop != end || !(requirement.bound > 0 && requirement.bound <= 60)) {
+      throw UsageError(fmt::format("--require {}: say min-angle=DEGREES, above 0 and at most 60", item));
+    }
+  }
+  return requirement;
+}
+
+}  // namespace
+
+std::string known_requirements() {
+  std::string words;
+  for (const RequirementKind& kind : kRequirementKinds) {
+    words += fmt::format("{}{}{}", words.empty() ? "" : ", ", kind.word, kind.word == kMinAngle ? "=DEGREES" : "");
+  }
+  return words;
+}
+
+std::vector<Requirement> parse_requirements(const std::string& list, bool has_before) {
+  std::vector<Requirement> requirements;
+  for (std::size_t begin = 0; begin <= list.size();) {
+    const std::size_t end = std::min(list.find(',', begin), list.size());
+    requirements.push_back(parse_requirement(std::string_view(list).substr(begin, end - begin), has_before));
+    begin = end + 1;
+  }
+  return requirements;
+}
+
+std::optional<std::string> unmet(const Requirement& requirement, const SurfaceCheck& check) {
+  return find_kind(requirement.word)->unmet(check, requirement.bound);
 }
 
 }  // namespace knead::command

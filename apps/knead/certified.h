@@ -1,14 +1,48 @@
-// Applies a session to a shape, certifies the result, and tries again with a finer mesh if bounds are not met.
+// Applies a session to a shape, certifies the result, and tries again with a finer mesh if bounds are not met; and what
+// people can ask of a deformation or a shape.
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
-#include "bounds.h"
+#include "inputs.h"
 #include "knead/certify.h"
-#include "work.h"
 
 namespace knead::command {
+
+// --- bounds on the certificate of a deformation: knead deform --require LIST
+// ------------------------------------------
+
+// One item of the list, such as volume=1e-5; its name is known.
+struct Bound {
+  std::string name;
+  double limit = 0;
+};
+
+// The name of the bound on pairs of triangles that cross: who gives it wants no other refusal of them.
+inline constexpr const char* kCrossingsBound = "crossings";
+
+// Returns all names, each with the placeholder of its limit, separated by commas.
+std::string known_bounds();
+
+// Parses items separated by commas. Throws UsageError for an unknown name, and for a limit that is not a number or is
+// out of range.
+std::vector<Bound> parse_bounds(const std::string& list);
+
+// How remeshing can help to meet a bound.
+enum class Cure { none, shorter_chords, more_rounds };
+
+struct Unmet {
+  std::string text;  // what is wrong: "the volume changed by a fraction of 0.0012, more than 1e-05"
+  Cure cure = Cure::none;
+};
+
+// Returns what is wrong; nothing if the bound is met.
+std::optional<Unmet> unmet(const Bound& bound, const Certificate& certificate);
+
+// --- sessions applied and certified
+// -----------------------------------------------------------------------------------
 
 struct Certified {
   ReplayResult result;
@@ -26,5 +60,24 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
 
 // Returns the certificate as one line of text.
 std::string line_of(const Certificate& certificate);
+
+// --- requirements on a shape: knead check --require LIST
+// --------------------------------------------------------------
+
+// One item of the list; its word is a known one.
+struct Requirement {
+  std::string word;
+  double bound = 0;  // of min-angle
+};
+
+// Returns all words, separated by commas.
+std::string known_requirements();
+
+// Parses words separated by commas, e.g. "closed,min-angle=5". Throws UsageError for an unknown word, and for
+// no-flipped if has_before is false.
+std::vector<Requirement> parse_requirements(const std::string& list, bool has_before);
+
+// Returns what is wrong and what to do; nothing if the requirement is met.
+std::optional<std::string> unmet(const Requirement& requirement, const SurfaceCheck& check);
 
 }  // namespace knead::command

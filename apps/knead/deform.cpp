@@ -1,4 +1,6 @@
 // knead deform SHAPE SESSION -o OUT: deforms a mesh or point cloud by a session.
+#include "deform.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,20 +11,17 @@
 #include <string>
 #include <vector>
 
-#include "backend.h"
 #include "certified.h"
 #include "command.h"
-#include "deform_options.h"
-#include "deform_stream.h"
-#include "frames.h"
-#include "interrupt.h"
+#include "inputs.h"
 #include "knead/animation.h"
 #include "knead/certify.h"
+#include "knead/error.h"
 #include "knead/io.h"
 #include "output.h"
-#include "work.h"
 
 namespace knead::command {
+
 namespace {
 
 // What to write: one file for each frame, one for all of them, or one for the result if there are no frames.
@@ -287,6 +286,73 @@ Subcommand deform_command() {
           "  knead deform - bend.knead --format ply -o - < hand.ply > bent.ply\n"
           "If the name of a file begins with -, put it after --: knead deform -o out.ply -- -a.ply b.knead",
           [options] { run_deform(*options); }};
+}
+
+// --- knead resolve SHAPE SESSION -o OUT.knead: the session as strokes that need no mesh ------------------------------
+
+namespace {
+
+struct ResolveOptions {
+  std::string shape;
+  std::string session;
+  std::string output;
+  StreamFormat format;
+  CommonOptions common;
+};
+
+void require_flows(const Session& session) {
+  for (const SessionStroke& stroke : session.strokes) {
+    if (is_flow(stroke.stroke)) continue;
+    throw InvalidInput(Place{session.name, stroke.line},
+                       "a relax is no flow, so it cannot be resolved; remove this line, or use the session as it is");
+  }
+}
+
+void run_resolve(const ResolveOptions& options) {
+  const bool to_output = is_stream(options.output);
+  require_free_output(options.output, options.common.json, "--json");
+  if (!to_output) {
+    constexpr std::string_view extensions[] = {"knead"};
+    require_extension(options.output, extensions);
+    require_writable(options.output);
+  }
+  check_streams({options.shape}, options.format);
+  const Inputs inputs = read_inputs(options.shape, options.format, options.session, options.common.quiet);
+  require_flows(inputs.session);
+  ReplayOptions replay;
+  replay.may_cross = true;  // the shape is not kept
+  const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, replay, options.common.quiet);
+  Session resolved;
+  resolved.note = inputs.session.note;
+  resolved.strokes = result.resolved;
+  if (to_output) return print(serialize_session(resolved));
+  end_after_last_output(options.common.json);
+  write_file_atomically(options.output, serialize_session(resolved));
+  if (options.common.json) {
+    const Json json{{"strokes", resolved.strokes.size()}, {"segments", result.segments}};
+    print(to_indented_text(json));
+  } else if (!options.common.quiet) {
+    print(fmt::format("{}: {} ({})\n", options.output, counted(resolved.strokes.size(), "stroke"),
+                      counted(result.segments, "segment")));
+  }
+}
+
+}  // namespace
+
+Subcommand resolve_command() {
+  const auto options = std::make_shared<ResolveOptions>();
+  std::vector<Option> described{
+      {"SHAPE", &options->shape, "The shape that the session was made for", "", OptionKind::required},
+      {"SESSION", &options->session, "The strokes: a .knead file", "", OptionKind::required},
+      {"-o,--output", &options->output, "The .knead file to write, or - for standard output", "FILE",
+       OptionKind::required},
+  };
+  add_format_option(described, options->format);
+  add_common_options(described, options->common);
+  return {"resolve", "Write a session as strokes that do not read the surface", described,
+          "  knead resolve hand.ply paint.knead -o flow.knead\n"
+          "  knead deform fine_hand.ply flow.knead -o painted.ply",
+          [options] { run_resolve(*options); }};
 }
 
 }  // namespace knead::command

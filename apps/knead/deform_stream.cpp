@@ -1,4 +1,4 @@
-#include "deform_stream.h"
+#include "deform.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -7,12 +7,11 @@
 #include <filesystem>
 #include <set>
 
+#include "inputs.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
 #include "output.h"
-#include "progress_bar.h"
-#include "work.h"
 
 namespace knead::command {
 namespace {

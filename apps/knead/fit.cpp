@@ -9,19 +9,17 @@
 #include <string>
 
 #include "command.h"
-#include "fit_pairs.h"
-#include "interrupt.h"
+#include "inputs.h"
 #include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "output.h"
-#include "progress_bar.h"
 
 namespace knead::command {
 namespace {
 
-// Landmarks must be met to so many times the tolerance of path lines.
+// Landmarks must be met to this multiple of the tolerance of path lines.
 constexpr double kMetTo = 2;
 // With --surface, the greatest mean distance of the surfaces that is no failure, in diagonals.
 constexpr double kMeanDistance = 3e-3;

@@ -1,14 +1,78 @@
-// knead info SHAPE: shows what is in a file.
-#include <memory>
-#include <string>
+// knead info SHAPE: shows what is in a file. knead check SHAPE: prints that, and whether the surface is sound. knead
+// make KIND: makes a procedural closed shape.
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "certified.h"
 #include "command.h"
+#include "inputs.h"
+#include "knead/certify.h"
+#include "knead/error.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
 #include "output.h"
-#include "shape_info.h"
-#include "streams.h"
 
 namespace knead::command {
+
 namespace {
+
+// --- what info and check print as text
+// --------------------------------------------------------------------------------
+
+std::string row(std::string_view name, std::string_view value) { return fmt::format("{:<22}{}\n", name, value); }
+
+std::string to_text(const Vec3d& v) { return fmt::format("{:.6g} {:.6g} {:.6g}", v.x, v.y, v.z); }
+
+const char* yes_or_no(bool value) { return value ? "yes" : "no"; }
+
+std::string rows_of(const Box& box, const std::vector<std::string>& attributes) {
+  std::string text = row("box min", to_text(box.min));
+  text += row("box max", to_text(box.max));
+  text += row("diagonal", fmt::format("{:.6g}", box.diagonal()));
+  return text + row("attributes", fmt::format("{}", fmt::join(attributes, ", ")));
+}
+
+// Return a row for each key except the notes; and the rows of the notes.
+std::string table_of(const ShapeInfo& info) {
+  const Measures& m = info.measures;
+  std::string text = row("format", info.format);
+  text += row("vertices", fmt::format("{}", m.vertices));
+  text += row("faces", fmt::format("{}", m.faces));
+  text += row("triangles", fmt::format("{}", m.triangles));
+  text += row("closed", yes_or_no(m.closed()));
+  text += row("manifold", yes_or_no(m.manifold()));
+  text += row("oriented", yes_or_no(m.oriented()));
+  text += row("components", fmt::format("{}", m.components));
+  text += row("boundary loops", fmt::format("{}", m.boundary_loops));
+  text += row("euler", fmt::format("{}", m.euler));
+  text += row("volume", m.closed() && m.oriented() ? fmt::format("{:.6g}", m.volume) : "- (not closed and oriented)");
+  text += row("area", fmt::format("{:.6g}", m.area));
+  return text + rows_of(m.box, info.attributes);
+}
+
+std::string table_of(const ShapeSummary& summary) {
+  std::string text = row("format", summary.format);
+  text += row("vertices", fmt::format("{}", summary.vertices));
+  text += row("faces", fmt::format("{}", summary.faces));
+  text += row("triangles", fmt::format("{}", summary.triangles));
+  return text + rows_of(summary.box, summary.attributes);
+}
+
+std::string table_of_notes(std::span<const std::string> notes) {
+  std::string text;
+  for (const std::string& note : notes) text += row("note", note);
+  return text;
+}
+
+// --- info
+// -------------------------------------------------------------------------------------------------------------
 
 struct InfoOptions {
   std::string shape;
@@ -53,6 +117,162 @@ Subcommand info_command() {
           "  knead info scan.ply --no-topology",
 
           [options] { run_info(*options); }};
+}
+
+// --- check
+// ------------------------------------------------------------------------------------------------------------
+
+namespace {
+
+struct CheckOptions {
+  std::string shape;
+  std::string before;
+  std::optional<std::string> require;
+  StreamFormat format;
+  CommonOptions common;
+};
+
+std::size_t count_flipped_since(const CheckOptions& options, const Mesh& mesh) {
+  const Mesh before = read_shape(options.before).mesh;
+  if (before.vertex_count() != mesh.vertex_count() || before.face_begin != mesh.face_begin ||
+      before.corner_vertex != mesh.corner_vertex) {
+    throw InvalidInput(Place{options.before}, fmt::format("its faces differ from those of {}; give that shape as it "
+                                                          "was before the deformation",
+                                                          options.shape));
+  }
+  return count_flipped(mesh, before.positions, mesh.positions);
+}
+
+std::string table_of_check(const SurfaceCheck& check) {
+  const Measures& m = check.info.measures;
+  std::string text = table_of(check.info);
+  text += row("boundary edges", fmt::format("{}", m.boundary_edges));
+  text += row("nonmanifold edges", fmt::format("{}", m.nonmanifold_edges));
+  text += row("nonmanifold vertices", fmt::format("{}", m.nonmanifold_vertices));
+  text += row("misoriented edges", fmt::format("{}", m.misoriented_edges));
+  text += row("self-intersections", fmt::format("{}", check.self_intersections.count));
+  text += row("degenerate triangles", fmt::format("{}", m.degenerate_triangles));
+  text += row("smallest angle", m.smallest_angle_deg ? fmt::format("{:.6g} degrees", *m.smallest_angle_deg)
+                                                     : "- (no triangle has an area)");
+  text += row("folded edges", fmt::format("{}", check.folded_edges));
+  if (check.flipped_triangles) text += row("flipped triangles", fmt::format("{}", *check.flipped_triangles));
+  return text + table_of_notes(check.info.notes);
+}
+
+// Prints a line on standard error for each requirement that is not met; throws the last one.
+void require_all(const CheckOptions& options, const std::vector<Requirement>& requirements, const SurfaceCheck& check) {
+  std::string last;
+  for (const Requirement& requirement : requirements) {
+    const std::optional<std::string> complaint = unmet(requirement, check);
+    if (!complaint) continue;
+    if (!last.empty()) print_message(last);
+    last = fmt::format("{}: {}", options.shape, *complaint);
+  }
+  if (!last.empty()) throw QualityError(last);
+}
+
+void run_check(const CheckOptions& options) {
+  std::vector<Requirement> requirements;
+  if (options.require) requirements = parse_requirements(*options.require, !options.before.empty());
+  check_streams({options.shape}, options.format);
+  const ShapeFile file = read_shape_or_stream(options.shape, options.format);
+  std::optional<std::size_t> flipped;
+  if (!options.before.empty()) flipped = count_flipped_since(options, file.mesh);
+  SurfaceCheck check = check_surface(file.mesh, describe(file));
+  check.flipped_triangles = flipped;
+  if (options.common.json) {
+    print(to_json(check));
+  } else if (!options.common.quiet) {
+    print(table_of_check(check));
+  }
+  require_all(options, requirements, check);
+}
+
+}  // namespace
+
+Subcommand check_command() {
+  const auto options = std::make_shared<CheckOptions>();
+  std::vector<Option> described{
+      {"SHAPE", &options->shape, "A mesh", "", OptionKind::required},
+      {"--before", &options->before, "The same mesh before it was deformed, to count flipped triangles", "FILE"},
+      {"--require", &options->require, "Exit with code 4 unless all of these hold: " + known_requirements(), "LIST"},
+  };
+  add_format_option(described, options->format);
+  add_common_options(described, options->common);
+  return {"check", "Check whether a surface is sound: self-intersections, triangles without area, folds", described,
+          "  knead check scan.ply\n"
+          "  knead check bent.ply --before hand.ply --json\n"
+          "  knead check bent.ply --require closed,manifold,no-self-intersections,min-angle=1",
+          [options] { run_check(*options); }};
+}
+
+// --- make
+// -------------------------------------------------------------------------------------------------------------
+
+namespace {
+
+struct MakeOptions {
+  std::string kind;
+  std::optional<std::size_t> vertices;  // std::nullopt: the default of the kind
+  std::string output;
+  StreamFormat format;
+  CommonOptions common;
+};
+
+ShapeKind checked_kind(const std::string& name) {
+  const auto names = shape_names();
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    throw UsageError(fmt::format("no kind of shape '{}'; say one of {}", name, fmt::join(names, ", ")));
+  }
+  return shape_kind(name);
+}
+
+void check_count(ShapeKind kind, const MakeOptions& options) {
+  const ShapeCounts counts = shape_counts(kind);
+  if (!options.vertices || (*options.vertices >= counts.minimum && *options.vertices <= counts.maximum)) return;
+  throw UsageError(fmt::format("--vertices {}: a {} can have {} to {}", *options.vertices, options.kind, counts.minimum,
+                               counts.maximum));
+}
+
+void run_make(const MakeOptions& options) {
+  const ShapeKind kind = checked_kind(options.kind);
+  check_count(kind, options);
+  check_streams({options.output}, options.format);
+  require_free_output(options.output, options.common.json, "--json");
+  require_shape_output(options.output);
+  const Mesh mesh = make_shape(kind, options.vertices.value_or(0));
+  if (is_stream(options.output)) {
+    return print(serialize_mesh(format_of(format_path(options.output, options.format)), mesh));
+  }
+  end_after_last_shape(options.output, options.common.json);
+  write_mesh(options.output, mesh);
+  if (options.common.json) {
+    const Json json{{"kind", options.kind}, {"vertices", mesh.vertex_count()}, {"faces", mesh.face_count()}};
+    print(to_indented_text(json));
+  } else if (!options.common.quiet) {
+    print(fmt::format("{}: {} vertices, {} faces\n", options.output, mesh.vertex_count(), mesh.face_count()));
+  }
+}
+
+}  // namespace
+
+Subcommand make_command() {
+  const auto options = std::make_shared<MakeOptions>();
+  std::vector<std::string_view> written = shape_extensions();
+  std::erase(written, "ptx");  // is read only
+  std::vector<Option> described{
+      {"KIND", &options->kind, fmt::format("{}", fmt::join(shape_names(), ", ")), "", OptionKind::required},
+      {"-n,--vertices", &options->vertices, "About this many vertices (each kind has its own default)", "N"},
+      {"-o,--output", &options->output,
+       fmt::format("The file, in the format of its extension: {}", fmt::join(written, ", ")), "FILE",
+       OptionKind::required},
+  };
+  add_format_option(described, options->format);
+  add_common_options(described, options->common);
+  return {"make", "Make a procedural shape: closed, in one piece, of triangles", described,
+          "  knead make hand -o hand.ply\n"
+          "  knead make sphere -n 100000 -o sphere.obj",
+          [options] { run_make(*options); }};
 }
 
 }  // namespace knead::command

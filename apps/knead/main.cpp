@@ -1,187 +1,90 @@
-// The command `knead`: reads the command line, runs one subcommand, and turns every failure into one line and an exit
-// code.
-#include <sys/resource.h>
+// The command `knead`. Its subcommands `bench` and `studio` start programs of their own.
+#include <unistd.h>
 
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
 #include <algorithm>
-#include <csignal>
-#include <exception>
-#include <new>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
 #include <string>
-#include <type_traits>
-#include <variant>
+#include <system_error>
 #include <vector>
 
 #include "command.h"
-#include "interrupt.h"
-#include "knead/error.h"
-#include "knead/remesh.h"
-#include "output.h"
 
 namespace knead::command {
-
 namespace {
 
-std::vector<Subcommand> all_subcommands() {
-  return {deform_command(), resolve_command(), fit_command(),    info_command(),  check_command(),
-          make_command(),   remesh_command(),  render_command(), bench_command(), studio_command()};
+// Replaces this process by the program; returns if there is none of that name.
+void become(const std::string& program, std::vector<std::string>& words) {
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  ::execvp(program.c_str(), arguments.data());
 }
 
-void add_examples(CLI::App& app, const std::string& examples) { app.footer("Examples:\n" + examples); }
-
-CLI::Option* add_option(CLI::App& app, const Option& option) {
-  return std::visit(
-      [&](auto* target) {
-        if constexpr (std::is_same_v<decltype(target), bool*>) {
-          return app.add_flag(option.name, *target, option.help);
-        } else {
-          return app.add_option(option.name, *target, option.help);
-        }
-      },
-      option.target);
+// Replaces this process by the program beside this command, or else on PATH. Returns if there is neither.
+void start(const std::string& name, std::vector<std::string> words) {
+  words.insert(words.begin(), name);
+  std::error_code error;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (!error) become((self.parent_path() / name).string(), words);
+  become(name, words);
 }
 
-// What an option or argument without a value, as in --until '', is refused with.
-CLI::Validator not_empty() {
-  const auto check = [](const std::string& value) {
-    return value.empty() ? std::string("its value is empty; give one, or leave it out") : std::string();
-  };
-  return {check, ""};
-}
+struct StudioOptions {
+  std::string backend;
+  std::string shape;
+  std::string session;
+};
 
-void add_subcommand(CLI::App& parent, const Subcommand& subcommand) {
-  CLI::App& app = *parent.add_subcommand(subcommand.name, subcommand.help);
-  for (const Option& option : subcommand.options) {
-    CLI::Option& added = *add_option(app, option);
-    if (option.kind == OptionKind::required) added.required();
-    if (option.kind == OptionKind::with_default) added.capture_default_str();
-    if (!option.choices.empty()) {
-      added.check(CLI::IsMember(option.choices));
-    } else if (!std::holds_alternative<bool*>(option.target)) {
-      added.type_name(option.value_name);
-      added.check(not_empty());
-    }
+void run_studio(const StudioOptions& options) {
+  std::vector<std::string> words;
+  if (!options.backend.empty()) words.insert(words.end(), {"--backend", options.backend});
+  words.emplace_back("--");
+  for (const std::string& file : {options.shape, options.session}) {
+    if (!file.empty()) words.push_back(file);
   }
-  add_examples(app, subcommand.examples);
-}
-
-int fail(ExitCode code, const std::string& message) {
-  print_message(message);
-  return code;
-}
-
-int run_subcommand(const Subcommand& subcommand) {
-  try {
-    subcommand.run();
-    return kDone;
-  } catch (const UsageError& error) {
-    return fail(kWrongUsage, std::string(error.what()) + " (see knead " + subcommand.name + " --help)");
-  } catch (const QualityError& error) {
-    return fail(kQualityNotMet, error.what());
-  } catch (const RemeshLimit& error) {
-    return fail(kQualityNotMet, error.what());
-  } catch (const InvalidInput& error) {
-    return fail(kInvalidInput, error.what());
-  } catch (const IoError& error) {
-    return fail(error.operation() == IoError::Operation::write ? kOutputFailed : kInvalidInput, error.what());
-  } catch (const ClosedPipe&) {
-    return kOutputFailed;  // as `head` does when it has enough; there is nobody to tell
-  } catch (const Interrupted&) {
-    return fail(kInterrupted, "interrupted");
-  }
-}
-
-// Throws UsageError if the first word is not a subcommand. The parser's own message would be about unexpected
-// arguments.
-void check_first_word(int argc, char** argv, const std::vector<Subcommand>& subcommands) {
-  std::string names;
-  for (const Subcommand& each : subcommands) names += (names.empty() ? "" : ", ") + each.name;
-  if (argc < 2) throw UsageError("no command given; say one of " + names);
-  const std::string word = argv[1];
-  if (word.starts_with('-') && word != "-" && word != "--") return;
-  const auto is_named = [&](const Subcommand& each) { return each.name == word; };
-  if (std::any_of(subcommands.begin(), subcommands.end(), is_named)) return;
-  throw UsageError("no command '" + word + "'; say one of " + names);
-}
-
-// Returns the command line that prints the help of the chosen subcommand, or of the command.
-std::string help_of(const CLI::App& app) {
-  const auto chosen = app.get_subcommands();
-  return "knead " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help";
-}
-
-// Describes the first wrong word. The parser would list everything after a wrong option, including its value.
-std::string unexpected_word(const CLI::App& app) {
-  std::vector<std::string> words = app.remaining(true);
-  std::erase(words, "--");
-  if (words.empty()) return "too many arguments";
-  const auto option = std::find_if(words.begin(), words.end(), [](const auto& word) { return word.starts_with('-'); });
-  if (option != words.end()) return "no option " + *option;
-  return "'" + words.front() + "' is one argument too many";
-}
-
-int run(int argc, char** argv) {
-  CLI::App app("Deforms 3D shapes by divergence-free vector fields, which keep volume and never fold space.", "knead");
-  app.set_version_flag("--version", "knead " KNEAD_VERSION);
-  app.require_subcommand(1);
-  add_examples(app,
-               "  knead make hand -o hand.ply\n"
-               "  knead deform hand.ply bend.knead -o bent.ply\n"
-               "  knead COMMAND --help");
-  const std::vector<Subcommand> subcommands = all_subcommands();
-  for (const Subcommand& subcommand : subcommands) add_subcommand(app, subcommand);
-  try {
-    check_first_word(argc, argv, subcommands);
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    print(app.help());
-    return kDone;
-  } catch (const CLI::CallForVersion&) {
-    print(app.version() + "\n");
-    return kDone;
-  } catch (const CLI::ExtrasError&) {
-    return fail(kWrongUsage, unexpected_word(app) + "; see " + help_of(app));
-  } catch (const CLI::ParseError& error) {
-    return fail(kWrongUsage, error.what() + ("; see " + help_of(app)));
-  } catch (const UsageError& error) {
-    return fail(kWrongUsage, error.what() + (" (see " + help_of(app) + ")"));
-  }
-  const std::string chosen = app.get_subcommands().front()->get_name();
-  return run_subcommand(*std::ranges::find(subcommands, chosen, &Subcommand::name));
-}
-
-// With less, the main thread or those of the library end in a segmentation fault; 96 KiB were enough.
-void require_stack() {
-  constexpr rlim_t least = 256 << 10;
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= least) return;
-  throw std::runtime_error(fmt::format("the stack is limited to {} KiB; allow at least {}: ulimit -s {}",
-                                       limit.rlim_cur >> 10, least >> 10, 8192));
+  start("knead-studio", words);
+  throw std::runtime_error(
+      "knead-studio was found neither next to this command nor on PATH; install GLFW, Dear ImGui, epoxy, EGL and stb, "
+      "and build again");
 }
 
 }  // namespace
+
+Subcommand bench_command(const std::vector<std::string>& words) {
+  return bench_subcommand([words](const BenchOptions& /*options*/) {
+    start("knead-bench", words);
+    throw std::runtime_error(
+        "knead-bench was found neither next to this command nor on PATH; build it with ./dev bench, or as the target "
+        "knead-bench");
+  });
+}
+
+Subcommand studio_command() {
+  const auto options = std::make_shared<StudioOptions>();
+  return {"studio",
+          "Start Knead Studio, the interactive application",
+          {{"--backend",
+            &options->backend,
+            "Deform shapes on the CPU or the GPU (default: as last chosen)",
+            "",
+            OptionKind::optional,
+            {"cpu", "gpu"}},
+           {"SHAPE", &options->shape, "The shape to open (default: a new sphere)"},
+           {"SESSION", &options->session, "The session to open: strokes that were made on this shape"}},
+          "  knead studio\n"
+          "  knead studio hand.ply bend.knead",
+          [options] { run_studio(*options); }};
+}
+
 }  // namespace knead::command
 
 int main(int argc, char** argv) {
   using namespace knead::command;
-  try {
-    std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an output that cannot be written
-    std::signal(SIGXFSZ, SIG_IGN);  // and so is a file beyond the limit on its size
-    handle_interruptions();
-    require_stack();
-    return run(argc, argv);
-  } catch (const knead::IoError& error) {
-    print_message(error.what());
-    return kOutputFailed;
-  } catch (const std::bad_alloc&) {
-    print_message("out of memory; try a smaller shape or close other programs");
-  } catch (const std::exception& error) {
-    print_message(error.what());
-  } catch (...) {
-    print_message("unknown failure; please report it");
-  }
-  return kInternalError;
+  const std::vector<std::string> words(argv + std::min(argc, 2), argv + argc);  // after the name of the subcommand
+  return run_program(argc, argv,
+                     {deform_command(), resolve_command(), fit_command(), info_command(), check_command(),
+                      make_command(), remesh_command(), render_command(), bench_command(words), studio_command()});
 }

@@ -1,21 +1,33 @@
 #include "output.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cctype>
 #include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <mutex>
+#include <string>
+#include <string_view>
 #include <system_error>
+#include <thread>
 
 #include "command.h"
 #include "knead/error.h"
 #include "knead/io.h"
 
 namespace knead::command {
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -132,6 +144,106 @@ void require_different(const fs::path& a, const fs::path& b) {
   if (fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error) && !error) {
     throw UsageError(fmt::format("{}: named twice for different things; give two files", b.string()));
   }
+}
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kWidth = 40;
+
+bool is_able_terminal() {
+  const char* term = std::getenv("TERM");
+  return ::isatty(STDERR_FILENO) == 1 && term != nullptr && *term != '\0' && std::string_view(term) != "dumb";
+}
+
+std::string bar_line(std::uint64_t done, std::uint64_t total) {
+  const double part = total == 0 ? 1.0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(total));
+  const std::string marks(static_cast<std::size_t>(part * kWidth), '#');
+  return fmt::format("\r[{:<{}}] {:3.0f}%", marks, kWidth, 100 * part);
+}
+
+void show(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fflush(stderr);
+}
+
+}  // namespace
+
+void ProgressBar::tick(const std::stop_token& stop, const Progress& progress, std::uint64_t total, int frames) const {
+  std::mutex mutex;
+  std::condition_variable_any wake;
+  std::unique_lock lock(mutex);
+  const auto sleep = [&](std::chrono::milliseconds time) {
+    wake.wait_for(lock, stop, time, [&] { return stop.stop_requested(); });
+  };
+  sleep(300ms);
+  if (stop.stop_requested()) return;
+  std::string line;
+  while (!stop.stop_requested()) {
+    line = bar_line(progress.done, total);
+    if (frames > 0) line += fmt::format("  {} of {} frames", frames_done_.load(), frames);
+    show(line);
+    sleep(100ms);
+  }
+  show(fmt::format("\r{:{}}\r", "", line.size()));
+}
+
+ProgressBar::ProgressBar(const Progress& progress, std::uint64_t total, bool wanted, int frames) {
+  if (!wanted || !is_able_terminal()) return;
+  ticker_ = std::jthread([=, this, &progress](const std::stop_token& stop) { tick(stop, progress, total, frames); });
+}
+
+namespace {
+
+// What the next interruption cancels. A signal handler can be reached through nothing else.
+std::atomic<Progress*> cancellable = nullptr;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+// Set before the last file is written.
+std::atomic<bool> awaits_last_output = false;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<bool> has_more_to_say = false;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<std::size_t> files_at_end = 0;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+static_assert(std::atomic<Progress*>::is_always_lock_free);
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void on_interruption(int /*signal*/) {
+  if (Progress* progress = cancellable.exchange(nullptr)) {
+    progress->cancel = true;
+    return;
+  }
+  if (awaits_last_output && count_files_in_place() >= files_at_end) {
+    if (has_more_to_say.exchange(false)) return;
+    ::_exit(kDone);
+  }
+  discard_unfinished_files();
+  constexpr std::string_view message = "knead: interrupted\n";
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, message.data(), message.size());
+  ::_exit(kInterrupted);
+}
+
+}  // namespace
+
+void handle_interruptions() {
+  struct sigaction action {};
+  action.sa_handler = on_interruption;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
+  struct sigaction old {};
+  if (::sigaction(SIGHUP, nullptr, &old) == 0 && old.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
+}
+
+void end_after_last_output(bool more_to_say, std::size_t files) {
+  files_at_end = count_files_in_place() + files;
+  has_more_to_say = more_to_say;
+  awaits_last_output = true;
+}
+
+CancelOnInterruption::CancelOnInterruption(Progress& progress) : progress_(progress) { cancellable = &progress; }
+
+CancelOnInterruption::~CancelOnInterruption() {
+  if (cancellable.exchange(nullptr) != nullptr) return;
+  // A handler took it, perhaps in another thread this very moment: it must be done with before `progress` goes.
+  while (!progress_.cancel) std::this_thread::yield();
 }
 
 }  // namespace knead::command

@@ -12,14 +12,11 @@
 #include <vector>
 
 #include "command.h"
-#include "film.h"
-#include "frames.h"
+#include "deform.h"
+#include "inputs.h"
 #include "knead/io.h"
 #include "output.h"
-#include "panels.h"
-#include "picture.h"
-#include "progress_bar.h"
-#include "work.h"
+#include "render.h"
 
 namespace knead::command {
 namespace {

@@ -16,13 +16,10 @@
 #include "knead/render.h"
 #include "panels/interface.h"
 #include "platform/gui.h"
-#include "platform/gui_backend.h"
 #include "platform/window.h"
 #include "studio.h"
 #include "view/overlay.h"
-#include "view/picture_quality.h"
 #include "view/shown_shape.h"
-#include "view/stretch.h"
 
 namespace knead::studio {
 
@@ -33,7 +30,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kFirstVertices = 40'000;
 constexpr double kIdleWait = 0.1;  // seconds between looks at what the worker has done, when nothing happens
 constexpr double kBusyWait = 0.002;
-// After the last event panels move for so many seconds and frames.
+// After the last event panels move for this many seconds and frames.
 constexpr double kStaysActive = 0.4;
 constexpr int kFramesToSettle = 4;
 constexpr double kWaitForStep = 0.012;  // for a step of a drag that is likely to be done by then
@@ -84,11 +81,11 @@ class Application {
 
   // Takes the events, and draws a picture if something changes.
   void step() {
-    const std::vector<Event> events = window_.events(studio_.is_busy() ? kBusyWait : kIdleWait);
+    const std::vector<Event> events = window_.events(studio_.worker().is_busy() ? kBusyWait : kIdleWait);
     studio_.refresh();
     const Clock::time_point now = Clock::now();
     const std::uint64_t version = studio_.shown().version;
-    if (!events.empty() || version != drawn_version_ || window_.is_closing() || studio_.is_busy()) {
+    if (!events.empty() || version != drawn_version_ || window_.is_closing() || studio_.worker().is_busy()) {
       last_active_ = now;
       frames_since_ = 0;
     }
@@ -133,7 +130,7 @@ class Application {
     if (!studio_.gesture() || studio_.shown().live_seconds > kLikelyDoneWithin) return;
     if (shape_.gpu() != nullptr && shape_.gpu()->is_ahead()) return;
     const Clock::time_point began = Clock::now();
-    while (studio_.is_busy() && seconds_between(began, Clock::now()) < kWaitForStep) {
+    while (studio_.worker().is_busy() && seconds_between(began, Clock::now()) < kWaitForStep) {
       std::this_thread::sleep_for(std::chrono::microseconds(200));
     }
   }

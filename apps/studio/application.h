@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <istream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,5 +42,13 @@ class SteppedApplication {
   std::unique_ptr<Studio> studio_;
   std::unique_ptr<Application> application_;
 };
+
+// --- without a window
+// -------------------------------------------------------------------------------------------------
+
+// Runs a script (script.h) to its end and closes the document. Writes Studio's notices to standard error and returns
+// true if none of them is an error. Pictures need OpenGL but no display; `backend` moves the shape in them during a
+// drag. Throws as run_script, and as GpuPreview if there is no suitable GPU.
+bool run_headless(std::istream& script, const std::string& name, const StudioOptions& options, BackendChoice backend);
 
 }  // namespace knead::studio

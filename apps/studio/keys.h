@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gestures/tools.h"
-#include "platform/event.h"
+#include "platform/window.h"
 
 namespace knead::studio {
 
@@ -139,5 +139,13 @@ struct KeyChoice {
 // each line or chord that could not be used (unknown, or given twice), and for each action that was left without a key
 // by another one; the rest is used all the same.
 std::vector<std::string> choose_keys(KeyMap& keys, std::span<const KeyChoice> choices);
+
+// --- commands found by what a person types
+// ----------------------------------------------------------------------------
+
+// Returns the actions in whose title, group or name every word of the text occurs, in upper or lower case: first those
+// whose title begins with the text, then those with a word that begins with its first word, then the others. All
+// actions if the text holds no word.
+std::vector<Action> found_actions(std::string_view text);
 
 }  // namespace knead::studio

@@ -232,9 +232,10 @@ TEST_F(StudioLayers, EscapeStopsAReplayAndLeavesTheHistory) {
   const std::vector<Vec3d> before = positions(studio);
   const std::size_t entries = studio.shown().history.size();
   studio.change_layers(with_strength(0, 0.5));
-  EXPECT_TRUE(positions(studio) == before || !studio.is_busy()) << "what is seen stays until the new one is there";
+  EXPECT_TRUE(positions(studio) == before || !studio.worker().is_busy())
+      << "what is seen stays until the new one is there";
   studio.perform(Action::cancel);
-  studio.wait();
+  studio.worker().wait();
   studio.refresh();
   const double strength = strength_of(strokes(studio, 0));
   EXPECT_EQ(studio.shown().history.size(), entries);
@@ -330,8 +331,8 @@ TEST_F(StudioLayers, PartsOfAPoseComeBackAfterACrash) {
 {"drag": [[420, 200], [500, 200], [500, 400], [420, 400], [420, 210]], "steps": 4}
 {"move": [700, 500]})");
     ASSERT_EQ(studio.placed().parts.holds.size(), 2u);
-    studio.hold_part(0, false);
-    studio.stiffen_part(1, 7.5);
+    studio.placed().parts.holds[0] = false;
+    studio.placed().parts.stiffness[1] = 7.5;
     run(studio, R"({"move": [700, 510]})");
     parts = studio.placed().parts;
   }

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "application.h"
-#include "headless.h"
 #include "knead/error.h"
 
 namespace {

@@ -1,7 +1,7 @@
 // Masks in Studio: painted, drawn round, changed as a whole; saved, replayed and undone.
 #include <algorithm>
 
-#include "document/masking.h"
+#include "document/document.h"
 #include "studio_fixture.h"
 #include "view/overlay.h"
 

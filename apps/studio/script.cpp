@@ -8,7 +8,7 @@
 #include <numbers>
 #include <thread>
 
-#include "gestures/parts.h"
+#include "gestures/gesture_kinds.h"
 #include "knead/error.h"
 #include "knead/io.h"
 
@@ -254,7 +254,7 @@ class Script {
       parts.stiffness[*part] = std::clamp(one.has("stiffness") ? one.at("stiffness").number() : 1.0, 0.01, 100.0);
     }
     select_part(std::nullopt, parts);
-    studio_.set_parts(std::move(parts));
+    studio_.placed().parts = std::move(parts);
   }
 
   void set(const std::string& key, const Json& value) {
@@ -497,9 +497,9 @@ class Script {
   // What has been done may ask for more, as a remesh does for the limit cylinder of the new mesh.
   void settle() {
     do {
-      studio_.wait();
+      studio_.worker().wait();
       studio_.refresh();
-    } while (studio_.is_busy());
+    } while (studio_.worker().is_busy());
   }
 
   static void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }

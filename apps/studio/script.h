@@ -57,4 +57,16 @@ struct ScriptHost {
 // Studio's messages stay in its notices.
 void run_script(std::istream& script, const std::string& name, Studio& studio, const ScriptHost& host);
 
+// --- the view as a script
+// ---------------------------------------------------------------------------------------------
+
+// The camera, the tool, its settings and the pins as lines of a script, which the journal keeps: after a crash Studio
+// looks as it did before.
+
+// Returns the lines that give another Studio this view and these settings.
+std::string script_of_view(Studio& studio);
+
+// Carries the lines out. Reports and ignores what this version does not know.
+void restore_view(Studio& studio, const std::string& script);
+
 }  // namespace knead::studio

@@ -9,7 +9,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
-#include "view_memory.h"
+#include "script.h"
 
 namespace knead::studio {
 
@@ -167,7 +167,7 @@ void Studio::after_opening() {
 
 Screen Studio::screen() const { return {camera_of(navigation_.view), navigation_.width, navigation_.height}; }
 
-GestureContext Studio::surroundings() const {
+GestureContext Studio::gesture_context() const {
   const ShapeState& state = gesture_ ? gesture_->start : shown_.state;
   const bool fits = shown_.picker && shown_.picker->fits(state);
   const Picker* const picker = fits ? shown_.picker.get() : nullptr;
@@ -260,7 +260,7 @@ void Studio::begin() {
   settings_.pressure = preferences_.pressure;
   clear_typed();
   const bool has_surface = shown_.state.mesh->face_count() > 0;
-  GestureContext around = surroundings();
+  GestureContext around = gesture_context();
   if (has_surface && asks_hit_test()) around.hit_test = hit_test_;
   if (has_surface && around.picker == nullptr && !around.hit_test) {
     tell({false, "One moment: Studio is still preparing the shape."});
@@ -284,7 +284,7 @@ void Studio::move(const PointerMoved& /*pointer_ has it*/) {
   if (layer_drag_) move_handle();
   if (masking_) move_masking();
   if (!gesture_) return;
-  move_gesture(pointer_, surroundings(), placed_, *gesture_);
+  move_gesture(pointer_, gesture_context(), placed_, *gesture_);
   send_live();
   moved_ = std::chrono::steady_clock::now();
 }
@@ -309,7 +309,7 @@ void Studio::release(const ButtonChanged& button) {
 
 void Studio::accept() {
   // Nothing waits any more that could still be changed: what was sent is kept as it is.
-  GestureContext around = surroundings();
+  GestureContext around = gesture_context();
   const std::size_t pins = placed_.pins.size();
   end_gesture(pointer_, around, placed_, *gesture_);
   set_pin_ = placed_.pins.size() == pins + 1 ? std::optional(pins) : std::nullopt;

@@ -16,18 +16,14 @@
 
 #include "document/document.h"
 #include "document/layers.h"
-#include "document/masking.h"
 #include "gestures/gesture.h"
 #include "gestures/navigation.h"
 #include "gestures/tools.h"
 #include "keys.h"
 #include "knead/render.h"
-#include "platform/event.h"
+#include "platform/window.h"
 #include "platform/worker.h"
 #include "preferences.h"
-#include "turntable.h"
-#include "view/look.h"
-#include "view/reference.h"
 
 namespace knead::studio {
 
@@ -62,6 +58,24 @@ struct ViewSettings {
 
 // Returns the step of lengths while Ctrl is held: 1, 2 or 5 times a power of ten, about a hundredth of the diagonal.
 double snap_length(double diagonal);
+
+inline constexpr int kMaxTurntablePictures = 9999;
+
+// A recording of the shape from all around: numbered pictures, evenly spaced about the axis that is up.
+struct Turntable {
+  std::filesystem::path pattern;  // with %04d in its name
+  int pictures = 0;
+  int next = 0;  // the number of the next picture, from 0
+  View start;    // the view of the first picture, which is also that afterwards
+};
+
+// Returns a recording that has not begun, with a numbered() pattern. Throws InvalidInput for another format than PNG,
+// and for a number of pictures outside [2, kMaxTurntablePictures].
+Turntable make_turntable(const std::filesystem::path& pattern, int pictures, const View& view);
+
+// Return the view and the file of the next picture.
+View view_of(const Turntable& turntable);
+std::filesystem::path file_of(const Turntable& turntable);
 
 // The strokes that the worker has not completed yet, and the shape before them.
 struct PendingStrokes {
@@ -126,7 +140,6 @@ class Studio {
   void look_at(std::optional<std::size_t> entries);
   void look_at_frame(const FrameExport& how, int frame);  // from 0; look_at shows the present shape again
   void count_crossings();
-  void remesh_last();  // applies the last stroke again, and remeshes it
 
   // The next click on the shape (`face`), or the next three, give one more mirror's plane. A second call gives that up.
   enum class PlanePick { none, face, three_points };
@@ -156,19 +169,13 @@ class Studio {
   // vertex is not known takes the nearest one.
   void set_pins(std::vector<Pin> pins);
   void hold_pin(std::size_t pin, bool holds);
-  void select_pin(std::size_t pin, bool is_selected);
   void select_pins(bool are_selected);
   void move_pin(std::size_t pin, const Vec3d& to);
   void remove_pin(std::size_t pin);
   void clear_pins();
   // Parts of a pose, by their number. They stay through clear_placed, which selects none.
-  void set_parts(PartMarks parts) { placed_.parts = std::move(parts); }
-  void hold_part(std::size_t part, bool holds);
-  void stiffen_part(std::size_t part, double stiffness);
   void select_part(std::optional<std::size_t> part);
   void remove_part(std::size_t part);
-  void clear_parts() { placed_.parts = {}; }
-  void light_pin(std::optional<std::size_t> pin) { placed_.lit_pin = pin; }
   // Returns the pin that is dragged, or that the panel or the pointer points to.
   std::optional<std::size_t> pointed_pin() const;
 
@@ -191,6 +198,7 @@ class Studio {
   const Preferences& preferences() const { return preferences_; }
   std::vector<Reference>& references() { return references_; }
   const std::vector<Reference>& references() const { return references_; }
+  PlacedTools& placed() { return placed_; }
   const PlacedTools& placed() const { return placed_; }
   const DocumentState& shown() const { return shown_; }
   // Returns the strokes of the current gesture and of earlier ones that are not completed; null if there are none.
@@ -204,11 +212,8 @@ class Studio {
   // instead of it so far, as text.
   std::optional<Amount> amount() const;
   const std::string& typed() const { return typed_; }
-  bool is_busy() const { return worker_->is_busy(); }
-  // Returns what the worker does; nothing if that is nothing.
-  std::optional<WorkStatus> work() const { return worker_->status(); }
-  void cancel_work() { worker_->cancel(); }
-  void wait() { worker_->wait(); }
+  // Returns the thread that does the work, to ask it or to wait for it.
+  const Worker& worker() const { return *worker_; }
 
   // Sets how a drag of a ball or capsule finds its start while the picker is not up to date; empty: it waits.
   void set_hit_test(HitTest hit_test) { hit_test_ = std::move(hit_test); }
@@ -223,7 +228,7 @@ class Studio {
   bool add_reference(const std::filesystem::path& file);
 
   // Takes over into the preferences how the shape is drawn, and saves them if that differs from what they were.
-  // Saves the references of the document likewise.
+  // Saves the references of the document, too, if they differ.
   void remember_look();
 
   // Writes the size of the window into the preferences.
@@ -248,7 +253,7 @@ class Studio {
     Screen screen;
   };
 
-  GestureContext surroundings() const;
+  GestureContext gesture_context() const;
   void place_pointer(double x, double y, const Modifiers& modifiers);
   bool type(const KeyChanged& key);
   void follow_typed();
@@ -275,6 +280,7 @@ class Studio {
   void stop_turntable();
   void remember_view();
   void show_panels(const PanelState& panels);
+  void remesh_last();  // applies the last stroke again, and remeshes it
   void refresh_mask();
   void begin_masking();
   void move_masking();
@@ -283,6 +289,7 @@ class Studio {
   void apply_mask();
   void apply(std::vector<SessionStroke> strokes);
   void refresh_pins();
+  void select_pin(std::size_t pin, bool is_selected);
   bool change_pin(const Event& event);
   bool change_part(const ButtonChanged& button);
   bool propose_limb(const ButtonChanged& button);
@@ -322,7 +329,7 @@ class Studio {
   std::uint64_t ended_ = 0;                   // gestures so far; shown_.ended of them are done
   MaskValues mask_values_;
   Mask values_mask_;                         // the document's when the values were made
-  std::shared_ptr<const Mesh> values_mesh_;  // likewise
+  std::shared_ptr<const Mesh> values_mesh_;  // the document's mesh then
   std::optional<Masking> masking_;
   std::shared_ptr<const Mesh>
       limit_cylinder_mesh_;  // of the shape when the limit cylinder was looked for; a remesh may follow later
@@ -332,7 +339,7 @@ class Studio {
   LayerEditor layers_;
   std::optional<LayerDrag> layer_drag_;
   std::optional<Turntable> turntable_;
-  std::string remembered_view_;  // as the journal has it
+  std::string remembered_view_;  // as it stands in the journal
   std::uint64_t restored_ = 0;   // shown_.opened of the document whose view was restored last
   std::optional<Action> request_;
   std::vector<std::filesystem::path> recent_;

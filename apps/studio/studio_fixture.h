@@ -36,9 +36,9 @@ class StudioTest : public testing::Test {
     std::istringstream lines(script);
     run_script(lines, "script", studio, {});
     do {
-      studio.wait();
+      studio.worker().wait();
       studio.refresh();
-    } while (studio.is_busy());
+    } while (studio.worker().is_busy());
   }
 
   // A ball of radius 1 seen from the front, 1 unit 200 pixels, the middle at (400, 300).

@@ -299,7 +299,7 @@ TEST_F(StudioTest, ATwistWithoutALimitCylinderIsExplained) {
   EXPECT_FALSE(studio.placed().placement->limit_cylinder->problem.empty());
   run(studio, R"({"drag": [[100, 100], [160, 100]]})");
   EXPECT_TRUE(studio.shown().history.empty()) << "what was not asked for is twisted";
-  run(studio, R"({"set": {"barrel": false}}
+  run(studio, R"({"set": {"limit_cylinder": false}}
 {"drag": [[100, 100], [160, 100]]})");
   EXPECT_EQ(studio.shown().history.size(), 1u);
 }

@@ -13,6 +13,7 @@
 #include "studio_fixture.h"
 
 namespace knead::studio {
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -92,7 +93,7 @@ TEST_F(StudioWorkTest, OneGoesOnSculptingWhileARemeshRuns) {
 {"set": {"remesh": true, "max_edge": 0.01}})");
   do_lines(studio, R"({"drag": [[0, 0, 1], [0.3, 0.3, 1.2]]})");
   ASSERT_TRUE(comes_true([&] {
-    const auto work = studio.work();
+    const auto work = studio.worker().status();
     return work && work->what == "Remeshing";
   }));
   do_lines(studio, R"({"set": {"remesh": false}}
@@ -103,11 +104,11 @@ TEST_F(StudioWorkTest, OneGoesOnSculptingWhileARemeshRuns) {
   // The drag is computed on the shape as it is shown, which is not remeshed yet.
   ASSERT_TRUE(comes_true([&] {
     studio.refresh();
-    return studio.shown().history.size() == 1 && !studio.is_busy();
+    return studio.shown().history.size() == 1 && !studio.worker().is_busy();
   }));
   EXPECT_EQ(studio.shown().state.mesh->vertex_count(), 40962U);
   do_lines(studio, R"({"release": [0, 0.8, 0.8]})");
-  studio.wait();
+  studio.worker().wait();
   studio.refresh();
   EXPECT_EQ(errors(studio), "");
   ASSERT_EQ(studio.shown().history.size(), 2U);
@@ -122,11 +123,11 @@ TEST_F(StudioWorkTest, EscapeStopsARemeshWhichIsDoneBeforeTheExport) {
 {"set": {"remesh": true, "max_edge": 0.01}})");
   do_lines(studio, R"({"drag": [[0, 0, 1], [0.3, 0.3, 1.2]]})");
   ASSERT_TRUE(comes_true([&] {
-    const auto work = studio.work();
+    const auto work = studio.worker().status();
     return work && work->what == "Remeshing";
   }));
   press_escape(studio);
-  ASSERT_TRUE(comes_true([&] { return !studio.is_busy(); }));
+  ASSERT_TRUE(comes_true([&] { return !studio.worker().is_busy(); }));
   studio.refresh();
   EXPECT_EQ(studio.shown().state.mesh->vertex_count(), 40962U);
   ASSERT_EQ(studio.shown().history.size(), 1U);
@@ -143,11 +144,11 @@ TEST_F(StudioWorkTest, EscapeStopsCountingCrossings) {
   studio.take_notices();
   studio.count_crossings();
   ASSERT_TRUE(comes_true([&] {
-    const auto work = studio.work();
-    return !studio.is_busy() || (work && work->what == "Counting crossings");
+    const auto work = studio.worker().status();
+    return !studio.worker().is_busy() || (work && work->what == "Counting crossings");
   }));
   press_escape(studio);
-  studio.wait();
+  studio.worker().wait();
   const std::vector<Notice> notices = studio.take_notices();
   ASSERT_EQ(notices.size(), 1U);
   EXPECT_TRUE(notices.front().text == "Stopped." || notices.front().text == "0 pairs of triangles cross.");
@@ -219,4 +220,54 @@ TEST(Worker, SaysWhatItDoesAndHowMuchOfIt) {
 }
 
 }  // namespace
+
+namespace {
+
+// Begins a job that waits until it is cancelled, or for two seconds.
+struct Waits {
+  std::atomic<bool> has_begun = false;
+  std::atomic<bool> was_cancelled = false;
+
+  Worker::Job job() {
+    return [this](Progress& progress) {
+      has_begun = true;
+      const auto begin = std::chrono::steady_clock::now();
+      while (!progress.cancel && std::chrono::steady_clock::now() - begin < std::chrono::seconds(2)) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+      was_cancelled = progress.cancel.load();
+    };
+  }
+  void wait_for_it() const {
+    while (!has_begun) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+};
+
+TEST(Worker, ALatestJobGivesWayToTheNextWhichIsNotCancelled) {
+  Worker worker(true, [](Progress&) {});
+  Waits first;
+  worker.post_latest(first.job(), "first", true);
+  first.wait_for_it();
+  bool second_was_cancelled = true;
+  worker.post_latest([&](Progress& progress) { second_was_cancelled = progress.cancel; });
+  worker.wait();
+  EXPECT_TRUE(first.was_cancelled);
+  EXPECT_FALSE(second_was_cancelled);
+}
+
+TEST(Worker, AKeptJobDoesNotGiveWay) {
+  for (const bool gives_way : {true, false}) {
+    Worker worker(true, [](Progress&) {});
+    Waits first;
+    worker.post_latest(first.job(), "first", gives_way);
+    first.wait_for_it();
+    worker.keep_latest();
+    worker.post_latest([](Progress&) {});
+    worker.wait();
+    EXPECT_FALSE(first.was_cancelled);
+  }
+}
+
+}  // namespace
+
 }  // namespace knead::studio

@@ -1,9 +1,6 @@
 knead_test(knead_studio_test SOURCES
-  ${CMAKE_CURRENT_LIST_DIR}/view/gpu_preview_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/view/shown_shape_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/view/look_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/view/picture_quality_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/platform/file_list_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/platform/worker_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/gestures_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/masks_test.cpp
@@ -14,21 +11,18 @@ knead_test(knead_studio_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/gestures/pose_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/selected_pins_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/preferences_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/search_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/words_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/layers_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/studio_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/studio_work_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/view/stretch_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/document/document_open_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/document/stroke_fields_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/document/document_test.cpp
   LIBRARIES knead_studio_core fmt::fmt)
 target_compile_definitions(knead_studio_test PRIVATE KNEAD_SOURCES="${PROJECT_SOURCE_DIR}")
 
 if(TARGET knead_studio_panels)
   knead_test(knead_studio_panels_test SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/panels/interface_test.cpp
-    ${CMAKE_CURRENT_LIST_DIR}/panels/layout_test.cpp
-    ${CMAKE_CURRENT_LIST_DIR}/panels/pins_list_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/panels/panels_test.cpp
     LIBRARIES knead_studio_panels)
 endif()

@@ -25,8 +25,7 @@ function(knead_studio_page)
   add_executable(knead_studio_page)
   knead_configure(knead_studio_page)
   target_link_libraries(knead_studio_page PRIVATE knead_studio_panels fmt::fmt)
-  target_sources(knead_studio_page PRIVATE application.cpp platform/web/gui_backend.cpp platform/web/main.cpp
-                                           platform/web/window.cpp)
+  target_sources(knead_studio_page PRIVATE application.cpp platform/web/window.cpp)
   target_link_options(
     knead_studio_page
     PRIVATE -fexceptions -O2 -lidbfs.js -sMODULARIZE=1 -sEXPORT_ES6=1 -sALLOW_MEMORY_GROWTH=1 -sMAXIMUM_MEMORY=4GB

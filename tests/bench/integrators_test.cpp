@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "bench_integrators.h"
+#include "comparisons.h"
 
 namespace knead::command {
 namespace {

@@ -1,4 +1,4 @@
-#include "benchmark/kelvinlets.h"
+#include "yardsticks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,10 @@
 // knead bench.
+#include <sys/wait.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "process.h"
@@ -69,6 +73,37 @@ TEST_F(BenchTest, SaysWhichIntegratorIsSoonest) {
 }
 
 TEST_F(BenchTest, RefusesWhatItCannotRead) { EXPECT_EQ(knead({"bench", "--mesh", "absent.ply"}).exit_code, 3); }
+
+// A copy of the command, apart from the other programs of the build.
+class BenchProgramTest : public CommandTest {
+ protected:
+  BenchProgramTest() { std::filesystem::copy_file(KNEAD_COMMAND, path("knead")); }
+
+  // Runs it with these words. Leaves what it prints in the files out and err.
+  int run(const std::string& words) const {
+    const std::string line = "cd '" + folder().string() + "' && PATH=/absent ./knead " + words + " >out 2>err";
+    return WEXITSTATUS(std::system(line.c_str()));
+  }
+};
+
+TEST_F(BenchProgramTest, IsAskedForWhereItIsAbsent) {
+  EXPECT_EQ(run("bench --json --mesh s.ply"), 1);
+  EXPECT_EQ(read("out"), "");
+  const std::string err = read("err");
+  EXPECT_EQ(err.find("knead: knead-bench was found neither next to this command nor on PATH; "), 0u) << err;
+  EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+  EXPECT_EQ(run("bench --help"), 0);
+  EXPECT_NE(read("out").find("--integrators"), std::string::npos);
+  EXPECT_EQ(run("bench --colour"), 2);
+}
+
+TEST_F(BenchProgramTest, GetsTheWordsAndGivesTheExitCode) {
+  write("knead-bench", "#!/bin/sh\nprintf '%s|' \"$@\"\nexit 4\n");
+  std::filesystem::permissions(path("knead-bench"), std::filesystem::perms::owner_all);
+  EXPECT_EQ(run("bench --json --mesh 'a b.ply' --mesh c.ply"), 4);
+  EXPECT_EQ(read("out"), "--json|--mesh|a b.ply|--mesh|c.ply|");
+  EXPECT_EQ(run("bench"), 4);
+}
 
 }  // namespace
 }  // namespace knead::command_test

@@ -6,7 +6,7 @@ knead_test(knead_command_test
            LIBRARIES fmt::fmt nlohmann_json::nlohmann_json)
 target_compile_definitions(knead_command_test PRIVATE KNEAD_COMMAND="$<TARGET_FILE:knead>"
                                                       KNEAD_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-add_dependencies(knead_command_test knead)
+add_dependencies(knead_command_test knead knead-bench)
 if(TARGET knead::gpu)
   target_compile_definitions(knead_command_test PRIVATE KNEAD_HAS_GPU)
   target_sources(knead_command_test PRIVATE ${here}/backend_test.cpp)

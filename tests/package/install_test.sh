@@ -26,6 +26,8 @@ zsh_completion=$share/zsh/vendor-completions/_knead
 expect_file "$prefix/bin/knead"
 expect_file "$share/doc/knead/copyright"
 
+if [[ -x $build/knead-bench ]]; then expect_file "$prefix/bin/knead-bench"; fi
+
 # --- manual pages and completion follow --help ------------------------------------------------------------------------
 
 knead=$prefix/bin/knead
@@ -109,6 +111,7 @@ cp "$build/knead" "$part/knead"
 cp "$build/src/libknead.a" "$part/src/libknead.a"
 cmake --install "$part" --prefix "$part_prefix" >/dev/null || fail "a build without Studio cannot be installed"
 expect_file "$part_prefix/bin/knead"
+expect_none "$part_prefix/bin/knead-bench"
 expect_none "$part_prefix/bin/knead-studio"
 expect_none "$part_prefix/share/applications"
 mkdir "$work/user"

@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
   };
   std::istringstream script(knead::test::kKillScript);
   run_script(script, "script", studio, host);
-  studio.wait();
+  studio.worker().wait();
   host.after_event();
   if (pause > 0) ::pause();  // until it is killed
   studio.close();

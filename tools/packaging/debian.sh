@@ -6,7 +6,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/../dev/build.sh"
 
 require_programs
 require package
-compile release knead_programs
+compile release knead_programs knead-bench
 rm -rf out/package
 (cd build/release && cpack --config CPackConfig.cmake -B "$root/build/release/package" >package.log) ||
   die "no package was made; see build/release/package.log"

@@ -8,7 +8,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "gestures/picker.h"
@@ -16,7 +18,6 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/session.h"
 #include "knead/workbench.h"
 
 namespace knead::studio {
@@ -46,21 +47,22 @@ struct DocumentState {
   std::vector<std::shared_ptr<const HistoryEntry>> redoable;  // next first
   std::optional<std::size_t> looked_at;                       // that many entries done, where the past is looked at
   std::string title;
-  std::filesystem::path shape_path;         // empty: the shape was made, not read
-  std::filesystem::path session_path;       // empty: never saved
-  bool is_changed = false;                  // since it was saved
-  double diagonal = 1;                      // of the box of the shape as it was opened
-  std::optional<double> volume_before;      // of a closed shape as it was opened
-  std::optional<double> volume;             // as it is, when last measured: during a drag, and at its end
-  double live_seconds = 0;                  // that the last step of a drag took
-  std::uint64_t live_steps = 0;             // accepted steps of the last entry
-  double journal_seconds = 0;               // that the last batch took to be written
-  std::string journal_trouble;              // one line while the disk refuses the journal
-  std::optional<Stroke> contacts;           // of the stamp being dragged: the points that it pushed last
-  std::string recovered_view;               // of a recovered document: its view, as remember_view kept it
-  std::string refusal;                      // why the current stroke is impossible; empty: it is possible
-  ShapeState start;                         // the shape as it was opened
-  std::optional<ShapeState> before_stroke;  // before the current gesture, else before the last entry; nothing: not kept
+  std::filesystem::path shape_path;     // empty: the shape was made, not read
+  std::filesystem::path session_path;   // empty: never saved
+  bool is_changed = false;              // since it was saved
+  double diagonal = 1;                  // of the box of the shape as it was opened
+  std::optional<double> volume_before;  // of a closed shape as it was opened
+  std::optional<double> volume;         // as it is, when last measured: during a drag, and at its end
+  double live_seconds = 0;              // that the last step of a drag took
+  std::uint64_t live_steps = 0;         // accepted steps of the last entry
+  double journal_seconds = 0;           // that the last batch took to be written
+  std::string journal_trouble;          // one line while the disk refuses the journal
+  std::optional<Stroke> contacts;       // of the stamp being dragged: the points that it pushed last
+  std::string recovered_view;           // of a recovered document: its view, as remember_view kept it
+  std::string refusal;                  // why the current stroke is impossible; empty: it is possible
+  ShapeState start;                     // the shape as it was opened
+  std::optional<ShapeState>
+      before_stroke;  // before the current gesture, else before the last entry; std::nullopt: not kept
   // That the last entry made thin, if it was not remeshed: with an angle below 5 degrees that was larger before, or
   // stretched more than kStrongStretch times.
   std::size_t thin_triangles = 0;
@@ -88,7 +90,7 @@ std::filesystem::path numbered(const std::filesystem::path& pattern);
 struct FrameExport {
   int frames = 24;  // 1 or more
   int frames_per_second = 24;
-  int hold = 0;            // so many more of the start and of the end
+  int hold = 0;            // frames that are added of the start and of the end
   bool is_smooth = false;  // begins and ends slowly
 
   friend bool operator==(const FrameExport&, const FrameExport&) = default;
@@ -204,5 +206,40 @@ Mesh mirrored_mesh(Mesh mesh, unsigned planes);
 
 // Returns the name of the file of a stamp's mirror image.
 std::string image_file(const std::string& file, unsigned planes);
+
+// --- masks
+// ------------------------------------------------------------------------------------------------------------
+
+// For each vertex, from 0: free to 255: stays; empty: no vertex is masked.
+using MaskValues = std::vector<std::uint8_t>;
+
+// Returns the values of the mask that is in force after these entries, for the vertices of the state. After remeshing,
+// new vertices are masked where the mask holds them.
+MaskValues mask_values(std::span<const std::shared_ptr<const HistoryEntry>> history, const ShapeState& state);
+
+// Returns the stroke that masks the vertices of the state so, with a border of this width. It names vertices, or points
+// where remeshing has changed the vertices' numbers.
+MaskStroke mask_stroke(const MaskValues& values, const ShapeState& state, double width);
+
+// What changes a whole mask: blur takes means over neighbours, grow the greatest and shrink the smallest value.
+enum class MaskEdit { fill, clear, invert, blur, grow, shrink };
+
+// Returns the edit with a name in lower case, or nothing.
+std::optional<MaskEdit> mask_edit(std::string_view word);
+
+MaskValues changed(MaskValues values, MaskEdit edit, const Mesh& mesh);
+
+// A brush: full within `inner` of the center, down to nothing at `outer`.
+struct MaskBrush {
+  Vec3d center;
+  double inner = 0;
+  double outer = 0;
+  bool erases = false;
+};
+void paint(const MaskBrush& brush, const Snapshot& positions, MaskValues& values);
+
+// Masks or frees every vertex that is seen within a closed line, also behind others.
+void fill(std::span<const Pixel> line, const Screen& screen, bool erases, const Snapshot& positions,
+          MaskValues& values);
 
 }  // namespace knead::studio

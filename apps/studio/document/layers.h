@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "document/document.h"
-#include "document/layer_handles.h"
+#include "gestures/picker.h"
+#include "knead/session.h"
 
 namespace knead::studio {
 
@@ -34,6 +35,12 @@ LayerChange split(std::size_t entry);   // into its strokes, which get names of 
 LayerChange removed(std::size_t entry);
 LayerChange replaced(std::size_t entry, std::vector<SessionStroke> strokes);
 
+// A path of an entry, or the place of a tool, which is a path of one point.
+struct LayerPath {
+  std::vector<Vec3d> points;
+  std::vector<std::size_t> handles;  // which of them have a handle: at most nine, the first and the last among them
+};
+
 // The selected entry, and its strokes as changed so far.
 struct LayerEditor {
   std::optional<std::size_t> entry;
@@ -55,5 +62,54 @@ void follow(LayerEditor& editor, const DocumentState& shown);
 // Changes the strokes, and the text with them; or the text, and the strokes if it can be used.
 void set_strokes(LayerEditor& editor, std::vector<SessionStroke> strokes);
 void set_text(LayerEditor& editor, std::string text);
+
+// --- handles in the view: points of an entry's paths, centres of its tools
+// --------------------------------------------
+
+// Returns the paths of an entry; strokes that go on where the one before ended have one together. Strokes without a
+// path or a place have none.
+std::vector<LayerPath> paths_of(std::span<const SessionStroke> strokes);
+
+// One handle of an entry.
+struct LayerHandle {
+  std::size_t path = 0;
+  std::size_t handle = 0;  // of that path's
+
+  friend bool operator==(const LayerHandle&, const LayerHandle&) = default;
+};
+
+// Returns the handle within a few pixels of a place; the nearest of several.
+std::optional<LayerHandle> handle_at(const Screen& screen, std::span<const LayerPath> paths, double x, double y);
+
+// Returns where a handle is.
+Vec3d place_of(std::span<const LayerPath> paths, const LayerHandle& handle);
+
+// Returns the strokes after a handle was moved. The points between it and its neighbours follow in part. Paths that
+// were mirror images of this one in coordinate planes still are.
+std::vector<SessionStroke> with_handle_moved(std::vector<SessionStroke> strokes, const LayerHandle& handle,
+                                             const Vec3d& by);
+
+// --- numbers of strokes
+// -----------------------------------------------------------------------------------------------
+
+// A number of strokes that a person may want to change afterwards.
+struct StrokeField {
+  std::string name;  // its key in the session file
+  std::string help;
+  double value = 0;  // of the first stroke that has it
+};
+
+// Of the strokes of one entry, each name once.
+std::vector<StrokeField> fields_of(std::span<const SessionStroke> strokes);
+
+// Gives the first stroke that has the field this value, and changes that of all others by the same factor: mirror
+// images have their own signs. Does nothing where no stroke has such a field.
+void set_field(std::span<SessionStroke> strokes, const std::string& name, double value);
+
+// Returns the falloff of the first stroke that has one.
+std::optional<int> falloff_of(std::span<const SessionStroke> strokes);
+
+// Gives all strokes that have one this falloff.
+void set_falloff(std::span<SessionStroke> strokes, int falloff);
 
 }  // namespace knead::studio

@@ -1,4 +1,5 @@
-#include "document/masking.h"
+// Masks: their values on the vertices, brushes, and the strokes that they become.
+#include "document/document.h"
 
 #include <algorithm>
 #include <array>

@@ -8,14 +8,12 @@
 #include <variant>
 #include <vector>
 
-#include "gestures/gizmo.h"
 #include "gestures/picker.h"
-#include "gestures/screen.h"
-#include "gestures/symmetry.h"
 #include "gestures/tools.h"
+#include "knead/render.h"
 #include "knead/session.h"
 #include "knead/tools.h"
-#include "platform/event.h"
+#include "platform/window.h"
 
 namespace knead::studio {
 
@@ -68,6 +66,9 @@ struct Drag {
   Vec3d on_its_line(const Pointer& pointer, const GestureContext& around) const;
 };
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around);
+
+// The parts of the handle of a placement: three arrows that move it, three rings that turn it, and its centre.
+enum class GizmoPart { center, move_x, move_y, move_z, turn_x, turn_y, turn_z };
 
 // A ball or capsule along a path.
 struct ImplicitGesture {
@@ -170,7 +171,7 @@ struct PartGesture {
   PartMarks parts;                         // as they were
   std::vector<Pin> pins;                   // as they were
   Pointer from;
-  std::optional<GizmoPart> handle{};  // nothing: it turns about its joint
+  std::optional<GizmoPart> handle{};  // std::nullopt: it turns about its joint
   Vec3d grabbed{};                    // then: the place that was taken hold of
   PartMotion motion{};
   double amount = 0;      // degrees or a length
@@ -180,7 +181,7 @@ struct PartGesture {
 
 // A part of a pose painted onto vertices.
 struct PartPaintGesture {
-  std::optional<std::size_t> part{};  // nothing: frees them
+  std::optional<std::size_t> part{};  // std::nullopt: frees them
 };
 
 // A part of the gizmo dragged: changes the placement, not the shape.
@@ -297,5 +298,33 @@ StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, cons
 
 // Returns the placement that a click gives: a stamp just outside the surface, or a tool that turns.
 std::optional<Placement> placement_at(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
+
+// Returns the length of the gizmo's arrows: the same on the screen wherever it is.
+double gizmo_size(const Screen& screen, const Placement& placement);
+
+// The part within a few pixels of a place; the nearest of several.
+std::optional<GizmoPart> gizmo_part_at(const Screen& screen, const Placement& placement, double x, double y);
+
+// Returns whether the part is a ring.
+bool turns(GizmoPart part);
+
+// Returns the direction of an arrow, or the axis of a ring.
+Vec3d axis_of(const Placement& placement, GizmoPart part);
+
+// Returns how far an arrow (a length) or a ring (degrees) was dragged from one pixel to another.
+double dragged_by(const Screen& screen, const Placement& start, GizmoPart part, const Pixel& from, const Pixel& to);
+
+// Returns the placement after an arrow or ring was moved by that amount.
+Placement moved_by(const Placement& start, GizmoPart part, double amount);
+
+// Returns the placement after its centre was dragged in the plane of the view.
+Placement center_dragged(const Screen& screen, const Placement& start, const Pixel& from, const Pixel& to);
+
+// The angle in radians, from -pi to pi, by which the pointer has gone round a centre, about an axis through it.
+double angle_round(const Screen& screen, const Vec3d& center, const Vec3d& axis, const Pixel& from, const Pixel& to);
+
+// Adds what is to be seen of it; the part under the pointer lighter.
+void draw_gizmo(const Screen& screen, const Placement& placement, std::optional<GizmoPart> lit,
+                std::vector<render::Arrow>& arrows, std::vector<render::Line>& lines);
 
 }  // namespace knead::studio

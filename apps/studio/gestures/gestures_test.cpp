@@ -12,9 +12,7 @@
 
 #include "gestures/gestures_fixture.h"
 #include "knead/mesh.h"
-#include "view/labels.h"
 #include "view/overlay.h"
-#include "view/stretch.h"
 
 namespace knead::studio {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <variant>
 
-#include "gestures/screen.h"
+#include "gestures/picker.h"
 
 namespace knead::studio {
 

@@ -5,7 +5,7 @@
 
 #include "knead/render.h"
 #include "knead/vec.h"
-#include "platform/event.h"
+#include "platform/window.h"
 
 namespace knead::studio {
 
@@ -59,7 +59,7 @@ View framed(const View& view, const Box& box, const Picture& picture);
 // Returns `after` with its target moved so that the point is seen where `before` shows it. Both have the same height.
 View keeping(const Vec3d& point, const View& before, const View& after);
 
-// Turned by a drag of so many pixels: half a turn for the height of the picture.
+// Returns the view turned by a drag of that many pixels: half a turn for the height of the picture.
 View orbited(const View& view, double dx, double dy, double picture_height);
 
 // The same, about a point, which stays where it is in the picture.

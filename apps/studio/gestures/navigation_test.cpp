@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "gestures/screen.h"
+#include "gestures/picker.h"
 
 namespace knead::studio {
 namespace {

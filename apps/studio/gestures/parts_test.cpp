@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "gestures/gesture.h"
+#include "gestures/gesture_kinds.h"
 #include "gestures/gestures_fixture.h"
-#include "gestures/parts.h"
 #include "view/overlay.h"
 
 namespace knead::studio {
@@ -139,8 +139,8 @@ TEST_F(PartsTest, AStiffPartStaysAsItIsWhereAnotherBends) {
 {"set": {"pose": "pins"}})");
     const std::vector<Vec3d> before = positions(studio);
     ASSERT_EQ(parts(studio).stiffness.size(), 3u);
-    studio.hold_part(2, false);
-    studio.stiffen_part(2, stiffness);
+    studio.placed().parts.holds[2] = false;
+    studio.placed().parts.stiffness[2] = stiffness;
     const std::vector<std::uint32_t> middle = vertices_of(parts(studio), 2);
     run(studio, R"({"drag": [[2.8, 0, 0.5], [2.5, 1, 0.5]], "steps": 2})");
     EXPECT_EQ(errors(studio), "");

@@ -8,8 +8,7 @@
 #include <numbers>
 
 #include "gestures/gesture.h"
-#include "gestures/pins_fixture.h"
-#include "view/labels.h"
+#include "gestures/gestures_fixture.h"
 #include "view/overlay.h"
 
 namespace knead::studio {

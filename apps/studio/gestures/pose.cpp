@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "gestures/gesture_kinds.h"
-#include "gestures/parts.h"
 #include "knead/mesh.h"
 #include "knead/tools.h"
 

@@ -93,7 +93,7 @@ TEST_F(PoseTest, ItIsCoarseWhileThePointerMovesAndHasAllDetailWhenItRests) {
     studio.refresh();
   }
   EXPECT_EQ(std::get<PoseStroke>(studio.preview().front()).detail, 0.1);
-  studio.wait();
+  studio.worker().wait();
   studio.refresh();
   const std::vector<Vec3d> rested = positions(studio);
   run(studio, R"({"release": [2.7, 0.4, 0.5]})");

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "gestures/gesture.h"
-#include "gestures/pins_fixture.h"
+#include "gestures/gestures_fixture.h"
 
 namespace knead::studio {
 namespace {

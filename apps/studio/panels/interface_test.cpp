@@ -7,11 +7,11 @@
 #include <cmath>
 #include <fstream>
 
-#include "document/stroke_fields.h"
+#include "document/layers.h"
 #include "gestures/gesture_kinds.h"
+#include "keys.h"
 #include "knead/vec.h"
 #include "panels/interface_fixture.h"
-#include "search.h"
 
 namespace knead::studio {
 namespace {

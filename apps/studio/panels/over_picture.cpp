@@ -6,11 +6,10 @@
 #include <array>
 #include <cmath>
 
+#include "panels/file_dialog.h"
 #include "panels/panels.h"
 #include "panels/widgets.h"
-#include "platform/file_list.h"
 #include "view/overlay.h"
-#include "view/stretch.h"
 
 namespace knead::studio {
 
@@ -210,7 +209,7 @@ void draw_status(Studio& studio, const Gui& gui) {
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
   if (ImGui::Begin("Status", nullptr, kOverlay & ~ImGuiWindowFlags_AlwaysAutoResize)) {
     const DocumentState& shown = studio.shown();
-    const std::optional<WorkStatus> work = studio.work();
+    const std::optional<WorkStatus> work = studio.worker().status();
     const bool is_long = work && work->seconds > kSecondsWithoutBar;
     const float room = size.x - (is_long ? 2 * kBarWidth : 10) * gui.unit();
     ImGui::PushClipRect({0, size.y - height}, {room, size.y}, true);
@@ -273,6 +272,147 @@ void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, float b
     });
   }
   ImGui::End();
+}
+
+// --- the numbers of a gesture beside the pointer, the word at the arrow into the picture -----------------------------
+
+namespace {
+
+constexpr ImU32 kInk = IM_COL32(245, 245, 240, 255);
+constexpr ImU32 kPaper = IM_COL32(25, 27, 32, 205);
+
+// Within `room`, if it fits there.
+void draw_box(const Area& room, ImVec2 at, const std::vector<std::string>& lines, float unit) {
+  const float height = ImGui::GetTextLineHeight();
+  float width = 0;
+  for (const std::string& line : lines) width = std::max(width, ImGui::CalcTextSize(line.c_str()).x);
+  const float margin = 6 * unit;
+  const ImVec2 size{width + 2 * margin, height * static_cast<float>(lines.size()) + 2 * margin};
+  at.x = std::clamp(at.x, room.left, std::max(room.right - size.x, room.left));
+  at.y = std::clamp(at.y, room.top, std::max(room.bottom - size.y, room.top));
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  list.AddRectFilled(at, {at.x + size.x, at.y + size.y}, kPaper, 4 * unit);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    list.AddText({at.x + margin, at.y + margin + height * static_cast<float>(i)}, kInk, lines[i].c_str());
+  }
+}
+
+}  // namespace
+
+void draw_numbers(const Studio& studio, const Gui& gui, const Layout& layout) {
+  const Area& room = layout.free;
+  const std::vector<std::string> lines = numbers_at_pointer(studio);
+  const auto x = static_cast<float>(studio.pointer().x);
+  const auto y = static_cast<float>(studio.pointer().y);
+  if (!lines.empty()) draw_box(room, {x + 22 * gui.unit(), y + 18 * gui.unit()}, lines, gui.unit());
+  const std::optional<InArrow> arrow = studio.view().tool ? in_arrow(studio) : std::nullopt;
+  if (!arrow) return;
+  const auto tip = pixel_of(studio.screen(), arrow->to);
+  if (!tip) return;
+  draw_box(room, {static_cast<float>(tip->x) + 8 * gui.unit(), static_cast<float>(tip->y)}, {"in"}, gui.unit());
+}
+
+// --- over the picture: the legend of stretches, what the placed tool would do, and the offer to remesh ---------------
+
+namespace {
+
+constexpr int kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
+                       ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus;
+
+ImU32 colour_of(const render::Color& c) { return ImGui::GetColorU32(ImVec4{c.red, c.green, c.blue, c.alpha}); }
+
+void draw_ramp(const Gui& gui) {
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  const ImVec2 size{210 * gui.unit(), 12 * gui.unit()};
+  const auto& colours = render::kStretchColors;
+  const float part = size.x / static_cast<float>(colours.size() - 1);
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  for (std::size_t i = 0; i + 1 < colours.size(); ++i) {
+    const float left = corner.x + part * static_cast<float>(i);
+    const ImU32 from = colour_of(colours[i]);
+    const ImU32 to = colour_of(colours[i + 1]);
+    list.AddRectFilledMultiColor({left, corner.y}, {left + part, corner.y + size.y}, from, to, to, from);
+  }
+  const float below = corner.y + size.y + 2 * gui.unit();
+  for (const double stretch : {1.0, 2.0, 4.0, kGreatestShown}) {
+    const std::string text = fmt::format("{:g}{}", stretch, stretch == kGreatestShown ? "+" : "");
+    const float width = ImGui::CalcTextSize(text.c_str()).x;
+    const float at = corner.x + size.x * shade_of_stretch(stretch);
+    const float left = std::clamp(at - 0.5F * width, corner.x, corner.x + size.x - width);
+    list.AddText({left, below}, ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
+  }
+  ImGui::Dummy({size.x, size.y + 2 * gui.unit() + ImGui::GetTextLineHeight()});
+}
+
+void draw_legend(const Studio& studio, const Gui& gui, bool is_known) {
+  const StretchView since = studio.view().stretch;
+  const Margins& covered = studio.navigation().covered;
+  const float gap = kPanelGap * gui.unit();
+  const float above_offer = ImGui::GetFrameHeightWithSpacing() + 4 * gap;
+  ImGui::SetNextWindowPos({static_cast<float>(covered.left) + gap,
+                           ImGui::GetIO().DisplaySize.y - static_cast<float>(covered.bottom) - above_offer},
+                          ImGuiCond_Always, {0, 1});
+  ImGui::SetNextWindowBgAlpha(0.75F);
+  if (ImGui::Begin("Stretch", nullptr, kPlain | ImGuiWindowFlags_NoInputs)) {
+    ImGui::TextUnformatted(since == StretchView::since_start ? "Greatest stretch since the start"
+                                                             : "Greatest stretch by the last stroke");
+    if (is_known) {
+      draw_ramp(gui);
+    } else {
+      ImGui::TextDisabled("Not known for this shape.");
+    }
+  }
+  ImGui::End();
+}
+
+// Beside the gizmo.
+void draw_label(const Studio& studio, const Gui& gui, const GreatestStretch& estimate) {
+  const auto& placement = studio.placed().placement;
+  const auto at = placement ? pixel_of(studio.screen(), placement->center) : std::nullopt;
+  if (!at || estimate.samples == 0) return;
+  const std::string factor = fmt::format("stretches up to {:.1f} times", estimate.greatest);
+  const std::string text = std::isinf(estimate.greatest) ? "crushes the shape: the zone is too thin"
+                           : estimate.is_strong()        ? factor + ": triangles become thin"
+                                                         : factor;
+  const float width = ImGui::CalcTextSize(text.c_str()).x;
+  const ImVec2 corner{static_cast<float>(at->x) - 0.5F * width, static_cast<float>(at->y) + 120 * gui.unit()};
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const float pad = 4 * gui.unit();
+  list.AddRectFilled({corner.x - pad, corner.y - pad},
+                     {corner.x + width + pad, corner.y + ImGui::GetTextLineHeight() + pad},
+                     ImGui::GetColorU32(ImGuiCol_WindowBg, 0.8F), pad);
+  const ImVec4 colour = estimate.is_strong() ? kWarning : ImGui::GetStyleColorVec4(ImGuiCol_Text);
+  list.AddText(corner, ImGui::GetColorU32(colour), text.c_str());
+}
+
+// Returns the height that it takes at the bottom of the view.
+float draw_remesh_offer(Studio& studio, const Gui& gui) {
+  const DocumentState& shown = studio.shown();
+  if (shown.thin_triangles == 0 || studio.gesture() || shown.looked_at || studio.worker().is_busy()) return 0;
+  const Margins& covered = studio.navigation().covered;
+  const float gap = kPanelGap * gui.unit();
+  ImGui::SetNextWindowPos(
+      {static_cast<float>(covered.left) + gap, ImGui::GetIO().DisplaySize.y - static_cast<float>(covered.bottom) - gap},
+      ImGuiCond_Always, {0, 1});
+  ImGui::SetNextWindowBgAlpha(0.9F);
+  if (ImGui::Begin("Thin triangles", nullptr, kPlain)) {
+    const char* const what = shown.thin_triangles == 1 ? "triangle" : "triangles";
+    ImGui::TextUnformatted(fmt::format("The last stroke made {} {} thin.", shown.thin_triangles, what).c_str());
+    ImGui::SameLine();
+    if (ImGui::Button("Remesh")) studio.perform(Action::remesh_last);
+    help_on_hover("Applies the last stroke again and remeshes what it moved.");
+  }
+  const float height = ImGui::GetWindowHeight();
+  ImGui::End();
+  return height + gap;
+}
+
+}  // namespace
+
+float draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched) {
+  if (studio.view().stretch != StretchView::off) draw_legend(studio, gui, stretched.is_known);
+  if (stretched.estimate && studio.view().tool) draw_label(studio, gui, *stretched.estimate);
+  return draw_remesh_offer(studio, gui);
 }
 
 }  // namespace knead::studio

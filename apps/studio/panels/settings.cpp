@@ -1,4 +1,4 @@
-// The settings of the chosen tool, of remeshing and of the view.
+// The settings of the chosen tool, of symmetry, of remeshing and of the view.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "knead/field.h"
 #include "knead/mesh.h"
 #include "panels/panels.h"
 #include "panels/widgets.h"
@@ -132,7 +133,7 @@ void draw_parts(Studio& studio) {
     const PartMarks& parts = studio.placed().parts;
     ImGui::PushID(static_cast<int>(part));
     bool holds = parts.holds[part];
-    if (ImGui::Checkbox("##holds", &holds)) studio.hold_part(part, holds);
+    if (ImGui::Checkbox("##holds", &holds)) studio.placed().parts.holds[part] = holds;
     help_on_hover("Checked: the part holds while others are dragged. Else it is free, and goes with the shape.");
     ImGui::SameLine();
     const bool is_selected = parts.selected == part;
@@ -149,7 +150,7 @@ void draw_parts(Studio& studio) {
     if (is_selected) {
       slide("Stiffness", stiffness, {kSoftest, kStiffest},
             "how stiff the part is where it bends: bone above 1, flesh below; it counts until the shape is remeshed");
-      if (stiffness != parts.stiffness[part]) studio.stiffen_part(part, stiffness);
+      if (stiffness != parts.stiffness[part]) studio.placed().parts.stiffness[part] = stiffness;
     }
     ImGui::PopID();
     if (!is_removed) continue;
@@ -176,7 +177,7 @@ void draw_pins(Studio& studio) {
   help_on_hover("Draw a line round pins to select them (Shift+click selects one). Selected pins move together.");
   if (ImGui::Button("Clear")) {
     studio.clear_pins();
-    if (!has_exact_pins(studio.settings())) studio.clear_parts();
+    if (!has_exact_pins(studio.settings())) studio.placed().parts = {};
   }
   const std::vector<Pin>& pins = studio.placed().pins;
   const std::size_t count = pins.size();
@@ -185,7 +186,7 @@ void draw_pins(Studio& studio) {
   if (ImGui::Button(selected == 0 ? "Select all" : "Select none")) studio.select_pins(selected == 0);
   ImGui::SameLine();
   ImGui::TextDisabled("%zu pins, %zu selected", count, static_cast<std::size_t>(selected));
-  studio.light_pin(std::nullopt);
+  studio.placed().lit_pin.reset();
   const float row = ImGui::GetFrameHeightWithSpacing();
   if (count == 0) return;
   ImGui::BeginChild("##pins", {0, row * static_cast<float>(std::min<std::size_t>(count, kPinsShown)) + 2});
@@ -195,7 +196,7 @@ void draw_pins(Studio& studio) {
     const bool stays = draw_pin(studio, i);
     const float y = ImGui::GetIO().MousePos.y;
     if (stays && ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem) && y >= top && y < top + row) {
-      studio.light_pin(i);
+      studio.placed().lit_pin = i;
     }
     ImGui::PopID();
     if (!stays) break;
@@ -412,6 +413,85 @@ void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SideP
     if (entries > panel.entries) ImGui::SetScrollHereY(1);
     panel.entries = entries;
   });
+}
+
+// --- mirrors and radial symmetry -------------------------------------------------------------------------------------
+
+namespace {
+
+void draw_mirrors(Studio& studio) {
+  ToolSettings& settings = studio.settings();
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextUnformatted("Mirror");
+  for (std::size_t i = 0; i < 3; ++i) {
+    ImGui::SameLine();
+    ImGui::Checkbox(std::array{"x", "y", "z"}[i], &settings.mirror[i]);
+  }
+  bool is_on = settings.symmetry.plane.has_value();
+  if (is_on && ImGui::Checkbox("Mirror in a plane of your own", &is_on)) settings.symmetry.plane.reset();
+  const bool face = studio.picking_mirror() == Studio::PlanePick::face;
+  const bool three = studio.picking_mirror() == Studio::PlanePick::three_points;
+  if (ImGui::Button(face ? "Click on the shape..." : "Plane from a face")) studio.pick_mirror(Studio::PlanePick::face);
+  help_on_hover("The next click on the shape gives the plane: through that point, along the surface.");
+  ImGui::SameLine();
+  if (ImGui::Button(three ? "Click three points..." : "From three points"))
+    studio.pick_mirror(Studio::PlanePick::three_points);
+}
+
+void draw_center(Studio& studio) {
+  Vec3d& center = studio.settings().symmetry.center;
+  if (ImGui::Button("Through the middle of the shape")) studio.center_symmetry();
+  help_on_hover("moves the mirrors x, y and z and the axis of the turns there");
+  if (center == Vec3d{0, 0, 0}) return;
+  ImGui::SameLine();
+  if (ImGui::Button("Origin")) center = {0, 0, 0};
+}
+
+void draw_turns(Symmetry& symmetry) {
+  ImGui::SliderInt("Radial", &symmetry.turns, 1, kMaxTurns, symmetry.turns == 1 ? "off" : "%d times");
+  help_on_hover("repeats everything about an axis");
+  if (symmetry.turns < 2) return;
+  for (std::size_t i = 0; i < 3; ++i) {
+    Vec3d axis;
+    axis[i] = 1;
+    if (i > 0) ImGui::SameLine();
+    if (ImGui::RadioButton(std::array{"x##turns", "y##turns", "z##turns"}[i], symmetry.axis == axis)) {
+      symmetry.axis = axis;
+    }
+  }
+}
+
+}  // namespace
+
+void draw_symmetry(Studio& studio) {
+  draw_mirrors(studio);
+  draw_turns(studio.settings().symmetry);
+  draw_center(studio);
+}
+
+// --- the shape of a tool's blend, as a number and as a curve ---------------------------------------------------------
+
+namespace {
+
+constexpr std::size_t kPlaces = 65;
+constexpr float kLines = 3;  // of text: the height of the curve
+
+}  // namespace
+
+bool choose_falloff(int& falloff) {
+  const bool is_changed =
+      ImGui::SliderInt("Falloff", &falloff, kMinFalloff, kGreatestFalloff, "%d", ImGuiSliderFlags_AlwaysClamp);
+  help_on_hover("how the motion fades from the inner region, at the left of the curve, to the outer one");
+  std::array<float, kPlaces> weights{};
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    const double s = static_cast<double>(i) / (kPlaces - 1);
+    weights[i] = static_cast<float>(blend_weight(s, Thresholds<double>{0, 1, falloff}).value);
+  }
+  ImGui::PushStyleColor(ImGuiCol_PlotLines, ImGui::GetStyleColorVec4(ImGuiCol_Text));
+  ImGui::PlotLines("##curve", weights.data(), static_cast<int>(kPlaces), 0, nullptr, 0, 1,
+                   {0, kLines * ImGui::GetTextLineHeight()});
+  ImGui::PopStyleColor();
+  return is_changed;
 }
 
 }  // namespace knead::studio

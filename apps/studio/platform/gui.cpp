@@ -185,4 +185,12 @@ bool Gui::is_for_the_view(const Event& event) {
   return true;
 }
 
+#ifndef __EMSCRIPTEN__  // the page's own are in web/window.cpp
+
+bool must_bring_files() { return false; }
+
+void choose_files_to_bring() {}
+
+#endif
+
 }  // namespace knead::studio

@@ -1,4 +1,4 @@
-// Dear ImGui as Studio uses it: how it looks, and which events are for a panel. Needs no window (gui_backend.h).
+// Dear ImGui as Studio uses it: how it looks, and which events are for a panel. Needs no window (window.h).
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "knead/render.h"
-#include "platform/event.h"
+#include "platform/window.h"
 
 namespace knead::studio {
 
@@ -58,5 +58,14 @@ class Gui {
   std::vector<MouseButton> buttons_;               // held since they were pressed outside of the panels
   std::vector<std::string> keys_;
 };
+
+// Where Studio cannot read the computer's files, as on a page: the person brings files, and the page downloads what
+// Studio writes.
+
+// Returns whether files must be brought.
+bool must_bring_files();
+
+// Lets the person choose files of the computer. They come as FilesDropped.
+void choose_files_to_bring();
 
 }  // namespace knead::studio

@@ -19,7 +19,7 @@ namespace knead::studio {
 struct WorkStatus {
   std::string what;                // "Remeshing"; empty: nothing worth a name
   double seconds = 0;              // since it began
-  std::optional<double> fraction;  // of it that is done, from 0 to 1; nothing: not known
+  std::optional<double> fraction;  // of it that is done, from 0 to 1; std::nullopt if it is not known
 };
 
 // Jobs are done one after the other, in the order in which they were posted. They do not throw.

@@ -1,11 +1,11 @@
 // How the shape is drawn, by the events of a person; and tools in perspective.
-#include "view/look.h"
+#include "preferences.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "gestures/gizmo.h"
+#include "gestures/gesture.h"
 #include "knead/error.h"
 #include "studio_fixture.h"
 #include "view/overlay.h"

@@ -1,14 +1,47 @@
 // What is seen besides the shape: the tool's region, the gizmo, what is placed, the cut; and the influence as colour.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
+#include "gestures/picker.h"
+#include "knead/flow.h"
 #include "knead/render.h"
+#include "knead/replay.h"
+#include "knead/tools.h"
 #include "studio.h"
-#include "view/cursor.h"
 
 namespace knead::studio {
+
+// The cursor on the surface: where a tool's outer region ends, a solid ring, and its inner region, a dashed one.
+// Remembers the rings while nothing changes.
+class SurfaceCursor {
+ public:
+  // Adds the rings where the pointer is, or during a drag where the tool is, each with its images. Adds nothing for
+  // tools that are placed, or where there is no surface.
+  void add_lines(const Studio& studio, std::vector<render::Line>& lines);
+
+ private:
+  struct Rings {
+    std::vector<Vec3d> outer;  // closed, without repeating the first point
+    std::vector<Vec3d> inner;
+  };
+  struct Key {
+    Vec3d point;
+    Vec3d normal;
+    double outer = 0;
+    double inner = 0;
+    std::uint64_t version = 0;
+
+    friend bool operator==(const Key&, const Key&) = default;
+  };
+
+  Key key_;
+  Rings rings_;
+};
 
 // Remembers what it drew, so that nothing is made anew while nothing changes.
 class Overlay {
@@ -51,5 +84,77 @@ class Overlay {
 
 // The strokes that the tool would begin with where the pointer is, mirror images included; empty where it is nowhere.
 std::vector<Stroke> hovering(const Studio& studio);
+
+// --- influence: how much of a tool's motion the vertices would have
+// ---------------------------------------------------
+
+// Returns for each vertex the weight w = (1 - b)^2 of the inner motion, from 0 (outside) to 1 (inner region), where the
+// flows begin; of several the greatest. Evaluated by the fields themselves, in double.
+std::vector<float> influence_of(std::span<const Flow> flows, const Snapshot& positions, int threads = 0);
+
+// Returns how far pins take each place, relative to the longest displacement of a pin; empty for an impossible stroke.
+std::vector<float> influence_of(const PinsStroke& stroke, const Snapshot& positions, int threads = 0);
+
+// --- what is written in the view
+// --------------------------------------------------------------------------------------
+
+// The arrow that shows which vertical movement of the pointer takes the tool into the picture.
+struct InArrow {
+  Vec3d from;
+  Vec3d to;
+};
+
+// Returns the arrow for a drag along a line that faces the viewer: of the current gesture, or of the one that would
+// begin at the pointer. Nothing for other drags.
+std::optional<InArrow> in_arrow(const Studio& studio);
+
+// Returns a number as a person reads it: "12.5 mm", "45\u00b0", "30%".
+std::string text_of(const Amount& amount, LengthUnit unit);
+
+// Returns the lines at the pointer: what was typed or dragged, the radius, the change of the volume. Empty without a
+// gesture.
+std::vector<std::string> numbers_at_pointer(const Studio& studio);
+
+// --- pins
+// -------------------------------------------------------------------------------------------------------------
+
+inline constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};    // what is placed
+inline constexpr render::Color kLitHandle{1.0f, 0.85f, 0.25f, 1};  // what the pointer is on
+
+// Blue pins hold, white ones are free, selected and dragged ones are orange; images are smaller.
+void add_pins(const Studio& studio, std::vector<render::Line>& lines);
+
+// The pin at the pointer, else the last one, about to be moved a little up in the picture.
+std::optional<PinsStroke> hovering_pins(const Studio& studio);
+
+// --- stretch: how far the shape was stretched, and how far the tool would stretch it
+// ----------------------------------
+
+// The stretch that is drawn in the last colour; 1 is drawn in the first, and equal factors are equally far apart.
+inline constexpr double kGreatestShown = 8;
+
+// Returns where a stretch lies between the first colour and the last one, from 0 to 1.
+float shade_of_stretch(double stretch);
+
+// Returns for each vertex of the shown shape the greatest stretch of its triangles, since the start or by the last
+// stroke (the current one during a gesture); nothing if the places that it is stretched from are not known.
+std::optional<std::vector<float>> stretches_shown(const DocumentState& shown, StretchView since);
+
+// Estimates what the tool would do to the shape, and remembers it while nothing changes.
+class StretchEstimate {
+ public:
+  // Returns the estimate for the strokes of the current gesture, or for those that a placed tool would begin with;
+  // nothing for tools that are not placed and turned.
+  const std::optional<GreatestStretch>& update(const Studio& studio);
+
+ private:
+  std::vector<Stroke> strokes_;
+  ShapeState state_;
+  std::vector<Vec3d> positions_;  // of some vertices of state_
+  std::optional<GreatestStretch> estimate_;
+};
+
+// Returns one line about a zone that was widened for the current gesture or the placed tool; empty: none was.
+std::string zone_note(const Studio& studio);
 
 }  // namespace knead::studio

@@ -1,16 +1,77 @@
-// The shape that the live view shows: sent from the CPU, or moved on the GPU.
+// The shape on the GPU: shows the current gesture before the CPU has applied it.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
+#include "knead/gpu.h"
 #include "knead/render.h"
-#include "view/gpu_preview.h"
+#include "studio.h"
 
 namespace knead::studio {
 
+// The GPU moves the vertices of the picture at once. The worker applies the same strokes on the CPU, whose positions
+// count: when it has caught up, the GPU gets the same bits. No picture reads anything back; the end of a gesture
+// reads back whether the GPU succeeded. Strokes that read the surface or
+// have a mirror appear as the worker gets on.
+//
+// All functions throw GpuError or std::runtime_error, one line, if the GPU fails. Discard the object then.
+class GpuPreview {
+ public:
+  // Uses the current OpenGL context, which must be current at every call and in the destructor.
+  explicit GpuPreview(const gpu::GpuOptions& options = {});
+
+  const std::string& description() const { return gpu_.description(); }
+  bool is_software() const { return gpu_.is_software(); }  // Mesa on the CPU
+
+  // Gives the view what it shows. `pending` as Studio's; diagonal: of the shape as it was opened. Returns whether
+  // anything has changed since the last call.
+  bool follow(const ShapeState& state, const PendingStrokes* pending, double diagonal, render::LiveView& view);
+
+  // Returns whether the picture shows strokes that the CPU has not applied.
+  bool is_ahead() const { return !strokes_.empty(); }
+
+  // Returns what a ray hits of the shape in the picture. Reads about a kilobyte back.
+  std::optional<SurfaceHit> hit(const Ray& ray);
+
+  // Returns the volume of the shape in the picture, which is closed. Reads 8 bytes back.
+  double volume();
+
+  // Returns the vertices of the picture. Reads them back.
+  std::vector<Vec3d> positions();
+
+  gpu::Transfers transfers() const { return gpu_.transfers(); }
+
+ private:
+  void upload(const ShapeState& state);
+  bool take_state(const ShapeState& state);
+  bool apply(std::span<const SessionStroke> strokes, double diagonal);
+  bool take_back();
+  void forget_strokes();
+  void check_strokes();
+  void extend_reach(const Flow& flow);
+  void write(const Snapshot& positions, const IndexRange& range);
+  const gpu::GpuSurface& surface();
+  Box state_box() const;
+
+  gpu::Gpu gpu_;
+  ShapeState state_;                        // of the CPU
+  std::optional<gpu::GpuPoints> start_;     // its positions
+  std::optional<gpu::GpuPoints> points_;    // the same, moved by strokes_: the picture's
+  std::optional<gpu::GpuSurface> surface_;  // from when it is first needed
+  std::vector<SessionStroke> strokes_;
+  std::vector<Box> boxes_;  // of the positions of state_, for each chunk of the snapshot
+  Box reach_;               // of the tools of strokes_
+  double distance_ = 0;     // that these move
+  bool has_view_ = false;
+};
+
+// The shape that the live view shows: sent from the CPU, or moved on the GPU.
 class ShownShape {
  public:
   // Gives the view what it shows: from the CPU only what has changed. The arguments are those of GpuPreview::follow;
@@ -33,6 +94,27 @@ class ShownShape {
   ShapeState state_;              // that was sent
   std::vector<Vec3d> positions_;  // the same
   std::size_t touched_ = 0;
+};
+
+// Chooses between smooth edges and one sample per pixel. While pictures are slow, those of a moving scene get one
+// sample, and a scene at rest is smooth again. Smooth edges return for good once they have become fast.
+class PictureQuality {
+ public:
+  // Returns the samples per pixel of the next picture, as LiveScene::samples: 0 for all that the view has, or 1.
+  int samples(bool is_still) const { return is_reduced_ && !is_still ? 1 : 0; }
+
+  // Takes note of how long a picture with samples() took to be drawn.
+  void note(double seconds, int samples);
+
+ private:
+  void note_smooth(double seconds);
+  void note_reduced(double seconds);
+
+  bool is_reduced_ = false;
+  int in_a_row_ = 0;     // pictures that speak for a change
+  double smooth_ = 0;    // seconds of the last smooth picture
+  double cost_ = 1;      // of smoothness, as a factor
+  bool is_new_ = false;  // the cost is not known since the last smooth picture
 };
 
 }  // namespace knead::studio

@@ -1,5 +1,5 @@
 // Stretches: guards against thin zones and handles that tear, the colours, the offer to remesh.
-#include "view/stretch.h"
+#include "view/overlay.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "studio_fixture.h"
-#include "view/overlay.h"
 
 namespace knead::studio {
 namespace {

@@ -1,25 +1,60 @@
-// The window of a page: a canvas with WebGL 2. The page's script sends what a person does.
+// Studio on a page: its window is a canvas with WebGL 2. The page's script sends what a person does. It calls main()
+// once its stored files are there, and shows what goes wrong.
 #include "platform/window.h"
 
 #include <emscripten.h>
 #include <emscripten/html5.h>
+#include <imgui.h>
+#include <imgui_impl_opengl3.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <deque>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <new>
 #include <sstream>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
-#include "platform/brought_files.h"
-#include "platform/web/input.h"
+#include "application.h"
+#include "platform/gui.h"
 
 // The page's side (web/page/studio.js).
 EM_JS(void, page_set_title, (const char* title), { Module.page.setTitle(UTF8ToString(title)); });
 EM_JS(void, page_toggle_full_screen, (), { Module.page.toggleFullScreen(); });
 EM_JS(void, page_choose_files, (), { Module.page.chooseFiles(); });
+EM_JS(void, page_fail, (const char* line), { Module.page.fail(UTF8ToString(line)); });
+EM_JS(void, page_tell, (const char* line), { Module.page.tell(UTF8ToString(line)); });
+EM_JS(void, page_end, (), { Module.page.end(); });
 
 namespace knead::studio {
+
+// --- the window
+// -------------------------------------------------------------------------------------------------------
+
+struct KeyInput {
+  std::string key;
+  bool down = false;
+};
+
+// Since the last picture, but for the pointer's place and what is held.
+struct PageInput {
+  double x = -1;
+  double y = -1;
+  std::array<bool, 3> held{};     // left, right, middle
+  std::array<bool, 3> pressed{};  // however short
+  double wheel = 0;
+  Modifiers modifiers;
+  std::deque<KeyInput> keys;
+  std::vector<unsigned> text;  // code points
+};
 
 struct WindowState {
   std::vector<Event> events;
@@ -40,8 +75,6 @@ WindowState& the_state() {
 Modifiers modifiers_of(int bits) { return {(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0}; }
 
 }  // namespace
-
-PageInput& page_input() { return the_state().input; }
 
 bool must_bring_files() { return true; }
 
@@ -87,7 +120,92 @@ double Window::scale() const { return std::clamp(the_state().scale, 0.5, 4.0); }
 // The browser shows what was drawn when the step ends.
 void Window::show() {}
 
+// --- Dear ImGui
+// -------------------------------------------------------------------------------------------------------
+
+namespace {
+
+struct NamedKey {
+  std::string_view name;
+  ImGuiKey key;
+};
+
+constexpr std::array<NamedKey, 22> kKeys{{{"Tab", ImGuiKey_Tab},
+                                          {"Left", ImGuiKey_LeftArrow},
+                                          {"Right", ImGuiKey_RightArrow},
+                                          {"Up", ImGuiKey_UpArrow},
+                                          {"Down", ImGuiKey_DownArrow},
+                                          {"Page Up", ImGuiKey_PageUp},
+                                          {"Page Down", ImGuiKey_PageDown},
+                                          {"Home", ImGuiKey_Home},
+                                          {"End", ImGuiKey_End},
+                                          {"Insert", ImGuiKey_Insert},
+                                          {"Delete", ImGuiKey_Delete},
+                                          {"Backspace", ImGuiKey_Backspace},
+                                          {"Space", ImGuiKey_Space},
+                                          {"Enter", ImGuiKey_Enter},
+                                          {"Escape", ImGuiKey_Escape},
+                                          {"Numpad Enter", ImGuiKey_KeyPadEnter},
+                                          {"A", ImGuiKey_A},
+                                          {"C", ImGuiKey_C},
+                                          {"V", ImGuiKey_V},
+                                          {"X", ImGuiKey_X},
+                                          {"Y", ImGuiKey_Y},
+                                          {"Z", ImGuiKey_Z}}};
+
+// Dear ImGui looks at the keys once a picture: of one that changes twice it gets the second change in the next.
+void take_keys(ImGuiIO& io, PageInput& input) {
+  std::vector<std::size_t> changed;
+  while (!input.keys.empty()) {
+    const auto found = std::find_if(kKeys.begin(), kKeys.end(),
+                                    [&](const NamedKey& named) { return named.name == input.keys.front().key; });
+    if (found != kKeys.end()) {
+      const auto index = static_cast<std::size_t>(found - kKeys.begin());
+      if (std::find(changed.begin(), changed.end(), index) != changed.end()) return;
+      io.KeysDown[index] = input.keys.front().down;
+      changed.push_back(index);
+    }
+    input.keys.pop_front();
+  }
+}
+
+}  // namespace
+
+GuiBackend::GuiBackend(Window& window) {
+  ImGuiIO& io = ImGui::GetIO();
+  for (std::size_t i = 0; i < kKeys.size(); ++i) io.KeyMap[kKeys[i].key] = static_cast<int>(i);
+  io.DisplaySize = {static_cast<float>(window.width()), static_cast<float>(window.height())};
+  ImGui_ImplOpenGL3_Init("#version 300 es");
+}
+
+GuiBackend::~GuiBackend() { ImGui_ImplOpenGL3_Shutdown(); }
+
+void GuiBackend::begin_frame(const Window& window) {
+  using Clock = std::chrono::steady_clock;
+  static Clock::time_point last = Clock::now();
+  const Clock::time_point now = Clock::now();
+  ImGuiIO& io = ImGui::GetIO();
+  io.DeltaTime = std::clamp(std::chrono::duration<float>(now - std::exchange(last, now)).count(), 1e-4F, 0.5F);
+  io.DisplaySize = {static_cast<float>(window.width()), static_cast<float>(window.height())};
+  PageInput& input = the_state().input;
+  io.MousePos = {static_cast<float>(input.x), static_cast<float>(input.y)};
+  for (std::size_t i = 0; i < input.held.size(); ++i) io.MouseDown[i] = input.held[i] || input.pressed[i];
+  input.pressed = {};
+  io.MouseWheel += static_cast<float>(std::exchange(input.wheel, 0));
+  io.KeyShift = input.modifiers.shift;
+  io.KeyCtrl = input.modifiers.ctrl;
+  io.KeyAlt = input.modifiers.alt;
+  take_keys(io, input);
+  for (const unsigned code : std::exchange(input.text, {})) io.AddInputCharacter(code);
+  ImGui_ImplOpenGL3_NewFrame();
+}
+
+void GuiBackend::draw() { ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData()); }
+
 }  // namespace knead::studio
+
+// --- what the page calls
+// ----------------------------------------------------------------------------------------------
 
 using namespace knead::studio;
 
@@ -154,3 +272,57 @@ EMSCRIPTEN_KEEPALIVE void studio_drop(const char* paths) {
 
 }  // extern "C"
 // NOLINTEND(bugprone-easily-swappable-parameters)
+
+namespace {
+
+std::unique_ptr<SteppedApplication>& application() {
+  static std::unique_ptr<SteppedApplication> the;
+  return the;
+}
+
+void fail(const char* line) {
+  emscripten_cancel_main_loop();
+  page_fail(line);
+}
+
+// Runs a function; what it throws ends the application with one line. The journal has all strokes.
+template <class Function>
+void guarded(Function function) {
+  try {
+    function();
+  } catch (const std::bad_alloc&) {
+    fail("The browser has too little memory for this shape. Your strokes are stored: reload the page to recover them.");
+  } catch (const std::exception& error) {
+    fail(error.what());
+  }
+}
+
+// The page repeats Studio's messages for readers of the screen.
+void tell_messages() {
+  static std::string told;
+  const std::string message = application()->message();
+  if (message == told) return;
+  told = message;
+  page_tell(told.c_str());
+}
+
+void step() {
+  guarded([] {
+    if (application()->step()) return tell_messages();
+    emscripten_cancel_main_loop();
+    page_end();
+  });
+}
+
+}  // namespace
+
+int main() {
+  guarded([] {
+    std::error_code error;
+    std::filesystem::create_directories("/home/web_user/files", error);
+    std::filesystem::current_path("/home/web_user/files", error);
+    application() = std::make_unique<SteppedApplication>(ApplicationOptions{});
+    emscripten_set_main_loop(step, 0, 0);
+  });
+  return 0;
+}

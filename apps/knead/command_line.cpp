@@ -1,0 +1,227 @@
+// Reads the command line, runs one subcommand, and turns every failure into one line and an exit code. `knead` and
+// `knead-bench` share it.
+#include <sys/resource.h>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <csignal>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <new>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "command.h"
+#include "knead/error.h"
+#include "knead/remesh.h"
+#include "output.h"
+
+namespace knead::command {
+
+namespace {
+
+void add_examples(CLI::App& app, const std::string& examples) { app.footer("Examples:\n" + examples); }
+
+CLI::Option* add_option(CLI::App& app, const Option& option) {
+  return std::visit(
+      [&](auto* target) {
+        if constexpr (std::is_same_v<decltype(target), bool*>) {
+          return app.add_flag(option.name, *target, option.help);
+        } else {
+          return app.add_option(option.name, *target, option.help);
+        }
+      },
+      option.target);
+}
+
+// What an option or argument without a value, as in --until '', is refused with.
+CLI::Validator not_empty() {
+  const auto check = [](const std::string& value) {
+    return value.empty() ? std::string("its value is empty; give one, or leave it out") : std::string();
+  };
+  return {check, ""};
+}
+
+void add_subcommand(CLI::App& parent, const Subcommand& subcommand) {
+  CLI::App& app = *parent.add_subcommand(subcommand.name, subcommand.help);
+  for (const Option& option : subcommand.options) {
+    CLI::Option& added = *add_option(app, option);
+    if (option.kind == OptionKind::required) added.required();
+    if (option.kind == OptionKind::with_default) added.capture_default_str();
+    if (!option.choices.empty()) {
+      added.check(CLI::IsMember(option.choices));
+    } else if (!std::holds_alternative<bool*>(option.target)) {
+      added.type_name(option.value_name);
+      added.check(not_empty());
+    }
+  }
+  add_examples(app, subcommand.examples);
+}
+
+int fail(ExitCode code, const std::string& message) {
+  print_message(message);
+  return code;
+}
+
+int run_subcommand(const Subcommand& subcommand) {
+  try {
+    subcommand.run();
+    return kDone;
+  } catch (const UsageError& error) {
+    return fail(kWrongUsage, std::string(error.what()) + " (see knead " + subcommand.name + " --help)");
+  } catch (const QualityError& error) {
+    return fail(kQualityNotMet, error.what());
+  } catch (const RemeshLimit& error) {
+    return fail(kQualityNotMet, error.what());
+  } catch (const InvalidInput& error) {
+    return fail(kInvalidInput, error.what());
+  } catch (const IoError& error) {
+    return fail(error.operation() == IoError::Operation::write ? kOutputFailed : kInvalidInput, error.what());
+  } catch (const ClosedPipe&) {
+    return kOutputFailed;  // as `head` does when it has enough; there is nobody to tell
+  } catch (const Interrupted&) {
+    return fail(kInterrupted, "interrupted");
+  }
+}
+
+// Throws UsageError if the first word is not a subcommand. The parser's own message would be about unexpected
+// arguments.
+void check_first_word(int argc, char** argv, const std::vector<Subcommand>& subcommands) {
+  std::string names;
+  for (const Subcommand& each : subcommands) names += (names.empty() ? "" : ", ") + each.name;
+  if (argc < 2) throw UsageError("no command given; say one of " + names);
+  const std::string word = argv[1];
+  if (word.starts_with('-') && word != "-" && word != "--") return;
+  const auto is_named = [&](const Subcommand& each) { return each.name == word; };
+  if (std::any_of(subcommands.begin(), subcommands.end(), is_named)) return;
+  throw UsageError("no command '" + word + "'; say one of " + names);
+}
+
+// Returns the command line that prints the help of the chosen subcommand, or of the command.
+std::string help_of(const CLI::App& app) {
+  const auto chosen = app.get_subcommands();
+  return "knead " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help";
+}
+
+// Describes the first wrong word. The parser would list everything after a wrong option, including its value.
+std::string unexpected_word(const CLI::App& app) {
+  std::vector<std::string> words = app.remaining(true);
+  std::erase(words, "--");
+  if (words.empty()) return "too many arguments";
+  const auto option = std::find_if(words.begin(), words.end(), [](const auto& word) { return word.starts_with('-'); });
+  if (option != words.end()) return "no option " + *option;
+  return "'" + words.front() + "' is one argument too many";
+}
+
+int run(int argc, char** argv, const std::vector<Subcommand>& subcommands) {
+  CLI::App app("Deforms 3D shapes by divergence-free vector fields, which keep volume and never fold space.", "knead");
+  app.set_version_flag("--version", "knead " KNEAD_VERSION);
+  app.require_subcommand(1);
+  add_examples(app,
+               "  knead make hand -o hand.ply\n"
+               "  knead deform hand.ply bend.knead -o bent.ply\n"
+               "  knead COMMAND --help");
+  for (const Subcommand& subcommand : subcommands) add_subcommand(app, subcommand);
+  try {
+    check_first_word(argc, argv, subcommands);
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    print(app.help());
+    return kDone;
+  } catch (const CLI::CallForVersion&) {
+    print(app.version() + "\n");
+    return kDone;
+  } catch (const CLI::ExtrasError&) {
+    return fail(kWrongUsage, unexpected_word(app) + "; see " + help_of(app));
+  } catch (const CLI::ParseError& error) {
+    return fail(kWrongUsage, error.what() + ("; see " + help_of(app)));
+  } catch (const UsageError& error) {
+    return fail(kWrongUsage, error.what() + (" (see " + help_of(app) + ")"));
+  }
+  const std::string chosen = app.get_subcommands().front()->get_name();
+  return run_subcommand(*std::ranges::find(subcommands, chosen, &Subcommand::name));
+}
+
+// With less, the main thread or those of the library end in a segmentation fault; 96 KiB were enough.
+void require_stack() {
+  constexpr rlim_t least = 256 << 10;
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= least) return;
+  throw std::runtime_error(fmt::format("the stack is limited to {} KiB; allow at least {}: ulimit -s {}",
+                                       limit.rlim_cur >> 10, least >> 10, 8192));
+}
+
+}  // namespace
+
+void add_common_options(std::vector<Option>& options, CommonOptions& common) {
+  options.push_back({"-q,--quiet", &common.quiet, "Print only errors, and what --json or --report ask for"});
+  options.push_back({"--json", &common.json, "Print the result as one JSON object on standard output"});
+}
+
+int threads_of(const std::optional<int>& threads) {
+  constexpr int most = 1024;  // as many as the largest machines have
+  if (!threads) return 0;
+  if (*threads >= 1 && *threads <= most) return *threads;
+  throw UsageError(fmt::format("--threads {}: give 1 to {}, or leave it out to use all", *threads, most));
+}
+
+void check_backend(const std::string& name) {
+#ifdef KNEAD_HAS_GPU
+  if (name != "cpu" && name != "gpu") throw UsageError(fmt::format("--backend {}: say cpu or gpu", name));
+#else
+  if (name == "gpu") throw UsageError("this build has no GPU backend; leave --backend out");
+  if (name != "cpu") throw UsageError(fmt::format("--backend {}: say cpu", name));
+#endif
+}
+
+Subcommand bench_subcommand(std::function<void(const BenchOptions&)> run) {
+  const auto options = std::make_shared<BenchOptions>();
+  std::vector<Option> described{
+      {"--mesh", &options->meshes, "Run the paper's benchmark on this shape instead; may be repeated", "FILE"},
+      {"--integrators", &options->integrators,
+       "Instead, measure error and time of every integrator and tolerance, for a stroke of each tool"},
+      {"--backend", &options->backend, "gpu: run the paper's scenes on a GPU instead", "NAME",
+       OptionKind::with_default},
+      {"-n,--vertices", &options->vertices, "With --backend gpu: run on a procedural knot of about N vertices", "N"},
+  };
+  add_common_options(described, options->common);
+  return {"bench", "Measure how fast shapes are deformed on this machine", described,
+          "  knead bench\n"
+          "  knead bench --integrators\n"
+          "  knead bench --backend gpu\n"
+          "  knead bench --backend gpu -n 10000000\n"
+          "  knead bench --json --mesh scan.ply --mesh cloud.xyz\n"
+          "The benchmark reads scans of the paper's shapes from $KNEAD_MESHES, or ../shared/meshes. Without them,\n"
+          "it uses procedural shapes of the same size.",
+          [options, run = std::move(run)] { run(*options); }};
+}
+
+int run_program(int argc, char** argv, const std::vector<Subcommand>& subcommands) {
+  try {
+    std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an output that cannot be written
+    std::signal(SIGXFSZ, SIG_IGN);  // and so is a file beyond the limit on its size
+    handle_interruptions();
+    require_stack();
+    return run(argc, argv, subcommands);
+  } catch (const IoError& error) {
+    print_message(error.what());
+    return kOutputFailed;
+  } catch (const std::bad_alloc&) {
+    print_message("out of memory; try a smaller shape or close other programs");
+  } catch (const std::exception& error) {
+    print_message(error.what());
+  } catch (...) {
+    print_message("unknown failure; please report it");
+  }
+  return kInternalError;
+}
+
+}  // namespace knead::command

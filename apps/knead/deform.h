@@ -1,0 +1,135 @@
+// The command line of `knead deform`, and deformation in pieces. `knead render` and `knead remesh` use parts of it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command.h"
+#include "inputs.h"
+#include "knead/remesh.h"
+#include "knead/replay.h"
+
+namespace knead::command {
+
+// --- options of `knead deform` and `knead remesh` that control remeshing
+// ----------------------------------------------
+
+struct RemeshFlags {
+  bool remesh = false;
+  std::optional<double> max_edge;
+  std::optional<double> max_angle;  // degrees
+  std::optional<double> max_chord;
+  std::optional<double> min_edge;
+  std::optional<int> iterations;
+  std::optional<std::size_t> max_vertices;
+  std::optional<double> seconds;
+};
+
+// Returns the settings that the options ask for, if any. Throws UsageError for a value out of range.
+std::optional<RemeshSettings> settings_of(const RemeshFlags& flags);
+
+// Adds --max-edge, --min-edge and --max-vertices, which also have a meaning without a deformation.
+void add_edge_options(std::vector<Option>& options, RemeshFlags& flags);
+
+// Adds --remesh and all options of remeshing after a deformation.
+void add_remesh_options(std::vector<Option>& options, RemeshFlags& flags);
+
+// --- --frames, --fps, --ease and --hold; file names of frames: a pattern with one %d or %0Nd
+// --------------------------
+
+struct FrameFlags {
+  std::optional<int> frames;
+  std::optional<double> fps;
+  std::string ease = "linear";
+  std::optional<int> hold;
+
+  double frames_per_second() const { return fps.value_or(24); }
+};
+
+// Appends --fps, --ease and --hold.
+void add_time_options(std::vector<Option>& options, FrameFlags& flags);
+
+// Throws UsageError for values out of range, and for a time without frames.
+FrameOptions frame_options(const FrameFlags& flags);
+
+// Throws UsageError unless the frames per second, if given, are a number above 0.
+void check_fps(const FrameFlags& flags);
+
+// Returns whether a name is a pattern, or wants to be one.
+inline bool is_pattern(const std::string& name) { return name.find('%') != std::string::npos; }
+
+struct FramePattern {
+  std::string before;
+  int width = 0;  // digits, filled up with zeros; 0: as many as it takes
+  std::string after;
+};
+
+// Throws UsageError unless the text holds exactly one %d or %0Nd (N from 1 to 9); %% stands for %.
+FramePattern parse_frame_pattern(const std::string& text);
+
+std::string frame_path(const FramePattern& pattern, int index);
+
+// --- the command line
+// -------------------------------------------------------------------------------------------------
+
+struct DeformOptions {
+  std::string shape;
+  std::string session;
+  std::string output;
+  double tolerance = 1e-5;
+  std::string integrator = "tsit5";
+  std::string precision = "float";
+  std::string backend = "cpu";
+  std::optional<int> threads;
+  bool inverse = false;
+  bool check = false;
+  std::optional<std::string> require;
+  RemeshFlags remesh;
+  std::optional<double> until;
+  FrameFlags frames;
+  std::string report;
+  std::string digits = "auto";
+  bool stream = false;
+  double piece_mb = 32;
+  StreamFormat format;
+  CommonOptions common;
+};
+
+// The value of --digits.
+enum class DigitsKind { automatic, shortest, given };
+struct Digits {
+  DigitsKind kind = DigitsKind::automatic;
+  int count = 0;  // if given
+};
+
+// Throws UsageError for values out of range, and for rounding beside a certificate.
+Digits digits_of(const DeformOptions& options);
+
+// Returns WriteOptions::decimals for an output like the source. Automatic: as many as the source's coordinates have, if
+// half a unit of the last is within the tolerance (relative to the diagonal of the box).
+std::optional<int> decimals_for(const Digits& digits, const ShapeFile& source, double tolerance);
+// The same for coordinates with `own` decimals (std::nullopt if they are not text) in a box of that diagonal.
+std::optional<int> decimals_for(const Digits& digits, std::optional<int> own, double diagonal, double tolerance);
+
+// Throws UsageError where --until is beyond the session.
+void check_until(const DeformOptions& options, const Session& session);
+
+// The options of the subcommand, whose values go to `options`.
+std::vector<Option> describe(DeformOptions& options);
+
+// Throws UsageError for values out of range.
+ReplayOptions replay_options(const DeformOptions& options);
+
+// --- a point cloud in pieces
+// ------------------------------------------------------------------------------------------
+
+// Returns whether the cloud goes through in pieces: with --stream, or where the file is larger than half of the memory
+// and nothing stands against it. Throws UsageError, or what CloudPieces throws, where --stream cannot be had.
+bool is_streamed(const DeformOptions& options);
+
+// Reads the cloud twice: for the box, the decimals and the columns of the whole; then piece by piece to be moved and
+// written. The file appears when all is written. The bytes are those without pieces.
+void run_stream(const DeformOptions& options);
+
+}  // namespace knead::command

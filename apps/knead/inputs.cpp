@@ -1,0 +1,171 @@
+#include "inputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <optional>
+#include <system_error>
+#include <vector>
+
+#include "command.h"
+#include "knead/error.h"
+#include "knead/io.h"
+#include "output.h"
+
+#ifdef KNEAD_HAS_GPU
+#include "knead/gpu.h"
+#endif
+
+namespace knead::command {
+
+namespace {
+
+constexpr std::string_view kInput = "standard input";
+
+std::string read_standard_input() {
+  std::string bytes;
+  std::array<char, 1 << 16> block{};
+  for (std::size_t count = 0; (count = std::fread(block.data(), 1, block.size(), stdin)) > 0;) {
+    bytes.append(block.data(), count);
+  }
+  if (std::ferror(stdin) == 0) return bytes;
+  throw IoError(IoError::Operation::read, std::string(kInput),
+                fmt::format("cannot be read ({}); check where it comes from", std::generic_category().message(errno)));
+}
+
+}  // namespace
+
+void add_format_option(std::vector<Option>& options, StreamFormat& format) {
+  options.push_back({"--format", &format,
+                     "The format of a shape that is -, standard input or output, by the extension of its files",
+                     "EXT"});
+}
+
+void check_streams(const std::vector<std::string>& paths, const StreamFormat& format) {
+  const bool streams = std::any_of(paths.begin(), paths.end(), is_stream);
+  if (streams && !format) throw UsageError("-: standard input and output have no extension; add --format, as ply");
+  if (!streams && format) throw UsageError("--format: no file is -; the extension of a file says its format");
+  if (!format) return;
+  const std::vector<std::string_view> known = shape_extensions();
+  if (std::find(known.begin(), known.end(), *format) != known.end()) return;
+  throw UsageError(fmt::format("--format {}: no such format; say one of {}", *format, fmt::join(known, ", ")));
+}
+
+void require_free_output(const std::string& output, bool asked, std::string_view option) {
+  if (!asked || !is_stream(output)) return;
+  throw UsageError(
+      fmt::format("{}: standard output takes the result (--output -); write one of them to a file", option));
+}
+
+ShapeFile read_shape_or_stream(const std::string& path, const StreamFormat& format, const ReadOptions& options) {
+  if (!is_stream(path)) return read_shape(path, options);
+  return parse_shape(read_standard_input(), format_of(format_path(path, format)), std::string(kInput));
+}
+
+ShapeSummary read_summary_or_stream(const std::string& path, const StreamFormat& format) {
+  if (!is_stream(path)) return read_summary(path);
+  return parse_summary(read_standard_input(), format_of(format_path(path, format)), std::string(kInput));
+}
+
+std::filesystem::path format_path(const std::string& path, const StreamFormat& format) {
+  return is_stream(path) ? "standard output." + *format : path;
+}
+
+void require_shape_output(const std::string& path) {
+  if (is_stream(path)) return;
+  require_shape_extension(path);
+  require_writable(path);
+}
+
+void end_after_last_shape(const std::string& path, bool more_to_say) {
+  if (is_stream(path)) return;
+  const std::string format = format_of(path);
+  if (format != "gltf" && format != "glb" && format != "obj") end_after_last_output(more_to_say);
+}
+
+void write_shape_or_stream(const std::string& path, const StreamFormat& format, const ShapeFile& source,
+                           std::span<const Vec3d> positions, const WriteOptions& options) {
+  if (!is_stream(path)) return write_shape(path, source, positions, options);
+  print(serialize_shape(format_of(format_path(path, format)), source, positions, options));
+}
+
+void write_remeshed_or_stream(const std::string& path, const StreamFormat& format, const ShapeFile& source,
+                              const Mesh& mesh, std::span<const std::uint32_t> face_source,
+                              const WriteOptions& options) {
+  if (!is_stream(path)) return write_remeshed(path, source, mesh, face_source, options);
+  print(serialize_remeshed(format_of(format_path(path, format)), source, mesh, face_source, options));
+}
+
+namespace {
+
+constexpr std::size_t kMaxKeptBytes = std::size_t{64} << 20;  // of a file that can be read again
+
+}  // namespace
+
+Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet) {
+  Inputs inputs;
+  inputs.session = without_off(read_session(session));  // first: it is the shorter, and the one that people mistype
+  inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});
+  if (!quiet) {
+    print_notes(inputs.session.warnings);
+    for (const std::string& note : inputs.shape.notes) print_message(fmt::format("note: {}: {}", shape, note));
+  }
+  return inputs;
+}
+
+ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet) {
+  Progress progress;
+  options.progress = &progress;
+  options.strokes_warn = false;
+  if (!quiet) print_notes(stroke_warnings(session, options.part));
+  ReplayResult result;
+  {
+    std::optional<CancelOnInterruption> cancel(std::in_place, progress);
+    progress.total = total_work(mesh, session, options);
+    const int frames = frame_count(options.frames);
+    ProgressBar bar(progress, progress.total, !quiet, frames);
+    if (const auto deliver = options.frames.deliver) {
+      // From the last frame on, an interruption that comes when all files are in place is none.
+      options.frames.deliver = [&, deliver](const ReplayFrame& frame) {
+        if (frame.index + 1 == frames) cancel.reset();
+        if (progress.cancel) throw Interrupted{};
+        deliver(frame);
+        bar.count_frame();
+      };
+    }
+    result = replay(borrow(mesh), session, options);
+  }
+  if (progress.cancel) throw Interrupted{};
+  if (result.status == AdvectStatus::step_limit) {
+    throw QualityError(to_string(Place{session.name, result.failed_line}) + ": " + kStepLimitAdvice);
+  }
+  if (!quiet) print_notes(result.warnings);
+  return result;
+}
+
+#ifdef KNEAD_HAS_GPU
+
+ChosenBackend choose_backend(const std::string& name, bool quiet) {
+  if (name != "gpu") return {};
+  const auto use = std::make_shared<BackendUse>();
+  Backend gpu = gpu::backend_or_cpu([use, quiet](const std::string& why) {
+    use->has_failed = true;
+    if (!quiet) print_message(fmt::format("note: {}; the CPU moves the points instead", why));
+  });
+  Backend move = [use, gpu = std::move(gpu)](const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+    use->was_called = true;
+    return gpu(flow, points, options);
+  };
+  return {std::move(move), use};
+}
+
+#else
+
+ChosenBackend choose_backend(const std::string& /*name*/, bool /*quiet*/) { return {}; }
+
+#endif
+
+}  // namespace knead::command

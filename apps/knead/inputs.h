@@ -1,0 +1,118 @@
+// What subcommands read, and the long work on it: shapes and sessions, standard input and output (`-` with --format),
+// the backend, landmarks.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "command.h"
+#include "knead/flow.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/session.h"
+
+namespace knead::command {
+
+using StreamFormat = std::optional<std::string>;  // the value of --format
+
+void add_format_option(std::vector<Option>& options, StreamFormat& format);
+
+inline bool is_stream(const std::string& path) { return path == "-"; }
+
+// Throws UsageError if one of these paths is `-` and there is no format, or a format and none of them is `-`, or the
+// format is none that is known.
+void check_streams(const std::vector<std::string>& paths, const StreamFormat& format);
+
+// Throws UsageError if the output is standard output, and so is what this option asks for.
+void require_free_output(const std::string& output, bool asked, std::string_view option);
+
+// Returns read_shape(path, options), or the shape on standard input.
+ShapeFile read_shape_or_stream(const std::string& path, const StreamFormat& format, const ReadOptions& options = {});
+
+// Returns read_summary(path), or that of the shape on standard input.
+ShapeSummary read_summary_or_stream(const std::string& path, const StreamFormat& format);
+
+// Returns a path with the extension of the format, for functions that ask what a format can hold: the path itself, or a
+// name for standard output.
+std::filesystem::path format_path(const std::string& path, const StreamFormat& format);
+
+// Throws what require_shape_extension and require_writable throw for a file; nothing for standard output.
+void require_shape_output(const std::string& path);
+
+// Calls end_after_last_output, unless writing the shape writes several files (glTF with buffers, OBJ with materials).
+void end_after_last_shape(const std::string& path, bool more_to_say);
+
+// Writes to the file, or to standard output.
+void write_shape_or_stream(const std::string& path, const StreamFormat& format, const ShapeFile& source,
+                           std::span<const Vec3d> positions, const WriteOptions& options);
+void write_remeshed_or_stream(const std::string& path, const StreamFormat& format, const ShapeFile& source,
+                              const Mesh& mesh, std::span<const std::uint32_t> face_source,
+                              const WriteOptions& options = {});
+
+// --- a session applied to a shape, watched and interruptible
+// ----------------------------------------------------------
+
+// What both subcommands read. The session has no strokes that are off. Notes go to standard error unless quiet.
+struct Inputs {
+  ShapeFile shape;
+  Session session;
+};
+Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet);
+
+// replay(), with a progress bar unless quiet, its warnings on standard error, and options.progress set to its own.
+// Returns a result whose status is done; throws Interrupted or QualityError for other statuses. The mesh must outlive
+// the result.
+ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet);
+
+// --- what --backend chooses
+// -------------------------------------------------------------------------------------------
+
+// What happened to a backend.
+struct BackendUse {
+  bool was_called = false;
+  bool has_failed = false;  // the CPU did the rest
+};
+
+struct ChosenBackend {
+  Backend move;  // empty: the CPU
+  std::shared_ptr<const BackendUse> use{};
+
+  // Returns the report's "backend": gpu only if the GPU moved all vertices.
+  std::string name() const { return use != nullptr && use->was_called && !use->has_failed ? "gpu" : "cpu"; }
+};
+
+// Returns the backend of a name that check_backend accepts. If there is no GPU, or it fails, the CPU does the work, and
+// a note on standard error says so unless quiet.
+ChosenBackend choose_backend(const std::string& name, bool quiet);
+
+// --- landmarks of `knead fit`: a table of pairs, or one file of points for each shape
+// ---------------------------------
+
+struct LandmarkPairs {
+  std::vector<Vec3d> source;
+  std::vector<Vec3d> target;
+  std::vector<std::string> notes;
+};
+
+// Reads pairs of places (source_x,source_y,source_z,target_x,target_y,target_z) or of vertices from 0 on
+// (source_vertex,target_vertex), as the first line names them, or by the number of columns. Fields lie between commas,
+// semicolons or tabs, also in quotes; decimal commas are read where semicolons or tabs separate. A pair that is given
+// twice counts once. Throws IoError(read), and InvalidInput with the line.
+LandmarkPairs read_pairs(const std::string& path, const Mesh& source, const Mesh& target);
+
+// Reads the landmarks of one shape from each file: .fcsv or .mrk.json of 3D Slicer, or a table x,y,z with or without
+// `label`. Points belong together by their labels if both files have the same ones, otherwise by their order. Where one
+// file is in RAS and the other in LPS, x and y of the one in RAS change their signs; a note says so. Throws as above.
+LandmarkPairs read_points(const std::string& source, const std::string& target);
+
+// Throws InvalidInput where the places of the target lie far from those of the source, or are their mirror images in
+// axes, as between RAS and LPS. `diagonal`: of the source.
+void check_frames(const LandmarkPairs& pairs, const std::string& path, double diagonal);
+
+}  // namespace knead::command

@@ -1,0 +1,178 @@
+// The list of pins in the panel.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string>
+
+#include "panels/file_dialog.h"
+#include "panels/interface_fixture.h"
+#include "panels/panels.h"
+
+namespace knead::studio {
+
+namespace {
+
+using PinsListTest = StudioTest;
+
+TEST_F(PinsListTest, ChangesPins) {
+  PinVertex seat(options(), 1440, 900);
+  run(seat.studio, R"({"new": "sphere", "vertices": 2562}
+{"key": "Alt+1"}
+{"key": "Home"})");
+  seat.frame();
+  seat.key("P");
+  seat.studio.settings().pose = PoseMode::exact;
+  for (const double x : {480.0, 560.0, 640.0}) seat.click(x, 450);
+  ASSERT_EQ(seat.studio.placed().pins.size(), 3u);
+  seat.frame();
+  const auto list = [] {
+    for (const ImGuiWindow* window : ImGui::GetCurrentContext()->Windows) {
+      if (std::string(window->Name).find("##pins") != std::string::npos) return window;
+    }
+    return static_cast<const ImGuiWindow*>(nullptr);
+  };
+  ASSERT_TRUE(list() != nullptr);
+  const double left = list()->Pos.x;
+  const double row = ImGui::GetFrameHeightWithSpacing();
+  const double second = list()->Pos.y + 1.5 * row;
+  const double font = ImGui::GetFontSize();
+
+  seat.click(left + 0.5 * font, second);
+  EXPECT_FALSE(seat.studio.placed().pins[1].holds);
+  EXPECT_EQ(seat.studio.pointed_pin(), 1u) << "the pin of the row is lit";
+  seat.click(left + 0.5 * font, second);
+  EXPECT_TRUE(seat.studio.placed().pins[1].holds);
+
+  const Vec3d before = seat.studio.placed().pins[1].place;
+  seat.click(left + 4.5 * font, second);
+  seat.type(std::to_string(before.x + 0.125));
+  seat.key("Enter");
+  seat.frame();
+  ASSERT_EQ(seat.studio.shown().history.size(), 1u);
+  const auto stroke = std::get<PinsStroke>(seat.studio.shown().history[0]->strokes[0].stroke);
+  EXPECT_NEAR(stroke.to[1].x - before.x, 0.125, 1e-6);  // six digits were typed
+  EXPECT_EQ(stroke.to[1].y, before.y);
+  EXPECT_EQ(stroke.to[1].z, before.z);
+
+  seat.frame();
+  // The panel has a scroll bar now, and the list is narrower.
+  seat.click(list()->Pos.x + list()->Size.x - 0.6 * font, list()->Pos.y + 1.5 * row);
+  EXPECT_EQ(seat.studio.placed().pins.size(), 2u);
+  EXPECT_EQ(seat.studio.shown().history.size(), 1u);
+  seat.move(480, 700);
+  EXPECT_FALSE(seat.studio.pointed_pin());
+}
+
+}  // namespace
+
+namespace {
+
+LayoutQuery query_of(float width, float height, float unit) {
+  LayoutQuery query{width, height, unit};
+  query.bar = 23 * unit;
+  query.item = 38 * unit;
+  query.item_gap = 2 * unit;
+  query.tools = 13;
+  query.panel_width = kPanelWidth;
+  return query;
+}
+
+TEST(Layout, PanelsStayInTheWindowAndApart) {
+  for (const float width : {480.0F, 800.0F, 1440.0F, 3840.0F}) {
+    for (const float height : {320.0F, 500.0F, 900.0F, 2160.0F}) {
+      for (const float unit : {0.5F, 1.0F, 2.0F, 3.0F}) {
+        for (const bool labels : {false, true}) {
+          LayoutQuery query = query_of(width, height, unit);
+          query.labels = labels;
+          const Layout layout = layout_of(query);
+          EXPECT_GE(layout.tool_bar.left, 0);
+          EXPECT_GE(layout.tool_bar.top, query.bar);
+          EXPECT_LE(layout.tool_bar.bottom, height - query.bar);
+          EXPECT_LE(layout.tool_bar.right, layout.side_panel.left);
+          EXPECT_LE(layout.side_panel.right, width);
+          EXPECT_LE(layout.side_panel.bottom, height - query.bar);
+          EXPECT_LE(layout.side_panel.width(), 0.45F * width + 0.01F);
+          EXPECT_GE(layout.free.width(), 0);
+          EXPECT_GE(layout.free.height(), 0);
+        }
+      }
+    }
+  }
+}
+
+TEST(Layout, TheToolBarScrollsWhereItDoesNotFit) {
+  EXPECT_FALSE(layout_of(query_of(1440, 900, 1)).tool_bar_scrolls);
+  EXPECT_TRUE(layout_of(query_of(800, 500, 1)).tool_bar_scrolls);
+  EXPECT_TRUE(layout_of(query_of(1440, 900, 2)).tool_bar_scrolls);
+}
+
+TEST(Layout, ThePersonChoosesTheWidthOfThePanelWithinLimits) {
+  LayoutQuery query = query_of(1440, 900, 1);
+  query.panel_width = 400;
+  EXPECT_FLOAT_EQ(layout_of(query).side_panel.width(), 400);
+  query.panel_width = 5;
+  EXPECT_FLOAT_EQ(layout_of(query).side_panel.width(), kMinPanelWidth);
+  query.panel_width = 5000;
+  EXPECT_FLOAT_EQ(layout_of(query).side_panel.width(), kMaxPanelWidth);
+}
+
+TEST(Layout, MarginsAreWhatIsNotFree) {
+  const Layout layout = layout_of(query_of(1440, 900, 1));
+  const Margins margins = margins_of(layout, 1440, 900);
+  EXPECT_NEAR(margins.right, 1440 - layout.side_panel.left, 0.5);
+  EXPECT_NEAR(margins.left, layout.tool_bar.right, 0.5);
+  EXPECT_EQ(margins.top, 23);
+  EXPECT_EQ(margins.bottom, 23);
+  LayoutQuery hidden = query_of(1440, 900, 1);
+  hidden.panels = false;
+  EXPECT_EQ(margins_of(layout_of(hidden), 1440, 900), (Margins{0, 23, 0, 23}));
+}
+
+}  // namespace
+
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(FileList, FoldersComeFirstAndOnlyTheFormatsAskedFor) {
+  const fs::path folder = fs::temp_directory_path() / fmt::format("knead_file_list_{}", ::getpid());
+  fs::create_directories(folder / "zebra");
+  fs::create_directories(folder / ".hidden");
+  for (const char* name : {"b.ply", "A.PLY", "c.txt", ".d.ply"}) std::ofstream(folder / name) << "12345";
+  const std::vector<std::string> shapes{".ply", ".obj"};
+  const FileList list = list_files(folder, shapes);
+  ASSERT_EQ(list.files.size(), 3U);
+  EXPECT_EQ(list.files[0].name, "zebra");
+  EXPECT_TRUE(list.files[0].is_folder);
+  EXPECT_EQ(list.files[1].name, "A.PLY");
+  EXPECT_EQ(list.files[1].bytes, 5U);
+  EXPECT_EQ(list.files[2].name, "b.ply");
+  EXPECT_EQ(list.problem, "");
+  EXPECT_EQ(list_files(folder, {}).files.size(), 4U);
+  EXPECT_NE(list_files(folder / "nothing", {}).problem, "");
+  fs::remove_all(folder);
+}
+
+TEST(FileList, NamesGetTheExtensionThatTheyLack) {
+  const std::vector<std::string> shapes{".ply", ".obj"};
+  EXPECT_EQ(with_extension("hand", shapes, ".ply"), "hand.ply");
+  EXPECT_EQ(with_extension("hand.OBJ", shapes, ".ply"), "hand.OBJ");
+  EXPECT_EQ(with_extension("hand.v2", shapes, ".ply"), "hand.v2.ply");
+  EXPECT_EQ(with_extension("hand.xyzw", shapes, ".ply"), "hand.xyzw") << "there is no such format, which is said";
+}
+
+TEST(FileList, SizesAreShort) {
+  EXPECT_EQ(size_text(0), "0 bytes");
+  EXPECT_EQ(size_text(999), "999 bytes");
+  EXPECT_EQ(size_text(1000), "1.0 KB");
+  EXPECT_EQ(size_text(41'700), "42 KB");
+  EXPECT_EQ(size_text(999'700), "1.0 MB");
+  EXPECT_EQ(size_text(3'400'000'000), "3.4 GB");
+}
+
+}  // namespace
+
+}  // namespace knead::studio

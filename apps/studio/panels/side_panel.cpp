@@ -1,0 +1,359 @@
+// The panel on the right: how the shape is drawn, and the history as layers: what was done, by name; looking back,
+// switching off, moving, renaming, changing.
+#include <fmt/format.h>
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "document/layers.h"
+#include "panels/panels.h"
+#include "panels/widgets.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr const char* kDragged = "layer";  // what is carried by drag and drop: the number of an entry
+
+void draw_numbers(LayerEditor& layers) {
+  for (const StrokeField& field : fields_of(layers.strokes)) {
+    double value = field.value;
+    if (!type_number(field.name.c_str(), value, {-1e9, 1e9}, field.help.c_str())) continue;
+    std::vector<SessionStroke> strokes = layers.strokes;
+    set_field(strokes, field.name, value);
+    set_strokes(layers, std::move(strokes));
+  }
+  std::optional<int> falloff = falloff_of(layers.strokes);
+  if (!falloff || !choose_falloff(*falloff)) return;
+  std::vector<SessionStroke> strokes = layers.strokes;
+  set_falloff(strokes, *falloff);
+  set_strokes(layers, std::move(strokes));
+}
+
+void draw_text(LayerEditor& layers) {
+  if (!ImGui::TreeNode("Edit as session lines")) return;
+  const ImVec2 size{-1, ImGui::GetTextLineHeight() * 7};
+  std::string text = layers.text;
+  if (ImGui::InputTextMultiline("##lines", &text, size)) set_text(layers, std::move(text));
+  ImGui::TreePop();
+}
+
+// In percent. The shape follows while the slider is dragged; the whole drag is one change.
+void draw_strength(Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  const double most = 100 * kMaxStrength;
+  const double least = 0;
+  double percent = editor.percent.value_or(100 * strength_of(studio.shown().history[entry]->strokes));
+  if (ImGui::SliderScalar("Strength", ImGuiDataType_Double, &percent, &least, &most, "%.0f%%",
+                          ImGuiSliderFlags_AlwaysClamp)) {
+    editor.percent = percent;
+    studio.drag_layers(with_strength(entry, percent / 100));
+  }
+  help_on_hover("how much of it is applied; above 100% it goes on beyond its end");
+  if (ImGui::IsItemDeactivatedAfterEdit()) studio.end_layer_drag(true);
+  if (!ImGui::IsItemActive()) editor.percent.reset();
+}
+
+// Buttons that change where an entry stands. They deselect nothing: the selection follows.
+void draw_order(Studio& studio, std::size_t entry) {
+  const std::size_t count = studio.shown().history.size();
+  const auto button = [&](const char* label, bool is_possible, const LayerChange& change, const char* help) {
+    ImGui::BeginDisabled(!is_possible);
+    if (ImGui::Button(label)) studio.change_layers(change);
+    ImGui::EndDisabled();
+    help_on_hover(help);
+  };
+  button("Up", entry > 0, moved(entry, entry == 0 ? 0 : entry - 1), "before the entry above");
+  ImGui::SameLine();
+  button("Down", entry + 1 < count, moved(entry, entry + 1), "after the entry below");
+  ImGui::SameLine();
+  button("Join", entry > 0, joined(entry), "makes one group of this entry and the one above");
+  ImGui::SameLine();
+  button("Split", studio.shown().history[entry]->strokes.size() > 1, split(entry), "into its strokes");
+}
+
+void begin_renaming(const Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  editor.renaming = entry;
+  editor.name = name_of(studio.shown().history[entry]->strokes);
+  editor.is_beginning = true;
+}
+
+void draw_editor(Studio& studio, HistoryEditor& editor) {
+  LayerEditor& layers = studio.layers();
+  const std::size_t entry = *layers.entry;
+  ImGui::Indent();
+  draw_strength(studio, editor, entry);
+  draw_order(studio, entry);
+  draw_numbers(layers);
+  draw_text(layers);
+  if (!layers.problem.empty()) text_in_colour(kWarning, layers.problem);
+  const bool changed = layers.strokes != studio.shown().history[entry]->strokes;
+  ImGui::BeginDisabled(!changed || !layers.problem.empty());
+  if (ImGui::Button("Apply and redo the rest")) studio.change_layers(replaced(entry, layers.strokes));
+  ImGui::EndDisabled();
+  if (ImGui::Button("Show")) studio.look_at(entry + 1);
+  ImGui::SameLine();
+  if (ImGui::Button("Rename")) begin_renaming(studio, editor, entry);
+  ImGui::SameLine();
+  if (ImGui::Button("Remove")) {
+    studio.change_layers(removed(entry));
+    studio.select_layer(std::nullopt);
+  }
+  ImGui::Unindent();
+}
+
+void draw_past_banner(Studio& studio) {
+  const DocumentState& shown = studio.shown();
+  if (!shown.looked_at || *shown.looked_at == shown.history.size()) return;  // a frame
+  text_in_colour(kWarning,
+                 fmt::format("This is the shape after {} of {} entries.", *shown.looked_at, shown.history.size()));
+  if (ImGui::Button("Back to the present")) studio.look_at(std::nullopt);
+}
+
+// The field in which the name is typed; Enter or a click elsewhere ends it, Escape gives it up.
+void draw_renaming(Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  ImGui::SetNextItemWidth(-1);
+  if (std::exchange(editor.is_beginning, false)) ImGui::SetKeyboardFocusHere();
+  const bool is_entered = ImGui::InputText("##name", &editor.name,
+                                           ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+  if (!is_entered && !ImGui::IsItemDeactivated()) return;
+  const bool is_given_up = !is_entered && escape_pressed();
+  editor.renaming.reset();
+  if (!is_given_up) studio.change_layers(renamed(entry, editor.name));
+}
+
+void carry(Studio& studio, std::size_t entry) {
+  if (ImGui::BeginDragDropSource()) {
+    ImGui::SetDragDropPayload(kDragged, &entry, sizeof entry);
+    ImGui::TextUnformatted(name_of(studio.shown().history[entry]->strokes).c_str());
+    ImGui::EndDragDropSource();
+  }
+  if (!ImGui::BeginDragDropTarget()) return;
+  if (const ImGuiPayload* const payload = ImGui::AcceptDragDropPayload(kDragged)) {
+    studio.change_layers(moved(*static_cast<const std::size_t*>(payload->Data), entry));
+  }
+  ImGui::EndDragDropTarget();
+}
+
+void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  const HistoryEntry& shown = *studio.shown().history[entry];
+  const std::string label = fmt::format("{}  {}###name", entry + 1, name_of(shown.strokes));
+  const bool is_open = studio.layers().entry == entry;
+  const bool is_lit = is_open || studio.shown().looked_at == entry + 1;
+  const double strength = strength_of(shown.strokes);
+  const float room = strength == 1 ? 0.0F : ImGui::GetFontSize() * 2.6F;
+  const ImVec2 size{std::max(ImGui::GetContentRegionAvail().x - room, 1.0F), 0};
+  if (ImGui::Selectable(label.c_str(), is_lit, ImGuiSelectableFlags_AllowDoubleClick, size)) {
+    if (ImGui::IsMouseDoubleClicked(0)) {
+      begin_renaming(studio, editor, entry);
+    } else {
+      studio.select_layer(is_open ? std::nullopt : std::optional(entry));
+    }
+  }
+  help_on_hover(fmt::format("{}, {:.0f} ms. Double click to rename, drag to move.", description_of(shown.strokes),
+                            1000 * shown.seconds)
+                    .c_str());
+  carry(studio, entry);
+  if (strength == 1) return;
+  ImGui::SameLine();
+  ImGui::TextDisabled("%.0f%%", 100 * strength);
+}
+
+void draw_entry(Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  ImGui::PushID(static_cast<int>(entry));
+  bool is_on = !is_off(studio.shown().history[entry]->strokes);
+  if (ImGui::Checkbox("##on", &is_on)) studio.change_layers(switched(entry, !is_on));
+  help_on_hover("switched on or off");
+  ImGui::SameLine();
+  if (editor.renaming == entry) {
+    draw_renaming(studio, editor, entry);
+  } else {
+    draw_name(studio, editor, entry);
+  }
+  if (studio.layers().entry == entry) draw_editor(studio, editor);
+  ImGui::PopID();
+}
+
+}  // namespace
+
+void draw_history(Studio& studio, HistoryEditor& editor) {
+  const DocumentState& shown = studio.shown();
+  if (shown.opened == 0) return;
+  draw_past_banner(studio);
+  if (ImGui::Selectable("0  As it was opened", shown.looked_at == 0U)) {
+    studio.look_at(std::size_t{0});
+    studio.select_layer(std::nullopt);
+  }
+  // A change without a worker is made at once, so the number of entries is asked for again.
+  for (std::size_t i = 0; i < studio.shown().history.size(); ++i) draw_entry(studio, editor, i);
+  const std::size_t done = studio.shown().history.size();
+  for (std::size_t i = 0; i < studio.shown().redoable.size(); ++i) {
+    const std::string name = name_of(studio.shown().redoable[i]->strokes);
+    ImGui::TextDisabled("%s", fmt::format("{}  {}", done + i + 1, name).c_str());
+  }
+}
+
+// --- how the shape is drawn: material, relief, background, perspective -----------------------------------------------
+
+namespace {
+
+void draw_matcaps(Look& look, const Gui& gui) {
+  const std::string chosen(title_of(look.matcap));
+  if (ImGui::BeginCombo("Matcap", chosen.c_str())) {
+    for (const render::Matcap matcap : render::all_matcaps()) {
+      gui.draw_ball(matcap);
+      ImGui::SameLine();
+      if (ImGui::Selectable(std::string(title_of(matcap)).c_str(), matcap == look.matcap)) look.matcap = matcap;
+    }
+    ImGui::EndCombo();
+  }
+  ImGui::SameLine();
+  gui.draw_ball(look.matcap);
+}
+
+void draw_background(std::string& background) {
+  constexpr std::array<const char*, 3> names{"gradient", "light", "dark"};
+  constexpr std::array<const char*, 3> titles{"Gradient", "Light", "Dark"};
+  const std::optional<render::Color> own = render::color_from(background);
+  const auto* const known = std::find(names.begin(), names.end(), background);
+  if (ImGui::BeginCombo("Background", own ? "Colour" : titles[static_cast<std::size_t>(known - names.begin())])) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (ImGui::Selectable(titles[i], background == names[i])) background = names[i];
+    }
+    if (ImGui::Selectable("Colour", own.has_value()) && !own) {
+      background = text_of(render::background_named(background)->bottom);
+    }
+    ImGui::EndCombo();
+  }
+  if (!own) return;
+  std::array<float, 3> channels{own->red, own->green, own->blue};
+  if (ImGui::ColorEdit3("##background", channels.data(), ImGuiColorEditFlags_DisplayHex)) {
+    background = text_of(render::Color{channels[0], channels[1], channels[2], 1});
+  }
+}
+
+void draw_projection(View& view) {
+  bool is_perspective = view.projection == render::Projection::perspective;
+  if (ImGui::Checkbox("Perspective", &is_perspective)) view = toggled_projection(view);
+  if (!is_perspective) return;
+  slide("Field of view", view.field_of_view_deg, {kSmallestFieldDeg, kLargestFieldDeg}, "degrees from bottom to top");
+  view.field_of_view_deg = std::clamp(view.field_of_view_deg, kSmallestFieldDeg, kLargestFieldDeg);
+}
+
+}  // namespace
+
+void draw_look_settings(Studio& studio, const Gui& gui) {
+  Look& look = studio.view().look;
+  constexpr std::array materials{render::Material::clay, render::Material::matcap, render::Material::flat};
+  choose_one("Shading", look.material, materials, [](render::Material material) {
+    return std::array{"Clay", "Matcap", "Flat"}[static_cast<std::size_t>(material)];
+  });
+  if (look.material == render::Material::matcap) draw_matcaps(look, gui);
+  ImGui::Checkbox("Cavity", &look.relief.cavity);
+  help_on_hover("darkens grooves and brightens ridges");
+  ImGui::SameLine();
+  ImGui::Checkbox("Occlusion", &look.relief.occlusion);
+  help_on_hover("darkens folds and corners");
+  draw_background(look.background);
+  draw_projection(studio.navigation().view);
+}
+
+// --- the pictures behind the shape -----------------------------------------------------------------------------------
+
+namespace {
+
+// Moves the picture within its plane.
+void draw_place(Reference& reference, UpAxis up, double diagonal) {
+  const render::CameraFrame frame = frame_of(reference.plane, up);
+  for (const auto& [label, direction] : {std::pair{"Right", frame.right}, {"Up", frame.up}}) {
+    const double before = dot(reference.center, direction);
+    double place = before;
+    if (type_number(label, place, {-1e9, 1e9}, "of its middle, in the units of the shape")) {
+      reference.center += direction * (place - before);
+    }
+  }
+  slide("Height", reference.height, {1e-2 * diagonal, 10 * diagonal}, "of the picture, in the units of the shape");
+}
+
+// Returns false if the picture is to be taken away.
+bool draw_reference(Reference& reference, UpAxis up, double diagonal) {
+  ImGui::Checkbox("##shown", &reference.is_shown);
+  ImGui::SameLine();
+  ImGui::TextUnformatted(reference.file.filename().c_str());
+  constexpr std::array planes{ReferencePlane::front, ReferencePlane::right, ReferencePlane::top};
+  choose_one("Plane", reference.plane, planes, [](ReferencePlane plane) {
+    return std::array{"Front", "Right", "Top"}[static_cast<std::size_t>(plane)];
+  });
+  slide("Opacity", reference.opacity, {0, 1}, nullptr);
+  reference.opacity = std::clamp(reference.opacity, 0.0, 1.0);
+  draw_place(reference, up, diagonal);
+  ImGui::Checkbox("In every view", &reference.in_every_view);
+  help_on_hover("otherwise only when you look straight at its plane (Alt+1, Alt+3, Alt+7)");
+  ImGui::SameLine();
+  return !ImGui::Button("Remove");
+}
+
+}  // namespace
+
+void draw_references(Studio& studio) {
+  std::vector<Reference>& references = studio.references();
+  ImGui::Checkbox("Show", &studio.view().references);
+  std::optional<std::size_t> removed;
+  for (std::size_t i = 0; i < references.size(); ++i) {
+    ImGui::Separator();
+    ImGui::PushID(static_cast<int>(i));
+    if (!draw_reference(references[i], studio.navigation().view.up, studio.shown().diagonal)) removed = i;
+    ImGui::PopID();
+  }
+  if (removed) references.erase(references.begin() + static_cast<std::ptrdiff_t>(*removed));
+}
+
+// --- preferences of the pointer: unit of lengths, pressure of a pen, colours of the cursor ---------------------------
+
+namespace {
+
+template <class T, std::size_t N>
+bool choose_in_menu(const char* label, T& value, const std::array<const char*, N>& names) {
+  bool changed = false;
+  if (!ImGui::BeginMenu(label)) return false;
+  for (std::size_t i = 0; i < N; ++i) {
+    const T each = static_cast<T>(i);
+    if (!ImGui::MenuItem(names[i], nullptr, value == each)) continue;
+    changed = value != each;
+    value = each;
+  }
+  ImGui::EndMenu();
+  return changed;
+}
+
+bool choose_color(const char* label, render::Color& color) {
+  std::array<float, 3> parts{color.red, color.green, color.blue};
+  const bool changed = ImGui::ColorEdit3(label, parts.data(), ImGuiColorEditFlags_NoInputs);
+  if (changed) color = {parts[0], parts[1], parts[2], 1};
+  return changed;
+}
+
+}  // namespace
+
+bool draw_pointer_preferences(Preferences& preferences) {
+  bool changed =
+      choose_in_menu("Unit of the file", preferences.unit, std::array{"None", "Millimetres", "Centimetres", "Metres"});
+  changed = choose_in_menu("Pen pressure", preferences.pressure, std::array{"None", "Radius", "Depth"}) || changed;
+  if (ImGui::BeginMenu("Cursor colours")) {
+    changed = choose_color("Outer ring", preferences.outer_ring) || changed;
+    changed = choose_color("Inner ring", preferences.inner_ring) || changed;
+    if (ImGui::MenuItem("Defaults")) {
+      preferences.outer_ring = Preferences{}.outer_ring;
+      preferences.inner_ring = Preferences{}.inner_ring;
+      changed = true;
+    }
+    ImGui::EndMenu();
+  }
+  return changed;
+}
+
+}  // namespace knead::studio

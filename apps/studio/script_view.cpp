@@ -1,0 +1,184 @@
+// What a script does besides events: it restores a view, and it runs without a window.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <numbers>
+#include <optional>
+#include <sstream>
+#include <vector>
+
+#include "application.h"
+#include "knead/error.h"
+#include "knead/gl.h"
+#include "knead/io.h"
+#include "knead/render.h"
+#include "script.h"
+#include "view/overlay.h"
+#include "view/shown_shape.h"
+
+namespace knead::studio {
+
+namespace {
+
+std::string text_of(const Vec3d& v) { return fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
+
+std::string view_line(const View& view) {
+  const double degrees = 180 / std::numbers::pi;
+  return fmt::format(
+      R"({{"view": {{"yaw_deg": {}, "pitch_deg": {}, "target": {}, "height": {}, "projection": "{}"}}}})",
+      view.yaw * degrees, view.pitch * degrees, text_of(view.target), view.height,
+      view.projection == render::Projection::perspective ? "perspective" : "orthographic");
+}
+
+// The words that scripts have for them.
+const char* word_of(DragMode mode) {
+  return std::array{"view", "surface", "normal", "axis"}[static_cast<std::size_t>(mode)];
+}
+
+const char* word_of(HandleMode mode) {
+  return std::array{"full", "zero", "erase", "move"}[static_cast<std::size_t>(mode)];
+}
+
+const char* word_of(PullStart start) {
+  return std::array{"inside", "surface", "plane"}[static_cast<std::size_t>(start)];
+}
+
+const char* word_of(StampContact contact) {
+  return std::array{"auto", "stick", "slip"}[static_cast<std::size_t>(contact)];
+}
+
+const char* word_of(PoseMode mode) {
+  return std::array{"pins", "lasso", "brush", "exact"}[static_cast<std::size_t>(mode)];
+}
+
+std::string settings_line(const ToolSettings& to) {
+  std::string text = fmt::format(R"({{"set": {{"radius": {}, "inner_ratio": {}, "depth": {}, "capsule_length": {}, )",
+                                 to.radius, to.inner_ratio, to.depth, to.capsule_length);
+  text += fmt::format(R"("stamp_size": {}, "exponent": {}, "drag": "{}", "axis": {}, "handle": "{}", )", to.stamp_size,
+                      to.exponent, word_of(to.drag), text_of(to.axis), word_of(to.handle));
+  text += fmt::format(R"("start": "{}", "paint_in": {}, "limit_cylinder": {}, "mirror": [{}, {}, {}], "remesh": {})",
+                      word_of(to.start), to.paint_in, to.uses_limit_cylinder, to.mirror[0], to.mirror[1], to.mirror[2],
+                      to.remesh);
+  text += fmt::format(R"(, "symmetry_center": {}, "radial": {}, "radial_axis": {})", text_of(to.symmetry.center),
+                      to.symmetry.turns, text_of(to.symmetry.axis));
+  text += fmt::format(R"(, "falloff": {}, "auto_radius": {}, "contact": "{}")", to.falloff, to.auto_radius,
+                      word_of(to.stamp_contact));
+  text += fmt::format(R"(, "pose": "{}", "detail": {})", word_of(to.pose), to.pose_detail);
+  if (to.symmetry.plane) {
+    text += fmt::format(R"(, "mirror_plane": {{"point": {}, "normal": {}}})", text_of(to.symmetry.plane->point),
+                        text_of(to.symmetry.plane->normal));
+  }
+  if (to.remesh_settings.max_edge) text += fmt::format(R"(, "max_edge": {})", *to.remesh_settings.max_edge);
+  return text + "}}";
+}
+
+// The shape may be another when they come back: one that was remeshed last has other vertices, and one that is dragged
+// has them in other places.
+std::string pins_line(const std::vector<Pin>& pins, const ShapeState& state) {
+  std::string text;
+  for (const Pin& pin : pins) {
+    text += fmt::format(R"({}{{"place": {}, "holds": {})", text.empty() ? "" : ", ", text_of(pin.place), pin.holds);
+    const auto seat = std::find_if(pin.seats.begin(), pin.seats.end(),
+                                   [&](const Pin::PinVertex& one) { return one.mesh.lock() == state.mesh; });
+    if (seat != pin.seats.end()) text += fmt::format(R"(, "vertex": {})", seat->vertex);
+    text += "}";
+  }
+  return fmt::format(R"({{"pins": [{}], "of": {}}})", text, state.positions.size());
+}
+
+// By the numbers that the vertices have now. Asked for often, so in one pass over the vertices.
+std::string parts_line(const PartMarks& parts) {
+  std::vector<std::string> ranges(parts.holds.size());
+  const std::vector<std::uint8_t>& marks = parts.of_vertex;
+  for (std::size_t first = 0; first < marks.size();) {
+    std::size_t end = first + 1;
+    while (end < marks.size() && marks[end] == marks[first]) ++end;
+    if (marks[first] != 0) {
+      std::string& own = ranges[marks[first] - 1u];
+      own += fmt::format("{}[{}, {}]", own.empty() ? "" : ", ", first, end - 1);
+    }
+    first = end;
+  }
+  std::string text;
+  for (std::size_t part = 0; part < ranges.size(); ++part) {
+    text += fmt::format(R"({}{{"vertices": [{}], "holds": {}, "stiffness": {}}})", text.empty() ? "" : ", ",
+                        ranges[part], parts.holds[part], parts.stiffness[part]);
+  }
+  return fmt::format(R"({{"parts": [{}], "of": {}}})", text, marks.size());
+}
+
+}  // namespace
+
+std::string script_of_view(Studio& studio) {
+  const std::string tool = fmt::format(R"({{"tool": "{}"}})", word_of(*studio.settings().tool));
+  const std::vector<Pin>& pins = studio.placed().pins;
+  const std::string of_pins = pins.empty() ? "" : pins_line(pins, studio.shown().state) + "\n";
+  const PartMarks& parts = studio.placed().parts;
+  const std::string of_parts = parts.holds.empty() ? "" : parts_line(parts) + "\n";
+  return tool + "\n" + settings_line(studio.settings()) + "\n" + view_line(studio.navigation().view) + "\n" + of_pins +
+         of_parts;
+}
+
+void restore_view(Studio& studio, const std::string& script) {
+  std::istringstream lines(script);
+  std::string line;
+  while (std::getline(lines, line)) {
+    std::istringstream one(line);
+    try {
+      run_script(one, "view", studio, {});
+    } catch (const InvalidInput& error) {
+      studio.tell({false, fmt::format("The view could not be restored as it was: {}", error.what())});
+    }
+  }
+}
+
+namespace {
+
+// The context comes first, and goes last.
+struct Canvas {
+  gl::OffscreenContext context;
+  render::LiveView view;
+  Overlay overlay;
+  ShownShape shape;
+};
+
+void write_picture(const Studio& studio, const std::filesystem::path& path, BackendChoice backend,
+                   std::optional<Canvas>& canvas) {
+  if (!canvas) {
+    canvas.emplace();
+    if (backend == BackendChoice::gpu) canvas->shape.use_gpu();
+  }
+  const DocumentState& shown = studio.shown();
+  canvas->shape.follow(shown.state, studio.pending(), shown.diagonal, canvas->view);
+  if (const auto influence = canvas->overlay.influence(studio)) canvas->view.set_influence(*influence);
+  if (const auto mask = canvas->overlay.mask(studio)) canvas->view.set_mask(*mask);
+  const Screen screen = studio.screen();
+  const render::Image image = canvas->view.picture(canvas->overlay.scene(studio), screen.width, screen.height);
+  write_file_atomically(path, render::encode_png(image));
+}
+
+}  // namespace
+
+bool run_headless(std::istream& script, const std::string& name, const StudioOptions& options, BackendChoice backend) {
+  Studio studio(options);
+  std::optional<Canvas> canvas;
+  bool is_fine = true;
+  const auto print_notices = [&] {
+    for (const Notice& notice : studio.take_notices()) {
+      if (notice.text.empty()) continue;
+      fmt::print(stderr, "{}: {}\n", notice.is_error ? "error" : "note", notice.text);
+      is_fine = is_fine && !notice.is_error;
+    }
+  };
+  ScriptHost host;
+  host.picture = [&](const std::filesystem::path& path) { write_picture(studio, path, backend, canvas); };
+  host.after_event = print_notices;
+  run_script(script, name, studio, host);
+  studio.close();
+  print_notices();
+  return is_fine;
+}
+
+}  // namespace knead::studio
