@@ -25,8 +25,10 @@ gpu:     math field flow gl
 render:  math field flow mesh gl
 '
 
-# file: the internal headers it may include, because it measures what they hold.
+# file: the internal headers it may include, because it measures what they hold, or needs the same bits everywhere.
 readonly measured='
+apps/knead/deform_options.cpp:    knead/math/elementary.h
+apps/knead/fit.cpp:               knead/math/elementary.h
 apps/knead/benchmark/counted.cpp: knead/flow/kernel_source.h knead/flow/segment_mover.h
 bench/remesh_bench.cpp:           knead/mesh/edges.h
 bench/pose_scenes.cpp:            knead/mesh/polygonise.h

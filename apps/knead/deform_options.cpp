@@ -8,6 +8,7 @@
 
 #include "backend.h"
 #include "bounds.h"
+#include "knead/math/elementary.h"
 #include "knead/mesh/measures.h"
 #include "output.h"
 
@@ -55,7 +56,7 @@ std::optional<int> decimals_for(const Digits& digits, std::optional<int> own, do
   if (digits.kind == DigitsKind::shortest) return std::nullopt;
   if (digits.kind == DigitsKind::given) return digits.count;
   constexpr int most = 17;
-  const double rounding = 0.5 * std::pow(10.0, -own.value_or(0));
+  const double rounding = 0.5 * elementary::power_of_ten(-own.value_or(0));
   if (!own || *own > most || rounding > tolerance * diagonal) return std::nullopt;
   return own;
 }

@@ -1,7 +1,6 @@
 #include "deform_stream.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include "knead/math/box.h"
 #include "knead/mesh/measures.h"
 #include "output.h"
+#include "program.h"
 #include "progress_bar.h"
 #include "work.h"
 
@@ -34,9 +34,7 @@ bool is_larger_than_half_the_memory(const std::string& path) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (error) return false;
-  const auto memory =
-      static_cast<std::uintmax_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uintmax_t>(::sysconf(_SC_PAGESIZE));
-  return size > memory / 2;
+  return size > memory_bytes() / 2;
 }
 
 // What must be known of the whole before a piece is moved.

@@ -1,15 +1,12 @@
 #include "interrupt.h"
 
-#include <unistd.h>
-
 #include <array>
 #include <atomic>
-#include <csignal>
-#include <string_view>
 #include <thread>
 
 #include "command.h"
 #include "knead/io/atomic_file.h"
+#include "program.h"
 
 namespace knead::command {
 namespace {
@@ -30,25 +27,16 @@ void on_interruption(int /*signal*/) {
   }
   if (awaits_last_output && count_files_in_place() >= files_at_end) {
     if (has_more_to_say.exchange(false)) return;
-    ::_exit(kDone);
+    end_process(kDone);
   }
   discard_unfinished_files();
-  constexpr std::string_view message = "knead: interrupted\n";
-  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, message.data(), message.size());
-  ::_exit(kInterrupted);
+  write_error_output("knead: interrupted\n");
+  end_process(kInterrupted);
 }
 
 }  // namespace
 
-void handle_interruptions() {
-  struct sigaction action {};
-  action.sa_handler = on_interruption;
-  action.sa_flags = SA_RESTART;
-  sigemptyset(&action.sa_mask);
-  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
-  struct sigaction old {};
-  if (::sigaction(SIGHUP, nullptr, &old) == 0 && old.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
-}
+void handle_interruptions() { when_interrupted(on_interruption); }
 
 void end_after_last_output(bool more_to_say, std::size_t files) {
   files_at_end = count_files_in_place() + files;

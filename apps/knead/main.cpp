@@ -1,13 +1,10 @@
 // The command `knead`: reads the command line, runs one subcommand, and turns every failure into one line and an exit
 // code.
-#include <sys/resource.h>
-
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
-#include <csignal>
 #include <exception>
 #include <new>
 #include <string>
@@ -20,6 +17,7 @@
 #include "knead/math/error.h"
 #include "knead/remesh/remesh.h"
 #include "output.h"
+#include "program.h"
 
 namespace knead::command {
 
@@ -155,11 +153,11 @@ int run(int argc, char** argv) {
 
 // With less, the main thread or those of the library end in a segmentation fault; 96 KiB were enough.
 void require_stack() {
-  constexpr rlim_t least = 256 << 10;
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= least) return;
-  throw std::runtime_error(fmt::format("the stack is limited to {} KiB; allow at least {}: ulimit -s {}",
-                                       limit.rlim_cur >> 10, least >> 10, 8192));
+  constexpr std::uint64_t least = 256 << 10;
+  const std::uint64_t limit = stack_bytes();
+  if (limit >= least) return;
+  throw std::runtime_error(
+      fmt::format("the stack is limited to {} KiB; allow at least {}: ulimit -s {}", limit >> 10, least >> 10, 8192));
 }
 
 }  // namespace
@@ -168,8 +166,7 @@ void require_stack() {
 int main(int argc, char** argv) {
   using namespace knead::command;
   try {
-    std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an output that cannot be written
-    std::signal(SIGXFSZ, SIG_IGN);  // and so is a file beyond the limit on its size
+    prepare_process();
     handle_interruptions();
     require_stack();
     return run(argc, argv);

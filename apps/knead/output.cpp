@@ -1,9 +1,6 @@
 #include "output.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -15,6 +12,7 @@
 #include "knead/io/atomic_file.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
+#include "program.h"
 
 namespace knead::command {
 namespace {
@@ -39,19 +37,12 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-// Opens a file without a name and drops it. Checks the permissions if the file system has no such files.
 void require_writable_folder(const fs::path& path, const fs::path& folder) {
-  const int file = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
-  if (file >= 0) {
-    ::close(file);
-    return;
-  }
-  if (errno == ENOENT && !fs::exists(folder)) {
-    fail(path, fmt::format("the folder {} does not exist; create it first", folder.string()));
-  }
-  if (errno == ENOTDIR) fail(path, fmt::format("{} is no folder; write somewhere else", folder.string()));
-  if (errno != EACCES && errno != EROFS && errno != EPERM && ::access(folder.c_str(), W_OK | X_OK) == 0) return;
-  fail(path, fmt::format("its folder cannot be written to ({}); check its permissions", reason(errno)));
+  const int error = error_of_making_files_in(folder);
+  if (error == 0) return;
+  if (error == ENOENT) fail(path, fmt::format("the folder {} does not exist; create it first", folder.string()));
+  if (error == ENOTDIR) fail(path, fmt::format("{} is no folder; write somewhere else", folder.string()));
+  fail(path, fmt::format("its folder cannot be written to ({}); check its permissions", reason(error)));
 }
 
 }  // namespace
@@ -114,15 +105,16 @@ void require_shape_extension(const std::filesystem::path& path) { require_extens
 
 void require_writable(const fs::path& path) {
   const fs::path target = followed_link(path);
-  struct stat old {};
-  if (::stat(target.c_str(), &old) == 0) {
-    if (S_ISDIR(old.st_mode)) fail(path, "is a folder; name a file in it");
-    if (::access(target.c_str(), W_OK) != 0) {
-      fail(path, fmt::format("cannot be overwritten ({}); check its permissions", reason(errno)));
+  std::error_code error;
+  const fs::file_status old = fs::status(target, error);
+  if (fs::exists(old)) {
+    if (fs::is_directory(old)) fail(path, "is a folder; name a file in it");
+    if (const int denied = error_of_overwriting(target); denied != 0) {
+      fail(path, fmt::format("cannot be overwritten ({}); check its permissions", reason(denied)));
     }
-    if (!S_ISREG(old.st_mode)) return;
-  } else if (errno != ENOENT && errno != ENOTDIR) {
-    fail(path, fmt::format("cannot be created ({}); choose another name", reason(errno)));
+    if (!fs::is_regular_file(old)) return;
+  } else if (old.type() != fs::file_type::not_found) {
+    fail(path, fmt::format("cannot be created ({}); choose another name", error.message()));
   }
   const fs::path folder = target.parent_path();
   require_writable_folder(path, folder.empty() ? "." : folder);

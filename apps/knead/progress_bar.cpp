@@ -1,16 +1,16 @@
 #include "progress_bar.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
-#include <cstdlib>
 #include <mutex>
 #include <string>
 #include <string_view>
+
+#include "program.h"
 
 namespace knead::command {
 namespace {
@@ -18,11 +18,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kWidth = 40;
-
-bool is_able_terminal() {
-  const char* term = std::getenv("TERM");
-  return ::isatty(STDERR_FILENO) == 1 && term != nullptr && *term != '\0' && std::string_view(term) != "dumb";
-}
 
 std::string bar_line(std::uint64_t done, std::uint64_t total) {
   const double part = total == 0 ? 1.0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(total));
@@ -57,7 +52,7 @@ void ProgressBar::tick(const std::stop_token& stop, const Progress& progress, st
 }
 
 ProgressBar::ProgressBar(const Progress& progress, std::uint64_t total, bool wanted, int frames) {
-  if (!wanted || !is_able_terminal()) return;
+  if (!wanted || !shows_progress()) return;
   ticker_ = std::jthread([=, this, &progress](const std::stop_token& stop) { tick(stop, progress, total, frames); });
 }
 

@@ -1,28 +1,17 @@
 // knead studio: starts the application, which is a program of its own.
-#include <unistd.h>
-
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "command.h"
+#include "program.h"
 
 namespace knead::command {
 namespace {
 
 constexpr const char* kProgram = "knead-studio";
-
-// Replaces this process by the program; returns if there is none of that name.
-void become(const std::string& program, std::vector<std::string>& words) {
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  ::execvp(program.c_str(), arguments.data());
-}
 
 struct StudioOptions {
   std::string backend;
@@ -37,9 +26,8 @@ void run_studio(const StudioOptions& options) {
   for (const std::string& file : {options.shape, options.session}) {
     if (!file.empty()) words.push_back(file);
   }
-  std::error_code error;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) become((self.parent_path() / kProgram).string(), words);
+  const std::filesystem::path self = own_program();
+  if (!self.empty()) become(self.parent_path() / kProgram, words);
   become(kProgram, words);
   throw std::runtime_error(
       "knead-studio was found neither next to this command nor on PATH; install GLFW, Dear ImGui, epoxy, EGL and stb, "

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "knead/field/mask_grid.h"
+#include "knead/math/elementary.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
 
@@ -109,7 +110,7 @@ Bricks bricks_around(std::span<const Vec3d> points, double width) {
   }
   if (size > kMostBricks) {
     throw InvalidInput(fmt::format("\"width\" must be at least {:.2g} for masked points that lie {:.3g} apart, got {}",
-                                   width * std::cbrt(size / kMostBricks), box.diagonal(), width));
+                                   width * elementary::cbrt(size / kMostBricks), box.diagonal(), width));
   }
   return bricks;
 }

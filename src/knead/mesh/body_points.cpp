@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "knead/math/box.h"
+#include "knead/math/elementary.h"
 #include "knead/math/mat3.h"
 #include "knead/math/parallel.h"
 #include "knead/mesh/surface_tree.h"
@@ -230,7 +231,7 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
   for (const Triangle& t : triangles) {
     for (const std::uint32_t v : t) box.extend(positions[v]);
   }
-  double spacing = std::cbrt(volume / static_cast<double>(options.inside));
+  double spacing = elementary::cbrt(volume / static_cast<double>(options.inside));
   if (options.most_spacing > 0) spacing = std::min(spacing, options.most_spacing);
   const Vec3d extent = box.max - box.min;
   const double steps = norm(extent) / spacing;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "knead/math/elementary.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
 #include "knead/mesh/cell_shape.h"
@@ -211,7 +212,7 @@ double skewness_of(const FacePlace& face, std::span<const std::uint32_t> corners
 }
 
 double degrees_between(const Vec3d& a, const Vec3d& b) {
-  return std::atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
+  return elementary::atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
 }
 
 }  // namespace

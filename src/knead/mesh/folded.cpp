@@ -1,6 +1,7 @@
 // Counting folded edges.
 #include <numbers>
 
+#include "knead/math/elementary.h"
 #include "knead/mesh/edges.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/triangulate.h"
@@ -27,7 +28,7 @@ Vec3d normal_of(const Mesh& mesh, std::uint32_t triangle) {
 }  // namespace
 
 std::size_t count_folded_edges(const Mesh& mesh) {
-  const double cosine = std::cos(170 * std::numbers::pi / 180);
+  const double cosine = elementary::cos(170 * std::numbers::pi / 180);
   const Mesh triangles = triangles_of(mesh);
   std::size_t folded = 0;
   for_each_edge(triangles, [&](std::span<const EdgeUse> edge) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "knead/math/elementary.h"
 #include "knead/mesh/check.h"
 #include "knead/mesh/edges.h"
 #include "knead/mesh/triangulate.h"
@@ -36,7 +37,7 @@ void count_triangles(const Mesh& mesh, Measures& m) {
       tangent = std::min(tangent, smallest_tangent(a, b, c));
     }
   });
-  if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = std::atan(tangent) * 180 / std::numbers::pi;
+  if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = elementary::atan(tangent) * 180 / std::numbers::pi;
 }
 
 // Puts the corners at a vertex that belong to one fan into one set. A fan continues across edges that have two faces.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "knead/math/elementary.h"
 #include "knead/remesh/face_samples.h"
 #include "knead/remesh/shape.h"
 
@@ -33,7 +34,7 @@ bool is_cap(const Surface& s, std::uint32_t h) {
   return dot(u, v) < kCapCosine * norm(u) * norm(v);
 }
 
-double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
+double angle_between(const Vec3d& a, const Vec3d& b) { return elementary::atan2(norm(cross(a, b)), dot(a, b)); }
 
 }  // namespace
 

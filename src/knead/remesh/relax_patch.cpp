@@ -5,6 +5,7 @@
 #include <numbers>
 #include <span>
 
+#include "knead/math/elementary.h"
 #include "knead/math/parallel.h"
 #include "knead/remesh/shape.h"
 
@@ -13,11 +14,11 @@ namespace knead::remesh_detail {
 namespace {
 
 constexpr std::size_t kGrain = 1024;
-constexpr int kMostRounds = 8;                                // of letting vertices rest
-constexpr int kMostCorrections = 8;                           // steps of Newton's method; two or three are enough
-constexpr double kStraight = 1e-9;                            // sine of the angle at a vertex of a straight crease
-const double kLeastCosine = std::cos(std::numbers::pi / 4);   // of the angle by which a triangle turns
-const double kSound = std::tan(15 * std::numbers::pi / 180);  // a quality that need not be kept
+constexpr int kMostRounds = 8;       // of letting vertices rest
+constexpr int kMostCorrections = 8;  // steps of Newton's method; two or three are enough
+constexpr double kStraight = 1e-9;   // sine of the angle at a vertex of a straight crease
+const double kLeastCosine = elementary::cos(std::numbers::pi / 4);   // of the angle by which a triangle turns
+const double kSound = elementary::tan(15 * std::numbers::pi / 180);  // a quality that need not be kept
 constexpr double kSameQuality = 1 - 1e-9;
 
 // One iteration on its way.

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "knead/math/elementary.h"
 #include "knead/math/parallel.h"
 #include "knead/math/scalar.h"
 #include "knead/mesh/measures.h"
@@ -27,7 +28,7 @@ std::optional<double> smallest_angle(const Vec3d& a, const Vec3d& b, const Vec3d
   if (is_degenerate(a, b, c)) return std::nullopt;
   const double area = norm(cross(b - a, c - a));
   const double widest = std::max({dot(b - a, c - a), dot(a - b, c - b), dot(a - c, b - c)});
-  return std::atan2(area, widest) * 180 / std::numbers::pi;
+  return elementary::atan2(area, widest) * 180 / std::numbers::pi;
 }
 
 // Of the chosen faces.

@@ -125,9 +125,12 @@ RecoveredWork recover_journal(const fs::path& folder) {
 }
 
 void discard_journal(const fs::path& folder) {
-  const Unheld file(folder);
-  if (!file.is_file() || file.held()) return;
   std::error_code ignored;
+  {
+    const Unheld file(folder);
+    if (!file.is_file() || file.held()) return;
+    fs::remove(folder / kSessionFile, ignored);  // while nobody else can take it up
+  }
   fs::remove_all(folder, ignored);
 }
 

@@ -7,6 +7,7 @@
 
 #include "knead/flow/advect.h"
 #include "knead/math/box.h"
+#include "knead/math/elementary.h"
 #include "knead/mesh/body_points.h"
 #include "knead/mesh/surface_tree.h"
 #include "knead/tool/strain.h"
@@ -128,7 +129,7 @@ void measure_stretch(const Flow& flow, const LiveSurface& surface, double diagon
   const auto add = [&](double value) {
     result.greatest_stretch = std::max(result.greatest_stretch, value);
     result.least_stretch = std::min(result.least_stretch, value);
-    sum += std::log(value) * std::log(value);
+    sum += elementary::log(value) * elementary::log(value);
     ++count;
   };
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -6,6 +6,7 @@
 #include "knead/flow/advect.h"
 #include "knead/flow/reach.h"
 #include "knead/math/box.h"
+#include "knead/math/elementary.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
 #include "knead/tool/strain.h"
@@ -51,7 +52,7 @@ bool misses_all(const Stroke& stroke, std::span<const Vec3d> points, int threads
 }
 
 double rounded_down(double x) {
-  const double scale = std::pow(10.0, 2 - std::floor(std::log10(x)));
+  const double scale = elementary::power_of_ten(2 - elementary::decimal_exponent(x));
   return scale >= 1 ? std::floor(x * scale) / scale : std::floor(x * scale) * std::round(1 / scale);
 }
 
