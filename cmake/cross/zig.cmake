@@ -12,11 +12,13 @@ else()
   set(CMAKE_SYSTEM_NAME Linux)
 endif()
 string(REGEX REPLACE "-.*" "" CMAKE_SYSTEM_PROCESSOR ${ZIG_TARGET})
+set(CMAKE_C_COMPILER ${CMAKE_CURRENT_LIST_DIR}/zig/cc)  # googletest asks for one
 set(CMAKE_CXX_COMPILER ${CMAKE_CURRENT_LIST_DIR}/zig/cxx)
 set(CMAKE_AR ${CMAKE_CURRENT_LIST_DIR}/zig/ar)
 set(CMAKE_RANLIB ${CMAKE_CURRENT_LIST_DIR}/zig/ranlib)
 set(CMAKE_RC_COMPILER ${CMAKE_CURRENT_LIST_DIR}/zig/rc)
 set(CMAKE_GTEST_DISCOVER_TESTS_DISCOVERY_MODE PRE_TEST)  # nothing that is built need run here
+set(CMAKE_C_FLAGS_INIT "-target ${ZIG_TARGET}")
 set(CMAKE_CXX_FLAGS_INIT "-target ${ZIG_TARGET}")
 list(APPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR} ${CMAKE_CURRENT_LIST_DIR}/wasm)
 set(Eigen3_DIR /usr/share/eigen3/cmake CACHE PATH "Headers only, in a folder of their own")

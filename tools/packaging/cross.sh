@@ -2,6 +2,7 @@
 # Builds the library, the command and tests of the library for another system, runs what can run here, and compares the
 # command's outputs with those of this machine's command:
 #   cross.sh [TARGET [PROGRAM...]]     (default: aarch64-linux-gnu.2.17, and the tests of math, field, flow, io, session)
+# PROGRAM may be `none`, for the command alone.
 # Targets for Linux run by themselves or under QEMU, those for Windows under Wine; those for macOS are linked, and the
 # commands in their headers are read. What was found is noted for the table in docs/packaging.md.
 set -euo pipefail
@@ -13,7 +14,9 @@ source tools/packaging/zig.sh
 target=${1:-aarch64-linux-gnu.2.17}
 shift || true
 programs=("$@")
-if [[ ${#programs[@]} -eq 0 ]]; then programs=(knead_{math,field,flow,io,session}_test); fi
+if [[ ${programs[0]:-} == none ]]; then programs=() # the command alone
+elif [[ ${#programs[@]} -eq 0 ]]; then programs=(knead_{math,field,flow,io,session}_test)
+fi
 folder=build/cross/$target
 suffix=
 sets=
@@ -47,7 +50,9 @@ run_test() {
 
 zig_tools
 zig_configure "$target"
-cmake --build "$folder" --target knead ${sets:+"${programs[@]}"}
+targets=(knead)
+if [[ -n $sets ]]; then targets+=("${programs[@]}"); fi
+cmake --build "$folder" --target "${targets[@]}"
 zig_fact "$target" command built "$(stat -c %s "$folder/knead$suffix" | numfmt --to=si)B"
 if [[ -z $sets ]]; then
   found=$("$zig_venv/bin/python" tools/packaging/mach.py "$folder/knead")
@@ -55,6 +60,7 @@ if [[ -z $sets ]]; then
   exit 0
 fi
 guest_system
+if [[ ${emulator[0]:-} == wine && ! -d $WINEPREFIX ]]; then wineboot -i >/dev/null 2>&1; fi
 "${emulator[@]}" "$folder/knead$suffix" --version
 zig_fact "$target" command started "${emulator[0]:-yes}"
 
@@ -69,8 +75,18 @@ for program in "${programs[@]}"; do
     printf '%s\n' "$report" >&2
   fi
 done
-tests="$passed of ${programs[*]}"
-zig_fact "$target" command tests "${failed[*]:+failed: ${failed[*]}; }$passed (${programs[*]})"
+if [[ ${#programs[@]} -gt 0 ]]; then
+  zig_fact "$target" library tests "${failed[*]:+failed: ${failed[*]}; }$passed passed (${programs[*]})"
+  zig_fact "$target" library built yes
+fi
+if [[ ${emulator[0]:-} == wine ]]; then
+  if tests/windows_test.sh "$folder/knead$suffix"; then
+    zig_fact "$target" command tests "tests/windows_test.sh"
+  else
+    zig_fact "$target" command tests "tests/windows_test.sh failed"
+    failed+=(windows_test.sh)
+  fi
+fi
 
 KNEAD_BITS_FOLDER=$(mktemp -d)
 export KNEAD_BITS_FOLDER
@@ -87,7 +103,7 @@ else
   failed+=(bits)
   zig_say "the outputs are in $KNEAD_BITS_FOLDER"
 fi
-printf '%s\n' "$tests" "$bits"
+printf '%s\n' "$bits"
 [[ ${#failed[@]} -eq 0 ]] || {
   zig_say "failed for $target: ${failed[*]}"
   exit 1

@@ -48,9 +48,10 @@ constexpr Rounded kLn2 = {0.6931471803691238, 1.9082149292705877e-10};
 
 // The angle of (x, y) for 0 <= y <= x, 0 < x: its value, and what has to be added to it.
 Rounded first_octant(double y, double x) {
-  const double k = round_to_integer(16 * (y / x));
+  const double ratio = y / x;
+  const double k = ratio < 1.0 / 16 ? 0 : round_to_integer(16 * ratio);  // t would cancel half of the table's 1 / 16
   const double c = k / 16;
-  const double t = k == 0 ? y / x : (y - c * x) / (x + c * y);
+  const double t = k == 0 ? ratio : (y - c * x) / (x + c * y);
   const double z = t * t;
   double s = -1.0 / 15;
   for (const double term : {1.0 / 13, -1.0 / 11, 1.0 / 9, -1.0 / 7, 1.0 / 5, -1.0 / 3}) s = s * z + term;

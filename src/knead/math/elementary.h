@@ -7,7 +7,8 @@ namespace knead::elementary {
 // Each errs by at most 2 units in the last place, and is exact where the comment says so. What is not finite, or out
 // of a function's domain, gives what that of <cmath> gives.
 
-double cos(double radians);  // of at most 1e4 in size
+// For angles of at most 1e4 in size, with the bound of sincos.h.
+double cos(double radians);
 double sin(double radians);
 double tan(double radians);
 

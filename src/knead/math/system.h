@@ -20,7 +20,6 @@
 
 // Windows: paths are wchar_t, files are binary, and a file may be renamed or removed while it is open.
 #define WIN32_LEAN_AND_MEAN
-#define NOMINMAX
 #include <io.h>
 #include <process.h>
 #include <windows.h>
