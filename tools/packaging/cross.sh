@@ -19,12 +19,17 @@ elif [[ ${#programs[@]} -eq 0 ]]; then programs=(knead_{math,field,flow,io,sessi
 fi
 folder=build/cross/$target
 suffix=
-sets=
 emulator=()
+sets=scalar # of instructions, which can be tried here; empty: nothing of this target runs here
 case $target in
-  "$(uname -m)"-linux-*) sets="scalar avx2 avx512" ;;
-  aarch64-linux-*) sets="scalar neon" emulator=(qemu-aarch64-static -L "$folder/system") ;;
-  *-windows-*) sets="scalar avx2 avx512" suffix=.exe emulator=(wine) ;;
+  aarch64-*) sets+=" neon" ;;
+  x86_64-*) for set in avx2 avx512; do if grep -q "$set" /proc/cpuinfo; then sets+=" $set"; fi; done ;;
+esac
+case $target in
+  "$(uname -m)"-linux-*) ;;
+  aarch64-linux-*) emulator=(qemu-aarch64-static -L "$root/$folder/system") ;;
+  *-windows-*) suffix=.exe emulator=(wine) ;;
+  *) sets= ;;
 esac
 export WINEDEBUG=-all WINEPREFIX=$root/build/cross/wine
 
