@@ -7,7 +7,12 @@ function(knead_configure target)
   get_target_property(type ${target} TYPE)
   if(type STREQUAL STATIC_LIBRARY AND NOT EMSCRIPTEN)
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-    target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+    if(NOT WIN32)
+      target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+    endif()
+  endif()
+  if(WIN32)  # sizes of files have 64 bits; <cmath> has M_PI, and <windows.h> neither min() nor max()
+    target_compile_definitions(${target} PRIVATE _FILE_OFFSET_BITS=64 _USE_MATH_DEFINES NOMINMAX)
   endif()
   target_compile_options(
     ${target}

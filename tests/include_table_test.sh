@@ -29,8 +29,10 @@ gpu:      math field flow gl | gpu
 render:   math field flow mesh gl | render
 '
 
-# file: the internal headers it may include, because it measures what they hold.
+# file: the internal headers it may include, because it measures what they hold, or needs the same bits everywhere.
 readonly measured='
+apps/knead/deform_options.cpp:    math/elementary.h
+apps/knead/fit.cpp:               math/elementary.h
 bench/command/counted.cpp:        flow/kernels/kernel_source.h flow/segment_mover.h
 bench/remesh_bench.cpp:           mesh/edges.h
 bench/pose_scenes.cpp:            mesh/polygonise.h

@@ -1,13 +1,11 @@
 // Reads the command line, runs one subcommand, and turns every failure into one line and an exit code. `knead` and
 // `knead-bench` share it.
-#include <sys/resource.h>
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
-#include <csignal>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -23,6 +21,7 @@
 #include "knead/error.h"
 #include "knead/remesh.h"
 #include "output.h"
+#include "program.h"
 
 namespace knead::command {
 
@@ -152,11 +151,11 @@ int run(int argc, char** argv, const std::vector<Subcommand>& subcommands) {
 
 // With less, the main thread or those of the library end in a segmentation fault; 96 KiB were enough.
 void require_stack() {
-  constexpr rlim_t least = 256 << 10;
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= least) return;
-  throw std::runtime_error(fmt::format("the stack is limited to {} KiB; allow at least {}: ulimit -s {}",
-                                       limit.rlim_cur >> 10, least >> 10, 8192));
+  constexpr std::uint64_t least = 256 << 10;
+  const std::uint64_t limit = stack_bytes();
+  if (limit >= least) return;
+  throw std::runtime_error(
+      fmt::format("the stack is limited to {} KiB; allow at least {}: ulimit -s {}", limit >> 10, least >> 10, 8192));
 }
 
 }  // namespace
@@ -206,8 +205,7 @@ Subcommand bench_subcommand(std::function<void(const BenchOptions&)> run) {
 
 int run_program(int argc, char** argv, const std::vector<Subcommand>& subcommands) {
   try {
-    std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an output that cannot be written
-    std::signal(SIGXFSZ, SIG_IGN);  // and so is a file beyond the limit on its size
+    prepare_process();
     handle_interruptions();
     require_stack();
     return run(argc, argv, subcommands);

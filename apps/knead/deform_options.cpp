@@ -10,6 +10,7 @@
 #include "deform.h"
 #include "inputs.h"
 #include "knead/mesh.h"
+#include "math/elementary.h"
 #include "output.h"
 
 namespace knead::command {
@@ -57,7 +58,7 @@ std::optional<int> decimals_for(const Digits& digits, std::optional<int> own, do
   if (digits.kind == DigitsKind::shortest) return std::nullopt;
   if (digits.kind == DigitsKind::given) return digits.count;
   constexpr int most = 17;
-  const double rounding = 0.5 * std::pow(10.0, -own.value_or(0));
+  const double rounding = 0.5 * elementary::power_of_ten(-own.value_or(0));
   if (!own || *own > most || rounding > tolerance * diagonal) return std::nullopt;
   return own;
 }

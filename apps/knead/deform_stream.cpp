@@ -1,7 +1,6 @@
 #include "deform.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 #include "output.h"
+#include "program.h"
 
 namespace knead::command {
 namespace {
@@ -33,9 +33,7 @@ bool is_larger_than_half_the_memory(const std::string& path) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (error) return false;
-  const auto memory =
-      static_cast<std::uintmax_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uintmax_t>(::sysconf(_SC_PAGESIZE));
-  return size > memory / 2;
+  return size > memory_bytes() / 2;
 }
 
 // What must be known of the whole before a piece is moved.

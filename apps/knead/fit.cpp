@@ -14,6 +14,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "math/elementary.h"
 #include "output.h"
 
 namespace knead::command {
@@ -47,7 +48,7 @@ double volume_of(const std::string& path, const Mesh& mesh) {
 
 // Scales the shape and the landmarks about the middle of the shape's box, and returns by how much.
 double scale_to(const FitOptions& options, const Mesh& target, Mesh& source, std::vector<Vec3d>& landmarks) {
-  const double scale = std::cbrt(volume_of(options.target, target) / volume_of(options.source, source));
+  const double scale = elementary::cbrt(volume_of(options.target, target) / volume_of(options.source, source));
   const Vec3d middle = shape_box(source).center();
   for (Vec3d& p : source.positions) p = middle + (p - middle) * scale;
   for (Vec3d& p : landmarks) p = middle + (p - middle) * scale;

@@ -1,34 +1,22 @@
 // The command `knead`. Its subcommands `bench` and `studio` start programs of their own.
-#include <unistd.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "command.h"
+#include "program.h"
 
 namespace knead::command {
 namespace {
 
-// Replaces this process by the program; returns if there is none of that name.
-void become(const std::string& program, std::vector<std::string>& words) {
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  ::execvp(program.c_str(), arguments.data());
-}
-
 // Replaces this process by the program beside this command, or else on PATH. Returns if there is neither.
 void start(const std::string& name, std::vector<std::string> words) {
   words.insert(words.begin(), name);
-  std::error_code error;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) become((self.parent_path() / name).string(), words);
+  const std::filesystem::path self = own_program();
+  if (!self.empty()) become(self.parent_path() / name, words);
   become(name, words);
 }
 

@@ -1,9 +1,5 @@
 #include "output.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,9 +9,7 @@
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
-#include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -25,6 +19,7 @@
 #include "command.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "program.h"
 
 namespace knead::command {
 
@@ -50,19 +45,12 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-// Opens a file without a name and drops it. Checks the permissions if the file system has no such files.
 void require_writable_folder(const fs::path& path, const fs::path& folder) {
-  const int file = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
-  if (file >= 0) {
-    ::close(file);
-    return;
-  }
-  if (errno == ENOENT && !fs::exists(folder)) {
-    fail(path, fmt::format("the folder {} does not exist; create it first", folder.string()));
-  }
-  if (errno == ENOTDIR) fail(path, fmt::format("{} is no folder; write somewhere else", folder.string()));
-  if (errno != EACCES && errno != EROFS && errno != EPERM && ::access(folder.c_str(), W_OK | X_OK) == 0) return;
-  fail(path, fmt::format("its folder cannot be written to ({}); check its permissions", reason(errno)));
+  const int error = error_of_making_files_in(folder);
+  if (error == 0) return;
+  if (error == ENOENT) fail(path, fmt::format("the folder {} does not exist; create it first", folder.string()));
+  if (error == ENOTDIR) fail(path, fmt::format("{} is no folder; write somewhere else", folder.string()));
+  fail(path, fmt::format("its folder cannot be written to ({}); check its permissions", reason(error)));
 }
 
 }  // namespace
@@ -125,15 +113,16 @@ void require_shape_extension(const std::filesystem::path& path) { require_extens
 
 void require_writable(const fs::path& path) {
   const fs::path target = followed_link(path);
-  struct stat old {};
-  if (::stat(target.c_str(), &old) == 0) {
-    if (S_ISDIR(old.st_mode)) fail(path, "is a folder; name a file in it");
-    if (::access(target.c_str(), W_OK) != 0) {
-      fail(path, fmt::format("cannot be overwritten ({}); check its permissions", reason(errno)));
+  std::error_code error;
+  const fs::file_status old = fs::status(target, error);
+  if (fs::exists(old)) {
+    if (fs::is_directory(old)) fail(path, "is a folder; name a file in it");
+    if (const int denied = error_of_overwriting(target); denied != 0) {
+      fail(path, fmt::format("cannot be overwritten ({}); check its permissions", reason(denied)));
     }
-    if (!S_ISREG(old.st_mode)) return;
-  } else if (errno != ENOENT && errno != ENOTDIR) {
-    fail(path, fmt::format("cannot be created ({}); choose another name", reason(errno)));
+    if (!fs::is_regular_file(old)) return;
+  } else if (old.type() != fs::file_type::not_found) {
+    fail(path, fmt::format("cannot be created ({}); choose another name", error.message()));
   }
   const fs::path folder = target.parent_path();
   require_writable_folder(path, folder.empty() ? "." : folder);
@@ -151,11 +140,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kWidth = 40;
-
-bool is_able_terminal() {
-  const char* term = std::getenv("TERM");
-  return ::isatty(STDERR_FILENO) == 1 && term != nullptr && *term != '\0' && std::string_view(term) != "dumb";
-}
 
 std::string bar_line(std::uint64_t done, std::uint64_t total) {
   const double part = total == 0 ? 1.0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(total));
@@ -190,7 +174,7 @@ void ProgressBar::tick(const std::stop_token& stop, const Progress& progress, st
 }
 
 ProgressBar::ProgressBar(const Progress& progress, std::uint64_t total, bool wanted, int frames) {
-  if (!wanted || !is_able_terminal()) return;
+  if (!wanted || !shows_progress()) return;
   ticker_ = std::jthread([=, this, &progress](const std::stop_token& stop) { tick(stop, progress, total, frames); });
 }
 
@@ -212,25 +196,16 @@ void on_interruption(int /*signal*/) {
   }
   if (awaits_last_output && count_files_in_place() >= files_at_end) {
     if (has_more_to_say.exchange(false)) return;
-    ::_exit(kDone);
+    end_process(kDone);
   }
   discard_unfinished_files();
-  constexpr std::string_view message = "knead: interrupted\n";
-  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, message.data(), message.size());
-  ::_exit(kInterrupted);
+  write_error_output("knead: interrupted\n");
+  end_process(kInterrupted);
 }
 
 }  // namespace
 
-void handle_interruptions() {
-  struct sigaction action {};
-  action.sa_handler = on_interruption;
-  action.sa_flags = SA_RESTART;
-  sigemptyset(&action.sa_mask);
-  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
-  struct sigaction old {};
-  if (::sigaction(SIGHUP, nullptr, &old) == 0 && old.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
-}
+void handle_interruptions() { when_interrupted(on_interruption); }
 
 void end_after_last_output(bool more_to_say, std::size_t files) {
   files_at_end = count_files_in_place() + files;

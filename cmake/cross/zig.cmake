@@ -1,4 +1,4 @@
-# The toolchain of `./dev wheels`: zig, a C++ compiler for every target, of pip's package ziglang. ZIG names its program,
+# The toolchain of `./dev cross` and `./dev wheels`: zig, a C++ compiler for every target, of pip's package ziglang. ZIG names its program,
 # ZIG_TARGET the target, such as x86_64-linux-gnu.2.17. Of other libraries only headers are used, those of the machine
 # that builds. They are linked into a folder of the build, because the compiler must not see the rest of /usr/include.
 set(ZIG_TARGET "$ENV{ZIG_TARGET}" CACHE STRING "Zig's name of the target")
@@ -12,9 +12,13 @@ else()
   set(CMAKE_SYSTEM_NAME Linux)
 endif()
 string(REGEX REPLACE "-.*" "" CMAKE_SYSTEM_PROCESSOR ${ZIG_TARGET})
+set(CMAKE_C_COMPILER ${CMAKE_CURRENT_LIST_DIR}/zig/cc)  # googletest asks for one
 set(CMAKE_CXX_COMPILER ${CMAKE_CURRENT_LIST_DIR}/zig/cxx)
 set(CMAKE_AR ${CMAKE_CURRENT_LIST_DIR}/zig/ar)
 set(CMAKE_RANLIB ${CMAKE_CURRENT_LIST_DIR}/zig/ranlib)
+set(CMAKE_RC_COMPILER ${CMAKE_CURRENT_LIST_DIR}/zig/rc)
+set(CMAKE_GTEST_DISCOVER_TESTS_DISCOVERY_MODE PRE_TEST)  # nothing that is built need run here
+set(CMAKE_C_FLAGS_INIT "-target ${ZIG_TARGET}")
 set(CMAKE_CXX_FLAGS_INIT "-target ${ZIG_TARGET}")
 list(APPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR} ${CMAKE_CURRENT_LIST_DIR}/wasm)
 set(Eigen3_DIR /usr/share/eigen3/cmake CACHE PATH "Headers only, in a folder of their own")

@@ -14,6 +14,7 @@
 #include "knead/cells.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
+#include "math/elementary.h"
 
 namespace knead {
 
@@ -212,7 +213,7 @@ double skewness_of(const FacePlace& face, std::span<const std::uint32_t> corners
 }
 
 double degrees_between(const Vec3d& a, const Vec3d& b) {
-  return std::atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
+  return elementary::atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "knead/mesh.h"
 #include "knead/tools.h"
 #include "knead/vec.h"
+#include "math/elementary.h"
 
 namespace knead {
 
@@ -28,7 +29,7 @@ std::optional<double> smallest_angle(const Vec3d& a, const Vec3d& b, const Vec3d
   if (is_degenerate(a, b, c)) return std::nullopt;
   const double area = norm(cross(b - a, c - a));
   const double widest = std::max({dot(b - a, c - a), dot(a - b, c - b), dot(a - c, b - c)});
-  return std::atan2(area, widest) * 180 / std::numbers::pi;
+  return elementary::atan2(area, widest) * 180 / std::numbers::pi;
 }
 
 // Of the chosen faces.

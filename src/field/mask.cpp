@@ -9,6 +9,7 @@
 
 #include "field/mask_grid.h"
 #include "knead/error.h"
+#include "math/elementary.h"
 
 namespace knead {
 
@@ -108,7 +109,7 @@ Bricks bricks_around(std::span<const Vec3d> points, double width) {
   }
   if (size > kMaxBricks) {
     throw InvalidInput(fmt::format("\"width\" must be at least {:.2g} for masked points that lie {:.3g} apart, got {}",
-                                   width * std::cbrt(size / kMaxBricks), box.diagonal(), width));
+                                   width * elementary::cbrt(size / kMaxBricks), box.diagonal(), width));
   }
   return bricks;
 }

@@ -12,6 +12,7 @@
 #include "field/dual.h"
 #include "knead/error.h"
 #include "knead/field.h"
+#include "math/elementary.h"
 #include "math/sparse_cholesky.h"
 
 #define EIGEN_DONT_VECTORIZE
@@ -97,7 +98,7 @@ Unknowns values_of(const Vec3<Dual>& v) {
 // Returns whether a quantity that has fallen from `first` to `now` in so many rounds would need more than kMaxRounds to
 // fall to `enough` as fast.
 bool is_hopeless(double first, double now, double enough, int rounds) {
-  return std::log(first / now) * (kMaxRounds - rounds) < std::log(now / enough) * rounds;
+  return elementary::log(first / now) * (kMaxRounds - rounds) < elementary::log(now / enough) * rounds;
 }
 
 [[noreturn]] void refuse() { throw InvalidInput("pins come too near each other; move them apart, or give fewer"); }

@@ -200,9 +200,12 @@ RecoveredWork recover_journal(const fs::path& folder) {
 }
 
 void discard_journal(const fs::path& folder) {
-  const Unheld file(folder);
-  if (!file.is_file() || file.held()) return;
   std::error_code ignored;
+  {
+    const Unheld file(folder);
+    if (!file.is_file() || file.held()) return;
+    fs::remove(folder / kSessionFile, ignored);  // while nobody else can take it up
+  }
   fs::remove_all(folder, ignored);
 }
 
@@ -281,7 +284,9 @@ Journal Journal::create(const fs::path& root, const ShapeFile& shape, const std:
       throw IoError(IoError::Operation::write, (made.folder / kSessionFile).string(),
                     "cannot be written (" + *trouble + "); free some space");
     }
+    if (!kMovesOpenFolders) file.reset();
     if (::rename(made.hidden.c_str(), made.folder.c_str()) != 0) fail(made.folder, errno);
+    if (!file) file = std::make_unique<AppendFile>(made.folder / kSessionFile);
     return {made.folder, std::move(file)};
   } catch (...) {
     std::error_code ignored;
@@ -324,7 +329,7 @@ void Journal::replace(std::size_t n, std::span<const SessionStroke> strokes) {
 void Journal::sync() { file_->sync(); }
 
 std::optional<std::string> Journal::trouble() const {
-  const std::optional<std::string> trouble = file_->trouble();
+  const std::optional<std::string> trouble = file_ ? file_->trouble() : std::nullopt;
   if (!trouble) return std::nullopt;
   return fmt::format("The journal cannot be written ({}): work goes on in memory; make room in {} or save.", *trouble,
                      folder_.string());
@@ -339,7 +344,8 @@ void Journal::note_saved(const fs::path& file) const {
 }
 
 void Journal::discard() {
-  std::error_code ignored;  // an unsaved folder too many is offered at the next start
+  if (!kMovesOpenFolders) file_.reset();  // nor removes them
+  std::error_code ignored;                // an unsaved folder too many is offered at the next start
   fs::remove_all(folder_, ignored);
 }
 

@@ -1,5 +1,6 @@
-// What the system's headers call differently: POSIX names for Windows, and the time of a change everywhere. Included
-// instead of <fcntl.h>, <unistd.h>, <sys/file.h> and <sys/stat.h>. Internal.
+// What differs between Linux, macOS and Windows, so that no other source of the library asks which system it is on:
+// POSIX names for Windows, and a few functions. Included instead of <fcntl.h>, <unistd.h>, <sys/file.h> and
+// <sys/stat.h>. Internal.
 #pragma once
 
 #include <fcntl.h>
@@ -21,7 +22,6 @@
 
 // Windows: paths are wchar_t, files are binary, and a file may be renamed or removed while it is open.
 #define WIN32_LEAN_AND_MEAN
-#define NOMINMAX
 #include <io.h>
 #include <process.h>
 #include <windows.h>
@@ -51,6 +51,8 @@ inline int fail() {
                                                                                                         : EIO;
   return -1;
 }
+// As POSIX asks, also where somebody has the old file open.
+int rename(const wchar_t* from, const wchar_t* to);
 inline HANDLE handle(int file) { return reinterpret_cast<HANDLE>(::_get_osfhandle(file)); }
 }  // namespace knead::windows
 
@@ -64,7 +66,7 @@ inline int open(const wchar_t* path, int flags, int /*mode*/ = 0) {
   if (file == INVALID_HANDLE_VALUE) return knead::windows::fail();
   return ::_open_osfhandle(reinterpret_cast<std::intptr_t>(file), (flags & O_APPEND) | _O_BINARY | _O_NOINHERIT);
 }
-// Locks a byte far beyond the end, so that everyone can still read.
+// A lock of Windows keeps others from reading what is locked, so it is on a byte far beyond the end.
 inline int flock(int file, int /*how*/) {
   OVERLAPPED at{};
   at.OffsetHigh = 0x40000000;
@@ -87,6 +89,9 @@ inline ssize_t pread(int file, void* to, std::size_t count, std::int64_t begin) 
   }
   return static_cast<ssize_t>(done);
 }
+inline ssize_t write(int file, const void* from, std::size_t count) {  // that of Windows takes 32 bits
+  return ::_write(file, from, count > (1U << 30) ? 1U << 30 : static_cast<unsigned>(count));
+}
 inline int mkdir(const wchar_t* path, int /*mode*/) {
   return ::CreateDirectoryW(path, nullptr) ? 0 : knead::windows::fail();
 }
@@ -99,9 +104,7 @@ inline int stat(const wchar_t* path, struct stat* state) {
   state->st_size = found.st_size;
   return 0;
 }
-inline int rename(const wchar_t* from, const wchar_t* to) {
-  return ::MoveFileExW(from, to, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) ? 0 : knead::windows::fail();
-}
+inline int rename(const wchar_t* from, const wchar_t* to) { return knead::windows::rename(from, to); }
 
 #endif
 
@@ -156,5 +159,12 @@ inline void reserve_large(std::string& bytes, std::size_t count) {
   bytes.reserve(count);
   prefer_large_pages(bytes.data(), bytes.capacity());
 }
+
+// Whether a folder can be renamed, or removed with all in it, while a file in it is open.
+#if defined(_WIN32)
+inline constexpr bool kMovesOpenFolders = false;
+#else
+inline constexpr bool kMovesOpenFolders = true;
+#endif
 
 }  // namespace knead

@@ -10,6 +10,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
+#include "math/elementary.h"
 
 namespace knead {
 
@@ -229,7 +230,7 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
   for (const Triangle& t : triangles) {
     for (const std::uint32_t v : t) box.extend(positions[v]);
   }
-  double spacing = std::cbrt(volume / static_cast<double>(options.inside));
+  double spacing = elementary::cbrt(volume / static_cast<double>(options.inside));
   if (options.most_spacing > 0) spacing = std::min(spacing, options.most_spacing);
   const Vec3d extent = box.max - box.min;
   const double steps = norm(extent) / spacing;

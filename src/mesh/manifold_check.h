@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "knead/mesh.h"
+#include "math/elementary.h"
 
 namespace knead::test {
 
@@ -99,7 +100,7 @@ inline double smallest_angle(const Mesh& mesh) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3d u = p[(i + 1) % 3] - p[i];
       const Vec3d v = p[(i + 2) % 3] - p[i];
-      smallest = std::min(smallest, std::atan2(norm(cross(u, v)), dot(u, v)) * 180 / std::numbers::pi);
+      smallest = std::min(smallest, elementary::atan2(norm(cross(u, v)), dot(u, v)) * 180 / std::numbers::pi);
     }
   }
   return smallest;

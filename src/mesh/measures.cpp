@@ -5,8 +5,10 @@
 #include <iterator>
 #include <numbers>
 #include <vector>
+#include "math/elementary.h"
 
 #include "knead/mesh.h"
+#include "math/elementary.h"
 #include "mesh/edges.h"
 
 namespace knead {
@@ -132,7 +134,7 @@ void count_triangles(const Mesh& mesh, Measures& m) {
       tangent = std::min(tangent, smallest_tangent(a, b, c));
     }
   });
-  if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = std::atan(tangent) * 180 / std::numbers::pi;
+  if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = elementary::atan(tangent) * 180 / std::numbers::pi;
 }
 
 // Puts the corners at a vertex that belong to one fan into one set. A fan continues across edges that have two faces.
@@ -384,7 +386,7 @@ Vec3d normal_of(const Mesh& mesh, std::uint32_t triangle) {
 }  // namespace
 
 std::size_t count_folded_edges(const Mesh& mesh) {
-  const double cosine = std::cos(170 * std::numbers::pi / 180);
+  const double cosine = elementary::cos(170 * std::numbers::pi / 180);
   const Mesh triangles = triangles_of(mesh);
   std::size_t folded = 0;
   for_each_edge(triangles, [&](std::span<const EdgeUse> edge) {

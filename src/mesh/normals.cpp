@@ -5,6 +5,7 @@
 #include <string>
 
 #include "knead/error.h"
+#include "math/elementary.h"
 #include "mesh/edges.h"
 
 namespace knead {
@@ -27,7 +28,7 @@ void for_each_corner_normal(const Mesh& mesh, std::span<const Vec3d> positions, 
     const Vec3d& p = positions[face[i]];
     const Vec3d a = unit_or_zero(positions[face[i + 1 < n ? i + 1 : 0]] - p);
     const Vec3d b = unit_or_zero(positions[face[i > 0 ? i - 1 : n - 1]] - p);
-    visit(mesh.face_begin[f] + i, normal * std::atan2(norm(cross(a, b)), dot(a, b)));
+    visit(mesh.face_begin[f] + i, normal * elementary::atan2(norm(cross(a, b)), dot(a, b)));
   }
 }
 
@@ -99,7 +100,7 @@ struct Turn {
 
   // Rotates a vector about the unit vector `axis`. A vector along the axis keeps its bits.
   Vec3d turned(const Vec3d& v, const Vec3d& axis) const {
-    const double size = std::hypot(sine, cosine);
+    const double size = elementary::hypot(sine, cosine);
     if (!(size > 0)) return v;
     const Vec3d across = v - axis * dot(axis, v);
     return v + across * (cosine / size - 1) + cross(axis, v) * (sine / size);

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 #include <span>
+#include "math/elementary.h"
 
 #include "knead/mesh.h"
 #include "mesh/edges.h"
@@ -190,9 +191,9 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr std::size_t kFewestEdges = 5;                         // smallest number of edges of a crease
-const double kClearlySharpCosine = 0.5;                         // of 60 degrees between normals
-const double kStraightCosine = std::cos(std::numbers::pi / 4);  // the largest turn of a crease at a vertex
+constexpr std::size_t kFewestEdges = 5;                                // smallest number of edges of a crease
+const double kClearlySharpCosine = 0.5;                                // of 60 degrees between normals
+const double kStraightCosine = elementary::cos(std::numbers::pi / 4);  // the largest turn of a crease at a vertex
 
 // Returns the normal of each face; for a thin face, the normal of its neighbour at the longest edge.
 std::vector<Vec3d> reliable_normals(const Surface& s, const Progress* progress) {
@@ -254,7 +255,7 @@ bool is_continued(const Surface& s, const std::vector<bool>& sharp, std::uint32_
 std::vector<std::uint32_t> find_crease_halfedges(const Surface& s, double angle_deg, const Progress* progress) {
   const std::vector<Vec3d> normals = reliable_normals(s, progress);
   const auto cosine = [&](std::uint32_t h) { return dot(normals[h / 3], normals[s.opposite[h] / 3]); };
-  const double most = std::cos(angle_deg * std::numbers::pi / 180);
+  const double most = elementary::cos(angle_deg * std::numbers::pi / 180);
   std::vector<bool> sharp(s.halfedge.size(), false);
   std::vector<std::uint32_t> found;
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {

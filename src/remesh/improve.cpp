@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "math/elementary.h"
 #include "remesh/improver.h"
 
 namespace knead::remesh_detail {
@@ -235,7 +236,7 @@ double compensate(Surface& s, const std::vector<Vec3d>& deviations, const std::v
 
 namespace {
 
-double tangent_of(double degrees) { return std::tan(degrees * std::numbers::pi / 180); }
+double tangent_of(double degrees) { return elementary::tan(degrees * std::numbers::pi / 180); }
 
 // A triangle is changed only if its quality, the tangent of its smallest angle, is below one of these thresholds.
 //
@@ -254,7 +255,7 @@ constexpr double kEdgeShare = 0.06;              // of the longest edge of a tri
 constexpr double kShortEdgeShare = 0.1;  // of max_chord: bound for collapses of short edges, which no triangle needs
 constexpr int kMendRounds = 6;           // rounds over the worst triangles, on each level
 
-double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
+double cosine_of(double degrees) { return elementary::cos(degrees * std::numbers::pi / 180); }
 
 Bounds bounds_of(double distance, double turn_deg, double fold_deg, double reliable_deg) {
   return {distance, {cosine_of(turn_deg), tangent_of(reliable_deg)}, distance / 6, cosine_of(fold_deg)};
@@ -310,7 +311,9 @@ void move_round(Improver& improver, const Bounds& bounds) {
 std::array<std::uint32_t, 3> edges_by_length(const Surface& s, std::uint32_t f) {
   std::array<std::uint32_t, 3> edges{3 * f, 3 * f + 1, 3 * f + 2};
   const auto length2 = [&](std::uint32_t h) { return norm2(s.after[s.target(h)] - s.after[s.origin(h)]); };
-  std::sort(edges.begin(), edges.end(), [&](std::uint32_t a, std::uint32_t b) { return length2(a) < length2(b); });
+  std::sort(edges.begin(), edges.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::pair(length2(a), a) < std::pair(length2(b), b);  // a whole order: the same in every standard library
+  });
   return edges;
 }
 

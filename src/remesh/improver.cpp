@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "math/elementary.h"
 #include "remesh/crossings.h"
 
 namespace knead::remesh_detail {
@@ -26,7 +27,7 @@ std::array<std::array<double, 2>, 12> make_directions() {
   std::array<std::array<double, 2>, 12> directions{};
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(directions.size());
-    directions[i] = {std::cos(angle), std::sin(angle)};
+    directions[i] = {elementary::cos(angle), elementary::sin(angle)};
   }
   return directions;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "math/elementary.h"
 #include "remesh/features.h"
 #include "remesh/surface.h"
 
@@ -204,7 +205,7 @@ bool is_cap(const Surface& s, std::uint32_t h) {
   return dot(u, v) < kCapCosine * norm(u) * norm(v);
 }
 
-double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
+double angle_between(const Vec3d& a, const Vec3d& b) { return elementary::atan2(norm(cross(a, b)), dot(a, b)); }
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <numbers>
 #include <span>
+#include "math/elementary.h"
 
 #include "knead/error.h"
 #include "knead/mesh.h"
@@ -94,11 +95,11 @@ RelaxTopology relax_topology(std::span<const Triangle> triangles, std::size_t ve
 namespace {
 
 constexpr std::size_t kGrain = 1024;
-constexpr int kMaxRounds = 8;                                 // of letting vertices rest
-constexpr int kMaxCorrections = 8;                            // steps of Newton's method; two or three are enough
-constexpr double kStraight = 1e-9;                            // sine of the angle at a vertex of a straight crease
-const double kMinCosine = std::cos(std::numbers::pi / 4);     // of the angle by which a triangle turns
-const double kSound = std::tan(15 * std::numbers::pi / 180);  // a quality that need not be kept
+constexpr int kMaxRounds = 8;                                     // of letting vertices rest
+constexpr int kMaxCorrections = 8;                                // steps of Newton's method; two or three are enough
+constexpr double kStraight = 1e-9;                                // sine of the angle at a vertex of a straight crease
+const double kMinCosine = elementary::cos(std::numbers::pi / 4);  // of the angle by which a triangle turns
+const double kSound = elementary::tan(15 * std::numbers::pi / 180);  // a quality that need not be kept
 constexpr double kSameQuality = 1 - 1e-9;
 
 // One iteration on its way.

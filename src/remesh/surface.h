@@ -10,6 +10,7 @@
 #include <numbers>
 #include <span>
 #include <vector>
+#include "math/elementary.h"
 
 #include "cells/cells.h"
 #include "knead/error.h"
@@ -180,7 +181,7 @@ inline std::uint32_t longest_edge(const Surface& s, std::size_t face, std::span<
 }
 
 // Below this quality (3 degrees) the normal of a triangle is unreliable.
-inline const double kThin = std::tan(std::numbers::pi / 60);
+inline const double kThin = elementary::tan(std::numbers::pi / 60);
 
 // The largest angle by which a change may turn a face. The angle is measured from the old normal of the face, or, if
 // the quality of the face is below `reliable`, from the mean normal around it.

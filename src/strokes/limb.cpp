@@ -152,7 +152,9 @@ struct Sections {
 void add_triangle(const Triangle& t, std::span<const Vec3d> positions, const std::vector<double>& distances,
                   Sections& sections) {
   Triangle s = t;
-  std::sort(s.begin(), s.end(), [&](std::uint32_t a, std::uint32_t b) { return distances[a] < distances[b]; });
+  std::sort(s.begin(), s.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::pair(distances[a], a) < std::pair(distances[b], b);  // a whole order: the same in every library
+  });
   const std::array<double, 3> d{distances[s[0]], distances[s[1]], distances[s[2]]};
   if (!(d[2] < kInfinity)) return;
   const std::array<Vec3d, 3> p{positions[s[0]], positions[s[1]], positions[s[2]]};

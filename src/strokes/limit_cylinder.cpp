@@ -140,6 +140,8 @@ std::vector<bool> limit_cylinder_members(const StrokeCylinder& limit_cylinder, s
 
 }  // namespace knead
 
+#include "math/elementary.h"
+
 namespace knead::tool_detail {
 
 namespace {
@@ -243,9 +245,9 @@ std::vector<Reach> merged_reaches(const StrokeCylinder& limit_cylinder, std::spa
 }
 
 std::optional<double> short_number_between(double low, double high, double target, Round round, int digits) {
-  const double exponent = std::floor(std::log10(std::max(target, std::numeric_limits<double>::min())));
+  const int exponent = elementary::decimal_exponent(std::max(target, std::numeric_limits<double>::min()));
   for (; digits <= 15; ++digits) {
-    const double scale = std::pow(10.0, digits - 1 - exponent);
+    const double scale = elementary::power_of_ten(digits - 1 - exponent);
     const double steps = target * scale;
     const double value = (round == Round::up     ? std::floor(steps) + 1
                           : round == Round::down ? std::ceil(steps) - 1

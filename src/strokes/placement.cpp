@@ -11,6 +11,8 @@
 #include "strokes/limit_cylinder.h"
 #include "strokes/mirror.h"
 
+#include "math/elementary.h"
+
 namespace knead::tool_detail {
 
 namespace {
@@ -121,7 +123,7 @@ Vec3d SurfaceFinder::vertex_normal(std::uint32_t vertex) const {
     const Vec3d a = surface_.positions[triangle[(corner + 1) % 3]] - p;
     const Vec3d b = surface_.positions[triangle[(corner + 2) % 3]] - p;
     const std::optional<Vec3d> normal = unit_or_nothing(cross(a, b));
-    if (normal) sum += *normal * std::atan2(norm(cross(a, b)), dot(a, b));
+    if (normal) sum += *normal * elementary::atan2(norm(cross(a, b)), dot(a, b));
   }
   return unit_or_nothing(sum).value_or(Vec3d{0, 0, 0});
 }

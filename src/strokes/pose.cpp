@@ -13,6 +13,7 @@
 #include "knead/mesh.h"
 #include "knead/tools.h"
 #include "knead/vec.h"
+#include "math/elementary.h"
 #include "mesh/body_points.h"
 #include "strokes/describe.h"
 
@@ -350,7 +351,7 @@ void measure_stretch(const Flow& flow, const LiveSurface& surface, double diagon
   const auto add = [&](double value) {
     result.greatest_stretch = std::max(result.greatest_stretch, value);
     result.least_stretch = std::min(result.least_stretch, value);
-    sum += std::log(value) * std::log(value);
+    sum += elementary::log(value) * elementary::log(value);
     ++count;
   };
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include "math/elementary.h"
 
 #include "field/grid.h"
 #include "knead/error.h"
@@ -119,7 +120,7 @@ void validate(const StretchStroke& stroke) {
 Flow flow_of(const StretchStroke& stroke) {
   const Vec3d a = unit(stroke.axis);
   const Mat3d shape = outer_product(a, a) * 1.5 + Mat3d{} * -0.5;
-  const Strain<double> motion{shape * std::log(stroke.factor)};
+  const Strain<double> motion{shape * elementary::log(stroke.factor)};
   return {{resting_segment({stroke.center, motion, Ball<double>{}, {stroke.inner, stroke.outer}})}};
 }
 
@@ -127,7 +128,7 @@ void warn(const StretchStroke& stroke, Warnings& warnings) {
   warn_of_thin_shell({stroke.inner, stroke.outer, stroke.falloff}, warnings);
 }
 
-void prolong(StretchStroke& stroke, double strength) { stroke.factor = std::pow(stroke.factor, strength); }
+void prolong(StretchStroke& stroke, double strength) { stroke.factor = elementary::pow(stroke.factor, strength); }
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <variant>
+#include "math/elementary.h"
 
 #include "knead/error.h"
 #include "knead/flow.h"
@@ -326,7 +327,7 @@ bool misses_all(const Stroke& stroke, std::span<const Vec3d> points, int threads
 }
 
 double rounded_down(double x) {
-  const double scale = std::pow(10.0, 2 - std::floor(std::log10(x)));
+  const double scale = elementary::power_of_ten(2 - elementary::decimal_exponent(x));
   return scale >= 1 ? std::floor(x * scale) / scale : std::floor(x * scale) * std::round(1 / scale);
 }
 

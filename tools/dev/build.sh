@@ -30,7 +30,7 @@ configure() {
   if have ccache; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
   if [[ $1 == web* ]]; then options+=(-DKNEAD_IMGUI_SOURCES="$root/build/web/imgui"); fi
   if [[ -x /usr/bin/python3 ]]; then options+=(-DPython_EXECUTABLE=/usr/bin/python3); fi # Debian's, not a shim
-  if [[ $1 != arm64 && $1 != web* ]] && have mold; then options+=(-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=mold); fi
+  if [[ $1 != web* ]] && have mold; then options+=(-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=mold); fi
   cmake --preset "$@" "${options[@]}" --log-level=NOTICE ||
     die "could not configure; after a change of compiler delete build/$1 and try again"
 }

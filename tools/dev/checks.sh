@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Checks and measurements that take from minutes to hours:  checks.sh COMMAND [ARGS], as ./dev help says:
-# sanitize, cross, fuzz, soak, coverage, bench
+# sanitize, fuzz, soak, coverage, bench
 set -euo pipefail
 # shellcheck source=tools/dev/build.sh
 source "$(dirname "${BASH_SOURCE[0]}")/build.sh"
@@ -16,14 +16,6 @@ sanitize() {
   if [[ $# -gt 0 ]]; then chosen=(-L "^($(IFS='|' && echo "$*"))\$"); fi
   # Minutes each under a sanitizer; others run the same code on less.
   run_tests "$kind" "${chosen[@]}" -E 'OfEveryByte|AgreementOnScans|Scans/Cgal|GpuTest\.(PointSets|Large|InDouble|Agrees)|studio_trace'
-}
-
-cross() {
-  local processor=${1:-arm64}
-  [[ $processor == arm64 ]] || die "cross: arm64, not '$processor'"
-  require build test cross
-  compile "$processor" knead_core knead_field_test knead_flow_test
-  run_tests "$processor" -L '^knead_(field|flow)_test$'
 }
 
 fuzz() {
@@ -75,6 +67,6 @@ bench() {
 }
 
 case ${1:-} in
-  sanitize | cross | fuzz | soak | coverage | bench) "$@" ;;
-  *) die "checks.sh: sanitize, cross, fuzz, soak, coverage or bench, not '${1:-}'" ;;
+  sanitize | fuzz | soak | coverage | bench) "$@" ;;
+  *) die "checks.sh: sanitize, fuzz, soak, coverage or bench, not '${1:-}'" ;;
 esac

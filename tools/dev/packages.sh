@@ -13,7 +13,7 @@ declare -A packages=(
     python3-matplotlib"
   [wheel]="python3-venv"
   [studio_test]="xvfb xdotool imagemagick apitrace xserver-xorg-core xserver-xorg-video-dummy"
-  [cross]="g++-aarch64-linux-gnu qemu-user-static"
+  [cross]="python3-venv libgtest-dev qemu-user-static libc6-arm64-cross wine wine64"
   [clang]="clang-14 libclang-rt-14-dev llvm-14"
   [lint]="clang-format-14 clang-tidy-14 shellcheck"
   [coverage]="gcovr"

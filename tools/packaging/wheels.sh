@@ -1,27 +1,16 @@
 #!/usr/bin/env bash
 # Makes wheels with zig's compiler, one for each Python whose headers are here:  wheels.sh [TARGET...]
-# Targets: x86_64-linux-gnu.2.17 (default), aarch64-linux-gnu.2.17. KNEAD_PYTHONS names the programs of the Pythons; by
-# default those of 3.11 to 3.14 on the path and of pyenv. The wheels lie in out/wheels; those that this machine can run
-# are installed into a fresh environment, where they move points.
+# Targets are those of cross.sh (default: x86_64-linux-gnu.2.17). KNEAD_PYTHONS names the programs of the Pythons; by
+# default those of 3.11 to 3.14 on the path and of pyenv. KNEAD_CPYTHON names a folder with, for Windows, what its Pythons
+# bring: 3.13/windows-x86_64/include and .../libs/python313.lib, and so on; without one, no wheel for Windows is made. The
+# wheels lie in out/wheels; those that this machine can run are installed into a fresh environment, where they move points.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$root"
+# shellcheck source=tools/packaging/zig.sh
+source tools/packaging/zig.sh
 targets=("${@:-x86_64-linux-gnu.2.17}")
-venv=build/wheels/tools
-zig=0.17.1
-export CCACHE_COMPILERCHECK=string:zig-$zig # what ccache sees of the compiler is a script that never changes
-say() { printf 'wheels: %s\n' "$*" >&2; }
-
-tools() {
-  [[ -x $venv/bin/python ]] || /usr/bin/python3 -m venv "$venv"
-  "$venv/bin/pip" install --quiet ziglang=="$zig" pybind11==3.1.0 auditwheel twine || {
-    say "the tools come from the Python index, which was not reached"
-    exit 1
-  }
-  packages=$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_paths()["purelib"])')
-  export ZIG=$packages/ziglang/zig
-}
 
 # Prints the programs of the Pythons with headers, one for each version.
 pythons() {
@@ -35,35 +24,43 @@ pythons() {
     for python in "$HOME"/.pyenv/versions/"$version".*/bin/python3 /usr/bin/python"$version"; do
       if [[ -z $found && -x $python && -f $(headers_of "$python")/Python.h ]]; then found=$python; fi
     done
-    if [[ -n $found ]]; then printf '%s\n' "$found"; else say "no headers of Python $version are here: no wheel for it"; fi
+    if [[ -n $found ]]; then printf '%s\n' "$found"; else zig_say "no headers of Python $version are here: no wheel for it"; fi
   done
 }
 headers_of() { "$1" -c 'import sysconfig; print(sysconfig.get_paths()["include"])'; }
 number_of() { "$1" -c 'import sys; print("%d%d" % sys.version_info[:2])'; }
 
-# The licences of all that is compiled in.
-licences() {
-  local folder=build/wheels/licences library
-  rm -rf "$folder" && mkdir -p "$folder"
-  cp LICENSE "$folder/knead.txt"
-  for library in libfmt-dev nlohmann-json3-dev libxsimd-dev libeigen3-dev; do
-    cp "/usr/share/doc/$library/copyright" "$folder/$library.txt"
-  done
-  cp "$packages"/pybind11-*.dist-info/licenses/LICENSE "$folder/pybind11.txt"
-  cp "$packages/ziglang/lib/libcxx/LICENSE.TXT" "$folder/libcxx.txt"
+# How wheels name a target, and how its modules of this Python are named.
+platform_of() {
+  case $1 in
+    *-linux-gnu.2.17) echo "manylinux_2_17_${1%%-*}" ;;
+    x86_64-windows-*) echo win_amd64 ;;
+    aarch64-macos) echo macosx_11_0_arm64 ;;
+    x86_64-macos) echo macosx_11_0_x86_64 ;;
+  esac
+}
+suffix_of() { # TARGET NUMBER
+  case $1 in
+    *-linux-*) echo ".cpython-$2-${1%%-*}-linux-gnu.so" ;;
+    *-windows-*) echo ".cp$2-win_amd64.pyd" ;;
+    *-macos) echo ".cpython-$2-darwin.so" ;;
+  esac
 }
 
 # The library is built once for a target; only the module is built again for each Python.
-build() {
-  local target=$1 python=$2 suffix=$3 launcher=()
-  if command -v ccache >/dev/null; then launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
-  ZIG_TARGET=$target cmake -S . -B "build/wheels/$target" -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=NOTICE \
-    -DCMAKE_TOOLCHAIN_FILE="$root/cmake/cross/zig.cmake" -DZIG_TARGET="$target" "${launcher[@]}" -DKNEAD_STD_THREADS=ON \
-    -DKNEAD_STRICT=OFF -DKNEAD_BUILD_TESTS=OFF -DKNEAD_BUILD_BENCH=OFF -DKNEAD_BUILD_COMMAND=OFF \
-    -DKNEAD_BUILD_EXAMPLES=OFF -DKNEAD_BUILD_GPU=OFF -DKNEAD_BUILD_RENDER=OFF -DKNEAD_BUILD_STUDIO=OFF \
-    -DCMAKE_DISABLE_FIND_PACKAGE_draco=ON -DCMAKE_DISABLE_FIND_PACKAGE_meshoptimizer=ON \
-    "-DKNEAD_PYTHON_HEADERS=$packages/pybind11/include;$(headers_of "$python")" "-DKNEAD_PYTHON_SUFFIX=$suffix"
-  cmake --build "build/wheels/$target" --target knead_python
+build() { # TARGET PYTHON SUFFIX
+  local headers library=
+  headers=$(headers_of "$2")
+  if [[ $1 == *-windows-* ]]; then
+    local version
+    version=$("$2" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+    headers=${KNEAD_CPYTHON:-}/$version/windows-x86_64/include
+    library=${KNEAD_CPYTHON:-}/$version/windows-x86_64/libs/python${version/./}.lib
+    [[ -f $headers/Python.h && -f $library ]] || return 2
+  fi
+  zig_configure "$1" "-DKNEAD_PYTHON_HEADERS=$zig_packages/pybind11/include;$headers" \
+    "-DKNEAD_PYTHON_SUFFIX=$3" "-DKNEAD_PYTHON_LIBRARY=$library"
+  cmake --build "build/cross/$1" --target knead_python
 }
 
 # Installs a wheel into a fresh environment and runs README's example on a shape that the library makes.
@@ -73,32 +70,41 @@ try() {
   "$python" -m venv "$fresh/venv"
   "$fresh/venv/bin/pip" install --quiet "$wheel"
   (cd "$fresh" && venv/bin/python "$root/tools/packaging/try_wheel.py") || {
-    say "$wheel failed"
+    zig_say "$wheel failed"
     exit 1
   }
   rm -rf "$fresh"
 }
 
-tools
-licences
+zig_tools pybind11==3.1.0 auditwheel twine
+zig_licences build/cross/licences pybind11
 mapfile -t found < <(pythons)
 for target in "${targets[@]}"; do
-  processor=${target%%-*}
+  platform=$(platform_of "$target")
   for python in "${found[@]}"; do
     number=$(number_of "$python")
-    suffix=.cpython-$number-$processor-linux-gnu.so
-    build "$target" "$python" "$suffix"
-    wheel=$("$venv/bin/python" tools/packaging/make_wheel.py "$number" "manylinux_2_17_$processor" \
-      "build/wheels/$target/python/knead/_knead$suffix" build/wheels/licences out/wheels)
-    [[ $("$venv/bin/auditwheel" show "$wheel") == *'tag: "manylinux_2_17_'"$processor"* ]] || {
-      say "$wheel needs a newer glibc than 2.17"
+    suffix=$(suffix_of "$target" "$number")
+    if ! build "$target" "$python" "$suffix"; then
+      zig_say "no wheel of Python $number for $target: see KNEAD_CPYTHON in wheels.sh"
+      continue
+    fi
+    wheel=$("$zig_venv/bin/python" tools/packaging/make_wheel.py "$number" "$platform" \
+      "build/cross/$target/python/knead/_knead$suffix" build/cross/licences out/wheels)
+    if [[ $target == *-linux-* ]]; then
+      [[ $("$zig_venv/bin/auditwheel" show "$wheel") == *"tag: \"$platform"* ]] || {
+        zig_say "$wheel needs a newer glibc than 2.17"
+        exit 1
+      }
+    fi
+    "$zig_venv/bin/twine" check --strict "$wheel" >/dev/null || {
+      zig_say "twine refuses $wheel"
       exit 1
     }
-    "$venv/bin/twine" check --strict "$wheel" >/dev/null || {
-      say "twine refuses $wheel"
-      exit 1
-    }
-    if [[ $processor == "$(uname -m)" ]]; then try "$wheel" "$python"; fi
-    say "made $wheel"
+    zig_fact "$target" "wheel, CPython ${number:0:1}.${number:1}" built "$(stat -c %s "$wheel" | numfmt --to=si)B"
+    if [[ $target == "$(uname -m)"-linux-* ]]; then
+      try "$wheel" "$python"
+      zig_fact "$target" "wheel, CPython ${number:0:1}.${number:1}" started "README's example in a fresh environment"
+    fi
+    zig_say "made $wheel"
   done
 done

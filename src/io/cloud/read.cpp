@@ -10,6 +10,7 @@
 #include "io/formats.h"
 #include "io/mesh_builder.h"
 #include "io/text.h"
+#include "math/elementary.h"
 
 namespace knead::io_detail::xyz {
 namespace {
@@ -311,7 +312,7 @@ class Reader {
     std::size_t unit = 0;
     for (std::size_t i = 0; i < columns_.size(); i += 3) {
       constexpr double tolerance = 0.02;  // components may be written with two digits
-      const double length = std::hypot(columns_[i], columns_[i + 1], columns_[i + 2]);
+      const double length = elementary::hypot(columns_[i], columns_[i + 1], columns_[i + 2]);
       if (std::abs(length - 1) < tolerance) ++unit;
     }
     return unit * 20 >= shape_.mesh.vertex_count() * 19;

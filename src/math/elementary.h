@@ -1,0 +1,33 @@
+// Elementary functions of + - * / and sqrt only, where those of C libraries differ in the last bits: between systems,
+// between versions, and between processors with and without multiply-adds. Sine and cosine: sincos.h.
+#pragma once
+
+namespace knead::elementary {
+
+// Each errs by at most 2 units in the last place, and is exact where the comment says so. What is not finite, or out
+// of a function's domain, gives what that of <cmath> gives.
+
+// For angles of at most 1e4 in size, with the bound of sincos.h.
+double cos(double radians);
+double sin(double radians);
+double tan(double radians);
+
+// The angle of (x, y) in [-pi, pi]. Exact on the axes, up to the rounding of pi.
+double atan2(double y, double x);
+double atan(double tangent);
+
+double log(double x);
+double exp(double x);
+// Of a positive base. Exact for the exponents 0 and 1.
+double pow(double base, double exponent);
+// Exact for cubes of whole numbers.
+double cbrt(double x);
+// The length of (x, y, z), without overflow.
+double hypot(double x, double y, double z = 0);
+
+// 10^n, rounded once for |n| <= 22, which is exact where 10^n is a number.
+double power_of_ten(int n);
+// The largest n with 10^n <= x, for a positive number.
+int decimal_exponent(double x);
+
+}  // namespace knead::elementary
