@@ -1,0 +1,449 @@
+#include "knead/fit/fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "knead/fit/coarse_body.h"
+#include "knead/fit/fit_align.h"
+#include "knead/fit/fit_motion.h"
+#include "knead/fit/fit_report.h"
+#include "knead/fit/surface_matches.h"
+#include "knead/math/error.h"
+#include "knead/mesh/body_points.h"
+#include "knead/mesh/measures.h"
+#include "knead/mesh/self_intersections.h"
+
+namespace knead {
+
+namespace {
+
+using namespace fit_detail;
+using detail::VelocityRows;
+
+constexpr std::size_t kMostLandmarks = 2000;
+// Landmarks, of the diagonal:
+constexpr double kStep = 0.03;            // what one moves in a step at most
+constexpr double kSpacing = 0.08;         // of the grids
+constexpr std::size_t kLeastSteps = 4;
+constexpr std::size_t kMostSteps = 80;
+constexpr std::size_t kPieces = 24;       // of a way
+constexpr std::size_t kNodes = 600;       // of the coarse body
+constexpr double kSoftAnchor = 0.01;      // of the diagonal: a tolerance at which an anchor's weight is half
+// The map:
+constexpr double kMapAnchor = 0.02;       // weight of one of its pairs beside a landmark's
+constexpr std::size_t kMapAnchors = 1500;
+constexpr std::size_t kMapRows = 600;
+constexpr double kMapWeight = 0.4;        // as those of surface matches
+// The surface:
+constexpr double kAlong = 0.8;            // of the way that a match asks for, along the target's normal
+constexpr double kAcross = 0.15;
+constexpr double kNormalLength = 0.15;    // of the diagonal
+constexpr std::size_t kCandidates = 8000;
+constexpr std::size_t kLookedAt = 3000;   // vertices of each shape between levels
+constexpr std::size_t kAlignSamples = 400;
+constexpr double kMuchNearer = 0.6;       // of the distance as it is: only then a shape is aligned by itself
+constexpr double kFarApart = 0.05;        // of the diagonal
+
+// A level of the surface stage.
+struct Level {
+  double spacing;  // of the diagonal
+  int rounds;
+  double first_weight;  // of a match; grows to
+  double last_weight;
+  std::size_t samples;  // of each surface
+};
+constexpr Level kLevels[] = {
+    {0.1, 8, 0.05, 0.1, 900}, {0.085, 8, 0.1, 0.2, 900}, {0.07, 10, 0.2, 0.4, 900}};
+
+void require(bool holds, const std::string& what) {
+  if (!holds) throw InvalidInput(what);
+}
+
+void validate(const BodyFitOptions& options) {
+  require(options.landmarks.size() <= kMostLandmarks,
+          fmt::format("at most {} landmarks can be met, got {}; give the others as a map", kMostLandmarks,
+                      options.landmarks.size()));
+  require(options.max_stretch > 1 && std::isfinite(options.max_stretch),
+          fmt::format("the greatest stretch must be a number above 1, got {}", options.max_stretch));
+  require(options.threads >= 0, fmt::format("the number of threads must be 0 or more, got {}", options.threads));
+  for (const std::vector<FitPair>* pairs : {&options.landmarks, &options.map}) {
+    for (std::size_t i = 0; i < pairs->size(); ++i) {
+      const FitPair& pair = (*pairs)[i];
+      const bool is_finite = knead::is_finite(pair.source) && knead::is_finite(pair.target);
+      require(is_finite, fmt::format("pair {} is not finite, counted from 0", i));
+      require(pair.tolerance >= 0 && std::isfinite(pair.tolerance),
+              fmt::format("the tolerance of pair {} must be a length of 0 or more, got {}", i, pair.tolerance));
+    }
+  }
+}
+
+// Turns faces that look inward. Returns whether it did.
+bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles) {
+  const Measures m = measure(mesh);
+  if (!m.closed() || !m.oriented() || m.volume >= 0) return false;
+  for (Triangle& t : triangles) std::swap(t[1], t[2]);
+  return true;
+}
+
+std::optional<double> volume_of(const Mesh& mesh, std::span<const Vec3d> positions) {
+  const Measures m = measure(mesh);
+  if (!m.closed() || !m.oriented()) return std::nullopt;
+  return std::abs(measure_volume_and_area(mesh, positions).volume);
+}
+
+std::optional<double> relative(const std::optional<double>& now, const std::optional<double>& before) {
+  return now && before && *before != 0 ? std::optional(*now / *before - 1) : std::nullopt;
+}
+
+Vec3d clipped(const Vec3d& v, double most) {
+  const double length = norm(v);
+  return length > most ? v * (most / length) : v;
+}
+
+// A place on a way of evenly spaced times from 0 to 1.
+Vec3d place_on(const std::vector<Vec3d>& way, double time) {
+  const double at = time * static_cast<double>(way.size() - 1);
+  const auto piece = std::min(static_cast<std::size_t>(at), way.size() - 2);
+  const double rest = at - static_cast<double>(piece);
+  return way[piece] * (1 - rest) + way[piece + 1] * rest;
+}
+
+double length_of(const std::vector<Vec3d>& way) {
+  double length = 0;
+  for (std::size_t i = 0; i + 1 < way.size(); ++i) length += norm(way[i + 1] - way[i]);
+  return length;
+}
+
+class Fitter {
+ public:
+  Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& options);
+
+  BodyFit run();
+
+ private:
+  // A stage's result, and how good it is.
+  struct Result {
+    FitMotion motion;
+    double distance = 0;
+    double stretch = 1;
+    std::size_t crossings = 0;
+    std::size_t crossings_new = 0;
+    bool is_sound = false;
+    std::string stage;
+  };
+
+  void scale();
+  void align();
+  void apply(const std::vector<Stroke>& strokes);
+  void go_to_landmarks();
+  void match_surfaces();
+  void match_round(const Level& level, double weight, const SurfaceSamples& asking, const SurfaceSamples& candidates,
+                   const SampleTree& target, const std::vector<SurfaceSample>& of_target);
+  Result look(std::string stage) const;
+  void keep_better(Result result);
+  Crossings crossings_of(std::span<const Vec3d> positions, std::size_t& count) const;
+  void finish(BodyFit& fit);
+  MeasuredShape shape() const { return {motion_->positions(), triangles_}; }
+
+  const Mesh& source_;
+  const Mesh& target_;
+  const BodyFitOptions& options_;
+  std::vector<Triangle> triangles_;
+  std::vector<Triangle> target_triangles_;
+  std::vector<Vec3d> rest_;  // the source, scaled
+  std::vector<FitPair> landmarks_;
+  std::vector<FitPair> map_;
+  double diagonal_ = 0;
+  std::unique_ptr<SurfaceTree> target_tree_;
+  std::unique_ptr<FitMotion> motion_;
+  std::vector<Stroke> strokes_;  // before those of the grids
+  Crossings crossings_before_;
+  std::optional<Result> best_;
+  BodyFitReport report_;
+};
+
+Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& options)
+    : source_(source),
+      target_(target),
+      options_(options),
+      triangles_(triangulate(source)),
+      target_triangles_(triangulate(target)),
+      rest_(source.positions),
+      landmarks_(options.landmarks),
+      map_(options.map) {
+  require(!source.positions.empty() && !target.positions.empty(), "a shape without vertices cannot be fitted");
+  if (options.surface) {
+    require(!triangles_.empty() && !target_triangles_.empty(),
+            "a shape without faces has no surface to fit; fit landmarks alone");
+  }
+  if (turn_outward(target, target_triangles_)) {
+    report_.notes.emplace_back("the target's faces look inward and are turned");
+  }
+  if (turn_outward(source, triangles_)) report_.notes.emplace_back("the source's faces look inward");
+  report_.volume_difference = relative(volume_of(target, target.positions), volume_of(source, source.positions));
+  if (options.volume == FitVolume::total) scale();
+  diagonal_ = shape_box(source, rest_).diagonal();
+  require(diagonal_ > 1e-15 && diagonal_ < 1e18,
+          fmt::format("the source is {:.3g} long; scale it to between 1e-15 and 1e18", diagonal_));
+  for (const auto& pairs : {landmarks_, map_}) require_no_mirror(pairs, diagonal_);
+  motion_ = std::make_unique<FitMotion>(rest_, triangles_, diagonal_, options.threads, options.progress);
+  std::vector<Vec3d> points;
+  std::vector<FitMark> marks;
+  for (const FitPair& pair : landmarks_) {
+    points.push_back(pair.source);
+    marks.push_back({pair.target, pair.tolerance});
+  }
+  motion_->set_marks(points, std::move(marks));
+  points.clear();
+  for (const FitPair& pair : map_) points.push_back(pair.source);
+  motion_->set_followers(std::move(points));
+  target_tree_ = std::make_unique<SurfaceTree>(tree_of({target.positions, target_triangles_}));
+}
+
+void Fitter::scale() {
+  const std::optional<double> from = volume_of(source_, rest_);
+  const std::optional<double> to = volume_of(target_, target_.positions);
+  require(from && to && *from > 0 && *to > 0,
+          "scaling needs the volume of both shapes, and one is not closed; leave it out");
+  report_.scale = std::cbrt(*to / *from);
+  const Vec3d middle = shape_box(source_).center();
+  const auto scaled = [&](const Vec3d& p) { return middle + (p - middle) * report_.scale; };
+  for (Vec3d& p : rest_) p = scaled(p);
+  for (FitPair& pair : landmarks_) pair.source = scaled(pair.source);
+  for (FitPair& pair : map_) pair.source = scaled(pair.source);
+}
+
+BodyFit Fitter::run() {
+  Progress* const progress = options_.progress;
+  if (progress != nullptr) {
+    progress->total = fit_work(source_, options_);
+    progress->done = 0;
+  }
+  std::size_t count = 0;
+  crossings_before_ = crossings_of(rest_, count);
+  report_.crossings_before = count;
+  report_.before = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_,
+                               target_.positions.size() + rest_.size(), options_.threads, progress);
+  align();
+  const bool has_pairs = !landmarks_.empty() || !map_.empty();
+  if (has_pairs) go_to_landmarks();
+  Result landmarks = look("landmarks");
+  report_.after_landmarks = landmarks.distance;
+  keep_better(std::move(landmarks));
+  if (options_.surface) match_surfaces();
+  BodyFit fit;
+  finish(fit);
+  if (progress != nullptr) progress->done = progress->total.load();
+  return fit;
+}
+
+void Fitter::apply(const std::vector<Stroke>& strokes) {
+  for (const Stroke& stroke : strokes) {
+    motion_->carry(flow_of(stroke));
+    strokes_.push_back(stroke);
+  }
+}
+
+void Fitter::align() {
+  if (options_.align == FitAlign::never) return;
+  const bool always = options_.align == FitAlign::always;
+  std::optional<RigidMap> map;
+  const std::vector<FitPair>& pairs = landmarks_.size() >= 3 ? landmarks_ : map_;
+  if (pairs.size() >= 3) {
+    map = align_pairs(pairs);
+    std::vector<Vec3d> from;
+    std::vector<Vec3d> to;
+    for (const FitPair& pair : pairs) {
+      from.push_back(pair.source);
+      to.push_back(pair.target);
+    }
+    const double before = rms_of({}, from, to);
+    const bool is_nearer = before > kFarApart * diagonal_ && rms_of(*map, from, to) < kMuchNearer * before;
+    if (!always && !is_nearer) return;
+  } else if (!triangles_.empty() && !target_triangles_.empty()) {
+    const SurfaceSamples of_source(triangles_, rest_, kAlignSamples);
+    const SurfaceSamples of_target(target_triangles_, target_.positions, kAlignSamples);
+    const SurfaceAlignment found = align_surfaces(of_source.at(triangles_, rest_),
+                                                  of_target.at(target_triangles_, target_.positions), diagonal_);
+    if (!always && !(found.distance < kMuchNearer * found.distance_before)) return;
+    map = found.map;
+  }
+  if (!map) return;
+  const Box box = shape_box(source_, rest_);
+  double radius = 0;
+  for (const Vec3d& p : rest_) radius = std::max(radius, norm(p - box.center()));
+  for (const Vec3d& p : motion_->marks_at()) radius = std::max(radius, norm(p - box.center()));
+  apply(strokes_of(*map, box.center(), radius));
+  report_.is_aligned = !strokes_.empty();
+  if (report_.is_aligned) {
+    const double angle = 2 * std::asin(std::min(1.0, norm(map->turn.v))) * 180 / std::numbers::pi;
+    report_.notes.push_back(fmt::format("the source is first turned by {:.0f} degrees and moved by {:.2g} of its size",
+                                        angle, norm((*map)(box.center()) - box.center()) / diagonal_));
+  }
+}
+
+// Landmarks go on ways on which limbs turn about their joints; so do evenly spread pairs of the map.
+void Fitter::go_to_landmarks() {
+  std::vector<Anchor> anchors;
+  const std::vector<Vec3d> at = motion_->marks_at();
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    const double soft = landmarks_[i].tolerance / (kSoftAnchor * diagonal_);
+    anchors.push_back({at[i], landmarks_[i].target, 1 / (1 + soft * soft)});
+  }
+  const std::vector<Vec3d>& followers = motion_->followers();
+  const std::vector<std::uint32_t> chosen = spread_points(followers, kMapAnchors);
+  for (const std::uint32_t i : chosen) anchors.push_back({followers[i], map_[i].target, kMapAnchor, true});
+  CoarseBody body(motion_->positions(), triangles_, kNodes);
+  body.pose(anchors, options_.progress);
+  const std::vector<std::vector<Vec3d>> ways = body.ways(anchors, kPieces);
+  double longest = 0;
+  for (const std::vector<Vec3d>& way : ways) longest = std::max(longest, length_of(way));
+  const auto steps = std::clamp(static_cast<std::size_t>(std::ceil(longest / (kStep * diagonal_))), kLeastSteps, kMostSteps);
+  motion_->set_spacing(kSpacing * diagonal_);
+  const std::size_t stride = chosen.size() / kMapRows + 1;
+  for (std::size_t step = 0; step < steps + 2; ++step) {
+    const double time = std::min(1.0, (static_cast<double>(step) + 1) / static_cast<double>(steps));
+    std::vector<Vec3d> to;
+    for (std::size_t i = 0; i < landmarks_.size(); ++i) to.push_back(place_on(ways[i], time));
+    std::vector<VelocityRows> rows;
+    for (std::size_t k = 0; k < chosen.size(); k += stride) {
+      const Vec3d& p = motion_->followers()[chosen[k]];
+      const Vec3d by = place_on(ways[landmarks_.size() + k], time) - p;
+      rows.push_back({{p}, {clipped(by, 2 * kStep * diagonal_)}, kMapWeight});
+    }
+    motion_->step(to, std::move(rows));
+  }
+}
+
+void Fitter::match_surfaces() {
+  const SurfaceSamples candidates(triangles_, rest_, kCandidates);
+  const SurfaceSamples target_candidates(target_triangles_, target_.positions, kCandidates);
+  const SampleTree target(target_candidates.at(target_triangles_, target_.positions), kNormalLength * diagonal_);
+  for (const Level& level : kLevels) {
+    const SurfaceSamples asking(triangles_, rest_, level.samples);
+    const SurfaceSamples of_target(target_triangles_, target_.positions, level.samples);
+    const std::vector<SurfaceSample> target_samples = of_target.at(target_triangles_, target_.positions);
+    motion_->set_spacing(level.spacing * diagonal_);
+    for (int round = 0; round < level.rounds; ++round) {
+      const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
+      match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, candidates, target,
+                  target_samples);
+    }
+    keep_better(look("surface"));
+  }
+}
+
+void Fitter::match_round(const Level& level, double weight, const SurfaceSamples& asking,
+                         const SurfaceSamples& candidates, const SampleTree& target,
+                         const std::vector<SurfaceSample>& of_target) {
+  const std::vector<Vec3d>& positions = motion_->positions();
+  const SampleTree source(candidates.at(triangles_, positions), kNormalLength * diagonal_);
+  const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, options_.threads};
+  const Matches matches = match(source, asking.at(triangles_, positions), target, of_target, options);
+  std::vector<VelocityRows> rows;
+  for (const Match& m : matches.all) {
+    const Vec3d along = m.normal * dot(m.normal, m.by);
+    const Vec3d by = clipped(along * kAlong + (m.by - along) * kAcross, kStep * diagonal_);
+    rows.push_back({{m.at}, {by}, weight * m.weight});
+  }
+  std::vector<Vec3d> to;
+  const std::vector<Vec3d> at = motion_->marks_at();
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    to.push_back(at[i] + clipped(landmarks_[i].target - at[i], kStep * diagonal_));
+  }
+  motion_->step(to, std::move(rows));
+}
+
+Crossings Fitter::crossings_of(std::span<const Vec3d> positions, std::size_t& count) const {
+  if (triangles_.empty()) return {};
+  SelfIntersections found =
+      self_intersections(triangles_, positions, {.threads = options_.threads, .progress = options_.progress});
+  count = found.count;
+  return std::move(found.pairs);
+}
+
+Fitter::Result Fitter::look(std::string stage) const {
+  Result result{*motion_, 0, 1, 0, 0, false, std::move(stage)};
+  const std::vector<Vec3d>& positions = motion_->positions();
+  result.distance = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_, kLookedAt,
+                                options_.threads, options_.progress)
+                        .mean;
+  result.stretch = stretch_of(triangles_, rest_, positions).greatest;
+  const Crossings crossings = crossings_of(positions, result.crossings);
+  result.crossings_new = count_new(crossings, crossings_before_);
+  result.is_sound = result.crossings_new == 0 && result.stretch <= options_.max_stretch;
+  return result;
+}
+
+// A sound shape is better than one that is not; of two, the nearer one.
+void Fitter::keep_better(Result result) {
+  const bool is_better = !best_ || (result.is_sound && !best_->is_sound) ||
+                         (result.is_sound == best_->is_sound && result.distance < best_->distance);
+  if (is_better) best_ = std::move(result);
+}
+
+void Fitter::finish(BodyFit& fit) {
+  FitMotion& motion = best_->motion;
+  for (int again = 0; again < 3 && motion.miss() > 0.3 * kFitExact * diagonal_; ++again) {
+    std::vector<Vec3d> to;
+    for (const FitMark& mark : motion.marks()) to.push_back(mark.place);
+    motion.step(to, {});
+  }
+  *motion_ = motion;
+  const Result last = look(best_->stage);
+  fit.positions = motion_->positions();
+  fit.strokes = std::move(strokes_);
+  for (const PotentialGrid& grid : motion_->grids()) fit.strokes.emplace_back(GridStroke{grid});
+  report_.stage = last.stage;
+  report_.landmarks = landmarks_.size();
+  report_.map_pairs = map_.size();
+  report_.strokes = fit.strokes.size();
+  report_.unknowns = motion_->unknowns();
+  report_.crossings_after = last.crossings;
+  report_.crossings_new = last.crossings_new;
+  report_.after = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_,
+                              target_.positions.size() + rest_.size(), options_.threads, options_.progress);
+  const StretchOfShape stretch = stretch_of(triangles_, rest_, fit.positions);
+  report_.greatest_stretch = stretch.greatest;
+  report_.stretch_99 = stretch.most_99;
+  report_.rms_log_stretch = stretch.rms_log;
+  report_.volume_error = relative(volume_of(source_, fit.positions), volume_of(source_, rest_));
+  report_.landmark_excess = std::max(0.0, motion_->miss()) / diagonal_;
+  double sum = 0;
+  const std::vector<Vec3d> at = motion_->marks_at();
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const double distance = norm(at[i] - landmarks_[i].target) / diagonal_;
+    report_.landmark_distance = std::max(report_.landmark_distance, distance);
+    sum += distance * distance;
+  }
+  if (!at.empty()) report_.landmark_rms = std::sqrt(sum / static_cast<double>(at.size()));
+  std::vector<double> of_map;
+  for (std::size_t i = 0; i < map_.size(); ++i) of_map.push_back(norm(motion_->followers()[i] - map_[i].target));
+  std::sort(of_map.begin(), of_map.end());
+  if (!of_map.empty()) report_.map_distance = of_map[of_map.size() / 2] / diagonal_;
+  report_.is_sound = complaint_about(report_, options_).empty();
+  fit.report = std::move(report_);
+}
+
+}  // namespace
+
+std::uint64_t fit_work(const Mesh& source, const BodyFitOptions& options) {
+  std::size_t steps = options.landmarks.empty() && options.map.empty() ? 2 : 30;
+  for (const Level& level : kLevels) steps += options.surface ? static_cast<std::size_t>(level.rounds) : 0;
+  return source.vertex_count() * steps;
+}
+
+BodyFit fit_body(const Mesh& source, const Mesh& target, const BodyFitOptions& options) {
+  validate(source);
+  validate(target);
+  validate(options);
+  return Fitter(source, target, options).run();
+}
+
+}  // namespace knead

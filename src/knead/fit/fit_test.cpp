@@ -1,0 +1,3 @@
+#include "knead/fit/fit.h"
+
+#include <gtest/gtest.h>
