@@ -20,7 +20,7 @@ remesh:  math mesh
 pose:    math field flow
 tool:    math field flow mesh pose
 fit:     math field flow mesh pose tool
-session: math field flow mesh io remesh pose tool
+session: math field flow mesh io remesh pose tool fit
 gl:      math
 gpu:     math field flow gl
 render:  math field flow mesh gl

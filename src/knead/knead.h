@@ -64,6 +64,9 @@
 #include "knead/tool/stroke.h"
 #include "knead/tool/tool.h"
 
+// Fits one shape to another by strokes that strain it least.
+#include "knead/fit/fit.h"
+
 // Sessions: the .knead file, replay, the certificate, and the workbench of an interactive program.
 #include "knead/session/deformed_shape.h"
 #include "knead/session/journal.h"

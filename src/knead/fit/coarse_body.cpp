@@ -18,13 +18,13 @@ using detail::SparseCholesky;
 using detail::SymmetricMatrix;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kWeakEdge = 0.05;      // between pieces that nothing connects
-constexpr double kAnchorWeight = 30;    // of a mean node's edges
-constexpr std::size_t kApproach = 10;   // steps in which the anchors go to their places
-constexpr std::size_t kRounds = 8;      // of each of them
-constexpr std::size_t kLastRounds = 100;
-constexpr std::size_t kNeighbors = 8;   // in a cloud
-constexpr double kDoubt = 2.5;          // of the median distance of doubtful anchors
+constexpr double kWeakEdge = 0.05;     // between pieces that nothing connects
+constexpr double kAnchorWeight = 30;   // of a mean node's edges
+constexpr std::size_t kApproach = 10;  // steps in which the anchors go to their places
+constexpr std::size_t kRounds = 6;     // of each of them
+constexpr std::size_t kLastRounds = 80;
+constexpr std::size_t kNeighbors = 8;  // in a cloud
+constexpr double kDoubt = 2.5;         // of the median distance of doubtful anchors
 
 // For each vertex the place in `chosen` of the one that is nearest along edges; the greatest number where none is.
 std::vector<std::uint32_t> nearest_along_edges(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
@@ -398,14 +398,37 @@ std::vector<std::vector<Vec3d>> CoarseBody::ways(std::span<const Anchor> anchors
   return result;
 }
 
-std::vector<Vec3d> CoarseBody::posed(std::span<const Vec3d> points) const {
-  std::vector<Vec3d> result;
-  result.reserve(points.size());
-  for (const Vec3d& p : points) {
-    const std::uint32_t node = nearest_node(p);
-    result.push_back(places_[node] + turns_[node] * (p - rest_[node]));
+std::vector<SurfaceSample> CoarseBody::posed(std::span<const SurfaceSample> samples) const {
+  std::vector<SurfaceSample> result;
+  result.reserve(samples.size());
+  for (const SurfaceSample& s : samples) {
+    const std::uint32_t node = nearest_node(s.point);
+    result.push_back({places_[node] + turns_[node] * (s.point - rest_[node]), turns_[node] * s.normal});
   }
   return result;
+}
+
+std::vector<Anchor> CoarseBody::node_anchors() const {
+  std::vector<Anchor> anchors;
+  for (std::size_t i = 0; i < rest_.size(); ++i) anchors.push_back({rest_[i], places_[i]});
+  return anchors;
+}
+
+std::vector<double> CoarseBody::distances_from(std::uint32_t node) const {
+  std::vector<double> distance(rest_.size(), kInfinity);
+  using Entry = std::pair<double, std::uint32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  queue.emplace(distance[node] = 0, node);
+  while (!queue.empty()) {
+    const auto [d, at] = queue.top();
+    queue.pop();
+    if (d > distance[at]) continue;
+    for (const Edge& edge : edges_[at]) {
+      const double through = d + norm(rest_[edge.to] - rest_[at]);
+      if (through < distance[edge.to]) queue.emplace(distance[edge.to] = through, edge.to);
+    }
+  }
+  return distance;
 }
 
 }  // namespace knead::fit_detail

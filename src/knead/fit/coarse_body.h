@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "knead/fit/rigid_map.h"
+#include "knead/fit/surface_matches.h"
 #include "knead/math/progress.h"
 #include "knead/math/vec3.h"
 #include "knead/mesh/triangulate.h"
@@ -24,7 +25,7 @@ namespace knead::fit_detail {
 struct Anchor {
   Vec3d from;
   Vec3d to;
-  double weight = 1;  // 1: nearly exact; above 0
+  double weight = 1;         // 1: nearly exact; above 0
   bool is_doubtful = false;  // counts less where it disagrees with the others
 };
 
@@ -40,8 +41,15 @@ class CoarseBody {
   // joints. The first place is where the anchor is, and the last one `to`.
   std::vector<std::vector<Vec3d>> ways(std::span<const Anchor> anchors, std::size_t pieces) const;
 
-  // Returns where points of the shape come to in the pose.
-  std::vector<Vec3d> posed(std::span<const Vec3d> points) const;
+  // Returns where points of the shape come to in the pose, and their normals.
+  std::vector<SurfaceSample> posed(std::span<const SurfaceSample> samples) const;
+
+  // Returns an anchor for each node, at its place in the pose.
+  std::vector<Anchor> node_anchors() const;
+
+  const std::vector<Vec3d>& nodes() const { return rest_; }
+  // Returns the lengths of the shortest ways along edges from a node to all of them.
+  std::vector<double> distances_from(std::uint32_t node) const;
 
  private:
   struct Edge {

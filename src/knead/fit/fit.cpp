@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "knead/fit/fit_align.h"
 #include "knead/fit/fit_motion.h"
 #include "knead/fit/fit_report.h"
+#include "knead/fit/fit_tips.h"
 #include "knead/fit/surface_matches.h"
 #include "knead/math/error.h"
 #include "knead/mesh/body_points.h"
@@ -28,27 +30,29 @@ using detail::VelocityRows;
 
 constexpr std::size_t kMostLandmarks = 2000;
 // Landmarks, of the diagonal:
-constexpr double kStep = 0.03;            // what one moves in a step at most
-constexpr double kSpacing = 0.08;         // of the grids
+constexpr double kStep = 0.03;     // what one moves in a step at most
+constexpr double kSpacing = 0.08;  // of the grids
 constexpr std::size_t kLeastSteps = 4;
 constexpr std::size_t kMostSteps = 80;
-constexpr std::size_t kPieces = 24;       // of a way
-constexpr std::size_t kNodes = 600;       // of the coarse body
-constexpr double kSoftAnchor = 0.01;      // of the diagonal: a tolerance at which an anchor's weight is half
+constexpr std::size_t kPieces = 24;   // of a way
+constexpr std::size_t kNodes = 600;   // of the coarse body
+constexpr double kGuideWeight = 0.3;  // of a node of the coarse body, as those of surface matches
+constexpr double kSoftAnchor = 0.01;  // of the diagonal: a tolerance at which an anchor's weight is half
 // The map:
-constexpr double kMapAnchor = 0.02;       // weight of one of its pairs beside a landmark's
+constexpr double kMapAnchor = 0.02;  // weight of one of its pairs beside a landmark's
 constexpr std::size_t kMapAnchors = 1500;
 constexpr std::size_t kMapRows = 600;
-constexpr double kMapWeight = 0.4;        // as those of surface matches
+constexpr double kMapWeight = 0.4;  // as those of surface matches
 // The surface:
-constexpr double kAlong = 0.8;            // of the way that a match asks for, along the target's normal
+constexpr double kAlong = 0.8;  // of the way that a match asks for, along the target's normal
 constexpr double kAcross = 0.15;
-constexpr double kNormalLength = 0.15;    // of the diagonal
+constexpr double kNormalLength = 0.15;  // of the diagonal
 constexpr std::size_t kCandidates = 8000;
-constexpr std::size_t kLookedAt = 3000;   // vertices of each shape between levels
+constexpr std::size_t kLookedAt = 3000;  // vertices of each shape between levels
 constexpr std::size_t kAlignSamples = 400;
-constexpr double kMuchNearer = 0.6;       // of the distance as it is: only then a shape is aligned by itself
-constexpr double kFarApart = 0.05;        // of the diagonal
+constexpr std::size_t kTipNodes = 250;
+constexpr double kMuchNearer = 0.6;  // of the distance as it is: only then a shape is aligned by itself
+constexpr double kFarApart = 0.05;   // of the diagonal
 
 // A level of the surface stage.
 struct Level {
@@ -58,8 +62,7 @@ struct Level {
   double last_weight;
   std::size_t samples;  // of each surface
 };
-constexpr Level kLevels[] = {
-    {0.1, 8, 0.05, 0.1, 900}, {0.085, 8, 0.1, 0.2, 900}, {0.07, 10, 0.2, 0.4, 900}};
+constexpr Level kLevels[] = {{0.1, 8, 0.05, 0.1, 900}, {0.085, 8, 0.1, 0.2, 900}, {0.07, 10, 0.2, 0.4, 900}};
 
 void require(bool holds, const std::string& what) {
   if (!holds) throw InvalidInput(what);
@@ -79,6 +82,23 @@ void validate(const BodyFitOptions& options) {
       require(is_finite, fmt::format("pair {} is not finite, counted from 0", i));
       require(pair.tolerance >= 0 && std::isfinite(pair.tolerance),
               fmt::format("the tolerance of pair {} must be a length of 0 or more, got {}", i, pair.tolerance));
+    }
+  }
+}
+
+// Two landmarks that start at one point, or end at one, would tear the shape.
+void require_apart(const std::vector<FitPair>& landmarks, double diagonal) {
+  constexpr double kSame = 1e-9;  // of the diagonal
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    for (std::size_t k = i + 1; k < landmarks.size(); ++k) {
+      const double apart = norm(landmarks[i].source - landmarks[k].source);
+      const double places = norm(landmarks[i].target - landmarks[k].target);
+      const double slack = kSame * diagonal + landmarks[i].tolerance + landmarks[k].tolerance;
+      if ((apart > kSame * diagonal || places <= slack) && (places > kSame * diagonal || apart <= slack)) continue;
+      throw InvalidInput(fmt::format(
+          "landmarks {} and {}, counted from 0, are {:.3g} apart on the source and {:.3g} on the target; remove one of "
+          "them, or give both a tolerance",
+          i, k, apart, places));
     }
   }
 }
@@ -138,10 +158,13 @@ class Fitter {
     std::string stage;
   };
 
+  void set_marks();
   void scale();
   void align();
   void apply(const std::vector<Stroke>& strokes);
+  void find_tips();
   void go_to_landmarks();
+  void exactly_to_landmarks();
   void match_surfaces();
   void match_round(const Level& level, double weight, const SurfaceSamples& asking, const SurfaceSamples& candidates,
                    const SampleTree& target, const std::vector<SurfaceSample>& of_target);
@@ -163,6 +186,8 @@ class Fitter {
   std::unique_ptr<SurfaceTree> target_tree_;
   std::unique_ptr<FitMotion> motion_;
   std::vector<Stroke> strokes_;  // before those of the grids
+  std::vector<Stroke> last_;     // after them
+  std::size_t tips_ = 0;         // that took the place of landmarks
   Crossings crossings_before_;
   std::optional<Result> best_;
   BodyFitReport report_;
@@ -186,13 +211,22 @@ Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& opt
     report_.notes.emplace_back("the target's faces look inward and are turned");
   }
   if (turn_outward(source, triangles_)) report_.notes.emplace_back("the source's faces look inward");
-  report_.volume_difference = relative(volume_of(target, target.positions), volume_of(source, source.positions));
   if (options.volume == FitVolume::total) scale();
+  report_.volume_difference = relative(volume_of(target, target.positions), volume_of(source, rest_));
   diagonal_ = shape_box(source, rest_).diagonal();
   require(diagonal_ > 1e-15 && diagonal_ < 1e18,
           fmt::format("the source is {:.3g} long; scale it to between 1e-15 and 1e18", diagonal_));
+  require_apart(landmarks_, diagonal_);
   for (const auto& pairs : {landmarks_, map_}) require_no_mirror(pairs, diagonal_);
   motion_ = std::make_unique<FitMotion>(rest_, triangles_, diagonal_, options.threads, options.progress);
+  set_marks();
+  std::vector<Vec3d> points;
+  for (const FitPair& pair : map_) points.push_back(pair.source);
+  motion_->set_followers(std::move(points));
+  target_tree_ = std::make_unique<SurfaceTree>(tree_of({target.positions, target_triangles_}));
+}
+
+void Fitter::set_marks() {
   std::vector<Vec3d> points;
   std::vector<FitMark> marks;
   for (const FitPair& pair : landmarks_) {
@@ -200,10 +234,6 @@ Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& opt
     marks.push_back({pair.target, pair.tolerance});
   }
   motion_->set_marks(points, std::move(marks));
-  points.clear();
-  for (const FitPair& pair : map_) points.push_back(pair.source);
-  motion_->set_followers(std::move(points));
-  target_tree_ = std::make_unique<SurfaceTree>(tree_of({target.positions, target_triangles_}));
 }
 
 void Fitter::scale() {
@@ -231,8 +261,8 @@ BodyFit Fitter::run() {
   report_.before = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_,
                                target_.positions.size() + rest_.size(), options_.threads, progress);
   align();
-  const bool has_pairs = !landmarks_.empty() || !map_.empty();
-  if (has_pairs) go_to_landmarks();
+  if (landmarks_.empty() && map_.empty() && options_.surface) find_tips();
+  if (!landmarks_.empty() || !map_.empty()) go_to_landmarks();
   Result landmarks = look("landmarks");
   report_.after_landmarks = landmarks.distance;
   keep_better(std::move(landmarks));
@@ -269,8 +299,8 @@ void Fitter::align() {
   } else if (!triangles_.empty() && !target_triangles_.empty()) {
     const SurfaceSamples of_source(triangles_, rest_, kAlignSamples);
     const SurfaceSamples of_target(target_triangles_, target_.positions, kAlignSamples);
-    const SurfaceAlignment found = align_surfaces(of_source.at(triangles_, rest_),
-                                                  of_target.at(target_triangles_, target_.positions), diagonal_);
+    const SurfaceAlignment found =
+        align_surfaces(of_source.at(triangles_, rest_), of_target.at(target_triangles_, target_.positions), diagonal_);
     if (!always && !(found.distance < kMuchNearer * found.distance_before)) return;
     map = found.map;
   }
@@ -288,7 +318,26 @@ void Fitter::align() {
   }
 }
 
-// Landmarks go on ways on which limbs turn about their joints; so do evenly spread pairs of the map.
+// Where nothing is given, ends of limbs take the place of landmarks until the surfaces are matched.
+void Fitter::find_tips() {
+  const std::vector<SurfaceSample> of_source =
+      SurfaceSamples(triangles_, rest_, kAlignSamples).at(triangles_, motion_->positions());
+  const std::vector<SurfaceSample> of_target =
+      SurfaceSamples(target_triangles_, target_.positions, kAlignSamples).at(target_triangles_, target_.positions);
+  const CoarseBody source(motion_->positions(), triangles_, kTipNodes);
+  const CoarseBody target(target_.positions, target_triangles_, kTipNodes);
+  const auto pairs = match_tips({source, of_source}, {target, of_target}, diagonal_, options_.progress);
+  if (!pairs) return;
+  tips_ = pairs->size();
+  landmarks_ = *pairs;
+  set_marks();
+  go_to_landmarks();
+  landmarks_.clear();
+  set_marks();
+}
+
+// Landmarks go on ways on which limbs turn about their joints; so do evenly spread pairs of the map. The nodes of the
+// coarse body guide what is between: else a limb whose ends come nearer for a moment buckles, and stays so.
 void Fitter::go_to_landmarks() {
   std::vector<Anchor> anchors;
   const std::vector<Vec3d> at = motion_->marks_at();
@@ -301,10 +350,17 @@ void Fitter::go_to_landmarks() {
   for (const std::uint32_t i : chosen) anchors.push_back({followers[i], map_[i].target, kMapAnchor, true});
   CoarseBody body(motion_->positions(), triangles_, kNodes);
   body.pose(anchors, options_.progress);
+  const std::size_t pairs = anchors.size();
+  const std::vector<Anchor> nodes = body.node_anchors();
+  anchors.insert(anchors.end(), nodes.begin(), nodes.end());
   const std::vector<std::vector<Vec3d>> ways = body.ways(anchors, kPieces);
   double longest = 0;
-  for (const std::vector<Vec3d>& way : ways) longest = std::max(longest, length_of(way));
-  const auto steps = std::clamp(static_cast<std::size_t>(std::ceil(longest / (kStep * diagonal_))), kLeastSteps, kMostSteps);
+  for (std::size_t i = 0; i < pairs; ++i) longest = std::max(longest, length_of(ways[i]));
+  const auto steps =
+      std::clamp(static_cast<std::size_t>(std::ceil(longest / (kStep * diagonal_))), kLeastSteps, kMostSteps);
+  std::vector<Vec3d> guides;
+  for (std::size_t i = landmarks_.size(); i < anchors.size(); ++i) guides.push_back(anchors[i].from);
+  motion_->set_guides(std::move(guides));
   motion_->set_spacing(kSpacing * diagonal_);
   const std::size_t stride = chosen.size() / kMapRows + 1;
   for (std::size_t step = 0; step < steps + 2; ++step) {
@@ -312,13 +368,16 @@ void Fitter::go_to_landmarks() {
     std::vector<Vec3d> to;
     for (std::size_t i = 0; i < landmarks_.size(); ++i) to.push_back(place_on(ways[i], time));
     std::vector<VelocityRows> rows;
-    for (std::size_t k = 0; k < chosen.size(); k += stride) {
-      const Vec3d& p = motion_->followers()[chosen[k]];
-      const Vec3d by = place_on(ways[landmarks_.size() + k], time) - p;
-      rows.push_back({{p}, {clipped(by, 2 * kStep * diagonal_)}, kMapWeight});
+    for (std::size_t k = 0; k < motion_->guides().size(); ++k) {
+      const bool is_node = k >= chosen.size();
+      if (!is_node && k % stride != 0) continue;
+      const Vec3d& p = motion_->guides()[k];
+      const Vec3d by = clipped(place_on(ways[landmarks_.size() + k], time) - p, 2 * kStep * diagonal_);
+      rows.push_back({{p}, {by}, is_node ? kGuideWeight : kMapWeight});
     }
     motion_->step(to, std::move(rows));
   }
+  motion_->set_guides({});
 }
 
 void Fitter::match_surfaces() {
@@ -330,12 +389,18 @@ void Fitter::match_surfaces() {
     const SurfaceSamples of_target(target_triangles_, target_.positions, level.samples);
     const std::vector<SurfaceSample> target_samples = of_target.at(target_triangles_, target_.positions);
     motion_->set_spacing(level.spacing * diagonal_);
-    for (int round = 0; round < level.rounds; ++round) {
-      const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
-      match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, candidates, target,
-                  target_samples);
+    try {
+      for (int round = 0; round < level.rounds; ++round) {
+        const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
+        match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, candidates, target,
+                    target_samples);
+      }
+    } catch (const InvalidInput&) {
+      return;  // too fine for the shape: the level before is the last
     }
-    keep_better(look("surface"));
+    Result now = look("surface");
+    if (!now.is_sound && best_->is_sound) return;
+    keep_better(std::move(now));
   }
 }
 
@@ -388,21 +453,45 @@ void Fitter::keep_better(Result result) {
   if (is_better) best_ = std::move(result);
 }
 
-void Fitter::finish(BodyFit& fit) {
-  FitMotion& motion = best_->motion;
-  for (int again = 0; again < 3 && motion.miss() > 0.3 * kFitExact * diagonal_; ++again) {
+// What the grids leave: a few steps without time, then pins where landmarks are too dense for grids.
+void Fitter::exactly_to_landmarks() {
+  for (int again = 0; again < 3 && motion_->miss() > 0.3 * kFitExact * diagonal_; ++again) {
     std::vector<Vec3d> to;
-    for (const FitMark& mark : motion.marks()) to.push_back(mark.place);
-    motion.step(to, {});
+    for (const FitMark& mark : motion_->marks()) to.push_back(mark.place);
+    motion_->step(to, {});
   }
-  *motion_ = motion;
+  if (motion_->miss() <= kFitExact * diagonal_) return;
+  const FitMotion before = *motion_;
+  const bool was_sound = look(best_->stage).crossings_new == 0;
+  PinsStroke pins;
+  pins.points = motion_->marks_at();
+  for (const FitMark& mark : motion_->marks()) pins.to.push_back(mark.place);
+  pins.radius_auto = true;
+  try {
+    motion_->carry(flow_of(pins));
+  } catch (const InvalidInput&) {
+    *motion_ = before;
+    return;
+  }
+  if (was_sound && look(best_->stage).crossings_new > 0) {
+    *motion_ = before;
+    return;
+  }
+  last_.emplace_back(std::move(pins));
+}
+
+void Fitter::finish(BodyFit& fit) {
+  *motion_ = best_->motion;
+  exactly_to_landmarks();
   const Result last = look(best_->stage);
   fit.positions = motion_->positions();
   fit.strokes = std::move(strokes_);
   for (const PotentialGrid& grid : motion_->grids()) fit.strokes.emplace_back(GridStroke{grid});
+  std::move(last_.begin(), last_.end(), std::back_inserter(fit.strokes));
   report_.stage = last.stage;
   report_.landmarks = landmarks_.size();
   report_.map_pairs = map_.size();
+  report_.tips = tips_;
   report_.strokes = fit.strokes.size();
   report_.unknowns = motion_->unknowns();
   report_.crossings_after = last.crossings;

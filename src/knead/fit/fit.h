@@ -42,8 +42,8 @@ struct BodyFitOptions {
   bool surface = true;  // brings the whole surface of the source to the target's; false: landmarks and map alone
   FitAlign align = FitAlign::automatic;
   FitVolume volume = FitVolume::keep;
-  double max_stretch = 5;  // above 1: what the fit may stretch a triangle; BodyFitReport::is_sound tells
-  int threads = 0;         // 0: all; does not change a bit of the result
+  double max_stretch = 5;        // above 1: what the fit may stretch a triangle; BodyFitReport::is_sound tells
+  int threads = 0;               // 0: all; does not change a bit of the result
   Progress* progress = nullptr;  // counts up to its total, and cancels within 0.5 s
 };
 
@@ -59,28 +59,29 @@ struct FitDistance {
 struct BodyFitReport {
   std::size_t landmarks = 0;
   std::size_t map_pairs = 0;
+  std::size_t tips = 0;  // ends of limbs that took the place of landmarks: none were given
   std::size_t strokes = 0;
-  std::size_t unknowns = 0;              // of a grid, the most
-  double scale = 1;                      // of the source, about the middle of its box, before all strokes
-  bool is_aligned = false;               // the first strokes move the source as a whole
-  double landmark_distance = 0;          // the greatest of a landmark from its place
-  double landmark_rms = 0;               // root mean square of all of them
-  double landmark_excess = 0;            // the greatest beyond its tolerance
-  double map_distance = 0;               // the median of the map's pairs after the fit
-  FitDistance before;                    // of the source from the target, as they were
+  std::size_t unknowns = 0;      // of a grid, the most
+  double scale = 1;              // of the source, about the middle of its box, before all strokes
+  bool is_aligned = false;       // the first strokes move the source as a whole
+  double landmark_distance = 0;  // the greatest of a landmark from its place
+  double landmark_rms = 0;       // root mean square of all of them
+  double landmark_excess = 0;    // the greatest beyond its tolerance
+  double map_distance = 0;       // the median of the map's pairs after the fit
+  FitDistance before;            // of the source from the target, as they were
   FitDistance after;
-  double after_landmarks = 0;            // the mean distance before the surfaces were matched
+  double after_landmarks = 0;               // the mean distance before the surfaces were matched
   std::optional<double> volume_error;       // of the source by the fit; nothing unless closed and oriented
   std::optional<double> volume_difference;  // target / source - 1, as they were; likewise for both
   std::size_t crossings_before = 0;         // pairs of triangles of the source
   std::size_t crossings_after = 0;
-  std::size_t crossings_new = 0;            // pairs that did not cross before
-  double greatest_stretch = 1;              // of a triangle, its greatest singular value or the inverse of its least
-  double stretch_99 = 1;                    // 99% of the triangles are stretched by at most this
-  double rms_log_stretch = 0;               // root mean square of the logarithms of their singular values
-  std::string stage;                        // whose result it is: "landmarks" or "surface"
-  std::vector<std::string> notes;           // what was odd about the input, in sentences
-  bool is_sound = true;                     // no new crossing, stretch and landmarks within their bounds
+  std::size_t crossings_new = 0;   // pairs that did not cross before
+  double greatest_stretch = 1;     // of a triangle, its greatest singular value or the inverse of its least
+  double stretch_99 = 1;           // 99% of the triangles are stretched by at most this
+  double rms_log_stretch = 0;      // root mean square of the logarithms of their singular values
+  std::string stage;               // whose result it is: "landmarks" or "surface"
+  std::vector<std::string> notes;  // what was odd about the input, in sentences
+  bool is_sound = true;            // no new crossing, stretch and landmarks within their bounds
 };
 
 // A fit: strokes, and what they do.

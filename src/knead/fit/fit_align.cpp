@@ -146,10 +146,10 @@ void require_no_mirror(std::span<const FitPair> pairs, double diagonal) {
   for (Vec3d& p : mirrored) p.x = -p.x;
   const double mirror = rms_of(nearest_rigid(mirrored, s.to), mirrored, s.to);
   if (!(proper > kNear * diagonal && mirror < kBetter * proper)) return;
-  throw InvalidInput(
-      fmt::format("the target's landmarks are the mirror image of the source's: they are {:.2g} of the diagonal from it, "
-                  "and {:.2g} from the shape as it is; mirror one shape and its landmarks, for instance by the sign of x",
-                  mirror / diagonal, proper / diagonal));
+  throw InvalidInput(fmt::format(
+      "the target's landmarks are the mirror image of the source's: they are {:.2g} of the diagonal from it, "
+      "and {:.2g} from the shape as it is; mirror one shape and its landmarks, for instance by the sign of x",
+      mirror / diagonal, proper / diagonal));
 }
 
 std::optional<RigidMap> align_pairs(std::span<const FitPair> pairs) {

@@ -20,9 +20,9 @@ constexpr int kCorrections = 2;          // of the wanted velocities, by where t
 constexpr double kMaxCorrection = 0.25;  // of the spacing
 constexpr double kMargin = 0.25;         // of the spacing, about all points
 constexpr std::size_t kInside = 3000;
-constexpr double kCellsOfSample = 0.4;   // the samples' greatest spacing, in that of the grid
+constexpr double kCellsOfSample = 0.4;  // the samples' greatest spacing, in that of the grid
 constexpr double kSurfaceStiffness = 20;
-constexpr double kExact = 1e-4;          // of the diagonal: smaller tolerances are met within each step
+constexpr double kExact = 1e-4;  // of the diagonal: smaller tolerances are met within each step
 
 // The point, and the corners of an icosahedron about it.
 std::vector<Vec3d> patch_about(const Vec3d& p, double size) {
@@ -69,9 +69,11 @@ void FitMotion::set_marks(std::span<const Vec3d> points, std::vector<FitMark> ma
 }
 
 void FitMotion::set_spacing(double spacing) {
-  const BodyPoints body = body_points(
-      positions_, triangles_,
-      {.inside = kInside, .most_spacing = kCellsOfSample * spacing, .shell_depth = 0.25 * spacing, .threads = threads_});
+  const BodyPoints body = body_points(positions_, triangles_,
+                                      {.inside = kInside,
+                                       .most_spacing = kCellsOfSample * spacing,
+                                       .shell_depth = 0.25 * spacing,
+                                       .threads = threads_});
   body_ = {};
   body_.points = body.points;
   body_.stiffness.assign(body_.points.size(), kSurfaceStiffness);
@@ -165,6 +167,7 @@ void FitMotion::carry(const Flow& flow) {
   move(flow, positions_, progress_);
   move(flow, body_.points, nullptr);
   move(flow, followers_, nullptr);
+  move(flow, guides_, nullptr);
   for (std::vector<Vec3d>& patch : patches_) move(flow, patch, nullptr);
 }
 

@@ -36,6 +36,10 @@ class FitMotion {
   void set_followers(std::vector<Vec3d> points) { followers_ = std::move(points); }
   const std::vector<Vec3d>& followers() const { return followers_; }
 
+  // Others, for a while.
+  void set_guides(std::vector<Vec3d> points) { guides_ = std::move(points); }
+  const std::vector<Vec3d>& guides() const { return guides_; }
+
   // The body is sampled anew for grids of this spacing, a length.
   void set_spacing(double spacing);
 
@@ -70,10 +74,11 @@ class FitMotion {
   Progress* progress_ = nullptr;
   detail::Lattice lattice_;
   detail::BodySamples body_;
-  std::vector<Vec3d> before_;  // where the body's points were a step ago
+  std::vector<Vec3d> before_;                // where the body's points were a step ago
   std::vector<std::vector<Vec3d>> patches_;  // of the landmarks: themselves first
   std::vector<FitMark> marks_;
   std::vector<Vec3d> followers_;
+  std::vector<Vec3d> guides_;
   std::vector<PotentialGrid> grids_;
   std::size_t unknowns_ = 0;  // the most
 };

@@ -92,19 +92,22 @@ namespace knead {
 
 std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& options) {
   if (report.crossings_new > 0) {
-    return fmt::format("{} pairs of triangles cross after the fit that did not before; give more pairs of landmarks "
-                       "where they cross",
-                       report.crossings_new);
+    return fmt::format(
+        "{} pairs of triangles cross after the fit that did not before; give more pairs of landmarks "
+        "where they cross",
+        report.crossings_new);
   }
   if (report.greatest_stretch > options.max_stretch) {
-    return fmt::format("a triangle is stretched by {:.3g}, more than --max-stretch ({:g}) allows; look at the result "
-                       "there, correct pairs of landmarks, or give more",
-                       report.greatest_stretch, options.max_stretch);
+    return fmt::format(
+        "a triangle is stretched by {:.3g}, more than --max-stretch ({:g}) allows; look at the result "
+        "there, correct pairs of landmarks, or give more",
+        report.greatest_stretch, options.max_stretch);
   }
   if (report.landmark_excess > kFitExact) {
-    return fmt::format("a landmark is {:.2g} of the diagonal from its place; give fewer pairs, pairs that are farther "
-                       "apart, or a tolerance",
-                       report.landmark_distance);
+    return fmt::format(
+        "a landmark is {:.2g} of the diagonal from its place; give fewer pairs, pairs that are farther "
+        "apart, or a tolerance",
+        report.landmark_distance);
   }
   return {};
 }

@@ -33,8 +33,7 @@ struct StretchOfShape {
 };
 
 // Returns how triangles with an area are stretched from `rest` to `now`.
-StretchOfShape stretch_of(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
-                          std::span<const Vec3d> now);
+StretchOfShape stretch_of(std::span<const Triangle> triangles, std::span<const Vec3d> rest, std::span<const Vec3d> now);
 
 // Pairs of triangles that cross, sorted.
 using Crossings = std::vector<std::array<std::uint32_t, 2>>;

@@ -12,11 +12,11 @@ namespace knead::fit_detail {
 
 namespace {
 
-constexpr std::size_t kDenser = 8;       // samples of which evenly spread ones are taken
+constexpr std::size_t kDenser = 8;  // samples of which evenly spread ones are taken
 constexpr std::uint32_t kLeaf = 8;
 constexpr std::size_t kGrain = 64;
-constexpr double kSigma = 2.5;           // of the median distance
-constexpr double kLeastSigma = 1e-9;     // a length
+constexpr double kSigma = 2.5;        // of the median distance
+constexpr double kLeastSigma = 1e-9;  // a length
 constexpr double kLeastCosine = 0.1;
 
 // A number from 0 to 1 for each i: the bits of i in reverse order.

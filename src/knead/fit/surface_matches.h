@@ -63,8 +63,8 @@ class SampleTree {
 
   std::vector<SurfaceSample> samples_;
   double normal_length_;
-  std::vector<Point> points_;            // in the order of the tree
-  std::vector<std::uint32_t> numbers_;   // likewise
+  std::vector<Point> points_;           // in the order of the tree
+  std::vector<std::uint32_t> numbers_;  // likewise
   std::vector<Node> nodes_;
 };
 
@@ -72,7 +72,7 @@ class SampleTree {
 struct Match {
   Vec3d at;
   Vec3d by;
-  Vec3d normal;  // of the target there
+  Vec3d normal;       // of the target there
   double weight = 0;  // 0 to 1
 };
 

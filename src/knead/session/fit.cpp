@@ -1,23 +1,17 @@
 #include <algorithm>
-#include <cmath>
-#include <utility>
 
 #include "knead/io/json.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
 #include "knead/mesh/surface_tree.h"
 #include "knead/mesh/triangulate.h"
-#include "knead/session/fit_shape.h"
 #include "knead/session/report.h"
-#include "knead/tool/strain.h"
 
 namespace knead {
 
 namespace {
 
 constexpr std::size_t kGrain = 64;
-// Fewer pins are all within each other's reach and can still be solved (tool/pins.cpp).
-constexpr std::size_t kMostTogether = 600;
 
 SurfaceTree tree_of(const Mesh& mesh) {
   validate(mesh);
@@ -41,25 +35,8 @@ void add_distances(const Mesh& from, const SurfaceTree& to, int threads, Progres
   stop_if_cancelled(progress);
 }
 
-Json json_of(const SurfaceDistance& distance) {
+Json json_of(const FitDistance& distance) {
   return {{"mean", distance.mean}, {"most_95", distance.most_95}, {"max", distance.max}};
-}
-
-std::optional<double> volume_of(const Mesh& mesh) {
-  const Measures m = measure(mesh);
-  return m.closed() && m.oriented() ? std::optional(m.volume) : std::nullopt;
-}
-
-std::optional<double> relative(const std::optional<double>& now, const std::optional<double>& before) {
-  return now && before && *before != 0 ? std::optional(*now / *before - 1) : std::nullopt;
-}
-
-SurfaceDistance scaled(SurfaceDistance distance, double by) {
-  return {distance.mean * by, distance.most_95 * by, distance.max * by};
-}
-
-double greatest_of(const std::vector<float>& stretches) {
-  return stretches.empty() ? 0 : *std::max_element(stretches.begin(), stretches.end());
 }
 
 }  // namespace
@@ -87,74 +64,32 @@ SurfaceDistance distance_between(const Mesh& a, const Mesh& b, int threads, Prog
   return result;
 }
 
-PinsStroke landmark_pins(std::vector<Vec3d> from, std::vector<Vec3d> to, double diagonal) {
-  PinsStroke pins;
-  pins.points = std::move(from);
-  pins.to = std::move(to);
-  pins.radius_auto = true;
-  validate(pins);
-  const Flow flow = flow_of(pins);
-  const double automatic = flow.segments.front().fields.front().thresholds.outer;
-  const double wide = pins.points.size() <= kMostTogether ? 0.5 * diagonal : 0;
-  pins.radius = std::max(automatic, wide);
-  pins.radius_auto = false;
-  validate(pins);
-  return pins;
-}
-
-std::uint64_t fit_work(const Mesh& source, const ShapeFitOptions& options) {
-  return source.vertex_count() * session_detail::most_strokes(options);
-}
-
-ShapeFit fit_shape(const Mesh& source, const Mesh& target, const ShapeFitOptions& options) {
-  validate(source);
-  const double unit = reference_length(source);
-  ShapeFit fit;
-  FitReport& report = fit.report;
-  report.before = scaled(distance_between(source, target, options.threads, options.progress), 1 / unit);
-  session_detail::ShapeFitter fitter(source, target, options);
-  fitter.run();
-  fit.strokes = fitter.take_strokes();
-  report.strokes = fit.strokes.size();
-  report.landmark_distance = fitter.landmark_distance() / unit;
-  report.crossings_before = fitter.crossings_before();
-  report.crossings_after = fitter.crossings();
-  if (options.landmarks) report.pairs = options.landmarks->points.size();
-  for (const SessionStroke& stroke : fit.strokes) {
-    const auto& pins = std::get<PinsStroke>(stroke.stroke);
-    report.radius = *pins.radius;
-    report.pins = std::max(report.pins, pins.points.size());
-    report.remeshed_strokes += stroke.remesh ? 1 : 0;
-  }
-  const DeformedShape& shape = fitter.shape();
-  const Mesh fitted = shape.to_mesh();
-  report.after = scaled(distance_between(fitted, target, options.threads, options.progress), 1 / unit);
-  const std::optional<double> volume = volume_of(source);
-  report.volume_error = relative(volume_of(fitted), volume);
-  report.volume_difference = relative(volume_of(target), volume);
-  if (!shape.triangles().empty()) {
-    const Provenance* const provenance = shape.provenance();
-    const std::vector<Vec3d>& rest = provenance != nullptr ? provenance->rest : source.positions;
-    report.greatest_stretch = greatest_of(vertex_stretches(shape.triangles(), rest, shape.positions()));
-  }
-  return fit;
-}
-
-std::string to_json(const FitReport& report) {
-  return to_indented_text({{"pairs", report.pairs},
+std::string to_json(const BodyFitReport& report) {
+  return to_indented_text({{"pairs", report.landmarks},
+                           {"map_pairs", report.map_pairs},
+                           {"tips", report.tips},
                            {"strokes", report.strokes},
-                           {"remeshed_strokes", report.remeshed_strokes},
-                           {"pins", report.pins},
-                           {"radius", report.radius},
+                           {"unknowns", report.unknowns},
                            {"scale", report.scale},
+                           {"aligned", report.is_aligned},
+                           {"stage", report.stage},
                            {"landmark_distance", report.landmark_distance},
+                           {"landmark_rms", report.landmark_rms},
+                           {"landmark_excess", report.landmark_excess},
+                           {"map_distance", report.map_distance},
                            {"distance_before", json_of(report.before)},
+                           {"distance_landmarks", report.after_landmarks},
                            {"distance_after", json_of(report.after)},
                            {"volume_error", report.volume_error},
                            {"volume_difference", report.volume_difference},
                            {"crossings_before", report.crossings_before},
                            {"crossings_after", report.crossings_after},
-                           {"greatest_stretch", report.greatest_stretch}});
+                           {"crossings_new", report.crossings_new},
+                           {"greatest_stretch", report.greatest_stretch},
+                           {"stretch_99", report.stretch_99},
+                           {"rms_log_stretch", report.rms_log_stretch},
+                           {"sound", report.is_sound},
+                           {"notes", report.notes}});
 }
 
 }  // namespace knead
