@@ -342,7 +342,7 @@ void CoarseBody::pose(std::span<const Anchor> anchors, const Progress* progress)
   rounds(1, kLastRounds);
 }
 
-std::vector<std::vector<Vec3d>> CoarseBody::ways(std::span<const Anchor> anchors, std::size_t pieces) const {
+std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchors, std::size_t pieces) const {
   const std::uint32_t root = nearest_node(mean_of(rest_));
   std::vector<std::uint32_t> list{root};
   std::vector<std::uint32_t> parent(rest_.size(), root);

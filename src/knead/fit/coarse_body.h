@@ -39,7 +39,7 @@ class CoarseBody {
 
   // Returns where each anchor is at evenly spaced times from 0 to 1, `pieces` + 1 of them: limbs turn about their
   // joints. The first place is where the anchor is, and the last one `to`.
-  std::vector<std::vector<Vec3d>> ways(std::span<const Anchor> anchors, std::size_t pieces) const;
+  std::vector<std::vector<Vec3d>> paths(std::span<const Anchor> anchors, std::size_t pieces) const;
 
   // Returns where points of the shape come to in the pose, and their normals.
   std::vector<SurfaceSample> posed(std::span<const SurfaceSample> samples) const;
@@ -48,7 +48,7 @@ class CoarseBody {
   std::vector<Anchor> node_anchors() const;
 
   const std::vector<Vec3d>& nodes() const { return rest_; }
-  // Returns the lengths of the shortest ways along edges from a node to all of them.
+  // Returns the lengths of the shortest paths along edges from a node to all of them.
   std::vector<double> distances_from(std::uint32_t node) const;
 
  private:

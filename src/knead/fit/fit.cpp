@@ -34,7 +34,7 @@ constexpr double kStep = 0.03;     // what one moves in a step at most
 constexpr double kSpacing = 0.08;  // of the grids
 constexpr std::size_t kLeastSteps = 4;
 constexpr std::size_t kMostSteps = 80;
-constexpr std::size_t kPieces = 24;   // of a way
+constexpr std::size_t kPieces = 24;   // of a path
 constexpr std::size_t kNodes = 600;   // of the coarse body
 constexpr double kGuideWeight = 0.3;  // of a node of the coarse body, as those of surface matches
 constexpr double kSoftAnchor = 0.01;  // of the diagonal: a tolerance at which an anchor's weight is half
@@ -44,8 +44,8 @@ constexpr std::size_t kMapAnchors = 1500;
 constexpr std::size_t kMapRows = 600;
 constexpr double kMapWeight = 0.4;  // as those of surface matches
 // The surface:
-constexpr double kAlong = 0.8;  // of the way that a match asks for, along the target's normal
-constexpr double kAcross = 0.15;
+constexpr double kAlong = 0.8;  // of the displacement that a match asks for, along the target's normal
+constexpr double kAcross = 0.4;
 constexpr double kNormalLength = 0.15;  // of the diagonal
 constexpr std::size_t kCandidates = 8000;
 constexpr std::size_t kLookedAt = 3000;  // vertices of each shape between levels
@@ -62,7 +62,11 @@ struct Level {
   double last_weight;
   std::size_t samples;  // of each surface
 };
-constexpr Level kLevels[] = {{0.1, 8, 0.05, 0.1, 900}, {0.085, 8, 0.1, 0.2, 900}, {0.07, 10, 0.2, 0.4, 900}};
+constexpr Level kLevels[] = {{0.1, 8, 0.2, 0.8, 900},
+                             {0.085, 6, 0.8, 2, 900},
+                             {0.07, 6, 2, 4, 900},
+                             {0.05, 6, 4, 6, 1500},
+                             {0.035, 4, 6, 6, 3000}};
 
 void require(bool holds, const std::string& what) {
   if (!holds) throw InvalidInput(what);
@@ -126,17 +130,17 @@ Vec3d clipped(const Vec3d& v, double most) {
   return length > most ? v * (most / length) : v;
 }
 
-// A place on a way of evenly spaced times from 0 to 1.
-Vec3d place_on(const std::vector<Vec3d>& way, double time) {
-  const double at = time * static_cast<double>(way.size() - 1);
-  const auto piece = std::min(static_cast<std::size_t>(at), way.size() - 2);
+// A place on a path of evenly spaced times from 0 to 1.
+Vec3d place_on(const std::vector<Vec3d>& path, double time) {
+  const double at = time * static_cast<double>(path.size() - 1);
+  const auto piece = std::min(static_cast<std::size_t>(at), path.size() - 2);
   const double rest = at - static_cast<double>(piece);
-  return way[piece] * (1 - rest) + way[piece + 1] * rest;
+  return path[piece] * (1 - rest) + path[piece + 1] * rest;
 }
 
-double length_of(const std::vector<Vec3d>& way) {
+double length_of(const std::vector<Vec3d>& path) {
   double length = 0;
-  for (std::size_t i = 0; i + 1 < way.size(); ++i) length += norm(way[i + 1] - way[i]);
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) length += norm(path[i + 1] - path[i]);
   return length;
 }
 
@@ -336,7 +340,7 @@ void Fitter::find_tips() {
   set_marks();
 }
 
-// Landmarks go on ways on which limbs turn about their joints; so do evenly spread pairs of the map. The nodes of the
+// Landmarks go on paths on which limbs turn about their joints; so do evenly spread pairs of the map. The nodes of the
 // coarse body guide what is between: else a limb whose ends come nearer for a moment buckles, and stays so.
 void Fitter::go_to_landmarks() {
   std::vector<Anchor> anchors;
@@ -353,9 +357,9 @@ void Fitter::go_to_landmarks() {
   const std::size_t pairs = anchors.size();
   const std::vector<Anchor> nodes = body.node_anchors();
   anchors.insert(anchors.end(), nodes.begin(), nodes.end());
-  const std::vector<std::vector<Vec3d>> ways = body.ways(anchors, kPieces);
+  const std::vector<std::vector<Vec3d>> paths = body.paths(anchors, kPieces);
   double longest = 0;
-  for (std::size_t i = 0; i < pairs; ++i) longest = std::max(longest, length_of(ways[i]));
+  for (std::size_t i = 0; i < pairs; ++i) longest = std::max(longest, length_of(paths[i]));
   const auto steps =
       std::clamp(static_cast<std::size_t>(std::ceil(longest / (kStep * diagonal_))), kLeastSteps, kMostSteps);
   std::vector<Vec3d> guides;
@@ -366,13 +370,13 @@ void Fitter::go_to_landmarks() {
   for (std::size_t step = 0; step < steps + 2; ++step) {
     const double time = std::min(1.0, (static_cast<double>(step) + 1) / static_cast<double>(steps));
     std::vector<Vec3d> to;
-    for (std::size_t i = 0; i < landmarks_.size(); ++i) to.push_back(place_on(ways[i], time));
+    for (std::size_t i = 0; i < landmarks_.size(); ++i) to.push_back(place_on(paths[i], time));
     std::vector<VelocityRows> rows;
     for (std::size_t k = 0; k < motion_->guides().size(); ++k) {
       const bool is_node = k >= chosen.size();
       if (!is_node && k % stride != 0) continue;
       const Vec3d& p = motion_->guides()[k];
-      const Vec3d by = clipped(place_on(ways[landmarks_.size() + k], time) - p, 2 * kStep * diagonal_);
+      const Vec3d by = clipped(place_on(paths[landmarks_.size() + k], time) - p, 2 * kStep * diagonal_);
       rows.push_back({{p}, {by}, is_node ? kGuideWeight : kMapWeight});
     }
     motion_->step(to, std::move(rows));

@@ -1,4 +1,4 @@
-// Fitting one shape to another by a flow that strains the body least (docs/mathematics.md, "Fits").
+// Fitting one shape to another by a flow that strains the body least (docs/decisions/0033-near-rigid-fits.md).
 #pragma once
 
 #include <cstddef>
@@ -95,7 +95,7 @@ struct BodyFit {
 inline constexpr double kFitExact = 2e-5;
 
 // Returns the strokes that take the source to the target: first those that align it, then `grid` strokes with which the
-// landmarks (and the map) go to their places on ways on which limbs turn about their joints, then others that bring the
+// landmarks (and the map) go to their places along paths on which limbs turn about their joints, then others that bring the
 // surfaces together, from coarse to fine. Of the stages the best one is kept: the surfaces never make a shape worse
 // than its landmarks gave. The volume stays, and nothing crosses where path lines are exact; what the flat triangles do
 // is in the report.
