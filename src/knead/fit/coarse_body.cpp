@@ -7,6 +7,7 @@
 #include <queue>
 #include <tuple>
 
+#include "knead/math/box.h"
 #include "knead/mesh/body_points.h"
 #include "knead/mesh/surface_tree.h"
 
@@ -65,12 +66,6 @@ std::vector<Vec3d> normals_of(std::span<const Vec3d> positions, std::span<const 
     for (const std::uint32_t v : t) normals[v] += n;
   }
   return normals;
-}
-
-Vec3d mean_of(const std::vector<Vec3d>& points) {
-  Vec3d sum{0, 0, 0};
-  for (const Vec3d& p : points) sum += p;
-  return sum / static_cast<double>(points.size());
 }
 
 // Solves for the three coordinates, one after the other.
@@ -342,8 +337,21 @@ void CoarseBody::pose(std::span<const Anchor> anchors, const Progress* progress)
   rounds(1, kLastRounds);
 }
 
+// The node that moves and turns least: the others turn about it.
+std::uint32_t CoarseBody::calmest_node() const {
+  constexpr double kLengthOfTurn = 0.25;  // of the body's extent: what half a turn counts
+  Box box;
+  for (const Vec3d& p : rest_) box.extend(p);
+  const auto motion = [&](std::uint32_t i) {
+    return norm(places_[i] - rest_[i]) + kLengthOfTurn * box.diagonal() * norm(turns_[i].v);
+  };
+  std::uint32_t calmest = 0;
+  for (std::uint32_t i = 1; i < rest_.size(); ++i) calmest = motion(i) < motion(calmest) ? i : calmest;
+  return calmest;
+}
+
 std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchors, std::size_t pieces) const {
-  const std::uint32_t root = nearest_node(mean_of(rest_));
+  const std::uint32_t root = calmest_node();
   std::vector<std::uint32_t> list{root};
   std::vector<std::uint32_t> parent(rest_.size(), root);
   std::vector<bool> reached(rest_.size(), false);
@@ -360,8 +368,6 @@ std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchor
   const Held pin{root, {0, 0, 0}, unit_};
   SparseCholesky factor;
   factor.factorize(matrix_with({&pin, 1}), 1);
-  const Vec3d begin = mean_of(rest_);
-  const Vec3d end = mean_of(places_);
   const auto places_at = [&](double time, std::vector<Turn>& turns) {
     turns.resize(rest_.size());
     turns[root] = part_of(turns_[root], time);
@@ -371,11 +377,8 @@ std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchor
       turns[node] = turns[parent[node]] * part_of(relative, time);
     }
     std::vector<Vec3d> right = right_side(turns);
-    right[root] += rest_[root] * pin.weight;
-    std::vector<Vec3d> places = solve(factor, right);
-    const Vec3d shift = begin * (1 - time) + end * time - mean_of(places);
-    for (Vec3d& p : places) p += shift;
-    return places;
+    right[root] += (rest_[root] * (1 - time) + places_[root] * time) * pin.weight;
+    return solve(factor, right);
   };
   std::vector<Turn> turns;
   std::vector<std::vector<Vec3d>> result(anchors.size());

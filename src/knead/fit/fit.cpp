@@ -47,6 +47,8 @@ constexpr double kMapWeight = 0.4;  // as those of surface matches
 constexpr double kAlong = 0.8;  // of the displacement that a match asks for, along the target's normal
 constexpr double kAcross = 0.4;
 constexpr double kNormalLength = 0.15;  // of the diagonal
+constexpr double kEdges = 1.5;          // grids are not finer than so many mean edges
+constexpr double kCloseEnough = 5e-5;   // of the diagonal: the median distance along normals
 constexpr std::size_t kCandidates = 8000;
 constexpr std::size_t kLookedAt = 3000;  // vertices of each shape between levels
 constexpr std::size_t kAlignSamples = 400;
@@ -144,6 +146,14 @@ double length_of(const std::vector<Vec3d>& path) {
   return length;
 }
 
+double mean_edge(const std::vector<Triangle>& triangles, const std::vector<Vec3d>& positions) {
+  double sum = 0;
+  for (const Triangle& t : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) sum += norm(positions[t[(i + 1) % 3]] - positions[t[i]]);
+  }
+  return sum / (3 * static_cast<double>(triangles.size()));
+}
+
 class Fitter {
  public:
   Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& options);
@@ -170,7 +180,7 @@ class Fitter {
   void go_to_landmarks();
   void exactly_to_landmarks();
   void match_surfaces();
-  void match_round(const Level& level, double weight, const SurfaceSamples& asking, const SurfaceSamples& candidates,
+  bool match_round(const Level& level, double weight, const SurfaceSamples& asking, const SurfaceSamples& candidates,
                    const SampleTree& target, const std::vector<SurfaceSample>& of_target);
   Result look(std::string stage) const;
   void keep_better(Result result);
@@ -388,16 +398,19 @@ void Fitter::match_surfaces() {
   const SurfaceSamples candidates(triangles_, rest_, kCandidates);
   const SurfaceSamples target_candidates(target_triangles_, target_.positions, kCandidates);
   const SampleTree target(target_candidates.at(target_triangles_, target_.positions), kNormalLength * diagonal_);
+  const double edge = mean_edge(triangles_, rest_);
   for (const Level& level : kLevels) {
+    if (&level != &kLevels[0] && level.spacing * diagonal_ < kEdges * edge) return;
     const SurfaceSamples asking(triangles_, rest_, level.samples);
     const SurfaceSamples of_target(target_triangles_, target_.positions, level.samples);
     const std::vector<SurfaceSample> target_samples = of_target.at(target_triangles_, target_.positions);
     motion_->set_spacing(level.spacing * diagonal_);
+    bool goes_on = true;
     try {
-      for (int round = 0; round < level.rounds; ++round) {
+      for (int round = 0; round < level.rounds && goes_on; ++round) {
         const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
-        match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, candidates, target,
-                    target_samples);
+        goes_on = match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, candidates,
+                              target, target_samples);
       }
     } catch (const InvalidInput&) {
       return;  // too fine for the shape: the level before is the last
@@ -405,16 +418,18 @@ void Fitter::match_surfaces() {
     Result now = look("surface");
     if (!now.is_sound && best_->is_sound) return;
     keep_better(std::move(now));
+    if (!goes_on) return;
   }
 }
 
-void Fitter::match_round(const Level& level, double weight, const SurfaceSamples& asking,
+bool Fitter::match_round(const Level& level, double weight, const SurfaceSamples& asking,
                          const SurfaceSamples& candidates, const SampleTree& target,
                          const std::vector<SurfaceSample>& of_target) {
   const std::vector<Vec3d>& positions = motion_->positions();
   const SampleTree source(candidates.at(triangles_, positions), kNormalLength * diagonal_);
   const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, options_.threads};
   const Matches matches = match(source, asking.at(triangles_, positions), target, of_target, options);
+  if (matches.median_along < kCloseEnough * diagonal_) return false;
   std::vector<VelocityRows> rows;
   for (const Match& m : matches.all) {
     const Vec3d along = m.normal * dot(m.normal, m.by);
@@ -427,6 +442,7 @@ void Fitter::match_round(const Level& level, double weight, const SurfaceSamples
     to.push_back(at[i] + clipped(landmarks_[i].target - at[i], kStep * diagonal_));
   }
   motion_->step(to, std::move(rows));
+  return true;
 }
 
 Crossings Fitter::crossings_of(std::span<const Vec3d> positions, std::size_t& count) const {

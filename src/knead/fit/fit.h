@@ -95,8 +95,8 @@ struct BodyFit {
 inline constexpr double kFitExact = 2e-5;
 
 // Returns the strokes that take the source to the target: first those that align it, then `grid` strokes with which the
-// landmarks (and the map) go to their places along paths on which limbs turn about their joints, then others that bring the
-// surfaces together, from coarse to fine. Of the stages the best one is kept: the surfaces never make a shape worse
+// landmarks (and the map) go to their places along paths on which limbs turn about their joints, then others that bring
+// the surfaces together, from coarse to fine. Of the stages the best one is kept: the surfaces never make a shape worse
 // than its landmarks gave. The volume stays, and nothing crosses where path lines are exact; what the flat triangles do
 // is in the report.
 // Time: about 5 to 15 s of processor time for 5,000 vertices. Memory: about 100 MB, and 200 bytes a vertex. Throws

@@ -218,7 +218,9 @@ TEST(Fit, TurnsATargetThatIsInsideOut) {
     std::swap(target.corner_vertex[target.face_begin[f]], target.corner_vertex[target.face_begin[f] + 1]);
   }
   const BodyFit fit = fit_body(cylinder(), target, {});
-  EXPECT_EQ(fit.report.notes.size(), 1);
+  const std::vector<std::string>& notes = fit.report.notes;
+  EXPECT_TRUE(std::any_of(notes.begin(), notes.end(),
+                          [](const std::string& note) { return note.find("faces look inward") != std::string::npos; }));
   EXPECT_NEAR(fit.report.after.mean, expected.report.after.mean, 5e-4);
 }
 
@@ -262,7 +264,7 @@ TEST(Fit, SaysWhatIsWrong) {
     changed.push_back(pair);
     return refusal(source, target, {.landmarks = changed});
   };
-  const Vec3d p = source.positions[0];
+  const Vec3d p = source.positions[123];
   EXPECT_NE(with({p, {std::nan(""), 0, 0}}).find("pair 6 is not finite"), std::string::npos);
   EXPECT_NE(with({p, p, -1}).find("tolerance of pair 6"), std::string::npos);
   EXPECT_NE(with({pairs[2].source, p}).find("landmarks 2 and 6"), std::string::npos);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "knead/math/parallel.h"
 #include "knead/mesh/body_points.h"
@@ -186,9 +187,14 @@ Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source
     }
   });
   std::vector<double> distances;
-  for (const Match& m : all) distances.push_back(norm(m.by));
+  std::vector<double> along;
+  for (const Match& m : all) {
+    distances.push_back(norm(m.by));
+    along.push_back(std::abs(dot(m.normal, m.by)));
+  }
   Matches result;
   result.median = median_of(distances);
+  result.median_along = median_of(std::move(along));
   const double sigma = kSigma * std::max(result.median, kLeastSigma);
   for (std::size_t i = 0; i < count; ++i) {
     // As exp(-ratio^2), from + and * only: the same bits on every machine.

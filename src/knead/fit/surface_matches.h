@@ -78,7 +78,8 @@ struct Match {
 
 struct Matches {
   std::vector<Match> all;
-  double median = 0;  // distance
+  double median = 0;        // distance
+  double median_along = 0;  // distance along the target's normals
 };
 
 struct MatchOptions {
