@@ -53,6 +53,7 @@ constexpr std::size_t kCandidates = 8000;
 constexpr std::size_t kLookedAt = 3000;  // vertices of each shape between levels
 constexpr std::size_t kAlignSamples = 400;
 constexpr std::size_t kTipNodes = 250;
+constexpr std::size_t kTipSamples = 1500;
 constexpr double kMuchNearer = 0.6;  // of the distance as it is: only then a shape is aligned by itself
 constexpr double kFarApart = 0.05;   // of the diagonal
 
@@ -335,9 +336,9 @@ void Fitter::align() {
 // Where nothing is given, ends of limbs take the place of landmarks until the surfaces are matched.
 void Fitter::find_tips() {
   const std::vector<SurfaceSample> of_source =
-      SurfaceSamples(triangles_, rest_, kAlignSamples).at(triangles_, motion_->positions());
+      SurfaceSamples(triangles_, rest_, kTipSamples).at(triangles_, motion_->positions());
   const std::vector<SurfaceSample> of_target =
-      SurfaceSamples(target_triangles_, target_.positions, kAlignSamples).at(target_triangles_, target_.positions);
+      SurfaceSamples(target_triangles_, target_.positions, kTipSamples).at(target_triangles_, target_.positions);
   const CoarseBody source(motion_->positions(), triangles_, kTipNodes);
   const CoarseBody target(target_.positions, target_triangles_, kTipNodes);
   const auto pairs = match_tips({source, of_source}, {target, of_target}, diagonal_, options_.progress);
