@@ -16,6 +16,8 @@ constexpr double kPatch = 0.025;         // size of a landmark's patch, of the d
 constexpr double kPatchOfGap = 0.35;     // but at most so much of the distance to the next landmark
 constexpr double kWeightOfMark = 600;    // by the number of a patch's points
 constexpr double kSoft = 5e-4;           // of the diagonal: a tolerance at which a landmark's weight is half
+constexpr double kNearlyOut = 0.8;       // of a tolerance: from here on a landmark gains weight, up to
+constexpr double kUrgent = 0.1;          // of an exact landmark's
 constexpr int kCorrections = 2;          // of the wanted velocities, by where the landmarks arrive
 constexpr double kMaxCorrection = 0.25;  // of the spacing
 constexpr double kMargin = 0.25;         // of the spacing, about all points
@@ -97,14 +99,14 @@ double FitMotion::miss() const {
   return greatest;
 }
 
-// A landmark that leaves its tolerance is held as firmly as an exact one.
+// A landmark that is about to leave its tolerance is held more firmly.
 double FitMotion::weight_of(std::size_t mark, const Vec3d& at) const {
   const double tolerance = marks_[mark].tolerance;
   if (!(tolerance > 0)) return 1;
   const double soft = tolerance / (kSoft * diagonal_);
   const double part = norm(at - marks_[mark].place) / tolerance;
-  const double urgent = std::min(1.0, part * part * part * part);
-  return std::max(1 / (1 + soft * soft), std::min(urgent, 0.1));
+  const double urgent = std::clamp((part - kNearlyOut) / (1 - kNearlyOut), 0.0, 1.0);
+  return std::max(1 / (1 + soft * soft), kUrgent * urgent);
 }
 
 void FitMotion::find_surroundings(std::span<const VelocityRows> rows) {
