@@ -47,6 +47,7 @@ constexpr double kMapWeight = 0.4;  // as those of surface matches
 constexpr double kAlong = 0.8;  // of the displacement that a match asks for, along the target's normal
 constexpr double kAcross = 0.4;
 constexpr double kNormalLength = 0.15;  // of the diagonal
+constexpr double kMost99 = 2.5;         // stretch of 99% of the triangles that surfaces may ask for
 constexpr double kEdges = 1.5;          // grids are not finer than so many mean edges
 constexpr double kCloseEnough = 5e-5;   // of the diagonal: the median distance along normals
 constexpr std::size_t kCandidates = 8000;
@@ -167,6 +168,7 @@ class Fitter {
     FitMotion motion;
     double distance = 0;
     double stretch = 1;
+    double most_99 = 1;
     std::size_t crossings = 0;
     std::size_t crossings_new = 0;
     bool is_sound = false;
@@ -400,6 +402,7 @@ void Fitter::match_surfaces() {
   const SurfaceSamples target_candidates(target_triangles_, target_.positions, kCandidates);
   const SampleTree target(target_candidates.at(target_triangles_, target_.positions), kNormalLength * diagonal_);
   const double edge = mean_edge(triangles_, rest_);
+  const double most_99 = best_->most_99;
   for (const Level& level : kLevels) {
     if (&level != &kLevels[0] && level.spacing * diagonal_ < kEdges * edge) return;
     const SurfaceSamples asking(triangles_, rest_, level.samples);
@@ -418,6 +421,7 @@ void Fitter::match_surfaces() {
     }
     Result now = look("surface");
     if (!now.is_sound && best_->is_sound) return;
+    if (now.most_99 > std::max(kMost99, most_99)) return;
     keep_better(std::move(now));
     if (!goes_on) return;
   }
@@ -455,12 +459,14 @@ Crossings Fitter::crossings_of(std::span<const Vec3d> positions, std::size_t& co
 }
 
 Fitter::Result Fitter::look(std::string stage) const {
-  Result result{*motion_, 0, 1, 0, 0, false, std::move(stage)};
+  Result result{*motion_, 0, 1, 1, 0, 0, false, std::move(stage)};
   const std::vector<Vec3d>& positions = motion_->positions();
   result.distance = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_, kLookedAt,
                                 options_.threads, options_.progress)
                         .mean;
-  result.stretch = stretch_of(triangles_, rest_, positions).greatest;
+  const StretchOfShape stretch = stretch_of(triangles_, rest_, positions);
+  result.stretch = stretch.greatest;
+  result.most_99 = stretch.most_99;
   const Crossings crossings = crossings_of(positions, result.crossings);
   result.crossings_new = count_new(crossings, crossings_before_);
   result.is_sound = result.crossings_new == 0 && result.stretch <= options_.max_stretch;

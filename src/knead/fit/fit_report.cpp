@@ -99,7 +99,7 @@ std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& o
   }
   if (report.greatest_stretch > options.max_stretch) {
     return fmt::format(
-        "a triangle is stretched by {:.3g}, more than --max-stretch ({:g}) allows; look at the result "
+        "a triangle is stretched by {:.3g}, more than {:g}; look at the result "
         "there, correct pairs of landmarks, or give more",
         report.greatest_stretch, options.max_stretch);
   }
