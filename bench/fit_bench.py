@@ -134,7 +134,8 @@ def run_fit(command, folder, seconds):
     if done.returncode not in (0, 4):
         return None, done.stderr.strip(), used
     deform = [command, "deform", folder / "source.ply", session, "-q", "--precision", "double", "-o", result]
-    subprocess.run(deform, check=True, capture_output=True)
+    if subprocess.run(deform, capture_output=True).returncode != 0:
+        return None, f"exit {done.returncode}, and the session cannot be applied", used
     return knead.read(result), done.returncode, used
 
 

@@ -352,16 +352,22 @@ std::uint32_t CoarseBody::calmest_node() const {
 
 std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchors, std::size_t pieces) const {
   const std::uint32_t root = calmest_node();
-  std::vector<std::uint32_t> list{root};
+  // A tree of edges along which turns differ least: across a crushed joint they may differ by any angle.
+  using Step = std::tuple<double, std::uint32_t, std::uint32_t>;
+  std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
+  std::vector<std::uint32_t> list;
   std::vector<std::uint32_t> parent(rest_.size(), root);
   std::vector<bool> reached(rest_.size(), false);
-  reached[root] = true;
-  for (std::size_t k = 0; k < list.size(); ++k) {
-    for (const Edge& edge : edges_[list[k]]) {
-      if (reached[edge.to]) continue;
-      reached[edge.to] = true;
-      parent[edge.to] = list[k];
-      list.push_back(edge.to);
+  steps.emplace(0, root, root);
+  while (!steps.empty()) {
+    const auto [cost, node, from] = steps.top();
+    steps.pop();
+    if (reached[node]) continue;
+    reached[node] = true;
+    parent[node] = from;
+    list.push_back(node);
+    for (const Edge& edge : edges_[node]) {
+      if (!reached[edge.to]) steps.emplace(norm((inverse(turns_[node]) * turns_[edge.to]).v), edge.to, node);
     }
   }
   std::vector<Held> held = held_by(anchors);
