@@ -1,337 +1,198 @@
-"""Fits a shape to itself deformed by a hidden session: by `knead fit`, thin plate splines and Gaussian kernels.
+"""Fits shapes to themselves in other poses and measures where each vertex ends: `knead fit` beside others.
 
-    PYTHONPATH=build/release/python python3 bench/fit_bench.py [SHAPE...] [--knead build/release/knead]
-        [--seeds 1] [--moves 6 20] [--landmarks 20] [--loops-up-to 12000]
+    PYTHONPATH=build/release/python python3 bench/fit_bench.py [FOLDER...] [--knead build/release/knead]
+        [--beside OTHER_KNEAD] [--landmarks 0 12 20] [--seconds 600]
 
-SHAPE: closed meshes; a procedural hand of 8000 vertices if none is given. A hidden session is four random strokes of
-bend, twist, pull, ball and pins, scaled so that the farthest point moves by so many percent of the diagonal. Landmarks
-are vertices, each the farthest from those before it. All methods get the same pairs. Those named `surface` then match
-the whole surfaces, in the same levels and with the same number of pins as Knead:
+Without FOLDER: the procedural figure and hand in known poses (strokes `pose`, `bend` and `pins` of this file). FOLDER holds
+shapes of the same mesh, for instance registrations of scans: all pairs of neighbouring names are fitted, and vertex i of
+one belongs to vertex i of the next. Landmarks are vertices, each the farthest from those before it. Columns:
 
-- knead: `knead fit`, divergence-free kernels; strokes are remeshed where triangles would cross
-- gauss: a scalar Gaussian kernel for each coordinate, integrated over the pins' straight lines: smooth and invertible,
-  but it does not keep volume
-- spline: scipy's RBFInterpolator with the kernel thin_plate_spline, which moves the vertices at once
+- error: mean and greatest distance of vertices from where they belong, times 100 / sqrt(area)
+- distance: mean of the surfaces, percent of the diagonal
+- crossings: pairs of triangles that cross and did not before; volume: relative change
+- stretch: greatest of a triangle (or inverse of the least), that of 99%, rms of its logarithm
+- exit: the exit code of `knead fit`; s: processor seconds
 
-Distances are those of the vertices of each shape from the other surface, in percent of the source's diagonal. Loops in
-numpy skip shapes above --loops-up-to vertices. Needs scipy.
+--beside: the same command line with another program, such as an older version. `spline` is scipy's thin plate spline by
+the landmarks alone, which keeps no volume.
 """
 
 import argparse
 import json
+import resource
 import subprocess
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import RBFInterpolator
-from scipy.spatial import cKDTree
 
 import knead
-
-FINER = 0.7  # radius of a level, of the one before
-SPACING = 0.25  # of pins, in radii
-ROUNDS = 8
-WORTHWHILE = 0.98
-SMOOTHNESS = 0.003
-
-
-def unit(a):
-    return a / np.maximum(np.linalg.norm(a, axis=-1, keepdims=True), 1e-300)
 
 
 def diagonal(v):
     return np.linalg.norm(np.ptp(v, axis=0))
 
 
-def hidden_strokes(random, v, strength):
-    size = diagonal(v)
-    strokes = []
-    for kind in random.permutation(["bend", "twist", "pull", "ball", "pins"])[:4]:
-        p, axis = v[random.integers(len(v))], unit(random.normal(size=3))
-        push = axis * strength * random.uniform(0.5, 1) * size
-        if kind == "bend":
-            middle, normal = 0.5 * (np.median(v, axis=0) + p), unit(np.cross(axis, random.normal(size=3)))
-            angle = strength * random.uniform(30, 60)
-            strokes.append(knead.Bend(center=middle, axis=axis, normal=normal, width=0.4 * size, angle_deg=angle))
-        elif kind == "twist":
-            rate = strength * random.uniform(-120, 120) / size
-            strokes.append(
-                knead.Twist(center=v.mean(0), axis=axis, rate_deg=rate, inner=-0.3 * size, outer=0.3 * size)
-            )
-        elif kind in ("pull", "ball"):
-            is_pull = kind == "pull"
-            r, part, more = (random.uniform(0.1, 0.2), 0.3, 2) if is_pull else (random.uniform(0.26, 0.52), 0.4, 1)
-            outer = r * size + more * strength * size
-            strokes.append(knead.Implicit(path=[p, p + push], inner=part * r * size, outer=outer))
-        else:
-            places = v[random.integers(len(v), size=12)]
-            moves = 0.3 * strength * size * random.normal(size=(12, 3))
-            strokes.append(knead.Pins(points=places, to=places + moves, radius=0.4 * size))
-    return strokes
-
-
-def hide(v, seed, percent):
-    strength = 0.006 * percent
-    for _ in range(8):
-        moved = v
-        for stroke in hidden_strokes(np.random.default_rng(seed), v, strength):
-            moved = knead.deform(moved, stroke)
-        farthest = 100 * np.linalg.norm(moved - v, axis=1).max() / diagonal(v)
-        if abs(farthest / percent - 1) < 0.03:
-            break
-        strength *= percent / farthest
-    return moved
-
-
-def farthest_points(points, count, first=(), spacing=0.0):
-    chosen, distance = [], np.full(len(points), np.inf)
-    for place in first:
-        distance = np.minimum(distance, np.linalg.norm(points - place, axis=1))
-    while len(chosen) < count and distance.max() > spacing:
-        chosen.append(int(distance.argmax()))
-        distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
-    return chosen
-
-
-def normals_of(v, t):
-    weighted = np.cross(v[t[:, 1]] - v[t[:, 0]], v[t[:, 2]] - v[t[:, 0]])
-    sums = np.zeros_like(v)
-    for corner in range(3):
-        np.add.at(sums, t[:, corner], weighted)
-    return unit(sums)
+def area(v, t):
+    return np.linalg.norm(np.cross(v[t[:, 1]] - v[t[:, 0]], v[t[:, 2]] - v[t[:, 0]]), axis=1).sum() / 2
 
 
 def volume(v, t):
     return np.einsum("ij,ij->", v[t[:, 0]], np.cross(v[t[:, 1]], v[t[:, 2]])) / 6
 
 
-def on_triangle(p, a, b, c):
-    """Returns the barycentric coordinates of the nearest points of triangles, and their distances."""
-    ab, ac, ap = b - a, c - a, p - a
+def farthest_points(points, count):
+    chosen = [int(np.linalg.norm(points - points.mean(0), axis=1).argmax())]
+    distance = np.full(len(points), np.inf)
+    while len(chosen) < count:
+        distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
+        chosen.append(int(distance.argmax()))
+    return chosen[:count]
+
+
+def stretches(t, rest, now):
+    """The singular values of the triangles' maps, (n, 2), the greater first."""
+    a, b = rest[t[:, 1]] - rest[t[:, 0]], rest[t[:, 2]] - rest[t[:, 0]]
+    c, d = now[t[:, 1]] - now[t[:, 0]], now[t[:, 2]] - now[t[:, 0]]
     def dot(x, y):
-        return np.einsum("...i,...i->...", x, y)
+        return np.einsum("ij,ij->i", x, y)
 
-    def part(x, y):
-        return np.clip(dot(x, y) / np.maximum(dot(y, y), 1e-300), 0, 1)[..., None]
-
-    normal = np.cross(ab, ac)
-    area = np.maximum(dot(normal, normal), 1e-300)
-    w = dot(np.cross(ab, ap), normal) / area
-    u = dot(np.cross(ap, ac), normal) / area
-    best = np.stack([1 - u - w, u, w], axis=-1)
-    outside = (best < 0).any(axis=-1)
-    corners = np.stack([a, b, c])
-    distance = np.linalg.norm(np.einsum("...k,k...i->...i", best, corners) - p, axis=-1)
-    distance = np.where(outside, np.inf, distance)
-    s, zero = [part(ap, ab), part(p - b, c - b), part(ap, ac)], np.zeros(p.shape[:-1] + (1,))
-    for weights in (
-        np.concatenate([1 - s[0], s[0], zero], -1),
-        np.concatenate([zero, 1 - s[1], s[1]], -1),
-        np.concatenate([1 - s[2], zero, s[2]], -1),
-    ):
-        d = np.linalg.norm(np.einsum("...k,k...i->...i", weights, corners) - p, axis=-1)
-        best = np.where((d < distance)[..., None], weights, best)
-        distance = np.minimum(d, distance)
-    return best, distance
+    area2 = np.maximum(np.linalg.norm(np.cross(a, b), axis=1) ** 2, 1e-300)
+    trace = (dot(b, b) * dot(c, c) - 2 * dot(a, b) * dot(c, d) + dot(a, a) * dot(d, d)) / area2
+    product = np.linalg.norm(np.cross(c, d), axis=1) ** 2 / area2
+    greater = (trace + np.sqrt(np.maximum(trace**2 - 4 * product, 0))) / 2
+    return np.sqrt(np.stack([greater, product / np.maximum(greater, 1e-300)], axis=1))
 
 
-class Surface:
-    """Nearest points, looked for on the 24 triangles whose centres are nearest."""
-
-    def __init__(self, v, t):
-        self.v, self.t, self.normals = v, t, normals_of(v, t)
-        self.tree = cKDTree(v[t].mean(axis=1))
-
-    def closest(self, points):
-        near = self.t[self.tree.query(points, 24)[1]]  # (n, 24, 3)
-        corners = [self.v[near[..., k]] for k in range(3)]
-        weights, distance = on_triangle(np.repeat(points[:, None], 24, axis=1), *corners)
-        best = (np.arange(len(points)), distance.argmin(axis=1))
-        t, w = near[best], weights[best][..., None]
-        return (self.v[t] * w).sum(axis=1), unit((self.normals[t] * w).sum(axis=1)), distance[best]
-
-    def samples(self, count):
-        a, b, c = (self.v[self.t[:, k]] for k in range(3))
-        upto = np.cumsum(np.linalg.norm(np.cross(b - a, c - a), axis=1))
-        i = np.arange(count)
-        face = np.searchsorted(upto, upto[-1] * (i + 0.5) / count).clip(0, len(upto) - 1)
-        uv = np.stack([i * 0.7548776662466927 % 1, i * 0.5698402909980532 % 1], axis=1)
-        uv = np.where((uv.sum(axis=1) > 1)[:, None], 1 - uv, uv)
-        w = np.stack([1 - uv.sum(axis=1), uv[:, 0], uv[:, 1]], axis=1)[..., None]
-        t = self.t[face]
-        return (self.v[t] * w).sum(axis=1), unit((self.normals[t] * w).sum(axis=1))
+def new_crossings(faces, before, after):
+    old = {tuple(pair) for pair in np.sort(knead.crossings(before, faces), axis=1).tolist()}
+    return sum(tuple(pair) not in old for pair in np.sort(knead.crossings(after, faces), axis=1).tolist())
 
 
-def distances(v, faces, target, t):
-    return np.concatenate([Surface(target, t).closest(v)[2], Surface(v, faces).closest(target)[2]])
+def part(v, chosen, axis, center, degrees):
+    vertices = [[int(i), int(i)] for i in np.flatnonzero(chosen)]
+    if degrees == 0:
+        return {"vertices": vertices, "hold": True}
+    return {"vertices": vertices, "rotate": axis, "center": center, "angle_deg": degrees}
 
 
-def gauss(a, b, radius):
-    square = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T
-    return np.exp(-4.5 * np.maximum(square, 0) / radius**2)  # a deviation of a third of the radius
+def figure_poses(v):
+    """Names and strokes of poses of `knead make figure`."""
+    x, y, _ = v.T
+    trunk = part(v, (abs(x) < 0.12) & (y > 0.05) & (y < 0.6), None, None, 0)
+
+    def arm(side, axis, degrees):
+        return part(v, (side * x > 0.4) & (y > -0.3), axis, [0.21 * side, 0.475, 0], degrees)
+
+    def leg(side, degrees):
+        return part(v, (side * x > 0) & (y < -0.3), [1, 0, 0], [0.105 * side, -0.06, 0], degrees)
+
+    sideways, forward = [0, 0, 1], [1, 0, 0]
+    return {
+        "down": [trunk, arm(1, sideways, -30), arm(-1, sideways, 25)],
+        "up": [trunk, arm(1, sideways, 75), arm(-1, sideways, -40), part(v, y > 0.72, [0, 1, 0], [0, 0.6, 0], 25)],
+        "walk": [trunk, arm(1, forward, 50), arm(-1, forward, -50), leg(1, -35), leg(-1, 30)],
+    }
 
 
-def flow(v, points, to, radius, steps=8):
-    """Runge and Kutta's method of fourth order; the pins go in straight lines."""
-    motions = to - points
-
-    def velocity(x, at):
-        pins = points + at * motions
-        kernel = gauss(pins, pins, radius) + 1e-9 * np.eye(len(pins))
-        return gauss(x, pins, radius) @ np.linalg.solve(kernel, motions)
-
-    h = 1 / steps
-    for k in range(steps):
-        k1 = velocity(v, k * h)
-        k2 = velocity(v + 0.5 * h * k1, (k + 0.5) * h)
-        k3 = velocity(v + 0.5 * h * k2, (k + 0.5) * h)
-        k4 = velocity(v + h * k3, (k + 1) * h)
-        v = v + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return v
+def procedural(command, folder):
+    """Yields a name, vertices, vertices of the target, and triangles."""
+    for kind in ("figure", "hand"):
+        path = folder / f"{kind}.ply"
+        subprocess.run([command, "make", kind, "-n", "5000", "-q", "-o", path], check=True)
+        shape = knead.read(path)
+        v, t = shape.vertices.copy(), shape.triangles
+        if kind == "figure":
+            for name, parts in figure_poses(v).items():
+                yield f"figure, {name}", v, knead.deform(v, knead.stroke({"tool": "pose", "parts": parts}), t), t
+            continue
+        bend = knead.Bend(center=[0, 0, 0], axis=[1, 0, 0], normal=[0, -1, 0], width=0.8, angle_deg=24)
+        twist = knead.Twist(center=[0, 0, 0], axis=[0, 1, 0], rate_deg=40, inner=-0.5, outer=0.5)
+        pull = knead.Implicit(path=[[0.1, 0.9, 0], [0.25, 0.95, 0.2]], inner=0.1, outer=0.7)
+        yield "hand, bent and pulled", v, knead.deform(v, [bend, twist, pull]), t
 
 
-def spline(v, points, to, radius):
-    return v + RBFInterpolator(points, to - points, kernel="thin_plate_spline")(v)
+def pairs_of(folder):
+    paths = sorted(p for p in folder.iterdir() if p.suffix in (".ply", ".off", ".obj"))
+    for a, b in zip(paths, paths[1:]):
+        source, target = knead.read(a), knead.read(b)
+        yield f"{a.stem} to {b.stem}", source.vertices, target.vertices, source.triangles
 
 
-def matches(surface, target, count):
-    """As src/fit/fit_matches.cpp."""
-    at, own = surface.samples(count)
-    places, theirs, far = target.closest(at)
-    at2, theirs2 = target.samples(count)
-    places2, own2, far2 = surface.closest(at2)
-    mean = np.concatenate([far, far2]).mean()
-    at, to = np.concatenate([at, places2]), np.concatenate([places, at2])
-    own, theirs = np.concatenate([own, own2]), np.concatenate([theirs, theirs2])
-    cosine = (own * theirs).sum(axis=1)
-    sure = 1 / (1 + (np.linalg.norm(to - at, axis=1) / (8 * mean)) ** 2)
-    direction = unit(own + theirs)
-    by = ((to - at) * direction).sum(axis=1)
-    keep = cosine > 0.2
-    return mean, at[keep], direction[keep], by[keep], (cosine * sure)[keep] ** 2
-
-
-def pin_motions(pins, landmarks, at, direction, by, weight, radius):
-    """As src/fit/fit_pins.cpp, with the Gaussian kernel."""
-    n = len(pins)
-    rows = gauss(at, pins, radius)[:, :, None] * direction[:, None, :]
-    rows = rows.reshape(len(at), 3 * n)
-    weight = weight * n / len(at)
-    own = np.kron(gauss(pins, pins, radius), np.eye(3))
-    held = own[: 3 * len(landmarks)]
-    left = rows.T @ (weight[:, None] * rows) + SMOOTHNESS * own + 1e3 * held.T @ held
-    right = rows.T @ (weight * by) + 1e3 * held.T @ (landmarks - pins[: len(landmarks)]).ravel()
-    motions = (own @ np.linalg.solve(left + 1e-9 * np.eye(3 * n), right)).reshape(n, 3)
-    apart = np.linalg.norm(pins[:, None] - pins, axis=2) + np.eye(n)
-    strain = np.linalg.norm(motions[:, None] - motions, axis=2) / apart
-    strain[: len(landmarks), : len(landmarks)] = 0
-    scale = max(1, strain.max() / 0.5, np.linalg.norm(motions[len(landmarks) :], axis=1).max() / (0.3 * radius))
-    to = pins + motions / scale
-    to[: len(landmarks)] = landmarks
-    return to
-
-
-def loop(v, t, target, move, landmarks):
-    at, to = v[landmarks], target[landmarks]
-    size, goal = diagonal(v), Surface(target, t)
-    v = move(v, at, to, 0.5 * size)
-    area = np.linalg.norm(np.cross(v[t[:, 1]] - v[t[:, 0]], v[t[:, 2]] - v[t[:, 0]]), axis=1).sum() / 2
-    edge = np.linalg.norm(v[t] - v[np.roll(t, 1, axis=1)], axis=2).mean()
-    finest = max(np.sqrt(area / 1200), 1.5 * edge)
-    radius = size
-    while SPACING * radius >= finest:
-        count = max(4000, int(10 * area / (SPACING * radius) ** 2))
-        found = matches(Surface(v, t), goal, count)
-        for _ in range(ROUNDS):
-            places = Surface(v, t).samples(count)[0]
-            free = farthest_points(places, len(places), v[landmarks], SPACING * radius)
-            if not free:
-                break
-            pins = np.concatenate([v[landmarks], places[free]])
-            moved = move(v, pins, pin_motions(pins, to, *found[1:], radius), radius)
-            now = matches(Surface(moved, t), goal, count)
-            if now[0] > found[0]:
-                break
-            is_worthwhile = now[0] < WORTHWHILE * found[0]
-            v, found = moved, now
-            if not is_worthwhile:
-                break
-        radius *= FINER
-    return v
-
-
-def by_knead(command, folder, with_surface):
+def run_fit(command, folder, seconds):
     session, result = folder / "fit.knead", folder / "fitted.ply"
-    words = [command, "fit", folder / "source.ply", folder / "target.ply", "--landmarks", folder / "pairs.csv"]
-    words += ["--surface"] if with_surface else []
-    done = subprocess.run([*words, "--json", "-o", session], capture_output=True, text=True)
+    words = [command, "fit", folder / "source.ply", folder / "target.ply", "--surface", "-o", session, "-q"]
+    if (folder / "pairs.csv").exists():
+        words += ["--landmarks", folder / "pairs.csv"]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, timeout=seconds)
+    except subprocess.TimeoutExpired:
+        return None, f"over {seconds} s", seconds
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
     if done.returncode not in (0, 4):
-        raise RuntimeError(done.stderr)
-    subprocess.run([command, "deform", folder / "source.ply", session, "-q", "-o", result], check=True)
-    remeshed = json.loads(done.stdout)["remeshed_strokes"]
-    return knead.read(result), f"{remeshed} remeshed" if remeshed else ""
+        return None, done.stderr.strip(), used
+    deform = [command, "deform", folder / "source.ply", session, "-q", "--precision", "double", "-o", result]
+    if subprocess.run(deform, capture_output=True).returncode != 0:
+        return None, f"exit {done.returncode}, and the session cannot be applied", used
+    return knead.read(result), done.returncode, used
 
 
-def compare(shape, name, percent, seed, options):
-    v, t = shape.vertices.copy(), shape.triangles.astype(np.int64)
-    target, size = hide(v, seed, percent), diagonal(v)
-    landmarks = farthest_points(v, options.landmarks)
-    moved = np.linalg.norm(target - v, axis=1) / size
-    before = distances(v, t, target, t).mean() / size
-    print(f"\n{name}, {len(v)} vertices, seed {seed}: points move by {100 * moved.max():.1f}% at most,")
-    print(f"{100 * moved.mean():.1f}% in the mean; mean distance before {100 * before:.3f}%")
-    print(f"{'':16} {'mean %':>8} {'95% %':>8} {'max %':>8} {'volume':>9} {'crossings':>9} {'s':>7}")
+def line(name, v, target, t, now, code, seconds):
+    error = 100 / np.sqrt(area(target, t)) * np.linalg.norm(now - target, axis=1)
+    s = stretches(t, v, now)
+    worst = np.maximum(s[:, 0], 1 / np.maximum(s[:, 1], 1e-9))
+    there = knead.fit((now, t), (target, t), landmarks=None, surface=False, align=False).report["distance_before"]["mean"]
+    return (
+        f"| {name} | {error.mean():.2f}, {error.max():.1f} | {100 * there:.3f} | {new_crossings(t, v, now)} "
+        f"| {volume(now, t) / volume(v, t) - 1:+.1e} | {worst.max():.2f}, {np.quantile(worst, 0.99):.2f}, "
+        f"{np.sqrt((np.log(np.maximum(s, 1e-9)) ** 2).mean()):.3f} | {code} | {seconds:.1f} |"
+    )
+
+
+def compare(name, v, target, t, count, options):
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        shape.write(folder / "source.ply", double=True)
-        shape.vertices = target
-        shape.write(folder / "target.ply", double=True)
-        shape.vertices = v
-        pairs = "".join(f"{i},{i}\n" for i in landmarks)
-        (folder / "pairs.csv").write_text("source_vertex,target_vertex\n" + pairs)
-        ways = {"knead": None, "gauss": flow, "spline": spline}
-        for with_surface in (False, True):
-            for way, move in ways.items():
-                if move and with_surface and len(v) > options.loops_up_to:
-                    continue
-                start, note = time.perf_counter(), ""
-                if move is None:
-                    result, note = by_knead(options.knead, folder, with_surface)
-                    x, faces = result.vertices, result.triangles.astype(np.int64)
-                elif with_surface:
-                    x, faces = loop(v, t, target, move, landmarks), t
-                else:
-                    x, faces = move(v, v[landmarks], target[landmarks], 0.5 * size), t
-                seconds = time.perf_counter() - start
-                there = distances(x, faces, target, t) / size
-                crossings = knead.check(x, faces.astype(np.uint32))["self_intersections"]
-                print(
-                    f"{way + (' surface' if with_surface else ''):16} {100 * there.mean():8.4f} "
-                    f"{100 * np.quantile(there, 0.95):8.3f} {100 * there.max():8.2f} "
-                    f"{volume(x, faces) / volume(v, t) - 1:9.1e} {crossings:9} {seconds:7.1f} {note}",
-                    flush=True,
-                )
+        knead.write(folder / "source.ply", v, t)
+        knead.write(folder / "target.ply", target, t)
+        chosen = farthest_points(v, count) if count else []
+        if count:
+            text = "source_vertex,target_vertex\n" + "".join(f"{i},{i}\n" for i in chosen)
+            (folder / "pairs.csv").write_text(text)
+        for command in filter(None, (options.knead, options.beside)):
+            which = "knead" if command == options.knead else "beside"
+            result, code, seconds = run_fit(command, folder, options.seconds)
+            title = f"{name}, {count} landmarks | {which}"
+            if result is None or len(result.vertices) != len(v):
+                why = code if result is None else "another mesh: remeshed"
+                print(f"| {title} | {why} | | | | | | {seconds:.1f} |", flush=True)
+            else:
+                print(line(title, v, target, t, result.vertices, code, seconds), flush=True)
+        if count >= 4 and options.spline:
+            from scipy.interpolate import RBFInterpolator
+
+            now = v + RBFInterpolator(v[chosen], target[chosen] - v[chosen], kernel="thin_plate_spline")(v)
+            print(line(f"{name}, {count} landmarks | spline", v, target, t, now, "", 0), flush=True)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("shapes", nargs="*", metavar="SHAPE")
+    parser.add_argument("folders", nargs="*", metavar="FOLDER", type=Path)
     parser.add_argument("--knead", default="build/release/knead")
-    parser.add_argument("--seeds", type=int, nargs="+", default=[1])
-    parser.add_argument("--moves", type=float, nargs="+", default=[6, 20])
-    parser.add_argument("--landmarks", type=int, default=20)
-    parser.add_argument("--loops-up-to", type=int, default=12000)
+    parser.add_argument("--beside")
+    parser.add_argument("--landmarks", type=int, nargs="+", default=[0, 12, 20])
+    parser.add_argument("--seconds", type=float, default=600)
+    parser.add_argument("--spline", action="store_true", help="needs scipy")
     options = parser.parse_args()
+    print("| pair | | error | distance % | new crossings | volume | stretch | exit | s |")
+    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
     with tempfile.TemporaryDirectory() as place:
-        if not options.shapes:
-            options.shapes = [f"{place}/hand.ply"]
-            subprocess.run([options.knead, "make", "hand", "-n", "8000", "-q", "-o", options.shapes[0]], check=True)
-        for path in options.shapes:
-            for percent in options.moves:
-                for seed in options.seeds:
-                    compare(knead.read(path), Path(path).stem, percent, seed, options)
+        sources = [pairs_of(folder) for folder in options.folders] or [procedural(options.knead, Path(place))]
+        for source in sources:
+            for name, v, target, t in source:
+                for count in options.landmarks:
+                    compare(name, v, target, t, count, options)
 
 
 if __name__ == "__main__":

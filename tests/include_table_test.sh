@@ -21,8 +21,8 @@ remesh:   math mesh cells | remesh
 pose:     math field flow |
 strokes:  math field flow mesh pose | stroke tools
 session:  math field flow mesh io remesh pose strokes | session replay
-certify:  math field flow mesh cells io remesh strokes session | certify
-fit:      math field flow mesh io strokes session certify |
+certify:  math field flow mesh cells io remesh strokes session fit | certify
+fit:      math field flow mesh pose strokes | fit
 history:  math flow mesh io remesh strokes session | workbench
 gl:       math | gl
 gpu:      math field flow gl | gpu
@@ -32,7 +32,6 @@ render:   math field flow mesh gl | render
 # file: the internal headers it may include, because it measures what they hold, or needs the same bits everywhere.
 readonly measured='
 apps/knead/deform_options.cpp:    math/elementary.h
-apps/knead/fit.cpp:               math/elementary.h
 bench/command/counted.cpp:        flow/kernels/kernel_source.h flow/segment_mover.h
 bench/remesh_bench.cpp:           mesh/edges.h
 bench/pose_scenes.cpp:            mesh/polygonise.h

@@ -7,21 +7,22 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "command.h"
 #include "inputs.h"
 #include "knead/certify.h"
 #include "knead/error.h"
+#include "knead/fit.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "math/elementary.h"
 #include "output.h"
 
 namespace knead::command {
 namespace {
 
-// Landmarks must be met to this multiple of the tolerance of path lines.
-constexpr double kMetTo = 2;
 // With --surface, the greatest mean distance of the surfaces that is no failure, in diagonals.
 constexpr double kMeanDistance = 3e-3;
 // Volumes that differ by more than this fraction hinder a fit.
@@ -32,27 +33,23 @@ struct FitOptions {
   std::string target;
   std::optional<std::string> landmarks;
   std::optional<std::string> target_landmarks;
+  std::optional<std::string> map;
   bool surface = false;
   std::string output;
   bool scale = false;
+  std::string volume = "keep";
+  std::string align = "auto";
   double max_stretch = 5;
   std::optional<int> threads;
   CommonOptions common;
+
+  bool scales() const { return scale || volume == "total"; }
 };
 
-double volume_of(const std::string& path, const Mesh& mesh) {
+void require_volume(const std::string& path, const Mesh& mesh) {
   const Measures m = measure(mesh);
-  if (m.closed() && m.oriented() && m.volume > 0) return m.volume;
+  if (m.closed() && m.oriented() && m.volume > 0) return;
   throw InvalidInput(Place{path}, "--scale needs the volume of both shapes, and this one is not closed; leave it out");
-}
-
-// Scales the shape and the landmarks about the middle of the shape's box, and returns by how much.
-double scale_to(const FitOptions& options, const Mesh& target, Mesh& source, std::vector<Vec3d>& landmarks) {
-  const double scale = elementary::cbrt(volume_of(options.target, target) / volume_of(options.source, source));
-  const Vec3d middle = shape_box(source).center();
-  for (Vec3d& p : source.positions) p = middle + (p - middle) * scale;
-  for (Vec3d& p : landmarks) p = middle + (p - middle) * scale;
-  return scale;
 }
 
 // Where the scaled source is written: OUT_source.EXT beside OUT.
@@ -68,17 +65,15 @@ std::string relative_to(const std::string& shape, const std::string& session) {
   return std::filesystem::absolute(shape).lexically_relative(folder).string();
 }
 
-std::string line_of(const SurfaceDistance& d) {
+std::string line_of(const FitDistance& d) {
   return fmt::format("mean {:.3g}%, 95% within {:.3g}%, at most {:.3g}%", 100 * d.mean, 100 * d.percentile_95,
                      100 * d.max);
 }
 
-std::string summary(const FitOptions& options, const FitReport& report) {
-  std::string text = fmt::format("{}: {}, {} at most, radius {:.4g}\n", options.output,
-                                 counted(report.strokes, "stroke"), counted(report.pins, "pin"), report.radius);
-  if (report.remeshed_strokes > 0)
-    text += fmt::format("remesh   after {}\n", counted(report.remeshed_strokes, "stroke"));
-  if (options.scale)
+std::string summary(const FitOptions& options, const BodyFitReport& report) {
+  std::string text =
+      fmt::format("{}: {}, kept the stage \"{}\"\n", options.output, counted(report.strokes, "stroke"), report.stage);
+  if (options.scales())
     text += fmt::format("scale    {:.6g}: {} is the scaled source\n", report.scale, scaled_path(options));
   text += fmt::format("before   {} of the source's diagonal from the target\n", line_of(report.before));
   text += fmt::format("after    {}; landmarks within {:.2g}%\n", line_of(report.after), 100 * report.landmark_distance);
@@ -86,44 +81,29 @@ std::string summary(const FitOptions& options, const FitReport& report) {
   if (report.volume_difference) {
     text += fmt::format("         the target's volume differs by {:.2g}%\n", 100 * *report.volume_difference);
   }
-  text += fmt::format("crossing {} of triangles before, {} after\n", counted(report.crossings_before, "pair"),
-                      report.crossings_after);
-  if (report.greatest_stretch) text += fmt::format("stretch  {:.3g} at most\n", *report.greatest_stretch);
+  text += fmt::format("crossing {} of triangles before, {} after, {} of them new\n",
+                      counted(report.crossings_before, "pair"), report.crossings_after, report.crossings_new);
+  text += fmt::format("stretch  {:.3g} at most, {:.3g} for 99% of the triangles\n", report.greatest_stretch,
+                      report.stretch_99);
   return text;
 }
 
-ShapeFit watched(const FitOptions& options, const Mesh& source, const Mesh& target, ShapeFitOptions fit) {
+BodyFit watched(const FitOptions& options, const Mesh& source, const Mesh& target, BodyFitOptions fit) {
   Progress progress;
   const CancelOnInterruption cancel(progress);
   progress.total = fit_work(source, fit);
   fit.progress = &progress;
-  fit.threads = threads_of(options.threads);
   const ProgressBar bar(progress, progress.total, !options.common.quiet);
   try {
-    return fit_shape(source, target, fit);
+    return fit_body(source, target, fit);
   } catch (const Cancelled&) {
     throw Interrupted{};
   }
 }
 
-void require_fit(const FitOptions& options, const FitReport& report) {
-  if (report.greatest_stretch.value_or(0) > options.max_stretch) {
-    throw QualityError(
-        fmt::format("{}: a triangle is stretched by {:.3g}, more than --max-stretch ({:g}) allows; look at the result "
-                    "there, correct pairs of landmarks, or give more",
-                    options.output, *report.greatest_stretch, options.max_stretch));
-  }
-  if (report.landmark_distance > kMetTo * kDefaultRelativeTolerance) {
-    throw QualityError(
-        fmt::format("{}: a landmark is {:.2g} of the diagonal from its place; give fewer pairs, or pairs "
-                    "that are farther apart",
-                    options.output, report.landmark_distance));
-  }
-  if (report.crossings_after > report.crossings_before) {
-    throw QualityError(fmt::format("{}: {} of triangles cross after the fit; {}give more pairs", options.output,
-                                   counted(report.crossings_after, "pair"),
-                                   options.surface ? "" : "apply it with knead deform --remesh, or "));
-  }
+void require_fit(const FitOptions& options, const BodyFitOptions& fit, const BodyFitReport& report) {
+  const std::string complaint = complaint_about(report, fit);
+  if (!complaint.empty()) throw QualityError(options.output + ": " + complaint);
   if (options.surface && report.after.mean > kMeanDistance) {
     const bool differs = std::abs(report.volume_difference.value_or(0)) > kVolumeDifference;
     throw QualityError(
@@ -133,21 +113,20 @@ void require_fit(const FitOptions& options, const FitReport& report) {
   }
 }
 
-std::string note_of(const FitOptions& options, const FitReport& report) {
-  const std::string pairs = fmt::format("{} of landmarks", counted(report.pairs, "pair"));
-  if (!options.surface) return "a fit by " + pairs;
-  std::string note = report.pairs > 0 ? fmt::format("a fit of surfaces and {}", pairs) : "a fit of surfaces";
-  if (report.remeshed_strokes > 0) note += fmt::format("; {} remeshed", counted(report.remeshed_strokes, "stroke"));
+std::string note_of(const FitOptions& options, const BodyFitReport& report) {
+  std::string note = options.surface ? "a fit of surfaces" : "a fit";
+  if (report.landmarks > 0) note += fmt::format(" by {} of landmarks", counted(report.landmarks, "pair"));
+  if (report.map_pairs > 0)
+    note += fmt::format("{} a map of {}", report.landmarks > 0 ? " and" : " by", counted(report.map_pairs, "pair"));
   return note;
 }
 
-PinsStroke pins_of(const FitOptions& options, LandmarkPairs pairs, const Mesh& source) {
-  try {
-    return landmark_pins(std::move(pairs.source), std::move(pairs.target), reference_length(source));
-  } catch (const InvalidInput& error) {
-    throw InvalidInput(Place{*options.landmarks},
-                       fmt::format("the pairs, counted from 0, cannot be pins: {}", error.what()));
+std::vector<FitPair> fit_pairs_of(const LandmarkPairs& pairs) {
+  std::vector<FitPair> result;
+  for (std::size_t i = 0; i < pairs.source.size(); ++i) {
+    result.push_back({pairs.source[i], pairs.target[i], pairs.tolerance[i]});
   }
+  return result;
 }
 
 LandmarkPairs pairs_of(const FitOptions& options, const Mesh& source, const Mesh& target) {
@@ -184,41 +163,71 @@ void check_apart(const FitOptions& options, const Mesh& source, const Mesh& targ
                                  gap, shift.x, shift.y, shift.z));
 }
 
-void run_fit(const FitOptions& options) {
+void check_options(const FitOptions& options) {
   if (options.target_landmarks && !options.landmarks) {
     throw UsageError("--target-landmarks needs --landmarks, the points of the source in the same order");
   }
-  if (!options.landmarks && !options.surface) {
-    throw UsageError("give --landmarks, --surface, or both");
+  if (!options.landmarks && !options.map && !options.surface) {
+    throw UsageError("give --landmarks, --map, --surface, or several of them");
   }
   constexpr std::string_view extensions[] = {"knead"};
   require_extension(options.output, extensions);
   require_writable(options.output);
-  if (options.scale) {
-    require_different(options.source, scaled_path(options));
-    require_different(options.target, scaled_path(options));
-    require_writable(scaled_path(options));
+  if (!options.scales()) return;
+  require_different(options.source, scaled_path(options));
+  require_different(options.target, scaled_path(options));
+  require_writable(scaled_path(options));
+}
+
+// What is wrong with pairs is said with their file.
+BodyFit fitted(const FitOptions& options, const Mesh& source, const Mesh& target, const BodyFitOptions& fit) {
+  try {
+    return watched(options, source, target, fit);
+  } catch (const InvalidInput& error) {
+    if (!options.landmarks || std::string_view(error.what()).find("landmark") == std::string_view::npos) throw;
+    throw InvalidInput(Place{*options.landmarks}, error.what());
   }
+}
+
+void write_scaled(const FitOptions& options, const ShapeFile& source, double scale) {
+  const Vec3d middle = shape_box(source.mesh).center();
+  std::vector<Vec3d> positions = source.mesh.positions;
+  for (Vec3d& p : positions) p = middle + (p - middle) * scale;
+  write_shape(scaled_path(options), source, positions);
+}
+
+void run_fit(const FitOptions& options) {
+  check_options(options);
   const ShapeFile source = read_shape(options.source);
   ShapeFile target = read_shape(options.target);
   LandmarkPairs pairs = pairs_of(options, source.mesh, target.mesh);
   turn_outward(options, target.mesh, pairs.notes);
+  if (options.align == "never") check_apart(options, source.mesh, target.mesh);
+  if (options.scales()) {
+    require_volume(options.target, target.mesh);
+    require_volume(options.source, source.mesh);
+  }
+  BodyFitOptions wanted;
+  wanted.landmarks = fit_pairs_of(pairs);
+  if (options.map) wanted.map = fit_pairs_of(read_pairs(*options.map, source.mesh, target.mesh));
+  wanted.surface = options.surface;
+  wanted.align = options.align == "auto"     ? FitAlign::automatic
+                 : options.align == "always" ? FitAlign::always
+                                             : FitAlign::never;
+  wanted.volume = options.scales() ? FitVolume::total : FitVolume::keep;
+  wanted.max_stretch = options.max_stretch;
+  wanted.threads = threads_of(options.threads);
+  BodyFit fit = fitted(options, source.mesh, target.mesh, wanted);
+  const BodyFitReport& report = fit.report;
+  pairs.notes.insert(pairs.notes.end(), report.notes.begin(), report.notes.end());
   for (const std::string& note : pairs.notes) {
     if (!options.common.quiet) print_message("note: " + note);
   }
-  check_apart(options, source.mesh, target.mesh);
-  Mesh mesh = source.mesh;
-  const double scale = options.scale ? scale_to(options, target.mesh, mesh, pairs.source) : 1;
-  ShapeFitOptions wanted{.surface = options.surface};
-  if (options.landmarks) wanted.landmarks = pins_of(options, std::move(pairs), mesh);
-  ShapeFit fit = watched(options, mesh, target.mesh, wanted);
-  FitReport& report = fit.report;
-  report.scale = scale;
   Session session;
-  session.mesh = relative_to(options.scale ? scaled_path(options) : options.source, options.output);
+  session.mesh = relative_to(options.scales() ? scaled_path(options) : options.source, options.output);
   session.note = note_of(options, report);
-  session.strokes = std::move(fit.strokes);
-  if (options.scale) write_shape(scaled_path(options), source, mesh.positions);
+  for (Stroke& stroke : fit.strokes) session.strokes.push_back({std::move(stroke)});
+  if (options.scales()) write_scaled(options, source, report.scale);
   end_after_last_output(options.common.json);
   write_file_atomically(options.output, serialize_session(session));
   if (options.common.json) {
@@ -226,7 +235,7 @@ void run_fit(const FitOptions& options) {
   } else if (!options.common.quiet) {
     print(summary(options, report));
   }
-  require_fit(options, report);
+  require_fit(options, wanted, report);
 }
 
 }  // namespace
@@ -238,18 +247,35 @@ Subcommand fit_command() {
       {"TARGET", &options->target, "The shape that it shall become", "", OptionKind::required},
       {"--landmarks", &options->landmarks,
        "Pairs of points that belong together, a CSV file: "
-       "source_x,source_y,source_z,target_x,target_y,target_z, or source_vertex,target_vertex from 0 on",
+       "source_x,source_y,source_z,target_x,target_y,target_z, or source_vertex,target_vertex from 0 on; a further "
+       "column, tolerance, says how far from its place a point may end",
        "FILE"},
       {"--target-landmarks", &options->target_landmarks,
        "The landmarks of the target, where --landmarks holds those of the source alone: .fcsv or .mrk.json of 3D "
        "Slicer, "
        "or a table x,y,z,label",
        "FILE"},
+      {"--map", &options->map, "A start: pairs as for --landmarks, any number of them, which need not all be right",
+       "FILE"},
       {"--surface", &options->surface,
        "Bring the whole surface of the source to the target's, by strokes from coarse to fine"},
       {"-o,--output", &options->output, "The .knead file to write", "FILE", OptionKind::required},
       {"--scale", &options->scale,
        "Scale the source to the target's volume first; the scaled source is written beside OUT as OUT_source.EXT"},
+      {"--volume",
+       &options->volume,
+       "What becomes of the volume: it stays, or the source is scaled as with --scale",
+       "WORD",
+       OptionKind::with_default,
+       {"keep", "total"}},
+      {"--align",
+       &options->align,
+       "Turn and move the source as a whole first, by the landmarks, the map or its principal axes: where that brings "
+       "it "
+       "much nearer (auto), always or never",
+       "WORD",
+       OptionKind::with_default,
+       {"auto", "always", "never"}},
       {"--max-stretch", &options->max_stretch, "End with exit code 4 if a triangle is stretched by more", "FACTOR",
        OptionKind::with_default},
       {"--threads", &options->threads, "Number of threads (default: all); does not change the result", "N"},
@@ -258,6 +284,7 @@ Subcommand fit_command() {
   return {"fit", "Write a session that takes one shape to another, by landmarks or the whole surface", described,
           "  knead fit scan.ply pose.ply --landmarks pairs.csv --surface -o fit.knead\n"
           "  knead deform scan.ply fit.knead -o fitted.ply\n"
+          "  knead fit scan.ply other.ply --map matches.csv --surface -o fit.knead\n"
           "  knead fit small.obj large.obj --landmarks pairs.csv --scale --json -o fit.knead",
           [options] { run_fit(*options); }};
 }

@@ -97,11 +97,13 @@ ChosenBackend choose_backend(const std::string& name, bool quiet);
 struct LandmarkPairs {
   std::vector<Vec3d> source;
   std::vector<Vec3d> target;
+  std::vector<double> tolerance;  // as many lengths, 0: exact
   std::vector<std::string> notes;
 };
 
 // Reads pairs of places (source_x,source_y,source_z,target_x,target_y,target_z) or of vertices from 0 on
-// (source_vertex,target_vertex), as the first line names them, or by the number of columns. Fields lie between commas,
+// (source_vertex,target_vertex), as the first line names them, or by the number of columns; a column `tolerance` may
+// follow. Fields lie between commas,
 // semicolons or tabs, also in quotes; decimal commas are read where semicolons or tabs separate. A pair that is given
 // twice counts once. Throws IoError(read), and InvalidInput with the line.
 LandmarkPairs read_pairs(const std::string& path, const Mesh& source, const Mesh& target);

@@ -25,6 +25,7 @@ using Fields = std::vector<std::string>;
 
 const std::array<std::string, 6> kPlaces{"source_x", "source_y", "source_z", "target_x", "target_y", "target_z"};
 const std::array<std::string, 2> kVertices{"source_vertex", "target_vertex"};
+constexpr std::string_view kTolerance = "tolerance";
 constexpr std::string_view kHeaders =
     "the first line must be source_x,source_y,source_z,target_x,target_y,target_z or source_vertex,target_vertex";
 
@@ -164,6 +165,14 @@ std::array<double, count> numbers_of(const Table& table, const Table::Row& row,
   return numbers;
 }
 
+// An empty field stands for 0.
+double tolerance_of(const Table& table, const Table::Row& row, std::size_t column) {
+  if (column >= row.fields.size() || row.fields[column].empty()) return 0;
+  const std::optional<double> number = number_in(row.fields[column], table.separator);
+  if (number && std::isfinite(*number) && *number >= 0) return *number;
+  throw InvalidInput(table.place(row), "a tolerance must be a length of 0 or more");
+}
+
 const Vec3d& vertex_of(const Mesh& mesh, double number, const Place& place, std::string_view name) {
   if (number < static_cast<double>(mesh.vertex_count())) return mesh.positions[static_cast<std::size_t>(number)];
   throw InvalidInput(
@@ -182,6 +191,7 @@ void remove_repeated(LandmarkPairs& pairs) {
     if (is_repeated) continue;
     kept.source.push_back(pairs.source[i]);
     kept.target.push_back(pairs.target[i]);
+    kept.tolerance.push_back(pairs.tolerance[i]);
   }
   const std::size_t repeated = pairs.source.size() - kept.source.size();
   if (repeated > 0) {
@@ -304,15 +314,21 @@ LandmarkPairs read_pairs(const std::string& path, const Mesh& source, const Mesh
   if (is_slicer_file(path)) {
     throw InvalidInput(Place{path}, "holds the points of one shape; give those of the target with --target-landmarks");
   }
-  const Table table = read_table(path);
+  Table table = read_table(path);
   const std::size_t columns = table.rows.empty() ? 0 : table.rows.front().fields.size();
+  if (table.names.empty() && columns == 7) {
+    table.names.assign(kPlaces.begin(), kPlaces.end());
+    table.names.emplace_back(kTolerance);
+  }
   auto places = columns_named(table.names, kPlaces);
   auto vertices = columns_named(table.names, kVertices);
   if (table.names.empty() && columns == 6) places = first_columns<6>();
   if (table.names.empty() && columns == 2) vertices = first_columns<2>();
   if (!places && !vertices) throw InvalidInput(Place{path, 1}, std::string(kHeaders));
+  const auto tolerance = columns_named<1>(table.names, {std::string(kTolerance)});
   LandmarkPairs pairs;
   for (const Table::Row& row : table.rows) {
+    pairs.tolerance.push_back(tolerance ? tolerance_of(table, row, tolerance->front()) : 0);
     if (places) {
       const auto n = numbers_of(table, row, *places, "six numbers, three of the source and three of the target");
       pairs.source.push_back({n[0], n[1], n[2]});
@@ -343,6 +359,7 @@ LandmarkPairs read_points(const std::string& source, const std::string& target) 
   }
   pairs.source = from.places;
   pairs.target = to.places;
+  pairs.tolerance.assign(pairs.source.size(), 0);
   if (!by_labels && !from.labels.empty()) {
     pairs.notes.emplace_back("the points of both files have other labels; they belong together by their order");
   }

@@ -11,6 +11,7 @@
 
 #include "knead/cells.h"
 #include "knead/error.h"
+#include "knead/fit.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
@@ -139,55 +140,8 @@ std::vector<double> vertex_distances(const Mesh& from, const Mesh& to, int threa
 // and for a shape without vertices; Cancelled. Time: two searches for the nearest point a vertex, about 10 us each.
 SurfaceDistance distance_between(const Mesh& a, const Mesh& b, int threads = 0, Progress* progress = nullptr);
 
-// Returns pins that take each landmark to its place, with a radius that moves the whole shape smoothly: half the
-// diagonal of the landmarks' shape, or that of "auto" if it is more, or if so many pins can only be solved for less.
-// Throws InvalidInput where validate() of pins does.
-PinsStroke landmark_pins(std::vector<Vec3d> from, std::vector<Vec3d> to, double diagonal);
-
-// What a fit did. Distances are relative to the diagonal of the source. The members are the keys of its JSON.
-struct FitReport {
-  std::size_t pairs = 0;
-  std::size_t strokes = 0;
-  std::size_t remeshed_strokes = 0;  // after which the mesh follows
-  std::size_t pins = 0;              // of the stroke that has most
-  double radius = 0;                 // of the pins of the last stroke
-  double scale = 1;                  // of the source before the fit
-  double landmark_distance = 0;      // the greatest of a landmark from its place, after the fit
-  SurfaceDistance before;            // of the source from the target
-  SurfaceDistance after;
-  std::optional<double> volume_error;       // of the source by the fit; nothing unless closed and oriented
-  std::optional<double> volume_difference;  // target / source - 1; likewise for both
-  std::size_t crossings_before = 0;         // pairs of triangles of the source
-  std::size_t crossings_after = 0;
-  std::optional<double> greatest_stretch;  // of a triangle
-};
-
-// How one shape is fitted to another.
-struct ShapeFitOptions {
-  std::optional<PinsStroke> landmarks{};  // the first stroke; its pins stay where it takes them
-  bool surface = false;                   // then brings the whole surface to the target's, coarse to fine
-  int threads = 0;                        // 0: all
-  Progress* progress = nullptr;           // counts up to fit_work()
-};
-
-// A fit: strokes of pins, and what they do.
-struct ShapeFit {
-  std::vector<SessionStroke> strokes;
-  FitReport report;
-};
-
-// Returns the strokes that take the source to the target, and a report on them. The strokes are applied as replay()
-// does with standard options. A surface is fitted in levels of ever smaller pins, each of up to 8 strokes that match
-// the two surfaces anew, as long as the mean distance falls by 2%. A stroke after which triangles cross is remeshed.
-// Time: for shapes of 50,000 vertices 0.1 s for landmarks, and about 1 s for each stroke of a surface. Throws as
-// replay() and distance_between(); InvalidInput for a surface without faces; Cancelled.
-ShapeFit fit_shape(const Mesh& source, const Mesh& target, const ShapeFitOptions& options);
-
-// Returns what progress->done grows to in fit_shape.
-std::uint64_t fit_work(const Mesh& source, const ShapeFitOptions& options);
-
 // Returns one JSON object, indented, with a line end.
-std::string to_json(const FitReport& report);
+std::string to_json(const BodyFitReport& report);
 
 // Wall-clock times.
 struct ReportSeconds {

@@ -14,6 +14,7 @@ Lengths are in the shape's units, angles in degrees. help(knead.deform) says how
 
 from . import _strokes
 from ._deform import Flow, Remeshed, Workbench, animate, certify, deform, frames, remesh, render, write_frames
+from ._fit import Fit, fit
 from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
@@ -29,6 +30,7 @@ for _name in ("AccuracyError", "FileError", "InvalidInput", "Unavailable"):
 __all__ = [
     "AccuracyError",
     "FileError",
+    "Fit",
     "Flow",
     "InvalidInput",
     "PaintDrag",
@@ -47,6 +49,7 @@ __all__ = [
     "deform",
     "deform_cells",
     "deform_mesh",
+    "fit",
     "frames",
     "read",
     "remesh",

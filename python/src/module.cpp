@@ -52,6 +52,7 @@ PYBIND11_MODULE(_knead, module) {
   add_cells(module);
   add_strokes(module);
   add_flow(module);
+  add_fit(module);
   add_remesh(module);
   add_render(module);
   add_workbench(module);

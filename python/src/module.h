@@ -11,6 +11,7 @@ void add_shapes(py::module_& module);
 void add_cells(py::module_& module);
 void add_strokes(py::module_& module);
 void add_flow(py::module_& module);
+void add_fit(py::module_& module);
 void add_remesh(py::module_& module);
 void add_render(py::module_& module);
 void add_workbench(py::module_& module);

@@ -196,6 +196,28 @@ class Flow:
     def __len__(self) -> int: ...
     def __add__(self, other: Flow) -> Flow: ...
 
+class Fit:
+    session: Session
+    vertices: NDArray[np.float64]
+    also: list[NDArray[np.float64]]
+    report: dict[str, Any]
+    problem: str
+
+def fit(
+    source: Points_ | tuple[ArrayLike, Faces],
+    target: Points_ | tuple[ArrayLike, Faces],
+    landmarks: ArrayLike | None = None,
+    map: ArrayLike | None = None,
+    *,
+    volume: Literal["keep", "total"] = "keep",
+    align: bool | Literal["auto", "always", "never"] = True,
+    surface: bool = True,
+    also: Iterable[Points_] = (),
+    max_stretch: float = 5,
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> Fit | None: ...
+
 class Remeshed:
     vertices: NDArray[np.float64]
     faces: NDArray[np.uint32] | list[NDArray[np.uint32]]

@@ -1,158 +1,566 @@
+#include "knead/fit.h"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <memory>
+#include <numbers>
+#include <optional>
 #include <utility>
 
-#include "fit/fit_parts.h"
-#include "knead/certify.h"
+#include "fit/coarse_body.h"
+#include "fit/fit_align.h"
+#include "fit/fit_motion.h"
+#include "fit/fit_report.h"
+#include "fit/fit_tips.h"
+#include "fit/surface_matches.h"
 #include "knead/error.h"
-#include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
+#include "math/elementary.h"
+#include "mesh/body_points.h"
 
 namespace knead {
 
 namespace {
 
-constexpr std::size_t kGrain = 64;
-// Fewer pins are all within each other's reach and can still be solved (strokes/pins.cpp).
-constexpr std::size_t kMaxTogether = 600;
+using namespace fit_detail;
+using detail::VelocityRows;
 
-SurfaceTree tree_of(const Mesh& mesh) {
-  validate(mesh);
-  if (mesh.vertex_count() == 0) throw InvalidInput("a shape without vertices has no distance; give another one");
-  std::vector<Triangle> triangles = triangulate(mesh);
-  if (triangles.empty()) {
-    for (std::uint32_t i = 0; i < mesh.vertex_count(); ++i) triangles.push_back({i, i, i});
-  }
-  return {triangles, mesh.positions};
+constexpr std::size_t kMaxLandmarks = 2000;
+// Landmarks, of the diagonal:
+constexpr double kStep = 0.03;     // what one moves in a step at most
+constexpr double kSpacing = 0.08;  // of the grids
+constexpr std::size_t kMinSteps = 4;
+constexpr std::size_t kMaxSteps = 80;
+constexpr std::size_t kPieces = 24;   // of a path
+constexpr std::size_t kNodes = 600;   // of the coarse body
+constexpr double kGuideWeight = 0.3;  // of a node of the coarse body, as those of surface matches
+constexpr double kSoftAnchor = 0.01;  // of the diagonal: a tolerance at which an anchor's weight is half
+// The map:
+constexpr double kMapAnchor = 0.02;  // weight of one of its pairs beside a landmark's
+constexpr std::size_t kMapAnchors = 1500;
+constexpr std::size_t kMapRows = 600;
+constexpr double kMapWeight = 0.4;  // as those of surface matches
+// The surface:
+constexpr double kAlong = 0.8;  // of the displacement that a match asks for, along the target's normal
+constexpr double kAcross = 0.4;
+constexpr double kNormalLength = 0.15;  // of the diagonal
+constexpr double kMax99 = 2.5;          // stretch of 99% of the triangles that surfaces may ask for
+constexpr double kEdges = 1.5;          // grids are not finer than so many mean edges
+constexpr double kCloseEnough = 5e-5;   // of the diagonal: the median distance along normals
+constexpr std::size_t kCandidates = 8000;
+constexpr std::size_t kLookedAt = 3000;  // vertices of each shape between levels
+constexpr std::size_t kAlignSamples = 400;
+constexpr std::size_t kTipNodes = 250;
+constexpr std::size_t kTipSamples = 1500;
+constexpr double kMuchNearer = 0.6;  // of the distance as it is: only then a shape is aligned by itself
+constexpr double kFarApart = 0.05;   // of the diagonal
+
+// A level of the surface stage.
+struct Level {
+  double spacing;  // of the diagonal
+  int rounds;
+  double first_weight;  // of a match; grows to
+  double last_weight;
+  std::size_t samples;  // of each surface
+};
+constexpr Level kLevels[] = {{0.1, 8, 0.2, 0.8, 900},
+                             {0.085, 6, 0.8, 2, 900},
+                             {0.07, 6, 2, 4, 900},
+                             {0.05, 6, 4, 6, 1500},
+                             {0.035, 4, 6, 6, 3000}};
+
+void require(bool holds, const std::string& what) {
+  if (!holds) throw InvalidInput(what);
 }
 
-void add_distances(const Mesh& from, const SurfaceTree& to, int threads, Progress* progress,
-                   std::vector<double>& distances) {
-  const std::size_t first = distances.size();
-  distances.resize(first + from.vertex_count());
-  parallel_for(from.vertex_count(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end && (progress == nullptr || !progress->cancel); ++i) {
-      distances[first + i] = to.closest(from.positions[i])->distance;
+void validate(const BodyFitOptions& options) {
+  require(options.landmarks.size() <= kMaxLandmarks,
+          fmt::format("at most {} landmarks can be met, got {}; give the others as a map", kMaxLandmarks,
+                      options.landmarks.size()));
+  require(options.max_stretch > 1 && std::isfinite(options.max_stretch),
+          fmt::format("the greatest stretch must be a number above 1, got {}", options.max_stretch));
+  require(options.threads >= 0, fmt::format("the number of threads must be 0 or more, got {}", options.threads));
+  for (const std::vector<FitPair>* pairs : {&options.landmarks, &options.map}) {
+    for (std::size_t i = 0; i < pairs->size(); ++i) {
+      const FitPair& pair = (*pairs)[i];
+      const bool is_finite = knead::is_finite(pair.source) && knead::is_finite(pair.target);
+      require(is_finite, fmt::format("pair {} is not finite, counted from 0", i));
+      require(pair.tolerance >= 0 && std::isfinite(pair.tolerance),
+              fmt::format("the tolerance of pair {} must be a length of 0 or more, got {}", i, pair.tolerance));
     }
-  });
-  stop_if_cancelled(progress);
+  }
 }
 
-Json json_of(const SurfaceDistance& distance) {
-  return {{"mean", distance.mean}, {"most_95", distance.percentile_95}, {"max", distance.max}};
+// Two landmarks that start at one point, or end at one, would tear the shape.
+void require_apart(const std::vector<FitPair>& landmarks, double diagonal) {
+  constexpr double kSame = 1e-9;  // of the diagonal
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    for (std::size_t k = i + 1; k < landmarks.size(); ++k) {
+      const double apart = norm(landmarks[i].source - landmarks[k].source);
+      const double places = norm(landmarks[i].target - landmarks[k].target);
+      const double slack = kSame * diagonal + landmarks[i].tolerance + landmarks[k].tolerance;
+      if ((apart > kSame * diagonal || places <= slack) && (places > kSame * diagonal || apart <= slack)) continue;
+      throw InvalidInput(fmt::format(
+          "landmarks {} and {}, counted from 0, are {:.3g} apart on the source and {:.3g} on the target; remove one of "
+          "them, or give both a tolerance",
+          i, k, apart, places));
+    }
+  }
 }
 
-std::optional<double> volume_of(const Mesh& mesh) {
+// Turns faces that look inward. Returns whether it did.
+bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles) {
   const Measures m = measure(mesh);
-  return m.closed() && m.oriented() ? std::optional(m.volume) : std::nullopt;
+  if (!m.closed() || !m.oriented() || m.volume >= 0) return false;
+  for (Triangle& t : triangles) std::swap(t[1], t[2]);
+  return true;
+}
+
+std::optional<double> volume_of(const Mesh& mesh, std::span<const Vec3d> positions) {
+  const Measures m = measure(mesh);
+  if (!m.closed() || !m.oriented()) return std::nullopt;
+  return std::abs(measure_volume_and_area(mesh, positions).volume);
 }
 
 std::optional<double> relative(const std::optional<double>& now, const std::optional<double>& before) {
   return now && before && *before != 0 ? std::optional(*now / *before - 1) : std::nullopt;
 }
 
-SurfaceDistance scaled(SurfaceDistance distance, double by) {
-  return {distance.mean * by, distance.percentile_95 * by, distance.max * by};
+Vec3d clipped(const Vec3d& v, double most) {
+  const double length = norm(v);
+  return length > most ? v * (most / length) : v;
 }
 
-double greatest_of(const std::vector<float>& stretches) {
-  return stretches.empty() ? 0 : *std::max_element(stretches.begin(), stretches.end());
+// A place on a path of evenly spaced times from 0 to 1.
+Vec3d place_on(const std::vector<Vec3d>& path, double time) {
+  const double at = time * static_cast<double>(path.size() - 1);
+  const auto piece = std::min(static_cast<std::size_t>(at), path.size() - 2);
+  const double rest = at - static_cast<double>(piece);
+  return path[piece] * (1 - rest) + path[piece + 1] * rest;
+}
+
+double length_of(const std::vector<Vec3d>& path) {
+  double length = 0;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) length += norm(path[i + 1] - path[i]);
+  return length;
+}
+
+double mean_edge(const std::vector<Triangle>& triangles, const std::vector<Vec3d>& positions) {
+  double sum = 0;
+  for (const Triangle& t : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) sum += norm(positions[t[(i + 1) % 3]] - positions[t[i]]);
+  }
+  return sum / (3 * static_cast<double>(triangles.size()));
+}
+
+class Fitter {
+ public:
+  Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& options);
+
+  BodyFit run();
+
+ private:
+  // A stage's result, and how good it is.
+  struct Result {
+    FitMotion motion;
+    double distance = 0;
+    double stretch = 1;
+    double most_99 = 1;
+    std::size_t crossings = 0;
+    std::size_t crossings_new = 0;
+    bool is_sound = false;
+    std::string stage;
+  };
+
+  void set_marks();
+  void scale();
+  void align();
+  void apply(const std::vector<Stroke>& strokes);
+  void find_tips();
+  void go_to_landmarks();
+  void exactly_to_landmarks();
+  void match_surfaces();
+  bool match_round(const Level& level, double weight, const SurfaceSamples& asking, const SurfaceSamples& candidates,
+                   const SampleTree& target, const std::vector<SurfaceSample>& of_target);
+  Result look(std::string stage) const;
+  void keep_better(Result result);
+  Crossings crossings_of(std::span<const Vec3d> positions, std::size_t& count) const;
+  void finish(BodyFit& fit);
+  MeasuredShape shape() const { return {motion_->positions(), triangles_}; }
+
+  const Mesh& source_;
+  const Mesh& target_;
+  const BodyFitOptions& options_;
+  std::vector<Triangle> triangles_;
+  std::vector<Triangle> target_triangles_;
+  std::vector<Vec3d> rest_;  // the source, scaled
+  std::vector<FitPair> landmarks_;
+  std::vector<FitPair> map_;
+  double diagonal_ = 0;
+  std::unique_ptr<SurfaceTree> target_tree_;
+  std::unique_ptr<FitMotion> motion_;
+  std::vector<Stroke> strokes_;  // before those of the grids
+  std::vector<Stroke> last_;     // after them
+  std::size_t tips_ = 0;         // that took the place of landmarks
+  Crossings crossings_before_;
+  std::optional<Result> best_;
+  BodyFitReport report_;
+};
+
+Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& options)
+    : source_(source),
+      target_(target),
+      options_(options),
+      triangles_(triangulate(source)),
+      target_triangles_(triangulate(target)),
+      rest_(source.positions),
+      landmarks_(options.landmarks),
+      map_(options.map) {
+  require(!source.positions.empty() && !target.positions.empty(), "a shape without vertices cannot be fitted");
+  if (options.surface) {
+    require(!triangles_.empty() && !target_triangles_.empty(),
+            "a shape without faces has no surface to fit; fit landmarks alone");
+  }
+  if (turn_outward(target, target_triangles_)) {
+    report_.notes.emplace_back("the target's faces look inward and are turned");
+  }
+  if (turn_outward(source, triangles_)) report_.notes.emplace_back("the source's faces look inward");
+  if (options.volume == FitVolume::total) scale();
+  report_.volume_difference = relative(volume_of(target, target.positions), volume_of(source, rest_));
+  diagonal_ = shape_box(source, rest_).diagonal();
+  require(diagonal_ > 1e-15 && diagonal_ < 1e18,
+          fmt::format("the source is {:.3g} long; scale it to between 1e-15 and 1e18", diagonal_));
+  require_apart(landmarks_, diagonal_);
+  for (const auto& pairs : {landmarks_, map_}) require_no_mirror(pairs, diagonal_);
+  motion_ = std::make_unique<FitMotion>(rest_, triangles_, diagonal_, options.threads, options.progress);
+  set_marks();
+  std::vector<Vec3d> points;
+  for (const FitPair& pair : map_) points.push_back(pair.source);
+  motion_->set_followers(std::move(points));
+  target_tree_ = std::make_unique<SurfaceTree>(tree_of({target.positions, target_triangles_}));
+}
+
+void Fitter::set_marks() {
+  std::vector<Vec3d> points;
+  std::vector<FitMark> marks;
+  for (const FitPair& pair : landmarks_) {
+    points.push_back(pair.source);
+    marks.push_back({pair.target, pair.tolerance});
+  }
+  motion_->set_marks(points, std::move(marks));
+}
+
+void Fitter::scale() {
+  const std::optional<double> from = volume_of(source_, rest_);
+  const std::optional<double> to = volume_of(target_, target_.positions);
+  require(from && to && *from > 0 && *to > 0,
+          "scaling needs the volume of both shapes, and one is not closed; leave it out");
+  report_.scale = elementary::cbrt(*to / *from);
+  const Vec3d middle = shape_box(source_).center();
+  const auto scaled = [&](const Vec3d& p) { return middle + (p - middle) * report_.scale; };
+  for (Vec3d& p : rest_) p = scaled(p);
+  for (FitPair& pair : landmarks_) pair.source = scaled(pair.source);
+  for (FitPair& pair : map_) pair.source = scaled(pair.source);
+}
+
+BodyFit Fitter::run() {
+  Progress* const progress = options_.progress;
+  if (progress != nullptr) {
+    progress->total = fit_work(source_, options_);
+    progress->done = 0;
+  }
+  std::size_t count = 0;
+  crossings_before_ = crossings_of(rest_, count);
+  report_.crossings_before = count;
+  report_.before = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_,
+                               target_.positions.size() + rest_.size(), options_.threads, progress);
+  align();
+  if (landmarks_.empty() && map_.empty() && options_.surface) find_tips();
+  if (!landmarks_.empty() || !map_.empty()) go_to_landmarks();
+  Result landmarks = look("landmarks");
+  report_.after_landmarks = landmarks.distance;
+  keep_better(std::move(landmarks));
+  if (options_.surface) match_surfaces();
+  BodyFit fit;
+  finish(fit);
+  if (progress != nullptr) progress->done = progress->total.load();
+  return fit;
+}
+
+void Fitter::apply(const std::vector<Stroke>& strokes) {
+  for (const Stroke& stroke : strokes) {
+    motion_->carry(flow_of(stroke));
+    strokes_.push_back(stroke);
+  }
+}
+
+void Fitter::align() {
+  if (options_.align == FitAlign::never) return;
+  const bool always = options_.align == FitAlign::always;
+  std::optional<RigidMap> map;
+  const std::vector<FitPair>& pairs = landmarks_.size() >= 3 ? landmarks_ : map_;
+  if (pairs.size() >= 3) {
+    map = align_pairs(pairs);
+    std::vector<Vec3d> from;
+    std::vector<Vec3d> to;
+    for (const FitPair& pair : pairs) {
+      from.push_back(pair.source);
+      to.push_back(pair.target);
+    }
+    const double before = rms_of({}, from, to);
+    const bool is_nearer = before > kFarApart * diagonal_ && rms_of(*map, from, to) < kMuchNearer * before;
+    if (!always && !is_nearer) return;
+  } else if (!triangles_.empty() && !target_triangles_.empty()) {
+    const SurfaceSamples of_source(triangles_, rest_, kAlignSamples);
+    const SurfaceSamples of_target(target_triangles_, target_.positions, kAlignSamples);
+    const SurfaceAlignment found =
+        align_surfaces(of_source.at(triangles_, rest_), of_target.at(target_triangles_, target_.positions), diagonal_);
+    if (!always && !(found.distance < kMuchNearer * found.distance_before)) return;
+    map = found.map;
+  }
+  if (!map) return;
+  const Box box = shape_box(source_, rest_);
+  double radius = 0;
+  for (const Vec3d& p : rest_) radius = std::max(radius, norm(p - box.center()));
+  for (const Vec3d& p : motion_->marks_at()) radius = std::max(radius, norm(p - box.center()));
+  apply(strokes_of(*map, box.center(), radius));
+  report_.is_aligned = !strokes_.empty();
+  if (report_.is_aligned) {
+    const double sine = std::min(1.0, norm(map->turn.v));
+    const double angle = 2 * elementary::atan2(sine, std::sqrt(1 - sine * sine)) * 180 / std::numbers::pi;
+    report_.notes.push_back(fmt::format("the source is first turned by {:.0f} degrees and moved by {:.2g} of its size",
+                                        angle, norm((*map)(box.center()) - box.center()) / diagonal_));
+  }
+}
+
+// Where nothing is given, ends of limbs take the place of landmarks until the surfaces are matched.
+void Fitter::find_tips() {
+  const std::vector<SurfaceSample> of_source =
+      SurfaceSamples(triangles_, rest_, kTipSamples).at(triangles_, motion_->positions());
+  const std::vector<SurfaceSample> of_target =
+      SurfaceSamples(target_triangles_, target_.positions, kTipSamples).at(target_triangles_, target_.positions);
+  const CoarseBody source(motion_->positions(), triangles_, kTipNodes);
+  const CoarseBody target(target_.positions, target_triangles_, kTipNodes);
+  const auto pairs = match_tips({source, of_source}, {target, of_target}, diagonal_, options_.progress);
+  if (!pairs) return;
+  tips_ = pairs->size();
+  landmarks_ = *pairs;
+  set_marks();
+  go_to_landmarks();
+  landmarks_.clear();
+  set_marks();
+}
+
+// Landmarks go on paths on which limbs turn about their joints; so do evenly spread pairs of the map. The nodes of the
+// coarse body guide what is between: else a limb whose ends come nearer for a moment buckles, and stays so.
+void Fitter::go_to_landmarks() {
+  std::vector<Anchor> anchors;
+  const std::vector<Vec3d> at = motion_->marks_at();
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    const double soft = landmarks_[i].tolerance / (kSoftAnchor * diagonal_);
+    anchors.push_back({at[i], landmarks_[i].target, 1 / (1 + soft * soft)});
+  }
+  const std::vector<Vec3d>& followers = motion_->followers();
+  const std::vector<std::uint32_t> chosen = spread_points(followers, kMapAnchors);
+  for (const std::uint32_t i : chosen) anchors.push_back({followers[i], map_[i].target, kMapAnchor, true});
+  CoarseBody body(motion_->positions(), triangles_, kNodes);
+  body.pose(anchors, options_.progress);
+  const std::size_t pairs = anchors.size();
+  const std::vector<Anchor> nodes = body.node_anchors();
+  anchors.insert(anchors.end(), nodes.begin(), nodes.end());
+  const std::vector<std::vector<Vec3d>> paths = body.paths(anchors, kPieces);
+  double longest = 0;
+  for (std::size_t i = 0; i < pairs; ++i) longest = std::max(longest, length_of(paths[i]));
+  const auto steps =
+      std::clamp(static_cast<std::size_t>(std::ceil(longest / (kStep * diagonal_))), kMinSteps, kMaxSteps);
+  std::vector<Vec3d> guides;
+  for (std::size_t i = landmarks_.size(); i < anchors.size(); ++i) guides.push_back(anchors[i].from);
+  motion_->set_guides(std::move(guides));
+  motion_->set_spacing(kSpacing * diagonal_);
+  const std::size_t stride = chosen.size() / kMapRows + 1;
+  for (std::size_t step = 0; step < steps + 2; ++step) {
+    const double time = std::min(1.0, (static_cast<double>(step) + 1) / static_cast<double>(steps));
+    std::vector<Vec3d> to;
+    for (std::size_t i = 0; i < landmarks_.size(); ++i) to.push_back(place_on(paths[i], time));
+    std::vector<VelocityRows> rows;
+    for (std::size_t k = 0; k < motion_->guides().size(); ++k) {
+      const bool is_node = k >= chosen.size();
+      if (!is_node && k % stride != 0) continue;
+      const Vec3d& p = motion_->guides()[k];
+      const Vec3d by = clipped(place_on(paths[landmarks_.size() + k], time) - p, 2 * kStep * diagonal_);
+      rows.push_back({{p}, {by}, is_node ? kGuideWeight : kMapWeight});
+    }
+    motion_->step(to, std::move(rows));
+  }
+  motion_->set_guides({});
+}
+
+void Fitter::match_surfaces() {
+  const SurfaceSamples candidates(triangles_, rest_, kCandidates);
+  const SurfaceSamples target_candidates(target_triangles_, target_.positions, kCandidates);
+  const SampleTree target(target_candidates.at(target_triangles_, target_.positions), kNormalLength * diagonal_);
+  const double edge = mean_edge(triangles_, rest_);
+  const double most_99 = best_->most_99;
+  for (const Level& level : kLevels) {
+    if (&level != &kLevels[0] && level.spacing * diagonal_ < kEdges * edge) return;
+    const SurfaceSamples asking(triangles_, rest_, level.samples);
+    const SurfaceSamples of_target(target_triangles_, target_.positions, level.samples);
+    const std::vector<SurfaceSample> target_samples = of_target.at(target_triangles_, target_.positions);
+    motion_->set_spacing(level.spacing * diagonal_);
+    bool goes_on = true;
+    try {
+      for (int round = 0; round < level.rounds && goes_on; ++round) {
+        const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
+        goes_on = match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, candidates,
+                              target, target_samples);
+      }
+    } catch (const InvalidInput&) {
+      return;  // too fine for the shape: the level before is the last
+    }
+    Result now = look("surface");
+    if (!now.is_sound && best_->is_sound) return;
+    if (now.most_99 > std::max(kMax99, most_99)) return;
+    keep_better(std::move(now));
+    if (!goes_on) return;
+  }
+}
+
+bool Fitter::match_round(const Level& level, double weight, const SurfaceSamples& asking,
+                         const SurfaceSamples& candidates, const SampleTree& target,
+                         const std::vector<SurfaceSample>& of_target) {
+  const std::vector<Vec3d>& positions = motion_->positions();
+  const SampleTree source(candidates.at(triangles_, positions), kNormalLength * diagonal_);
+  const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, options_.threads};
+  const Matches matches = match(source, asking.at(triangles_, positions), target, of_target, options);
+  if (matches.median_along < kCloseEnough * diagonal_) return false;
+  std::vector<VelocityRows> rows;
+  for (const Match& m : matches.all) {
+    const Vec3d along = m.normal * dot(m.normal, m.by);
+    const Vec3d by = clipped(along * kAlong + (m.by - along) * kAcross, kStep * diagonal_);
+    rows.push_back({{m.at}, {by}, weight * m.weight});
+  }
+  std::vector<Vec3d> to;
+  const std::vector<Vec3d> at = motion_->marks_at();
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    to.push_back(at[i] + clipped(landmarks_[i].target - at[i], kStep * diagonal_));
+  }
+  motion_->step(to, std::move(rows));
+  return true;
+}
+
+Crossings Fitter::crossings_of(std::span<const Vec3d> positions, std::size_t& count) const {
+  if (triangles_.empty()) return {};
+  SelfIntersections found =
+      self_intersections(triangles_, positions, {.threads = options_.threads, .progress = options_.progress});
+  count = found.count;
+  return std::move(found.pairs);
+}
+
+Fitter::Result Fitter::look(std::string stage) const {
+  Result result{*motion_, 0, 1, 1, 0, 0, false, std::move(stage)};
+  const std::vector<Vec3d>& positions = motion_->positions();
+  result.distance = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_, kLookedAt,
+                                options_.threads, options_.progress)
+                        .mean;
+  const StretchOfShape stretch = stretch_of(triangles_, rest_, positions);
+  result.stretch = stretch.greatest;
+  result.most_99 = stretch.most_99;
+  const Crossings crossings = crossings_of(positions, result.crossings);
+  result.crossings_new = count_new(crossings, crossings_before_);
+  result.is_sound = result.crossings_new == 0 && result.stretch <= options_.max_stretch;
+  return result;
+}
+
+// A sound shape is better than one that is not; of two, the nearer one.
+void Fitter::keep_better(Result result) {
+  const bool is_better = !best_ || (result.is_sound && !best_->is_sound) ||
+                         (result.is_sound == best_->is_sound && result.distance < best_->distance);
+  if (is_better) best_ = std::move(result);
+}
+
+// What the grids leave: a few steps without time, then pins where landmarks are too dense for grids.
+void Fitter::exactly_to_landmarks() {
+  for (int again = 0; again < 3 && motion_->miss() > 0.3 * kFitExact * diagonal_; ++again) {
+    std::vector<Vec3d> to;
+    for (const FitMark& mark : motion_->marks()) to.push_back(mark.place);
+    motion_->step(to, {});
+  }
+  if (motion_->miss() <= kFitExact * diagonal_) return;
+  const FitMotion before = *motion_;
+  const bool was_sound = look(best_->stage).crossings_new == 0;
+  PinsStroke pins;
+  pins.points = motion_->marks_at();
+  for (const FitMark& mark : motion_->marks()) pins.to.push_back(mark.place);
+  pins.radius_auto = true;
+  try {
+    motion_->carry(flow_of(pins));
+  } catch (const InvalidInput&) {
+    *motion_ = before;
+    return;
+  }
+  if (was_sound && look(best_->stage).crossings_new > 0) {
+    *motion_ = before;
+    return;
+  }
+  last_.emplace_back(std::move(pins));
+}
+
+void Fitter::finish(BodyFit& fit) {
+  *motion_ = best_->motion;
+  exactly_to_landmarks();
+  const Result last = look(best_->stage);
+  fit.positions = motion_->positions();
+  fit.strokes = std::move(strokes_);
+  for (const PotentialGrid& grid : motion_->grids()) fit.strokes.emplace_back(GridStroke{grid});
+  std::move(last_.begin(), last_.end(), std::back_inserter(fit.strokes));
+  report_.stage = last.stage;
+  report_.landmarks = landmarks_.size();
+  report_.map_pairs = map_.size();
+  report_.tips = tips_;
+  report_.strokes = fit.strokes.size();
+  report_.unknowns = motion_->unknowns();
+  report_.crossings_after = last.crossings;
+  report_.crossings_new = last.crossings_new;
+  report_.after = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_,
+                              target_.positions.size() + rest_.size(), options_.threads, options_.progress);
+  const StretchOfShape stretch = stretch_of(triangles_, rest_, fit.positions);
+  report_.greatest_stretch = stretch.greatest;
+  report_.stretch_99 = stretch.most_99;
+  report_.rms_log_stretch = stretch.rms_log;
+  report_.volume_error = relative(volume_of(source_, fit.positions), volume_of(source_, rest_));
+  report_.landmark_excess = std::max(0.0, motion_->miss()) / diagonal_;
+  double sum = 0;
+  const std::vector<Vec3d> at = motion_->marks_at();
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const double distance = norm(at[i] - landmarks_[i].target) / diagonal_;
+    report_.landmark_distance = std::max(report_.landmark_distance, distance);
+    sum += distance * distance;
+  }
+  if (!at.empty()) report_.landmark_rms = std::sqrt(sum / static_cast<double>(at.size()));
+  std::vector<double> of_map;
+  for (std::size_t i = 0; i < map_.size(); ++i) of_map.push_back(norm(motion_->followers()[i] - map_[i].target));
+  std::sort(of_map.begin(), of_map.end());
+  if (!of_map.empty()) report_.map_distance = of_map[of_map.size() / 2] / diagonal_;
+  report_.is_sound = complaint_about(report_, options_).empty();
+  fit.report = std::move(report_);
 }
 
 }  // namespace
 
-std::vector<double> vertex_distances(const Mesh& from, const Mesh& to, int threads, Progress* progress) {
-  validate(from);
-  std::vector<double> distances;
-  add_distances(from, tree_of(to), threads, progress, distances);
-  if (progress != nullptr) progress->done += from.vertex_count();
-  return distances;
+std::uint64_t fit_work(const Mesh& source, const BodyFitOptions& options) {
+  std::size_t steps = options.landmarks.empty() && options.map.empty() ? 2 : 30;
+  for (const Level& level : kLevels) steps += options.surface ? static_cast<std::size_t>(level.rounds) : 0;
+  return source.vertex_count() * steps;
 }
 
-SurfaceDistance distance_between(const Mesh& a, const Mesh& b, int threads, Progress* progress) {
-  const SurfaceTree tree_a = tree_of(a);
-  const SurfaceTree tree_b = tree_of(b);
-  std::vector<double> distances;
-  add_distances(a, tree_b, threads, progress, distances);
-  add_distances(b, tree_a, threads, progress, distances);
-  SurfaceDistance result;
-  for (const double distance : distances) result.mean += distance;
-  result.mean /= static_cast<double>(distances.size());
-  std::sort(distances.begin(), distances.end());
-  result.percentile_95 = distances[(distances.size() * 95 + 99) / 100 - 1];
-  result.max = distances.back();
-  return result;
-}
-
-PinsStroke landmark_pins(std::vector<Vec3d> from, std::vector<Vec3d> to, double diagonal) {
-  PinsStroke pins;
-  pins.points = std::move(from);
-  pins.to = std::move(to);
-  pins.radius_auto = true;
-  validate(pins);
-  const Flow flow = flow_of(pins);
-  const double automatic = flow.segments.front().fields.front().thresholds.outer;
-  const double wide = pins.points.size() <= kMaxTogether ? 0.5 * diagonal : 0;
-  pins.radius = std::max(automatic, wide);
-  pins.radius_auto = false;
-  validate(pins);
-  return pins;
-}
-
-std::uint64_t fit_work(const Mesh& source, const ShapeFitOptions& options) {
-  return source.vertex_count() * session_detail::most_strokes(options);
-}
-
-ShapeFit fit_shape(const Mesh& source, const Mesh& target, const ShapeFitOptions& options) {
+BodyFit fit_body(const Mesh& source, const Mesh& target, const BodyFitOptions& options) {
   validate(source);
-  const double unit = reference_length(source);
-  ShapeFit fit;
-  FitReport& report = fit.report;
-  report.before = scaled(distance_between(source, target, options.threads, options.progress), 1 / unit);
-  session_detail::ShapeFitter fitter(source, target, options);
-  fitter.run();
-  fit.strokes = fitter.take_strokes();
-  report.strokes = fit.strokes.size();
-  report.landmark_distance = fitter.landmark_distance() / unit;
-  report.crossings_before = fitter.crossings_before();
-  report.crossings_after = fitter.crossings();
-  if (options.landmarks) report.pairs = options.landmarks->points.size();
-  for (const SessionStroke& stroke : fit.strokes) {
-    const auto& pins = std::get<PinsStroke>(stroke.stroke);
-    report.radius = *pins.radius;
-    report.pins = std::max(report.pins, pins.points.size());
-    report.remeshed_strokes += stroke.remesh ? 1 : 0;
-  }
-  const DeformedShape& shape = fitter.shape();
-  const Mesh fitted = shape.to_mesh();
-  report.after = scaled(distance_between(fitted, target, options.threads, options.progress), 1 / unit);
-  const std::optional<double> volume = volume_of(source);
-  report.volume_error = relative(volume_of(fitted), volume);
-  report.volume_difference = relative(volume_of(target), volume);
-  if (!shape.triangles().empty()) {
-    const Provenance* const provenance = shape.provenance();
-    const std::vector<Vec3d>& rest = provenance != nullptr ? provenance->rest : source.positions;
-    report.greatest_stretch = greatest_of(vertex_stretches(shape.triangles(), rest, shape.positions()));
-  }
-  return fit;
-}
-
-std::string to_json(const FitReport& report) {
-  return to_indented_text({{"pairs", report.pairs},
-                           {"strokes", report.strokes},
-                           {"remeshed_strokes", report.remeshed_strokes},
-                           {"pins", report.pins},
-                           {"radius", report.radius},
-                           {"scale", report.scale},
-                           {"landmark_distance", report.landmark_distance},
-                           {"distance_before", json_of(report.before)},
-                           {"distance_after", json_of(report.after)},
-                           {"volume_error", report.volume_error},
-                           {"volume_difference", report.volume_difference},
-                           {"crossings_before", report.crossings_before},
-                           {"crossings_after", report.crossings_after},
-                           {"greatest_stretch", report.greatest_stretch}});
+  validate(target);
+  validate(options);
+  return Fitter(source, target, options).run();
 }
 
 }  // namespace knead

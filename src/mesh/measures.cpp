@@ -8,7 +8,6 @@
 #include "math/elementary.h"
 
 #include "knead/mesh.h"
-#include "math/elementary.h"
 #include "mesh/edges.h"
 
 namespace knead {

@@ -106,7 +106,8 @@ TEST_F(FitTest, BringsTheWholeSurfaceToTheTarget) {
     EXPECT_LT(report["landmark_distance"], 2e-5);
     EXPECT_LT(std::abs(report["volume_error"].get<double>()), 2e-4);
     EXPECT_EQ(report["crossings_after"], 0);
-    EXPECT_EQ(report["remeshed_strokes"], 0);
+    EXPECT_EQ(report["crossings_new"], 0);
+    EXPECT_EQ(report["sound"], true);
     const Session session = read_session(path("fit.knead"));
     EXPECT_EQ(report["strokes"], session.strokes.size());
     // The session does what the report says.
@@ -240,6 +241,21 @@ TEST_F(FitTest, TakesTheTablesOfSpreadsheets) {
                "--target-landmarks");
 }
 
+// A place that is wrong is no landmark but a start, or one with a tolerance.
+TEST_F(FitTest, TakesTolerancesAndMaps) {
+  const std::vector<Vec3d> target = write_target();
+  write_pairs();
+  std::string soft = "source_vertex;target_vertex;tolerance\n";
+  for (const std::size_t i : landmarks()) soft += fmt::format("{};{};{}\n", i, i, i == 0 ? "0,5" : "");
+  write("soft.csv", soft);
+  const json report = json::parse(knead_ok({"fit", "source.ply", "target.ply", "--landmarks", "soft.csv", "--map",
+                                            "pairs.csv", "--surface", "--json", "-q", "-o", "fit.knead"}));
+  EXPECT_EQ(report["map_pairs"], 24);
+  EXPECT_GT(report["landmark_distance"], report["landmark_excess"]);
+  EXPECT_LT(report["distance_after"]["mean"], 2e-3);
+  EXPECT_LT(report["map_distance"], 0.02);
+}
+
 TEST_F(FitTest, NamesFramesThatDiffer) {
   write_target();
   const auto refusal_for = [&](const std::function<Vec3d(const Vec3d&)>& place) {
@@ -326,8 +342,10 @@ TEST_F(FitTest, RefusesWrongPairsAndWritesNothing) {
   EXPECT_TRUE(refusal("source_vertex,target_vertex\n1,999999\n").starts_with("knead: pairs.csv:2: \"target_vertex\""));
   EXPECT_TRUE(refusal("source_x,source_y,source_z,target_x,target_y,target_z\n0,0,0,1,nan,0\n")
                   .starts_with("knead: pairs.csv:2: a coordinate is not finite"));
+  EXPECT_TRUE(refusal("source_vertex,target_vertex,tolerance\n1,1,-2\n")
+                  .starts_with("knead: pairs.csv:2: a tolerance must be"));
   const std::string meets = refusal("source_vertex,target_vertex\n1,2\n1,3\n");
-  EXPECT_NE(meets.find("pins 0 and 1 meet at the time 0 "), std::string::npos) << meets;
+  EXPECT_NE(meets.find("pairs.csv: landmarks 0 and 1, counted from 0"), std::string::npos) << meets;
 }
 
 TEST_F(FitTest, ScaleNeedsClosedShapes) {

@@ -1,0 +1,89 @@
+// A few hundred points of a shape that keep their distances as well as they can: what lies between two poses. Internal
+// to the fit module.
+//
+// The points lie on the surface. Their neighbours are those along the surface, by the meshes' edges, and those right
+// through the body; so limbs that touch are not connected. The energy is that of as-rigid-as-possible surfaces (Sorkine
+// and Alexa 2007), which knows no volume and no collisions: its results only guide a flow.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "fit/rigid_map.h"
+#include "fit/surface_matches.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/vec.h"
+#include "math/sparse_cholesky.h"
+
+namespace knead::fit_detail {
+
+// A point of the shape that shall come to a place.
+struct Anchor {
+  Vec3d from;
+  Vec3d to;
+  double weight = 1;         // 1: nearly exact; above 0
+  bool is_doubtful = false;  // counts less where it disagrees with the others
+};
+
+class CoarseBody {
+ public:
+  // Takes about `count` evenly spread vertices. There is at least one position. A cloud has no triangles.
+  CoarseBody(std::span<const Vec3d> positions, std::span<const Triangle> triangles, std::size_t count);
+
+  // Finds the pose in which the anchors are at their places. Throws Cancelled. Time: about 0.3 s.
+  void pose(std::span<const Anchor> anchors, const Progress* progress);
+
+  // Returns where each anchor is at evenly spaced times from 0 to 1, `pieces` + 1 of them: limbs turn about their
+  // joints. The first place is where the anchor is, and the last one `to`.
+  std::vector<std::vector<Vec3d>> paths(std::span<const Anchor> anchors, std::size_t pieces) const;
+
+  // Returns where points of the shape come to in the pose, and their normals.
+  std::vector<SurfaceSample> posed(std::span<const SurfaceSample> samples) const;
+
+  // Returns an anchor for each node, at its place in the pose.
+  std::vector<Anchor> node_anchors() const;
+
+  const std::vector<Vec3d>& nodes() const { return rest_; }
+  // Returns the lengths of the shortest paths along edges from a node to all of them.
+  std::vector<double> distances_from(std::uint32_t node) const;
+
+ private:
+  struct Edge {
+    std::uint32_t to = 0;
+    double weight = 1;
+  };
+  struct Held {
+    std::uint32_t node = 0;
+    Vec3d offset;
+    double weight = 0;
+  };
+
+  void connect_along_surface(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                             const std::vector<std::uint32_t>& chosen);
+  void connect_through(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                       const std::vector<std::uint32_t>& chosen, const std::vector<std::uint32_t>& node_of);
+  void connect_nearest(std::size_t count);
+  void connect_pieces();
+  void add_edge(std::uint32_t a, std::uint32_t b, double weight);
+  void order();
+
+  std::uint32_t nearest_node(const Vec3d& p) const;
+  std::uint32_t calmest_node() const;
+  std::vector<Held> held_by(std::span<const Anchor> anchors) const;
+  detail::SymmetricMatrix matrix_with(std::span<const Held> held) const;
+  void iterate(const detail::SparseCholesky& factor, std::span<const Held> held, std::span<const Vec3d> to);
+  void find_turns();
+  std::vector<Vec3d> right_side(const std::vector<Turn>& turns) const;
+
+  double unit_ = 0;  // of the anchors' weights
+  std::vector<Vec3d> rest_;
+  std::vector<std::vector<Edge>> edges_;
+  std::vector<Vec3d> places_;  // in the pose
+  std::vector<Turn> turns_;
+};
+
+}  // namespace knead::fit_detail

@@ -1,0 +1,227 @@
+#include "fit/fit_align.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "knead/error.h"
+#include "knead/vec.h"
+
+namespace knead::fit_detail {
+
+namespace {
+
+constexpr double kNormalLength = 0.15;  // of the diagonal, as for matches
+constexpr int kAgain = 5;               // rounds in which pairs that disagree lose their weight
+constexpr int kClosestRounds = 15;
+constexpr double kTrimmed = 0.8;  // of the closest points that count
+
+struct Split {
+  std::vector<Vec3d> from;
+  std::vector<Vec3d> to;
+};
+
+Split split(std::span<const FitPair> pairs) {
+  Split result;
+  for (const FitPair& pair : pairs) {
+    result.from.push_back(pair.source);
+    result.to.push_back(pair.target);
+  }
+  return result;
+}
+
+// The half angle from 0 to pi / 2 of a turn, from + and * only (Newton's method).
+double half_angle(double sine, double cosine) {
+  double angle = sine * std::numbers::pi / 2;
+  for (int i = 0; i < 20; ++i) {
+    const SinCos<double> at = sincos(angle);
+    angle += sine * at.cos - cosine * at.sin;
+  }
+  return angle;
+}
+
+struct Axes {
+  Vec3d middle;
+  std::array<Vec3d, 3> directions;  // right-handed, by descending extent
+};
+
+// The principal axes of points, by Jacobi rotations of their covariance.
+Axes axes_of(const std::vector<SurfaceSample>& samples) {
+  Axes result{{0, 0, 0}, {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}};
+  for (const SurfaceSample& s : samples) result.middle += s.point / static_cast<double>(samples.size());
+  std::array<std::array<double, 3>, 3> m{};
+  for (const SurfaceSample& s : samples) {
+    const Vec3d d = s.point - result.middle;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) m[i][k] += d[i] * d[k];
+    }
+  }
+  std::array<std::array<double, 3>, 3> v{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  for (int sweep = 0; sweep < 12; ++sweep) {
+    for (std::size_t p = 0; p < 2; ++p) {
+      for (std::size_t q = p + 1; q < 3; ++q) {
+        if (!(std::abs(m[p][q]) > 1e-15 * (m[0][0] + m[1][1] + m[2][2]))) continue;
+        const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
+        const double t = (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(1 + theta * theta));
+        const double c = 1 / std::sqrt(1 + t * t);
+        const double s = t * c;
+        const auto turn = [&](double& a, double& b) {
+          const double old = a;
+          a = c * old - s * b;
+          b = s * old + c * b;
+        };
+        for (std::size_t k = 0; k < 3; ++k) turn(m[k][p], m[k][q]);
+        for (std::size_t k = 0; k < 3; ++k) turn(m[p][k], m[q][k]);
+        for (std::size_t k = 0; k < 3; ++k) turn(v[k][p], v[k][q]);
+      }
+    }
+  }
+  std::array<std::size_t, 3> by_extent{0, 1, 2};
+  std::stable_sort(by_extent.begin(), by_extent.end(), [&](std::size_t a, std::size_t b) { return m[a][a] > m[b][b]; });
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t k = by_extent[i];
+    result.directions[i] = Vec3d{v[0][k], v[1][k], v[2][k]};
+  }
+  result.directions[2] = cross(result.directions[0], result.directions[1]);
+  return result;
+}
+
+std::vector<SurfaceSample> moved(const std::vector<SurfaceSample>& samples, const RigidMap& map) {
+  std::vector<SurfaceSample> result = samples;
+  for (SurfaceSample& s : result) s = {map(s.point), map.turn * s.normal};
+  return result;
+}
+
+double mean_distance(const std::vector<SurfaceSample>& a, const SampleTree& of_b, double normal_length) {
+  double sum = 0;
+  for (const SurfaceSample& s : a) {
+    const SurfaceSample& found = of_b[of_b.nearest(s)];
+    sum += std::sqrt(norm2(found.point - s.point) + normal_length * normal_length * norm2(found.normal - s.normal));
+  }
+  return sum / static_cast<double>(a.size());
+}
+
+double distance_of(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& target,
+                   const SampleTree& of_target, double normal_length) {
+  const SampleTree of_source(source, normal_length);
+  return mean_distance(source, of_target, normal_length) + mean_distance(target, of_source, normal_length);
+}
+
+// Closest points from a start on.
+RigidMap closest_points(const std::vector<SurfaceSample>& source, const SampleTree& target, RigidMap map) {
+  for (int round = 0; round < kClosestRounds; ++round) {
+    std::vector<std::pair<double, std::size_t>> order;
+    std::vector<Vec3d> places;
+    for (std::size_t i = 0; i < source.size(); ++i) {
+      const SurfaceSample at{map(source[i].point), map.turn * source[i].normal};
+      places.push_back(target[target.nearest(at)].point);
+      order.emplace_back(norm2(places.back() - at.point), i);
+    }
+    std::sort(order.begin(), order.end());
+    order.resize(static_cast<std::size_t>(kTrimmed * static_cast<double>(order.size())));
+    std::vector<Vec3d> from;
+    std::vector<Vec3d> to;
+    for (const auto& [distance, i] : order) {
+      from.push_back(source[i].point);
+      to.push_back(places[i]);
+    }
+    map = nearest_rigid(from, to);
+  }
+  return map;
+}
+
+}  // namespace
+
+void require_no_mirror(std::span<const FitPair> pairs, double diagonal) {
+  constexpr std::size_t kFewest = 4;
+  constexpr double kNear = 0.05;  // of the diagonal
+  constexpr double kBetter = 0.3;
+  if (pairs.size() < kFewest) return;
+  const Split s = split(pairs);
+  const double proper = rms_of(nearest_rigid(s.from, s.to), s.from, s.to);
+  std::vector<Vec3d> mirrored = s.from;
+  for (Vec3d& p : mirrored) p.x = -p.x;
+  const double mirror = rms_of(nearest_rigid(mirrored, s.to), mirrored, s.to);
+  if (!(proper > kNear * diagonal && mirror < kBetter * proper)) return;
+  throw InvalidInput(fmt::format(
+      "the target's landmarks are the mirror image of the source's: they are {:.2g} of the diagonal from it, "
+      "and {:.2g} from the shape as it is; mirror one shape and its landmarks, for instance by the sign of x",
+      mirror / diagonal, proper / diagonal));
+}
+
+std::optional<RigidMap> align_pairs(std::span<const FitPair> pairs) {
+  if (pairs.size() < 3) return std::nullopt;
+  const Split s = split(pairs);
+  RigidMap map = nearest_rigid(s.from, s.to);
+  for (int again = 0; again < kAgain; ++again) {
+    std::vector<double> distances;
+    for (std::size_t i = 0; i < s.from.size(); ++i) distances.push_back(norm(map(s.from[i]) - s.to[i]));
+    std::vector<double> sorted = distances;
+    std::sort(sorted.begin(), sorted.end());
+    const double far = 2 * sorted[sorted.size() / 2];
+    if (!(far > 0)) break;
+    std::vector<double> weights;
+    for (const double distance : distances) weights.push_back(1 / (1 + distance * distance / (far * far)));
+    map = nearest_rigid(s.from, s.to, weights);
+  }
+  return map;
+}
+
+SurfaceAlignment align_surfaces(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& target,
+                                double diagonal) {
+  const double normal_length = kNormalLength * diagonal;
+  const SampleTree of_target(target, normal_length);
+  const Axes a = axes_of(source);
+  const Axes b = axes_of(target);
+  SurfaceAlignment result;
+  result.distance_before = distance_of(source, target, of_target, normal_length);
+  result.distance = result.distance_before;
+  std::vector<RigidMap> starts{RigidMap{}, RigidMap{{}, a.middle, b.middle}};
+  for (const double x : {1.0, -1.0}) {
+    for (const double y : {1.0, -1.0}) {
+      const std::array<double, 3> signs{x, y, x * y};
+      Mat3d sum{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+      for (std::size_t i = 0; i < 3; ++i) {
+        sum = sum + outer_product(b.directions[i] * signs[i], a.directions[i]);
+      }
+      starts.push_back({nearest_turn(sum), a.middle, b.middle});
+    }
+  }
+  for (const RigidMap& start : starts) {
+    const RigidMap map = closest_points(source, of_target, start);
+    const double distance = distance_of(moved(source, map), target, of_target, normal_length);
+    if (!(distance < result.distance)) continue;
+    result.distance = distance;
+    result.map = map;
+  }
+  return result;
+}
+
+std::vector<Stroke> strokes_of(const RigidMap& map, const Vec3d& center, double radius) {
+  constexpr double kSmall = 1e-12;  // of the radius: nothing moves
+  std::vector<Stroke> strokes;
+  const double sine = norm(map.turn.v);
+  if (sine > kSmall) {
+    RotateStroke turn;
+    turn.center = center;
+    turn.axis = map.turn.v / sine;
+    turn.angle_deg = 2 * half_angle(sine, map.turn.w) * 180 / std::numbers::pi;
+    turn.inner = 1.05 * radius;
+    turn.outer = 2 * radius;
+    strokes.emplace_back(turn);
+  }
+  const Vec3d shift = map(center) - center;
+  if (norm(shift) > kSmall * radius) {
+    ImplicitStroke push;
+    push.path = {center, center + shift};
+    push.inner = 1.05 * radius;
+    push.outer = 2 * radius;
+    strokes.emplace_back(push);
+  }
+  return strokes;
+}
+
+}  // namespace knead::fit_detail

@@ -1,0 +1,37 @@
+// Moving a shape as a whole to where it is fitted from. Internal to the fit module.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "fit/rigid_map.h"
+#include "fit/surface_matches.h"
+#include "knead/fit.h"
+
+namespace knead::fit_detail {
+
+// Throws InvalidInput where the places of the pairs are the mirror image of their points.
+void require_no_mirror(std::span<const FitPair> pairs, double diagonal);
+
+// Returns the rigid map that brings the pairs together; pairs that disagree with the others count little. Nothing for
+// fewer than three.
+std::optional<RigidMap> align_pairs(std::span<const FitPair> pairs);
+
+// How well two surfaces lie upon each other.
+struct SurfaceAlignment {
+  RigidMap map;
+  double distance = 0;         // the mean of points and normals after it
+  double distance_before = 0;  // likewise, as they are
+};
+
+// Tries the surfaces as they are, the four ways in which their principal axes can point, and those of the boxes'
+// centres, each followed by matching nearest points, and returns the best. Samples: 100 or more of each surface.
+SurfaceAlignment align_surfaces(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& target,
+                                double diagonal);
+
+// Returns strokes that move what is within `radius` of `center` by the map: a rotation about the centre, and a
+// translation.
+std::vector<Stroke> strokes_of(const RigidMap& map, const Vec3d& center, double radius);
+
+}  // namespace knead::fit_detail

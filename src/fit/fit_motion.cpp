@@ -1,0 +1,176 @@
+#include "fit/fit_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mesh/body_points.h"
+
+namespace knead::fit_detail {
+
+namespace {
+
+using namespace detail;
+
+constexpr double kPatch = 0.025;         // size of a landmark's patch, of the diagonal
+constexpr double kPatchOfGap = 0.35;     // but at most so much of the distance to the next landmark
+constexpr double kWeightOfMark = 600;    // by the number of a patch's points
+constexpr double kSoft = 5e-4;           // of the diagonal: a tolerance at which a landmark's weight is half
+constexpr double kNearlyOut = 0.8;       // of a tolerance: from here on a landmark gains weight, up to
+constexpr double kUrgent = 0.1;          // of an exact landmark's
+constexpr int kCorrections = 2;          // of the wanted velocities, by where the landmarks arrive
+constexpr double kMaxCorrection = 0.25;  // of the spacing
+constexpr double kMargin = 0.25;         // of the spacing, about all points
+constexpr std::size_t kInside = 3000;
+constexpr double kCellsOfSample = 0.4;  // the samples' greatest spacing, in that of the grid
+constexpr double kSurfaceStiffness = 20;
+constexpr double kExact = 1e-4;  // of the diagonal: smaller tolerances are met within each step
+
+// The point, and the corners of an icosahedron about it.
+std::vector<Vec3d> patch_about(const Vec3d& p, double size) {
+  constexpr double kRadius = 0.7;  // of the size: half of a ball's points are farther out than 0.79
+  const double golden = std::numbers::phi;
+  const double by = kRadius * size / std::sqrt(1 + golden * golden);
+  std::vector<Vec3d> points{p};
+  for (const double a : {-by, by}) {
+    for (const double b : {-by * golden, by * golden}) {
+      points.push_back(p + Vec3d{0, a, b});
+      points.push_back(p + Vec3d{a, b, 0});
+      points.push_back(p + Vec3d{b, 0, a});
+    }
+  }
+  return points;
+}
+
+Flow flow_of(const PotentialGrid& grid) {
+  Segment segment;
+  segment.grid = grid;
+  return {{std::move(segment)}};
+}
+
+}  // namespace
+
+FitMotion::FitMotion(std::vector<Vec3d> positions, std::span<const Triangle> triangles, double diagonal, int threads,
+                     Progress* progress)
+    : positions_(std::move(positions)),
+      triangles_(triangles),
+      diagonal_(diagonal),
+      threads_(threads),
+      progress_(progress) {}
+
+void FitMotion::set_marks(std::span<const Vec3d> points, std::vector<FitMark> marks) {
+  marks_ = std::move(marks);
+  patches_.clear();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    double gap = kPatch * diagonal_ / kPatchOfGap;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      if (k != i) gap = std::min(gap, norm(points[k] - points[i]));
+    }
+    patches_.push_back(patch_about(points[i], kPatchOfGap * gap));
+  }
+}
+
+void FitMotion::set_spacing(double spacing) {
+  const BodyPoints body = body_points(positions_, triangles_,
+                                      {.inside = kInside,
+                                       .most_spacing = kCellsOfSample * spacing,
+                                       .shell_depth = 0.25 * spacing,
+                                       .threads = threads_});
+  body_ = {};
+  body_.points = body.points;
+  body_.stiffness.assign(body_.points.size(), kSurfaceStiffness);
+  std::fill_n(body_.stiffness.begin(), body.inside, 1.0);
+  before_.clear();
+  lattice_ = {body_.points.front(), spacing};
+}
+
+std::vector<Vec3d> FitMotion::marks_at() const {
+  std::vector<Vec3d> at;
+  at.reserve(patches_.size());
+  for (const std::vector<Vec3d>& patch : patches_) at.push_back(patch.front());
+  return at;
+}
+
+double FitMotion::miss() const {
+  double greatest = 0;
+  for (std::size_t i = 0; i < marks_.size(); ++i) {
+    greatest = std::max(greatest, norm(patches_[i].front() - marks_[i].place) - marks_[i].tolerance);
+  }
+  return greatest;
+}
+
+// A landmark that is about to leave its tolerance is held more firmly.
+double FitMotion::weight_of(std::size_t mark, const Vec3d& at) const {
+  const double tolerance = marks_[mark].tolerance;
+  if (!(tolerance > 0)) return 1;
+  const double soft = tolerance / (kSoft * diagonal_);
+  const double part = norm(at - marks_[mark].place) / tolerance;
+  const double urgent = std::clamp((part - kNearlyOut) / (1 - kNearlyOut), 0.0, 1.0);
+  return std::max(1 / (1 + soft * soft), kUrgent * urgent);
+}
+
+void FitMotion::find_surroundings(std::span<const VelocityRows> rows) {
+  body_.around.clear();
+  const auto add = [&](const Vec3d& p) {
+    const double off = kMargin * lattice_.spacing;
+    for (const double x : {-off, off}) {
+      for (const double y : {-off, off}) {
+        for (const double z : {-off, off}) body_.around.push_back(p + Vec3d{x, y, z});
+      }
+    }
+  };
+  for (std::size_t i = 0; i < body_.points.size(); ++i) {
+    add(body_.points[i]);
+    if (!before_.empty()) add(body_.points[i] * 2.0 - before_[i]);
+  }
+  for (const VelocityRows& list : rows) {
+    for (std::size_t k = 0; k < list.points.size(); ++k) add(list.points[k] + list.wanted[k]);
+  }
+  before_ = body_.points;
+}
+
+void FitMotion::move(const Flow& flow, std::vector<Vec3d>& points, Progress* progress) const {
+  AdvectOptions options;
+  options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal_);
+  options.threads = threads_;
+  options.progress = progress;
+  if (advect(flow, points, options).status == AdvectStatus::cancelled) throw Cancelled();
+}
+
+void FitMotion::step(std::span<const Vec3d> to, std::vector<VelocityRows> rows) {
+  stop_if_cancelled(progress_);
+  const std::size_t others = rows.size();
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    const std::vector<Vec3d>& patch = patches_[i];
+    const double weight = kWeightOfMark * weight_of(i, patch.front()) / static_cast<double>(patch.size());
+    rows.push_back({patch, std::vector<Vec3d>(patch.size(), to[i] - patch.front()), weight, true});
+  }
+  find_surroundings(rows);
+  const NearRigidSystem system(lattice_, body_, rows, threads_, progress_);
+  unknowns_ = std::max(unknowns_, system.unknowns());
+  PotentialGrid grid = system.solve(rows);
+  for (int round = 0; round < kCorrections && !patches_.empty(); ++round) {
+    std::vector<Vec3d> arrived = marks_at();
+    move(flow_of(grid), arrived, nullptr);
+    for (std::size_t i = 0; i < patches_.size(); ++i) {
+      if (marks_[i].tolerance > kExact * diagonal_) continue;
+      Vec3d miss = to[i] - arrived[i];
+      const double most = kMaxCorrection * lattice_.spacing;
+      if (norm(miss) > most) miss *= most / norm(miss);
+      for (Vec3d& wanted : rows[others + i].wanted) wanted += miss;
+    }
+    grid = system.solve(rows);
+  }
+  carry(flow_of(grid));
+  grids_.push_back(std::move(grid));
+}
+
+void FitMotion::carry(const Flow& flow) {
+  move(flow, positions_, progress_);
+  move(flow, body_.points, nullptr);
+  move(flow, followers_, nullptr);
+  move(flow, guides_, nullptr);
+  for (std::vector<Vec3d>& patch : patches_) move(flow, patch, nullptr);
+}
+
+}  // namespace knead::fit_detail

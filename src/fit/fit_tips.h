@@ -1,0 +1,29 @@
+// A start for surfaces in different poses: which ends of limbs belong together. Internal to the fit module.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "fit/coarse_body.h"
+#include "fit/surface_matches.h"
+#include "knead/fit.h"
+
+namespace knead::fit_detail {
+
+// A surface, some of its points with normals, and a few hundred nodes.
+struct PosedSurface {
+  const CoarseBody& body;
+  const std::vector<SurfaceSample>& samples;
+};
+
+// Returns the nodes that are farthest from all others along the surface, each the farthest of those about it; at most
+// eight, the farthest first.
+std::vector<std::uint32_t> tips_of(const CoarseBody& body);
+
+// Returns pairs of tips whose distances along the surfaces agree, so that the source in the pose that they ask for lies
+// much nearer to the target than as it is; nothing if no such pairs are found. Time: up to 2 s. Throws Cancelled.
+std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const PosedSurface& target, double diagonal,
+                                               const Progress* progress);
+
+}  // namespace knead::fit_detail

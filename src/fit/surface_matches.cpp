@@ -1,0 +1,209 @@
+#include "fit/surface_matches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "knead/error.h"
+#include "mesh/body_points.h"
+
+namespace knead::fit_detail {
+
+namespace {
+
+constexpr std::size_t kDenser = 8;  // samples of which evenly spread ones are taken
+constexpr std::uint32_t kLeaf = 8;
+constexpr std::size_t kGrain = 64;
+constexpr double kSigma = 2.5;      // of the median distance
+constexpr double kMinSigma = 1e-9;  // a length
+constexpr double kMinCosine = 0.1;
+
+// A number from 0 to 1 for each i: the bits of i in reverse order.
+double reversed_bits(std::uint32_t i) {
+  double result = 0;
+  for (double by = 0.5; i != 0; i >>= 1, by /= 2) result += (i & 1) != 0 ? by : 0;
+  return result;
+}
+
+// Unit normals of the vertices that triangles use.
+std::vector<Vec3d> normals_of(std::span<const Triangle> triangles, std::span<const Vec3d> positions) {
+  std::vector<Vec3d> normals(positions.size(), Vec3d{0, 0, 0});
+  for (const Triangle& t : triangles) {
+    const Vec3d n = cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
+    for (const std::uint32_t v : t) normals[v] += n;
+  }
+  return normals;
+}
+
+double median_of(std::vector<double> numbers) {
+  if (numbers.empty()) return 0;
+  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
+  std::nth_element(numbers.begin(), middle, numbers.end());
+  return *middle;
+}
+
+}  // namespace
+
+SurfaceSamples::SurfaceSamples(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
+                               std::size_t count) {
+  std::vector<double> area_upto;
+  double area = 0;
+  for (const Triangle& t : triangles) {
+    area += 0.5 * norm(cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]));
+    area_upto.push_back(area);
+  }
+  const std::size_t dense = kDenser * count;
+  std::vector<Place> places;
+  std::vector<Vec3d> points;
+  for (std::size_t i = 0; i < dense; ++i) {
+    const double wanted = area * (static_cast<double>(i) + 0.5) / static_cast<double>(dense);
+    const auto found = std::lower_bound(area_upto.begin(), area_upto.end(), wanted);
+    const auto triangle = static_cast<std::uint32_t>(
+        std::min<std::ptrdiff_t>(found - area_upto.begin(), static_cast<std::ptrdiff_t>(triangles.size()) - 1));
+    double u = reversed_bits(static_cast<std::uint32_t>(i + 1));
+    double v = std::fmod(static_cast<double>(i) * 0.61803398874989485, 1.0);
+    if (u + v > 1) {
+      u = 1 - u;
+      v = 1 - v;
+    }
+    places.push_back({triangle, {1 - u - v, u, v}});
+    const Triangle& t = triangles[triangle];
+    points.push_back(positions[t[0]] * (1 - u - v) + positions[t[1]] * u + positions[t[2]] * v);
+  }
+  for (const std::uint32_t i : spread_points(points, count)) places_.push_back(places[i]);
+}
+
+std::vector<SurfaceSample> SurfaceSamples::at(std::span<const Triangle> triangles,
+                                              std::span<const Vec3d> positions) const {
+  const std::vector<Vec3d> normals = normals_of(triangles, positions);
+  std::vector<SurfaceSample> samples;
+  samples.reserve(places_.size());
+  for (const Place& place : places_) {
+    const Triangle& t = triangles[place.triangle];
+    SurfaceSample sample{{0, 0, 0}, {0, 0, 0}};
+    Vec3d normal{0, 0, 0};
+    for (std::size_t k = 0; k < 3; ++k) {
+      sample.point += positions[t[k]] * place.barycentric[k];
+      const double length = norm(normals[t[k]]);
+      if (length > 0) normal += normals[t[k]] * (place.barycentric[k] / length);
+    }
+    if (norm(normal) > 0) sample.normal = normalized(normal);
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+SampleTree::SampleTree(std::vector<SurfaceSample> samples, double normal_length)
+    : samples_(std::move(samples)), normal_length_(normal_length), numbers_(samples_.size()) {
+  std::iota(numbers_.begin(), numbers_.end(), 0U);
+  for (const SurfaceSample& sample : samples_) points_.push_back(point_of(sample));
+  build(0, static_cast<std::uint32_t>(samples_.size()));
+  std::vector<Point> sorted;
+  sorted.reserve(points_.size());
+  for (const std::uint32_t i : numbers_) sorted.push_back(points_[i]);
+  points_ = std::move(sorted);
+}
+
+SampleTree::Point SampleTree::point_of(const SurfaceSample& sample) const {
+  const Vec3d n = sample.normal * normal_length_;
+  return {sample.point.x, sample.point.y, sample.point.z, n.x, n.y, n.z};
+}
+
+std::uint32_t SampleTree::build(std::uint32_t begin, std::uint32_t end) {
+  const auto number = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.push_back({0, begin, end, 0, 0});
+  if (end - begin <= kLeaf) return number;
+  std::uint32_t widest = 0;
+  double width = -1;
+  for (std::uint32_t axis = 0; axis < 6; ++axis) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (std::uint32_t i = begin; i < end; ++i) {
+      low = std::min(low, points_[numbers_[i]][axis]);
+      high = std::max(high, points_[numbers_[i]][axis]);
+    }
+    if (high - low > width) {
+      width = high - low;
+      widest = axis;
+    }
+  }
+  const std::uint32_t middle = begin + (end - begin) / 2;
+  const auto at = [&](std::uint32_t i) { return numbers_.begin() + static_cast<std::ptrdiff_t>(i); };
+  std::nth_element(at(begin), at(middle), at(end), [&](std::uint32_t a, std::uint32_t b) {
+    return std::pair(points_[a][widest], a) < std::pair(points_[b][widest], b);
+  });
+  nodes_[number].axis = widest;
+  nodes_[number].split = points_[numbers_[middle]][widest];
+  build(begin, middle);
+  const std::uint32_t upper = build(middle, end);
+  nodes_[number].upper = upper;
+  return number;
+}
+
+void SampleTree::search(std::uint32_t number, const Point& p, double& best, std::uint32_t& found) const {
+  const Node& node = nodes_[number];
+  if (node.upper == 0) {
+    for (std::uint32_t i = node.begin; i < node.end; ++i) {
+      double sum = 0;
+      for (std::size_t axis = 0; axis < 6; ++axis) sum += (points_[i][axis] - p[axis]) * (points_[i][axis] - p[axis]);
+      if (sum < best || (sum == best && numbers_[i] < found)) {
+        best = sum;
+        found = numbers_[i];
+      }
+    }
+    return;
+  }
+  const double beyond = p[node.axis] - node.split;
+  search(beyond < 0 ? number + 1 : node.upper, p, best, found);
+  if (beyond * beyond <= best) search(beyond < 0 ? node.upper : number + 1, p, best, found);
+}
+
+std::uint32_t SampleTree::nearest(const SurfaceSample& to) const {
+  double best = std::numeric_limits<double>::infinity();
+  std::uint32_t found = 0;
+  search(0, point_of(to), best, found);
+  return found;
+}
+
+Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source, const SampleTree& target,
+              std::span<const SurfaceSample> of_target, const MatchOptions& options) {
+  const std::size_t count = of_source.size() + of_target.size();
+  std::vector<Match> all(count);
+  std::vector<double> back(count);
+  parallel_for(count, kGrain, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool forth = i < of_source.size();
+      const SurfaceSample& asking = forth ? of_source[i] : of_target[i - of_source.size()];
+      const SampleTree& there = forth ? target : source;
+      const SurfaceSample& found = there[there.nearest(asking)];
+      const SampleTree& here = forth ? source : target;
+      back[i] = norm(here[here.nearest(found)].point - asking.point);
+      const SurfaceSample& a = forth ? asking : found;
+      const SurfaceSample& b = forth ? found : asking;
+      const double cosine = dot(a.normal, b.normal);
+      all[i] = {a.point, b.point - a.point, b.normal, cosine > kMinCosine ? cosine * cosine : 0};
+    }
+  });
+  std::vector<double> distances;
+  std::vector<double> along;
+  for (const Match& m : all) {
+    distances.push_back(norm(m.by));
+    along.push_back(std::abs(dot(m.normal, m.by)));
+  }
+  Matches result;
+  result.median = median_of(distances);
+  result.median_along = median_of(std::move(along));
+  const double sigma = kSigma * std::max(result.median, kMinSigma);
+  for (std::size_t i = 0; i < count; ++i) {
+    // As exp(-ratio^2), from + and * only: the same bits on every machine.
+    const double ratio = distances[i] / sigma;
+    const double bell = std::max(0.0, 1 - 0.25 * ratio * ratio);
+    all[i].weight *= bell * bell * bell * bell;
+    if (back[i] <= options.far && all[i].weight > 1e-3) result.all.push_back(all[i]);
+  }
+  return result;
+}
+
+}  // namespace knead::fit_detail

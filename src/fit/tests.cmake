@@ -1,0 +1,1 @@
+knead_test(knead_fit_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/fit_test.cpp)
