@@ -65,7 +65,7 @@ TEST(Elementary, IsExactWhereItSaysSo) {
   EXPECT_EQ(elementary::atan2(-1, 0), -std::atan2(1, 0));
   EXPECT_EQ(elementary::atan2(0, -1), std::atan2(0, -1));
   EXPECT_EQ(elementary::hypot(3, 4), 5);
-  EXPECT_EQ(elementary::hypot(3e200, 4e200), 5e200);
+  EXPECT_EQ(elementary::hypot(0x1.8p600, 0x1p601), 0x1.4p601);
   for (int n = -22; n <= 22; ++n) {
     EXPECT_EQ(elementary::power_of_ten(n), std::strtod(("1e" + std::to_string(n)).c_str(), nullptr)) << n;
     EXPECT_EQ(elementary::decimal_exponent(elementary::power_of_ten(n)), n);
@@ -99,7 +99,7 @@ TEST(Elementary, HasTheSameBitsEverywhere) {
       add(x);
     }
   }
-  EXPECT_EQ(hash, 0U);
+  EXPECT_EQ(hash, 12457233495103074381U);
 }
 
 }  // namespace
