@@ -18,9 +18,9 @@ jobs_of() {
   local kind name shape format
   run() { "${command[@]}" "$@" || echo "knead $1 failed with $?: ${*:2}" >>failed.txt; }
   command=("$@")
-  for kind in sphere box cylinder torus hand crater knot letter-y figure; do run make "$kind" -n 2000 -q -o "$kind.ply"; done
+  for kind in sphere box cylinder torus hand crater knot letter-y figure; do run make "$kind" -n 4000 -q -o "$kind.ply"; done
   cp sphere.ply sphere_64k.ply
-  for format in obj stl off glb xyz pcd; do run make hand -n 1500 -q -o "hand.$format"; done
+  for format in obj stl off glb xyz pcd; do run make hand -n 4000 -q -o "hand.$format"; done
   for name in "$root"/examples/tools/*.knead; do
     shape=$(sed -n '1s/.*"mesh": "\([^"]*\)".*/\1/p' "$name")
     name=$(basename "$name" .knead)
@@ -60,7 +60,7 @@ with_set() {
 
 # Whether this machine has a set.
 has_set() {
-  (cd "$scratch" && "$ours" make sphere -n 500 -q -o probe.ply &&
+  (cd "$scratch" && "$ours" make sphere -n 1000 -q -o probe.ply &&
     KNEAD_SIMD=$1 "$ours" deform probe.ply "$root/examples/tools/implicit.knead" -q -o probe.ply 2>/dev/null)
 }
 

@@ -19,7 +19,7 @@ check() { # WHAT COMMAND...
 }
 run() { wine "$knead" "$@" </dev/null; }
 
-run make hand -n 1000 -q -o hand.ply
+run make hand -n 4000 -q -o hand.ply
 cat >session.knead <<'SESSION'
 {"knead": 1}
 {"tool": "implicit", "path": [[0, 0.9, 0], [0, 1.1, 0]], "inner": 0.1, "outer": 0.5}

@@ -350,54 +350,55 @@ std::uint32_t CoarseBody::calmest_node() const {
   return calmest;
 }
 
-std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchors, std::size_t pieces) const {
-  const std::uint32_t root = calmest_node();
-  // A tree of edges along which turns differ least: across a crushed joint they may differ by any angle.
+// Steps of {node, the one before} of a tree of edges along which turns differ least: across a crushed joint they may
+// differ by any angle.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> CoarseBody::steps_from(std::uint32_t root) const {
   using Step = std::tuple<double, std::uint32_t, std::uint32_t>;
-  std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
-  std::vector<std::uint32_t> list;
-  std::vector<std::uint32_t> parent(rest_.size(), root);
+  std::priority_queue<Step, std::vector<Step>, std::greater<>> next;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> steps;
   std::vector<bool> reached(rest_.size(), false);
-  steps.emplace(0, root, root);
-  while (!steps.empty()) {
-    const auto [cost, node, from] = steps.top();
-    steps.pop();
+  next.emplace(0, root, root);
+  while (!next.empty()) {
+    const auto [cost, node, from] = next.top();
+    next.pop();
     if (reached[node]) continue;
     reached[node] = true;
-    parent[node] = from;
-    list.push_back(node);
+    steps.emplace_back(node, from);
     for (const Edge& edge : edges_[node]) {
-      if (!reached[edge.to]) steps.emplace(norm((inverse(turns_[node]) * turns_[edge.to]).v), edge.to, node);
+      if (!reached[edge.to]) next.emplace(norm((inverse(turns_[node]) * turns_[edge.to]).v), edge.to, node);
     }
   }
-  std::vector<Held> held = held_by(anchors);
+  return steps;
+}
+
+std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchors, std::size_t pieces) const {
+  const std::uint32_t root = calmest_node();
+  const std::vector<std::pair<std::uint32_t, std::uint32_t>> steps = steps_from(root);
+  const std::vector<Held> held = held_by(anchors);
   const Held pin{root, {0, 0, 0}, unit_};
   SparseCholesky factor;
   factor.factorize(matrix_with({&pin, 1}), 1);
-  const auto places_at = [&](double time, std::vector<Turn>& turns) {
-    turns.resize(rest_.size());
+  std::vector<Turn> turns(rest_.size());
+  const auto anchors_at = [&](double time) {
     turns[root] = part_of(turns_[root], time);
-    for (std::size_t k = 1; k < list.size(); ++k) {
-      const std::uint32_t node = list[k];
-      const Turn relative = inverse(turns_[parent[node]]) * turns_[node];
-      turns[node] = turns[parent[node]] * part_of(relative, time);
+    for (std::size_t k = 1; k < steps.size(); ++k) {
+      const auto [node, from] = steps[k];
+      turns[node] = turns[from] * part_of(inverse(turns_[from]) * turns_[node], time);
     }
     std::vector<Vec3d> right = right_side(turns);
     right[root] += (rest_[root] * (1 - time) + places_[root] * time) * pin.weight;
-    return solve(factor, right);
+    const std::vector<Vec3d> places = solve(factor, right);
+    std::vector<Vec3d> at;
+    for (const Held& h : held) at.push_back(places[h.node] + turns[h.node] * h.offset);
+    return at;
   };
-  std::vector<Turn> turns;
+  const std::vector<Vec3d> last = anchors_at(1);
   std::vector<std::vector<Vec3d>> result(anchors.size());
-  const std::vector<Vec3d> last = places_at(1, turns);
-  std::vector<Vec3d> missing;
-  for (std::size_t a = 0; a < anchors.size(); ++a) {
-    missing.push_back(anchors[a].to - (last[held[a].node] + turns[held[a].node] * held[a].offset));
-  }
   for (std::size_t k = 0; k <= pieces; ++k) {
     const double time = static_cast<double>(k) / static_cast<double>(pieces);
-    const std::vector<Vec3d> places = places_at(time, turns);
+    const std::vector<Vec3d> at = anchors_at(time);
     for (std::size_t a = 0; a < anchors.size(); ++a) {
-      result[a].push_back(places[held[a].node] + turns[held[a].node] * held[a].offset + missing[a] * time);
+      result[a].push_back(at[a] + (anchors[a].to - last[a]) * time);
     }
   }
   for (std::size_t a = 0; a < anchors.size(); ++a) {

@@ -73,6 +73,7 @@ class CoarseBody {
 
   std::uint32_t nearest_node(const Vec3d& p) const;
   std::uint32_t calmest_node() const;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> steps_from(std::uint32_t root) const;
   std::vector<Held> held_by(std::span<const Anchor> anchors) const;
   detail::SymmetricMatrix matrix_with(std::span<const Held> held) const;
   void iterate(const detail::SparseCholesky& factor, std::span<const Held> held, std::span<const Vec3d> to);

@@ -189,7 +189,11 @@ class Fitter {
   void keep_better(Result result);
   Crossings crossings_of(std::span<const Vec3d> positions, std::size_t& count) const;
   void finish(BodyFit& fit);
-  MeasuredShape shape() const { return {motion_->positions(), triangles_}; }
+  // From the target, by at most so many vertices of each; 0: all.
+  FitDistance distance(std::size_t most) const {
+    return distance_of({motion_->positions(), triangles_}, {target_.positions, target_triangles_}, *target_tree_,
+                       {diagonal_, most, options_.threads, options_.progress});
+  }
 
   const Mesh& source_;
   const Mesh& target_;
@@ -275,8 +279,7 @@ BodyFit Fitter::run() {
   std::size_t count = 0;
   crossings_before_ = crossings_of(rest_, count);
   report_.crossings_before = count;
-  report_.before = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_,
-                               target_.positions.size() + rest_.size(), options_.threads, progress);
+  report_.before = distance(0);
   align();
   if (landmarks_.empty() && map_.empty() && options_.surface) find_tips();
   if (!landmarks_.empty() || !map_.empty()) go_to_landmarks();
@@ -462,9 +465,7 @@ Crossings Fitter::crossings_of(std::span<const Vec3d> positions, std::size_t& co
 Fitter::Result Fitter::look(std::string stage) const {
   Result result{*motion_, 0, 1, 1, 0, 0, false, std::move(stage)};
   const std::vector<Vec3d>& positions = motion_->positions();
-  result.distance = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_, kLookedAt,
-                                options_.threads, options_.progress)
-                        .mean;
+  result.distance = distance(kLookedAt).mean;
   const StretchOfShape stretch = stretch_of(triangles_, rest_, positions);
   result.stretch = stretch.greatest;
   result.most_99 = stretch.most_99;
@@ -524,8 +525,7 @@ void Fitter::finish(BodyFit& fit) {
   report_.unknowns = motion_->unknowns();
   report_.crossings_after = last.crossings;
   report_.crossings_new = last.crossings_new;
-  report_.after = distance_of(shape(), {target_.positions, target_triangles_}, *target_tree_, diagonal_,
-                              target_.positions.size() + rest_.size(), options_.threads, options_.progress);
+  report_.after = distance(0);
   const StretchOfShape stretch = stretch_of(triangles_, rest_, fit.positions);
   report_.greatest_stretch = stretch.greatest;
   report_.stretch_99 = stretch.most_99;

@@ -13,14 +13,14 @@ namespace {
 
 constexpr std::size_t kGrain = 64;
 
-void add_distances(std::span<const Vec3d> from, const SurfaceTree& to, std::size_t most, int threads,
-                   const Progress* progress, std::vector<double>& distances) {
-  const std::size_t stride = from.size() / most + 1;
+void add_distances(std::span<const Vec3d> from, const SurfaceTree& to, const Measuring& measuring,
+                   std::vector<double>& distances) {
+  const std::size_t stride = measuring.most == 0 ? 1 : from.size() / measuring.most + 1;
   const std::size_t count = (from.size() + stride - 1) / stride;
   const std::size_t first = distances.size();
   distances.resize(first + count);
-  parallel_for(count, kGrain, threads, [&](std::size_t begin, std::size_t end) {
-    stop_if_cancelled(progress);
+  parallel_for(count, kGrain, measuring.threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(measuring.progress);
     for (std::size_t i = begin; i < end; ++i) distances[first + i] = to.closest(from[i * stride])->distance;
   });
 }
@@ -34,17 +34,17 @@ SurfaceTree tree_of(const MeasuredShape& shape) {
   return {points, shape.positions};
 }
 
-FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const SurfaceTree& of_b, double length,
-                        std::size_t most, int threads, const Progress* progress) {
+FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const SurfaceTree& of_b,
+                        const Measuring& measuring) {
   std::vector<double> distances;
-  add_distances(a.positions, of_b, most, threads, progress, distances);
-  add_distances(b.positions, tree_of(a), most, threads, progress, distances);
+  add_distances(a.positions, of_b, measuring, distances);
+  add_distances(b.positions, tree_of(a), measuring, distances);
   FitDistance result;
   for (const double distance : distances) result.mean += distance;
   std::sort(distances.begin(), distances.end());
-  result.mean /= static_cast<double>(distances.size()) * length;
-  result.percentile_95 = distances[(distances.size() * 95 + 99) / 100 - 1] / length;
-  result.max = distances.back() / length;
+  result.mean /= static_cast<double>(distances.size()) * measuring.length;
+  result.percentile_95 = distances[(distances.size() * 95 + 99) / 100 - 1] / measuring.length;
+  result.max = distances.back() / measuring.length;
   return result;
 }
 

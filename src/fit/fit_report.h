@@ -20,10 +20,16 @@ struct MeasuredShape {
 // Returns a tree over its triangles, or over its points if it has none.
 SurfaceTree tree_of(const MeasuredShape& shape);
 
-// Returns the distance of two shapes, in units of `length`. At most `most` vertices of each are looked at, evenly
-// through the list. Throws Cancelled.
-FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const SurfaceTree& of_b, double length,
-                        std::size_t most, int threads, const Progress* progress);
+struct Measuring {
+  double length = 1;     // that distances are relative to
+  std::size_t most = 0;  // vertices of each shape that are looked at, evenly through the list; 0: all
+  int threads = 0;
+  const Progress* progress = nullptr;
+};
+
+// Returns the distance of two shapes. Throws Cancelled.
+FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const SurfaceTree& of_b,
+                        const Measuring& measuring);
 
 struct StretchOfShape {
   double greatest = 1;  // or the inverse of the least
