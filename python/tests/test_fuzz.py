@@ -144,6 +144,16 @@ looks = {
 }
 
 
+fits = {
+    "volume": st.one_of(st.sampled_from(["keep", "total"]), anything),
+    "align": st.one_of(st.booleans(), anything),
+    "surface": st.one_of(st.booleans(), anything),
+    "also": anything,
+    "max_stretch": st.one_of(numbers, anything),
+    "threads": st.one_of(st.integers(0, 2), anything),
+}
+
+
 def some(keys):
     """Keyword arguments: none, or one or two of these."""
     return st.lists(st.sampled_from(sorted(keys)), max_size=2).flatmap(
@@ -216,6 +226,13 @@ def use_symmetric(draw):
     planes = draw(st.one_of(st.sampled_from(["", "x", "xz", "xyz", "w"]), anything))
     strokes = knead.symmetric(draw(sessions), planes, size=draw(numbers), image_file=draw(anything))
     assert all(isinstance(stroke, knead.Stroke) for stroke in strokes)
+
+
+def use_fit(draw):
+    shapes = st.one_of(st.tuples(vertices, faces), st.just(TETRAHEDRON), anything)
+    pairs = st.one_of(st.none(), st.tuples(vertices, vertices), anything)
+    fit = knead.fit(draw(shapes), draw(shapes), draw(pairs), draw(pairs), **draw(some(fits)))
+    assert isinstance(fit.session, knead.Session) and isinstance(fit.report, dict)
 
 
 def use_session(draw):
@@ -300,6 +317,7 @@ USES = {
     "deform_cells": lambda draw: knead.deform_cells(draw(vertices), draw(st.one_of(faces, anything)), draw(sessions), **draw(some(accuracy))),
     "deform_mesh": lambda draw: knead.deform_mesh(draw(anything), draw(sessions), **draw(some(accuracy))),
     "files": use_files,
+    "fit": use_fit,
     "flow": use_flow,
     "PaintDrag": use_paint_drag,
     "Surface": use_surface,
@@ -321,7 +339,7 @@ USES = {
 
 def test_every_public_name_is_tried():
     classes = {tool.__name__ for tool in TOOLS}
-    others = {"read": "files", "Shape": "shape", "Session": "session", "Stroke": "tool", "Flow": "flow",
+    others = {"read": "files", "Shape": "shape", "Session": "session", "Stroke": "tool", "Fit": "fit", "Flow": "flow",
               "Remeshed": "remesh", "Workbench": "workbench"}  # fmt: skip
     errors = {"AccuracyError", "FileError", "InvalidInput", "Unavailable"}
     for name in knead.__all__:

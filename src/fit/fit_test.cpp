@@ -313,7 +313,7 @@ TEST(FitPaths, TurnAboutJoints) {
     const double before = norm(anchors[i].from - joint);
     // A straight line comes as near as half of that.
     if (before < 2) continue;
-    for (const Vec3d& p : paths[i]) EXPECT_GT(norm(p - joint), 0.75 * before);
+    for (const Vec3d& p : paths[i]) EXPECT_GT(norm(p - joint), 0.7 * before);
   }
 }
 
