@@ -14,7 +14,7 @@ constexpr double kStandsOut = 1.15;  // a tip's mean distance from all others, o
 constexpr double kAgree = 0.5;       // distances that differ by more than this part do not belong together
 constexpr std::size_t kTried = 12;   // sets of pairs whose poses are looked at
 constexpr std::size_t kMaxSets = 20'000;
-constexpr double kMuchNearer = 0.85;  // of the distance as it is
+constexpr double kMuchNearer = 0.7;  // of the mean square of the distance as it is
 constexpr double kNormalLength = 0.15;
 constexpr double kTolerance = 0.03;  // of a tip's place, of the diagonal
 
@@ -112,11 +112,12 @@ class Assigner {
   std::vector<Assignment> found_;
 };
 
-double mean_distance(const std::vector<SurfaceSample>& from, const SampleTree& to, double normal_length) {
+// The mean square of the distance: what is far away counts, and not that points of two surfaces never lie in one place.
+double mean_square(const std::vector<SurfaceSample>& from, const SampleTree& to, double normal_length) {
   double sum = 0;
   for (const SurfaceSample& s : from) {
     const SurfaceSample& found = to[to.nearest(s)];
-    sum += std::sqrt(norm2(found.point - s.point) + normal_length * normal_length * norm2(found.normal - s.normal));
+    sum += norm2(found.point - s.point) + normal_length * normal_length * norm2(found.normal - s.normal);
   }
   return sum / static_cast<double>(from.size());
 }
@@ -162,8 +163,8 @@ std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const
   const double normal_length = kNormalLength * diagonal;
   const SampleTree tree(target.samples, normal_length);
   const auto distance_of = [&](const std::vector<SurfaceSample>& posed) {
-    return mean_distance(posed, tree, normal_length) +
-           mean_distance(target.samples, SampleTree(posed, normal_length), normal_length);
+    return mean_square(posed, tree, normal_length) +
+           mean_square(target.samples, SampleTree(posed, normal_length), normal_length);
   };
   double best = kMuchNearer * distance_of(source.samples);
   std::optional<std::vector<FitPair>> result;
