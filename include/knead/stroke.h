@@ -325,9 +325,9 @@ struct RelaxStroke {
   friend bool operator==(const RelaxStroke&, const RelaxStroke&) = default;
 };
 
-// The mask of the strokes after it (knead/field.h), which replaces the one before; without points and vertices: no mask.
-// It moves nothing itself. The masked places are given as points or as vertices of the shape, which are looked up when
-// the mask begins.
+// The mask of the strokes after it (knead/field.h), which replaces the one before; without points and vertices: no
+// mask. It moves nothing itself. The masked places are given as points or as vertices of the shape, which are looked up
+// when the mask begins.
 struct MaskStroke {
   std::vector<Vec3d> points;
   std::vector<VertexRange> vertices;

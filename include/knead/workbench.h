@@ -242,9 +242,9 @@ class Workbench {
 };
 
 // Groups strokes by the gestures that made them, as far as the strokes tell: every stroke of a group continues
-// (strokes/continued.h) one of the last eight before it, or is the mirror image of one of these. Neighbours with the same
-// name are one group, and those with other names are not. Where a stroke says whether it begins an entry, that counts;
-// the strokes of the result say nothing of it.
+// (strokes/continued.h) one of the last eight before it, or is the mirror image of one of these. Neighbours with the
+// same name are one group, and those with other names are not. Where a stroke says whether it begins an entry, that
+// counts; the strokes of the result say nothing of it.
 std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<SessionStroke>& strokes);
 
 // Returns the strokes of an entry of the history as a session holds them: those say whether they begin an entry where

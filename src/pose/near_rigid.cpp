@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "knead/error.h"
-#include "pose/lattice_nodes.h"
 #include "math/sparse_cholesky.h"
+#include "pose/lattice_nodes.h"
 
 namespace knead::detail {
 

@@ -165,9 +165,10 @@ class Schedule {
     for (std::size_t piece = 0; piece < pieces_; ++piece) {
       const double count = segments_in(piece);
       if (count + static_cast<double>(times_.size()) > kMaxSegments) {
-        throw InvalidInput(fmt::format(
-            "\"parts\" move so far that the pose takes more than {} steps; move the parts less, or give a larger \"detail\"",
-            kMaxSegments));
+        throw InvalidInput(
+            fmt::format("\"parts\" move so far that the pose takes more than {} steps; move the parts less, or give a "
+                        "larger \"detail\"",
+                        kMaxSegments));
       }
       for (double k = 1; k <= count; ++k) times_.push_back(static_cast<double>(piece) + k / count);
     }

@@ -6,10 +6,10 @@
 
 #include "knead/error.h"
 #include "knead/flow.h"
+#include "math/sparse_cholesky.h"
 #include "pose/lattice_nodes.h"
 #include "pose/near_rigid.h"
 #include "pose/pose_motion.h"
-#include "math/sparse_cholesky.h"
 
 namespace knead::detail {
 namespace {

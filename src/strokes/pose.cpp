@@ -147,7 +147,8 @@ void require_sound(const PoseResult& result, double detail) {
   if (stretch <= kSpoiledStretch && result.part_distance <= kSpoiledDistance) return;
   throw InvalidInput(fmt::format(
       "\"parts\" contradict each other: the pose would stretch the shape {:.3g} times and leave a part {:.2g} of the "
-      "shape's size from its place; move the parts less, leave more room between them, or give a \"detail\" below {:.2g}",
+      "shape's size from its place; move the parts less, leave more room between them, or give a \"detail\" below "
+      "{:.2g}",
       stretch, result.part_distance, detail));
 }
 

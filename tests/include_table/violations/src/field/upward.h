@@ -5,8 +5,8 @@
 
 #include <knead/session.h>  // wrong
 #include "../math/box.h"    // wrong
-#include "inner.h"          // wrong
 #include "field/inner.h"
+#include "inner.h"         // wrong
 #include "kitchen/sink.h"  // wrong
 #include "knead/mesh.h"    // wrong
 #include "knead/vec.h"
