@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # What Windows does differently and the command must not show, under Wine:  windows_test.sh KNEAD.EXE
+# shellcheck disable=SC2317  # the tests are called by their names
 set -euo pipefail
-# shellcheck disable=SC2317 # the checks are called by name
 
 knead=$(realpath "$1")
 export WINEDEBUG=-all

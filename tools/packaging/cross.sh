@@ -53,6 +53,7 @@ run_test() {
   return $status
 }
 
+# shellcheck disable=SC2119  # no further packages
 zig_tools
 zig_configure "$target"
 targets=(knead)

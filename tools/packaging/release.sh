@@ -49,6 +49,7 @@ command_of() { # TARGET: the archive of its command
   pack "$name" "$name$ending"
 }
 
+# shellcheck disable=SC2119  # no further packages
 zig_tools
 zig_licences build/cross/licences_of_command
 mkdir -p "$out"
@@ -61,5 +62,6 @@ for made in out/wheels/knead3d-"$version"-*.whl out/knead_extension.zip; do
 done
 tools/packaging/table.sh
 sed -n '/<!-- table -->/,/<!-- end of the table -->/p' docs/packaging.md | grep -v '^<!--' >"$out/TESTED.md"
-(cd "$out" && find . -maxdepth 1 -type f ! -name SHA256SUMS -printf '%f\n' | LC_ALL=C sort | xargs sha256sum >SHA256SUMS)
+sums=$(cd "$out" && find . -maxdepth 1 -type f ! -name SHA256SUMS -printf '%f\n' | LC_ALL=C sort | xargs sha256sum)
+printf '%s\n' "$sums" >"$out/SHA256SUMS"
 zig_say "$(wc -l <"$out/SHA256SUMS") files in $out"

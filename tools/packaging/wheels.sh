@@ -58,7 +58,7 @@ build() { # TARGET PYTHON SUFFIX
     library=${KNEAD_CPYTHON:-}/$version/windows-x86_64/libs/python${version/./}.lib
     [[ -f $headers/Python.h && -f $library ]] || return 2
   fi
-  zig_configure "$1" "-DKNEAD_PYTHON_HEADERS=$zig_packages/pybind11/include;$headers" \
+  zig_configure "$1" -DKNEAD_BUILD_PYTHON=ON "-DKNEAD_PYTHON_HEADERS=$zig_packages/pybind11/include;$headers" \
     "-DKNEAD_PYTHON_SUFFIX=$3" "-DKNEAD_PYTHON_LIBRARY=$library"
   cmake --build "build/cross/$1" --target knead_python
 }
