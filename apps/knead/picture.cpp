@@ -1,8 +1,10 @@
 // Draws pictures and writes films. A build without knead::render has neither, and says so.
+#ifdef KNEAD_HAS_RENDERER  // films go to another program
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#endif
 
 #include <fmt/format.h>
 
