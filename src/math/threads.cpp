@@ -99,9 +99,10 @@ class Pool {
   void serve() {
     std::unique_lock lock(mutex_);
     while (true) {
-      changed_.wait(lock, [this] { return is_ending_ || open_loop() != nullptr; });
+      Loop* open = nullptr;  // asked for once: others take chunks meanwhile, and a loop may close at any time
+      changed_.wait(lock, [&] { return is_ending_ || (open = open_loop()) != nullptr; });
       if (is_ending_) return;
-      Loop& loop = *open_loop();
+      Loop& loop = *open;
       --loop.wanted;
       ++loop.active;
       lock.unlock();
