@@ -315,7 +315,7 @@ class Mask {
   std::shared_ptr<const detail::MaskGrid> grid_;
 };
 
-// Returns the indices, in ascending order, of points that give the same mask to the bit as all of them: one for each
+// Returns the indices, in ascending order, of points that give the same mask bit for bit as all of them: one for each
 // cell of the grid with a masked point in it. Throws as the constructor.
 std::vector<std::uint32_t> representative_points(std::span<const Vec3d> points, std::span<const double> values,
                                                  double width);

@@ -72,7 +72,7 @@ struct BodyFitReport {
   FitDistance after;
   double after_landmarks = 0;               // the mean distance before the surfaces were matched
   std::optional<double> volume_error;       // of the source by the fit; nothing unless closed and oriented
-  std::optional<double> volume_difference;  // target / source - 1, as they were; likewise for both
+  std::optional<double> volume_difference;  // target / source - 1, before the fit; nothing unless both are closed
   std::size_t crossings_before = 0;         // pairs of triangles of the source
   std::size_t crossings_after = 0;
   std::size_t crossings_new = 0;   // pairs that did not cross before

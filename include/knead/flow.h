@@ -299,7 +299,7 @@ std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, co
 // What moves points: advect() with an instruction set of this machine, or another function of its type.
 
 // Moves points as advect(flow, points, options) does, for example on a GPU (knead/gpu.h). Points that no tool reaches
-// keep their bits; the others agree with advect up to the tolerance, not to the bit. An empty function stands for
+// keep their bits; the others agree with advect up to the tolerance, not bit for bit. An empty function stands for
 // advect.
 using Backend = std::function<AdvectResult(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options)>;
 

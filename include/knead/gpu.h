@@ -179,7 +179,7 @@ class GpuSurface {
   // Returns the first triangle that the ray hits at t >= 0, of several at the same t the one with the lowest number;
   // empty if there is none. The direction is not zero; it need not be a unit vector. The GPU selects the triangles that
   // the ray may hit, and the CPU decides among them with the formulas and exact signs of SurfaceTree
-  // (knead/mesh.h); so both return the same to the bit. Time: linear in the number of triangles. Reads about
+  // (knead/mesh.h); so both return the same bit for bit. Time: linear in the number of triangles. Reads about
   // 1 KB, and a second time if the ray may hit more than 16 triangles.
   std::optional<GpuHit> first_hit(const GpuPoints& points, const Vec3d& origin, const Vec3d& direction) const;
 

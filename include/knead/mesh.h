@@ -122,7 +122,7 @@ Vec3d polygon_normal(std::span<const Vec3d> positions, std::span<const std::uint
 std::vector<Vec3d> vertex_normals(const Mesh& mesh);
 std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions);
 
-// Returns the same normals, to the bit, for the vertices with a flag in `needed` (one for each vertex), and zero for
+// Returns the same normals, bit for bit, for the vertices with a flag in `needed` (one for each vertex), and zero for
 // all others. Time: that of the needed normals, plus one pass over all corners.
 std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions, const std::vector<bool>& needed);
 
@@ -315,7 +315,7 @@ struct RayHit {
 // A tree over any triangles, also degenerate ones. To search a point cloud, use triangles {i, i, i}: the number of a
 // triangle is then the number of the point.
 //
-// Every answer equals that of a search through all triangles, to the bit: it depends on the triangles and positions,
+// Every answer equals that of a search through all triangles, bit for bit: it depends on the triangles and positions,
 // not on the tree. All coordinates must be finite and either 0 or between 1e-75 and 1e75 in magnitude.
 //
 // Cost: building takes about 0.3 us for each triangle, refitting 0.03 us. Near a surface of 20,000 triangles a ray

@@ -407,8 +407,8 @@ std::function<void(const ReplayFrame&)> animation_writer(const std::filesystem::
                                                          bool is_remeshed, const AnimationOptions& options);
 
 // Applies a session to a shape, which stays as it is. The result depends only on the mesh, the motion, the remesh
-// policy, the part and the normals, to the bit. The last frame is the result, and every frame is the result of a replay
-// until that moment (with FrameOptions::same_faces, up to the tolerance and the faces).
+// policy, the part and the normals, bit for bit. The last frame is the result, and every frame is the result of a
+// replay until that moment (with FrameOptions::same_faces, up to the tolerance and the faces).
 //
 // A stroke that reads the surface reads it as the standard MotionOptions give it, whatever the options: `resolved` does
 // not depend on them. With other options a second shape is deformed by those, for such sessions.
@@ -430,12 +430,12 @@ ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& sess
 ReplayResult replay(Mesh mesh, const Session& session, const ReplayOptions& options = {});
 
 // Returns the flow of a session that reads no surface, for any points: advect() with it moves points as replay() does,
-// to the bit, where no limit cylinder is torn. Throws InvalidInput for a part out of range, and with the session's line
-// for a stroke that reads the surface, or relaxes it, and for a mask by the numbers of vertices.
+// bit for bit, where no limit cylinder is torn. Throws InvalidInput for a part out of range, and with the session's
+// line for a stroke that reads the surface, or relaxes it, and for a mask by the numbers of vertices.
 Flow flow_of(const Session& session, const SessionPart& part = {}, int threads = 0);
 
 // Returns whether replay() looks at the faces: to read the surface, to relax it, to check a limit cylinder, or to
-// remesh. If not, advect() by flow_of(session) gives the same positions, to the bit.
+// remesh. If not, advect() by flow_of(session) gives the same positions, bit for bit.
 bool needs_faces(const Session& session);
 
 // Returns what is to be said of the strokes before they are applied, each with the session's file and line. It is in

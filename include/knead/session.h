@@ -84,7 +84,7 @@ Session parse_session(std::string_view text, const std::string& name);
 SessionStroke parse_stroke(std::string_view text, const std::string& name);
 
 // Returns a session file with the header and the strokes in effect, and a remesh event before every stroke whose
-// settings differ from those of the stroke before. It parses back to the same strokes, to the bit.
+// settings differ from those of the stroke before. It parses back to the same strokes, bit for bit.
 std::string serialize_session(const Session& session);
 
 // Return a line of a session file without the line end: the first line, a stroke, the remesh event that gives the next

@@ -252,7 +252,7 @@ std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<Se
 std::vector<SessionStroke> strokes_of_entry(const std::vector<SessionStroke>& before,
                                             std::vector<SessionStroke> strokes);
 
-// Returns fewer strokes with the same result to the bit: joins strokes that are not remeshed to those that they
+// Returns fewer strokes with the same result bit for bit: joins strokes that are not remeshed to those that they
 // continue. Strokes that are named, off or not of strength 1 stay as they are.
 std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes);
 

@@ -21,7 +21,7 @@ PointPacks<S> random_points(Random& random, int count) {
   return points;
 }
 
-// 32 bytes of lanes, point by point, and then half onto half: what every instruction set must give to the bit.
+// 32 bytes of lanes, point by point, and then half onto half: what every instruction set must give bit for bit.
 template <class S>
 PowerSums<S> sums_by_lanes(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half) {
   constexpr std::size_t lanes = 32 / sizeof(S);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "mesh/body_points.h"
+#include "pose/pose_motion.h"
 
 namespace knead::fit_detail {
 
@@ -25,22 +26,6 @@ constexpr std::size_t kInside = 3000;
 constexpr double kCellsOfSample = 0.4;  // the samples' greatest spacing, in that of the grid
 constexpr double kSurfaceStiffness = 20;
 constexpr double kExact = 1e-4;  // of the diagonal: smaller tolerances are met within each step
-
-// The point, and the corners of an icosahedron about it.
-std::vector<Vec3d> patch_about(const Vec3d& p, double size) {
-  constexpr double kRadius = 0.7;  // of the size: half of a ball's points are farther out than 0.79
-  const double golden = std::numbers::phi;
-  const double by = kRadius * size / std::sqrt(1 + golden * golden);
-  std::vector<Vec3d> points{p};
-  for (const double a : {-by, by}) {
-    for (const double b : {-by * golden, by * golden}) {
-      points.push_back(p + Vec3d{0, a, b});
-      points.push_back(p + Vec3d{a, b, 0});
-      points.push_back(p + Vec3d{b, 0, a});
-    }
-  }
-  return points;
-}
 
 Flow flow_of(const PotentialGrid& grid) {
   Segment segment;

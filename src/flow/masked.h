@@ -11,7 +11,7 @@ namespace knead::detail {
 // How the mask of a segment takes part in its fields.
 struct SegmentMask {
   // Whether the mask is not 1 somewhere in the support of a field, at any time of [0, 1]. If not, the segment is as one
-  // without a mask, to the bit.
+  // without a mask, bit for bit.
   bool acts = false;
   // What is taken from each field's vector potential. Of all constants it makes the flow that the mask adds the least,
   // in squares: along the border, where it is w grad m x (A - offset), and in the intermediate region, where it is

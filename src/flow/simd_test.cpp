@@ -1,4 +1,4 @@
-// What advect gives is the same, to the bit, whatever it is computed with and however the points lie.
+// What advect gives is the same, bit for bit, whatever it is computed with and however the points lie.
 #include "knead/flow.h"
 
 #include <gtest/gtest.h>

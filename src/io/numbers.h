@@ -174,7 +174,7 @@ std::optional<int> direction_decimals(std::optional<int> decimals);
 }  // namespace knead::io_detail
 
 // std::from_chars and std::to_chars for float and double, also where the standard library has them for integers only
-// (libc++). Both give the same results, to the character and to the bit.
+// (libc++). Both give the same results, to the character and bit for bit.
 // libc++ has them from version 20 on, without saying so.
 #if defined(__cpp_lib_to_chars) || (defined(_LIBCPP_VERSION) && _LIBCPP_VERSION >= 200000)
 #define KNEAD_STD_FLOAT_CHARS

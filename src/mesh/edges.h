@@ -62,7 +62,7 @@ void require_faces(const Mesh& mesh, std::span<const Vec3d> positions);
 
 // Normals of some vertices.
 
-// Returns the normals of these vertices, to the bit those of vertex_normals(); the numbers ascend. Memory: a bit for
+// Returns the normals of these vertices, bit for bit those of vertex_normals(); the numbers ascend. Memory: a bit for
 // each vertex of the mesh.
 std::vector<Vec3d> normals_of(const Mesh& mesh, std::span<const Vec3d> positions,
                               std::span<const std::uint32_t> vertices);

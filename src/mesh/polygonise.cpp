@@ -189,7 +189,7 @@ bool ambiguous(const SurfaceCell& cell, const Face& face) {
 }
 
 // Returns true if the inside corners of an ambiguous face are connected across it: the sign of its bilinear saddle.
-// Both cells at the face compute the same sign, because products commute to the bit.
+// Both cells at the face compute the same sign, because products commute bit for bit.
 bool saddle_inside(const SurfaceCell& cell, const Face& face) {
   const auto value = [&](int i) { return cell.values[face.corners[i]]; };
   const double even = value(0) * value(2);

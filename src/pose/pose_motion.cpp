@@ -35,22 +35,6 @@ constexpr std::size_t kManyUnknowns = 9000;  // more than that are not begun wit
 constexpr std::size_t kMaxInAStep = 12'000;  // more than that not gone on with, where a wider spacing is allowed
 constexpr double kTolerance = 1e-6;          // of the diagonal, for the body's own points
 
-// A pin's patch: its point, and the corners of an icosahedron about it.
-std::vector<Vec3d> patch_about(const Vec3d& p, double size) {
-  constexpr double kRadius = 0.7;  // of the size: half of a ball's points are farther out than 0.79
-  const double golden = std::numbers::phi;
-  const double by = kRadius * size / std::sqrt(1 + golden * golden);
-  std::vector<Vec3d> points{p};
-  for (const double a : {-by, by}) {
-    for (const double b : {-by * golden, by * golden}) {
-      points.push_back(p + Vec3d{0, a, b});
-      points.push_back(p + Vec3d{a, b, 0});
-      points.push_back(p + Vec3d{b, 0, a});
-    }
-  }
-  return points;
-}
-
 double length_of(const std::vector<Vec3d>& path) {
   double length = 0;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) length += norm(path[i + 1] - path[i]);
@@ -216,6 +200,21 @@ class Schedule {
 };
 
 }  // namespace
+
+std::vector<Vec3d> patch_about(const Vec3d& p, double size) {
+  constexpr double kRadius = 0.7;  // of the size: half of a ball's points are farther out than 0.79
+  const double golden = std::numbers::phi;
+  const double by = kRadius * size / std::sqrt(1 + golden * golden);
+  std::vector<Vec3d> points{p};
+  for (const double a : {-by, by}) {
+    for (const double b : {-by * golden, by * golden}) {
+      points.push_back(p + Vec3d{0, a, b});
+      points.push_back(p + Vec3d{a, b, 0});
+      points.push_back(p + Vec3d{b, 0, a});
+    }
+  }
+  return points;
+}
 
 class PoseRun::Motion {
  public:

@@ -83,4 +83,8 @@ class PoseRun {
   std::unique_ptr<Motion> motion_;
 };
 
+// Returns a point and the corners of an icosahedron about it: what moves as one rigid piece, such as the patch of a
+// pin.
+std::vector<Vec3d> patch_about(const Vec3d& p, double size);
+
 }  // namespace knead::detail

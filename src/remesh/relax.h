@@ -61,7 +61,7 @@ class Relaxer {
   Relaxer(const RelaxTopology& topology, std::span<const Triangle> triangles, std::span<Vec3d> positions,
           bool single_precision, int threads);
 
-  // Relaxes the surface at one place. The result depends on the positions and the dab only, to the bit. Time: that of
+  // Relaxes the surface at one place. The result depends on the positions and the dab only, bit for bit. Time: that of
   // the vertices within the radius and of a search for crossings among the triangles around.
   void apply(const RelaxDab& dab);
 

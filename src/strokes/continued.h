@@ -74,7 +74,7 @@ namespace knead {
 
 // Returns the part of `now` that `before` lacks, if `now` extends `before`: the rest of an implicit stroke's path,
 // the new samples of a painted stroke, or the new points of a relax stroke. `before` followed by this part gives the
-// same segments as `now`, to the bit. Returns nothing if the strokes are equal, or `now` does not extend `before`.
+// same segments as `now`, bit for bit. Returns nothing if the strokes are equal, or `now` does not extend `before`.
 std::optional<Stroke> suffix_since(const Stroke& before, const Stroke& now);
 
 // Returns the flow of that part; works also for point sets with more displacements. The strokes are valid. Nothing for
@@ -87,7 +87,7 @@ std::optional<Flow> flow_suffix_since(const Stroke& before, const Stroke& now, c
 // was released between them.
 bool continues(const Stroke& last, const Stroke& next);
 
-// Returns one stroke that gives the result of the two, one after the other, to the bit. Returns nothing if there is
+// Returns one stroke that gives the result of the two, one after the other, bit for bit. Returns nothing if there is
 // none, as for stamps, whose contacts are chosen for a whole stroke.
 std::optional<Stroke> joined(const Stroke& last, const Stroke& next);
 

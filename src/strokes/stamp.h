@@ -174,7 +174,7 @@ struct StampResult {
 // - A stamp that slips does neither. In each step, twice at most, it takes what is inside the tool the shortest way
 //   out, as a PinsStroke with the radius `outer`. What it has pressed so far is held by further pins. If stroke.outer
 //   is not given, so is what touches the tool where the path begins: a path may be pressed in pieces.
-// - These strokes, applied in order, repeat the stamp to the bit, for every number of threads (0: all).
+// - These strokes, applied in order, repeat the stamp bit for bit, for every number of threads (0: all).
 // - If the tool already intersects the surface at the start of the path, the part inside moves along but is not pushed
 //   out, and a warning says so. If the stamp slips, it is pushed out step by step.
 //

@@ -122,7 +122,7 @@ FieldKernel<typename P::Scalar> grid_kernel() {
 //
 // A part evaluates to the bits that it has alone, and to exactly 0 beyond its support: whether it is evaluated there
 // depends on the neighbours of a lane, its sum does not. The order of the additions is that of a butterfly, so that v
-// at the mirror image of a point is the mirror image of v, to the bit, where that is so of the parts.
+// at the mirror image of a point is the mirror image of v, bit for bit, where that is so of the parts.
 
 // How far a place is beyond a part's support.
 template <class P, class S>
