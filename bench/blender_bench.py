@@ -1,6 +1,6 @@
 """Blender's grab and elastic grab brushes, its bend modifier, and Knead's pull and bend, on the same jobs in one run.
 
-Run in Blender's window, for the brushes: KNEAD=build/release/knead blender/tests/window.sh out/knead_blender.zip
+Run in Blender's window, for the brushes: KNEAD=build/release/knead bindings/blender/tests/window.sh out/knead_blender.zip
 bench/blender_bench.py. Prints the table of docs/blender.md: time, error of the volume and crossings.
 """
 
@@ -14,7 +14,7 @@ import time
 import bpy
 import numpy as np
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../blender/tests"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../bindings/blender/tests"))
 from support import mesh_object
 from window_support import coordinates, run
 

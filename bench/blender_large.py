@@ -1,6 +1,6 @@
 """Time and memory of a drag on a large mesh, inside Blender without its redraw.
 
-Run by: blender/tests/run.sh out/knead_blender.zip bench/blender_large.py. KNEAD_VERTICES: how many (2 million).
+Run by: bindings/blender/tests/run.sh out/knead_blender.zip bench/blender_large.py. KNEAD_VERTICES: how many (2 million).
 """
 
 import os
@@ -13,7 +13,7 @@ import time
 import bpy
 import numpy as np
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../blender/tests"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../bindings/blender/tests"))
 from support import mesh_object
 
 _VERTICES = os.environ.get("KNEAD_VERTICES", "2000000")

@@ -100,7 +100,7 @@ FNR == 1 {
 '
 
 violations() {
-  (cd "$1" && find include src apps python paraview bench examples web -mindepth 1 \( -name '*.h' -o -name '*.cpp' \) -print0 | sort -z |
+  (cd "$1" && find include src apps bindings bench examples -mindepth 1 \( -name '*.h' -o -name '*.cpp' \) -print0 | sort -z |
     TABLE=$table MEASURED=$measured xargs -0 -r awk "$checker")
 }
 
@@ -116,7 +116,7 @@ check() {
 # tests/include_table/violations is a tree in which every line that breaks the table ends in "// wrong".
 self_test() {
   local tree=$here/include_table/violations
-  diff <(cd "$tree" && grep -rn '// wrong$' include src apps python paraview bench examples web | cut -d: -f1,2 | sort) \
+  diff <(cd "$tree" && grep -rn '// wrong$' include src apps bindings bench examples | cut -d: -f1,2 | sort) \
     <(violations "$tree" | cut -d: -f1,2 | sort) ||
     { echo "expected (<) and found (>) violations differ, see above" >&2; return 1; }
 }

@@ -17,7 +17,7 @@ else()
   message(STATUS "knead: no sources of Dear ImGui in KNEAD_IMGUI_SOURCES: building without Studio's page")
 endif()
 
-# The program of the page, in web/page of the build.
+# The program of the page, in bindings/web/page of the build.
 function(knead_studio_page)
   if(NOT KNEAD_IMGUI_FOUND)
     return()
@@ -44,5 +44,5 @@ function(knead_studio_page)
   set_target_properties(knead_studio_page PROPERTIES OUTPUT_NAME ${name} SUFFIX .mjs
                                                      RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/page)
   add_custom_command(TARGET knead_studio_page POST_BUILD
-                     COMMAND node ${PROJECT_SOURCE_DIR}/web/list_fused.mjs ${PROJECT_BINARY_DIR}/page/${name}.wasm)
+                     COMMAND node ${PROJECT_SOURCE_DIR}/bindings/web/list_fused.mjs ${PROJECT_BINARY_DIR}/page/${name}.wasm)
 endfunction()

@@ -9,7 +9,7 @@ blender() {
   require_render
   require python || die "the add-on needs the module of Python, which needs the packages above"
   compile release knead knead_python
-  blender/build.sh build/release/python out/knead_blender.zip
+  bindings/blender/build.sh build/release/python out/knead_blender.zip
   say "made out/knead_blender.zip; in Blender: Edit > Preferences > Add-ons > Install"
   if ! have blender; then
     say "Blender is not installed, so the add-on is not tested; on Debian: apt-get install blender xvfb"
@@ -25,13 +25,13 @@ paraview() {
   compile release knead knead_python
   local options=()
   if have ccache; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
-  cmake -S paraview -B build/paraview -G Ninja -DCMAKE_BUILD_TYPE=Release "${options[@]}" --log-level=NOTICE ||
+  cmake -S bindings/paraview -B build/paraview -G Ninja -DCMAKE_BUILD_TYPE=Release "${options[@]}" --log-level=NOTICE ||
     die "could not configure the plugin"
   cmake --build build/paraview || die "the build of the plugin failed; the first 'error:' above says where"
   mkdir -p out/paraview
   cp build/paraview/lib/Knead/Knead.so out/paraview
   say "made out/paraview/Knead.so; in ParaView: Tools > Manage Plugins > Load New"
-  paraview/tests/run.sh out/paraview/Knead.so || die "tests failed"
+  bindings/paraview/tests/run.sh out/paraview/Knead.so || die "tests failed"
 }
 
 case ${1:-} in

@@ -7,7 +7,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/build.sh"
 
 # What the tests take from the npm registry; false where it is not reached.
 web_test_packages() {
-  cp web/package.json build/web
+  cp bindings/web/package.json build/web
   npm install --prefix build/web --no-audit --no-fund --loglevel=error >build/web/npm.log 2>&1 || return 1
   ln -sfn ../npm build/web/node_modules/knead
 }
@@ -31,7 +31,7 @@ fetch_imgui() {
 make_site() {
   local site=build/web/site files
   rm -rf "$site" && mkdir -p "$site"
-  cp web/page/* web/npm/fused.js build/web/page/knead_studio.{mjs,wasm} LICENSE "$site"
+  cp bindings/web/page/* bindings/web/npm/fused.js build/web/page/knead_studio.{mjs,wasm} LICENSE "$site"
   cp build/web_threads/page/knead_studio_threads.{mjs,wasm,worker.js} "$site"
   cp share/knead-studio.svg "$site/icon.svg"
   files=$(cd "$site" && printf "'%s', " ./ index.html ./*.css ./*.js ./*.mjs ./*.wasm ./*.svg ./*.webmanifest | sed "s/'[^']*sw.js', //; s/'[^']*knead_studio[^']*', //g")
@@ -45,7 +45,7 @@ test_web() {
     return 0
   fi
   rm -rf build/web/tests build/web/bench
-  cp -r web/tests web/bench web/serve.mjs build/web
+  cp -r bindings/web/tests bindings/web/bench bindings/web/serve.mjs build/web
   build/web/node_modules/.bin/tsc --noEmit --strict --target es2022 --module nodenext build/web/tests/types_test.ts ||
     die "the types of the module are wrong: see above"
   export KNEAD=$root/build/release/knead KNEAD_WEB_BUILD=$root/build/web
@@ -56,7 +56,7 @@ test_web() {
 web() {
   if [[ ${1:-} == serve ]]; then
     [[ -d out/web ]] || die "nothing is built for the web yet; run: ./dev web"
-    exec node web/serve.mjs out/web "${@:2}"
+    exec node bindings/web/serve.mjs out/web "${@:2}"
   fi
   [[ $# -eq 0 ]] || die "web: nothing or serve, not '$*'"
   if ! have emcc || ! have node; then

@@ -10,8 +10,8 @@ out=$(realpath -m "${2:-$root/out/knead_extension.zip}")
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 mkdir -p "$scratch/wheels" "$(dirname "$out")"
-cp "$root"/blender/knead_blender/*.py "$root/blender/LICENSE" "$scratch"
-python3 "$root/blender/icons.py" "$scratch/icons"
+cp "$root"/bindings/blender/knead_blender/*.py "$root/bindings/blender/LICENSE" "$scratch"
+python3 "$root/bindings/blender/icons.py" "$scratch/icons"
 
 platforms=()
 add() { # PLATFORM_OF_BLENDER PATTERN: of its wheels
@@ -37,7 +37,7 @@ wheels=()
 for wheel in "$scratch"/wheels/*; do wheels+=("\"./wheels/$(basename "$wheel")\""); done
 version=$(sed -n 's/^project(knead VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt")
 sed -e "s|@VERSION@|$version|" -e "s|@PLATFORMS@|$(list "${platforms[@]}")|" -e "s|@WHEELS@|$(list "${wheels[@]}")|" \
-  "$root/blender/manifest.toml.in" >"$scratch/blender_manifest.toml"
+  "$root/bindings/blender/manifest.toml.in" >"$scratch/blender_manifest.toml"
 rm -f "$out"
 (cd "$scratch" && python3 -m zipfile -c "$out" ./*)
 echo "$out"

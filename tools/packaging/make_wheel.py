@@ -39,7 +39,7 @@ def metadata(licences):
 
 def files(tag, module, licences):
     """Yields the name and the bytes of each file."""
-    for path in sorted((ROOT / "python/knead").iterdir()):
+    for path in sorted((ROOT / "bindings/python/knead").iterdir()):
         if path.suffix in (".py", ".pyi") or path.name == "py.typed":
             yield f"knead/{path.name}", path.read_bytes()
     yield f"knead/{module.name}", module.read_bytes()

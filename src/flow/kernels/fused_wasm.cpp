@@ -64,7 +64,7 @@ inline v128_t is_splittable(v128_t a) {
 
 using namespace knead::detail;
 
-// Both are exported so that web/list_fused.mjs finds their calls.
+// Both are exported so that bindings/web/list_fused.mjs finds their calls.
 extern "C" {
 
 // Products of floats are exact in double, and sums rounded to double round once more to the same float, but for the

@@ -26,7 +26,7 @@
 #include "application.h"
 #include "platform/gui.h"
 
-// The page's side (web/page/studio.js).
+// The page's side (bindings/web/page/studio.js).
 EM_JS(void, page_set_title, (const char* title), { Module.page.setTitle(UTF8ToString(title)); });
 EM_JS(void, page_toggle_full_screen, (), { Module.page.toggleFullScreen(); });
 EM_JS(void, page_choose_files, (), { Module.page.chooseFiles(); });

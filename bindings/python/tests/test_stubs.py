@@ -13,14 +13,14 @@ import knead
 
 @pytest.fixture(scope="module")
 def made():
-    spec = importlib.util.spec_from_file_location("make_stubs", SOURCE / "python/tests/make_stubs.py")
+    spec = importlib.util.spec_from_file_location("make_stubs", SOURCE / "bindings/python/tests/make_stubs.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.text()
 
 
 def test_the_stubs_are_up_to_date(made):
-    assert (SOURCE / "python/knead/__init__.pyi").read_text() == made
+    assert (SOURCE / "bindings/python/knead/__init__.pyi").read_text() == made
 
 
 def test_the_stubs_name_everything(made):

@@ -6,7 +6,7 @@ set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 meshes=$(realpath "$2")
-pictures=$(realpath -m "${3:-$here/../docs/blender}")
+pictures=$(realpath -m "${3:-$here/../../docs/blender}")
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 "$here/build.sh" "$1" "$scratch/knead_blender.zip"

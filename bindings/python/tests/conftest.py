@@ -9,7 +9,7 @@ import pytest
 
 import knead
 
-SOURCE = pathlib.Path(os.environ.get("KNEAD_SOURCE", pathlib.Path(__file__).parents[2]))
+SOURCE = pathlib.Path(os.environ.get("KNEAD_SOURCE", pathlib.Path(__file__).parents[3]))
 COMMAND = os.environ.get("KNEAD", str(SOURCE / "build/release/knead"))
 
 

@@ -9,7 +9,7 @@ command -v blender >/dev/null || {
 }
 zip=$(realpath "$1")
 test=$(realpath "$2")
-export KNEAD=${KNEAD:-$(dirname "${BASH_SOURCE[0]}")/../../build/release/knead}
+export KNEAD=${KNEAD:-$(dirname "${BASH_SOURCE[0]}")/../../../build/release/knead}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 export BLENDER_USER_CONFIG=$scratch/config BLENDER_USER_SCRIPTS=$scratch/scripts PYTHONDONTWRITEBYTECODE=1

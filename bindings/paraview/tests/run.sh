@@ -10,8 +10,8 @@ command -v pvbatch >/dev/null || {
   exit 77
 }
 KNEAD_PLUGIN=$(realpath "$1")
-export KNEAD_PLUGIN KNEAD=${KNEAD:-$here/../../build/release/knead}
-export KNEAD_PYTHON=${KNEAD_PYTHON:-$here/../../build/release/python}
+export KNEAD_PLUGIN KNEAD=${KNEAD:-$here/../../../build/release/knead}
+export KNEAD_PYTHON=${KNEAD_PYTHON:-$here/../../../build/release/python}
 KNEAD_SCRATCH=$(mktemp -d)
 export KNEAD_SCRATCH PYTHONDONTWRITEBYTECODE=1 HOME=$KNEAD_SCRATCH OMPI_MCA_btl_vader_single_copy_mechanism=none
 trap 'rm -rf "$KNEAD_SCRATCH"' EXIT

@@ -5,7 +5,7 @@
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-export KNEAD=${KNEAD:-$here/../../build/release/knead}
+export KNEAD=${KNEAD:-$here/../../../build/release/knead}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 export BLENDER_USER_CONFIG=$scratch/config BLENDER_USER_SCRIPTS=$scratch/scripts PYTHONDONTWRITEBYTECODE=1

@@ -2,12 +2,12 @@
 """Writes knead/__init__.pyi: the types of the module, for editors and type checkers.
 
 The classes of strokes come from the library's description of the tools, all else from the signatures here. Usage:
-PYTHONPATH=build/release/python python/tests/make_stubs.py > python/knead/__init__.pyi
+PYTHONPATH=build/release/python bindings/python/tests/make_stubs.py > bindings/python/knead/__init__.pyi
 """
 
 from knead import _strokes
 
-HEAD = '''# Made by python/tests/make_stubs.py.
+HEAD = '''# Made by bindings/python/tests/make_stubs.py.
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
 from os import PathLike
 from typing import Any, ClassVar, Literal, Protocol, TypeVar, overload

@@ -1,6 +1,6 @@
 """Makes the vessel of docs/paraview.md: a curved tube of hexahedra and wedges with the velocity of the flow within.
 
-    pvpython paraview/vessel.py FOLDER
+    pvpython bindings/paraview/vessel.py FOLDER
 
 writes FOLDER/vessel.vtu and FOLDER/bulge.knead, a session that draws its wall out at the bend.
 """

@@ -1,4 +1,4 @@
-# Made by python/tests/make_stubs.py.
+# Made by bindings/python/tests/make_stubs.py.
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
 from os import PathLike
 from typing import Any, ClassVar, Literal, Protocol, TypeVar, overload

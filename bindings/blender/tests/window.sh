@@ -13,7 +13,7 @@ done
 zip=$(realpath "$1")
 test=$(realpath "$2")
 shift 2
-export KNEAD=${KNEAD:-$(dirname "${BASH_SOURCE[0]}")/../../build/release/knead}
+export KNEAD=${KNEAD:-$(dirname "${BASH_SOURCE[0]}")/../../../build/release/knead}
 scratch=$(mktemp -d)
 x_server=
 stop() {

@@ -1,4 +1,4 @@
-// Lists the calls of fused multiply-adds in a program, in a section of its own at the program's end, for web/npm/fused.js:
+// Lists the calls of fused multiply-adds in a program, in a section of its own at the program's end, for bindings/web/npm/fused.js:
 // node list_fused.mjs PROGRAM.wasm
 import { readFileSync, writeFileSync } from 'node:fs';
 

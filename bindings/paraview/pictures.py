@@ -1,6 +1,6 @@
 """Makes the pictures of docs/paraview.md; needs a display, such as xvfb-run gives.
 
-    xvfb-run -a -s "-screen 0 1280x1024x24" pvbatch paraview/pictures.py Knead.so FOLDER OUT
+    xvfb-run -a -s "-screen 0 1280x1024x24" pvbatch bindings/paraview/pictures.py Knead.so FOLDER OUT
 
 FOLDER holds what vessel.py makes; OUT gets vessel.jpg, stretch.jpg, quality.jpg and streamlines.jpg.
 """
