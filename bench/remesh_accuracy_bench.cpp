@@ -40,7 +40,7 @@ const std::filesystem::path kScenes = std::filesystem::path(KNEAD_ROOT) / "bench
 struct Scene {
   std::string name;
   std::filesystem::path session;
-  std::optional<ShapeKind> kind;  // of a shape made here; nothing: `file` is read
+  std::optional<ShapeKind> kind;  // of a shape made here; std::nullopt: `file` is read
   std::size_t vertices = 0;
   std::string file;
   std::string paper;  // its figure

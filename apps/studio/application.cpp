@@ -81,17 +81,17 @@ class Application {
 
   // Takes the events, and draws a picture if something changes.
   void step() {
-    const std::vector<Event> events = window_.events(studio_.worker().is_busy() ? kBusyWait : kIdleWait);
+    const std::vector<Event> events = window_.events(studio_.document().worker().is_busy() ? kBusyWait : kIdleWait);
     studio_.refresh();
     const Clock::time_point now = Clock::now();
-    const std::uint64_t version = studio_.shown().version;
-    if (!events.empty() || version != drawn_version_ || window_.is_closing() || studio_.worker().is_busy()) {
+    const std::uint64_t version = studio_.document().shown().version;
+    if (!events.empty() || version != drawn_version_ || window_.is_closing() || studio_.document().worker().is_busy()) {
       last_active_ = now;
       frames_since_ = 0;
     }
     const bool has_settled = frames_since_ >= kFramesToSettle && seconds_between(last_active_, now) > kStaysActive;
-    if (has_settled) studio_.remember_look();
-    if (has_settled && !interface_.has_messages() && samples_ == 0 && !studio_.turntable()) {
+    if (has_settled) studio_.view().remember_look();
+    if (has_settled && !interface_.has_messages() && samples_ == 0 && !studio_.view().turntable()) {
       last_frame_.reset();
       return;
     }
@@ -115,7 +115,7 @@ class Application {
     studio_.refresh();
     interface_.draw(times_, {overlay_.knows_stretch(), estimate_.update(studio_)});
     draw_picture();
-    studio_.step_turntable([this](const std::filesystem::path& path) { write_view(path); });
+    studio_.view().step_turntable([this](const std::filesystem::path& path) { write_view(path); });
     gui_.end_frame();
     backend_.draw();
     times_.drawing = seconds_between(began, Clock::now());
@@ -127,10 +127,10 @@ class Application {
 
   // Gives a quick step of a drag the time to be in this very picture.
   void wait_for_step() const {
-    if (!studio_.gesture() || studio_.shown().live_seconds > kLikelyDoneWithin) return;
+    if (!studio_.gesture() || studio_.document().shown().live_seconds > kLikelyDoneWithin) return;
     if (shape_.gpu() != nullptr && shape_.gpu()->is_ahead()) return;
     const Clock::time_point began = Clock::now();
-    while (studio_.worker().is_busy() && seconds_between(began, Clock::now()) < kWaitForStep) {
+    while (studio_.document().worker().is_busy() && seconds_between(began, Clock::now()) < kWaitForStep) {
       std::this_thread::sleep_for(std::chrono::microseconds(200));
     }
   }
@@ -145,10 +145,11 @@ class Application {
       const GpuPreview& gpu = *shape_.gpu();
       times_.mover = gpu.description();
       studio_.set_hit_test([this](const Ray& ray) { return hit_on_gpu(ray); });
-      studio_.tell({false,
-                    fmt::format("The GPU {} now moves the shape during a drag.{}", times_.mover,
-                                gpu.is_software() ? " It is emulated in software, so the CPU is faster." : ""),
-                    Subject::gpu});
+      studio_.document().tell(
+          {false,
+           fmt::format("The GPU {} now moves the shape during a drag.{}", times_.mover,
+                       gpu.is_software() ? " It is emulated in software, so the CPU is faster." : ""),
+           Subject::gpu});
     } catch (const std::exception& error) {
       give_up_gpu(error);
     }
@@ -166,7 +167,7 @@ class Application {
     try {
       return shape_.gpu()->hit(ray);
     } catch (const std::exception& error) {
-      studio_.tell({true, error.what(), Subject::gpu});
+      studio_.document().tell({true, error.what(), Subject::gpu});
       return std::nullopt;
     }
   }
@@ -174,11 +175,11 @@ class Application {
   void give_up_gpu(const std::exception& error) {
     leave_gpu();
     studio_.preferences().backend = BackendChoice::cpu;
-    studio_.tell({true, fmt::format("Studio continues on the CPU: {}.", error.what()), Subject::gpu});
+    studio_.document().tell({true, fmt::format("Studio continues on the CPU: {}.", error.what()), Subject::gpu});
   }
 
   bool follow_shape() {
-    const DocumentState& shown = studio_.shown();
+    const DocumentState& shown = studio_.document().shown();
     return shape_.follow(shown.state, studio_.pending(), shown.diagonal, view_);
   }
 
@@ -189,7 +190,7 @@ class Application {
     if (has_moved) times_.uploaded = gpu.transfers().bytes_sent - sent;
     if (!was_ahead && gpu.is_ahead()) reads_before_ = gpu.transfers().read;
     if (!gpu.is_ahead()) times_.volume.reset();
-    const bool is_measured = studio_.view().statistics && studio_.shown().volume_before;
+    const bool is_measured = studio_.view().settings().statistics && studio_.document().shown().volume_before;
     if (is_measured && has_moved && gpu.is_ahead()) times_.volume = gpu.volume();
     times_.read_back = gpu.transfers().read - reads_before_;
   }
@@ -222,12 +223,12 @@ class Application {
   }
 
   void write_picture(const std::filesystem::path& path) {
-    studio_.withdraw(Subject::picture);
+    studio_.document().withdraw(Subject::picture);
     try {
       write_view(path);
-      studio_.tell({false, fmt::format("Wrote {}.", path.filename().string())});
+      studio_.document().tell({false, fmt::format("Wrote {}.", path.filename().string())});
     } catch (const std::exception& error) {
-      studio_.tell({true, error.what(), Subject::picture});
+      studio_.document().tell({true, error.what(), Subject::picture});
     }
   }
 
@@ -240,7 +241,7 @@ class Application {
   }
 
   void set_title() {
-    const DocumentState& shown = studio_.shown();
+    const DocumentState& shown = studio_.document().shown();
     const std::string name = shown.session_path.empty() ? shown.title : shown.session_path.filename().string();
     const std::string title =
         name.empty() ? "Knead Studio" : name + (shown.is_changed ? "* - " : " - ") + "Knead Studio";
@@ -273,21 +274,21 @@ namespace {
 
 // What other runs left behind and nobody misses: what is empty, or saved.
 void discard_needless_journals(Studio& studio) {
-  const std::vector<AbandonedJournal> journals = studio.abandoned();
+  const std::vector<AbandonedJournal> journals = studio.document().abandoned();
   for (const AbandonedJournal& journal : journals) {
     const bool is_needless = journal.strokes == 0 || journal.is_saved;
-    if (is_needless && journal.problem.empty()) studio.discard(std::filesystem::path(journal.folder));
+    if (is_needless && journal.problem.empty()) studio.document().discard(std::filesystem::path(journal.folder));
   }
 }
 
 void begin(Studio& studio, const ApplicationOptions& options) {
   if (options.backend) studio.preferences().backend = *options.backend;
   if (options.shape) {
-    studio.open(*options.shape);
+    studio.document().open(*options.shape);
   } else {
-    studio.open_made(ShapeKind::sphere, kFirstVertices);
+    studio.document().open_made(ShapeKind::sphere, kFirstVertices);
   }
-  if (options.session) studio.open(*options.session);
+  if (options.session) studio.document().open(*options.session);
 }
 
 }  // namespace
@@ -301,15 +302,15 @@ void run_application(const ApplicationOptions& options) {
     if (windows == kMaxWindows) throw std::runtime_error("the graphics driver keeps resetting");
     const Pointer& at = studio.pointer();
     if (studio.gesture()) studio.handle(ButtonChanged{MouseButton::left, false, at.x, at.y, at.modifiers});
-    studio.remember_window(application->place());
+    studio.view().remember_window(application->place());
     application.reset();
     application = std::make_unique<Application>(studio);
     studio.preferences().backend = BackendChoice::cpu;
-    studio.tell({true, "The GPU was reset. No work is lost; Studio continues on the CPU in a new window."});
+    studio.document().tell({true, "The GPU was reset. No work is lost; Studio continues on the CPU in a new window."});
   }
-  studio.remember_look();
-  studio.remember_window(application->place());
-  studio.close();
+  studio.view().remember_look();
+  studio.view().remember_window(application->place());
+  studio.document().close();
 }
 
 SteppedApplication::SteppedApplication(const ApplicationOptions& options) {
@@ -331,8 +332,8 @@ bool SteppedApplication::step() {
   if (application_->has_ended()) return false;
   application_->step();
   if (!application_->has_ended()) return true;
-  studio_->remember_look();
-  studio_->close();
+  studio_->view().remember_look();
+  studio_->document().close();
   return false;
 }
 

@@ -18,24 +18,24 @@ class StudioLayers : public StudioTest {
     run(studio, ball());
     for (const int tool : {0, 5, 11}) run(studio, kTools[tool].script);
     ASSERT_EQ(errors(studio), "");
-    ASSERT_EQ(studio.shown().history.size(), 3u);
+    ASSERT_EQ(studio.document().shown().history.size(), 3u);
   }
 
   static std::vector<std::string> names(const Studio& studio) {
     std::vector<std::string> result;
-    for (const auto& entry : studio.shown().history) result.push_back(name_of(entry->strokes));
+    for (const auto& entry : studio.document().shown().history) result.push_back(name_of(entry->strokes));
     return result;
   }
 
   static std::vector<SessionStroke> strokes(const Studio& studio, std::size_t entry) {
-    return studio.shown().history[entry]->strokes;
+    return studio.document().shown().history[entry]->strokes;
   }
 
   static std::string at(const Vec3d& p) { return fmt_of(p.x) + ", " + fmt_of(p.y) + ", " + fmt_of(p.z); }
 
   // Drags a handle of the selected entry, by its place in the scene.
   static void drag_handle(Studio& studio, std::size_t handle, const Vec3d& by, bool is_kept) {
-    const Vec3d from = place_of(studio.layers().paths, {0, handle});
+    const Vec3d from = place_of(studio.history().editor().paths, {0, handle});
     run(studio, R"({"move": [)" + at(from) + R"(]}
 {"press": [)" + at(from) +
                     R"(]}
@@ -55,9 +55,9 @@ TEST_F(StudioLayers, EntriesAreNamedAsTheToolsAre) {
     Studio studio(options());
     run(studio, ball());
     run(studio, kTools[script].script);
-    ASSERT_EQ(studio.shown().history.size(), 1u) << name;
+    ASSERT_EQ(studio.document().shown().history.size(), 1u) << name;
     EXPECT_EQ(names(studio)[0], name);
-    studio.close();
+    studio.document().close();
   }
 }
 
@@ -68,7 +68,7 @@ TEST_F(StudioLayers, ARenamedEntryKeepsItsNameInTheFile) {
   run(studio, R"({"layer": 1, "name": "left ear"})");
   EXPECT_EQ(names(studio), (std::vector<std::string>{"Ball", "left ear", "Rotate"}));
   EXPECT_TRUE(positions(studio) == before);
-  EXPECT_TRUE(studio.shown().is_changed);
+  EXPECT_TRUE(studio.document().shown().is_changed);
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == before);
   Studio other(options());
   run(other, R"({"open": ")" + (folder_ / "work.knead").string() + "\"}");
@@ -89,12 +89,12 @@ TEST_F(StudioLayers, AnEntryThatIsOffIsAbsent) {
     for (const std::size_t i : {0U, 2U}) {
       for (const SessionStroke& stroke : strokes(studio, i)) without.strokes.push_back(stroke);
     }
-    const ReplayResult expected = replay(*studio.shown().state.mesh, without);
+    const ReplayResult expected = replay(*studio.document().shown().state.mesh, without);
     EXPECT_TRUE(positions(studio) == expected.shape.positions());
     EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
     run(studio, R"({"layer": 1, "off": false})");
     EXPECT_TRUE(positions(studio) == before);
-    studio.close();
+    studio.document().close();
   }
 }
 
@@ -141,7 +141,7 @@ TEST_F(StudioLayers, ADragOfTheStrengthIsOneChange) {
     run(studio, R"({"key": "Ctrl+Shift+Z"}
 {"layer": 2, "strength": 1.5})");
     EXPECT_EQ(strength_of(strokes(studio, 2)), 1.5);
-    studio.close();
+    studio.document().close();
   }
 }
 
@@ -150,24 +150,24 @@ TEST_F(StudioLayers, TheEditorFollowsUndo) {
   Studio studio(options());
   begin(studio);
   run(studio, R"({"layer": 2, "select": true})");
-  const std::vector<SessionStroke> old = studio.layers().strokes;
+  const std::vector<SessionStroke> old = studio.history().editor().strokes;
   std::vector<SessionStroke> changed = old;
   std::get<RotateStroke>(changed[0].stroke).angle_deg = 77;
-  set_strokes(studio.layers(), changed);
-  studio.change_layers(replaced(2, changed));
+  set_strokes(studio.history().editor(), changed);
+  studio.history().change(replaced(2, changed));
   EXPECT_EQ(strokes(studio, 2), changed);
-  EXPECT_EQ(studio.layers().strokes, changed);
+  EXPECT_EQ(studio.history().editor().strokes, changed);
   run(studio, R"({"key": "Ctrl+Z"})");
-  EXPECT_EQ(studio.layers().strokes, old);
-  EXPECT_EQ(studio.layers().text.find("77"), std::string::npos);
+  EXPECT_EQ(studio.history().editor().strokes, old);
+  EXPECT_EQ(studio.history().editor().text.find("77"), std::string::npos);
   run(studio, R"({"key": "Ctrl+Shift+Z"})");
-  EXPECT_EQ(studio.layers().strokes, changed);
+  EXPECT_EQ(studio.history().editor().strokes, changed);
   run(studio, R"({"layer": 2, "move_to": 0})");
-  EXPECT_EQ(studio.layers().entry, 0u) << "the selection goes along";
+  EXPECT_EQ(studio.history().editor().entry, 0u) << "the selection goes along";
   run(studio, R"({"layer": 0, "remove": true}
 {"layer": 1, "remove": true}
 {"layer": 0, "remove": true})");
-  EXPECT_FALSE(studio.layers().entry);
+  EXPECT_FALSE(studio.history().editor().entry);
 }
 
 TEST_F(StudioLayers, APathIsDraggedByItsHandles) {
@@ -176,8 +176,8 @@ TEST_F(StudioLayers, APathIsDraggedByItsHandles) {
     begin(studio);
     const std::vector<Vec3d> before = positions(studio);
     run(studio, R"({"layer": 0, "select": true})");
-    ASSERT_EQ(studio.layers().paths.size(), 1u);
-    const std::size_t last = studio.layers().paths[0].handles.size() - 1;
+    ASSERT_EQ(studio.history().editor().paths.size(), 1u);
+    const std::size_t last = studio.history().editor().paths[0].handles.size() - 1;
     ASSERT_GE(last, 1u);
     const auto path = std::get<ImplicitStroke>(strokes(studio, 0)[0].stroke).path;
     drag_handle(studio, last, {0.3, 0.1, 0}, true);
@@ -186,14 +186,14 @@ TEST_F(StudioLayers, APathIsDraggedByItsHandles) {
     EXPECT_EQ(moved.front(), path.front());
     EXPECT_NEAR(norm(moved.back() - path.back() - Vec3d{0.3, 0.1, 0}), 0, 0.01) << "a pixel";
     EXPECT_FALSE(positions(studio) == before);
-    EXPECT_EQ(studio.shown().history.size(), 3u) << "the tool was not used";
+    EXPECT_EQ(studio.document().shown().history.size(), 3u) << "the tool was not used";
     EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
     run(studio, R"({"key": "Ctrl+Z"})");
     EXPECT_TRUE(positions(studio) == before) << "the drag is one change";
     drag_handle(studio, last, {0.3, 0.1, 0}, false);
     EXPECT_TRUE(positions(studio) == before) << "Escape takes it back";
     EXPECT_EQ(std::get<ImplicitStroke>(strokes(studio, 0)[0].stroke).path, path);
-    studio.close();
+    studio.document().close();
   }
 }
 
@@ -201,7 +201,7 @@ TEST_F(StudioLayers, TheCentreOfAToolIsDragged) {
   Studio studio(options());
   begin(studio);
   run(studio, R"({"layer": 2, "select": true})");
-  ASSERT_EQ(studio.layers().paths.size(), 1u);
+  ASSERT_EQ(studio.history().editor().paths.size(), 1u);
   const Vec3d center = std::get<RotateStroke>(strokes(studio, 2)[0].stroke).center;
   drag_handle(studio, 0, {-0.2, 0, 0}, true);
   EXPECT_NEAR(norm(std::get<RotateStroke>(strokes(studio, 2)[0].stroke).center - center - Vec3d{-0.2, 0, 0}), 0, 0.01);
@@ -213,11 +213,11 @@ TEST_F(StudioLayers, BothSidesOfAMirroredDragFollowAHandle) {
   run(studio, R"({"tool": "ball"}
 {"set": {"mirror": [true, false, false]}}
 {"drag": [[0.3, 0, 0.95], [0.5, 0.3, 0.95], [0.8, 0.3, 0.95]], "steps": 6})");
-  ASSERT_EQ(studio.shown().history.size(), 1u);
+  ASSERT_EQ(studio.document().shown().history.size(), 1u);
   run(studio, R"({"layer": 0, "select": true})");
-  ASSERT_EQ(studio.layers().paths.size(), 1u) << "the images follow the stroke";
-  drag_handle(studio, studio.layers().paths[0].handles.size() - 1, {0.1, 0.2, 0}, true);
-  EXPECT_EQ(studio.shown().history.front()->strokes.front().mirror, coordinate_mirror("x"));
+  ASSERT_EQ(studio.history().editor().paths.size(), 1u) << "the images follow the stroke";
+  drag_handle(studio, studio.history().editor().paths[0].handles.size() - 1, {0.1, 0.2, 0}, true);
+  EXPECT_EQ(studio.document().shown().history.front()->strokes.front().mirror, coordinate_mirror("x"));
   double left = 0;
   double right = 0;
   for (const Vec3d& p : positions(studio)) (p.x < 0 ? left : right) = std::max(p.x < 0 ? left : right, norm(p));
@@ -230,21 +230,21 @@ TEST_F(StudioLayers, EscapeStopsAReplayAndLeavesTheHistory) {
   run(studio, ball(40962));
   for (int i = 0; i < 4; ++i) run(studio, kTools[0].script);
   const std::vector<Vec3d> before = positions(studio);
-  const std::size_t entries = studio.shown().history.size();
-  studio.change_layers(with_strength(0, 0.5));
-  EXPECT_TRUE(positions(studio) == before || !studio.worker().is_busy())
+  const std::size_t entries = studio.document().shown().history.size();
+  studio.history().change(with_strength(0, 0.5));
+  EXPECT_TRUE(positions(studio) == before || !studio.document().worker().is_busy())
       << "what is seen stays until the new one is there";
   studio.perform(Action::cancel);
-  studio.worker().wait();
+  studio.document().worker().wait();
   studio.refresh();
   const double strength = strength_of(strokes(studio, 0));
-  EXPECT_EQ(studio.shown().history.size(), entries);
+  EXPECT_EQ(studio.document().shown().history.size(), entries);
   if (strength == 1) {
     EXPECT_TRUE(positions(studio) == before);
   } else {
     EXPECT_FALSE(positions(studio) == before) << "it was done before it could be stopped";
   }
-  studio.close();
+  studio.document().close();
 }
 
 // What a kill leaves: changes of layers that have ended, and of a drag what was before it.
@@ -260,17 +260,17 @@ TEST_F(StudioLayers, ChangesComeBackAfterACrash) {
 {"layer": 2, "move_to": 1})");
     before = positions(studio);
     names_before = names(studio);
-    studio.drag_layers(with_strength(0, 0.3));
+    studio.history().drag(with_strength(0, 0.3));
     EXPECT_FALSE(positions(studio) == before);
   }
   Studio next(options());
-  ASSERT_EQ(next.abandoned().size(), 1u);
-  EXPECT_EQ(next.abandoned()[0].entries, 3u);
+  ASSERT_EQ(next.document().abandoned().size(), 1u);
+  EXPECT_EQ(next.document().abandoned()[0].entries, 3u);
   run(next, R"({"recover": "newest"})");
   EXPECT_EQ(errors(next), "");
   EXPECT_TRUE(positions(next) == before);
   EXPECT_EQ(names(next), names_before);
-  next.close();
+  next.document().close();
 }
 
 // The dialog counted lines of the session, the history entries.
@@ -280,15 +280,15 @@ TEST_F(StudioLayers, TheRecoveryCountsAsTheHistoryDoes) {
     Studio studio(options());
     run(studio, ball());
     for (const int tool : {16, 5, 0}) run(studio, kTools[tool].script);
-    entries = studio.shown().history.size();
+    entries = studio.document().shown().history.size();
   }
   Studio next(options());
-  ASSERT_EQ(next.abandoned().size(), 1u);
-  EXPECT_GT(next.abandoned()[0].strokes, entries) << "the test needs a gesture of several lines";
-  EXPECT_EQ(next.abandoned()[0].entries, entries);
+  ASSERT_EQ(next.document().abandoned().size(), 1u);
+  EXPECT_GT(next.document().abandoned()[0].strokes, entries) << "the test needs a gesture of several lines";
+  EXPECT_EQ(next.document().abandoned()[0].entries, entries);
   run(next, R"({"recover": "newest"})");
-  EXPECT_EQ(next.shown().history.size(), entries);
-  next.close();
+  EXPECT_EQ(next.document().shown().history.size(), entries);
+  next.document().close();
 }
 
 TEST_F(StudioLayers, TheViewAndTheToolComeBackAfterACrash) {
@@ -301,23 +301,23 @@ TEST_F(StudioLayers, TheViewAndTheToolComeBackAfterACrash) {
 {"view": {"yaw_deg": 33, "pitch_deg": -12, "target": [0.1, 0.2, 0.3], "height": 1.7, "projection": "orthographic"}}
 {"move": [400, 300]}
 {"wheel": 2})");
-    view = studio.navigation().view;
+    view = studio.view().navigation().view;
   }
   Studio next(options());
   run(next, R"({"size": [800, 600]}
 {"recover": "newest"})");
   EXPECT_EQ(errors(next), "");
-  const View& back = next.navigation().view;
+  const View& back = next.view().navigation().view;
   EXPECT_NEAR(back.yaw, view.yaw, 1e-12);
   EXPECT_NEAR(back.pitch, view.pitch, 1e-12);
   EXPECT_EQ(back.target, view.target);
   EXPECT_EQ(back.height, view.height);
   EXPECT_EQ(back.projection, render::Projection::orthographic);
-  EXPECT_EQ(next.settings().tool->name, "Bend");
-  EXPECT_EQ(next.settings().radius, 0.123);
-  EXPECT_EQ(next.settings().drag, DragMode::axis);
-  EXPECT_EQ(next.settings().axis, (Vec3d{0, 1, 0}));
-  next.close();
+  EXPECT_EQ(next.tools().settings().tool->name, "Bend");
+  EXPECT_EQ(next.tools().settings().radius, 0.123);
+  EXPECT_EQ(next.tools().settings().drag, DragMode::axis);
+  EXPECT_EQ(next.tools().settings().axis, (Vec3d{0, 1, 0}));
+  next.document().close();
 }
 
 TEST_F(StudioLayers, PartsOfAPoseComeBackAfterACrash) {
@@ -330,38 +330,38 @@ TEST_F(StudioLayers, PartsOfAPoseComeBackAfterACrash) {
 {"drag": [[300, 200], [380, 200], [380, 400], [300, 400], [300, 210]], "steps": 4}
 {"drag": [[420, 200], [500, 200], [500, 400], [420, 400], [420, 210]], "steps": 4}
 {"move": [700, 500]})");
-    ASSERT_EQ(studio.placed().parts.holds.size(), 2u);
-    studio.placed().parts.holds[0] = false;
-    studio.placed().parts.stiffness[1] = 7.5;
+    ASSERT_EQ(studio.tools().placed().parts.holds.size(), 2u);
+    studio.tools().placed().parts.holds[0] = false;
+    studio.tools().placed().parts.stiffness[1] = 7.5;
     run(studio, R"({"move": [700, 510]})");
-    parts = studio.placed().parts;
+    parts = studio.tools().placed().parts;
   }
   Studio next(options());
   run(next, R"({"size": [800, 600]}
 {"recover": "newest"})");
   EXPECT_EQ(errors(next), "");
-  EXPECT_EQ(next.placed().parts.of_vertex, parts.of_vertex);
-  EXPECT_EQ(next.placed().parts.holds, (std::vector<bool>{false, true}));
-  EXPECT_EQ(next.placed().parts.stiffness, (std::vector<double>{1, 7.5}));
+  EXPECT_EQ(next.tools().placed().parts.of_vertex, parts.of_vertex);
+  EXPECT_EQ(next.tools().placed().parts.holds, (std::vector<bool>{false, true}));
+  EXPECT_EQ(next.tools().placed().parts.stiffness, (std::vector<double>{1, 7.5}));
   run(next, R"({"parts": [{"vertices": [[0, 5]]}], "of": 7})");
-  EXPECT_EQ(next.placed().parts.of_vertex, parts.of_vertex) << "of a shape with other vertices";
+  EXPECT_EQ(next.tools().placed().parts.of_vertex, parts.of_vertex) << "of a shape with other vertices";
   EXPECT_THROW(
       run(next, R"({"parts": [{"vertices": [[0, 999999]]}], "of": )" + std::to_string(parts.of_vertex.size()) + "}"),
       InvalidInput);
-  next.close();
+  next.document().close();
 }
 
 TEST_F(StudioLayers, ATurntableShowsTheShapeFromAllAround) {
   Studio studio(options());
   run(studio, ball());
-  const View start = studio.navigation().view;
+  const View start = studio.view().navigation().view;
   std::vector<std::string> files;
   std::vector<double> yaws;
   ScriptHost host;
   host.picture = [&](const std::filesystem::path& path) {
     files.push_back(path.string());
-    yaws.push_back(studio.navigation().view.yaw);
-    EXPECT_EQ(studio.navigation().view.pitch, start.pitch);
+    yaws.push_back(studio.view().navigation().view.yaw);
+    EXPECT_EQ(studio.view().navigation().view.pitch, start.pitch);
   };
   std::istringstream script(R"({"turntable": "turn_%04d.png", "pictures": 8})");
   run_script(script, "script", studio, host);
@@ -371,29 +371,29 @@ TEST_F(StudioLayers, ATurntableShowsTheShapeFromAllAround) {
   for (std::size_t i = 0; i < 8; ++i) {
     EXPECT_NEAR(yaws[i], start.yaw + static_cast<double>(i) * std::acos(-1.0) / 4, 1e-12);
   }
-  EXPECT_EQ(studio.navigation().view, start);
-  EXPECT_FALSE(studio.turntable());
+  EXPECT_EQ(studio.view().navigation().view, start);
+  EXPECT_FALSE(studio.view().turntable());
 }
 
 TEST_F(StudioLayers, EscapeStopsATurntable) {
   Studio studio(options());
   run(studio, ball());
-  const View start = studio.navigation().view;
-  studio.record_turntable("turn_%04d.png", 36);
+  const View start = studio.view().navigation().view;
+  studio.view().record_turntable("turn_%04d.png", 36);
   int written = 0;
   const auto write = [&](const std::filesystem::path& /*path*/) { ++written; };
-  EXPECT_TRUE(studio.step_turntable(write));
-  EXPECT_TRUE(studio.step_turntable(write));
+  EXPECT_TRUE(studio.view().step_turntable(write));
+  EXPECT_TRUE(studio.view().step_turntable(write));
   studio.handle(KeyChanged{"Escape", true, {}});
-  EXPECT_FALSE(studio.step_turntable(write));
+  EXPECT_FALSE(studio.view().step_turntable(write));
   EXPECT_EQ(written, 2);
-  EXPECT_EQ(studio.navigation().view, start);
-  studio.record_turntable("turn.jpg", 36);
-  EXPECT_FALSE(studio.turntable());
+  EXPECT_EQ(studio.view().navigation().view, start);
+  studio.view().record_turntable("turn.jpg", 36);
+  EXPECT_FALSE(studio.view().turntable());
   EXPECT_NE(errors(studio).find("PNG"), std::string::npos);
-  studio.record_turntable("50%/turn.png", 36);
-  ASSERT_TRUE(studio.turntable());
-  EXPECT_EQ(studio.turntable()->pattern, "50%/turn_%04d.png") << "a name without a number gets one";
+  studio.view().record_turntable("50%/turn.png", 36);
+  ASSERT_TRUE(studio.view().turntable());
+  EXPECT_EQ(studio.view().turntable()->pattern, "50%/turn_%04d.png") << "a name without a number gets one";
 }
 
 }  // namespace

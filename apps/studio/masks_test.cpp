@@ -18,7 +18,7 @@ constexpr const char* kPullInTheMiddle = R"({"tool": "ball"}
 )";
 
 std::size_t masked_count(const Studio& studio) {
-  const MaskValues& values = studio.mask_values();
+  const MaskValues& values = studio.masks().values();
   return static_cast<std::size_t>(std::count(values.begin(), values.end(), 255));
 }
 
@@ -29,7 +29,7 @@ TEST_F(StudioTest, MaskedVerticesStayWhileTheRestIsPulled) {
     const std::vector<Vec3d> before = positions(studio);
     run(studio, kLeftHalf);
     EXPECT_EQ(errors(studio), "");
-    ASSERT_EQ(studio.shown().history.size(), 1u);
+    ASSERT_EQ(studio.document().shown().history.size(), 1u);
     EXPECT_TRUE(positions(studio) == before);
     run(studio, kPullInTheMiddle);
     EXPECT_EQ(errors(studio), "");
@@ -45,13 +45,13 @@ TEST_F(StudioTest, MaskedVerticesStayWhileTheRestIsPulled) {
     EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == after);
     run(studio, R"({"key": "Ctrl+Z"}
 {"key": "Ctrl+Z"})");
-    EXPECT_TRUE(studio.shown().state.mask.is_empty());
+    EXPECT_TRUE(studio.document().shown().state.mask.is_empty());
     EXPECT_EQ(masked_count(studio), 0u);
     run(studio, R"({"key": "Ctrl+Shift+Z"}
 {"key": "Ctrl+Shift+Z"})");
     EXPECT_TRUE(positions(studio) == after);
     EXPECT_GT(masked_count(studio), 1000u);
-    studio.close();
+    studio.document().close();
   }
 }
 
@@ -64,8 +64,8 @@ TEST_F(StudioTest, AMaskIsPaintedAndErased) {
   EXPECT_EQ(errors(studio), "");
   const std::size_t painted = masked_count(studio);
   EXPECT_GT(painted, 20u);
-  EXPECT_TRUE(studio.shown().state.mask.holds({0, 0, 1}));
-  const MaskValues values = studio.mask_values();
+  EXPECT_TRUE(studio.document().shown().state.mask.holds({0, 0, 1}));
+  const MaskValues values = studio.masks().values();
   EXPECT_TRUE(std::any_of(values.begin(), values.end(), [](int value) { return value > 0 && value < 255; }))
       << "a brush has a soft rim";
   run(studio, R"({"drag": [[0, 0, 1], [0.4, 0, 0.91]]})");
@@ -73,8 +73,8 @@ TEST_F(StudioTest, AMaskIsPaintedAndErased) {
   run(studio, R"({"set": {"radius": 1.5}}
 {"click": [0, 0, 1], "modifiers": ["ctrl"]})");
   EXPECT_EQ(masked_count(studio), 0u);
-  EXPECT_TRUE(studio.shown().state.mask.is_empty());
-  EXPECT_EQ(studio.shown().history.size(), 3u);
+  EXPECT_TRUE(studio.document().shown().state.mask.is_empty());
+  EXPECT_EQ(studio.document().shown().history.size(), 3u);
   run(studio, R"({"key": "Ctrl+Z"})");
   EXPECT_GT(masked_count(studio), painted);
 }
@@ -85,12 +85,12 @@ TEST_F(StudioTest, EscapeGivesUpAMask) {
   run(studio, R"({"tool": "mask"}
 {"press": [0, 0, 1]}
 {"move": [0.4, 0, 0.91]})");
-  EXPECT_TRUE(studio.is_masking());
+  EXPECT_TRUE(studio.masks().is_drawing());
   EXPECT_GT(masked_count(studio), 0u);
   run(studio, R"({"key": "Escape"})");
-  EXPECT_FALSE(studio.is_masking());
+  EXPECT_FALSE(studio.masks().is_drawing());
   EXPECT_EQ(masked_count(studio), 0u);
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
 }
 
 TEST_F(StudioTest, AMaskIsChangedAsAWhole) {
@@ -107,16 +107,16 @@ TEST_F(StudioTest, AMaskIsChangedAsAWhole) {
   run(studio, R"({"mask": "invert"})");
   EXPECT_GT(masked_count(studio), all - grown - 1);
   run(studio, R"({"mask": "blur"})");
-  const MaskValues& values = studio.mask_values();
+  const MaskValues& values = studio.masks().values();
   EXPECT_TRUE(std::any_of(values.begin(), values.end(), [](int value) { return value > 0 && value < 255; }));
   run(studio, R"({"mask": "fill"})");
   EXPECT_EQ(masked_count(studio), all);
   run(studio, R"({"mask": "clear"})");
   EXPECT_EQ(masked_count(studio), 0u);
-  EXPECT_EQ(studio.shown().history.size(), 7u);
+  EXPECT_EQ(studio.document().shown().history.size(), 7u);
   EXPECT_EQ(errors(studio), "");
   run(studio, R"({"mask": "clear"})");  // changes nothing
-  EXPECT_EQ(studio.shown().history.size(), 7u);
+  EXPECT_EQ(studio.document().shown().history.size(), 7u);
 }
 
 TEST_F(StudioTest, ALassoMasksWhatItGoesRound) {
@@ -126,7 +126,7 @@ TEST_F(StudioTest, ALassoMasksWhatItGoesRound) {
 {"set": {"mask_mode": "lasso"}}
 {"drag": [[350, 250], [450, 250], [400, 350]]})");
   const std::vector<Vec3d> places = positions(studio);
-  const MaskValues& values = studio.mask_values();
+  const MaskValues& values = studio.masks().values();
   std::size_t front = 0;
   for (std::size_t v = 0; v < places.size(); ++v) {
     if (values[v] == 0) continue;
@@ -145,7 +145,7 @@ TEST_F(StudioTest, AMaskAfterRemeshingIsReplayed) {
 {"set": {"remesh": true}}
 {"drag": [[0.5, 0.5, 0.7], [0.8, 0.8, 0.7]]}
 {"set": {"remesh": false}})");
-  ASSERT_NE(studio.shown().state.provenance, nullptr);
+  ASSERT_NE(studio.document().shown().state.provenance, nullptr);
   run(studio, kLeftHalf);
   EXPECT_EQ(errors(studio), "");
   const std::size_t masked = masked_count(studio);

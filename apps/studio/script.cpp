@@ -92,7 +92,7 @@ class Script {
   Pixel place_of(const Json& value) const {
     const std::vector<Json>& numbers = value.items();
     if (numbers.size() == 2) return {numbers[0].number(), numbers[1].number()};
-    const auto pixel = pixel_of(studio_.screen(), vector_of(value));
+    const auto pixel = pixel_of(studio_.view().screen(), vector_of(value));
     if (!pixel) fail("the place is behind the camera");
     return *pixel;
   }
@@ -204,7 +204,7 @@ class Script {
       const std::string& name = line.at("stamp").text();
       const auto names = shape_names();
       const bool is_known = std::find(names.begin(), names.end(), name) != names.end();
-      is_known ? studio_.use_stamp(shape_kind(name)) : studio_.use_stamp(std::filesystem::path(name));
+      is_known ? studio_.tools().use_stamp(shape_kind(name)) : studio_.tools().use_stamp(std::filesystem::path(name));
       settle();
     } else {
       return false;
@@ -215,27 +215,27 @@ class Script {
   void choose_tool(const std::string& name) {
     const bool is_pins = name == "pins";  // a tool of its own before pose came
     studio_.perform(action_of(is_pins ? studio_tool(ToolUse::pose) : tool_named(name)));
-    if (is_pins) studio_.settings().pose = PoseMode::exact;
+    if (is_pins) studio_.tools().settings().pose = PoseMode::exact;
   }
 
   void set_pins(const Json& line) {
-    const ShapeState& state = studio_.shown().state;
+    const ShapeState& state = studio_.document().shown().state;
     if (state.mesh == nullptr) fail("there is no shape to set pins on");
     const bool knows_vertices = line.has("of") && line.at("of").whole() == state.positions.size();
     std::vector<Pin> pins;
     for (const Json& one : line.at("pins").items()) {
       Pin pin{vector_of(one.at("place")), member_or(one, "holds", true).flag()};
       if (knows_vertices && one.has("vertex") && one.at("vertex").whole() < state.positions.size()) {
-        pin.seats.push_back({state.mesh, static_cast<std::uint32_t>(one.at("vertex").whole())});
+        pin.vertices.push_back({state.mesh, static_cast<std::uint32_t>(one.at("vertex").whole())});
       }
       pins.push_back(std::move(pin));
     }
-    studio_.set_pins(std::move(pins));
+    studio_.tools().set_pins(std::move(pins));
   }
 
   // A shape with other vertices gets none.
   void set_parts(const Json& line) {
-    const ShapeState& state = studio_.shown().state;
+    const ShapeState& state = studio_.document().shown().state;
     if (state.mesh == nullptr) fail("there is no shape to make parts of");
     PartMarks parts;
     if (line.at("of").whole() != state.positions.size()) return;
@@ -254,11 +254,11 @@ class Script {
       parts.stiffness[*part] = std::clamp(one.has("stiffness") ? one.at("stiffness").number() : 1.0, 0.01, 100.0);
     }
     select_part(std::nullopt, parts);
-    studio_.placed().parts = std::move(parts);
+    studio_.tools().placed().parts = std::move(parts);
   }
 
   void set(const std::string& key, const Json& value) {
-    ToolSettings& to = studio_.settings();
+    ToolSettings& to = studio_.tools().settings();
     if (key == "radius") {
       to.radius = value.number();
     } else if (key == "auto_radius") {
@@ -317,7 +317,7 @@ class Script {
   }
 
   void set_symmetry(const std::string& key, const Json& value) {
-    ToolSettings& to = studio_.settings();
+    ToolSettings& to = studio_.tools().settings();
     if (key == "mirror") {
       to.mirror = flags_of(value);
     } else if (key == "mirror_plane") {
@@ -334,21 +334,21 @@ class Script {
   }
 
   void set_mirror_plane(const Json& value) {
-    std::optional<Symmetry::Plane>& plane = studio_.settings().symmetry.plane;
+    std::optional<Symmetry::Plane>& plane = studio_.tools().settings().symmetry.plane;
     plane.reset();
     if (value.is_null()) return;
     plane = {vector_of(value.at("point")), normalized(direction_of(value.at("normal")))};
   }
 
   void set_view(const std::string& key, const Json& value) {
-    View& view = studio_.navigation().view;
+    View& view = studio_.view().navigation().view;
     if (key == "yaw_deg") {
       view.yaw = value.number() * std::numbers::pi / 180;
     } else if (key == "pitch_deg") {
       view.pitch = value.number() * std::numbers::pi / 180;
     } else if (key == "target") {
       view.target = vector_of(value);
-      studio_.navigation().home.reset();
+      studio_.view().navigation().home.reset();
     } else if (key == "height") {
       view.height = value.number();
     } else if (key == "projection") {
@@ -364,7 +364,7 @@ class Script {
   }
 
   void show(const std::string& key, const Json& value) {
-    ViewSettings& view = studio_.view();
+    ViewSettings& view = studio_.view().settings();
     const std::array<std::pair<std::string_view, bool*>, 11> flags{{{"wireframe", &view.wireframe},
                                                                     {"references", &view.references},
                                                                     {"cavity", &view.look.relief.cavity},
@@ -406,30 +406,30 @@ class Script {
   }
 
   void change_layer(const Json& line) {
-    if (line.at("layer").is_null()) return studio_.select_layer(std::nullopt);
+    if (line.at("layer").is_null()) return studio_.history().select(std::nullopt);
     const std::size_t entry = line.at("layer").whole();
-    if (entry >= studio_.shown().history.size()) fail(fmt::format("the history has no entry {}", entry));
-    if (line.has("name")) studio_.change_layers(renamed(entry, line.at("name").text()));
-    if (line.has("off")) studio_.change_layers(switched(entry, line.at("off").flag()));
-    if (line.has("strength")) studio_.change_layers(with_strength(entry, line.at("strength").number()));
+    if (entry >= studio_.document().shown().history.size()) fail(fmt::format("the history has no entry {}", entry));
+    if (line.has("name")) studio_.history().change(renamed(entry, line.at("name").text()));
+    if (line.has("off")) studio_.history().change(switched(entry, line.at("off").flag()));
+    if (line.has("strength")) studio_.history().change(with_strength(entry, line.at("strength").number()));
     if (line.has("drag_strength")) drag_strength(entry, line.at("drag_strength"));
-    if (line.has("move_to")) studio_.change_layers(moved(entry, line.at("move_to").whole()));
-    if (line.has("join")) studio_.change_layers(joined(entry));
-    if (line.has("split")) studio_.change_layers(split(entry));
-    if (line.has("remove")) studio_.change_layers(removed(entry));
-    if (line.has("select")) studio_.select_layer(entry);
+    if (line.has("move_to")) studio_.history().change(moved(entry, line.at("move_to").whole()));
+    if (line.has("join")) studio_.history().change(joined(entry));
+    if (line.has("split")) studio_.history().change(split(entry));
+    if (line.has("remove")) studio_.history().change(removed(entry));
+    if (line.has("select")) studio_.history().select(entry);
   }
 
   // As a slider does it, which goes through these values.
   void drag_strength(std::size_t entry, const Json& values) {
-    for (const Json& value : values.items()) studio_.drag_layers(with_strength(entry, value.number()));
-    studio_.end_layer_drag(true);
+    for (const Json& value : values.items()) studio_.history().drag(with_strength(entry, value.number()));
+    studio_.history().end_drag(true);
   }
 
   void add_reference(const Json& line) {
-    if (line.at("reference").is_null()) return studio_.references().clear();
-    if (!studio_.add_reference(line.at("reference").text())) return;
-    Reference& reference = studio_.references().back();
+    if (line.at("reference").is_null()) return studio_.view().references().clear();
+    if (!studio_.view().add_reference(line.at("reference").text())) return;
+    Reference& reference = studio_.view().references().back();
     if (line.has("plane")) {
       reference.plane = static_cast<ReferencePlane>(choice(line.at("plane"), {"front", "right", "top"}));
     }
@@ -442,30 +442,30 @@ class Script {
 
   void require_shape(const char* what) {
     settle();
-    if (studio_.shown().opened != 0) return;
+    if (studio_.document().shown().opened != 0) return;
     fail(fmt::format("there is no shape to {}; open one before, or make one: {{\"new\": \"sphere\"}}", what));
   }
 
   bool files(const Json& line) {
     const auto path = [&](const char* key) { return std::filesystem::path(line.at(key).text()); };
     if (line.has("open")) {
-      studio_.open(path("open"));
+      studio_.document().open(path("open"));
       settle();
     } else if (line.has("new")) {
-      studio_.open_made(shape_kind(line.at("new").text()), member_or(line, "vertices", 0U).whole());
+      studio_.document().open_made(shape_kind(line.at("new").text()), member_or(line, "vertices", 0U).whole());
       settle();
     } else if (line.has("recover")) {
-      if (studio_.abandoned().empty()) fail("there is no unsaved work to recover");
-      studio_.recover(studio_.abandoned().front().folder);
+      if (studio_.document().abandoned().empty()) fail("there is no unsaved work to recover");
+      studio_.document().recover(studio_.document().abandoned().front().folder);
       settle();
     } else if (line.has("reference")) {
       add_reference(line);
     } else if (line.has("save")) {
       require_shape("save");
-      studio_.save(path("save"));
+      studio_.document().save(path("save"));
     } else if (line.has("export")) {
       require_shape("export");
-      studio_.export_shape(path("export"), true);
+      studio_.document().export_shape(path("export"), true);
     } else if (line.has("picture")) {
       if (!host_.picture) fail("pictures cannot be written here");
       settle();
@@ -473,20 +473,20 @@ class Script {
     } else if (line.has("turntable")) {
       if (!host_.picture) fail("pictures cannot be written here");
       settle();
-      studio_.record_turntable(path("turntable"), static_cast<int>(member_or(line, "pictures", 36U).whole()));
-      while (studio_.step_turntable(host_.picture)) {
+      studio_.view().record_turntable(path("turntable"), static_cast<int>(member_or(line, "pictures", 36U).whole()));
+      while (studio_.view().step_turntable(host_.picture)) {
       }
     } else if (line.has("edit")) {
       std::string session = "{\"knead\": 1}\n";
       for (const Json& stroke : line.at("strokes").items()) session += to_text(stroke) + "\n";
-      studio_.change_layers(replaced(line.at("edit").whole(), parse_session(session, "edit").strokes));
+      studio_.history().change(replaced(line.at("edit").whole(), parse_session(session, "edit").strokes));
     } else if (line.has("layer")) {
       change_layer(line);
     } else if (line.has("look_at")) {
       const Json& entry = line.at("look_at");
-      studio_.look_at(entry.is_null() ? std::nullopt : std::optional(entry.whole()));
+      studio_.history().look_at(entry.is_null() ? std::nullopt : std::optional(entry.whole()));
     } else if (line.has("close")) {
-      studio_.close();
+      studio_.document().close();
     } else {
       return false;
     }
@@ -497,9 +497,9 @@ class Script {
   // What has been done may ask for more, as a remesh does for the limit cylinder of the new mesh.
   void settle() {
     do {
-      studio_.worker().wait();
+      studio_.document().worker().wait();
       studio_.refresh();
-    } while (studio_.worker().is_busy());
+    } while (studio_.document().worker().is_busy());
   }
 
   static void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }

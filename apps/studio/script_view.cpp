@@ -80,9 +80,9 @@ std::string pins_line(const std::vector<Pin>& pins, const ShapeState& state) {
   std::string text;
   for (const Pin& pin : pins) {
     text += fmt::format(R"({}{{"place": {}, "holds": {})", text.empty() ? "" : ", ", text_of(pin.place), pin.holds);
-    const auto seat = std::find_if(pin.seats.begin(), pin.seats.end(),
-                                   [&](const Pin::PinVertex& one) { return one.mesh.lock() == state.mesh; });
-    if (seat != pin.seats.end()) text += fmt::format(R"(, "vertex": {})", seat->vertex);
+    const auto found = std::find_if(pin.vertices.begin(), pin.vertices.end(),
+                                    [&](const Pin::PinVertex& one) { return one.mesh.lock() == state.mesh; });
+    if (found != pin.vertices.end()) text += fmt::format(R"(, "vertex": {})", found->vertex);
     text += "}";
   }
   return fmt::format(R"({{"pins": [{}], "of": {}}})", text, state.positions.size());
@@ -112,13 +112,13 @@ std::string parts_line(const PartMarks& parts) {
 }  // namespace
 
 std::string script_of_view(Studio& studio) {
-  const std::string tool = fmt::format(R"({{"tool": "{}"}})", word_of(*studio.settings().tool));
-  const std::vector<Pin>& pins = studio.placed().pins;
-  const std::string of_pins = pins.empty() ? "" : pins_line(pins, studio.shown().state) + "\n";
-  const PartMarks& parts = studio.placed().parts;
+  const std::string tool = fmt::format(R"({{"tool": "{}"}})", word_of(*studio.tools().settings().tool));
+  const std::vector<Pin>& pins = studio.tools().placed().pins;
+  const std::string of_pins = pins.empty() ? "" : pins_line(pins, studio.document().shown().state) + "\n";
+  const PartMarks& parts = studio.tools().placed().parts;
   const std::string of_parts = parts.holds.empty() ? "" : parts_line(parts) + "\n";
-  return tool + "\n" + settings_line(studio.settings()) + "\n" + view_line(studio.navigation().view) + "\n" + of_pins +
-         of_parts;
+  return tool + "\n" + settings_line(studio.tools().settings()) + "\n" + view_line(studio.view().navigation().view) +
+         "\n" + of_pins + of_parts;
 }
 
 void restore_view(Studio& studio, const std::string& script) {
@@ -129,7 +129,7 @@ void restore_view(Studio& studio, const std::string& script) {
     try {
       run_script(one, "view", studio, {});
     } catch (const InvalidInput& error) {
-      studio.tell({false, fmt::format("The view could not be restored as it was: {}", error.what())});
+      studio.document().tell({false, fmt::format("The view could not be restored as it was: {}", error.what())});
     }
   }
 }
@@ -150,11 +150,11 @@ void write_picture(const Studio& studio, const std::filesystem::path& path, Back
     canvas.emplace();
     if (backend == BackendChoice::gpu) canvas->shape.use_gpu();
   }
-  const DocumentState& shown = studio.shown();
+  const DocumentState& shown = studio.document().shown();
   canvas->shape.follow(shown.state, studio.pending(), shown.diagonal, canvas->view);
   if (const auto influence = canvas->overlay.influence(studio)) canvas->view.set_influence(*influence);
   if (const auto mask = canvas->overlay.mask(studio)) canvas->view.set_mask(*mask);
-  const Screen screen = studio.screen();
+  const Screen screen = studio.view().screen();
   const render::Image image = canvas->view.picture(canvas->overlay.scene(studio), screen.width, screen.height);
   write_file_atomically(path, render::encode_png(image));
 }
@@ -166,7 +166,7 @@ bool run_headless(std::istream& script, const std::string& name, const StudioOpt
   std::optional<Canvas> canvas;
   bool is_fine = true;
   const auto print_notices = [&] {
-    for (const Notice& notice : studio.take_notices()) {
+    for (const Notice& notice : studio.document().take_notices()) {
       if (notice.text.empty()) continue;
       fmt::print(stderr, "{}: {}\n", notice.is_error ? "error" : "note", notice.text);
       is_fine = is_fine && !notice.is_error;
@@ -176,7 +176,7 @@ bool run_headless(std::istream& script, const std::string& name, const StudioOpt
   host.picture = [&](const std::filesystem::path& path) { write_picture(studio, path, backend, canvas); };
   host.after_event = print_notices;
   run_script(script, name, studio, host);
-  studio.close();
+  studio.document().close();
   print_notices();
   return is_fine;
 }

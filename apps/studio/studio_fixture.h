@@ -36,9 +36,9 @@ class StudioTest : public testing::Test {
     std::istringstream lines(script);
     run_script(lines, "script", studio, {});
     do {
-      studio.worker().wait();
+      studio.document().worker().wait();
       studio.refresh();
-    } while (studio.worker().is_busy());
+    } while (studio.document().worker().is_busy());
   }
 
   // A ball of radius 1 seen from the front, 1 unit 200 pixels, the middle at (400, 300).
@@ -51,11 +51,11 @@ class StudioTest : public testing::Test {
 )";
   }
 
-  static std::vector<Vec3d> positions(const Studio& studio) { return studio.shown().state.positions.copy(); }
+  static std::vector<Vec3d> positions(const Studio& studio) { return studio.document().shown().state.positions.copy(); }
 
   static std::string errors(Studio& studio) {
     std::string all;
-    for (const Notice& notice : studio.take_notices()) {
+    for (const Notice& notice : studio.document().take_notices()) {
       if (notice.is_error) all += notice.text + "\n";
     }
     return all;

@@ -25,15 +25,15 @@ TEST_P(EveryTool, LeavesOnTheScreenWhatTheSavedSessionGivesToTheBit) {
     EXPECT_EQ(errors(studio), "");
     const std::vector<Vec3d> after = positions(studio);
     EXPECT_NE(after, before);
-    EXPECT_GE(studio.shown().history.size(), 1u);
+    EXPECT_GE(studio.document().shown().history.size(), 1u);
     const ReplayResult replayed = saved_and_replayed(studio);
     EXPECT_TRUE(replayed.shape.positions() == after);
     EXPECT_GE(replayed.resolved.size(), GetParam().strokes);
-    while (!studio.shown().history.empty()) run(studio, R"({"key": "Ctrl+Z"})");
+    while (!studio.document().shown().history.empty()) run(studio, R"({"key": "Ctrl+Z"})");
     EXPECT_TRUE(positions(studio) == before);
-    for (std::size_t i = studio.shown().redoable.size(); i-- > 0;) run(studio, R"({"key": "Ctrl+Shift+Z"})");
+    for (std::size_t i = studio.document().shown().redoable.size(); i-- > 0;) run(studio, R"({"key": "Ctrl+Shift+Z"})");
     EXPECT_TRUE(positions(studio) == after);
-    studio.close();
+    studio.document().close();
   }
 }
 
@@ -68,7 +68,7 @@ TEST_F(StudioTest, ExportsTheMotionAsOneFileOrSeveral) {
   FrameExport how;
   how.frames = 4;
   how.hold = 1;
-  studio.export_frames(folder_ / "motion.pc2", how);
+  studio.document().export_frames(folder_ / "motion.pc2", how);
   run(studio, "");
   const std::string bytes = file_bytes(folder_ / "motion.pc2");
   const std::vector<Vec3d> end = replayed.shape.positions();
@@ -76,7 +76,7 @@ TEST_F(StudioTest, ExportsTheMotionAsOneFileOrSeveral) {
   float last = 0;
   std::memcpy(&last, bytes.data() + bytes.size() - sizeof last, sizeof last);
   EXPECT_EQ(last, static_cast<float>(end.back().z));
-  studio.export_frames(folder_ / "motion.ply", how);
+  studio.document().export_frames(folder_ / "motion.ply", how);
   run(studio, "");
   EXPECT_EQ(read_shape(folder_ / "motion_0005.ply").mesh.vertex_count(), end.size());
 }
@@ -100,22 +100,22 @@ TEST_F(StudioTest, LooksAtTheFramesThatItWouldExport) {
     replayed.frames.deliver = [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); };
     replay(read_shape(folder_ / "work_shape.ply").mesh, session, replayed);
     for (const int k : {3, 0, 4, 1}) {
-      studio.look_at_frame(how, k);
+      studio.history().look_at_frame(how, k);
       run(studio, "");
       EXPECT_TRUE(positions(studio) == frames[static_cast<std::size_t>(k)]) << k;
-      EXPECT_TRUE(studio.shown().looked_at);
+      EXPECT_TRUE(studio.document().shown().looked_at);
     }
-    studio.look_at(std::nullopt);
+    studio.history().look_at(std::nullopt);
     run(studio, "");
     EXPECT_TRUE(positions(studio) == present);
-    EXPECT_FALSE(studio.shown().looked_at);
-    studio.look_at_frame(how, 2);
+    EXPECT_FALSE(studio.document().shown().looked_at);
+    studio.history().look_at_frame(how, 2);
     run(studio, R"({"key": "Ctrl+Z"})");  // what is changed afterwards has other frames
-    studio.look_at_frame(how, how.frames - 1);
+    studio.history().look_at_frame(how, how.frames - 1);
     run(studio, "");
     EXPECT_FALSE(positions(studio) == present);
     EXPECT_EQ(errors(studio), "");
-    studio.close();
+    studio.document().close();
   }
 }
 
@@ -129,8 +129,8 @@ TEST_F(StudioTest, ASavedSessionIsOpenedAgainWithItsStampsAndGestures) {
   run(other, R"({"open": ")" + (folder_ / "work.knead").string() + "\"}");
   EXPECT_EQ(errors(other), "");
   EXPECT_TRUE(positions(other) == positions(studio));
-  EXPECT_EQ(other.shown().history.size(), studio.shown().history.size());
-  EXPECT_FALSE(other.shown().is_changed);
+  EXPECT_EQ(other.document().shown().history.size(), studio.document().shown().history.size());
+  EXPECT_FALSE(other.document().shown().is_changed);
   EXPECT_TRUE(saved_and_replayed(other, "again.knead").shape.positions() == positions(studio));
 }
 
@@ -144,9 +144,9 @@ TEST_F(StudioTest, AfterACrashSavedWorkIsKnownAsSaved) {
       if (goes_on) run(studio, kTools[0].script);
     }  // without close(): killed
     Studio next(options());
-    ASSERT_EQ(next.abandoned().size(), 1U);
-    EXPECT_EQ(next.abandoned()[0].is_saved, !goes_on);
-    next.discard(std::filesystem::path(next.abandoned()[0].folder));
+    ASSERT_EQ(next.document().abandoned().size(), 1U);
+    EXPECT_EQ(next.document().abandoned()[0].is_saved, !goes_on);
+    next.document().discard(std::filesystem::path(next.document().abandoned()[0].folder));
   }
 }
 
@@ -166,15 +166,15 @@ TEST_F(StudioTest, WhatWasLeftBehindIsOfferedAndComesBackToTheBit) {
     left = positions(studio);
   }
   Studio next(options());
-  ASSERT_EQ(next.abandoned().size(), 1u);
+  ASSERT_EQ(next.document().abandoned().size(), 1u);
   run(next, R"({"recover": "newest"})");
   EXPECT_EQ(errors(next), "");
   EXPECT_TRUE(positions(next) == left);
-  ASSERT_EQ(next.shown().history.size(), 2u);
-  EXPECT_EQ(falloff_of(next.shown().history[1]->strokes.front().stroke), 6);
-  EXPECT_TRUE(next.shown().is_changed);
-  next.close();
-  EXPECT_TRUE(Studio(options()).abandoned().empty());
+  ASSERT_EQ(next.document().shown().history.size(), 2u);
+  EXPECT_EQ(falloff_of(next.document().shown().history[1]->strokes.front().stroke), 6);
+  EXPECT_TRUE(next.document().shown().is_changed);
+  next.document().close();
+  EXPECT_TRUE(Studio(options()).document().abandoned().empty());
 }
 
 TEST_F(StudioTest, AMirroredDragIsSymmetric) {
@@ -184,7 +184,7 @@ TEST_F(StudioTest, AMirroredDragIsSymmetric) {
 {"set": {"mirror": [true, false, false]}}
 {"drag": [[0.3, 0, 0.95], [0.5, 0.3, 0.95]], "steps": 20})");
   // The icosahedral ball is symmetric: every vertex has an image.
-  const std::vector<Vec3d> start = studio.shown().state.mesh->positions;
+  const std::vector<Vec3d> start = studio.document().shown().state.mesh->positions;
   const std::vector<Vec3d> now = positions(studio);
   double worst = 0;
   double most = 0;
@@ -230,7 +230,7 @@ TEST_F(StudioTest, EscapeGivesUpADragAndLosesNothing) {
 {"key": "Escape"})");
   EXPECT_FALSE(studio.gesture().has_value());
   EXPECT_TRUE(positions(studio) == before);
-  EXPECT_EQ(studio.shown().history.size(), 1u);
+  EXPECT_EQ(studio.document().shown().history.size(), 1u);
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == before);
 }
 
@@ -270,7 +270,7 @@ TEST_F(StudioTest, ErrorsAreToldAndChangeNothing) {
   const std::string told = errors(studio);
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 7) << told;
   EXPECT_TRUE(positions(studio) == before);
-  EXPECT_EQ(studio.shown().history.size(), 1u);
+  EXPECT_EQ(studio.document().shown().history.size(), 1u);
 }
 
 TEST_F(StudioTest, AStampFromAFileIsInTheHandAtOnce) {
@@ -283,9 +283,9 @@ TEST_F(StudioTest, AStampFromAFileIsInTheHandAtOnce) {
                   R"("}
 {"wait": true})");
   EXPECT_EQ(errors(studio), "");
-  EXPECT_EQ(studio.settings().tool->use, ToolUse::stamp);
-  ASSERT_TRUE(studio.placed().stamp);
-  EXPECT_EQ(studio.placed().stamp->name, "letter");
+  EXPECT_EQ(studio.tools().settings().tool->use, ToolUse::stamp);
+  ASSERT_TRUE(studio.tools().placed().stamp);
+  EXPECT_EQ(studio.tools().placed().stamp->name, "letter");
 }
 
 TEST_F(StudioTest, ATwistWithoutALimitCylinderIsExplained) {
@@ -295,13 +295,13 @@ TEST_F(StudioTest, ATwistWithoutALimitCylinderIsExplained) {
 {"view": {"yaw_deg": 90, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
 {"tool": "twist"}
 {"click": [1.3, 0, 0]})");
-  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limit_cylinder);
-  EXPECT_FALSE(studio.placed().placement->limit_cylinder->problem.empty());
+  ASSERT_TRUE(studio.tools().placed().placement && studio.tools().placed().placement->limit_cylinder);
+  EXPECT_FALSE(studio.tools().placed().placement->limit_cylinder->problem.empty());
   run(studio, R"({"drag": [[100, 100], [160, 100]]})");
-  EXPECT_TRUE(studio.shown().history.empty()) << "what was not asked for is twisted";
+  EXPECT_TRUE(studio.document().shown().history.empty()) << "what was not asked for is twisted";
   run(studio, R"({"set": {"limit_cylinder": false}}
 {"drag": [[100, 100], [160, 100]]})");
-  EXPECT_EQ(studio.shown().history.size(), 1u);
+  EXPECT_EQ(studio.document().shown().history.size(), 1u);
 }
 
 // The next limit cylinder is placed before there was time to prepare picking on the new mesh.
@@ -316,13 +316,13 @@ TEST_F(StudioTest, AfterATwistThatRemeshesTheLimitCylinderIsThatOfTheNewMesh) {
 {"wait": true}
 {"drag": [[100, 100], [140, 100]], "steps": 2})");
   ASSERT_EQ(errors(studio), "");
-  ASSERT_EQ(studio.shown().history.size(), 1u);
+  ASSERT_EQ(studio.document().shown().history.size(), 1u);
   ASSERT_NE(positions(studio).size(), 5000u);
-  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limit_cylinder);
-  const CylinderPlacement at_once = *studio.placed().placement->limit_cylinder;
+  ASSERT_TRUE(studio.tools().placed().placement && studio.tools().placed().placement->limit_cylinder);
+  const CylinderPlacement at_once = *studio.tools().placed().placement->limit_cylinder;
   run(studio, R"({"tool": "twist"})");
-  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limit_cylinder);
-  const CylinderPlacement later = *studio.placed().placement->limit_cylinder;
+  ASSERT_TRUE(studio.tools().placed().placement && studio.tools().placed().placement->limit_cylinder);
+  const CylinderPlacement later = *studio.tools().placed().placement->limit_cylinder;
   EXPECT_EQ(at_once.problem, later.problem);
   EXPECT_EQ(at_once.radius, later.radius);
   EXPECT_EQ(at_once.inner, later.inner);
@@ -337,8 +337,8 @@ TEST_F(StudioTest, ALimitCylinderIsFoundWhicheverWayThePartPoints) {
 {"tool": "bend"}
 {"click": [)" + std::to_string(x) +
                     R"(, 0, 0.5]})");
-    ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limit_cylinder);
-    const Placement& placement = *studio.placed().placement;
+    ASSERT_TRUE(studio.tools().placed().placement && studio.tools().placed().placement->limit_cylinder);
+    const Placement& placement = *studio.tools().placed().placement;
     EXPECT_EQ(placement.limit_cylinder->problem, "");
     EXPECT_NEAR(placement.z.x, sign, 0.01) << "the tip is at the bar's nearer end";
   }
@@ -351,15 +351,15 @@ TEST_F(StudioTest, RadiusAndRatioFollowKeysAndWheel) {
 {"key": "F"}
 {"move": [500, 300]}
 {"press": [500, 300]})");
-  EXPECT_NEAR(studio.settings().radius, 0.5 + 100 * 3.0 / 600, 1e-9);
+  EXPECT_NEAR(studio.tools().settings().radius, 0.5 + 100 * 3.0 / 600, 1e-9);
   run(studio, R"({"key": "Shift+F"}
 {"move": [550, 300]}
 {"key": "Escape"}
 {"wheel": 1, "modifiers": ["ctrl"]}
 {"wheel": -2, "modifiers": ["shift"]})");
-  EXPECT_NEAR(studio.settings().radius, 1.1, 1e-9);
-  EXPECT_NEAR(studio.settings().inner_ratio, 0.3, 1e-9);
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_NEAR(studio.tools().settings().radius, 1.1, 1e-9);
+  EXPECT_NEAR(studio.tools().settings().inner_ratio, 0.3, 1e-9);
+  EXPECT_TRUE(studio.document().shown().history.empty());
 }
 
 }  // namespace

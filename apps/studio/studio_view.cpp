@@ -1,6 +1,8 @@
-// How the shape is looked at: pictures behind it, past entries, turntables, and what the pointer finds.
+#include "studio_view.h"
+
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <exception>
 #include <numbers>
@@ -8,12 +10,10 @@
 #include <utility>
 #include <variant>
 
-#include "gestures/navigation.h"
+#include "gestures/gesture.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
-#include "script.h"
-#include "studio.h"
 
 namespace knead::studio {
 
@@ -24,120 +24,196 @@ std::filesystem::path file_of(const DocumentState& shown) {
   return shown.shape_path.empty() ? shown.session_path : shown.shape_path;
 }
 
-}  // namespace
-
-// References of a shape without a file stay while Studio runs.
-void Studio::load_own_references() {
-  if (file_of(shown_).empty() && saved_references_.empty()) return;
-  LoadedReferences loaded = load_references(options_.state, file_of(shown_));
-  references_ = std::move(loaded.references);
-  saved_references_ = references_;
-  for (std::string& message : loaded.messages) tell({true, std::move(message)});
+std::optional<StandardView> side_of(Action action) {
+  constexpr std::array<std::pair<Action, StandardView>, 6> sides{{{Action::view_front, StandardView::front},
+                                                                  {Action::view_back, StandardView::back},
+                                                                  {Action::view_right, StandardView::right},
+                                                                  {Action::view_left, StandardView::left},
+                                                                  {Action::view_top, StandardView::top},
+                                                                  {Action::view_bottom, StandardView::bottom}}};
+  for (const auto& [wanted, side] : sides) {
+    if (wanted == action) return side;
+  }
+  return std::nullopt;
 }
 
-bool Studio::add_reference(const std::filesystem::path& file) {
-  if (shown_.opened == 0) return false;
+render::Matcap next_matcap(render::Matcap matcap) {
+  return render::all_matcaps()[(static_cast<std::size_t>(matcap) + 1) % render::kMatcapCount];
+}
+
+// After a colour comes the first.
+std::string next_background(const std::string& background) {
+  if (background == "gradient") return "light";
+  return background == "light" ? "dark" : "gradient";
+}
+
+}  // namespace
+
+void PreferencesFile::save(StudioDocument& document) const {
+  document.withdraw(Subject::preferences);
+  try {
+    save_preferences(folder, preferences);
+  } catch (const IoError& error) {
+    document.tell({true, error.what(), Subject::preferences});
+  }
+}
+
+StudioView::StudioView(StudioDocument& document, PreferencesFile& preferences, const std::filesystem::path& state)
+    : document_(document), preferences_(preferences), state_folder_(state) {
+  const Preferences& own = preferences_.preferences;
+  navigation_.preset = own.navigation;
+  navigation_.view.up = own.up;
+  navigation_.view.projection = own.look.projection;
+  navigation_.view.field_of_view_deg = own.look.field_of_view_deg;
+  settings_.look = own.look;
+  saved_panels_ = own.panels;
+  settings_.panels = own.panels.shown;
+  settings_.history = own.panels.history;
+  settings_.tool_labels = own.panels.labels;
+}
+
+Screen StudioView::screen() const { return {camera_of(navigation_.view), navigation_.width, navigation_.height}; }
+
+void StudioView::remember_panels() {
+  PanelState now = preferences_.preferences.panels;
+  now.shown = settings_.panels;
+  now.history = settings_.history;
+  now.labels = settings_.tool_labels;
+  if (now == saved_panels_) return;
+  preferences_.preferences.panels = saved_panels_ = std::move(now);
+  preferences_.save(document_);
+}
+
+void StudioView::remember_window(const WindowPlace& window) {
+  if (window == preferences_.preferences.window) return;
+  preferences_.preferences.window = window;
+  preferences_.save(document_);
+}
+
+void StudioView::begin_document() {
+  turntable_.reset();
+  settings_.cut = false;
+  frame_all();
+  load_references();
+}
+
+void StudioView::frame_all() {
+  const DocumentState& shown = document_.shown();
+  if (shown.opened == 0) return;
+  const Box box = shape_box(shown.state.to_mesh());
+  navigation_.view = framed(navigation_.view, box, {navigation_.width, navigation_.height, navigation_.covered});
+  navigation_.home = box.empty() ? std::nullopt : std::optional(box.center());
+}
+
+bool StudioView::perform(Action action) {
+  if (const auto side = side_of(action)) {
+    const View& before = navigation_.view;
+    navigation_.view = keeping(navigation_.home.value_or(before.target), before, seen_from(before, *side));
+    return true;
+  }
+  const auto toggle = [](bool& flag) {
+    flag = !flag;
+    return true;
+  };
+  switch (action) {
+    case Action::frame_all:
+      frame_all();
+      return true;
+    case Action::frame_stroke:
+      frame_stroke();
+      return true;
+    case Action::projection:
+      navigation_.view = toggled_projection(navigation_.view);
+      return true;
+    case Action::wireframe:
+      return toggle(settings_.wireframe);
+    case Action::influence:
+      return toggle(settings_.influence);
+    case Action::region:
+      return toggle(settings_.region);
+    case Action::stretch:
+      settings_.stretch = static_cast<StretchView>((static_cast<int>(settings_.stretch) + 1) % 3);
+      return true;
+    case Action::cutting_plane:
+      return toggle(settings_.cut);
+    case Action::help:
+      return toggle(settings_.help);
+    case Action::panels:
+      return toggle(settings_.panels);
+    case Action::history:
+      return toggle(settings_.history);
+    case Action::statistics:
+      return toggle(settings_.statistics);
+    case Action::tool_labels:
+      return toggle(settings_.tool_labels);
+    case Action::shading:
+      settings_.look.material = static_cast<render::Material>((static_cast<int>(settings_.look.material) + 1) % 3);
+      return true;
+    case Action::next_matcap:
+      if (settings_.look.material == render::Material::matcap)
+        settings_.look.matcap = next_matcap(settings_.look.matcap);
+      settings_.look.material = render::Material::matcap;
+      return true;
+    case Action::cavity:
+      return toggle(settings_.look.relief.cavity);
+    case Action::occlusion:
+      return toggle(settings_.look.relief.occlusion);
+    case Action::references:
+      return toggle(settings_.references);
+    case Action::background:
+      settings_.look.background = next_background(settings_.look.background);
+      return true;
+    default:
+      return false;
+  }
+}
+
+// References of a shape without a file stay while Studio runs.
+void StudioView::load_references() {
+  if (file_of(document_.shown()).empty() && saved_references_.empty()) return;
+  LoadedReferences loaded = studio::load_references(state_folder_, file_of(document_.shown()));
+  references_ = std::move(loaded.references);
+  saved_references_ = references_;
+  for (std::string& message : loaded.messages) document_.tell({true, std::move(message)});
+}
+
+bool StudioView::add_reference(const std::filesystem::path& file) {
+  if (document_.shown().opened == 0) return false;
   Reference reference;
   reference.file = std::filesystem::absolute(file);
   try {
     reference.image = read_reference(file);
   } catch (const std::exception& error) {
-    tell({true, error.what()});
+    document_.tell({true, error.what()});
     return false;
   }
-  const Box box = shape_box(shown_.state.to_mesh());
+  const Box box = shape_box(document_.shown().state.to_mesh());
   reference.plane = plane_of(navigation_.view);
   reference.center = box.center();
   const Vec3d up = frame_of(reference.plane, navigation_.view.up).up;
   reference.height = std::abs(dot(box.max - box.min, up));
-  if (!(reference.height > 0)) reference.height = shown_.diagonal;
+  if (!(reference.height > 0)) reference.height = document_.shown().diagonal;
   references_.push_back(std::move(reference));
-  view_.references = true;
+  settings_.references = true;
   return true;
 }
 
-void Studio::remember_look() {
+void StudioView::remember_look() {
   try {
-    if (references_ != saved_references_) save_references(options_.state, file_of(shown_), references_);
+    if (references_ != saved_references_) save_references(state_folder_, file_of(document_.shown()), references_);
     saved_references_ = references_;
   } catch (const IoError& error) {
-    tell({true, error.what()});
+    document_.tell({true, error.what()});
   }
-  Look look = view_.look;
+  Look look = settings_.look;
   look.projection = navigation_.view.projection;
   look.field_of_view_deg = navigation_.view.field_of_view_deg;
-  if (look == preferences_.look) return;
-  preferences_.look = look;
-  save_preferences();
+  if (look == preferences_.preferences.look) return;
+  preferences_.preferences.look = look;
+  preferences_.save(document_);
 }
 
-// --- past entries, changed from the panel and in the view; the view as the journal keeps it --------------------------
-
-void Studio::change_layers(const LayerChange& change) {
-  if (gesture_) end(false);
-  post([this, change](Progress& progress) { document_.change_layers(change, progress); }, "Changing the history");
-}
-
-// Of a drag only the latest step counts.
-void Studio::drag_layers(const LayerChange& change) {
-  if (gesture_) end(false);
-  sent_ = worker_->post_latest([this, change](Progress& progress) { document_.drag_layers(change, progress); },
-                               "Changing the history");
-  refresh();
-}
-
-void Studio::end_layer_drag(bool is_kept) {
-  post([this, is_kept](Progress& /*progress*/) { document_.end_layer_drag(is_kept); });
-}
-
-void Studio::select_layer(std::optional<std::size_t> entry) { select(layers_, shown_, entry); }
-
-std::optional<LayerHandle> Studio::pointed_handle() const {
-  if (layer_drag_) return layer_drag_->handle;
-  if (!layers_.entry || gesture_ || shown_.looked_at) return std::nullopt;
-  return handle_at(screen(), layers_.paths, pointer_.x, pointer_.y);
-}
-
-bool Studio::begin_handle_drag() {
-  const std::optional<LayerHandle> handle = pointed_handle();
-  if (!handle) return false;
-  LayerDrag drag{*layers_.entry, *handle, place_of(layers_.paths, *handle), {0, 0, 0}, layers_.strokes};
-  const Ray ray = ray_through(screen(), pointer_.x, pointer_.y);
-  const auto taken = on_plane(ray, drag.start, render::camera_frame(screen().camera).forward);
-  if (taken) drag.offset = drag.start - *taken;
-  layer_drag_ = std::move(drag);
-  return true;
-}
-
-// In the plane of the view.
-void Studio::move_handle() {
-  const Ray ray = ray_through(screen(), pointer_.x, pointer_.y);
-  const auto at = on_plane(ray, layer_drag_->start, render::camera_frame(screen().camera).forward);
-  if (!at) return;
-  const Vec3d by = *at + layer_drag_->offset - layer_drag_->start;
-  std::vector<SessionStroke> strokes = with_handle_moved(layer_drag_->strokes, layer_drag_->handle, by);
-  if (strokes == layers_.strokes) return;
-  set_strokes(layers_, strokes);
-  drag_layers(replaced(layer_drag_->entry, std::move(strokes)));
-}
-
-void Studio::end_handle_drag(bool is_kept) {
-  if (is_kept) move_handle();
-  if (!is_kept) set_strokes(layers_, layer_drag_->strokes);
-  layer_drag_.reset();
-  end_layer_drag(is_kept);
-}
-
-void Studio::remember_view() {
-  const bool is_moving = gesture_ || adjusting_ || turntable_ || navigation_.drag != NavigationDrag::none;
-  if (shown_.opened == 0 || is_moving) return;
-  std::string view = script_of_view(*this);
-  if (view == remembered_view_) return;
-  remembered_view_ = view;
-  worker_->post([this, view = std::move(view)](Progress& /*progress*/) { document_.remember_view(view); });
-}
-
-// --- what the pointer finds: the middle of a turn, a mirror's plane; the last stroke framed --------------------------
+// --- what the pointer turns about; the last stroke framed ----------------------------------------------------------
 
 namespace {
 
@@ -175,60 +251,28 @@ Box reach_of(const std::vector<SessionStroke>& strokes) {
 }  // namespace
 
 // Strokes that a box does not tell: everything.
-void Studio::frame_stroke() {
-  if (shown_.opened == 0 || shown_.history.empty()) return frame_all();
-  const Box box = reach_of(shown_.history.back()->strokes);
+void StudioView::frame_stroke() {
+  if (document_.shown().opened == 0 || document_.shown().history.empty()) return frame_all();
+  const Box box = reach_of(document_.shown().history.back()->strokes);
   if (!(box.diagonal() > 0)) return frame_all();
   navigation_.view = framed(navigation_.view, box, {navigation_.width, navigation_.height, navigation_.covered});
   navigation_.home = box.center();
 }
 
 // A drag that turns the view turns it about what the pointer is on.
-void Studio::set_pivot(const Event& event) {
+void StudioView::set_pivot(const Event& event) {
   const auto* const button = std::get_if<ButtonChanged>(&event);
   if (button == nullptr || !button->down || navigation_.drag != NavigationDrag::none) return;
   navigation_.pivot.reset();
   if (drag_of(navigation_.preset, button->button, button->modifiers) != NavigationDrag::orbit) return;
-  const bool fits = shown_.opened != 0 && shown_.picker && shown_.picker->fits(shown_.state);
+  const bool fits = document_.shown().opened != 0 && document_.shown().picker &&
+                    document_.shown().picker->fits(document_.shown().state);
   if (!fits) return;
-  const auto hit = shown_.picker->pick(ray_through(screen(), button->x, button->y), shown_.state);
+  const auto hit = document_.shown().picker->pick(ray_through(screen(), button->x, button->y), document_.shown().state);
   if (hit) navigation_.pivot = hit->point;
 }
 
-// Returns whether the click was for that.
-bool Studio::pick_plane() {
-  const GestureContext around = gesture_context();
-  if (around.picker == nullptr) return false;
-  const auto hit = around.picker->pick(ray_through(around.screen, pointer_.x, pointer_.y), around.state);
-  if (!hit) return false;
-  std::vector<Vec3d>& points = placed_.plane_points;
-  points.push_back(hit->point);
-  std::optional<Symmetry::Plane> plane;
-  if (picking_ == PlanePick::face) plane = {hit->point, hit->normal};
-  if (picking_ == PlanePick::three_points && points.size() == 3) {
-    const Vec3d normal = cross(points[1] - points[0], points[2] - points[0]);
-    const double least = 1e-9 * shown_.diagonal * shown_.diagonal;
-    if (!(norm(normal) > least)) {
-      points.pop_back();
-      tell({true, "The three points lie on a line; click the third one elsewhere."});
-      return true;
-    }
-    plane = {points[0], normalized(normal)};
-  }
-  if (!plane) return true;
-  settings_.symmetry.plane = plane;
-  pick_mirror(PlanePick::none);
-  return true;
-}
-
-void Studio::pick_mirror(PlanePick how) {
-  picking_ = picking_ == how ? PlanePick::none : how;
-  placed_.plane_points.clear();
-}
-
-void Studio::center_symmetry() {
-  if (shown_.opened != 0) settings_.symmetry.center = shape_box(shown_.state.to_mesh()).center();
-}
+// --- turntables ------------------------------------------------------------------------------------------------------
 
 Turntable make_turntable(const std::filesystem::path& pattern, int pictures, const View& view) {
   if (pattern.extension() != ".png") throw InvalidInput("The pictures are PNG files: give a name like turn.png");
@@ -250,36 +294,36 @@ std::filesystem::path file_of(const Turntable& turntable) {
   return turntable.pattern.parent_path() / name;
 }
 
-void Studio::record_turntable(const std::filesystem::path& pattern, int pictures) {
-  if (shown_.opened == 0) return;
+void StudioView::record_turntable(const std::filesystem::path& pattern, int pictures) {
+  if (document_.shown().opened == 0) return;
   try {
     turntable_ = make_turntable(pattern, pictures, navigation_.view);
   } catch (const InvalidInput& error) {
-    tell({true, error.what()});
+    document_.tell({true, error.what()});
   }
 }
 
-bool Studio::step_turntable(const std::function<void(const std::filesystem::path&)>& write) {
+bool StudioView::step_turntable(const std::function<void(const std::filesystem::path&)>& write) {
   if (!turntable_) return false;
   navigation_.view = view_of(*turntable_);
   try {
     write(file_of(*turntable_));
   } catch (const std::exception& error) {
-    tell({true, error.what()});
+    document_.tell({true, error.what()});
     stop_turntable();
     return false;
   }
   if (++turntable_->next < turntable_->pictures) return true;
-  tell({false, fmt::format("Recorded {} pictures.", turntable_->pictures)});
+  document_.tell({false, fmt::format("Recorded {} pictures.", turntable_->pictures)});
   stop_turntable();
   return false;
 }
 
-void Studio::stop_turntable() {
+void StudioView::stop_turntable() {
   if (!turntable_) return;
   if (turntable_->next < turntable_->pictures) {
-    tell({false,
-          fmt::format("The recording was stopped after {} of {} pictures.", turntable_->next, turntable_->pictures)});
+    document_.tell({false, fmt::format("The recording was stopped after {} of {} pictures.", turntable_->next,
+                                       turntable_->pictures)});
   }
   navigation_.view = turntable_->start;
   turntable_.reset();

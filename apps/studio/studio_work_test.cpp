@@ -47,17 +47,17 @@ TEST_F(RelaxTest, ShiftRelaxesWithEveryToolAndKeepsTheVolume) {
     Studio studio(options());
     run(studio, ball(10242) + R"({"tool": "paint"}
 {"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]]})");
-    const Mesh before = studio.shown().state.to_mesh();
+    const Mesh before = studio.document().shown().state.to_mesh();
     run(studio, std::string(R"({"tool": ")") + tool + R"("}
 {"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]], "modifiers": ["shift"]})");
     EXPECT_EQ(errors(studio), "") << tool;
-    ASSERT_EQ(studio.shown().history.size(), 2U) << tool;
-    const auto* relax = std::get_if<RelaxStroke>(&studio.shown().history.back()->strokes.front().stroke);
+    ASSERT_EQ(studio.document().shown().history.size(), 2U) << tool;
+    const auto* relax = std::get_if<RelaxStroke>(&studio.document().shown().history.back()->strokes.front().stroke);
     ASSERT_NE(relax, nullptr) << tool;
-    EXPECT_EQ(relax->radius, studio.settings().radius);
+    EXPECT_EQ(relax->radius, studio.tools().settings().radius);
     EXPECT_EQ(relax->surface, 1);
     EXPECT_GT(relax->points.size(), 4U);
-    const Mesh after = studio.shown().state.to_mesh();
+    const Mesh after = studio.document().shown().state.to_mesh();
     EXPECT_NE(after.positions, before.positions) << tool;
     EXPECT_NEAR(measure(after).volume / measure(before).volume, 1, 1e-6) << tool;
     EXPECT_EQ(self_intersections(triangulate(after), after.positions).count, 0U) << tool;
@@ -68,21 +68,21 @@ TEST_F(RelaxTest, ShiftRelaxesWithEveryToolAndKeepsTheVolume) {
 TEST_F(RelaxTest, CtrlAndShiftRelaxTheTrianglesOnly) {
   Studio studio(options());
   run(studio, ball() + R"({"drag": [[0, 0, 1], [0.3, 0.3, 1]], "modifiers": ["ctrl", "shift"]})");
-  ASSERT_EQ(studio.shown().history.size(), 1U);
-  EXPECT_EQ(std::get<RelaxStroke>(studio.shown().history.front()->strokes.front().stroke).surface, 0);
+  ASSERT_EQ(studio.document().shown().history.size(), 1U);
+  EXPECT_EQ(std::get<RelaxStroke>(studio.document().shown().history.front()->strokes.front().stroke).surface, 0);
 }
 
 TEST_F(RelaxTest, BesideTheShapeAndOnAPointCloudNothingHappens) {
   Studio studio(options());
   run(studio, ball() + R"({"drag": [[-0.9, -0.9, 0], [-0.9, -0.5, 0]], "modifiers": ["shift"]})");
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
   Mesh cloud;
   cloud.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   write_mesh(folder_ / "cloud.xyz", cloud);
   run(studio, R"({"open": ")" + (folder_ / "cloud.xyz").string() + R"("}
 {"drag": [[0, 0, 0], [0.5, 0, 0]], "modifiers": ["shift"]})");
   EXPECT_EQ(errors(studio), "A point cloud has no surface to relax.\n");
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
 }
 
 // --- remeshing later ---
@@ -93,7 +93,7 @@ TEST_F(StudioWorkTest, OneGoesOnSculptingWhileARemeshRuns) {
 {"set": {"remesh": true, "max_edge": 0.01}})");
   do_lines(studio, R"({"drag": [[0, 0, 1], [0.3, 0.3, 1.2]]})");
   ASSERT_TRUE(comes_true([&] {
-    const auto work = studio.worker().status();
+    const auto work = studio.document().worker().status();
     return work && work->what == "Remeshing";
   }));
   do_lines(studio, R"({"set": {"remesh": false}}
@@ -104,15 +104,15 @@ TEST_F(StudioWorkTest, OneGoesOnSculptingWhileARemeshRuns) {
   // The drag is computed on the shape as it is shown, which is not remeshed yet.
   ASSERT_TRUE(comes_true([&] {
     studio.refresh();
-    return studio.shown().history.size() == 1 && !studio.worker().is_busy();
+    return studio.document().shown().history.size() == 1 && !studio.document().worker().is_busy();
   }));
-  EXPECT_EQ(studio.shown().state.mesh->vertex_count(), 40962U);
+  EXPECT_EQ(studio.document().shown().state.mesh->vertex_count(), 40962U);
   do_lines(studio, R"({"release": [0, 0.8, 0.8]})");
-  studio.worker().wait();
+  studio.document().worker().wait();
   studio.refresh();
   EXPECT_EQ(errors(studio), "");
-  ASSERT_EQ(studio.shown().history.size(), 2U);
-  EXPECT_GT(studio.shown().state.mesh->vertex_count(), 40962U);
+  ASSERT_EQ(studio.document().shown().history.size(), 2U);
+  EXPECT_GT(studio.document().shown().state.mesh->vertex_count(), 40962U);
   const std::vector<Vec3d> after = positions(studio);
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == after);
 }
@@ -123,14 +123,14 @@ TEST_F(StudioWorkTest, EscapeStopsARemeshWhichIsDoneBeforeTheExport) {
 {"set": {"remesh": true, "max_edge": 0.01}})");
   do_lines(studio, R"({"drag": [[0, 0, 1], [0.3, 0.3, 1.2]]})");
   ASSERT_TRUE(comes_true([&] {
-    const auto work = studio.worker().status();
+    const auto work = studio.document().worker().status();
     return work && work->what == "Remeshing";
   }));
   press_escape(studio);
-  ASSERT_TRUE(comes_true([&] { return !studio.worker().is_busy(); }));
+  ASSERT_TRUE(comes_true([&] { return !studio.document().worker().is_busy(); }));
   studio.refresh();
-  EXPECT_EQ(studio.shown().state.mesh->vertex_count(), 40962U);
-  ASSERT_EQ(studio.shown().history.size(), 1U);
+  EXPECT_EQ(studio.document().shown().state.mesh->vertex_count(), 40962U);
+  ASSERT_EQ(studio.document().shown().history.size(), 1U);
   run(studio, R"({"export": ")" + (folder_ / "out.ply").string() + "\"}");
   EXPECT_EQ(errors(studio), "");
   const ReplayResult replayed = saved_and_replayed(studio);
@@ -141,15 +141,15 @@ TEST_F(StudioWorkTest, EscapeStopsARemeshWhichIsDoneBeforeTheExport) {
 TEST_F(StudioWorkTest, EscapeStopsCountingCrossings) {
   Studio studio(options(true));
   run(studio, ball(163842));
-  studio.take_notices();
-  studio.count_crossings();
+  studio.document().take_notices();
+  studio.document().count_crossings();
   ASSERT_TRUE(comes_true([&] {
-    const auto work = studio.worker().status();
-    return !studio.worker().is_busy() || (work && work->what == "Counting crossings");
+    const auto work = studio.document().worker().status();
+    return !studio.document().worker().is_busy() || (work && work->what == "Counting crossings");
   }));
   press_escape(studio);
-  studio.worker().wait();
-  const std::vector<Notice> notices = studio.take_notices();
+  studio.document().worker().wait();
+  const std::vector<Notice> notices = studio.document().take_notices();
   ASSERT_EQ(notices.size(), 1U);
   EXPECT_TRUE(notices.front().text == "Stopped." || notices.front().text == "0 pairs of triangles cross.");
 }

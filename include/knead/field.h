@@ -285,7 +285,7 @@ class Mask {
   Mask() = default;  // 1 everywhere
 
   // Makes the mask of some points. `values` says how much each point is masked, from 0: not at all to 1: m = 0 in
-  // reach of it; none: 1 for all. They are rounded to 1/255. m falls to 0 towards a point as follows, for one with the
+  // reach of it; empty: 1 for all. They are rounded to 1/255. m falls to 0 towards a point as follows, for one with the
   // value 1: m = 1 beyond 1.5 width, and from 1 width on along the axes of coordinates; m < 0.25 within 0.25 width;
   // m = 0 and grad m = 0 exactly at the point. Of several points the largest value counts, at each node of the grid.
   // Takes about 0.2 ms for 100 points that are apart. threads as for parallel_for. Throws InvalidInput for numbers

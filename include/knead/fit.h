@@ -91,7 +91,7 @@ struct BodyFit {
   BodyFitReport report;
 };
 
-// Landmarks and distances up to so much of the diagonal count as met.
+// Landmarks and distances up to this fraction of the diagonal count as met.
 inline constexpr double kFitExact = 2e-5;
 
 // Returns the strokes that take the source to the target: first those that align it, then `grid` strokes with which the

@@ -232,7 +232,7 @@ struct Options {
   int height = 1200;
   Color background{1, 1, 1, 1};            // alpha 0: a transparent picture
   std::optional<Color> background_bottom;  // if it is a gradient, from `background` at the top
-  std::optional<Matcap> matcap;            // the shapes' material; nothing: clay under the studio's light
+  std::optional<Matcap> matcap;            // the shapes' material; std::nullopt: clay under the studio's light
   Relief relief;
   Shading shading = Shading::smooth;
   double crease_angle_deg = 40;          // smooth shading stops at edges that bend more than this
@@ -379,7 +379,7 @@ struct PlacedImage {
   Vec3d up;     // and of the upper side
   float opacity = 1;
 };
-// The colours of stretches, from none to the strongest, evenly spaced: told apart by lightness alone, too.
+// The colours of stretches, from none to the strongest, evenly spaced; they also differ in lightness.
 inline constexpr std::array<Color, 5> kStretchColors{{{0.86f, 0.86f, 0.84f, 1},
                                                       {0.99f, 0.80f, 0.35f, 1},
                                                       {0.93f, 0.44f, 0.20f, 1},

@@ -233,9 +233,9 @@ class DeformedShape {
   // than done the shape is part-way.
   AdvectStatus move(const Flow& flow, Progress* progress = nullptr);
 
-  // Relaxes the surface at the points of the stroke from one number to another; a fraction at the end is so much of the
-  // amount at that point. The faces stay. Returns done or cancelled; then the shape is part-way. Throws InvalidInput
-  // for a point cloud.
+  // Relaxes the surface at the points of the stroke from one number to another; a fraction at the end is that part of
+  // the amount at that point. The faces stay. Returns done or cancelled; then the shape is part-way. Throws
+  // InvalidInput for a point cloud.
   AdvectStatus relax(const RelaxStroke& stroke, double from, double to, Progress* progress = nullptr);
 
   // Returns how often relax() has changed the shape since the start, for telling whether it has.
@@ -302,7 +302,7 @@ class DeformedShape {
   std::shared_ptr<const Mesh> mesh_ = start_;
   std::shared_ptr<const Provenance> provenance_;
   mutable std::shared_ptr<const std::vector<Triangle>> triangles_;       // of mesh_, from when they are first needed
-  mutable std::shared_ptr<const session_detail::RelaxMesh> relax_mesh_;  // likewise
+  mutable std::shared_ptr<const session_detail::RelaxMesh> relax_mesh_;  // the same
   MotionOptions motion_;
   std::shared_ptr<const RemeshPolicy> policy_ = std::make_shared<const RemeshPolicy>();
   mutable std::optional<std::pair<RemeshSettings, RemeshTargets>> targets_;  // the latest that were asked for

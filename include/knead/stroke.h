@@ -129,7 +129,7 @@ struct StampStroke {
   std::optional<double> step = std::nullopt;
   StampContact contact = StampContact::automatic;
   int exponent = 16;              // of stick
-  int falloff = kDefaultFalloff;  // likewise
+  int falloff = kDefaultFalloff;  // of stick
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const StampStroke&, const StampStroke&) = default;
@@ -240,7 +240,7 @@ struct PinsStroke {
   // Use twice the median distance of a pin from the third nearest one, or twice the longest way of a pin if that is
   // more. Of fewer pins the farthest one counts.
   bool radius_auto = false;
-  // Of each pin, or empty: how the shape turns about it on the way, as a rigid body there; none: as the flow takes it.
+  // One item a pin, or empty: how the shape turns about it, as a rigid body there; std::nullopt: as the flow takes it.
   std::vector<std::optional<PinRotation>> turn{};
 
   static const Tool& tool();  // returns the description of the tool
@@ -274,7 +274,7 @@ struct PosePin {
   std::vector<Vec3d> path{};              // the places that it goes to, in straight lines
   double size = 0.025;                    // of the patch: a radius, as a fraction of the shape's diagonal; above 0
   bool turns_freely = true;               // the patch turns as the body takes it; or
-  std::optional<PinRotation> rotation{};  // by this, while the pin moves; none: it keeps its direction
+  std::optional<PinRotation> rotation{};  // by this, while the pin moves; std::nullopt: it keeps its direction
 
   friend bool operator==(const PosePin&, const PosePin&) = default;
 };
@@ -375,7 +375,7 @@ struct MirrorPlane {
   friend bool operator==(const MirrorPlane&, const MirrorPlane&) = default;
 };
 
-// Up to three planes at right angles to each other; none: no mirror.
+// Up to three planes at right angles to each other; empty: no mirror.
 using Mirror = std::vector<MirrorPlane>;
 
 // Throws InvalidInput for more than three planes, a number that is not finite, a normal of length 0, and planes that
@@ -394,7 +394,7 @@ Mirror coordinate_mirror(std::string_view names);
 // but whose targets are not.
 Flow flow_of(const Stroke& stroke, const Mirror& mirror);
 
-// Returns the falloff of a stroke; nothing for one that blends nothing: relax, mask, and a stamp
+// Returns the falloff of a stroke; std::nullopt for one that blends nothing: relax, mask, and a stamp
 // that slips.
 std::optional<int> falloff_of(const Stroke& stroke);
 

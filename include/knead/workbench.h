@@ -143,7 +143,7 @@ class Workbench {
   WorkResult undo(Progress* progress = nullptr);
   WorkResult redo(Progress* progress = nullptr);
 
-  // Replaces the strokes of an entry (none: removes the entry), and applies the entries after it again. Can be undone.
+  // Replaces the strokes of an entry (empty: removes the entry), and applies the entries after it again. Can be undone.
   // Throws std::out_of_range.
   WorkResult edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress* progress = nullptr);
 
@@ -220,11 +220,11 @@ class Workbench {
   std::filesystem::path folder_;
   DeformedShape shape_;
   ShapeState base_;
-  std::optional<ShapeState> at_;  // where the shape is; nothing: part-way
+  std::optional<ShapeState> at_;  // where the shape is; std::nullopt: part-way
   std::optional<Kept> kept_;
   std::uint64_t steps_ = 0;            // accepted, of all work
   std::optional<Stroke> part_;         // WorkResult's, of the work since it was last taken
-  std::vector<std::string> warnings_;  // likewise
+  std::vector<std::string> warnings_;  // the same
   History now_;
   std::vector<std::size_t> lines_;  // in the session file, of each entry of now_
   std::vector<Change> undo_;
@@ -238,7 +238,7 @@ class Workbench {
   double live_seconds_ = 0;
   std::uint64_t live_steps_ = 0;
   std::size_t memory_ = std::size_t{1} << 30;
-  std::shared_ptr<session_detail::MemoryAccount> ledger_;
+  std::shared_ptr<session_detail::MemoryAccount> account_;
 };
 
 // Groups strokes by the gestures that made them, as far as the strokes tell: every stroke of a group continues

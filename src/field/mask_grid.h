@@ -19,7 +19,7 @@
 namespace knead::detail {
 
 inline constexpr int kBrickCells = 8;                // along an axis
-inline constexpr int kBrickNodes = kBrickCells + 3;  // likewise
+inline constexpr int kBrickNodes = kBrickCells + 3;  // of the same, with the margin
 inline constexpr int kBrickRow = kBrickNodes + 1;    // bytes of a row
 inline constexpr int kBrickBytes = kBrickNodes * kBrickNodes * kBrickRow;
 

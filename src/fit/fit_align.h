@@ -22,7 +22,7 @@ std::optional<RigidMap> align_pairs(std::span<const FitPair> pairs);
 struct SurfaceAlignment {
   RigidMap map;
   double distance = 0;         // the mean of points and normals after it
-  double distance_before = 0;  // likewise, as they are
+  double distance_before = 0;  // the same before it
 };
 
 // Tries the surfaces as they are, the four ways in which their principal axes can point, and those of the boxes'

@@ -14,7 +14,7 @@ namespace {
 using namespace detail;
 
 constexpr double kPatch = 0.025;         // size of a landmark's patch, of the diagonal
-constexpr double kPatchOfGap = 0.35;     // but at most so much of the distance to the next landmark
+constexpr double kPatchOfGap = 0.35;     // of the distance to the next landmark: an upper bound
 constexpr double kWeightOfMark = 600;    // by the number of a patch's points
 constexpr double kSoft = 5e-4;           // of the diagonal: a tolerance at which a landmark's weight is half
 constexpr double kNearlyOut = 0.8;       // of a tolerance: from here on a landmark gains weight, up to

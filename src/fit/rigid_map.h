@@ -35,7 +35,7 @@ struct RigidMap {
 };
 
 // Returns the rigid map that takes points nearest to their places, by weighted least squares. There is at least one
-// point, as many of each list, and weights above 0; none: all 1.
+// point, as many of each list, and weights above 0; empty: all 1.
 RigidMap nearest_rigid(std::span<const Vec3d> from, std::span<const Vec3d> to, std::span<const double> weights = {});
 
 // Returns the root mean square of the distances that are left.

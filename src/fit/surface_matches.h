@@ -64,7 +64,7 @@ class SampleTree {
   std::vector<SurfaceSample> samples_;
   double normal_length_;
   std::vector<Point> points_;           // in the order of the tree
-  std::vector<std::uint32_t> numbers_;  // likewise
+  std::vector<std::uint32_t> numbers_;  // in the same order
   std::vector<Node> nodes_;
 };
 

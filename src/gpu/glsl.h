@@ -103,7 +103,7 @@ enum ClosedForm : int {
   kHandlesPoint
 };
 
-// What shaders are told apart by: segments of one kind are moved by one shader.
+// The kind of a segment: one shader moves all segments of a kind.
 struct ShaderKind {
   unsigned motions = 0;  // one bit for each MotionKind
   unsigned regions = 0;

@@ -326,11 +326,11 @@ void MemoryAccount::count(const ShapeState& state, bool is_added) {
   bytes_ = is_added ? bytes_ + own : bytes_ - own;
 }
 
-KeptState::KeptState(ShapeState state, std::shared_ptr<MemoryAccount> ledger)
-    : state_(std::move(state)), ledger_(std::move(ledger)) {
-  ledger_->add(state_);
+KeptState::KeptState(ShapeState state, std::shared_ptr<MemoryAccount> account)
+    : state_(std::move(state)), account_(std::move(account)) {
+  account_->add(state_);
 }
 
-KeptState::~KeptState() { ledger_->remove(state_); }
+KeptState::~KeptState() { account_->remove(state_); }
 
 }  // namespace knead::session_detail

@@ -44,7 +44,7 @@ class MemoryAccount {
 // A state that counts as long as it is held.
 class KeptState {
  public:
-  KeptState(ShapeState state, std::shared_ptr<MemoryAccount> ledger);
+  KeptState(ShapeState state, std::shared_ptr<MemoryAccount> account);
   ~KeptState();
   KeptState(const KeptState&) = delete;
   KeptState& operator=(const KeptState&) = delete;
@@ -53,7 +53,7 @@ class KeptState {
 
  private:
   ShapeState state_;
-  std::shared_ptr<MemoryAccount> ledger_;
+  std::shared_ptr<MemoryAccount> account_;
 };
 
 }  // namespace knead::session_detail

@@ -61,7 +61,7 @@ Workbench::Workbench(Mesh mesh, std::filesystem::path folder, std::vector<std::u
       base_(shape_.state()),
       at_(base_),
       live_state_(base_),
-      ledger_(std::make_shared<MemoryAccount>(base_)) {}
+      account_(std::make_shared<MemoryAccount>(base_)) {}
 
 const ShapeState& Workbench::last_state() const { return now_.empty() ? base_ : now_.back()->after->state(); }
 
@@ -70,10 +70,10 @@ void Workbench::limit_memory(std::size_t bytes) {
   thin_out(now_.size());
 }
 
-UndoMemory Workbench::undo_memory() const { return {ledger_->bytes(), ledger_->states()}; }
+UndoMemory Workbench::undo_memory() const { return {account_->bytes(), account_->states()}; }
 
 void Workbench::keep(Entry& entry, const ShapeState& state) {
-  entry.after = std::make_shared<const KeptState>(state, ledger_);
+  entry.after = std::make_shared<const KeptState>(state, account_);
 }
 
 void Workbench::go_to(const ShapeState& state, bool again) {
@@ -532,13 +532,13 @@ std::vector<Workbench::Entry*> Workbench::kept_entries(std::size_t present) cons
 // Drops every second state of those that are not near the present, but for some to start from; then of nearer ones; at
 // last all but the present one.
 void Workbench::thin_out(std::size_t present) {
-  if (ledger_->bytes() <= memory_) return;
+  if (account_->bytes() <= memory_) return;
   const auto limit = static_cast<std::size_t>(kThinnedTo * static_cast<double>(memory_));
-  for (std::size_t near = kNearStates; ledger_->bytes() > limit; near /= 2) {
+  for (std::size_t near = kNearStates; account_->bytes() > limit; near /= 2) {
     const std::size_t kept = near > 0 ? near + kFarStates : 0;
     std::vector<Entry*> entries = kept_entries(present);
-    while (entries.size() > kept && ledger_->bytes() > limit) {
-      for (std::size_t i = 0; i < entries.size() - near && ledger_->bytes() > limit; i += 2) entries[i]->after.reset();
+    while (entries.size() > kept && account_->bytes() > limit) {
+      for (std::size_t i = 0; i < entries.size() - near && account_->bytes() > limit; i += 2) entries[i]->after.reset();
       std::erase_if(entries, [](const Entry* entry) { return entry->after == nullptr; });
     }
     if (near == 0) return;

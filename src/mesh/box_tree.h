@@ -1,4 +1,4 @@
-// A tree of boxes over triangles that finds the pairs whose boxes overlap (private to this room).
+// A tree of boxes over triangles that finds the pairs whose boxes overlap (private to this module).
 #pragma once
 
 #include <algorithm>
@@ -170,7 +170,7 @@ class BoxTree {
   std::vector<FloatBox> nodes_;  // node i has the children 2 i and 2 i + 1; the root is 1, the second half are leaves
 };
 
-// The point of a triangle nearest to a given point (private to this room).
+// The point of a triangle nearest to a given point (private to this module).
 
 struct NearTriangle {
   std::array<double, 3> barycentric{};

@@ -24,7 +24,7 @@ int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
 // positive end of that axis, -1 if clockwise, 0 if they appear collinear.
 int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis);
 
-// Exact tests of one or two triangles (private to this room).
+// Exact tests of one or two triangles (private to this module).
 
 // The positions of the corners of a triangle, in the range that predicates.h requires.
 using Corners = std::array<Vec3d, 3>;

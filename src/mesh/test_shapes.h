@@ -1,4 +1,4 @@
-// Small meshes for the tests of this room.
+// Small meshes for the tests of this module.
 #pragma once
 
 #include <array>

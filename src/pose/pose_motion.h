@@ -30,7 +30,7 @@ struct PosedPart {
 struct PosedPin {
   std::vector<Vec3d> path;  // 1 or more places: the first is where the point is; only one: the pin holds
   double size = 0;
-  std::optional<Vec3d> turn;  // the patch turns by so much, radians about this axis; none: as the body takes it
+  std::optional<Vec3d> turn;  // the patch turns by so much, radians about this axis; std::nullopt: as the body takes it
 };
 
 struct PoseProblem {

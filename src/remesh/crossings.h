@@ -86,7 +86,7 @@ class CrossingGuard {
   // proposed face crosses another triangle, or if the proposed ones cross fewer than `faces` do. A face without area
   // counts as a pair.
   bool allows(std::span<const std::uint32_t> faces, std::span<const PlacedFace> proposed);
-  // Likewise for the faces around vertices that move by d.
+  // The same for the faces around vertices that move by d.
   bool allows_move(std::span<const std::uint32_t> vertices, const Vec3d& d);
 
   // Returns whether the face is alive and crosses another triangle.

@@ -53,7 +53,7 @@ double SeenTetrahedron::quality(const Vec3d& place) const {
   return there.product > 0 ? factor_ * (there.determinant / std::sqrt(there.product)) : 0;
 }
 
-LinearApproximation SeenTetrahedron::slant(const Vec3d& place) const {
+LinearApproximation SeenTetrahedron::linear(const Vec3d& place) const {
   const There there(*this, place);
   if (!(there.product > 0)) return {0, {0, 0, 0}};
   const double root = std::sqrt(there.product);
@@ -70,7 +70,7 @@ SeenCorner SeenCorner::beside(const Vec3d& origin, const Vec3d& next, const Vec3
   return {false, {origin, across, {}}, factor};
 }
 
-LinearApproximation SeenCorner::slant(const Vec3d& place) const {
+LinearApproximation SeenCorner::linear(const Vec3d& place) const {
   if (!is_vertex_) {
     const Vec3d edge = place - points_[0];
     const double length = norm(edge);

@@ -25,7 +25,7 @@ class SeenTetrahedron {
   SeenTetrahedron(const std::array<Vec3d, 3>& others, double factor);
 
   double quality(const Vec3d& place) const;
-  LinearApproximation slant(const Vec3d& place) const;
+  LinearApproximation linear(const Vec3d& place) const;
 
  private:
   struct There;
@@ -44,8 +44,8 @@ class SeenCorner {
   // The edges from the origin to the vertex, to `next` and to `last` are right-handed.
   static SeenCorner beside(const Vec3d& origin, const Vec3d& next, const Vec3d& last, double factor);
 
-  double quality(const Vec3d& place) const { return slant(place).value; }
-  LinearApproximation slant(const Vec3d& place) const;
+  double quality(const Vec3d& place) const { return linear(place).value; }
+  LinearApproximation linear(const Vec3d& place) const;
 
  private:
   SeenCorner(bool is_vertex, const std::array<Vec3d, 3>& points, double factor)

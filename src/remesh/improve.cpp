@@ -250,7 +250,7 @@ const double kMendBelow = tangent_of(15);      // mend(), level 0: any change, w
 const double kMendMoreBelow = tangent_of(10);  // levels 1 and 2: within wider bounds
 const double kMendMostBelow = tangent_of(7);   // level 3: distances up to kEdgeShare of the longest edge; also split it
 const double kBendCreasesBelow = tangent_of(6);  // level 4: creases may move as well
-const double kMinUntangled = tangent_of(10);     // untangle(): least quality around a collapsed edge
+const double kMinRepaired = tangent_of(10);      // repair_crossings(): least quality around a collapsed edge
 constexpr double kEdgeShare = 0.06;              // of the longest edge of a triangle
 constexpr double kShortEdgeShare = 0.1;  // of max_chord: bound for collapses of short edges, which no triangle needs
 constexpr int kMendRounds = 6;           // rounds over the worst triangles, on each level
@@ -416,15 +416,16 @@ void spread_volume(Surface& s, double volume, const std::vector<bool>& locked) {
   }
 }
 
-ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std::span<const std::uint32_t> faces) {
+ImprovementCounts repair_crossings(Surface& surface, const Improvement& improvement,
+                                   std::span<const std::uint32_t> faces) {
   Improver improver(surface, improvement);
   const Bounds bounds = widest_bounds(improvement.targets.max_chord);
   for (const std::uint32_t f : faces) {
     if (improver.must_end()) break;
     if (!surface.is_alive(f)) continue;
     const std::array<std::uint32_t, 3> edges = edges_by_length(surface, f);
-    if (improver.collapse_edge(edges[0], kMinUntangled, bounds)) continue;
-    if (improver.collapse_edge(edges[1], kMinUntangled, bounds)) continue;
+    if (improver.collapse_edge(edges[0], kMinRepaired, bounds)) continue;
+    if (improver.collapse_edge(edges[1], kMinRepaired, bounds)) continue;
     if (improver.flip_edge(edges[2], bounds) || improver.flip_edge(edges[1], bounds)) continue;
     for (const std::uint32_t v : surface.triangle(f)) improver.move_vertex(v, bounds);
   }

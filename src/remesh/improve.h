@@ -81,6 +81,7 @@ void spread_volume(Surface& surface, double volume, const std::vector<bool>& loc
 
 // Changes these faces, whatever their shape, by collapses, flips and moves within the widest bounds. Faces that cross
 // often do not cross afterwards; the guard accepts no change that leaves as many pairs.
-ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std::span<const std::uint32_t> faces);
+ImprovementCounts repair_crossings(Surface& surface, const Improvement& improvement,
+                                   std::span<const std::uint32_t> faces);
 
 }  // namespace knead::remesh_detail

@@ -73,7 +73,7 @@ TEST(Improve, FixedVerticesStay) {
   for (std::uint32_t v = 0; v < s.vertex_count(); v += 2) s.set(v, kFixed);
   const Surface was = s;
   improve(s, improvement());
-  untangle(s, improvement(), std::vector<std::uint32_t>{0, 1, 2, 3, 4});
+  repair_crossings(s, improvement(), std::vector<std::uint32_t>{0, 1, 2, 3, 4});
   for (std::size_t v = 0; v < s.vertex_count(); v += 2) EXPECT_EQ(s.after[v], was.after[v]);
 }
 

@@ -172,9 +172,9 @@ class Remesher {
   // Runs all steps, then searches for crossings. If there are new ones that do not go away where they are, starts again
   // from the refined surface: splits the faces that cross there, then runs the steps with a guard.
   void improve_without_crossings() {
-    const bool hopeless = is_hopeless();
+    const bool is_last_try = cannot_succeed();
     const Surface refined = surface();
-    const int steps = hopeless || options_.targets.iterations == 0 ? 1 : kSteps;
+    const int steps = is_last_try || options_.targets.iterations == 0 ? 1 : kSteps;
     start();
     for (int step = 0; step < steps; ++step) {
       improve_once(step, nullptr);  // the first keeps the volume, which takes no time worth saving
@@ -185,7 +185,7 @@ class Remesher {
     Crossings found = search_.find(patch_);
     end_step();
     if (found.pairs > 0) counts_.crossings_before = crossings_before(refined);
-    if (!hopeless && found.pairs > counts_.crossings_before) found = end_crossings(std::move(found), refined);
+    if (!is_last_try && found.pairs > counts_.crossings_before) found = end_crossings(std::move(found), refined);
     counts_.crossings = found.pairs;
     for (const std::uint32_t f : found.faces) crossing_places_.push_back(centre_of(f));
   }
@@ -267,7 +267,7 @@ class Remesher {
     guard.watch_everything();
     std::vector<std::uint32_t> faces = found.faces;
     for (int round = 0; round < kMaxUntanglings && !faces.empty(); ++round) {
-      count(untangle(surface(), {options_.targets, options_.progress, &guard, &deadline_}, faces));
+      count(repair_crossings(surface(), {options_.targets, options_.progress, &guard, &deadline_}, faces));
       std::erase_if(faces, [&](std::uint32_t f) {
         stop_if_cancelled(options_.progress);
         return !guard.crosses(f);
@@ -303,7 +303,7 @@ class Remesher {
   }
 
   // Returns true if most of the many triangles are so thin that improving them would take long and not help.
-  bool is_hopeless() {
+  bool cannot_succeed() {
     const Surface& s = surface();
     std::size_t touched = 0;
     std::size_t thin = 0;
@@ -430,7 +430,7 @@ class Remesher {
   const Mesh& before_;
   std::span<const Vec3d> after_;
   const RemeshOptions& options_;
-  Improve improve_;  // empty: the compensation and improvement of this room
+  Improve improve_;  // empty: the compensation and improvement of this module
   Patch patch_;
   CrossingSearch search_;
   Refinement refinement_;

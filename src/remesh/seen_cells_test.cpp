@@ -25,15 +25,15 @@ class Corners {
 template <class Seen>
 void expect_slant(const Seen& seen, const Vec3d& place) {
   constexpr double h = 1e-6;
-  const LinearApproximation slant = seen.slant(place);
-  EXPECT_EQ(slant.value, seen.quality(place));
+  const LinearApproximation linear = seen.linear(place);
+  EXPECT_EQ(linear.value, seen.quality(place));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Vec3d up = place;
     Vec3d down = place;
     up[axis] += h;
     down[axis] -= h;
     const double expected = (seen.quality(up) - seen.quality(down)) / (2 * h);
-    EXPECT_NEAR(slant.gradient[axis], expected, 1e-5 * (1 + std::abs(expected)));
+    EXPECT_NEAR(linear.gradient[axis], expected, 1e-5 * (1 + std::abs(expected)));
   }
 }
 
@@ -74,9 +74,9 @@ TEST(SeenCells, CornersAreTheDeterminantOverTheLengths) {
 
 TEST(SeenCells, AreZeroWithoutEdges) {
   const Vec3d o{1, 2, 3};
-  EXPECT_EQ(SeenTetrahedron({o, o, o}, 1).slant(o).value, 0);
-  EXPECT_EQ(SeenCorner::of_vertex({o, o, o}, 1).slant(o).value, 0);
-  EXPECT_EQ(SeenCorner::beside(o, o, o, 1).slant(o).value, 0);
+  EXPECT_EQ(SeenTetrahedron({o, o, o}, 1).linear(o).value, 0);
+  EXPECT_EQ(SeenCorner::of_vertex({o, o, o}, 1).linear(o).value, 0);
+  EXPECT_EQ(SeenCorner::beside(o, o, o, 1).linear(o).value, 0);
 }
 
 }  // namespace

@@ -423,12 +423,12 @@ double VertexStar::least_at(const Vec3d& place) const {
 void VertexStar::look_around() {
   values_.clear();
   gradients_.clear();
-  const auto keep = [&](const LinearApproximation& slant) {
-    values_.push_back(slant.value);
-    gradients_.push_back(slant.gradient);
+  const auto keep = [&](const LinearApproximation& linear) {
+    values_.push_back(linear.value);
+    gradients_.push_back(linear.gradient);
   };
-  for (const SeenTetrahedron& cell : tetrahedra_) keep(cell.slant(place_));
-  for (const SeenCorner& corner : corners_) keep(corner.slant(place_));
+  for (const SeenTetrahedron& cell : tetrahedra_) keep(cell.linear(place_));
+  for (const SeenCorner& corner : corners_) keep(corner.linear(place_));
 }
 
 bool VertexStar::climb(double reach, double goal) {

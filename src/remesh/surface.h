@@ -261,7 +261,7 @@ class VertexStar {
   std::vector<double> values_;
   std::vector<Vec3d> gradients_;
   Vec3d start_;
-  Vec3d place_;      // likewise
+  Vec3d place_;      // as seen, too
   double size_ = 0;  // the longest edge
   double least_ = std::numeric_limits<double>::infinity();
 };

@@ -85,7 +85,7 @@ struct Range {
 
 // How far the camera goes aside, up and back from the box's centre. slope_x, slope_y: half the picture's sides at
 // distance 1. From distance d behind the centre, a point is within the picture's right side if x - aside <= (d + z)
-// slope_x, and likewise for the others: each side asks for a distance, and opposite sides share it evenly.
+// slope_x, and so on: each side asks for a distance, and opposite sides share it evenly.
 Vec3d perspective_place(std::span<const Vec3d> points, const Vec3d& center, const CameraFrame& frame, double slope_x,
                         double slope_y) {
   double right = -Box::kInfinity;

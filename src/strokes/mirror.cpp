@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kMaxPlanes = 3;
 constexpr double kRightAngle = 1e-9;  // the greatest cosine of one
 constexpr double kSame = 1e-9;        // of a size or speed: images that differ by less are one
-constexpr double kSameBox = 1e-6;     // likewise, of the supports' boxes
+constexpr double kSameBox = 1e-6;     // of the same size, for the supports' boxes
 constexpr std::size_t kMaxAnchors = 12;
 
 // The axis to which the plane is at a right angle, exactly.

@@ -86,7 +86,7 @@ detail::PosedPart part_of(const std::vector<Vec3d>& all, double spacing);
 
 inline constexpr std::size_t kSamplesInside = 4000;  // of a body
 
-// Returns samples of the body for a grid of that spacing, about so many of them inside it. Adds a warning if the
+// Returns samples of the body for a grid of that spacing, about that number of them inside it. Adds a warning if the
 // surface is open.
 detail::BodySamples body_of(const LiveSurface& surface, double spacing, std::size_t inside, int threads,
                             std::vector<std::string>& warnings);

@@ -44,13 +44,13 @@ std::optional<PinsStroke> SlippingContacts::pins(const LiveSurface& surface, con
   stroke.radius = radius_;
   Thinned pinned(spacing);
   std::vector<Penetration> moving;
-  for (const Penetration& intrusion : found) {
+  for (const Penetration& penetration : found) {
     if (moving.size() == kMaxMoving) break;
-    if (!pinned.take(intrusion.point)) continue;
-    const double part = std::min(1.0, kLongest * spacing / norm(intrusion.way));
-    stroke.points.push_back(intrusion.point);
-    stroke.to.push_back(intrusion.point + intrusion.way * part);
-    moving.push_back(intrusion);
+    if (!pinned.take(penetration.point)) continue;
+    const double part = std::min(1.0, kLongest * spacing / norm(penetration.way));
+    stroke.points.push_back(penetration.point);
+    stroke.to.push_back(penetration.point + penetration.way * part);
+    moving.push_back(penetration);
   }
   Thinned pressed(spacing / 2);
   std::erase_if(pressed_, [&](const Place& place) {
@@ -61,8 +61,8 @@ std::optional<PinsStroke> SlippingContacts::pins(const LiveSurface& surface, con
     }
     return !pressed.take(point);
   });
-  for (const Penetration& intrusion : moving) {
-    if (pressed.take(intrusion.point)) pressed_.push_back(intrusion.place);
+  for (const Penetration& penetration : moving) {
+    if (pressed.take(penetration.point)) pressed_.push_back(penetration.place);
   }
   return stroke;
 }

@@ -157,7 +157,7 @@ namespace knead {
 // What a stamp did.
 struct StampResult {
   double outer = 0;        // as given, or the default for this tool
-  double step = 0;         // likewise
+  double step = 0;         // the same
   std::size_t steps = 0;   // collision tests along the whole path
   double penetration = 0;  // greatest depth of the surface inside the tool at the end
   bool stopped = false;    // apply returned false; penetration is then not measured

@@ -91,7 +91,7 @@ struct Scan {
 
   Mesh mesh;
   double diagonal = 0;
-  std::optional<double> radius;  // none: automatic
+  std::optional<double> radius;  // std::nullopt: automatic
   std::size_t along = 0;
   std::size_t across = 0;
   Vec3d middle;

@@ -56,7 +56,7 @@ Session session_of(const std::vector<SessionStroke>& strokes, const std::filesys
 }
 
 struct Outcome {
-  std::optional<SelfIntersections> crossings;  // none: the stroke was refused or ran away
+  std::optional<SelfIntersections> crossings;  // std::nullopt: the stroke was refused or ran away
   std::vector<SessionStroke> resolved;
   std::vector<Vec3d> positions;
 };

@@ -100,11 +100,11 @@ class Document {
  public:
   explicit Document(DocumentOptions options);
 
-  // Opens a shape or a session. Closes the work before it and removes its journal. If the file cannot be read, a notice
-  // says why and everything stays as it was.
   // Limits what undo keeps (Workbench::limit_memory), also of shapes that are opened later.
   void limit_undo_memory(std::size_t bytes);
 
+  // Open a shape or a session. They close the work before it and remove its journal. If the file cannot be read, a
+  // notice says why and everything stays as it was.
   void open_shape(const std::filesystem::path& path, Progress& progress);
   void open_session(const std::filesystem::path& path, Progress& progress);  // on the shape that is open, or its own
   void open_made(ShapeKind kind, std::size_t vertices, Progress& progress);

@@ -15,8 +15,8 @@ class GesturesTest : public StudioTest {
   // The strokes of the last entry of the history.
   static std::vector<Stroke> last_strokes(const Studio& studio) {
     std::vector<Stroke> strokes;
-    if (studio.shown().history.empty()) return strokes;
-    for (const SessionStroke& one : studio.shown().history.back()->strokes) strokes.push_back(one.stroke);
+    if (studio.document().shown().history.empty()) return strokes;
+    for (const SessionStroke& one : studio.document().shown().history.back()->strokes) strokes.push_back(one.stroke);
     return strokes;
   }
 
@@ -41,10 +41,12 @@ class PinsTest : public GesturesTest {
 
   static PinsStroke last_stroke(const Studio& studio) { return std::get<PinsStroke>(last_strokes(studio).front()); }
 
-  static const std::vector<Pin>& pins(const Studio& studio) { return studio.placed().pins; }
+  static const std::vector<Pin>& pins(const Studio& studio) { return studio.tools().placed().pins; }
 
   // How far advecting a point may err, twice: as the stroke's own tests.
-  static double slack(const Studio& studio) { return 2 * kDefaultRelativeTolerance * studio.shown().diagonal; }
+  static double slack(const Studio& studio) {
+    return 2 * kDefaultRelativeTolerance * studio.document().shown().diagonal;
+  }
 
   // The pin is on a vertex of the shape as it is.
   static bool is_on_vertex(const Studio& studio, const Pin& pin) {

@@ -26,18 +26,18 @@ TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {
 {"set": {"drag": "normal"}}
 {"click": [0, 0, 1]}
 {"move": [400, 300]})");
-  ASSERT_TRUE(studio.placed().placement);
-  const Vec3d before = studio.placed().placement->center;
+  ASSERT_TRUE(studio.tools().placed().placement);
+  const Vec3d before = studio.tools().placed().placement->center;
   const auto arrow = in_arrow(studio);
   ASSERT_TRUE(arrow) << "where to move the pointer is shown before the drag";
-  const auto from = pixel_of(studio.screen(), arrow->from);
-  const auto to = pixel_of(studio.screen(), arrow->to);
+  const auto from = pixel_of(studio.view().screen(), arrow->from);
+  const auto to = pixel_of(studio.view().screen(), arrow->to);
   const double in = to->y < from->y ? -1 : 1;  // of the pointer's y
   run(studio, R"({"drag": [[400, 300], [400, )" + std::to_string(300 + in * 40) + "]]}");
-  const Vec3d after = studio.placed().placement->center;
+  const Vec3d after = studio.tools().placed().placement->center;
   EXPECT_NEAR(after.x, before.x, 1e-6);
   EXPECT_NEAR(after.y, before.y, 1e-6);
-  EXPECT_NEAR(after.z, before.z - 40 * pixel_size(studio.screen(), before), 1e-3);
+  EXPECT_NEAR(after.z, before.z - 40 * pixel_size(studio.view().screen(), before), 1e-3);
 }
 
 // A drag is applied in pieces. Their print is that of one stroke: no triangles cross, and the volume stays.
@@ -49,12 +49,13 @@ TEST_F(GesturesTest, AStampThatIsDraggedInSlipsUnlessItIsToStick) {
 {"set": {"radius": 0.8, "drag": "normal"}}
 {"click": [0, 0, 1]}
 {"move": [400, 300]})");
-  ASSERT_TRUE(studio.placed().placement);
-  const double volume = measure(studio.shown().state.to_mesh()).volume;
+  ASSERT_TRUE(studio.tools().placed().placement);
+  const double volume = measure(studio.document().shown().state.to_mesh()).volume;
   const auto arrow = in_arrow(studio);
   ASSERT_TRUE(arrow);
-  const double in = pixel_of(studio.screen(), arrow->to)->y < pixel_of(studio.screen(), arrow->from)->y ? -1 : 1;
-  const double pixels = 0.2 / pixel_size(studio.screen(), studio.placed().placement->center);
+  const double in =
+      pixel_of(studio.view().screen(), arrow->to)->y < pixel_of(studio.view().screen(), arrow->from)->y ? -1 : 1;
+  const double pixels = 0.2 / pixel_size(studio.view().screen(), studio.tools().placed().placement->center);
   run(studio, fmt::format(R"({{"drag": [[400, 300], [400, {}]], "steps": 30}})", 300 + in * pixels));
   const std::vector<Stroke> pieces = last_strokes(studio);
   EXPECT_GT(pieces.size(), 5u);
@@ -62,11 +63,12 @@ TEST_F(GesturesTest, AStampThatIsDraggedInSlipsUnlessItIsToStick) {
     EXPECT_EQ(contact_of(std::get<StampStroke>(piece)), StampContact::slip);
     EXPECT_FALSE(std::get<StampStroke>(piece).outer);
   }
-  const Mesh printed = studio.shown().state.to_mesh();
+  const Mesh printed = studio.document().shown().state.to_mesh();
   EXPECT_EQ(self_intersections(triangulate(printed), printed.positions).count, 0u);
   EXPECT_NEAR(measure(printed).volume, volume, 1e-4 * volume);
   run(studio, R"({"set": {"contact": "stick"}})");
-  const StampStroke sticking = stamp_at(studio.settings(), *studio.placed().stamp, *studio.placed().placement);
+  const StampStroke sticking =
+      stamp_at(studio.tools().settings(), *studio.tools().placed().stamp, *studio.tools().placed().placement);
   EXPECT_EQ(sticking.contact, StampContact::stick);
   EXPECT_DOUBLE_EQ(sticking.outer.value_or(0), 1.5 * 0.5 * 0.8);
 }
@@ -76,13 +78,13 @@ TEST_F(GesturesTest, ADragAlongALineFollowsThePointerWithinBoundsAtEveryAngle) {
   run(studio, ball());
   ToolSettings settings;
   settings.drag = DragMode::axis;
-  const ShapeState& state = studio.shown().state;
-  const double pixel = pixel_size(studio.screen(), {0, 0, 0});
+  const ShapeState& state = studio.document().shown().state;
+  const double pixel = pixel_size(studio.view().screen(), {0, 0, 0});
   double before = 0;
   for (int i = 0; i <= 900; ++i) {
     const double angle = i * std::numbers::pi / 1800;  // from the view to upright in the picture
     settings.axis = {0, std::sin(angle), std::cos(angle)};
-    const GestureContext around{studio.screen(), state, nullptr, settings};
+    const GestureContext around{studio.view().screen(), state, nullptr, settings};
     const Drag drag = begin_drag({400, 300}, {0, 0, 0}, {0, 0, 1}, around);
     const double along = drag.length_of(drag.at({400, 290}, around)) / (10 * pixel);
     EXPECT_GT(along, 0.9) << "upwards is along the axis at " << i / 10.0;
@@ -105,8 +107,8 @@ TEST_F(GesturesTest, TheHintOfATurnIsWhatTurnsIt) {
                     R"("}
 {"click": [0, 0, 1]})");
     const auto hint = [&] {
-      const TurnDrag turning = turn_drag(studio.screen(), studio.settings(), studio.placed());
-      return std::pair{turning, hint_of(studio.settings(), studio.placed(), turning)};
+      const TurnDrag turning = turn_drag(studio.view().screen(), studio.tools().settings(), studio.tools().placed());
+      return std::pair{turning, hint_of(studio.tools().settings(), studio.tools().placed(), turning)};
     };
     const auto amount_by = [&](const char* places) {
       run(studio, R"({"press": [600, 300]}
@@ -157,7 +159,7 @@ TEST_F(GesturesTest, ABendGoesBeyondWhatAPlainOneCan) {
   run(studio, R"({"key": "Enter"})");
   const auto stroke = std::get<BendStroke>(last_strokes(studio).front());
   EXPECT_NEAR(std::abs(stroke.angle_deg), 175, 1e-9);
-  const Mesh mesh = *studio.shown().state.mesh;
+  const Mesh mesh = *studio.document().shown().state.mesh;
   Mesh moved = mesh;
   moved.positions = positions(studio);
   EXPECT_NE(moved.positions, mesh.positions);
@@ -205,7 +207,7 @@ TEST_F(GesturesTest, InAThinShapeARoundEndBeginsHalfWayThrough) {
 {"tool": "ball"}
 {"drag": [[400, 300], [420, 300]], "steps": 1})");
   const auto stroke = std::get<ImplicitStroke>(last_strokes(studio).front());
-  const Box box = bounding_box(studio.shown().state.mesh->positions);
+  const Box box = bounding_box(studio.document().shown().state.mesh->positions);
   EXPECT_NEAR(stroke.path.front().z, box.center().z, 1e-9);
 }
 
@@ -220,8 +222,8 @@ TEST_F(GesturesTest, TheCursorLiesOnTheSurfaceSolidAndDashed) {
   const render::LiveScene scene = overlay.scene(studio);
   EXPECT_TRUE(scene.surfaces.empty()) << "regions are shown on demand only";
   ASSERT_GT(scene.lines.size(), 2u);
-  const Ray ray = ray_through(studio.screen(), studio.pointer().x, studio.pointer().y);
-  const auto hit = studio.shown().picker->pick(ray, studio.shown().state);
+  const Ray ray = ray_through(studio.view().screen(), studio.pointer().x, studio.pointer().y);
+  const auto hit = studio.document().shown().picker->pick(ray, studio.document().shown().state);
   ASSERT_TRUE(hit);
   const render::Color outer = studio.preferences().outer_ring;
   std::size_t dashes = 0;
@@ -250,7 +252,7 @@ TEST_F(GesturesTest, TheCursorDoesNotJumpBetweenPartsOfTheShape) {
 {"tool": "ball"}
 {"key": "Alt+1"})");
   const double radius = 0.3;
-  studio.settings().radius = radius;
+  studio.tools().settings().radius = radius;
   const render::Color outer = studio.preferences().outer_ring;
   Overlay overlay;
   std::size_t most_pieces = 0;
@@ -308,8 +310,9 @@ TEST_F(GesturesTest, ATypedDistanceIsTheDistance) {
 {"key": "."}
 {"key": "3"}
 {"key": "5"})");
-  EXPECT_EQ(studio.typed(), "0.35");
-  EXPECT_EQ(studio.settings().tool->use, ToolUse::pull) << "digits choose no tool now";
+  ASSERT_TRUE(studio.number());
+  EXPECT_EQ(studio.number()->typed, "0.35");
+  EXPECT_EQ(studio.tools().settings().tool->use, ToolUse::pull) << "digits choose no tool now";
   EXPECT_EQ(numbers_at_pointer(studio).front(), "Distance 0.35_");
   run(studio, R"({"key": "Enter"}
 {"release": [460, 300]})");
@@ -349,14 +352,14 @@ TEST_F(GesturesTest, MinusTurnsANumberRoundAndEscapeGivesUp) {
 {"key": "."}
 {"key": "2"}
 {"key": "-"})");
-  ASSERT_TRUE(studio.amount());
-  EXPECT_NEAR(studio.amount()->value, -0.2, 1e-12);
+  ASSERT_TRUE(studio.number());
+  EXPECT_NEAR(studio.number()->amount.value, -0.2, 1e-12);
   EXPECT_FALSE(positions(studio) == before);
   run(studio, R"({"key": "Escape"}
 {"release": [460, 300]})");
   EXPECT_TRUE(positions(studio) == before);
-  EXPECT_TRUE(studio.shown().history.empty());
-  EXPECT_EQ(studio.typed(), "");
+  EXPECT_TRUE(studio.document().shown().history.empty());
+  EXPECT_FALSE(studio.number());
 }
 
 TEST_F(GesturesTest, AnglesPercentAndTheRadiusCanBeTyped) {
@@ -380,12 +383,12 @@ TEST_F(GesturesTest, AnglesPercentAndTheRadiusCanBeTyped) {
 {"key": "."}
 {"key": "7"}
 {"key": "Enter"})");
-  EXPECT_EQ(studio.settings().radius, 0.7);
+  EXPECT_EQ(studio.tools().settings().radius, 0.7);
   run(studio, R"({"key": "F"}
 {"key": "2"}
 {"key": "Escape"})");
-  EXPECT_EQ(studio.settings().radius, 0.7);
-  EXPECT_FALSE(studio.is_adjusting());
+  EXPECT_EQ(studio.tools().settings().radius, 0.7);
+  EXPECT_FALSE(studio.number());
 }
 
 TEST_F(GesturesTest, CtrlSnapsDistancesAnglesAndTheGizmo) {
@@ -394,7 +397,7 @@ TEST_F(GesturesTest, CtrlSnapsDistancesAnglesAndTheGizmo) {
   EXPECT_EQ(snap_length(0.06), 0.0005);
   Studio studio(options());
   run(studio, ball());
-  const double step = snap_length(studio.shown().diagonal);
+  const double step = snap_length(studio.document().shown().diagonal);
   run(studio, R"({"tool": "ball"}
 {"drag": [[400, 300], [437, 311]], "modifiers": ["ctrl"]})");
   const double steps = length_of(last_strokes(studio).front()) / step;
@@ -404,13 +407,14 @@ TEST_F(GesturesTest, CtrlSnapsDistancesAnglesAndTheGizmo) {
 {"click": [0, 0, 1]}
 {"drag": [[600, 300], [600, 225]], "modifiers": ["ctrl"]})");
   EXPECT_EQ(std::get<RotateStroke>(last_strokes(studio).front()).angle_deg, 15);
-  const Vec3d before = studio.placed().placement->center;
+  const Vec3d before = studio.tools().placed().placement->center;
   const auto tip =
-      pixel_of(studio.screen(),
-               before + studio.placed().placement->x * (0.8 * gizmo_size(studio.screen(), *studio.placed().placement)));
+      pixel_of(studio.view().screen(),
+               before + studio.tools().placed().placement->x *
+                            (0.8 * gizmo_size(studio.view().screen(), *studio.tools().placed().placement)));
   run(studio,
       fmt::format(R"({{"drag": [[{0}, {1}], [{2}, {1}]], "modifiers": ["ctrl"]}})", tip->x, tip->y, tip->x + 33));
-  const double moved = norm(studio.placed().placement->center - before) / step;
+  const double moved = norm(studio.tools().placed().placement->center - before) / step;
   EXPECT_GT(moved, 1);
   EXPECT_NEAR(moved, std::round(moved), 1e-9);
 }

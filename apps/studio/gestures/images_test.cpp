@@ -39,7 +39,7 @@ TEST_F(GesturesTest, MirroredStampsAreDrawn) {
   run(studio, R"({"set": {"mirror": [true, false, false], "drag": "normal"}})");
   ASSERT_EQ(centers().size(), 2u);
   EXPECT_NEAR(centers()[1], -x, 1e-9);
-  const auto at = pixel_of(studio.screen(), studio.placed().placement->center);
+  const auto at = pixel_of(studio.view().screen(), studio.tools().placed().placement->center);
   run(studio, fmt::format(R"({{"press": [{0}, {1}]}}
 {{"move": [{2}, {1}]}})",
                           at->x, at->y, at->x - 20));
@@ -80,7 +80,7 @@ TEST_F(GesturesTest, OnTheAxisOrInThePlaneAStrokeIsDoneOnce) {
 {"drag": [[-0.6, 0.6, 0.5], [-0.7, 0.8, 0.5]], "steps": 1})");
   ASSERT_EQ(last_strokes(studio).size(), 1u);
   run(studio, R"({"drag": [[0.6, 0.1, 0.7], [0.7, 0.3, 0.7]], "steps": 1})");
-  const std::vector<SessionStroke>& lines = studio.shown().history.back()->strokes;
+  const std::vector<SessionStroke>& lines = studio.document().shown().history.back()->strokes;
   ASSERT_EQ(lines.size(), 1u) << "the image acts at the same time";
   ASSERT_EQ(lines.front().mirror.size(), 1u);
   EXPECT_LT(norm(cross(lines.front().mirror.front().normal, Vec3d{1, 1, 0})), 1e-12);
@@ -91,25 +91,25 @@ TEST_F(GesturesTest, AMirrorGoesThroughTheMiddleAFaceOrThreePoints) {
   Studio studio(options());
   run(studio, ball());
   run(studio, R"({"tool": "ball"})");
-  studio.pick_mirror(Studio::PlanePick::face);
+  studio.tools().pick_mirror(StudioTools::PlanePick::face);
   run(studio, R"({"click": [0, 0, 1]})");
-  ASSERT_TRUE(studio.settings().symmetry.plane);
-  EXPECT_GT(studio.settings().symmetry.plane->normal.z, 0.99);
-  EXPECT_NEAR(studio.settings().symmetry.plane->point.z, 1, 0.01);
-  EXPECT_TRUE(studio.shown().history.empty()) << "the click is for the plane alone";
-  studio.pick_mirror(Studio::PlanePick::three_points);
+  ASSERT_TRUE(studio.tools().settings().symmetry.plane);
+  EXPECT_GT(studio.tools().settings().symmetry.plane->normal.z, 0.99);
+  EXPECT_NEAR(studio.tools().settings().symmetry.plane->point.z, 1, 0.01);
+  EXPECT_TRUE(studio.document().shown().history.empty()) << "the click is for the plane alone";
+  studio.tools().pick_mirror(StudioTools::PlanePick::three_points);
   run(studio, R"({"click": [0, 0.5, 0.86]}
 {"click": [0, -0.5, 0.86]}
 {"click": [0, 0.5, 0.86]})");
   EXPECT_NE(errors(studio).find("on a line"), std::string::npos);
   run(studio, R"({"click": [0, 0, 1]})");
-  EXPECT_EQ(studio.picking_mirror(), Studio::PlanePick::none);
-  EXPECT_NEAR(std::abs(studio.settings().symmetry.plane->normal.x), 1, 0.01);
+  EXPECT_EQ(studio.tools().picking_mirror(), StudioTools::PlanePick::none);
+  EXPECT_NEAR(std::abs(studio.tools().settings().symmetry.plane->normal.x), 1, 0.01);
   run(studio, R"({"drag": [[0.5, 0, 0.86], [0.6, 0.1, 0.86]]})");
-  EXPECT_EQ(studio.shown().history.size(), 1u);
-  studio.settings().symmetry.plane.reset();
-  studio.center_symmetry();
-  EXPECT_LT(norm(studio.settings().symmetry.center - bounding_box(positions(studio)).center()), 1e-12);
+  EXPECT_EQ(studio.document().shown().history.size(), 1u);
+  studio.tools().settings().symmetry.plane.reset();
+  studio.tools().center_symmetry();
+  EXPECT_LT(norm(studio.tools().settings().symmetry.center - bounding_box(positions(studio)).center()), 1e-12);
 }
 
 // --- handles, the pen, the view --------------------------------------------------------------------------------------
@@ -129,10 +129,10 @@ TEST_F(GesturesTest, ALassoMarksThroughTheShape) {
   EXPECT_EQ(Overlay().scene(studio).lines.size(), lines + 1) << "the line is seen while it is drawn";
   run(studio, R"({"key": "Escape"})");
   EXPECT_EQ(Overlay().scene(studio).lines.size(), lines);
-  const std::vector<std::uint8_t>& handles = studio.placed().handles;
+  const std::vector<std::uint8_t>& handles = studio.tools().placed().handles;
   const std::vector<Vec3d> points = positions(studio);
   ASSERT_EQ(handles.size(), points.size());
-  const Screen screen = studio.screen();
+  const Screen screen = studio.view().screen();
   std::array<std::size_t, 2> sides{};
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Pixel p = *pixel_of(screen, points[i]);
@@ -182,20 +182,20 @@ TEST_F(GesturesTest, TheViewTurnsAboutThePointUnderThePointer) {
   run(studio, ball());
   run(studio, R"({"view": {"yaw_deg": 0, "pitch_deg": 0}})");
   const Vec3d point{0.6, 0.3, 0.74};
-  const auto before = pixel_of(studio.screen(), point);
-  const auto hit =
-      studio.shown().picker->pick(ray_through(studio.screen(), before->x, before->y), studio.shown().state);
+  const auto before = pixel_of(studio.view().screen(), point);
+  const auto hit = studio.document().shown().picker->pick(ray_through(studio.view().screen(), before->x, before->y),
+                                                          studio.document().shown().state);
   ASSERT_TRUE(hit);
   run(studio, fmt::format(R"({{"drag": [[{0}, {1}], [{2}, {3}]], "button": "middle"}})", before->x, before->y,
                           before->x + 90, before->y + 40));
-  EXPECT_GT(std::abs(studio.navigation().view.yaw), 0.2);
-  const auto after = pixel_of(studio.screen(), hit->point);
+  EXPECT_GT(std::abs(studio.view().navigation().view.yaw), 0.2);
+  const auto after = pixel_of(studio.view().screen(), hit->point);
   EXPECT_NEAR(after->x, before->x, 1e-6);
   EXPECT_NEAR(after->y, before->y, 1e-6);
   // Beside the shape about the middle of the view.
-  const Vec3d target = studio.navigation().view.target;
+  const Vec3d target = studio.view().navigation().view.target;
   run(studio, R"({"drag": [[20, 20], [120, 20]], "button": "middle"})");
-  EXPECT_LT(norm(studio.navigation().view.target - target), 1e-12);
+  EXPECT_LT(norm(studio.view().navigation().view.target - target), 1e-12);
 }
 
 TEST_F(GesturesTest, TheLastStrokeIsFramed) {
@@ -205,11 +205,11 @@ TEST_F(GesturesTest, TheLastStrokeIsFramed) {
 {"tool": "ball"}
 {"drag": [[0.7, 0, 0.7], [0.8, 0, 0.7]]}
 {"key": "Numpad ."})");
-  const View& view = studio.navigation().view;
+  const View& view = studio.view().navigation().view;
   EXPECT_LT(view.height, 1);
   EXPECT_NEAR(view.target.x, 0.73, 0.1);
   run(studio, R"({"key": "Home"})");
-  EXPECT_GT(studio.navigation().view.height, 2);
+  EXPECT_GT(studio.view().navigation().view.height, 2);
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ void begin_marking(const ShapeState& state, PartMarks& parts) {
   follow(parts, state);
   if (parts.of_vertex.empty()) parts.of_vertex.resize(state.positions.size());
   parts.at = state;
-  parts.seats.clear();
+  parts.on_meshes.clear();
 }
 
 }  // namespace
@@ -95,7 +95,7 @@ void mark(std::span<const std::uint32_t> vertices, std::optional<std::size_t> pa
 }
 
 void remove_part(std::size_t part, PartMarks& parts) {
-  parts.seats.clear();
+  parts.on_meshes.clear();
   for (std::uint8_t& number : parts.of_vertex) {
     if (number == part + 1) {
       number = 0;
@@ -128,14 +128,14 @@ void follow(PartMarks& parts, const ShapeState& state) {
   if (parts.of_vertex.empty() || (parts.at.is_same(state) && !parts.is_ahead)) return;
   parts.is_ahead = false;
   if (parts.at.mesh != state.mesh) {
-    std::erase_if(parts.seats, [](const PartMarks::PinVertex& one) { return one.mesh.expired(); });
-    const auto known = std::find_if(parts.seats.begin(), parts.seats.end(),
-                                    [&](const PartMarks::PinVertex& one) { return one.mesh.lock() == state.mesh; });
+    std::erase_if(parts.on_meshes, [](const PartMarks::OnMesh& one) { return one.mesh.expired(); });
+    const auto known = std::find_if(parts.on_meshes.begin(), parts.on_meshes.end(),
+                                    [&](const PartMarks::OnMesh& one) { return one.mesh.lock() == state.mesh; });
     std::vector<std::uint8_t> next =
-        known != parts.seats.end() ? known->of_vertex : taken_over(parts.of_vertex, parts.at, state);
-    const bool is_kept = std::any_of(parts.seats.begin(), parts.seats.end(),
-                                     [&](const PartMarks::PinVertex& one) { return one.mesh.lock() == parts.at.mesh; });
-    if (!is_kept) parts.seats.push_back({parts.at.mesh, parts.of_vertex});
+        known != parts.on_meshes.end() ? known->of_vertex : taken_over(parts.of_vertex, parts.at, state);
+    const bool is_kept = std::any_of(parts.on_meshes.begin(), parts.on_meshes.end(),
+                                     [&](const PartMarks::OnMesh& one) { return one.mesh.lock() == parts.at.mesh; });
+    if (!is_kept) parts.on_meshes.push_back({parts.at.mesh, parts.of_vertex});
     parts.of_vertex = std::move(next);
   }
   parts.at = state;

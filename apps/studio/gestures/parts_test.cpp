@@ -43,7 +43,7 @@ class PartsTest : public GesturesTest {
   static const PosePart& part_of(const PoseStroke& stroke, std::size_t i) {
     return std::get<PosePart>(stroke.parts.at(i));
   }
-  static const PartMarks& parts(const Studio& studio) { return studio.placed().parts; }
+  static const PartMarks& parts(const Studio& studio) { return studio.tools().placed().parts; }
 
   // How far the vertices of a part are from where the motion takes them, at most.
   static double distance_from(const Studio& studio, std::size_t part, const std::vector<Vec3d>& before,
@@ -78,7 +78,7 @@ TEST_F(PartsTest, ALassoMakesAPartThatHoldsAndIsSelected) {
   Studio studio(options());
   run(studio, two_parts());
   EXPECT_EQ(errors(studio), "");
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
   ASSERT_EQ(parts(studio).holds, (std::vector<bool>{true, true}));
   EXPECT_EQ(parts(studio).selected, 1u);
   const std::vector<Vec3d> shape = positions(studio);
@@ -119,7 +119,7 @@ TEST_F(PartsTest, ADragOfAPartTurnsItAboutItsJointWhileTheOtherHolds) {
   std::size_t named = 0;
   for (const VertexRange& range : part_of(stroke, 1).vertices) named += range.last - range.first + 1;
   EXPECT_EQ(named, vertices_of(marked, 0).size());
-  const double slack = 6e-3 * studio.shown().diagonal;
+  const double slack = 6e-3 * studio.document().shown().diagonal;
   const RigidMotion motion = rotation_about(turn.center, turn.axis, turn.angle_deg * std::numbers::pi / 180);
   EXPECT_LT(distance_from(studio, 1, before, motion), slack);
   EXPECT_LT(distance_from(studio, 0, before, RigidMotion{}), slack);
@@ -139,8 +139,8 @@ TEST_F(PartsTest, AStiffPartStaysAsItIsWhereAnotherBends) {
 {"set": {"pose": "pins"}})");
     const std::vector<Vec3d> before = positions(studio);
     ASSERT_EQ(parts(studio).stiffness.size(), 3u);
-    studio.placed().parts.holds[2] = false;
-    studio.placed().parts.stiffness[2] = stiffness;
+    studio.tools().placed().parts.holds[2] = false;
+    studio.tools().placed().parts.stiffness[2] = stiffness;
     const std::vector<std::uint32_t> middle = vertices_of(parts(studio), 2);
     run(studio, R"({"drag": [[2.8, 0, 0.5], [2.5, 1, 0.5]], "steps": 2})");
     EXPECT_EQ(errors(studio), "");
@@ -168,10 +168,10 @@ TEST_F(PartsTest, AnArrowMovesAPartByATypedLengthAndARingTurnsItByATypedAngle) {
   run(studio, two_parts());
   const Placement start = *parts(studio).placement;
   const auto at = [&](const Vec3d& p) {
-    const auto pixel = pixel_of(studio.screen(), p);
+    const auto pixel = pixel_of(studio.view().screen(), p);
     return fmt::format("[{}, {}]", pixel->x, pixel->y);
   };
-  const Vec3d on_arrow = start.center + start.z * (0.9 * gizmo_size(studio.screen(), start));
+  const Vec3d on_arrow = start.center + start.z * (0.9 * gizmo_size(studio.view().screen(), start));
   run(studio, fmt::format(R"({{"press": {}}}
 {{"move": [650, 300]}}
 {{"key": "."}}
@@ -179,7 +179,7 @@ TEST_F(PartsTest, AnArrowMovesAPartByATypedLengthAndARingTurnsItByATypedAngle) {
 {{"key": "Enter"}})",
                           at(on_arrow)));
   EXPECT_EQ(errors(studio), "");
-  ASSERT_EQ(studio.shown().history.size(), 1u);
+  ASSERT_EQ(studio.document().shown().history.size(), 1u);
   const PosePart moved = part_of(last_pose(studio), 0);
   EXPECT_FALSE(moved.rotation);
   ASSERT_TRUE(moved.translation);
@@ -204,10 +204,10 @@ TEST_F(PartsTest, TheBrushPaintsCtrlFreesAndAltRemoves) {
 {"key": "Escape"}
 {"click": [-2.5, 0, 0.5]})");
   EXPECT_EQ(parts(studio).selected, 1u);
-  EXPECT_TRUE(studio.placed().pins.empty()) << "no pin where a part is";
+  EXPECT_TRUE(studio.tools().placed().pins.empty()) << "no pin where a part is";
   run(studio, R"({"click": [2.2, 0, 0.5], "modifiers": ["alt"]})");
   EXPECT_EQ(parts(studio).holds.size(), 1u);
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
 }
 
 TEST_F(PartsTest, PartsAndPinsAreOfOnePose) {
@@ -259,7 +259,7 @@ TEST_F(PartsTest, RemeshingAndUndoTakeThePartsAlong) {
     }
   }
   run(studio, R"({"drag": [[2.7, 0.3, 0.5], [2.7, 0.5, 0.5]], "steps": 1})");
-  EXPECT_EQ(part_of(last_pose(studio), 0).vertices.empty(), studio.shown().state.provenance->is_renumbered);
+  EXPECT_EQ(part_of(last_pose(studio), 0).vertices.empty(), studio.document().shown().state.provenance->is_renumbered);
   run(studio, R"({"key": "Ctrl+Z"}
 {"key": "Ctrl+Z"})");
   EXPECT_EQ(parts(studio).of_vertex, before);
@@ -294,7 +294,7 @@ TEST_F(PartsTest, ADoubleClickOnAFingerMakesItAPartAndHoldsTheRest) {
   Studio studio(options());
   run(studio, std::string(kHand) + R"({"double_click": [0.11, 0.6, 0.09]})");
   EXPECT_EQ(errors(studio), "");
-  EXPECT_TRUE(studio.placed().pins.empty()) << "the first click's pin is gone";
+  EXPECT_TRUE(studio.tools().placed().pins.empty()) << "the first click's pin is gone";
   ASSERT_EQ(parts(studio).holds.size(), 2u);
   EXPECT_EQ(parts(studio).selected, 1u);
   EXPECT_GT(parts(studio).placement->z.y, 0.9) << "the middle finger goes up";
@@ -308,7 +308,7 @@ TEST_F(PartsTest, ADoubleClickOnAFingerMakesItAPartAndHoldsTheRest) {
   run(studio, R"({"double_click": [-0.13, 0.5, 0.08]})");
   EXPECT_EQ(errors(studio), "");
   EXPECT_EQ(parts(studio).holds, (std::vector<bool>{true, true, true}));
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
 }
 
 TEST_F(PartsTest, ADoubleClickAndADragTurnTheFingerAboutItsKnuckle) {
@@ -318,19 +318,19 @@ TEST_F(PartsTest, ADoubleClickAndADragTurnTheFingerAboutItsKnuckle) {
 {"click": [0.44, 0.6, 0.02]}
 )");
   const std::vector<Vec3d> before = positions(studio);
-  const auto pixel = pixel_of(studio.screen(), {0.44, 0.6, 0.02});
-  EXPECT_EQ(studio.placed().pins.size(), 1u);
+  const auto pixel = pixel_of(studio.view().screen(), {0.44, 0.6, 0.02});
+  EXPECT_EQ(studio.tools().placed().pins.size(), 1u);
   studio.handle(ButtonChanged{MouseButton::left, true, pixel->x, pixel->y, {}, true});
   ASSERT_TRUE(studio.gesture());
   studio.handle(PointerMoved{pixel->x - 30, pixel->y + 8, 1, {}});
   studio.handle(ButtonChanged{MouseButton::left, false, pixel->x - 30, pixel->y + 8, {}});
   EXPECT_EQ(errors(studio), "");
-  ASSERT_EQ(studio.shown().history.size(), 1u);
+  ASSERT_EQ(studio.document().shown().history.size(), 1u);
   const PoseStroke stroke = last_pose(studio);
   ASSERT_EQ(stroke.parts.size(), 2u);
   ASSERT_TRUE(part_of(stroke, 0).rotation);
   EXPECT_GT(part_of(stroke, 0).rotation->angle_deg, 5);
-  const double slack = 5e-3 * studio.shown().diagonal;
+  const double slack = 5e-3 * studio.document().shown().diagonal;
   const std::vector<Vec3d> now = positions(studio);
   for (std::size_t v = 0; v < now.size(); ++v) {
     if (before[v].y < -0.5) {

@@ -88,13 +88,13 @@ std::optional<std::size_t> pin_at(const Pointer& pointer, const GestureContext& 
 
 void follow(std::vector<Pin>& pins, const ShapeState& state) {
   for (Pin& pin : pins) {
-    auto seat = std::find_if(pin.seats.begin(), pin.seats.end(),
-                             [&](const Pin::PinVertex& one) { return one.mesh.lock() == state.mesh; });
-    if (seat == pin.seats.end()) {
-      std::erase_if(pin.seats, [](const Pin::PinVertex& one) { return one.mesh.expired(); });
-      seat = pin.seats.insert(pin.seats.end(), {state.mesh, nearest_vertex(state.positions, pin.place)});
+    auto found = std::find_if(pin.vertices.begin(), pin.vertices.end(),
+                              [&](const Pin::PinVertex& one) { return one.mesh.lock() == state.mesh; });
+    if (found == pin.vertices.end()) {
+      std::erase_if(pin.vertices, [](const Pin::PinVertex& one) { return one.mesh.expired(); });
+      found = pin.vertices.insert(pin.vertices.end(), {state.mesh, nearest_vertex(state.positions, pin.place)});
     }
-    pin.place = state.positions[seat->vertex];
+    pin.place = state.positions[found->vertex];
   }
 }
 

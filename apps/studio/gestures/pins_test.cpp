@@ -18,7 +18,7 @@ TEST_F(PinsTest, AClickSetsAPinOnTheNearestVertexAndMovesNothing) {
   Studio studio(options());
   run(studio, three_pins());
   ASSERT_EQ(pins(studio).size(), 3u);
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
   const double edge = std::sqrt(4 * std::numbers::pi / 10242 * 2 / std::sqrt(3.0));  // of about 2 triangles a vertex
   EXPECT_LT(norm(pins(studio)[1].place - Vec3d{0.5, 0, std::sqrt(0.75)}), edge);
   for (const Pin& pin : pins(studio)) EXPECT_TRUE(is_on_vertex(studio, pin));
@@ -49,7 +49,7 @@ TEST_F(PinsTest, ADragTakesAPinToItsPlaceAndTheOthersHold) {
   const std::vector<Pin> between = pins(studio);
   run(studio, R"({"drag": [[-0.4, 0, 0.9], [-0.5, -0.2, 0.9]]})");
   const PinsStroke second = last_stroke(studio);
-  EXPECT_EQ(studio.shown().history.size(), 2u);
+  EXPECT_EQ(studio.document().shown().history.size(), 2u);
   for (const std::size_t i : {0, 1, 2}) EXPECT_EQ(second.points[i], between[i].place);
   EXPECT_EQ(second.to[1], second.points[1]) << "what was dragged before holds now";
   EXPECT_LE(norm(pins(studio)[1].place - second.points[1]), slack(studio));
@@ -67,7 +67,7 @@ TEST_F(PinsTest, APressBesideThePinsSetsOneAndDragsItAndEscapeLeavesNothing) {
   run(studio, R"({"key": "Escape"}
 {"release": [0, -0.5, 0.95]})");
   EXPECT_TRUE(positions(studio) == before);
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
   EXPECT_EQ(pins(studio).size(), 3u);
   run(studio, R"({"drag": [[0, -0.3, 0.95], [0, -0.5, 0.95]]})");
   EXPECT_EQ(pins(studio).size(), 4u);
@@ -95,28 +95,28 @@ TEST_F(PinsTest, ADistanceIsTypedDuringADrag) {
 TEST_F(PinsTest, AltAndAClickRemovesAPinAndDoesNotTurnTheView) {
   Studio studio(options());
   run(studio, three_pins());
-  const double yaw = studio.navigation().view.yaw;
+  const double yaw = studio.view().navigation().view.yaw;
   const Vec3d last = pins(studio)[2].place;
   run(studio, R"({"drag": [[0.5, 0, 0.866], [0.9, 0, 0.866]], "modifiers": ["alt"]})");
   ASSERT_EQ(pins(studio).size(), 2u);
   EXPECT_EQ(pins(studio)[1].place, last);
-  EXPECT_EQ(studio.navigation().view.yaw, yaw);
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_EQ(studio.view().navigation().view.yaw, yaw);
+  EXPECT_TRUE(studio.document().shown().history.empty());
   run(studio, R"({"drag": [[0.5, 0, 0.866], [0.9, 0, 0.866]], "modifiers": ["alt"]})");
-  EXPECT_NE(studio.navigation().view.yaw, yaw) << "where no pin is, it does";
+  EXPECT_NE(studio.view().navigation().view.yaw, yaw) << "where no pin is, it does";
 }
 
 TEST_F(PinsTest, ADoubleClickMakesAPinFreeAndThenItGoesWithTheSurface) {
   Studio studio(options());
   run(studio, three_pins() + R"({"double_click": [0, 0.5, 0.866]})");
   EXPECT_FALSE(pins(studio)[2].holds);
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
   const Vec3d before = pins(studio)[2].place;
   run(studio, R"({"drag": [[0.5, 0, 0.866], [0.6, 0.4, 0.866]]})");
   EXPECT_EQ(last_stroke(studio).points.size(), 2u);
   EXPECT_GT(norm(pins(studio)[2].place - before), 0.01);
   EXPECT_TRUE(is_on_vertex(studio, pins(studio)[2]));
-  const auto pixel = pixel_of(studio.screen(), pins(studio)[2].place);
+  const auto pixel = pixel_of(studio.view().screen(), pins(studio)[2].place);
   const std::string place = fmt::format("[{}, {}]", pixel->x, pixel->y);
   run(studio, fmt::format(R"({{"drag": [{}, [400, 120]]}})", place));
   EXPECT_EQ(last_stroke(studio).points.size(), 3u) << "a free pin can be dragged";
@@ -130,10 +130,10 @@ TEST_F(PinsTest, UndoAndRedoTakeThePinsAlong) {
       Studio studio(options(has_worker));
       run(studio, three_pins(2562));
       const std::vector<Pin> before = pins(studio);
-      const std::shared_ptr<const Mesh> mesh = studio.shown().state.mesh;
+      const std::shared_ptr<const Mesh> mesh = studio.document().shown().state.mesh;
       if (remeshes) run(studio, R"({"set": {"remesh": true, "max_edge": 0.06}})");
       run(studio, R"({"drag": [[0.5, 0, 0.866], [1, 0.3, 0.866]]})");
-      ASSERT_EQ(studio.shown().state.mesh != mesh, remeshes);
+      ASSERT_EQ(studio.document().shown().state.mesh != mesh, remeshes);
       const std::vector<Pin> after = pins(studio);
       EXPECT_GT(norm(after[1].place - before[1].place), 0.4);
       for (const Pin& pin : after) EXPECT_TRUE(is_on_vertex(studio, pin));
@@ -141,7 +141,7 @@ TEST_F(PinsTest, UndoAndRedoTakeThePinsAlong) {
       for (const std::size_t i : {0, 1, 2}) EXPECT_EQ(pins(studio)[i].place, before[i].place);
       run(studio, R"({"key": "Ctrl+Shift+Z"})");
       for (const std::size_t i : {0, 1, 2}) EXPECT_EQ(pins(studio)[i].place, after[i].place);
-      studio.close();
+      studio.document().close();
     }
   }
 }
@@ -172,7 +172,7 @@ TEST_F(PinsTest, PinsAreMirroredAndStaySymmetric) {
   EXPECT_EQ(stroke.points[2], image(stroke.points[1]));
   EXPECT_EQ(stroke.to[2], image(stroke.to[1]));
   EXPECT_NE(stroke.to[1], stroke.points[1]);
-  const std::vector<Vec3d> start = studio.shown().state.mesh->positions;
+  const std::vector<Vec3d> start = studio.document().shown().state.mesh->positions;
   const std::vector<Vec3d> now = positions(studio);
   double worst = 0;
   for (std::size_t i = 0; i < now.size(); i += 7) {
@@ -197,14 +197,14 @@ TEST_F(PinsTest, ALassoSetsPinsEvenlyAndFewTwice) {
   ASSERT_LE(all.size(), 32u);
   double nearest = 10;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const auto pixel = pixel_of(studio.screen(), all[i].place);
+    const auto pixel = pixel_of(studio.view().screen(), all[i].place);
     EXPECT_TRUE(pixel->y > 200 && pixel->y < 290) << pixel->y;
     for (std::size_t j = 0; j < i; ++j) nearest = std::min(nearest, norm(all[i].place - all[j].place));
   }
   const double area = 2 * std::numbers::pi * (0.5 - 0.05);  // of the zone
   EXPECT_GT(nearest, 0.5 * std::sqrt(area / static_cast<double>(all.size())));
   EXPECT_TRUE(std::ranges::any_of(all, [](const Pin& pin) { return pin.place.z < -0.5; })) << "also behind";
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
   run(studio, R"({"drag": [[395, 240], [405, 240], [405, 250], [395, 240]], "modifiers": ["ctrl"]})");
   EXPECT_LE(pins(studio).size(), all.size() + 2) << "little room is left";
 }
@@ -226,21 +226,21 @@ TEST_F(PinsTest, APinBehindTheShapeIsNotTakenHoldOf) {
 TEST_F(PinsTest, TheRadiusIsAutomaticUntilItIsSet) {
   Studio studio(options());
   run(studio, three_pins());
-  const double automatic = studio.radius();
+  const double automatic = studio.tools().radius();
   EXPECT_GT(automatic, 1) << "twice the distance of the farther of two others";
   run(studio, R"({"move": [400, 300]}
 {"key": "F"}
 {"move": [440, 300]})");
-  EXPECT_FALSE(studio.settings().auto_radius);
-  EXPECT_NEAR(studio.radius(), automatic + 0.2, 1e-9) << "it begins with the automatic one";
+  EXPECT_FALSE(studio.tools().settings().auto_radius);
+  EXPECT_NEAR(studio.tools().radius(), automatic + 0.2, 1e-9) << "it begins with the automatic one";
   run(studio, R"({"key": "Escape"})");
-  EXPECT_TRUE(studio.settings().auto_radius);
-  EXPECT_EQ(studio.radius(), automatic);
+  EXPECT_TRUE(studio.tools().settings().auto_radius);
+  EXPECT_EQ(studio.tools().radius(), automatic);
   run(studio, R"({"key": "["}
 {"drag": [[0.5, 0, 0.866], [0.6, 0, 0.866]]})");
   EXPECT_FALSE(last_stroke(studio).radius_auto);
   EXPECT_LT(*last_stroke(studio).radius, automatic);
-  EXPECT_EQ(*last_stroke(studio).radius, studio.radius());
+  EXPECT_EQ(*last_stroke(studio).radius, studio.tools().radius());
 }
 
 TEST_F(PinsTest, OnePinHasTheRadiusOfTheToolOrMore) {
@@ -308,15 +308,15 @@ TEST_F(PinsTest, AnOldDragHasAHandleAtItsEnd) {
 {"layer": 0, "select": true}
 )");
   const PinsStroke before = last_stroke(studio);
-  ASSERT_EQ(studio.layers().paths.size(), 1u);
-  EXPECT_EQ(studio.layers().paths[0].points, (std::vector<Vec3d>{before.points[1], before.to[1]}));
-  const auto end = pixel_of(studio.screen(), before.to[1]);
+  ASSERT_EQ(studio.history().editor().paths.size(), 1u);
+  EXPECT_EQ(studio.history().editor().paths[0].points, (std::vector<Vec3d>{before.points[1], before.to[1]}));
+  const auto end = pixel_of(studio.view().screen(), before.to[1]);
   run(studio, fmt::format(R"({{"drag": [[{}, {}], [{}, {}]]}})", end->x, end->y, end->x, end->y - 20));
   const PinsStroke after = last_stroke(studio);
   EXPECT_EQ(after.points, before.points);
   EXPECT_NEAR(after.to[1].y - before.to[1].y, 0.1, 0.02);
   EXPECT_EQ(after.to[0], before.to[0]);
-  EXPECT_EQ(studio.shown().history.size(), 1u);
+  EXPECT_EQ(studio.document().shown().history.size(), 1u);
 }
 
 }  // namespace

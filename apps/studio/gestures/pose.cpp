@@ -126,16 +126,16 @@ void add_part(const PartOfShape& shape, const PartMotion* motion, const ShapeSta
   items.add(needs_points ? by_points : item, by_points, shape.middle, kSamePart * shape.extent, motion != nullptr);
 }
 
-const Pin::PinVertex* seat_of(const Pin& pin, const ShapeState& state) {
-  const auto seat = std::find_if(pin.seats.begin(), pin.seats.end(),
-                                 [&](const Pin::PinVertex& one) { return one.mesh.lock() == state.mesh; });
-  return seat == pin.seats.end() ? nullptr : &*seat;
+const Pin::PinVertex* vertex_of(const Pin& pin, const ShapeState& state) {
+  const auto vertex = std::find_if(pin.vertices.begin(), pin.vertices.end(),
+                                   [&](const Pin::PinVertex& one) { return one.mesh.lock() == state.mesh; });
+  return vertex == pin.vertices.end() ? nullptr : &*vertex;
 }
 
 // The part that a pin lies in, which then speaks for it.
 std::optional<std::size_t> part_under(const Pin& pin, const PartMarks& parts, const ShapeState& state) {
-  const Pin::PinVertex* const seat = seat_of(pin, state);
-  return seat == nullptr ? std::nullopt : part_of(parts, seat->vertex);
+  const Pin::PinVertex* const vertex = vertex_of(pin, state);
+  return vertex == nullptr ? std::nullopt : part_of(parts, vertex->vertex);
 }
 
 // Along an empty path it holds.
@@ -145,9 +145,9 @@ void add_pin(const Pin& pin, std::vector<Vec3d> path, const ShapeState& state, d
   item.hold = item.path.empty();
   PosePin by_points = item;
   by_points.point = pin.place;
-  const Pin::PinVertex* const seat = seat_of(pin, state);
-  if (seat != nullptr && !is_renumbered(state)) {
-    item.vertex = seat->vertex;
+  const Pin::PinVertex* const vertex = vertex_of(pin, state);
+  if (vertex != nullptr && !is_renumbered(state)) {
+    item.vertex = vertex->vertex;
   } else {
     item.point = pin.place;
   }

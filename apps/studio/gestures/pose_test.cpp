@@ -32,9 +32,11 @@ class PoseTest : public GesturesTest {
     return std::get<PosePin>(stroke.parts.at(i));
   }
 
-  static std::vector<Vec3d> positions_at_start(const Studio& studio) { return studio.shown().start.positions.copy(); }
+  static std::vector<Vec3d> positions_at_start(const Studio& studio) {
+    return studio.document().shown().start.positions.copy();
+  }
 
-  static const std::vector<Pin>& pins(const Studio& studio) { return studio.placed().pins; }
+  static const std::vector<Pin>& pins(const Studio& studio) { return studio.tools().placed().pins; }
 };
 
 TEST_F(PoseTest, ADragBecomesOneStrokeThatTheCommandRepeats) {
@@ -44,7 +46,7 @@ TEST_F(PoseTest, ADragBecomesOneStrokeThatTheCommandRepeats) {
   const std::vector<Pin> before = pins(studio);
   run(studio, R"({"drag": [[2.8, 0, 0.5], [2.6, 0.9, 0.5]], "steps": 3})");
   EXPECT_EQ(errors(studio), "");
-  ASSERT_EQ(studio.shown().history.size(), 1u);
+  ASSERT_EQ(studio.document().shown().history.size(), 1u);
   ASSERT_EQ(last_strokes(studio).size(), 1u);
   const PoseStroke stroke = last_pose(studio);
   EXPECT_EQ(stroke.detail, 0.1);
@@ -55,8 +57,8 @@ TEST_F(PoseTest, ADragBecomesOneStrokeThatTheCommandRepeats) {
   EXPECT_EQ(positions_at_start(studio)[*pin_of(stroke, 1).vertex], before[0].place);
   EXPECT_LT(norm(dragged.path.back() - before[1].place - Vec3d{-0.2, 0.9, 0}), 0.02);
   EXPECT_TRUE(dragged.turns_freely);
-  EXPECT_LT(norm(pins(studio)[1].place - dragged.path.back()), 0.005 * studio.shown().diagonal);
-  EXPECT_LT(norm(pins(studio)[0].place - before[0].place), 0.005 * studio.shown().diagonal);
+  EXPECT_LT(norm(pins(studio)[1].place - dragged.path.back()), 0.005 * studio.document().shown().diagonal);
+  EXPECT_LT(norm(pins(studio)[0].place - before[0].place), 0.005 * studio.document().shown().diagonal);
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
 }
 
@@ -67,14 +69,14 @@ TEST_F(PoseTest, PinsStayFromDragToDragAndGoBackWithUndo) {
   const std::vector<Pin> between = pins(studio);
   run(studio, R"({"drag": [[-2.8, 0, 0.5], [-2.7, 0.4, 0.5]], "steps": 2}
 )");
-  EXPECT_EQ(studio.shown().history.size(), 2u);
+  EXPECT_EQ(studio.document().shown().history.size(), 2u);
   const PoseStroke second = last_pose(studio);
   ASSERT_EQ(second.parts.size(), 2u);
   EXPECT_FALSE(pin_of(second, 0).hold);
   EXPECT_TRUE(pin_of(second, 1).hold) << "what was dragged before holds now";
   run(studio, R"({"key": "Ctrl+Z"})");
   for (const std::size_t i : {0, 1}) EXPECT_EQ(pins(studio)[i].place, between[i].place);
-  const auto place = pixel_of(studio.screen(), between[1].place);
+  const auto place = pixel_of(studio.view().screen(), between[1].place);
   run(studio, fmt::format(R"({{"click": [{}, {}], "modifiers": ["alt"]}})", place->x, place->y));
   EXPECT_EQ(pins(studio).size(), 1u);
 }
@@ -93,14 +95,14 @@ TEST_F(PoseTest, ItIsCoarseWhileThePointerMovesAndHasAllDetailWhenItRests) {
     studio.refresh();
   }
   EXPECT_EQ(std::get<PoseStroke>(studio.preview().front()).detail, 0.1);
-  studio.worker().wait();
+  studio.document().worker().wait();
   studio.refresh();
   const std::vector<Vec3d> rested = positions(studio);
   run(studio, R"({"release": [2.7, 0.4, 0.5]})");
   EXPECT_TRUE(positions(studio) == rested) << "letting go changes nothing any more";
   EXPECT_EQ(last_pose(studio).detail, 0.1);
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == rested);
-  studio.close();
+  studio.document().close();
 }
 
 TEST_F(PoseTest, EscapeLeavesNothing) {
@@ -113,7 +115,7 @@ TEST_F(PoseTest, EscapeLeavesNothing) {
   run(studio, R"({"key": "Escape"}
 {"release": [2.7, 0.4, 0.5]})");
   EXPECT_TRUE(positions(studio) == before);
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
 }
 
 TEST_F(PoseTest, MirroredPinsArePartsOfTheSameStroke) {
@@ -136,7 +138,7 @@ TEST_F(PoseTest, MirroredPinsArePartsOfTheSameStroke) {
   ASSERT_EQ(mirrored.path.size(), dragged.path.size());
   for (std::size_t i = 0; i < dragged.path.size(); ++i) EXPECT_EQ(mirrored.path[i], image(dragged.path[i]));
   EXPECT_TRUE(pin_of(stroke, 1).hold);
-  EXPECT_LT(norm(pins(studio)[0].place - image(pins(studio)[1].place)), 0.01 * studio.shown().diagonal);
+  EXPECT_LT(norm(pins(studio)[0].place - image(pins(studio)[1].place)), 0.01 * studio.document().shown().diagonal);
 }
 
 TEST_F(PoseTest, AfterARemeshPinsAreNamedByTheirPlaces) {
@@ -146,11 +148,11 @@ TEST_F(PoseTest, AfterARemeshPinsAreNamedByTheirPlaces) {
 {"drag": [[2.7, 0.5, 0.5], [2.6, 0.8, 0.5]], "steps": 1}
 )");
   EXPECT_EQ(errors(studio), "");
-  ASSERT_EQ(studio.shown().history.size(), 2u);
-  ASSERT_TRUE(studio.shown().state.provenance);
+  ASSERT_EQ(studio.document().shown().history.size(), 2u);
+  ASSERT_TRUE(studio.document().shown().state.provenance);
   const PoseStroke stroke = last_pose(studio);
   for (std::size_t i = 0; i < stroke.parts.size(); ++i) {
-    EXPECT_EQ(pin_of(stroke, i).point.has_value(), studio.shown().state.provenance->is_renumbered);
+    EXPECT_EQ(pin_of(stroke, i).point.has_value(), studio.document().shown().state.provenance->is_renumbered);
   }
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
 }
@@ -164,7 +166,7 @@ TEST_F(PoseTest, ExactPointsAreTheOldPins) {
   EXPECT_TRUE(std::holds_alternative<PinsStroke>(last_strokes(studio).front()));
   run(studio, R"({"tool": "ball"}
 {"tool": "pose"})");
-  EXPECT_EQ(studio.settings().pose, PoseMode::exact) << "the tool keeps its mode";
+  EXPECT_EQ(studio.tools().settings().pose, PoseMode::exact) << "the tool keeps its mode";
 }
 
 TEST(ExtendPath, KeepsTheWayInPiecesAndGoesBackWithThePointer) {

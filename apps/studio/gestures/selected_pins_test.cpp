@@ -24,7 +24,7 @@ TEST_F(PinsTest, ShiftAndAClickSelectsAPinAndMovesNothing) {
   Studio studio(options());
   run(studio, three_pins() + kSelectTwo);
   EXPECT_EQ(selected(pins(studio)), (std::vector<bool>{false, true, true}));
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
   run(studio, R"({"click": [0.5, 0, 0.866], "modifiers": ["shift"]})");
   EXPECT_EQ(selected(pins(studio)), (std::vector<bool>{false, false, true}));
   run(studio, R"({"key": "Escape"})");
@@ -50,7 +50,7 @@ TEST_F(PinsTest, ADragOfASelectedPinTakesAllSelectedAlong) {
     EXPECT_TRUE(is_on_vertex(studio, pins(studio)[i]));
   }
   EXPECT_EQ(selected(pins(studio)), (std::vector<bool>{false, true, true})) << "for the next drag";
-  EXPECT_EQ(studio.shown().history.size(), 1u);
+  EXPECT_EQ(studio.document().shown().history.size(), 1u);
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
   run(studio, R"({"key": "Ctrl+Z"})");
   for (const std::size_t i : {0, 1, 2}) EXPECT_EQ(pins(studio)[i].place, before[i].place) << "one step";
@@ -93,14 +93,14 @@ TEST_F(PinsTest, ALassoSelectsWhatIsWithinItAndSetsNone) {
 {"drag": [[350, 160], [550, 160], [550, 350], [350, 350], [350, 160]]}
 )");
   EXPECT_EQ(selected(pins(studio)), (std::vector<bool>{false, true, true}));
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
   run(studio, R"({"drag": [[270, 250], [350, 250], [350, 350], [270, 350], [270, 250]]})");
   EXPECT_EQ(selected(pins(studio)), (std::vector<bool>{true, false, false})) << "in the place of those before";
   run(studio, R"({"click": [0, -0.4, 0.9]})");
   EXPECT_EQ(selected(pins(studio)), (std::vector<bool>{false, false, false})) << "a click beside the pins";
   EXPECT_EQ(pins(studio).size(), 3u);
   run(studio, R"({"drag": [[0.5, 0, 0.866], [0.6, 0, 0.866]]})");
-  EXPECT_EQ(studio.shown().history.size(), 1u) << "a pin is dragged all the same";
+  EXPECT_EQ(studio.document().shown().history.size(), 1u) << "a pin is dragged all the same";
   run(studio, R"({"drag": [[350, 400], [450, 400], [450, 480], [350, 480], [350, 400]], "modifiers": ["ctrl"]})");
   EXPECT_GT(pins(studio).size(), 3u) << "with Ctrl it sets pins";
 }
@@ -116,7 +116,7 @@ TEST_F(PinsTest, SelectedPinsAreMirrored) {
 {"click": [-0.5, 0, 0.866]}
 )");
   ASSERT_EQ(pins(studio).size(), 4u);
-  studio.select_pins(true);
+  studio.tools().select_pins(true);
   run(studio, R"({"drag": [[0.5, 0, 0.866], [0.7, 0.1, 0.866]]})");
   const PinsStroke stroke = last_stroke(studio);
   const auto image = [](const Vec3d& p) { return Vec3d{-p.x, p.y, p.z}; };
@@ -162,10 +162,10 @@ TEST_F(PinsTest, PinsComeBackAfterACrash) {
 {"key": "["}
 {"move": [400, 300]})");
         before = pins(studio);
-        radius = studio.radius();
+        radius = studio.tools().radius();
       }
       Studio next(options(has_worker));
-      ASSERT_EQ(next.abandoned().size(), 1u);
+      ASSERT_EQ(next.document().abandoned().size(), 1u);
       run(next, R"({"size": [800, 600]}
 {"recover": "newest"})");
       EXPECT_EQ(errors(next), "");
@@ -175,11 +175,11 @@ TEST_F(PinsTest, PinsComeBackAfterACrash) {
         EXPECT_EQ(pins(next)[i].holds, i != 2);
         EXPECT_TRUE(is_on_vertex(next, pins(next)[i]));
       }
-      EXPECT_EQ(next.radius(), radius);
-      EXPECT_EQ(next.settings().tool->use, ToolUse::pose);
+      EXPECT_EQ(next.tools().radius(), radius);
+      EXPECT_EQ(next.tools().settings().tool->use, ToolUse::pose);
       run(next, R"({"key": "Ctrl+Z"})");
       for (const Pin& pin : pins(next)) EXPECT_TRUE(is_on_vertex(next, pin));
-      next.close();
+      next.document().close();
     }
   }
 }
@@ -203,7 +203,7 @@ TEST_F(PinsTest, AfterACrashInADragThePinsAreWhereItHadTakenThem) {
   EXPECT_TRUE(positions(next) == shape);
   ASSERT_EQ(pins(next).size(), 3u);
   for (const std::size_t i : {0, 1, 2}) EXPECT_LE(norm(pins(next)[i].place - goals[i]), slack(next));
-  next.close();
+  next.document().close();
 }
 
 TEST_F(PinsTest, AScriptSetsPins) {

@@ -233,7 +233,7 @@ struct Pin {
   };
   Vec3d place;
   bool holds = true;  // while another pin is dragged; else it is free, and goes with the surface
-  std::vector<PinVertex> seats{};
+  std::vector<PinVertex> vertices{};
   bool is_selected = false;  // a drag of a selected pin moves all selected pins
 };
 
@@ -248,11 +248,11 @@ struct PartMarks {
   bool is_ahead = false;                  // the gizmo is where a drag has taken it, before the shape is
   ShapeState at{};                        // which shape's vertices these are
   // The same on meshes that the shape has had.
-  struct PinVertex {
+  struct OnMesh {
     std::weak_ptr<const Mesh> mesh;
     std::vector<std::uint8_t> of_vertex;
   };
-  std::vector<PinVertex> seats{};
+  std::vector<OnMesh> on_meshes{};
 };
 
 // What has been placed for the next drag.

@@ -31,7 +31,7 @@ bool begin_question(const char* title) {
 
 // What the file dialogs begin at.
 fs::path nearby(const Studio& studio, FileUse use) {
-  const DocumentState& shown = studio.shown();
+  const DocumentState& shown = studio.document().shown();
   if (use == FileUse::save && !shown.session_path.empty()) return shown.session_path;
   if (!shown.shape_path.empty()) return shown.shape_path;
   if (!shown.session_path.empty()) return shown.session_path;
@@ -58,7 +58,7 @@ void draw_new_shape(Studio& studio, Dialogs& dialogs) {
   if (ImGui::Button("Create") || enter_pressed()) {
     dialogs.is_new_shape_open = false;
     do_or_ask(studio, dialogs, [&studio, kind_wanted = dialogs.new_kind, count = dialogs.new_vertices] {
-      studio.open_made(kind_wanted, static_cast<std::size_t>(count));
+      studio.document().open_made(kind_wanted, static_cast<std::size_t>(count));
     });
   }
   ImGui::SameLine();
@@ -88,7 +88,7 @@ std::optional<fs::path> draw_journal(Studio& studio, Dialogs& dialogs, const Aba
   }
   const bool sure = dialogs.to_discard == journal.folder;
   if (ImGui::Button(sure ? "Click again to delete" : "Delete")) {
-    if (sure) studio.discard(fs::path(journal.folder));
+    if (sure) studio.document().discard(fs::path(journal.folder));
     dialogs.to_discard = sure ? std::nullopt : std::optional(journal.folder);
   }
   ImGui::PopID();
@@ -100,18 +100,19 @@ void draw_recovery(Studio& studio, Dialogs& dialogs) {
   ImGui::TextUnformatted("Studio ended unexpectedly. This work was not saved:");
   ImGui::Separator();
   std::optional<fs::path> chosen;
-  const std::vector<AbandonedJournal> journals = studio.abandoned();
+  const std::vector<AbandonedJournal> journals = studio.document().abandoned();
   for (const AbandonedJournal& journal : journals) {
     if (const auto folder = draw_journal(studio, dialogs, journal)) chosen = folder;
     ImGui::Separator();
   }
   if (enter_pressed() && !journals.empty() && journals.front().problem.empty()) chosen = journals.front().folder;
-  if (ImGui::Button("Later") || escape_pressed() || studio.abandoned().empty()) dialogs.is_recovery_open = false;
+  if (ImGui::Button("Later") || escape_pressed() || studio.document().abandoned().empty())
+    dialogs.is_recovery_open = false;
   ImGui::SameLine();
   ImGui::TextDisabled("File > Recover unsaved work... opens this dialog again.");
   if (chosen) {
     dialogs.is_recovery_open = false;
-    do_or_ask(studio, dialogs, [&studio, folder = *chosen] { studio.recover(folder); });
+    do_or_ask(studio, dialogs, [&studio, folder = *chosen] { studio.document().recover(folder); });
   }
   if (!dialogs.is_recovery_open) ImGui::CloseCurrentPopup();
   ImGui::EndPopup();
@@ -119,15 +120,15 @@ void draw_recovery(Studio& studio, Dialogs& dialogs) {
 
 // Goes on once the work is saved, gives up where that failed.
 void follow_saving(Studio& studio, Dialogs& dialogs) {
-  if (dialogs.file.is_open || studio.worker().is_busy()) return;
+  if (dialogs.file.is_open || studio.document().worker().is_busy()) return;
   dialogs.is_saving = false;
   const std::function<void()> what = std::exchange(dialogs.pending, nullptr);
-  if (!studio.shown().is_changed) what();
+  if (!studio.document().shown().is_changed) what();
 }
 
 void draw_question(Studio& studio, Dialogs& dialogs) {
   if (!begin_question("Save the changes?")) return;
-  ImGui::Text("%s has changes that are not saved.", studio.shown().title.c_str());
+  ImGui::Text("%s has changes that are not saved.", studio.document().shown().title.c_str());
   bool done = true;
   if (ImGui::Button("Save") || enter_pressed()) {
     dialogs.is_saving = true;
@@ -152,16 +153,16 @@ void show_frame(Studio& studio, Dialogs& dialogs) {
   dialogs.frame = frame;
   dialogs.motion = asked.motion;
   if (frame > 0) {
-    studio.look_at_frame(asked.motion, frame - 1);
+    studio.history().look_at_frame(asked.motion, frame - 1);
   } else {
-    studio.look_at(std::nullopt);
+    studio.history().look_at(std::nullopt);
   }
 }
 
 }  // namespace
 
 void do_or_ask(Studio& studio, Dialogs& dialogs, std::function<void()> what) {
-  if (!studio.shown().is_changed) return what();
+  if (!studio.document().shown().is_changed) return what();
   dialogs.is_saving = false;
   dialogs.pending = std::move(what);
 }
@@ -197,8 +198,8 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
       ask_for_file(FileUse::reference);
       return true;
     case Action::recover:
-      dialogs.is_recovery_open = !studio.abandoned().empty();
-      if (!dialogs.is_recovery_open) studio.tell({false, "There is no unsaved work to recover."});
+      dialogs.is_recovery_open = !studio.document().abandoned().empty();
+      if (!dialogs.is_recovery_open) studio.document().tell({false, "There is no unsaved work to recover."});
       return true;
     case Action::search:
       dialogs.search.is_open = true;
@@ -215,28 +216,28 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
   if (file) {
     switch (dialogs.file.use) {
       case FileUse::open:
-        do_or_ask(studio, dialogs, [&studio, path = *file] { studio.open(path); });
+        do_or_ask(studio, dialogs, [&studio, path = *file] { studio.document().open(path); });
         break;
       case FileUse::stamp:
-        studio.use_stamp(*file);
+        studio.tools().use_stamp(*file);
         break;
       case FileUse::reference:
-        studio.add_reference(*file);
+        studio.view().add_reference(*file);
         break;
       case FileUse::save:
-        studio.save(*file);
+        studio.document().save(*file);
         break;
       case FileUse::export_shape:
-        studio.export_shape(*file, dialogs.file.as_double);
+        studio.document().export_shape(*file, dialogs.file.as_double);
         break;
       case FileUse::export_frames:
-        studio.export_frames(*file, dialogs.file.motion);
+        studio.document().export_frames(*file, dialogs.file.motion);
         break;
       case FileUse::picture:
         picture(*file);
         break;
       case FileUse::turntable:
-        studio.record_turntable(*file, dialogs.file.pictures);
+        studio.view().record_turntable(*file, dialogs.file.pictures);
         break;
     }
   }

@@ -47,7 +47,7 @@ bool is_escape(const Event& event) {
 
 Interface::Interface(Studio& studio, Gui& gui, InterfaceHost host)
     : studio_(studio), gui_(gui), host_(std::move(host)) {
-  dialogs_.is_recovery_open = !studio_.abandoned().empty();
+  dialogs_.is_recovery_open = !studio_.document().abandoned().empty();
 }
 
 void Interface::set_size(int width, int height) {
@@ -67,11 +67,11 @@ void Interface::arrange() {
   query.item_gap = kToolGap * gui_.unit();
   query.tools = static_cast<int>(
       std::count_if(studio_tools().begin(), studio_tools().end(), [](const StudioTool& tool) { return tool.in_bar; }));
-  query.panels = studio_.view().panels;
-  query.labels = studio_.view().tool_labels;
+  query.panels = studio_.view().settings().panels;
+  query.labels = studio_.view().settings().tool_labels;
   query.panel_width = static_cast<float>(studio_.preferences().panels.width);
   layout_ = layout_of(query);
-  studio_.navigation().covered = margins_of(layout_, query.width, query.height);
+  studio_.view().navigation().covered = margins_of(layout_, query.width, query.height);
 }
 
 void Interface::handle(const std::vector<Event>& events) {
@@ -97,7 +97,7 @@ void Interface::send(const Event& event) {
       studio_.handle(event);
     }
   } catch (const std::exception& error) {
-    studio_.tell({true, error.what()});
+    studio_.document().tell({true, error.what()});
   }
 }
 
@@ -133,17 +133,17 @@ void Interface::draw(const FrameTimes& times, const Stretched& stretched) {
   draw_numbers(studio_, gui_, layout_);
   gui_.set_menu_open(draw_menus(studio_, dialogs_));
   draw_status(studio_, gui_);
-  if (studio_.view().panels) {
+  if (studio_.view().settings().panels) {
     draw_tool_bar(studio_, gui_, layout_);
     draw_side_panel(studio_, gui_, layout_, side_panel_);
   }
-  if (studio_.view().statistics) draw_statistics(studio_, gui_, layout_, times);
-  if (studio_.view().help) draw_help(studio_, gui_);
+  if (studio_.view().settings().statistics) draw_statistics(studio_, gui_, layout_, times);
+  if (studio_.view().settings().help) draw_help(studio_, gui_);
   const float offer = draw_stretch(studio_, gui_, stretched);
   draw_messages(studio_, gui_, layout_, offer, messages_);
   draw_dialogs(studio_, dialogs_, gui_, host_.write_picture);
   answer();
-  if (!gui_.is_dragging()) studio_.remember_panels();
+  if (!gui_.is_dragging()) studio_.view().remember_panels();
 }
 
 namespace {
@@ -258,8 +258,8 @@ void scroll_to_entry() {
 }
 
 void draw_button(Studio& studio, const StudioTool& tool, float size, bool is_new) {
-  const bool has_name = studio.view().tool_labels;
-  const bool chosen = studio.settings().tool == &tool;
+  const bool has_name = studio.view().settings().tool_labels;
+  const bool chosen = studio.tools().settings().tool == &tool;
   ImGui::PushID(&tool);
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   if (ImGui::Selectable("##tool", chosen, 0, {has_name ? 0 : size, size})) studio.perform(action_of(tool));
@@ -295,7 +295,7 @@ void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout) {
   if (ImGui::Begin("Tools", nullptr, flags)) {
     // A tool that a key chose is scrolled into view once; later the person may scroll away from it.
     int* const scrolled_to = ImGui::GetStateStorage()->GetIntRef(ImGui::GetID("scrolled to"), -1);
-    const int chosen = static_cast<int>(studio.settings().tool - studio_tools().data());
+    const int chosen = static_cast<int>(studio.tools().settings().tool - studio_tools().data());
     const bool is_new = std::exchange(*scrolled_to, chosen) != chosen;
     for (const StudioTool& tool : studio_tools()) {
       if (tool.in_bar) draw_button(studio, tool, kToolSize * gui.unit(), is_new);
@@ -317,19 +317,19 @@ void item(Studio& studio, Action action, bool chosen = false, bool enabled = tru
 }
 
 void draw_recent(Studio& studio, Dialogs& dialogs) {
-  if (!ImGui::BeginMenu("Recent", !studio.recent().empty())) return;
-  for (const std::filesystem::path& path : studio.recent()) {
-    if (ImGui::MenuItem(path.c_str())) do_or_ask(studio, dialogs, [&studio, path] { studio.open(path); });
+  if (!ImGui::BeginMenu("Recent", !studio.document().recent().empty())) return;
+  for (const std::filesystem::path& path : studio.document().recent()) {
+    if (ImGui::MenuItem(path.c_str())) do_or_ask(studio, dialogs, [&studio, path] { studio.document().open(path); });
   }
   ImGui::EndMenu();
 }
 
 void draw_file_menu(Studio& studio, Dialogs& dialogs) {
-  const bool open = studio.shown().opened != 0;
+  const bool open = studio.document().shown().opened != 0;
   item(studio, Action::new_shape);
   item(studio, Action::open);
   draw_recent(studio, dialogs);
-  item(studio, Action::recover, false, !studio.abandoned().empty());
+  item(studio, Action::recover, false, !studio.document().abandoned().empty());
   ImGui::Separator();
   item(studio, Action::save, false, open);
   item(studio, Action::save_as, false, open);
@@ -346,7 +346,7 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
 
 void draw_preferences(Studio& studio) {
   Preferences& preferences = studio.preferences();
-  Navigation& navigation = studio.navigation();
+  Navigation& navigation = studio.view().navigation();
   if (ImGui::BeginMenu("Navigation")) {
     for (const NavigationPreset preset : {NavigationPreset::blender, NavigationPreset::maya}) {
       const char* const name = preset == NavigationPreset::maya ? "As in Maya" : "As in Blender";
@@ -391,13 +391,13 @@ void draw_preferences(Studio& studio) {
 }
 
 void draw_view_menu(Studio& studio) {
-  const ViewSettings& view = studio.view();
+  const ViewSettings& view = studio.view().settings();
   for (const Action side : {Action::frame_all, Action::view_front, Action::view_back, Action::view_right,
                             Action::view_left, Action::view_top, Action::view_bottom}) {
     item(studio, side);
   }
   item(studio, Action::frame_stroke);
-  item(studio, Action::projection, studio.navigation().view.projection == render::Projection::perspective);
+  item(studio, Action::projection, studio.view().navigation().view.projection == render::Projection::perspective);
   ImGui::Separator();
   item(studio, Action::wireframe, view.wireframe);
   item(studio, Action::shading);
@@ -421,15 +421,16 @@ void draw_view_menu(Studio& studio) {
 }
 
 void draw_edit_menu(Studio& studio) {
-  item(studio, Action::undo, false, !studio.shown().history.empty() || studio.gesture().has_value());
-  item(studio, Action::redo, false, !studio.shown().redoable.empty());
+  item(studio, Action::undo, false, !studio.document().shown().history.empty() || studio.gesture().has_value());
+  item(studio, Action::redo, false, !studio.document().shown().redoable.empty());
   ImGui::Separator();
   for (const Action action : {Action::mirror_x, Action::mirror_y, Action::mirror_z}) {
     item(studio, action,
-         studio.settings().mirror[static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::mirror_x)]);
+         studio.tools().settings().mirror[static_cast<std::size_t>(action) -
+                                          static_cast<std::size_t>(Action::mirror_x)]);
   }
-  item(studio, Action::remesh, studio.settings().remesh);
-  item(studio, Action::remesh_last, false, !studio.shown().history.empty());
+  item(studio, Action::remesh, studio.tools().settings().remesh);
+  item(studio, Action::remesh_last, false, !studio.document().shown().history.empty());
 }
 
 }  // namespace
@@ -448,7 +449,7 @@ bool draw_menus(Studio& studio, Dialogs& dialogs) {
   menu("View", [&] { draw_view_menu(studio); });
   menu("Help", [&] {
     item(studio, Action::search);
-    item(studio, Action::help, studio.view().help);
+    item(studio, Action::help, studio.view().settings().help);
   });
   ImGui::EndMainMenuBar();
   return is_open;

@@ -16,9 +16,9 @@
 namespace knead::studio {
 
 // A Studio with its panels in a window of a size that nobody sees.
-class PinVertex {
+class ShownPanels {
  public:
-  PinVertex(StudioOptions options, int width, int height, double unit = 1)
+  ShownPanels(StudioOptions options, int width, int height, double unit = 1)
       : studio(std::move(options)), gui(unit), interface(studio, gui, {}) {
     ImGuiIO& io = ImGui::GetIO();
     io.DeltaTime = 1.0F / 60;

@@ -121,7 +121,7 @@ bool draw_message(const Notice& notice, float opacity, int id) {
 }  // namespace
 
 void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const FrameTimes& times) {
-  const DocumentState& shown = studio.shown();
+  const DocumentState& shown = studio.document().shown();
   const float gap = kPanelGap * gui.unit();
   // Never under the side panel: longer lines wrap.
   const float width = std::min(kStatisticsWidth * gui.unit(), layout.free.width() - 2 * gap);
@@ -146,7 +146,7 @@ void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const
     wrapped_row("Journal", fmt::format("{:.3f} ms", 1000 * shown.journal_seconds));
     wrapped_row("Volume", volume_text(shown, times.volume));
     ImGui::EndTable();
-    if (ImGui::SmallButton("Count crossings")) studio.count_crossings();
+    if (ImGui::SmallButton("Count crossings")) studio.document().count_crossings();
   }
   ImGui::End();
 }
@@ -169,13 +169,13 @@ void draw_help(Studio& studio, const Gui& gui) {
       draw_keys_of(studio, gui, "Tools");
       ImGui::TableNextColumn();
       draw_keys_of(studio, gui, "View");
-      draw_pointer_help(gui, studio.navigation().preset);
+      draw_pointer_help(gui, studio.view().navigation().preset);
       ImGui::EndTable();
     }
     ImGui::TextDisabled("Other keys: \"keys\" in %s", (config_folder() / "studio.json").c_str());
   }
   ImGui::End();
-  if (!open) studio.view().help = false;
+  if (!open) studio.view().settings().help = false;
 }
 
 namespace {
@@ -208,13 +208,13 @@ void draw_status(Studio& studio, const Gui& gui) {
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
   if (ImGui::Begin("Status", nullptr, kOverlay & ~ImGuiWindowFlags_AlwaysAutoResize)) {
-    const DocumentState& shown = studio.shown();
-    const std::optional<WorkStatus> work = studio.worker().status();
+    const DocumentState& shown = studio.document().shown();
+    const std::optional<WorkStatus> work = studio.document().worker().status();
     const bool is_long = work && work->seconds > kSecondsWithoutBar;
     const float room = size.x - (is_long ? 2 * kBarWidth : 10) * gui.unit();
     ImGui::PushClipRect({0, size.y - height}, {room, size.y}, true);
     const std::string problem = shown.refusal.empty() ? Overlay::placement_problem(studio) : shown.refusal;
-    if (const auto& turntable = studio.turntable()) {
+    if (const auto& turntable = studio.view().turntable()) {
       ImGui::ProgressBar(static_cast<float>(turntable->next) / static_cast<float>(turntable->pictures),
                          {220 * gui.unit(), 0},
                          fmt::format("picture {} of {}", turntable->next, turntable->pictures).c_str());
@@ -229,8 +229,9 @@ void draw_status(Studio& studio, const Gui& gui) {
       ImGui::TextUnformatted(note.c_str());
     } else {
       const std::string hint =
-          hint_of(studio.settings(), studio.placed(), turn_drag(studio.screen(), studio.settings(), studio.placed()));
-      const std::string text = fmt::format("{}: {}", studio.settings().tool->name, hint);
+          hint_of(studio.tools().settings(), studio.tools().placed(),
+                  turn_drag(studio.view().screen(), studio.tools().settings(), studio.tools().placed()));
+      const std::string text = fmt::format("{}: {}", studio.tools().settings().tool->name, hint);
       ImGui::TextDisabled("%s", shown.opened != 0 ? text.c_str() : "No shape is open: File > New shape... or Open...");
     }
     ImGui::PopClipRect();
@@ -257,7 +258,7 @@ void update_messages(Messages& messages, std::vector<Notice> notices, double now
 
 void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, float below, Messages& messages) {
   const double now = ImGui::GetTime();
-  update_messages(messages, studio.take_notices(), now);
+  update_messages(messages, studio.document().take_notices(), now);
   if (messages.messages.empty()) return;
   const float gap = kPanelGap * gui.unit();
   const float width = std::min(460 * gui.unit(), layout.free.width() - 2 * gap);
@@ -305,9 +306,9 @@ void draw_numbers(const Studio& studio, const Gui& gui, const Layout& layout) {
   const auto x = static_cast<float>(studio.pointer().x);
   const auto y = static_cast<float>(studio.pointer().y);
   if (!lines.empty()) draw_box(room, {x + 22 * gui.unit(), y + 18 * gui.unit()}, lines, gui.unit());
-  const std::optional<InArrow> arrow = studio.view().tool ? in_arrow(studio) : std::nullopt;
+  const std::optional<InArrow> arrow = studio.view().settings().tool ? in_arrow(studio) : std::nullopt;
   if (!arrow) return;
-  const auto tip = pixel_of(studio.screen(), arrow->to);
+  const auto tip = pixel_of(studio.view().screen(), arrow->to);
   if (!tip) return;
   draw_box(room, {static_cast<float>(tip->x) + 8 * gui.unit(), static_cast<float>(tip->y)}, {"in"}, gui.unit());
 }
@@ -345,8 +346,8 @@ void draw_ramp(const Gui& gui) {
 }
 
 void draw_legend(const Studio& studio, const Gui& gui, bool is_known) {
-  const StretchView since = studio.view().stretch;
-  const Margins& covered = studio.navigation().covered;
+  const StretchView since = studio.view().settings().stretch;
+  const Margins& covered = studio.view().navigation().covered;
   const float gap = kPanelGap * gui.unit();
   const float above_offer = ImGui::GetFrameHeightWithSpacing() + 4 * gap;
   ImGui::SetNextWindowPos({static_cast<float>(covered.left) + gap,
@@ -367,8 +368,8 @@ void draw_legend(const Studio& studio, const Gui& gui, bool is_known) {
 
 // Beside the gizmo.
 void draw_label(const Studio& studio, const Gui& gui, const GreatestStretch& estimate) {
-  const auto& placement = studio.placed().placement;
-  const auto at = placement ? pixel_of(studio.screen(), placement->center) : std::nullopt;
+  const auto& placement = studio.tools().placed().placement;
+  const auto at = placement ? pixel_of(studio.view().screen(), placement->center) : std::nullopt;
   if (!at || estimate.samples == 0) return;
   const std::string factor = fmt::format("stretches up to {:.1f} times", estimate.greatest);
   const std::string text = std::isinf(estimate.greatest) ? "crushes the shape: the zone is too thin"
@@ -387,9 +388,10 @@ void draw_label(const Studio& studio, const Gui& gui, const GreatestStretch& est
 
 // Returns the height that it takes at the bottom of the view.
 float draw_remesh_offer(Studio& studio, const Gui& gui) {
-  const DocumentState& shown = studio.shown();
-  if (shown.thin_triangles == 0 || studio.gesture() || shown.looked_at || studio.worker().is_busy()) return 0;
-  const Margins& covered = studio.navigation().covered;
+  const DocumentState& shown = studio.document().shown();
+  if (shown.thin_triangles == 0 || studio.gesture() || shown.looked_at || studio.document().worker().is_busy())
+    return 0;
+  const Margins& covered = studio.view().navigation().covered;
   const float gap = kPanelGap * gui.unit();
   ImGui::SetNextWindowPos(
       {static_cast<float>(covered.left) + gap, ImGui::GetIO().DisplaySize.y - static_cast<float>(covered.bottom) - gap},
@@ -410,8 +412,8 @@ float draw_remesh_offer(Studio& studio, const Gui& gui) {
 }  // namespace
 
 float draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched) {
-  if (studio.view().stretch != StretchView::off) draw_legend(studio, gui, stretched.is_known);
-  if (stretched.estimate && studio.view().tool) draw_label(studio, gui, *stretched.estimate);
+  if (studio.view().settings().stretch != StretchView::off) draw_legend(studio, gui, stretched.is_known);
+  if (stretched.estimate && studio.view().settings().tool) draw_label(studio, gui, *stretched.estimate);
   return draw_remesh_offer(studio, gui);
 }
 

@@ -18,16 +18,16 @@ namespace {
 using PinsListTest = StudioTest;
 
 TEST_F(PinsListTest, ChangesPins) {
-  PinVertex seat(options(), 1440, 900);
-  run(seat.studio, R"({"new": "sphere", "vertices": 2562}
+  ShownPanels panels(options(), 1440, 900);
+  run(panels.studio, R"({"new": "sphere", "vertices": 2562}
 {"key": "Alt+1"}
 {"key": "Home"})");
-  seat.frame();
-  seat.key("P");
-  seat.studio.settings().pose = PoseMode::exact;
-  for (const double x : {480.0, 560.0, 640.0}) seat.click(x, 450);
-  ASSERT_EQ(seat.studio.placed().pins.size(), 3u);
-  seat.frame();
+  panels.frame();
+  panels.key("P");
+  panels.studio.tools().settings().pose = PoseMode::exact;
+  for (const double x : {480.0, 560.0, 640.0}) panels.click(x, 450);
+  ASSERT_EQ(panels.studio.tools().placed().pins.size(), 3u);
+  panels.frame();
   const auto list = [] {
     for (const ImGuiWindow* window : ImGui::GetCurrentContext()->Windows) {
       if (std::string(window->Name).find("##pins") != std::string::npos) return window;
@@ -40,30 +40,30 @@ TEST_F(PinsListTest, ChangesPins) {
   const double second = list()->Pos.y + 1.5 * row;
   const double font = ImGui::GetFontSize();
 
-  seat.click(left + 0.5 * font, second);
-  EXPECT_FALSE(seat.studio.placed().pins[1].holds);
-  EXPECT_EQ(seat.studio.pointed_pin(), 1u) << "the pin of the row is lit";
-  seat.click(left + 0.5 * font, second);
-  EXPECT_TRUE(seat.studio.placed().pins[1].holds);
+  panels.click(left + 0.5 * font, second);
+  EXPECT_FALSE(panels.studio.tools().placed().pins[1].holds);
+  EXPECT_EQ(panels.studio.pointed_pin(), 1u) << "the pin of the row is lit";
+  panels.click(left + 0.5 * font, second);
+  EXPECT_TRUE(panels.studio.tools().placed().pins[1].holds);
 
-  const Vec3d before = seat.studio.placed().pins[1].place;
-  seat.click(left + 4.5 * font, second);
-  seat.type(std::to_string(before.x + 0.125));
-  seat.key("Enter");
-  seat.frame();
-  ASSERT_EQ(seat.studio.shown().history.size(), 1u);
-  const auto stroke = std::get<PinsStroke>(seat.studio.shown().history[0]->strokes[0].stroke);
+  const Vec3d before = panels.studio.tools().placed().pins[1].place;
+  panels.click(left + 4.5 * font, second);
+  panels.type(std::to_string(before.x + 0.125));
+  panels.key("Enter");
+  panels.frame();
+  ASSERT_EQ(panels.studio.document().shown().history.size(), 1u);
+  const auto stroke = std::get<PinsStroke>(panels.studio.document().shown().history[0]->strokes[0].stroke);
   EXPECT_NEAR(stroke.to[1].x - before.x, 0.125, 1e-6);  // six digits were typed
   EXPECT_EQ(stroke.to[1].y, before.y);
   EXPECT_EQ(stroke.to[1].z, before.z);
 
-  seat.frame();
+  panels.frame();
   // The panel has a scroll bar now, and the list is narrower.
-  seat.click(list()->Pos.x + list()->Size.x - 0.6 * font, list()->Pos.y + 1.5 * row);
-  EXPECT_EQ(seat.studio.placed().pins.size(), 2u);
-  EXPECT_EQ(seat.studio.shown().history.size(), 1u);
-  seat.move(480, 700);
-  EXPECT_FALSE(seat.studio.pointed_pin());
+  panels.click(list()->Pos.x + list()->Size.x - 0.6 * font, list()->Pos.y + 1.5 * row);
+  EXPECT_EQ(panels.studio.tools().placed().pins.size(), 2u);
+  EXPECT_EQ(panels.studio.document().shown().history.size(), 1u);
+  panels.move(480, 700);
+  EXPECT_FALSE(panels.studio.pointed_pin());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "gestures/gesture_kinds.h"
 #include "knead/field.h"
 #include "knead/mesh.h"
 #include "panels/panels.h"
@@ -52,18 +53,18 @@ void draw_drag(ToolSettings& settings) {
 }
 
 void draw_stamp(Studio& studio) {
-  const auto& stamp = studio.placed().stamp;
+  const auto& stamp = studio.tools().placed().stamp;
   if (ImGui::BeginCombo("Stamp", stamp ? stamp->name.c_str() : "none")) {
     for (const std::string_view name : shape_names()) {
       if (ImGui::Selectable(std::string(name).c_str(), stamp && stamp->name == name)) {
-        studio.use_stamp(shape_kind(name));
+        studio.tools().use_stamp(shape_kind(name));
       }
     }
     ImGui::EndCombo();
   }
   help_on_hover("File > Stamp from a file... takes any closed mesh.");
   constexpr std::array contacts{StampContact::automatic, StampContact::slip, StampContact::stick};
-  choose_one("Contact", studio.settings().stamp_contact, contacts,
+  choose_one("Contact", studio.tools().settings().stamp_contact, contacts,
              [](StampContact contact) { return name_of(contact); });
   help_on_hover(
       "Print: pressed in, the stamp leaves a flat floor and upright walls. Slip along: a round stamp is dragged along "
@@ -72,11 +73,11 @@ void draw_stamp(Studio& studio) {
 }
 
 void draw_limit_cylinder_settings(Studio& studio) {
-  ImGui::Checkbox("Automatic limb", &studio.settings().uses_limit_cylinder);
+  ImGui::Checkbox("Automatic limb", &studio.tools().settings().uses_limit_cylinder);
   help_on_hover(
       "Moves only the finger, arm or leg that was clicked: what lies in the grey limit cylinder. Off: everything.");
-  const auto& placement = studio.placed().placement;
-  ImGui::Checkbox("Widen a zone that is too thin", &studio.settings().widens_zone);
+  const auto& placement = studio.tools().placed().placement;
+  ImGui::Checkbox("Widen a zone that is too thin", &studio.tools().settings().widens_zone);
   help_on_hover("A strong bend or twist over a short zone crushes the shape. The zone grows with the angle.");
   if (!placement || !placement->limit_cylinder) return;
   if (placement->limit_cylinder->problem.empty()) {
@@ -88,25 +89,25 @@ void draw_limit_cylinder_settings(Studio& studio) {
 }
 
 void draw_handles(Studio& studio) {
-  HandleMode& handle = studio.settings().handle;
+  HandleMode& handle = studio.tools().settings().handle;
   for (const HandleMode mode : {HandleMode::full, HandleMode::zero, HandleMode::erase, HandleMode::move}) {
     if (mode != HandleMode::full) ImGui::SameLine();
     if (ImGui::RadioButton(name_of(mode), handle == mode)) handle = mode;
   }
-  ImGui::Checkbox("Lasso", &studio.settings().lasso);
+  ImGui::Checkbox("Lasso", &studio.tools().settings().lasso);
   help_on_hover("Draw a line round the part. It takes both sides of the shape.");
-  ImGui::Checkbox("Do it anyway", &studio.settings().handles_anyway);
+  ImGui::Checkbox("Do it anyway", &studio.tools().settings().handles_anyway);
   help_on_hover(
       "Moves the handles even where the shape beside them would run aside or back over more than twice the distance.");
-  if (ImGui::Button("Clear")) studio.clear_placed();
+  if (ImGui::Button("Clear")) studio.tools().clear_placed();
 }
 
 // A pin in the list. Returns false if it was removed.
 bool draw_pin(Studio& studio, std::size_t number) {
-  const Pin pin = studio.placed().pins[number];
+  const Pin pin = studio.tools().placed().pins[number];
   bool holds = pin.holds;
   if (pin.is_selected) ImGui::PushStyleColor(ImGuiCol_Text, kSelected);
-  if (ImGui::Checkbox(fmt::format("{}", number).c_str(), &holds)) studio.hold_pin(number, holds);
+  if (ImGui::Checkbox(fmt::format("{}", number).c_str(), &holds)) studio.tools().placed().pins[number].holds = holds;
   if (pin.is_selected) ImGui::PopStyleColor();
   help_on_hover("Checked: the pin holds while others are dragged. Else it is free, and goes with the surface.");
   Vec3d place = pin.place;
@@ -124,23 +125,23 @@ bool draw_pin(Studio& studio, std::size_t number) {
   ImGui::SameLine();
   const bool is_removed = ImGui::SmallButton("x");
   help_on_hover("Removes the pin (Alt+click on it).");
-  if (is_removed) studio.remove_pin(number);
+  if (is_removed) studio.tools().remove_pin(number);
   return !is_removed;
 }
 
 void draw_parts(Studio& studio) {
-  for (std::size_t part = 0; part < studio.placed().parts.holds.size(); ++part) {
-    const PartMarks& parts = studio.placed().parts;
+  for (std::size_t part = 0; part < studio.tools().placed().parts.holds.size(); ++part) {
+    const PartMarks& parts = studio.tools().placed().parts;
     ImGui::PushID(static_cast<int>(part));
     bool holds = parts.holds[part];
-    if (ImGui::Checkbox("##holds", &holds)) studio.placed().parts.holds[part] = holds;
+    if (ImGui::Checkbox("##holds", &holds)) studio.tools().placed().parts.holds[part] = holds;
     help_on_hover("Checked: the part holds while others are dragged. Else it is free, and goes with the shape.");
     ImGui::SameLine();
     const bool is_selected = parts.selected == part;
     if (is_selected) ImGui::PushStyleColor(ImGuiCol_Text, kSelected);
     const float width = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetFontSize();
     if (ImGui::Selectable(fmt::format("Part {}", part + 1).c_str(), is_selected, 0, {width, 0})) {
-      studio.select_part(is_selected ? std::nullopt : std::optional(part));
+      select_part(is_selected ? std::nullopt : std::optional(part), studio.tools().placed().parts);
     }
     if (is_selected) ImGui::PopStyleColor();
     ImGui::SameLine();
@@ -150,17 +151,17 @@ void draw_parts(Studio& studio) {
     if (is_selected) {
       slide("Stiffness", stiffness, {kSoftest, kStiffest},
             "how stiff the part is where it bends: bone above 1, flesh below; it counts until the shape is remeshed");
-      if (stiffness != parts.stiffness[part]) studio.placed().parts.stiffness[part] = stiffness;
+      if (stiffness != parts.stiffness[part]) studio.tools().placed().parts.stiffness[part] = stiffness;
     }
     ImGui::PopID();
     if (!is_removed) continue;
-    studio.remove_part(part);
+    remove_part(part, studio.tools().placed().parts);
     break;
   }
 }
 
 void draw_pose(Studio& studio) {
-  ToolSettings& settings = studio.settings();
+  ToolSettings& settings = studio.tools().settings();
   constexpr std::array modes{PoseMode::pins, PoseMode::lasso, PoseMode::brush, PoseMode::exact};
   choose_one("##pose", settings.pose, modes, [](PoseMode mode) { return name_of(mode); });
   help_on_hover(
@@ -173,30 +174,30 @@ void draw_pose(Studio& studio) {
 }
 
 void draw_pins(Studio& studio) {
-  ImGui::Checkbox("Lasso", &studio.settings().lasso_selects);
+  ImGui::Checkbox("Lasso", &studio.tools().settings().lasso_selects);
   help_on_hover("Draw a line round pins to select them (Shift+click selects one). Selected pins move together.");
   if (ImGui::Button("Clear")) {
-    studio.clear_pins();
-    if (!has_exact_pins(studio.settings())) studio.placed().parts = {};
+    studio.tools().set_pins({});
+    if (!has_exact_pins(studio.tools().settings())) studio.tools().placed().parts = {};
   }
-  const std::vector<Pin>& pins = studio.placed().pins;
+  const std::vector<Pin>& pins = studio.tools().placed().pins;
   const std::size_t count = pins.size();
   const auto selected = std::count_if(pins.begin(), pins.end(), [](const Pin& pin) { return pin.is_selected; });
   ImGui::SameLine();
-  if (ImGui::Button(selected == 0 ? "Select all" : "Select none")) studio.select_pins(selected == 0);
+  if (ImGui::Button(selected == 0 ? "Select all" : "Select none")) studio.tools().select_pins(selected == 0);
   ImGui::SameLine();
   ImGui::TextDisabled("%zu pins, %zu selected", count, static_cast<std::size_t>(selected));
-  studio.placed().lit_pin.reset();
+  studio.tools().placed().lit_pin.reset();
   const float row = ImGui::GetFrameHeightWithSpacing();
   if (count == 0) return;
   ImGui::BeginChild("##pins", {0, row * static_cast<float>(std::min<std::size_t>(count, kPinsShown)) + 2});
-  for (std::size_t i = 0; i < studio.placed().pins.size(); ++i) {
+  for (std::size_t i = 0; i < studio.tools().placed().pins.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
     const float top = ImGui::GetCursorScreenPos().y;
     const bool stays = draw_pin(studio, i);
     const float y = ImGui::GetIO().MousePos.y;
     if (stays && ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem) && y >= top && y < top + row) {
-      studio.placed().lit_pin = i;
+      studio.tools().placed().lit_pin = i;
     }
     ImGui::PopID();
     if (!stays) break;
@@ -205,7 +206,7 @@ void draw_pins(Studio& studio) {
 }
 
 void draw_mask(Studio& studio) {
-  MaskMode& mode = studio.settings().mask_mode;
+  MaskMode& mode = studio.tools().settings().mask_mode;
   for (const MaskMode each : {MaskMode::paint, MaskMode::lasso, MaskMode::box}) {
     if (each != MaskMode::paint) ImGui::SameLine();
     if (ImGui::RadioButton(name_of(each), mode == each)) mode = each;
@@ -221,7 +222,7 @@ void draw_mask(Studio& studio) {
 }
 
 void draw_own_settings(Studio& studio) {
-  ToolSettings& settings = studio.settings();
+  ToolSettings& settings = studio.tools().settings();
   const StudioTool& tool = *settings.tool;
   if (tool.use == ToolUse::stamp) draw_stamp(studio);
   for (const ToolSlider& slider : tool.sliders) {
@@ -229,8 +230,9 @@ void draw_own_settings(Studio& studio) {
   }
   if (tool.use == ToolUse::paint) ImGui::Checkbox("Press in", &settings.paint_in);
   if (tool.use == ToolUse::points || tool.use == ToolUse::curve) {
-    ImGui::TextDisabled("%zu points, %zu curves", studio.placed().points.size(), studio.placed().curves.size());
-    if (ImGui::Button("Clear")) studio.clear_placed();
+    ImGui::TextDisabled("%zu points, %zu curves", studio.tools().placed().points.size(),
+                        studio.tools().placed().curves.size());
+    if (ImGui::Button("Clear")) studio.tools().clear_placed();
   }
   if (tool.turning.takes_limit_cylinder) draw_limit_cylinder_settings(studio);
   if (tool.use == ToolUse::handles) draw_handles(studio);
@@ -257,12 +259,12 @@ void optional_length(const char* label, std::optional<double>& value, double fir
 }
 
 void draw_remeshing(Studio& studio) {
-  ToolSettings& settings = studio.settings();
+  ToolSettings& settings = studio.tools().settings();
   ImGui::Checkbox("Remesh when a drag ends", &settings.remesh);
   if (!settings.remesh) return;
   ImGui::Indent();
   RemeshSettings& own = settings.remesh_settings;
-  const double diagonal = studio.shown().diagonal;
+  const double diagonal = studio.document().shown().diagonal;
   optional_length("Longest edge", own.max_edge, 0.02 * diagonal, "splits longer edges");
   optional_length("Shortest edge", own.min_edge, 0.002 * diagonal, "collapses shorter edges where the surface is flat");
   bool rounds = own.iterations.has_value();
@@ -328,18 +330,18 @@ float draw_window(Studio& studio, const Gui& gui, const char* name, const Area& 
 }
 
 void draw_radius(Studio& studio) {
-  ToolSettings& settings = studio.settings();
-  const double diagonal = studio.shown().diagonal;
+  ToolSettings& settings = studio.tools().settings();
+  const double diagonal = studio.document().shown().diagonal;
   if (has_exact_pins(settings)) {
     bool is_auto = settings.auto_radius;
     if (ImGui::Checkbox("Automatic radius", &is_auto)) {
-      studio.fix_radius();
+      studio.tools().fix_radius();
       settings.auto_radius = is_auto;
     }
     help_on_hover(
         "Twice the median distance of a pin from the third nearest one, or twice the displacement if longer.");
     ImGui::SameLine();
-    if (is_auto) return ImGui::TextDisabled("%.4g", studio.radius());
+    if (is_auto) return ImGui::TextDisabled("%.4g", studio.tools().radius());
     ImGui::NewLine();
   }
   if (settings.tool->use == ToolUse::pose && settings.pose != PoseMode::exact && settings.pose != PoseMode::brush)
@@ -350,7 +352,7 @@ void draw_radius(Studio& studio) {
 }  // namespace
 
 void draw_tool_settings(Studio& studio) {
-  ToolSettings& settings = studio.settings();
+  ToolSettings& settings = studio.tools().settings();
   draw_radius(studio);
   if (settings.tool->has_inner) {
     slide("Inner ratio", settings.inner_ratio, {0.01, 0.95}, "which part of that moves rigidly (Shift+F)");
@@ -364,7 +366,7 @@ void draw_tool_settings(Studio& studio) {
 }
 
 void draw_view_settings(Studio& studio, const Gui& gui) {
-  ViewSettings& view = studio.view();
+  ViewSettings& view = studio.view().settings();
   draw_look_settings(studio, gui);
   ImGui::Checkbox("Wireframe", &view.wireframe);
   ImGui::SameLine();
@@ -380,7 +382,7 @@ void draw_view_settings(Studio& studio, const Gui& gui) {
   help_on_hover("colours the shape by how far its triangles are stretched");
   ImGui::Checkbox("Cutting plane", &view.cut);
   if (!view.cut) return;
-  const double half = 0.5 * studio.shown().diagonal;
+  const double half = 0.5 * studio.document().shown().diagonal;
   for (std::size_t i = 0; i < 3; ++i) {
     Vec3d normal;
     normal[i] = 1;
@@ -400,16 +402,18 @@ void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SideP
   const Area& area = layout.side_panel;
   const float left_by_settings = area.height() - panel.settings_height;
   const float room = std::max(kMinHistory * area.height(), left_by_settings);
-  const float split = studio.view().history ? area.bottom - std::min(panel.history_height, room) : area.bottom;
+  const float split =
+      studio.view().settings().history ? area.bottom - std::min(panel.history_height, room) : area.bottom;
   panel.settings_height = draw_window(studio, gui, "Settings", {area.left, area.top, area.right, split}, [&] {
-    if (begin_part(studio, "tool", studio.settings().tool->name)) draw_tool_settings(studio);
+    if (begin_part(studio, "tool", studio.tools().settings().tool->name)) draw_tool_settings(studio);
     if (begin_part(studio, "view", "View")) draw_view_settings(studio, gui);
-    if (!studio.references().empty() && begin_part(studio, "references", "Reference images")) draw_references(studio);
+    if (!studio.view().references().empty() && begin_part(studio, "references", "Reference images"))
+      draw_references(studio);
   });
-  if (!studio.view().history) return;
+  if (!studio.view().settings().history) return;
   panel.history_height = draw_window(studio, gui, "History", {area.left, split, area.right, area.bottom}, [&] {
     if (begin_part(studio, "history", "History")) draw_history(studio, panel.editor);
-    const std::size_t entries = studio.shown().history.size();
+    const std::size_t entries = studio.document().shown().history.size();
     if (entries > panel.entries) ImGui::SetScrollHereY(1);
     panel.entries = entries;
   });
@@ -420,7 +424,7 @@ void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SideP
 namespace {
 
 void draw_mirrors(Studio& studio) {
-  ToolSettings& settings = studio.settings();
+  ToolSettings& settings = studio.tools().settings();
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted("Mirror");
   for (std::size_t i = 0; i < 3; ++i) {
@@ -429,18 +433,19 @@ void draw_mirrors(Studio& studio) {
   }
   bool is_on = settings.symmetry.plane.has_value();
   if (is_on && ImGui::Checkbox("Mirror in a plane of your own", &is_on)) settings.symmetry.plane.reset();
-  const bool face = studio.picking_mirror() == Studio::PlanePick::face;
-  const bool three = studio.picking_mirror() == Studio::PlanePick::three_points;
-  if (ImGui::Button(face ? "Click on the shape..." : "Plane from a face")) studio.pick_mirror(Studio::PlanePick::face);
+  const bool face = studio.tools().picking_mirror() == StudioTools::PlanePick::face;
+  const bool three = studio.tools().picking_mirror() == StudioTools::PlanePick::three_points;
+  if (ImGui::Button(face ? "Click on the shape..." : "Plane from a face"))
+    studio.tools().pick_mirror(StudioTools::PlanePick::face);
   help_on_hover("The next click on the shape gives the plane: through that point, along the surface.");
   ImGui::SameLine();
   if (ImGui::Button(three ? "Click three points..." : "From three points"))
-    studio.pick_mirror(Studio::PlanePick::three_points);
+    studio.tools().pick_mirror(StudioTools::PlanePick::three_points);
 }
 
 void draw_center(Studio& studio) {
-  Vec3d& center = studio.settings().symmetry.center;
-  if (ImGui::Button("Through the middle of the shape")) studio.center_symmetry();
+  Vec3d& center = studio.tools().settings().symmetry.center;
+  if (ImGui::Button("Through the middle of the shape")) studio.tools().center_symmetry();
   help_on_hover("moves the mirrors x, y and z and the axis of the turns there");
   if (center == Vec3d{0, 0, 0}) return;
   ImGui::SameLine();
@@ -465,7 +470,7 @@ void draw_turns(Symmetry& symmetry) {
 
 void draw_symmetry(Studio& studio) {
   draw_mirrors(studio);
-  draw_turns(studio.settings().symmetry);
+  draw_turns(studio.tools().settings().symmetry);
   draw_center(studio);
 }
 

@@ -47,23 +47,23 @@ void draw_text(LayerEditor& layers) {
 void draw_strength(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   const double most = 100 * kMaxStrength;
   const double least = 0;
-  double percent = editor.percent.value_or(100 * strength_of(studio.shown().history[entry]->strokes));
+  double percent = editor.percent.value_or(100 * strength_of(studio.document().shown().history[entry]->strokes));
   if (ImGui::SliderScalar("Strength", ImGuiDataType_Double, &percent, &least, &most, "%.0f%%",
                           ImGuiSliderFlags_AlwaysClamp)) {
     editor.percent = percent;
-    studio.drag_layers(with_strength(entry, percent / 100));
+    studio.history().drag(with_strength(entry, percent / 100));
   }
   help_on_hover("how much of it is applied; above 100% it goes on beyond its end");
-  if (ImGui::IsItemDeactivatedAfterEdit()) studio.end_layer_drag(true);
+  if (ImGui::IsItemDeactivatedAfterEdit()) studio.history().end_drag(true);
   if (!ImGui::IsItemActive()) editor.percent.reset();
 }
 
 // Buttons that change where an entry stands. They deselect nothing: the selection follows.
 void draw_order(Studio& studio, std::size_t entry) {
-  const std::size_t count = studio.shown().history.size();
+  const std::size_t count = studio.document().shown().history.size();
   const auto button = [&](const char* label, bool is_possible, const LayerChange& change, const char* help) {
     ImGui::BeginDisabled(!is_possible);
-    if (ImGui::Button(label)) studio.change_layers(change);
+    if (ImGui::Button(label)) studio.history().change(change);
     ImGui::EndDisabled();
     help_on_hover(help);
   };
@@ -73,17 +73,17 @@ void draw_order(Studio& studio, std::size_t entry) {
   ImGui::SameLine();
   button("Join", entry > 0, joined(entry), "makes one group of this entry and the one above");
   ImGui::SameLine();
-  button("Split", studio.shown().history[entry]->strokes.size() > 1, split(entry), "into its strokes");
+  button("Split", studio.document().shown().history[entry]->strokes.size() > 1, split(entry), "into its strokes");
 }
 
 void begin_renaming(const Studio& studio, HistoryEditor& editor, std::size_t entry) {
   editor.renaming = entry;
-  editor.name = name_of(studio.shown().history[entry]->strokes);
+  editor.name = name_of(studio.document().shown().history[entry]->strokes);
   editor.is_beginning = true;
 }
 
 void draw_editor(Studio& studio, HistoryEditor& editor) {
-  LayerEditor& layers = studio.layers();
+  LayerEditor& layers = studio.history().editor();
   const std::size_t entry = *layers.entry;
   ImGui::Indent();
   draw_strength(studio, editor, entry);
@@ -91,27 +91,27 @@ void draw_editor(Studio& studio, HistoryEditor& editor) {
   draw_numbers(layers);
   draw_text(layers);
   if (!layers.problem.empty()) text_in_colour(kWarning, layers.problem);
-  const bool changed = layers.strokes != studio.shown().history[entry]->strokes;
+  const bool changed = layers.strokes != studio.document().shown().history[entry]->strokes;
   ImGui::BeginDisabled(!changed || !layers.problem.empty());
-  if (ImGui::Button("Apply and redo the rest")) studio.change_layers(replaced(entry, layers.strokes));
+  if (ImGui::Button("Apply and redo the rest")) studio.history().change(replaced(entry, layers.strokes));
   ImGui::EndDisabled();
-  if (ImGui::Button("Show")) studio.look_at(entry + 1);
+  if (ImGui::Button("Show")) studio.history().look_at(entry + 1);
   ImGui::SameLine();
   if (ImGui::Button("Rename")) begin_renaming(studio, editor, entry);
   ImGui::SameLine();
   if (ImGui::Button("Remove")) {
-    studio.change_layers(removed(entry));
-    studio.select_layer(std::nullopt);
+    studio.history().change(removed(entry));
+    studio.history().select(std::nullopt);
   }
   ImGui::Unindent();
 }
 
 void draw_past_banner(Studio& studio) {
-  const DocumentState& shown = studio.shown();
+  const DocumentState& shown = studio.document().shown();
   if (!shown.looked_at || *shown.looked_at == shown.history.size()) return;  // a frame
   text_in_colour(kWarning,
                  fmt::format("This is the shape after {} of {} entries.", *shown.looked_at, shown.history.size()));
-  if (ImGui::Button("Back to the present")) studio.look_at(std::nullopt);
+  if (ImGui::Button("Back to the present")) studio.history().look_at(std::nullopt);
 }
 
 // The field in which the name is typed; Enter or a click elsewhere ends it, Escape gives it up.
@@ -123,27 +123,27 @@ void draw_renaming(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   if (!is_entered && !ImGui::IsItemDeactivated()) return;
   const bool is_given_up = !is_entered && escape_pressed();
   editor.renaming.reset();
-  if (!is_given_up) studio.change_layers(renamed(entry, editor.name));
+  if (!is_given_up) studio.history().change(renamed(entry, editor.name));
 }
 
 void carry(Studio& studio, std::size_t entry) {
   if (ImGui::BeginDragDropSource()) {
     ImGui::SetDragDropPayload(kDragged, &entry, sizeof entry);
-    ImGui::TextUnformatted(name_of(studio.shown().history[entry]->strokes).c_str());
+    ImGui::TextUnformatted(name_of(studio.document().shown().history[entry]->strokes).c_str());
     ImGui::EndDragDropSource();
   }
   if (!ImGui::BeginDragDropTarget()) return;
   if (const ImGuiPayload* const payload = ImGui::AcceptDragDropPayload(kDragged)) {
-    studio.change_layers(moved(*static_cast<const std::size_t*>(payload->Data), entry));
+    studio.history().change(moved(*static_cast<const std::size_t*>(payload->Data), entry));
   }
   ImGui::EndDragDropTarget();
 }
 
 void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
-  const HistoryEntry& shown = *studio.shown().history[entry];
+  const HistoryEntry& shown = *studio.document().shown().history[entry];
   const std::string label = fmt::format("{}  {}###name", entry + 1, name_of(shown.strokes));
-  const bool is_open = studio.layers().entry == entry;
-  const bool is_lit = is_open || studio.shown().looked_at == entry + 1;
+  const bool is_open = studio.history().editor().entry == entry;
+  const bool is_lit = is_open || studio.document().shown().looked_at == entry + 1;
   const double strength = strength_of(shown.strokes);
   const float room = strength == 1 ? 0.0F : ImGui::GetFontSize() * 2.6F;
   const ImVec2 size{std::max(ImGui::GetContentRegionAvail().x - room, 1.0F), 0};
@@ -151,7 +151,7 @@ void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
     if (ImGui::IsMouseDoubleClicked(0)) {
       begin_renaming(studio, editor, entry);
     } else {
-      studio.select_layer(is_open ? std::nullopt : std::optional(entry));
+      studio.history().select(is_open ? std::nullopt : std::optional(entry));
     }
   }
   help_on_hover(fmt::format("{}, {:.0f} ms. Double click to rename, drag to move.", description_of(shown.strokes),
@@ -165,8 +165,8 @@ void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
 
 void draw_entry(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   ImGui::PushID(static_cast<int>(entry));
-  bool is_on = !is_off(studio.shown().history[entry]->strokes);
-  if (ImGui::Checkbox("##on", &is_on)) studio.change_layers(switched(entry, !is_on));
+  bool is_on = !is_off(studio.document().shown().history[entry]->strokes);
+  if (ImGui::Checkbox("##on", &is_on)) studio.history().change(switched(entry, !is_on));
   help_on_hover("switched on or off");
   ImGui::SameLine();
   if (editor.renaming == entry) {
@@ -174,25 +174,25 @@ void draw_entry(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   } else {
     draw_name(studio, editor, entry);
   }
-  if (studio.layers().entry == entry) draw_editor(studio, editor);
+  if (studio.history().editor().entry == entry) draw_editor(studio, editor);
   ImGui::PopID();
 }
 
 }  // namespace
 
 void draw_history(Studio& studio, HistoryEditor& editor) {
-  const DocumentState& shown = studio.shown();
+  const DocumentState& shown = studio.document().shown();
   if (shown.opened == 0) return;
   draw_past_banner(studio);
   if (ImGui::Selectable("0  As it was opened", shown.looked_at == 0U)) {
-    studio.look_at(std::size_t{0});
-    studio.select_layer(std::nullopt);
+    studio.history().look_at(std::size_t{0});
+    studio.history().select(std::nullopt);
   }
   // A change without a worker is made at once, so the number of entries is asked for again.
-  for (std::size_t i = 0; i < studio.shown().history.size(); ++i) draw_entry(studio, editor, i);
-  const std::size_t done = studio.shown().history.size();
-  for (std::size_t i = 0; i < studio.shown().redoable.size(); ++i) {
-    const std::string name = name_of(studio.shown().redoable[i]->strokes);
+  for (std::size_t i = 0; i < studio.document().shown().history.size(); ++i) draw_entry(studio, editor, i);
+  const std::size_t done = studio.document().shown().history.size();
+  for (std::size_t i = 0; i < studio.document().shown().redoable.size(); ++i) {
+    const std::string name = name_of(studio.document().shown().redoable[i]->strokes);
     ImGui::TextDisabled("%s", fmt::format("{}  {}", done + i + 1, name).c_str());
   }
 }
@@ -247,7 +247,7 @@ void draw_projection(View& view) {
 }  // namespace
 
 void draw_look_settings(Studio& studio, const Gui& gui) {
-  Look& look = studio.view().look;
+  Look& look = studio.view().settings().look;
   constexpr std::array materials{render::Material::clay, render::Material::matcap, render::Material::flat};
   choose_one("Shading", look.material, materials, [](render::Material material) {
     return std::array{"Clay", "Matcap", "Flat"}[static_cast<std::size_t>(material)];
@@ -259,7 +259,7 @@ void draw_look_settings(Studio& studio, const Gui& gui) {
   ImGui::Checkbox("Occlusion", &look.relief.occlusion);
   help_on_hover("darkens folds and corners");
   draw_background(look.background);
-  draw_projection(studio.navigation().view);
+  draw_projection(studio.view().navigation().view);
 }
 
 // --- the pictures behind the shape -----------------------------------------------------------------------------------
@@ -300,13 +300,14 @@ bool draw_reference(Reference& reference, UpAxis up, double diagonal) {
 }  // namespace
 
 void draw_references(Studio& studio) {
-  std::vector<Reference>& references = studio.references();
-  ImGui::Checkbox("Show", &studio.view().references);
+  std::vector<Reference>& references = studio.view().references();
+  ImGui::Checkbox("Show", &studio.view().settings().references);
   std::optional<std::size_t> removed;
   for (std::size_t i = 0; i < references.size(); ++i) {
     ImGui::Separator();
     ImGui::PushID(static_cast<int>(i));
-    if (!draw_reference(references[i], studio.navigation().view.up, studio.shown().diagonal)) removed = i;
+    if (!draw_reference(references[i], studio.view().navigation().view.up, studio.document().shown().diagonal))
+      removed = i;
     ImGui::PopID();
   }
   if (removed) references.erase(references.begin() + static_cast<std::ptrdiff_t>(*removed));

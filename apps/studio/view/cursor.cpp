@@ -28,7 +28,7 @@ struct Radii {
 };
 
 std::optional<Radii> radii_of(const Studio& studio) {
-  const ToolSettings& settings = studio.settings();
+  const ToolSettings& settings = studio.tools().settings();
   switch (settings.tool->use) {
     case ToolUse::mask:
       if (settings.mask_mode != MaskMode::paint) return std::nullopt;
@@ -86,8 +86,8 @@ std::vector<Vec3d> moved(std::vector<Vec3d> points, const RigidMotion& motion) {
 }  // namespace
 
 void SurfaceCursor::add_lines(const Studio& studio, std::vector<render::Line>& lines) {
-  const ToolSettings& settings = studio.settings();
-  const DocumentState& shown = studio.shown();
+  const ToolSettings& settings = studio.tools().settings();
+  const DocumentState& shown = studio.document().shown();
   const std::optional<Radii> radii = radii_of(studio);
   if (!radii || shown.opened == 0 || shown.looked_at) return;
   Vec3d place;
@@ -98,7 +98,7 @@ void SurfaceCursor::add_lines(const Studio& studio, std::vector<render::Line>& l
     rings_ = {flat_ring(place, pull->normal, radii->outer), flat_ring(place, pull->normal, radii->inner)};
   } else {
     if (!studio.pointer_is_over_view() || !shown.picker || !shown.picker->fits(shown.state)) return;
-    const Ray ray = ray_through(studio.screen(), studio.pointer().x, studio.pointer().y);
+    const Ray ray = ray_through(studio.view().screen(), studio.pointer().x, studio.pointer().y);
     const auto hit = shown.picker->pick(ray, shown.state);
     if (!hit) return;
     place = hit->point;
@@ -111,7 +111,7 @@ void SurfaceCursor::add_lines(const Studio& studio, std::vector<render::Line>& l
       key_ = key;
     }
   }
-  const double thickness = kThickness * pixel_size(studio.screen(), place);
+  const double thickness = kThickness * pixel_size(studio.view().screen(), place);
   std::vector<RigidMotion> motions{RigidMotion{}};
   for (const SymmetryImage& image : images_of(settings)) motions.push_back(image.motion);
   if (motions.size() > kMaxImages) motions.resize(kMaxImages);
@@ -129,17 +129,17 @@ constexpr double kArrowPixels = 70;
 constexpr double kPointing = 0.5;  // of Drag::depth, above which the arrow is shown
 
 GestureContext around_of(const Studio& studio) {
-  const DocumentState& shown = studio.shown();
+  const DocumentState& shown = studio.document().shown();
   const bool fits = shown.picker && shown.picker->fits(shown.state);
-  return {studio.screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.settings()};
+  return {studio.view().screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.tools().settings()};
 }
 
 // The drag that would begin at the pointer, of tools that go along a line.
 std::optional<Drag> next_drag(const Studio& studio) {
-  const ToolSettings& settings = studio.settings();
-  const PlacedTools& placed = studio.placed();
+  const ToolSettings& settings = studio.tools().settings();
+  const PlacedTools& placed = studio.tools().placed();
   const GestureContext around = around_of(studio);
-  if (studio.shown().opened == 0 || studio.shown().looked_at) return std::nullopt;
+  if (studio.document().shown().opened == 0 || studio.document().shown().looked_at) return std::nullopt;
   if (settings.tool->use == ToolUse::stamp && placed.stamp && placed.placement) {
     return begin_stamp(studio.pointer(), around, placed).drag;
   }
@@ -180,9 +180,9 @@ std::string with_sign(const std::string& number, AmountKind kind, LengthUnit uni
 // Nothing for pins whose stroke is impossible.
 std::optional<double> radius_of_gesture(const Studio& studio) {
   const auto* const pins = std::get_if<PinsGesture>(&studio.gesture()->kind);
-  if (pins == nullptr) return studio.settings().radius;
-  if (!has_exact_pins(studio.settings())) return std::nullopt;
-  return radius_of(pins_stroke(pins->pins, pins->dragged, pins->to, studio.settings()));
+  if (pins == nullptr) return studio.tools().settings().radius;
+  if (!has_exact_pins(studio.tools().settings())) return std::nullopt;
+  return radius_of(pins_stroke(pins->pins, pins->dragged, pins->to, studio.tools().settings()));
 }
 
 }  // namespace
@@ -192,7 +192,7 @@ std::optional<InArrow> in_arrow(const Studio& studio) {
   const std::optional<Drag> next = studio.gesture() ? std::nullopt : next_drag(studio);
   const Drag* const drag = of_gesture != nullptr ? of_gesture : next ? &*next : nullptr;
   if (drag == nullptr || !(drag->depth > kPointing)) return std::nullopt;
-  const Screen screen = studio.screen();
+  const Screen screen = studio.view().screen();
   const render::CameraFrame frame = render::camera_frame(screen.camera);
   const double away = dot(drag->direction, frame.forward) > 0 ? drag->up : -drag->up;  // upwards is in: 1
   const Vec3d beside = frame.right * (0.5 * kArrowPixels * pixel_size(screen, drag->start));
@@ -212,21 +212,22 @@ std::string text_of(const Amount& amount, LengthUnit unit) {
 std::vector<std::string> numbers_at_pointer(const Studio& studio) {
   const LengthUnit unit = studio.preferences().unit;
   const bool is_painting = studio.gesture() && std::holds_alternative<PaintGesture>(studio.gesture()->kind);
-  const std::optional<Amount> amount = studio.amount();
+  const std::optional<PointedNumber> number = studio.number();
   std::vector<std::string> lines;
-  if (amount) {
+  if (number) {
+    const Amount& amount = number->amount;
     const std::string value =
-        studio.typed().empty() ? text_of(*amount, unit) : with_sign(studio.typed() + "_", amount->kind, unit);
-    lines.push_back(fmt::format("{} {}", word_of(*amount, studio.is_adjusting()), value));
+        number->typed.empty() ? text_of(amount, unit) : with_sign(number->typed + "_", amount.kind, unit);
+    lines.push_back(fmt::format("{} {}", word_of(amount, number->is_adjusting), value));
   }
-  if (!studio.gesture() || (!amount && !is_painting)) return lines;
-  const ToolSettings& settings = studio.settings();
+  if (!studio.gesture() || (!number && !is_painting)) return lines;
+  const ToolSettings& settings = studio.tools().settings();
   const std::optional<double> radius = radius_of_gesture(studio);
   if (radius) lines.push_back("Radius " + text_of({AmountKind::length, *radius}, unit));
   if (is_painting) {
     lines.push_back("Depth " + text_of({AmountKind::length, settings.depth * settings.radius}, unit));
   }
-  const DocumentState& shown = studio.shown();
+  const DocumentState& shown = studio.document().shown();
   if (shown.volume && shown.volume_before && *shown.volume_before != 0) {
     lines.push_back(fmt::format("Volume {:+.5f}%", 100 * (*shown.volume / *shown.volume_before - 1)));
   }
@@ -279,9 +280,9 @@ std::optional<std::vector<float>> stretches_shown(const DocumentState& shown, St
 }
 
 const std::optional<GreatestStretch>& StretchEstimate::update(const Studio& studio) {
-  const DocumentState& shown = studio.shown();
+  const DocumentState& shown = studio.document().shown();
   std::vector<Stroke> strokes;
-  if (studio.settings().tool->use == ToolUse::turn && shown.opened != 0 && !shown.looked_at) {
+  if (studio.tools().settings().tool->use == ToolUse::turn && shown.opened != 0 && !shown.looked_at) {
     strokes = studio.gesture() ? studio.preview() : hovering(studio);
   }
   const ShapeState& state = studio.gesture() ? studio.gesture()->start : shown.state;
@@ -291,7 +292,7 @@ const std::optional<GreatestStretch>& StretchEstimate::update(const Studio& stud
   state_ = state;
   strokes_ = std::move(strokes);
   estimate_.reset();
-  const auto& placement = studio.placed().placement;
+  const auto& placement = studio.tools().placed().placement;
   Flow flow;
   for (const Stroke& stroke : strokes_) {
     if (placement && placement->profile && is_crushed(stroke, *placement->profile)) {
@@ -314,7 +315,7 @@ std::string zone_note(const Studio& studio) {
   const std::optional<Gesture>& gesture = studio.gesture();
   const auto* turn = gesture ? std::get_if<TurnGesture>(&gesture->kind) : nullptr;
   if (turn == nullptr || !turn->placement) return {};
-  const std::optional<double> width = widened_zone(studio.settings(), *turn->placement, turn->amount);
+  const std::optional<double> width = widened_zone(studio.tools().settings(), *turn->placement, turn->amount);
   if (!width) return {};
   return fmt::format("The zone is {:.3g} wide now: a thinner one would crush the shape at this angle.", *width);
 }

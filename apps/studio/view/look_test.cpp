@@ -49,9 +49,9 @@ TEST_F(LookTest, KeysChangeHowTheShapeIsDrawn) {
 
 TEST_F(LookTest, TheNextStartRemembersIt) {
   const auto look_of = [](const Studio& studio) {
-    Look look = studio.view().look;
-    look.projection = studio.navigation().view.projection;
-    look.field_of_view_deg = studio.navigation().view.field_of_view_deg;
+    Look look = studio.view().settings().look;
+    look.projection = studio.view().navigation().view.projection;
+    look.field_of_view_deg = studio.view().navigation().view.field_of_view_deg;
     return look;
   };
   Look chosen;
@@ -64,7 +64,7 @@ TEST_F(LookTest, TheNextStartRemembersIt) {
 {"view": {"field_of_view_deg": 55}}
 {"key": "Numpad 5"})");
     EXPECT_EQ(errors(studio), "");
-    studio.remember_look();
+    studio.view().remember_look();
     chosen = look_of(studio);
   }
   EXPECT_EQ(chosen.matcap, render::Matcap::jade);
@@ -97,8 +97,8 @@ TEST_F(LookTest, AReferenceStandsBehindTheShapeInItsViewsOnly) {
 {"drop": [")" + file.string() +
                   R"("]})");
   EXPECT_EQ(errors(studio), "");
-  ASSERT_EQ(studio.references().size(), 1U);
-  EXPECT_EQ(studio.references()[0].plane, ReferencePlane::right);
+  ASSERT_EQ(studio.view().references().size(), 1U);
+  EXPECT_EQ(studio.view().references()[0].plane, ReferencePlane::right);
   Overlay overlay;
   const auto images = [&](const char* line) {
     run(studio, line);
@@ -111,7 +111,7 @@ TEST_F(LookTest, AReferenceStandsBehindTheShapeInItsViewsOnly) {
   EXPECT_NEAR(seen[0].right.z, -norm(seen[0].right), 1e-9);
   EXPECT_EQ(images(R"({"key": "Ctrl+Alt+3"})").size(), 1U);
   EXPECT_TRUE(images(R"({"key": "Alt+1"})").empty());
-  studio.references()[0].in_every_view = true;
+  studio.view().references()[0].in_every_view = true;
   EXPECT_EQ(images(R"({"view": {"yaw_deg": 30, "pitch_deg": 20}})").size(), 1U);
   EXPECT_TRUE(images(R"({"key": "Alt+R"})").empty());
   EXPECT_EQ(images(R"({"key": "Alt+R"})").size(), 1U);
@@ -132,18 +132,18 @@ TEST_F(LookTest, ReferencesOfAFileAreThereTheNextTime) {
 {"reference": ")" + lost.string() +
                     "\"}");
     EXPECT_EQ(errors(studio), "");
-    studio.remember_look();
-    kept = studio.references();
+    studio.view().remember_look();
+    kept = studio.view().references();
     ASSERT_EQ(kept.size(), 2U);
     run(studio, R"({"new": "sphere", "vertices": 642})");
-    EXPECT_TRUE(studio.references().empty());  // they are the other shape's
+    EXPECT_TRUE(studio.view().references().empty());  // they are the other shape's
   }
   fs::remove(lost);
   Studio studio(options());
   run(studio, opens);
   EXPECT_NE(errors(studio).find("lost.png"), std::string::npos);
-  ASSERT_EQ(studio.references().size(), 1U);
-  Reference& reference = studio.references()[0];
+  ASSERT_EQ(studio.view().references().size(), 1U);
+  Reference& reference = studio.view().references()[0];
   EXPECT_EQ(*reference.image, *kept[0].image);
   reference.image = kept[0].image;
   EXPECT_EQ(reference, kept[0]);
@@ -154,7 +154,7 @@ TEST_F(LookTest, WhatIsNoPictureIsToldAndNothingElse) {
   std::ofstream(folder_ / "noise.png") << "not a picture";
   run(studio, ball() + R"({"drop": [")" + (folder_ / "noise.png").string() + "\"]}");
   EXPECT_NE(errors(studio).find("noise.png"), std::string::npos);
-  EXPECT_TRUE(studio.references().empty());
+  EXPECT_TRUE(studio.view().references().empty());
 }
 
 class InEveryProjection : public StudioTest, public testing::WithParamInterface<const char*> {};
@@ -167,13 +167,13 @@ TEST_P(InEveryProjection, ToolsMeetTheSurfaceUnderThePointer) {
 {"set": {"drag": "view", "start": "surface"}}
 {"drag": [[0.3, 0.4, 0.866], [0.35, 0.5, 0.866]]})");
   EXPECT_EQ(errors(studio), "");
-  ASSERT_EQ(studio.shown().history.size(), 1U);
-  const auto& stroke = std::get<ImplicitStroke>(studio.shown().history[0]->strokes[0].stroke);
+  ASSERT_EQ(studio.document().shown().history.size(), 1U);
+  const auto& stroke = std::get<ImplicitStroke>(studio.document().shown().history[0]->strokes[0].stroke);
   // The ball's triangles lie up to 0.5 h^2 = 0.001 within it; the pointer is exact.
   EXPECT_LT(norm(stroke.path.front() - Vec3d{0.3, 0.4, 0.866}), 0.004);
   // The plane of the drag goes through the start, so that the end is under the pointer, too.
-  const auto from = pixel_of(studio.screen(), stroke.path.back());
-  const auto to = pixel_of(studio.screen(), Vec3d{0.35, 0.5, 0.866});
+  const auto from = pixel_of(studio.view().screen(), stroke.path.back());
+  const auto to = pixel_of(studio.view().screen(), Vec3d{0.35, 0.5, 0.866});
   ASSERT_TRUE(from && to);
   EXPECT_LT(std::hypot(from->x - to->x, from->y - to->y), 2.5);  // pieces shorter than 1% of the radius are left out
 }
@@ -183,9 +183,9 @@ TEST_P(InEveryProjection, TheGizmoIsMetWhereItIsDrawn) {
   run(studio, ball() + GetParam() + R"(
 {"tool": "rotate"}
 {"click": [0.6, 0.3, 0.74]})");
-  ASSERT_TRUE(studio.placed().placement);
-  const Placement placement = *studio.placed().placement;
-  const Screen screen = studio.screen();
+  ASSERT_TRUE(studio.tools().placed().placement);
+  const Placement placement = *studio.tools().placed().placement;
+  const Screen screen = studio.view().screen();
   const double size = gizmo_size(screen, placement);
   for (const auto& [axis, part] : {std::pair{placement.x, GizmoPart::move_x}, {placement.y, GizmoPart::move_y}}) {
     const auto tip = pixel_of(screen, placement.center + axis * size);

@@ -41,13 +41,13 @@ Box box_of(const DocumentState& shown) {
 }
 
 GestureContext around_of(const Studio& studio) {
-  const DocumentState& shown = studio.shown();
+  const DocumentState& shown = studio.document().shown();
   const bool fits = shown.picker && shown.picker->fits(shown.state);
-  return {studio.screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.settings()};
+  return {studio.view().screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.tools().settings()};
 }
 
 std::optional<Stroke> hovering_implicit(const Studio& studio, const GestureContext& around) {
-  const ToolSettings& settings = studio.settings();
+  const ToolSettings& settings = studio.tools().settings();
   const auto hit = hit_at(studio.pointer(), around);
   if (!hit && settings.start != PullStart::plane) return std::nullopt;
   ImplicitGesture gesture = begin_implicit(studio.pointer(), around);
@@ -67,14 +67,14 @@ std::optional<Stroke> hovering_paint(const Studio& studio, const GestureContext&
 
 // What is placed, about to be moved a little up in the picture.
 std::optional<Stroke> placed_points(const Studio& studio, const GestureContext& around) {
-  const PlacedTools& placed = studio.placed();
+  const PlacedTools& placed = studio.tools().placed();
   if (placed.points.empty() && placed.curves.empty()) return std::nullopt;
   PointsStroke stroke;
   stroke.points = placed.points;
   stroke.curves = placed.curves;
-  stroke.outer = studio.settings().radius;
-  stroke.exponent = studio.settings().exponent;
-  stroke.falloff = studio.settings().falloff;
+  stroke.outer = studio.tools().settings().radius;
+  stroke.exponent = studio.tools().settings().exponent;
+  stroke.falloff = studio.tools().settings().falloff;
   stroke.displacements = {render::camera_frame(around.screen.camera).up * (0.3 * stroke.outer)};
   return stroke;
 }
@@ -82,10 +82,10 @@ std::optional<Stroke> placed_points(const Studio& studio, const GestureContext& 
 }  // namespace
 
 std::vector<Stroke> hovering(const Studio& studio) {
-  const DocumentState& shown = studio.shown();
+  const DocumentState& shown = studio.document().shown();
   if (shown.opened == 0 || shown.looked_at) return {};
   const GestureContext around = around_of(studio);
-  const ToolSettings& settings = studio.settings();
+  const ToolSettings& settings = studio.tools().settings();
   std::optional<Stroke> stroke;
   switch (settings.tool->use) {
     case ToolUse::pull:
@@ -102,7 +102,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
       if (has_exact_pins(settings)) stroke = hovering_pins(studio);
       return stroke ? std::vector<Stroke>{*stroke} : std::vector<Stroke>{};
     case ToolUse::turn:
-      if (const auto& at = studio.placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
+      if (const auto& at = studio.tools().placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
       break;
     case ToolUse::stamp:
     case ToolUse::handles:
@@ -117,9 +117,9 @@ namespace {
 
 // Returns the strokes whose tools are drawn: during a drag the latest piece of each side, else the tool at the pointer.
 std::vector<Stroke> strokes_to_draw(const Studio& studio) {
-  if (studio.shown().looked_at) {
-    const auto& history = studio.shown().history;
-    const std::size_t entry = *studio.shown().looked_at;
+  if (studio.document().shown().looked_at) {
+    const auto& history = studio.document().shown().history;
+    const std::size_t entry = *studio.document().shown().looked_at;
     if (entry >= history.size()) return {};
     std::vector<Stroke> strokes;
     for (const SessionStroke& stroke : history[entry]->strokes) {
@@ -127,11 +127,11 @@ std::vector<Stroke> strokes_to_draw(const Studio& studio) {
     }
     return strokes;
   }
-  const bool poses = studio.settings().tool->use == ToolUse::pose && !has_exact_pins(studio.settings());
+  const bool poses = studio.tools().settings().tool->use == ToolUse::pose && !has_exact_pins(studio.tools().settings());
   if (poses) return {};  // a pose is seen by its pins
   std::vector<Stroke> strokes = studio.preview();
   if (strokes.empty()) return hovering(studio);
-  const std::size_t sides = images_of(studio.settings()).size() + 1;
+  const std::size_t sides = images_of(studio.tools().settings()).size() + 1;
   if (strokes.size() > sides) strokes.erase(strokes.begin(), strokes.end() - static_cast<std::ptrdiff_t>(sides));
   return strokes;
 }
@@ -176,7 +176,7 @@ void draw_stroke(const Studio& studio, const Stroke& stroke, const Sheet& sheet)
   if (!is_flow(stroke)) return;
   render::DrawnTool tool;
   if (const auto* stamp = std::get_if<StampStroke>(&stroke)) {
-    const std::optional<StampShape>& shape = studio.placed().stamp;
+    const std::optional<StampShape>& shape = studio.tools().placed().stamp;
     if (!shape) return;
     Mesh mesh = mirrored_mesh(*shape->mesh, planes_of_file(stamp->mesh, shape->file));
     for (Vec3d& p : mesh.positions) p = stamp->pose * p;
@@ -186,7 +186,8 @@ void draw_stroke(const Studio& studio, const Stroke& stroke, const Sheet& sheet)
   } else {
     tool.stroke = flow_of(stroke);
     const bool is_under_hand = studio.gesture().has_value();
-    if (!studio.shown().looked_at) tool.moment = is_under_hand ? static_cast<double>(tool.stroke.segments.size()) : 0.0;
+    if (!studio.document().shown().looked_at)
+      tool.moment = is_under_hand ? static_cast<double>(tool.stroke.segments.size()) : 0.0;
   }
   render::draw_tool(tool, sheet.around, sheet.scene, sheet.how);
 }
@@ -201,9 +202,10 @@ void add_placed_points(const PlacedTools& placed, double radius, std::vector<ren
 
 // The paths of the selected entry, with its handles; the one under the pointer lighter.
 void add_layer_handles(const Studio& studio, double radius, std::vector<render::Line>& lines) {
-  if (!studio.layers().entry || studio.shown().looked_at) return;
-  const std::vector<LayerPath>& paths = studio.layers().paths;
-  const std::optional<LayerHandle> lit = studio.pointed_handle();
+  if (!studio.history().editor().entry || studio.document().shown().looked_at) return;
+  const std::vector<LayerPath>& paths = studio.history().editor().paths;
+  const bool is_free = !studio.gesture();
+  const auto lit = is_free ? studio.history().pointed_handle(studio.view().screen(), studio.pointer()) : std::nullopt;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     if (paths[i].points.size() > 1) {
       lines.push_back({.points = paths[i].points, .radius = 0.35 * radius, .color = kLayerPath});
@@ -219,10 +221,10 @@ void add_layer_handles(const Studio& studio, double radius, std::vector<render::
 }
 
 void add_placed_stamp(const Studio& studio, const Sheet& sheet) {
-  const PlacedTools& placed = studio.placed();
-  StampStroke stroke = stamp_at(studio.settings(), *placed.stamp, *placed.placement);
+  const PlacedTools& placed = studio.tools().placed();
+  StampStroke stroke = stamp_at(studio.tools().settings(), *placed.stamp, *placed.placement);
   stroke.path = {placed.placement->center, placed.placement->center};
-  const ToolSettings& settings = studio.settings();
+  const ToolSettings& settings = studio.tools().settings();
   for (const Stroke& image : with_images(stroke, images_of(settings), kSameImage * settings.radius, image_file)) {
     draw_stroke(studio, image, sheet);
   }
@@ -259,7 +261,7 @@ Mesh sheet_in(const Symmetry::Plane& plane, const Box& box) {
 }
 
 void add_symmetry(const Studio& studio, const Box& box, render::LiveScene& scene) {
-  const ToolSettings& settings = studio.settings();
+  const ToolSettings& settings = studio.tools().settings();
   for (const Symmetry::Plane& plane : mirror_planes(settings)) {
     scene.surfaces.push_back({sheet_in(plane, box), kMirrorPlane});
   }
@@ -272,9 +274,9 @@ void add_symmetry(const Studio& studio, const Box& box, render::LiveScene& scene
 
 // The tools at the pointer and in a drag are seen by the cursor; their regions only on demand, and fainter in a drag.
 bool shows_region(const Studio& studio) {
-  const ToolUse use = studio.settings().tool->use;
+  const ToolUse use = studio.tools().settings().tool->use;
   const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::pose;
-  return !has_cursor || studio.view().region || studio.shown().looked_at.has_value();
+  return !has_cursor || studio.view().settings().region || studio.document().shown().looked_at.has_value();
 }
 
 void add_in_arrow(const Studio& studio, std::vector<render::Arrow>& arrows) {
@@ -290,11 +292,13 @@ void fade(render::Scene& parts) {
 
 // The line that is being drawn round a part, as a curve in front of the shape.
 void add_drawn_line(const Studio& studio, std::vector<render::Line>& lines) {
-  const std::vector<Pixel> line = studio.drawn_line();
+  std::vector<Pixel> line = studio.masks().line();
+  const auto* const lasso = studio.gesture() ? std::get_if<LassoGesture>(&studio.gesture()->kind) : nullptr;
+  if (lasso != nullptr) line = lasso->line;
   if (line.size() < 2) return;
-  const Screen screen = studio.screen();
+  const Screen screen = studio.view().screen();
   const Vec3d forward = render::camera_frame(screen.camera).forward;
-  const Vec3d before = screen.camera.target - forward * studio.shown().diagonal;
+  const Vec3d before = screen.camera.target - forward * studio.document().shown().diagonal;
   render::Line drawn{.points = {}, .radius = 1.2 * pixel_size(screen, before), .color = kPlaced};
   for (std::size_t i = 0; i <= line.size(); ++i) {
     const Pixel& at = line[i % line.size()];
@@ -306,21 +310,21 @@ void add_drawn_line(const Studio& studio, std::vector<render::Line>& lines) {
 }  // namespace
 
 std::optional<std::vector<float>> Overlay::mask(const Studio& studio) {
-  const ShapeState& state = studio.shown().state;
-  if (studio.shown().opened == 0) return std::nullopt;
+  const ShapeState& state = studio.document().shown().state;
+  if (studio.document().shown().opened == 0) return std::nullopt;
   const bool is_new_shape = mask_mesh_ != state.mesh;
-  const bool is_same = !is_new_shape && mask_version_ == studio.shown().version && !was_masking_;
-  if (is_same && !studio.is_masking()) return std::nullopt;
+  const bool is_same = !is_new_shape && mask_version_ == studio.document().shown().version && !was_masking_;
+  if (is_same && !studio.masks().is_drawing()) return std::nullopt;
   // A drag moves what the mask leaves free: the shades there can wait.
   if (studio.gesture() && !is_new_shape && state.mask.shares(mask_)) return std::nullopt;
-  mask_version_ = studio.shown().version;
-  was_masking_ = studio.is_masking();
+  mask_version_ = studio.document().shown().version;
+  was_masking_ = studio.masks().is_drawing();
   mask_ = state.mask;
   mask_mesh_ = state.mesh;
   const bool has_shades = std::exchange(has_mask_, false) && !is_new_shape;
   if (!was_masking_ && state.mask.is_empty() && !has_shades) return std::nullopt;
   std::vector<float> shades(state.positions.size());
-  const MaskValues& painted = studio.mask_values();
+  const MaskValues& painted = studio.masks().values();
   for (std::size_t v = 0; v < shades.size(); ++v) {
     if (was_masking_ && v < painted.size()) shades[v] = static_cast<float>(painted[v]) / 255.0F;
     if (!was_masking_ && !state.mask.is_empty()) {
@@ -334,18 +338,21 @@ std::optional<std::vector<float>> Overlay::mask(const Studio& studio) {
 namespace {
 
 bool poses_parts(const Studio& studio) {
-  return studio.settings().tool->use == ToolUse::pose && !has_exact_pins(studio.settings()) &&
-         !studio.shown().looked_at && studio.placed().parts.at.mesh == studio.shown().state.mesh &&
-         !studio.placed().parts.of_vertex.empty();
+  return studio.tools().settings().tool->use == ToolUse::pose && !has_exact_pins(studio.tools().settings()) &&
+         !studio.document().shown().looked_at &&
+         studio.tools().placed().parts.at.mesh == studio.document().shown().state.mesh &&
+         !studio.tools().placed().parts.of_vertex.empty();
 }
 
-bool shows_parts(const Studio& studio) { return poses_parts(studio) && studio.view().stretch == StretchView::off; }
+bool shows_parts(const Studio& studio) {
+  return poses_parts(studio) && studio.view().settings().stretch == StretchView::off;
+}
 
 // Nothing, seen and shaded as the person chose.
 render::LiveScene empty_scene(const Studio& studio) {
-  const ViewSettings& view = studio.view();
+  const ViewSettings& view = studio.view().settings();
   render::LiveScene scene;
-  scene.camera = studio.screen().camera;
+  scene.camera = studio.view().screen().camera;
   scene.material = view.look.material;
   scene.matcap = view.look.matcap;
   scene.relief = view.look.relief;
@@ -354,39 +361,40 @@ render::LiveScene empty_scene(const Studio& studio) {
     scene.background_bottom = background->bottom;
   }
   scene.wireframe = view.wireframe;
-  scene.show_stretch = view.stretch != StretchView::off && studio.settings().tool->use != ToolUse::handles;
-  scene.show_influence = view.influence || studio.settings().tool->use == ToolUse::handles || shows_parts(studio);
+  scene.show_stretch = view.stretch != StretchView::off && studio.tools().settings().tool->use != ToolUse::handles;
+  scene.show_influence =
+      view.influence || studio.tools().settings().tool->use == ToolUse::handles || shows_parts(studio);
   return scene;
 }
 
 void add_part_gizmo(const Studio& studio, render::LiveScene& scene) {
   const auto* const drag = studio.gesture() ? std::get_if<PartGesture>(&studio.gesture()->kind) : nullptr;
-  const std::optional<Placement>& placement = studio.placed().parts.placement;
+  const std::optional<Placement>& placement = studio.tools().placed().parts.placement;
   if (!poses_parts(studio) || !placement || (studio.gesture() && drag == nullptr)) return;
   const Pointer& at = studio.pointer();
-  std::optional<GizmoPart> lit = gizmo_part_at(studio.screen(), *placement, at.x, at.y);
+  std::optional<GizmoPart> lit = gizmo_part_at(studio.view().screen(), *placement, at.x, at.y);
   Placement shown = *placement;
   if (drag != nullptr) {
     lit = drag->handle;
     shown = moved(*placement, drag->motion);
   }
-  draw_gizmo(studio.screen(), shown, lit, scene.arrows, scene.lines);
+  draw_gizmo(studio.view().screen(), shown, lit, scene.arrows, scene.lines);
 }
 
 }  // namespace
 
 render::LiveScene Overlay::scene(const Studio& studio) {
-  const ViewSettings& view = studio.view();
-  const DocumentState& shown = studio.shown();
+  const ViewSettings& view = studio.view().settings();
+  const DocumentState& shown = studio.document().shown();
   render::LiveScene scene = empty_scene(studio);
   if (shown.opened == 0) return scene;
-  if (view.references) scene.images = placed_images(studio.references(), studio.navigation().view);
+  if (view.references) scene.images = placed_images(studio.view().references(), studio.view().navigation().view);
   const Box box = box_of(shown);
   if (view.cut) {
     const Vec3d normal = normalized(view.cut_normal);
     scene.clip = render::Clip{normal, dot(normal, box.center()) + view.cut_offset};
   }
-  if (studio.turntable()) return scene;
+  if (studio.view().turntable()) return scene;
   add_symmetry(studio, box, scene);
   add_layer_handles(studio, 0.006 * shown.diagonal, scene.lines);
   add_drawn_line(studio, scene.lines);
@@ -412,27 +420,27 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   add(parts_.lines, scene.lines);
   cursor_.add_lines(studio, scene.lines);
   add_in_arrow(studio, scene.arrows);
-  const PlacedTools& placed = studio.placed();
+  const PlacedTools& placed = studio.tools().placed();
   add_placed_points(placed, 0.004 * shown.diagonal, scene.lines);
   add_pins(studio, scene.lines);
   add_part_gizmo(studio, scene);
-  const ToolUse use = studio.settings().tool->use;
+  const ToolUse use = studio.tools().settings().tool->use;
   if (placed.placement && (use == ToolUse::turn || use == ToolUse::stamp)) {
     const Pointer& at = studio.pointer();
-    const auto lit = gizmo_part_at(studio.screen(), *placed.placement, at.x, at.y);
+    const auto lit = gizmo_part_at(studio.view().screen(), *placed.placement, at.x, at.y);
     if (use == ToolUse::stamp && placed.stamp && !studio.gesture()) {
       render::Scene stamp;
       add_placed_stamp(studio, {box, stamp, how});
       add(stamp.surfaces, scene.surfaces);
     }
-    draw_gizmo(studio.screen(), *placed.placement, lit, scene.arrows, scene.lines);
+    draw_gizmo(studio.view().screen(), *placed.placement, lit, scene.arrows, scene.lines);
   }
   return scene;
 }
 
 std::optional<std::vector<float>> Overlay::stretch(const Studio& studio) {
-  const DocumentState& shown = studio.shown();
-  const StretchView since = studio.view().stretch;
+  const DocumentState& shown = studio.document().shown();
+  const StretchView since = studio.view().settings().stretch;
   const bool is_new = influenced_version_ != shown.version || stretched_ != since || !has_influence_;
   const bool waits = studio.gesture() && shown.state.positions.size() > kStretchedAtOnce && stretched_ == since;
   if (!is_new || waits) return std::nullopt;
@@ -447,7 +455,7 @@ std::optional<std::vector<float>> Overlay::stretch(const Studio& studio) {
 }
 
 std::optional<std::vector<float>> Overlay::parts(const Studio& studio) {
-  const PartMarks& parts = studio.placed().parts;
+  const PartMarks& parts = studio.tools().placed().parts;
   std::vector<float> of_part{0};
   for (std::size_t part = 0; part < parts.holds.size(); ++part) {
     const float shade = kPartShades[part % kPartShades.size()] * (parts.holds[part] ? 1 : kFreePart);
@@ -456,9 +464,9 @@ std::optional<std::vector<float>> Overlay::parts(const Studio& studio) {
   std::vector<float> shades;
   shades.reserve(parts.of_vertex.size());
   for (const std::uint8_t number : parts.of_vertex) shades.push_back(of_part[number]);
-  const bool is_same = has_influence_ && part_mesh_ == studio.shown().state.mesh && shades == part_shades_;
+  const bool is_same = has_influence_ && part_mesh_ == studio.document().shown().state.mesh && shades == part_shades_;
   if (is_same) return std::nullopt;
-  part_mesh_ = studio.shown().state.mesh;
+  part_mesh_ = studio.document().shown().state.mesh;
   part_shades_ = shades;
   has_influence_ = true;
   return shades;
@@ -471,11 +479,11 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
     return parts(studio);
   }
   part_mesh_.reset();
-  const bool handles = studio.settings().tool->use == ToolUse::handles;
+  const bool handles = studio.tools().settings().tool->use == ToolUse::handles;
   if (handles) {
-    std::vector<float> values(studio.shown().state.positions.size());
-    for (std::size_t i = 0; i < studio.placed().handles.size(); ++i) {
-      const std::uint8_t handle = studio.placed().handles[i];
+    std::vector<float> values(studio.document().shown().state.positions.size());
+    for (std::size_t i = 0; i < studio.tools().placed().handles.size(); ++i) {
+      const std::uint8_t handle = studio.tools().placed().handles[i];
       values[i] = handle == kFullHandle ? 1.0f : handle == kZeroHandle ? kZeroHandleShade : 0.0f;
     }
     influencing_.clear();
@@ -483,22 +491,23 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
     stretched_ = StretchView::off;
     return values;
   }
-  if (studio.view().stretch != StretchView::off) return stretch(studio);
+  if (studio.view().settings().stretch != StretchView::off) return stretch(studio);
   if (std::exchange(stretched_, StretchView::off) != StretchView::off) {
     influencing_.clear();
     influenced_version_ = 0;
   }
-  if (!studio.view().influence || studio.gesture() || studio.shown().opened == 0) {
+  if (!studio.view().settings().influence || studio.gesture() || studio.document().shown().opened == 0) {
     if (!std::exchange(has_influence_, false)) return std::nullopt;
     influencing_.clear();
     return std::vector<float>{};
   }
   std::vector<Stroke> strokes = hovering(studio);
-  if (has_influence_ && strokes == influencing_ && influenced_version_ == studio.shown().version) return std::nullopt;
+  if (has_influence_ && strokes == influencing_ && influenced_version_ == studio.document().shown().version)
+    return std::nullopt;
   influencing_ = std::move(strokes);
-  influenced_version_ = studio.shown().version;
+  influenced_version_ = studio.document().shown().version;
   has_influence_ = true;
-  const Snapshot& positions = studio.shown().state.positions;
+  const Snapshot& positions = studio.document().shown().state.positions;
   const bool are_pins = !influencing_.empty() && std::holds_alternative<PinsStroke>(influencing_.front());
   if (are_pins) return influence_of(std::get<PinsStroke>(influencing_.front()), positions);
   std::vector<Flow> flows;
@@ -510,10 +519,10 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
 
 std::string Overlay::placement_problem(const Studio& studio) {
   const auto* handles = studio.gesture() ? std::get_if<HandlesGesture>(&studio.gesture()->kind) : nullptr;
-  if (handles != nullptr) return refusal_of(*handles, studio.settings());
-  const std::optional<Placement>& placement = studio.placed().placement;
-  if (!studio.settings().tool->turning.takes_limit_cylinder || !studio.settings().uses_limit_cylinder || !placement ||
-      !placement->limit_cylinder)
+  if (handles != nullptr) return refusal_of(*handles, studio.tools().settings());
+  const std::optional<Placement>& placement = studio.tools().placed().placement;
+  if (!studio.tools().settings().tool->turning.takes_limit_cylinder || !studio.tools().settings().uses_limit_cylinder ||
+      !placement || !placement->limit_cylinder)
     return {};
   return placement->limit_cylinder->problem;
 }
@@ -528,18 +537,18 @@ constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
 }  // namespace
 
 void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
-  if (studio.settings().tool->use != ToolUse::pose || studio.shown().looked_at) return;
+  if (studio.tools().settings().tool->use != ToolUse::pose || studio.document().shown().looked_at) return;
   const auto* const drag = studio.gesture() ? std::get_if<PinsGesture>(&studio.gesture()->kind) : nullptr;
-  std::vector<Pin> pins = drag != nullptr ? drag->pins : studio.placed().pins;
+  std::vector<Pin> pins = drag != nullptr ? drag->pins : studio.tools().placed().pins;
   const std::optional<std::size_t> lit = studio.pointed_pin();
-  const Screen screen = studio.screen();
+  const Screen screen = studio.view().screen();
   const auto add = [&](const Vec3d& place, double pixels, const render::Color& color) {
     const double radius = pixels * pixel_size(screen, place);
     lines.push_back({.points = {place, place + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = color});
   };
-  const std::vector<SymmetryImage> images = images_of(studio.settings());
+  const std::vector<SymmetryImage> images = images_of(studio.tools().settings());
   if (drag != nullptr) {
-    for (const PinGoal& goal : pin_goals(drag->pins, drag->dragged, drag->to, studio.settings())) {
+    for (const PinGoal& goal : pin_goals(drag->pins, drag->dragged, drag->to, studio.tools().settings())) {
       const Vec3d from = std::exchange(pins[goal.pin].place, goal.to);
       pins[goal.pin].is_selected = true;
       const double radius = 0.25 * kPinPixels * pixel_size(screen, from);
@@ -558,11 +567,11 @@ void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
 }
 
 std::optional<PinsStroke> hovering_pins(const Studio& studio) {
-  const std::vector<Pin>& pins = studio.placed().pins;
+  const std::vector<Pin>& pins = studio.tools().placed().pins;
   if (pins.empty()) return std::nullopt;
   const std::size_t pin = studio.pointed_pin().value_or(pins.size() - 1);
-  const Vec3d by = render::camera_frame(studio.screen().camera).up * (kNominalPart * studio.radius());
-  return pins_stroke(pins, pin, pins[pin].place + by, studio.settings());
+  const Vec3d by = render::camera_frame(studio.view().screen().camera).up * (kNominalPart * studio.tools().radius());
+  return pins_stroke(pins, pin, pins[pin].place + by, studio.tools().settings());
 }
 
 }  // namespace knead::studio

@@ -41,7 +41,7 @@ class GpuPreviewTest : public StudioTest {
   }
 
   bool follow(const Studio& studio) {
-    const DocumentState& shown = studio.shown();
+    const DocumentState& shown = studio.document().shown();
     return preview_->follow(shown.state, studio.pending(), shown.diagonal, *view_);
   }
 
@@ -52,7 +52,7 @@ class GpuPreviewTest : public StudioTest {
     if (seen.size() != expected.size()) return 1;
     double most = 0;
     for (std::size_t i = 0; i < seen.size(); ++i) most = std::max(most, norm(seen[i] - expected[i]));
-    return most / studio.shown().diagonal;
+    return most / studio.document().shown().diagonal;
   }
 
   std::unique_ptr<gl::OffscreenContext> context_;
@@ -136,7 +136,7 @@ TEST_F(GpuPreviewTest, AWorkerThatIsBehindCatchesUp) {
   run_script(lines, "script", studio, host);
   EXPECT_EQ(errors(studio), "");
   EXPECT_EQ(studio.pending(), nullptr);
-  EXPECT_EQ(studio.shown().history.size(), 2u);
+  EXPECT_EQ(studio.document().shown().history.size(), 2u);
   EXPECT_TRUE(preview_->positions() == positions(studio));
 }
 
@@ -160,23 +160,25 @@ TEST_F(GpuPreviewTest, HitsAndVolumeAreOfWhatIsSeen) {
   follow(studio);
   const Ray ray{{0.35, 0.25, 5}, {0, 0, -1}};
   const std::optional<SurfaceHit> before = preview_->hit(ray);
-  const std::optional<SurfaceHit> by_picker = studio.shown().picker->pick(ray, studio.shown().state);
+  const std::optional<SurfaceHit> by_picker =
+      studio.document().shown().picker->pick(ray, studio.document().shown().state);
   ASSERT_TRUE(before && by_picker);
   EXPECT_EQ(before->triangle, by_picker->triangle);
   EXPECT_LT(norm(before->point - by_picker->point), 1e-12);
   EXPECT_GT(dot(before->normal, by_picker->normal), 0.99);
   EXPECT_FALSE(preview_->hit({{5, 5, 5}, {0, 0, -1}}));
   const double volume = preview_->volume();
-  EXPECT_NEAR(volume, *studio.shown().volume, 1e-12);
+  EXPECT_NEAR(volume, *studio.document().shown().volume, 1e-12);
   run(studio, kHeld);
   follow(studio);
   const std::optional<SurfaceHit> after = preview_->hit(ray);
   ASSERT_TRUE(after);
   EXPECT_GT(norm(after->point - before->point), 0.01);
-  const Picker picker(studio.shown().state);
-  EXPECT_LT(norm(after->point - picker.pick(ray, studio.shown().state)->point), 4 * kAgree * studio.shown().diagonal);
+  const Picker picker(studio.document().shown().state);
+  EXPECT_LT(norm(after->point - picker.pick(ray, studio.document().shown().state)->point),
+            4 * kAgree * studio.document().shown().diagonal);
   EXPECT_NE(preview_->volume(), volume);
-  EXPECT_NEAR(preview_->volume(), *studio.shown().volume, 1e-4);
+  EXPECT_NEAR(preview_->volume(), *studio.document().shown().volume, 1e-4);
 }
 
 // Where the picker is behind, a drag begins where the hit test says, and otherwise where the picker does.
@@ -199,10 +201,10 @@ TEST_F(GpuPreviewTest, ADragBeginsWhereTheHitTestSaysWhileThePickerIsBehind) {
 {"move": [-0.3, -0.1, 0.95]}
 {"release": [-0.3, -0.2, 0.95]})");
     run_script(lines, "script", studio, {});
-    studio.worker().wait();
+    studio.document().worker().wait();
     studio.refresh();
   }
-  EXPECT_EQ(studio.shown().history.size(), gestures);
+  EXPECT_EQ(studio.document().shown().history.size(), gestures);
   follow(studio);
   EXPECT_TRUE(preview_->positions() == positions(studio));
   const int asked_meanwhile = asked;
@@ -222,7 +224,7 @@ TEST_F(GpuPreviewTest, InSeveralBuffers) {
   run(studio, kHeld);
   follow(studio);
   EXPECT_LT(distance(studio), kAgree);
-  EXPECT_NEAR(preview_->volume(), *studio.shown().volume, 1e-4);
+  EXPECT_NEAR(preview_->volume(), *studio.document().shown().volume, 1e-4);
   EXPECT_TRUE(preview_->hit({{0.35, 0.25, 5}, {0, 0, -1}}));
   run(studio, R"({"release": [0.4, 0.2, 1]})");
   follow(studio);
@@ -235,12 +237,12 @@ TEST_F(GpuPreviewTest, ThePictureIsThatOfTheShapeSent) {
   follow(studio);
   render::LiveView other(1);
   ShownShape sent;
-  sent.follow(studio.shown().state, nullptr, studio.shown().diagonal, other);
+  sent.follow(studio.document().shown().state, nullptr, studio.document().shown().diagonal, other);
   run(studio, kHeld);
   follow(studio);
-  sent.follow(studio.shown().state, nullptr, studio.shown().diagonal, other);
+  sent.follow(studio.document().shown().state, nullptr, studio.document().shown().diagonal, other);
   render::LiveScene scene;
-  scene.camera = studio.screen().camera;
+  scene.camera = studio.view().screen().camera;
   const render::Image on_gpu = view_->picture(scene, 200, 150);
   const render::Image expected = other.picture(scene, 200, 150);
   std::size_t different = 0;

@@ -22,10 +22,12 @@ constexpr const char* kCylinder = R"({"size": [800, 600]}
 double greatest(const std::vector<float>& values) { return *std::ranges::max_element(values); }
 
 double stretch_since_start(const Studio& studio) {
-  return greatest(stretches_shown(studio.shown(), StretchView::since_start).value());
+  return greatest(stretches_shown(studio.document().shown(), StretchView::since_start).value());
 }
 
-const Stroke& last_stroke(const Studio& studio) { return studio.shown().history.back()->strokes.back().stroke; }
+const Stroke& last_stroke(const Studio& studio) {
+  return studio.document().shown().history.back()->strokes.back().stroke;
+}
 
 class StretchTest : public StudioTest {
  protected:
@@ -47,7 +49,7 @@ TEST_F(StretchTest, ABendWidensAZoneThatIsTooThin) {
   EXPECT_GT(width, 1.6 * std::abs(bend.angle_deg) * std::numbers::pi / 180 * 0.5);
   EXPECT_LT(stretch_since_start(studio), 4);
   EXPECT_TRUE(saved_and_replayed(studio).warnings.empty());
-  studio.close();
+  studio.document().close();
 }
 
 TEST_F(StretchTest, AThinZoneCanBeKept) {
@@ -59,7 +61,7 @@ TEST_F(StretchTest, AThinZoneCanBeKept) {
   const std::vector<std::string> warnings = saved_and_replayed(studio).warnings;
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("too thin"), std::string::npos) << warnings[0];
-  studio.close();
+  studio.document().close();
 }
 
 TEST_F(StretchTest, TheZoneGrowsWithTheAngleAndStudioSaysSo) {
@@ -80,7 +82,7 @@ TEST_F(StretchTest, TheZoneGrowsWithTheAngleAndStudioSaysSo) {
   }
   run(studio, R"({"key": "Escape"})");
   EXPECT_EQ(zone_note(studio), "");
-  studio.close();
+  studio.document().close();
 }
 
 // The finger alone moves, though its zone grows: a limit cylinder keeps its outer border.
@@ -98,11 +100,11 @@ TEST_F(StretchTest, AStrongBendOfAFingerStaysSmooth) {
                     ", " + std::to_string(at.y) + ", " + std::to_string(at.z) + R"(]}
 {"drag": [[40, 40], [300, 300]]})");
     EXPECT_EQ(errors(studio), "");
-    ASSERT_EQ(studio.shown().history.size(), 1u) << tool;
+    ASSERT_EQ(studio.document().shown().history.size(), 1u) << tool;
     EXPECT_LT(stretch_since_start(studio), 5) << tool;
     EXPECT_GT(stretch_since_start(studio), 1.2) << tool;
     EXPECT_TRUE(saved_and_replayed(studio).warnings.empty()) << tool;
-    studio.close();
+    studio.document().close();
   }
 }
 
@@ -110,20 +112,21 @@ TEST_F(StretchTest, ColoursFollowTheStrokesAndUndo) {
   Studio studio(options());
   run(studio, ball());
   EXPECT_EQ(stretch_since_start(studio), 1);
-  EXPECT_FALSE(stretches_shown(studio.shown(), StretchView::last_stroke));
+  EXPECT_FALSE(stretches_shown(studio.document().shown(), StretchView::last_stroke));
   run(studio, R"({"tool": "ball"}
 {"drag": [[0, 0, 1], [0.3, 0.3, 1]]}
 {"drag": [[-0.8, 0, 0.6], [-0.9, 0, 0.6]]})");
-  const auto start = stretches_shown(studio.shown(), StretchView::since_start).value();
-  const auto last = stretches_shown(studio.shown(), StretchView::last_stroke).value();
+  const auto start = stretches_shown(studio.document().shown(), StretchView::since_start).value();
+  const auto last = stretches_shown(studio.document().shown(), StretchView::last_stroke).value();
   EXPECT_GT(greatest(start), 1.5 * greatest(last));
   EXPECT_GT(greatest(last), 1.05);
   run(studio, R"({"key": "Ctrl+Z"})");
-  EXPECT_NEAR(greatest(stretches_shown(studio.shown(), StretchView::last_stroke).value()), greatest(start), 1e-6);
+  EXPECT_NEAR(greatest(stretches_shown(studio.document().shown(), StretchView::last_stroke).value()), greatest(start),
+              1e-6);
   run(studio, R"({"look_at": 0})");
   EXPECT_EQ(stretch_since_start(studio), 1);
-  EXPECT_FALSE(stretches_shown(studio.shown(), StretchView::last_stroke));
-  studio.close();
+  EXPECT_FALSE(stretches_shown(studio.document().shown(), StretchView::last_stroke));
+  studio.document().close();
 }
 
 TEST_F(StretchTest, TheOverlayShowsStretchesOnceForEveryChange) {
@@ -132,7 +135,7 @@ TEST_F(StretchTest, TheOverlayShowsStretchesOnceForEveryChange) {
   run(studio, R"({"key": "Shift+G"}
 {"tool": "ball"}
 {"drag": [[0, 0, 1], [0.3, 0.3, 1]]})");
-  EXPECT_EQ(studio.view().stretch, StretchView::since_start);
+  EXPECT_EQ(studio.view().settings().stretch, StretchView::since_start);
   Overlay overlay;
   const auto shades = overlay.influence(studio);
   ASSERT_TRUE(shades.has_value());
@@ -146,34 +149,35 @@ TEST_F(StretchTest, TheOverlayShowsStretchesOnceForEveryChange) {
   ASSERT_TRUE(none.has_value());
   EXPECT_TRUE(none->empty());
   EXPECT_FALSE(overlay.scene(studio).show_stretch);
-  studio.close();
+  studio.document().close();
 }
 
 TEST_F(StretchTest, OffersToRemeshWhatTheLastStrokeMadeThin) {
   {
     Studio studio(options());
     run(studio, ball());
-    EXPECT_EQ(studio.shown().thin_triangles, 0u);
+    EXPECT_EQ(studio.document().shown().thin_triangles, 0u);
     run(studio, R"({"tool": "ball"}
 {"set": {"inner_ratio": 0.7, "drag": "view"}}
 {"drag": [[0, 0.9, 0], [0, 2.6, 0]], "steps": 4})");
-    EXPECT_GT(studio.shown().thin_triangles, 10u);
+    EXPECT_GT(studio.document().shown().thin_triangles, 10u);
     const double before = stretch_since_start(studio);
     EXPECT_GT(before, kStrongStretch);
     run(studio, R"({"key": "Shift+R"})");
     EXPECT_EQ(errors(studio), "");
-    EXPECT_EQ(studio.shown().thin_triangles, 0u);
-    ASSERT_EQ(studio.shown().history.size(), 1u);
-    EXPECT_TRUE(studio.shown().history[0]->strokes.back().remesh.has_value());
+    EXPECT_EQ(studio.document().shown().thin_triangles, 0u);
+    ASSERT_EQ(studio.document().shown().history.size(), 1u);
+    EXPECT_TRUE(studio.document().shown().history[0]->strokes.back().remesh.has_value());
     EXPECT_GT(positions(studio).size(), 2700u);
     // The surface is as far from where it began as before; finer triangles see more of it.
     EXPECT_GT(stretch_since_start(studio), 0.7 * before);
-    EXPECT_EQ(stretches_shown(studio.shown(), StretchView::last_stroke).value().size(), positions(studio).size());
+    EXPECT_EQ(stretches_shown(studio.document().shown(), StretchView::last_stroke).value().size(),
+              positions(studio).size());
     const std::vector<Vec3d> after = positions(studio);
     EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == after);
     run(studio, R"({"key": "Ctrl+Z"})");
     EXPECT_EQ(positions(studio).size(), 2562u);
-    studio.close();
+    studio.document().close();
   }
 }
 
@@ -194,13 +198,13 @@ TEST_F(StretchTest, HandlesThatWouldTearTheShapeAreRefusedUnlessAskedFor) {
   run(studio, R"({"drag": [[0.5, 0, 0.86], [0.5, 0.3, 0.86]], "steps": 3})");
   EXPECT_NE(errors(studio).find("would run"), std::string::npos);
   EXPECT_TRUE(positions(studio) == before);
-  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_TRUE(studio.document().shown().history.empty());
   run(studio, R"({"set": {"handles_anyway": true}}
 {"drag": [[0.5, 0, 0.86], [0.5, 0.3, 0.86]], "steps": 3})");
   EXPECT_EQ(errors(studio), "");
-  EXPECT_EQ(studio.shown().history.size(), 1u);
+  EXPECT_EQ(studio.document().shown().history.size(), 1u);
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
-  studio.close();
+  studio.document().close();
 }
 
 TEST_F(StretchTest, ThePlacedToolIsEstimatedBeforeItIsUsed) {
@@ -219,8 +223,8 @@ TEST_F(StretchTest, ThePlacedToolIsEstimatedBeforeItIsUsed) {
   // Path lines may run to infinity there: it is known without them.
   run(studio, R"({"set": {"radius": 0.15}})");
   EXPECT_TRUE(std::isinf(estimate.update(studio)->greatest));
-  EXPECT_TRUE(studio.shown().history.empty());
-  studio.close();
+  EXPECT_TRUE(studio.document().shown().history.empty());
+  studio.document().close();
 }
 
 }  // namespace

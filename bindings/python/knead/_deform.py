@@ -55,7 +55,7 @@ def deform(
     until: the number of strokes to apply; 2.5 is two and half of the third.
     diagonal: the length that the tolerance is relative to; by default the diagonal of the box of `vertices`.
     progress: progress(fraction) is called a few times a second. If it returns False, the work ends, nothing is written
-        and deform returns None; if it raises, likewise.
+        and deform returns None; if it raises, that error is raised here.
     out: an array (n, 3) of float64 or float32 to write into and return. It may be `vertices`: a C-contiguous float64
         array is then moved in place, without a copy unless `progress` is given.
 

@@ -234,7 +234,7 @@ struct Accessor {
   NumberType type = NumberType::float32;
   bool normalized = false;
   std::size_t components = 1;
-  std::optional<DenseData> dense;    // nothing: zeros
+  std::optional<DenseData> dense;    // std::nullopt: zeros
   std::optional<SparseData> sparse;  // replaced elements
 
   std::size_t element_size() const;

@@ -237,7 +237,7 @@ class Reader {
     return facets.solids();
   }
 
-  void note_defects(const Oddities& odd) {
+  void note_defects(const Defects& odd) {
     const auto say = [&](bool is_so, const char* what) {
       if (is_so) shape_.notes.emplace_back(what);
     };

@@ -63,7 +63,7 @@ struct Facet {
 };
 
 // What text files have that the specification does not: it is read over.
-struct Oddities {
+struct Defects {
   bool open_end = false;     // no `endsolid` at the end
   bool on_one_line = false;  // a facet follows the name of its solid on the line
   bool colors = false;       // `color` and numbers
@@ -82,8 +82,8 @@ class FacetCursor {
   bool next(Facet& facet);
 
   const TextCursor& text() const { return text_; }
-  std::size_t solids() const { return solids_; }        // so far
-  const Oddities& defects() const { return defects_; }  // so far
+  std::size_t solids() const { return solids_; }       // so far
+  const Defects& defects() const { return defects_; }  // so far
 
  private:
   bool begin_facet();
@@ -94,7 +94,7 @@ class FacetCursor {
   [[noreturn]] void fail_expected(const std::string& what, std::string_view found) const;
 
   TextCursor text_;
-  Oddities defects_;
+  Defects defects_;
   bool in_solid_ = false;
   std::size_t solids_ = 0;
   std::size_t facets_ = 0;

@@ -20,7 +20,7 @@ struct Settings {
   std::string session_file;
   double relative_tolerance = kDefaultRelativeTolerance;
   double diagonal = 0;                 // 0: of all points
-  std::optional<Precision> precision;  // nothing: float64 if there are cells with a volume
+  std::optional<Precision> precision;  // std::nullopt: float64 if there are cells with a volume
   bool inverse = false;
   double until = 0;
   bool quality = true;

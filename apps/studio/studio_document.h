@@ -1,0 +1,101 @@
+// The open document as the window's thread sees it. What takes time is done on the Document by the worker's thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "document/document.h"
+#include "platform/worker.h"
+#include "preferences.h"
+
+namespace knead::studio {
+
+struct StudioOptions {
+  std::filesystem::path config = config_folder();
+  std::filesystem::path state = state_folder();
+  bool has_worker = true;
+  int threads = 0;  // of the deformation; 0: all
+};
+
+class StudioDocument {
+ public:
+  using Job = std::function<void(Document&, Progress&)>;
+
+  // `after_post` is called whenever a job was posted: without a worker's thread the job is done by then.
+  StudioDocument(const StudioOptions& options, std::function<void()> after_post);
+  ~StudioDocument();
+  StudioDocument(const StudioDocument&) = delete;
+  StudioDocument& operator=(const StudioDocument&) = delete;
+
+  // Returns the document as of the last refresh().
+  const DocumentState& shown() const { return shown_; }
+  // Takes over what the worker has done. Returns true if another document was opened.
+  bool refresh();
+
+  // Has the worker do a job, after those that were posted before; `what` names it for people. For post_latest see
+  // Worker.
+  void post(const Job& job, std::string what = {});
+  std::uint64_t post_latest(const Job& job, std::string what = {}, bool gives_way = false);
+  // Called by a job: the next refresh() calls `result`, on the window's thread.
+  void deliver(std::function<void()> result);
+  Worker& worker() { return *worker_; }
+  const Worker& worker() const { return *worker_; }
+
+  // Messages for the person; every thread may tell one. A notice without an error withdraws the errors about its
+  // subject.
+  void tell(Notice notice);
+  void withdraw(Subject subject) { tell({false, {}, subject}); }
+  std::vector<Notice> take_notices();
+
+  // Files. `open` takes a session (.knead) or a shape.
+  void open(const std::filesystem::path& path);
+  void open_made(ShapeKind kind, std::size_t vertices);
+  void save(const std::filesystem::path& path);
+  void export_shape(const std::filesystem::path& path, bool as_double = false);
+  void export_frames(const std::filesystem::path& file, const FrameExport& how);
+  // The files that were opened last. note_opened() puts the open one in front and writes the list.
+  const std::vector<std::filesystem::path>& recent() const { return recent_; }
+  void note_opened();
+
+  // Unsaved work of an earlier run, and what to do with it.
+  const std::vector<AbandonedJournal>& abandoned() const { return abandoned_; }
+  void recover(std::filesystem::path journal);
+  void discard(std::filesystem::path journal);
+
+  // Closes the document and removes its journal. Otherwise the next start offers to recover it.
+  void close();
+
+  // Has the crossings of the shape counted; shown() then has their number.
+  void count_crossings();
+
+ private:
+  DocumentOptions document_options(const StudioOptions& options);
+  Worker::Job on_document(const Job& job);
+
+  std::filesystem::path state_folder_;
+  std::function<void()> after_post_;
+  std::vector<std::filesystem::path> recent_;
+  std::vector<AbandonedJournal> abandoned_;
+  DocumentState shown_;
+
+  // Between the threads.
+  struct Mailbox {
+    std::mutex mutex;
+    DocumentState shown;
+    std::vector<Notice> notices;
+    std::set<Subject> troubled;  // of errors that were told and not withdrawn
+    std::vector<std::function<void()>> results;
+  };
+  Mailbox mailbox_;
+  Document document_;             // the worker's
+  std::optional<Worker> worker_;  // ends before what its jobs use
+};
+
+}  // namespace knead::studio

@@ -1,0 +1,64 @@
+// The history of the open document as panels and the pointer change it.
+//
+// Changes (document/layers.h) are made in the background: what is seen stays until they are done.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "document/layers.h"
+#include "gestures/gesture.h"
+#include "studio_document.h"
+
+namespace knead::studio {
+
+class StudioHistory {
+ public:
+  // `interrupt` gives up the gesture under way, before the history changes.
+  StudioHistory(StudioDocument& document, std::function<void()> interrupt);
+
+  void undo();
+  void redo();
+  void change(const LayerChange& change);
+  // The steps of a drag are one change; only the latest step counts.
+  void drag(const LayerChange& change);
+  void end_drag(bool is_kept);
+
+  // Shows the shape after that many entries; std::nullopt: the present shape.
+  void look_at(std::optional<std::size_t> entries);
+  void look_at_frame(const FrameExport& how, int frame);  // from 0
+
+  // The selected entry, and its changes that are not applied yet.
+  void select(std::optional<std::size_t> entry);
+  LayerEditor& editor() { return editor_; }
+  const LayerEditor& editor() const { return editor_; }
+  // Follows the document after its refresh(). clear() forgets all: another document was opened.
+  void follow();
+  void clear();
+
+  // Handles of the selected entry, which the pointer drags in the plane of the view. Returns the one that the pointer
+  // is on, or drags.
+  std::optional<LayerHandle> pointed_handle(const Screen& screen, const Pointer& pointer) const;
+  bool is_dragging() const { return drag_.has_value(); }
+  bool begin_handle(const Screen& screen, const Pointer& pointer);  // returns false if it is on none
+  void move_handle(const Screen& screen, const Pointer& pointer);
+  void end_handle(bool is_kept);
+
+ private:
+  struct HandleDrag {
+    std::size_t entry = 0;
+    LayerHandle handle;
+    Vec3d start;                         // where the handle was
+    Vec3d offset;                        // from where the pointer took hold of it
+    std::vector<SessionStroke> strokes;  // of the entry, as they were
+  };
+
+  StudioDocument& document_;
+  std::function<void()> interrupt_;
+  LayerEditor editor_;
+  std::optional<HandleDrag> drag_;
+};
+
+}  // namespace knead::studio

@@ -1,0 +1,210 @@
+#include "studio_tools.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <string>
+#include <utility>
+
+#include "gestures/gesture_kinds.h"
+#include "knead/error.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
+#include "knead/vec.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr double kFirstRadius = 0.12;  // of the diagonal
+constexpr double kSnapParts = 100;     // of the diagonal
+constexpr double kKeyFactor = 1.15;    // of [ and ]
+constexpr double kKeyRatio = 0.05;
+
+}  // namespace
+
+double snap_length(double diagonal) {
+  const double step = diagonal / kSnapParts;
+  const double power = std::pow(10, std::floor(std::log10(step)));
+  double best = power;
+  for (const double factor : {2.0, 5.0, 10.0}) {
+    if (std::abs(std::log(factor * power / step)) < std::abs(std::log(best / step))) best = factor * power;
+  }
+  return best;
+}
+
+bool StudioTools::perform(Action action) {
+  switch (action) {
+    case Action::larger:
+      fix_radius();
+      settings_.radius *= kKeyFactor;
+      return true;
+    case Action::smaller:
+      fix_radius();
+      settings_.radius /= kKeyFactor;
+      return true;
+    case Action::rounder:
+      settings_.inner_ratio = std::max(settings_.inner_ratio - kKeyRatio, 0.01);
+      return true;
+    case Action::sharper:
+      settings_.inner_ratio = std::min(settings_.inner_ratio + kKeyRatio, 0.95);
+      return true;
+    case Action::drag_mode:
+      settings_.drag = static_cast<DragMode>((static_cast<int>(settings_.drag) + 1) % 4);
+      return true;
+    case Action::paint_in:
+      settings_.paint_in = !settings_.paint_in;
+      return true;
+    case Action::mirror_x:
+    case Action::mirror_y:
+    case Action::mirror_z: {
+      bool& mirror = settings_.mirror[static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::mirror_x)];
+      mirror = !mirror;
+      return true;
+    }
+    case Action::remesh:
+      settings_.remesh = !settings_.remesh;
+      return true;
+    default:
+      return false;
+  }
+}
+
+void StudioTools::begin_document() {
+  const std::optional<StampShape> stamp = placed_.stamp;
+  placed_ = {};
+  settings_.radius = kFirstRadius * document_.shown().diagonal;
+  if (stamp) set_stamp([stamp](Document& document) { return document.add_stamp(stamp->name, *stamp->mesh); });
+}
+
+void StudioTools::follow(bool has_gesture) {
+  const ShapeState& state = document_.shown().state;
+  if (placed_.handles.size() != state.positions.size()) placed_.handles.clear();
+  const bool has_limit_cylinder = placed_.placement && placed_.placement->limit_cylinder;
+  if (has_limit_cylinder && !has_gesture && !document_.worker().is_busy() && state.mesh != limit_cylinder_mesh_)
+    find_limit_cylinder(false);
+}
+
+double StudioTools::radius() const {
+  const std::vector<Pin>& pins = placed_.pins;
+  const bool is_auto = has_exact_pins(settings_) && settings_.auto_radius && !pins.empty();
+  if (!is_auto) return settings_.radius;
+  return radius_of(pins_stroke(pins, 0, pins.front().place, settings_)).value_or(settings_.radius);
+}
+
+void StudioTools::fix_radius() {
+  if (!has_exact_pins(settings_)) return;
+  settings_.radius = radius();
+  settings_.auto_radius = false;
+}
+
+void StudioTools::clear_placed() {
+  PlacedTools kept;
+  kept.stamp = std::move(placed_.stamp);
+  select_pins(false);
+  select_part(std::nullopt, placed_.parts);
+  kept.pins = std::move(placed_.pins);
+  kept.parts = std::move(placed_.parts);
+  placed_ = std::move(kept);
+  picking_ = PlanePick::none;
+}
+
+void StudioTools::set_stamp(const std::function<StampShape(Document&)>& make) {
+  const auto load = [this, make](Document& document, Progress& progress) {
+    document_.withdraw(Subject::stamp);
+    try {
+      StampShape stamp = make(document);
+      stop_if_cancelled(&progress);
+      document_.deliver([this, stamp = std::move(stamp)] { placed_.stamp = stamp; });
+    } catch (const Cancelled&) {
+      document_.tell({false, "The stamp was not loaded."});
+    } catch (const std::exception& error) {
+      document_.tell({true, error.what(), Subject::stamp});
+    }
+  };
+  document_.post(load, "Loading the stamp");
+}
+
+void StudioTools::use_stamp(ShapeKind kind) {
+  set_stamp([kind](Document& document) {
+    return document.add_stamp(std::string(shape_names()[static_cast<std::size_t>(kind)]), make_shape(kind));
+  });
+}
+
+void StudioTools::use_stamp(const std::filesystem::path& file) {
+  interrupt_();
+  settings_.tool = &studio_tool(ToolUse::stamp);
+  set_stamp([file](Document& document) { return document.add_stamp(file.stem().string(), read_shape(file).mesh); });
+}
+
+void StudioTools::set_pins(std::vector<Pin> pins) {
+  placed_.lit_pin.reset();
+  placed_.pins = std::move(pins);
+  studio::follow(placed_.pins, document_.shown().state);
+}
+
+void StudioTools::select_pins(bool are_selected) {
+  for (Pin& pin : placed_.pins) pin.is_selected = are_selected;
+}
+
+void StudioTools::remove_pin(std::size_t pin) {
+  placed_.pins.erase(placed_.pins.begin() + static_cast<std::ptrdiff_t>(pin));
+  placed_.lit_pin.reset();
+  set_pin_.reset();
+}
+
+void StudioTools::find_limit_cylinder(bool may_turn) {
+  const Turning& turning = settings_.tool->turning;
+  if (!turning.takes_limit_cylinder || !placed_.placement) return;
+  limit_cylinder_mesh_ = document_.shown().state.mesh;
+  const Placement placement = *placed_.placement;
+  const bool bends = turning.axis == &Placement::x;
+  const auto find = [this, placement, bends, may_turn, settings = settings_](Document& document, Progress& progress) {
+    try {
+      Placement found =
+          settings.uses_limit_cylinder ? document.with_limit_cylinder(placement, bends, may_turn, progress) : placement;
+      found.profile = document.profile(settings, found);
+      document_.deliver([this, placement, found] {
+        if (placed_.placement == placement) placed_.placement = found;
+      });
+    } catch (const Cancelled&) {
+      document_.tell({false, "The search for the part was stopped; the tool moves everything below its plane."});
+    }
+  };
+  document_.post(find, "Looking for the part to move");
+}
+
+bool StudioTools::pick_plane(const Pointer& pointer, const GestureContext& context) {
+  if (context.picker == nullptr) return false;
+  const auto hit = context.picker->pick(ray_through(context.screen, pointer.x, pointer.y), context.state);
+  if (!hit) return false;
+  std::vector<Vec3d>& points = placed_.plane_points;
+  points.push_back(hit->point);
+  std::optional<Symmetry::Plane> plane;
+  if (picking_ == PlanePick::face) plane = {hit->point, hit->normal};
+  if (picking_ == PlanePick::three_points && points.size() == 3) {
+    const Vec3d normal = cross(points[1] - points[0], points[2] - points[0]);
+    const double least = 1e-9 * document_.shown().diagonal * document_.shown().diagonal;
+    if (!(norm(normal) > least)) {
+      points.pop_back();
+      document_.tell({true, "The three points lie on a line; click the third one elsewhere."});
+      return true;
+    }
+    plane = {points[0], normalized(normal)};
+  }
+  if (!plane) return true;
+  settings_.symmetry.plane = plane;
+  pick_mirror(PlanePick::none);
+  return true;
+}
+
+void StudioTools::pick_mirror(PlanePick how) {
+  picking_ = picking_ == how ? PlanePick::none : how;
+  placed_.plane_points.clear();
+}
+
+void StudioTools::center_symmetry() {
+  if (document_.shown().opened != 0) settings_.symmetry.center = shape_box(document_.shown().state.to_mesh()).center();
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,83 @@
+// The tool in use, its settings, and what is placed for it: points, curves, pins, parts, a stamp, mirrors.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "gestures/gesture.h"
+#include "gestures/tools.h"
+#include "keys.h"
+#include "studio_document.h"
+
+namespace knead::studio {
+
+// Returns the step of lengths while Ctrl is held: 1, 2 or 5 times a power of ten, about a hundredth of the diagonal.
+double snap_length(double diagonal);
+
+class StudioTools {
+ public:
+  // `interrupt` gives up the gesture under way, before another tool is chosen.
+  StudioTools(StudioDocument& document, std::function<void()> interrupt)
+      : document_(document), interrupt_(std::move(interrupt)) {}
+
+  ToolSettings& settings() { return settings_; }
+  const ToolSettings& settings() const { return settings_; }
+  PlacedTools& placed() { return placed_; }
+  const PlacedTools& placed() const { return placed_; }
+
+  // Does what a key or a menu asks for; false if that is not about the tool in use.
+  bool perform(Action action);
+  // Adapts to the document that was opened. follow() adapts to its changes, fully while no gesture is under way.
+  void begin_document();
+  void follow(bool has_gesture);
+
+  // Returns the radius of the tool: of pins that which they give themselves, unless it is set. fix_radius sets it.
+  double radius() const;
+  void fix_radius();
+
+  // Removes what is placed, but for pins, parts and the stamp. No pin or part stays selected.
+  void clear_placed();
+
+  // Loads a stamp. A file also chooses the stamp tool.
+  void use_stamp(ShapeKind kind);
+  void use_stamp(const std::filesystem::path& file);
+
+  // Replaces all pins; one whose vertex is not known takes the nearest one.
+  void set_pins(std::vector<Pin> pins);
+  void select_pins(bool are_selected);
+  void remove_pin(std::size_t pin);
+  // After a click, of the pins in placed(): the one that it has set.
+  void note_set_pin(std::optional<std::size_t> pin) { set_pin_ = pin; }
+  std::optional<std::size_t> set_pin() const { return set_pin_; }
+
+  // Looks for the part that the placed twist or bend moves. With may_turn (it was just clicked) its axis may turn.
+  void find_limit_cylinder(bool may_turn);
+
+  // The next click on the shape (`face`), or the next three, give one more mirror's plane. A second call gives that up.
+  enum class PlanePick { none, face, three_points };
+  void pick_mirror(PlanePick how);
+  PlanePick picking_mirror() const { return picking_; }
+  // Returns whether the click was for that.
+  bool pick_plane(const Pointer& pointer, const GestureContext& context);
+  // Moves the mirrors x, y and z and the axis to the middle of the shape's box.
+  void center_symmetry();
+
+ private:
+  void set_stamp(const std::function<StampShape(Document&)>& make);
+
+  StudioDocument& document_;
+  std::function<void()> interrupt_;
+  ToolSettings settings_;
+  PlacedTools placed_;
+  PlanePick picking_ = PlanePick::none;
+  std::optional<std::size_t> set_pin_;
+  // Of the shape when the limit cylinder was looked for; a remesh may follow later.
+  std::shared_ptr<const Mesh> limit_cylinder_mesh_;
+};
+
+}  // namespace knead::studio

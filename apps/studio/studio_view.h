@@ -1,0 +1,118 @@
+// How the open document is looked at: the view and its settings, the pictures behind the shape, turntables.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "gestures/navigation.h"
+#include "keys.h"
+#include "knead/render.h"
+#include "platform/window.h"
+#include "preferences.h"
+#include "studio_document.h"
+
+namespace knead::studio {
+
+// What the colours of stretches refer to.
+enum class StretchView { off, since_start, last_stroke };
+
+struct ViewSettings {
+  Look look;  // but for the projection, which is the navigation's
+  bool wireframe = false;
+  bool influence = false;  // the region of influence as colour on the shape
+  bool tool = true;        // the cursor on the surface, and the picture of what is placed
+  bool region = false;     // the region of influence at the cursor as translucent surfaces
+  bool references = true;  // the pictures behind the shape
+  bool cut = false;        // the cutting plane
+  StretchView stretch = StretchView::off;
+  Vec3d cut_normal{1, 0, 0};
+  double cut_offset = 0;  // from the middle of the shape as it was opened, along the normal
+  bool panels = true;
+  bool tool_labels = false;  // names beside the icons of the tool bar
+  bool history = true;
+  bool statistics = false;
+  bool help = false;
+};
+
+inline constexpr int kMaxTurntablePictures = 9999;
+
+// A recording of the shape from all around: numbered pictures, evenly spaced about the axis that is up.
+struct Turntable {
+  std::filesystem::path pattern;  // with %04d in its name
+  int pictures = 0;
+  int next = 0;  // the number of the next picture, from 0
+  View start;    // the view of the first picture, which is also that afterwards
+};
+
+// Returns a recording that has not begun, with a numbered() pattern. Throws InvalidInput for another format than PNG,
+// and for a number of pictures outside [2, kMaxTurntablePictures].
+Turntable make_turntable(const std::filesystem::path& pattern, int pictures, const View& view);
+
+// Return the view and the file of the next picture.
+View view_of(const Turntable& turntable);
+std::filesystem::path file_of(const Turntable& turntable);
+
+// The preferences with the folder that they are written to.
+struct PreferencesFile {
+  std::filesystem::path folder;
+  Preferences preferences;
+
+  // Writes the preferences; a notice says if that failed.
+  void save(StudioDocument& document) const;
+};
+
+class StudioView {
+ public:
+  StudioView(StudioDocument& document, PreferencesFile& preferences, const std::filesystem::path& state);
+
+  ViewSettings& settings() { return settings_; }
+  const ViewSettings& settings() const { return settings_; }
+  Navigation& navigation() { return navigation_; }
+  const Navigation& navigation() const { return navigation_; }
+  Screen screen() const;
+
+  // Does what a key or a menu asks for; false if that is not about the view.
+  bool perform(Action action);
+  // Frames the shape, or what the last stroke may have moved.
+  void frame_all();
+  void frame_stroke();
+  // A drag that turns the view turns it about what the pointer is on.
+  void set_pivot(const Event& event);
+  // Frames the document that was opened, and reads its references.
+  void begin_document();
+
+  std::vector<Reference>& references() { return references_; }
+  const std::vector<Reference>& references() const { return references_; }
+  // Puts the picture in a PNG or JPEG file behind the shape, in the plane that the view looks at. Returns false if it
+  // cannot be read, and tells why.
+  bool add_reference(const std::filesystem::path& file);
+
+  // Write into the preferences, if that differs from what they hold: how the shape is drawn, and the references of the
+  // document; which panels are shown; the window's place.
+  void remember_look();
+  void remember_panels();
+  void remember_window(const WindowPlace& window);
+
+  // Records a turntable: every step_turntable shows the next view and has it written. It returns false at the end.
+  void record_turntable(const std::filesystem::path& pattern, int pictures);
+  bool step_turntable(const std::function<void(const std::filesystem::path&)>& write);
+  void stop_turntable();
+  const std::optional<Turntable>& turntable() const { return turntable_; }
+
+ private:
+  void load_references();
+
+  StudioDocument& document_;
+  PreferencesFile& preferences_;
+  std::filesystem::path state_folder_;
+  PanelState saved_panels_;
+  Navigation navigation_;
+  ViewSettings settings_;
+  std::vector<Reference> references_;
+  std::vector<Reference> saved_references_;
+  std::optional<Turntable> turntable_;
+};
+
+}  // namespace knead::studio
