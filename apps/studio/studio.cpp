@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
+#include "gestures/gesture_kinds.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
@@ -15,6 +17,8 @@ namespace {
 
 constexpr double kWheelFactor = 1.1;
 constexpr double kRatioStep = 0.05;
+constexpr int kRings = 3;  // about the pointer, in which the shape is looked for
+constexpr int kRaysOfRing = 16;
 constexpr double kRest = 0.35;  // seconds without a move after which the pointer rests
 
 PreferencesFile preferences_of(const std::filesystem::path& folder, StudioDocument& document) {
@@ -86,6 +90,26 @@ bool Studio::picker_is_right() const {
   return fits && !shown().picker_is_behind && shown().ended == ended_;
 }
 
+// Whether a ball, a capsule or paint would begin farther from the shape than it is wide, as it is seen. With modifiers
+// the drag is meant otherwise.
+bool Studio::is_beside_shape() const {
+  const ToolUse use = settings().tool->use;
+  if ((use != ToolUse::pull && use != ToolUse::paint) || !(pointer_.modifiers == Modifiers{})) return false;
+  const GestureContext context = gesture_context();
+  if (context.picker == nullptr) return false;
+  const double radius = settings().radius / pixel_size(context.screen, view_.navigation().view.target);
+  Pointer at = pointer_;
+  for (int ring = 0; ring <= kRings; ++ring) {
+    for (int i = 0; i < (ring == 0 ? 1 : kRaysOfRing); ++i) {
+      const double angle = 2 * std::numbers::pi * i / kRaysOfRing;
+      at.x = pointer_.x + radius * ring / kRings * std::cos(angle);
+      at.y = pointer_.y + radius * ring / kRings * std::sin(angle);
+      if (hit_at(at, context)) return false;
+    }
+  }
+  return true;
+}
+
 // Other gestures ask where they go on the surface, too, as it was when they began.
 bool Studio::asks_hit_test() const {
   const bool asks_once = settings().tool->use == ToolUse::pull;
@@ -153,7 +177,9 @@ void Studio::press(const ButtonChanged& button) {
   }
   const bool picks = tools_.picking_mirror() != StudioTools::PlanePick::none;
   if (picks && tools_.pick_plane(pointer_, gesture_context())) return;
-  if (!history_.begin_handle(view_.screen(), pointer_)) begin();
+  if (history_.begin_handle(view_.screen(), pointer_)) return;
+  if (is_beside_shape()) return begin_orbit(view_.navigation(), button);
+  begin();
 }
 
 void Studio::begin() {

@@ -107,6 +107,7 @@ class Studio {
   void accept();
   void clear_typed();
   bool picker_is_right() const;
+  bool is_beside_shape() const;
   bool asks_hit_test() const;
   void press(const ButtonChanged& button);
   void release(const ButtonChanged& button);

@@ -17,6 +17,26 @@
 namespace knead::studio {
 namespace {
 
+// --- beside the shape ------------------------------------------------------------------------------------------------
+
+// The ball ends at 200 pixels from the middle, and the tool is 100 wide.
+TEST_F(GesturesTest, ADragThatBeginsBesideTheShapeTurnsTheView) {
+  for (const char* tool : {"ball", "capsule", "paint"}) {
+    Studio studio(options());
+    run(studio, ball() + fmt::format(R"({{"tool": "{}"}})", tool));
+    const View before = studio.view().navigation().view;
+    run(studio, R"({"drag": [[720, 300], [760, 330]]})");
+    EXPECT_EQ(studio.document().shown().history.size(), 0u) << tool;
+    EXPECT_NEAR(std::abs(studio.view().navigation().view.yaw - before.yaw), 40 * std::numbers::pi / 600, 1e-9) << tool;
+    EXPECT_EQ(studio.view().navigation().drag, NavigationDrag::none) << "the drag has ended";
+
+    const View turned = studio.view().navigation().view;
+    run(studio, R"({"drag": [[620, 300], [590, 300], [560, 300]]})");
+    EXPECT_EQ(studio.document().shown().history.size(), 1u) << tool << " reaches the shape";
+    EXPECT_EQ(studio.view().navigation().view.yaw, turned.yaw) << tool;
+  }
+}
+
 // --- depth -----------------------------------------------------------------------------------------------------------
 
 TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {

@@ -291,6 +291,14 @@ NavigationDrag drag_of(NavigationPreset preset, MouseButton button, const Modifi
   return modifiers.ctrl ? NavigationDrag::zoom : NavigationDrag::orbit;
 }
 
+void begin_orbit(Navigation& navigation, const ButtonChanged& button) {
+  navigation.x = button.x;
+  navigation.y = button.y;
+  navigation.drag = NavigationDrag::orbit;
+  navigation.button = button.button;
+  navigation.pivot.reset();
+}
+
 bool navigate(Navigation& navigation, const Event& event) {
   if (const auto* button = std::get_if<ButtonChanged>(&event)) return start_drag(navigation, *button);
   if (const auto* moved = std::get_if<PointerMoved>(&event)) return move(navigation, *moved);

@@ -96,6 +96,9 @@ struct Navigation {
   std::optional<Vec3d> pivot{};            // that the view is turned about; without it home, or the target
 };
 
+// Lets a button that was pressed turn the view until it is released, whatever the preset says.
+void begin_orbit(Navigation& navigation, const ButtonChanged& button);
+
 // Lets an event have its effect on the view. Returns whether it was about the view, and about nothing else: buttons and
 // movements of a drag that moves the view, and the wheel without modifiers, towards the pointer. Resized is taken note
 // of.
