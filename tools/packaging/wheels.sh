@@ -46,7 +46,8 @@ build() { # TARGET VERSION SUFFIX
 
 # Runs README's example with the packages of a folder, by a Python of another system.
 run_elsewhere() { # TARGET VERSION FOLDER
-  local python=$python_folder/$2/$(python_system "$1")
+  local python
+  python=$python_folder/$2/$(python_system "$1")
   case $1 in
     *-windows-*)
       if [[ ! -d $WINEPREFIX ]]; then wineboot -i >/dev/null 2>&1; fi
