@@ -51,7 +51,9 @@ run_elsewhere() { # TARGET VERSION FOLDER
   case $1 in
     *-windows-*)
       if [[ ! -d $WINEPREFIX ]]; then wineboot -i >/dev/null 2>&1; fi
-      (cd "$3" && PYTHONPATH=$3 wine "$python/bin/python.exe" "$root/tools/packaging/try_wheel.py" </dev/null 2>&1 | cat)
+      # The package has the program in another folder than its libraries and modules.
+      (cd "$3" && PYTHONHOME=$python PYTHONPATH="$3;$python/lib" WINEPATH="$python;$python/lib" \
+        wine "$python/bin/python.exe" "$root/tools/packaging/try_wheel.py" </dev/null 2>&1 | cat)
       ;;
     aarch64-*)
       (cd "$3" && PYTHONPATH=$3 qemu-aarch64-static -L /usr/aarch64-linux-gnu -E "LD_LIBRARY_PATH=$python" \
