@@ -20,6 +20,7 @@ jobs_of() {
   command=("$@")
   for kind in sphere box cylinder torus hand crater knot letter-y figure; do run make "$kind" -n 4000 -q -o "$kind.ply"; done
   cp sphere.ply sphere_64k.ply
+  run make sphere -n 2562 -q -o sphere_coarse.ply
   for format in obj stl off glb xyz pcd; do run make hand -n 4000 -q -o "hand.$format"; done
   for name in "$root"/examples/tools/*.knead; do
     shape=$(sed -n '1s/.*"mesh": "\([^"]*\)".*/\1/p' "$name")

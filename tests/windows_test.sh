@@ -36,7 +36,7 @@ umlauts() {
 }
 check "names of files are UTF-8" umlauts
 
-message() { run info "fehlt ä.ply" 2>&1 | grep -q "fehlt ä.ply"; }
+message() { ! run info "fehlt ä.ply" 2>message.txt && grep -q "fehlt ä.ply" message.txt; }
 check "messages are UTF-8" message
 
 itself() { cp hand.ply own.ply && run deform own.ply session.knead -q -o own.ply && cmp own.ply bent.ply; }

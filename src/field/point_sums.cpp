@@ -4,6 +4,8 @@
 #include <cstring>
 #include <limits>
 
+#include "math/system.h"
+
 // Written once and compiled for the instruction sets named here: wider registers change the speed, not the bits.
 #if defined(__x86_64__)
 #define KNEAD_WIDE [[gnu::target("avx2")]]
@@ -161,11 +163,6 @@ template <class S>
 }
 
 #ifdef KNEAD_WIDE
-bool has_wide() {
-  static const bool has = __builtin_cpu_supports("avx2") != 0;
-  return has;
-}
-
 template <class S>
 KNEAD_WIDE PowerSums<S> wide_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half) {
   return any_sums(points, d, scale2, half);
@@ -187,7 +184,7 @@ KNEAD_WIDE void wide_sums_at(const PointPacks<S>& points, const Places<S>& place
 template <class S>
 PowerSums<S> power_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half) {
 #ifdef KNEAD_WIDE
-  if (has_wide()) return wide_sums(points, d, scale2, half);
+  if (has_avx2_and_fma()) return wide_sums(points, d, scale2, half);
 #endif
   return any_sums(points, d, scale2, half);
 }
@@ -195,7 +192,7 @@ PowerSums<S> power_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2,
 template <class S>
 S least_squared_distance(const PointPacks<S>& points, const Vec3<S>& d) {
 #ifdef KNEAD_WIDE
-  if (has_wide()) return wide_least(points, d);
+  if (has_avx2_and_fma()) return wide_least(points, d);
 #endif
   return any_least<S, 16>(points, d);
 }
@@ -203,7 +200,7 @@ S least_squared_distance(const PointPacks<S>& points, const Vec3<S>& d) {
 template <class S>
 void power_sums(const PointPacks<S>& points, const Places<S>& places, int half, PlacesSums<S>& sums) {
 #ifdef KNEAD_WIDE
-  if (has_wide()) return wide_sums_at(points, places, half, sums);
+  if (has_avx2_and_fma()) return wide_sums_at(points, places, half, sums);
 #endif
   any_sums_at(points, places, half, sums);
 }

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
+#include <initializer_list>
 #include <string>
 
 #include "io/append_file.h"
@@ -108,6 +110,24 @@ TEST_F(System, AFolderWithAnOpenFileMovesOnlyWhereItSaysSo) {
   const io_detail::AppendFile open(from / "file");
   EXPECT_EQ(::rename(from.c_str(), (folder_ / "to").c_str()) == 0, kMovesOpenFolders);
 }
+
+#if defined(__linux__)
+// What the kernel lists of the first processor.
+bool kernel_lists(std::initializer_list<const char*> instructions) {
+  std::ifstream text("/proc/cpuinfo");
+  std::string line;
+  while (std::getline(text, line) && line.rfind("flags", 0) != 0) {
+  }
+  return std::all_of(instructions.begin(), instructions.end(), [&](const char* each) {
+    return (line + ' ').find(std::string(" ") + each + ' ') != std::string::npos;
+  });
+}
+
+TEST(Processor, HasWhatTheKernelLists) {
+  EXPECT_EQ(has_avx2_and_fma(), kernel_lists({"avx2", "fma"}));
+  EXPECT_EQ(has_avx512(), kernel_lists({"avx512f", "avx512cd", "avx512dq", "avx512bw", "avx512vl"}));
+}
+#endif
 
 }  // namespace
 }  // namespace knead

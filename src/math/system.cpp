@@ -1,11 +1,78 @@
 #include "math/system.h"
 
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
 #if defined(_WIN32)
-
 #include <new>
 #include <string>
 #include <system_error>
 #include <vector>
+#endif
+
+namespace knead {
+
+namespace {
+
+#if defined(__x86_64__)
+// The bits of two leaves of cpuid, and which registers the system saves (XCR0).
+struct Processor {
+  unsigned leaf1_c = 0;
+  unsigned leaf7_b = 0;
+  unsigned saved = 0;
+};
+
+Processor read_processor() noexcept {
+  Processor result;
+  unsigned a = 0;
+  unsigned b = 0;
+  unsigned c = 0;
+  unsigned d = 0;
+  constexpr unsigned osxsave = 1U << 27;
+  if (__get_cpuid(1, &a, &b, &c, &d) == 0 || (c & osxsave) == 0) return result;
+  result.leaf1_c = c;
+  if (__get_cpuid_count(7, 0, &a, &b, &c, &d) != 0) result.leaf7_b = b;
+  unsigned high = 0;
+  asm volatile("xgetbv" : "=a"(result.saved), "=d"(high) : "c"(0));
+  return result;
+}
+
+bool has_all(unsigned bits, unsigned wanted) noexcept { return (bits & wanted) == wanted; }
+
+const Processor& processor() noexcept {
+  static const Processor result = read_processor();
+  return result;
+}
+#endif
+
+}  // namespace
+
+#if defined(__x86_64__)
+
+bool has_avx2_and_fma() noexcept {
+  constexpr unsigned fma_and_avx = 1U << 12 | 1U << 28;
+  constexpr unsigned avx2 = 1U << 5;
+  constexpr unsigned xmm_and_ymm = 0x06;
+  const Processor& its = processor();
+  return has_all(its.leaf1_c, fma_and_avx) && has_all(its.leaf7_b, avx2) && has_all(its.saved, xmm_and_ymm);
+}
+
+bool has_avx512() noexcept {
+  constexpr unsigned f_dq_cd_bw_vl = 1U << 16 | 1U << 17 | 1U << 28 | 1U << 30 | 1U << 31;
+  constexpr unsigned all_registers = 0xe6;
+  return has_avx2_and_fma() && has_all(processor().leaf7_b, f_dq_cd_bw_vl) && has_all(processor().saved, all_registers);
+}
+
+#else
+
+bool has_avx2_and_fma() noexcept { return false; }
+bool has_avx512() noexcept { return false; }
+
+#endif
+
+}  // namespace knead
+
+#if defined(_WIN32)
 
 namespace knead::windows {
 

@@ -1,6 +1,6 @@
 // What differs between Linux, macOS and Windows, so that no other source of the library asks which system it is on:
 // POSIX names for Windows, and a few functions. Included instead of <fcntl.h>, <unistd.h>, <sys/file.h> and
-// <sys/stat.h>. Internal.
+// <sys/stat.h>. Also which instructions the processor has. Internal.
 #pragma once
 
 #include <fcntl.h>
@@ -159,6 +159,11 @@ inline void reserve_large(std::string& bytes, std::size_t count) {
   bytes.reserve(count);
   prefer_large_pages(bytes.data(), bytes.capacity());
 }
+
+// Whether the processor has these instructions and the system saves their registers; false elsewhere than on x86-64.
+// Asks the processor itself: zig's runtime library answers no to every __builtin_cpu_supports.
+bool has_avx2_and_fma() noexcept;
+bool has_avx512() noexcept;  // F, CD, DQ, BW and VL
 
 // Whether a folder can be renamed, or removed with all in it, while a file in it is open.
 #if defined(_WIN32)

@@ -1,34 +1,21 @@
 #!/usr/bin/env bash
-# Makes wheels with zig's compiler, one for each Python whose headers are here:  wheels.sh [TARGET...]
-# Targets are those of cross.sh (default: x86_64-linux-gnu.2.17). KNEAD_PYTHONS names the programs of the Pythons; by
-# default those of 3.11 to 3.14 on the path and of pyenv. KNEAD_CPYTHON names a folder with, for Windows, what its Pythons
-# bring: 3.13/windows-x86_64/include and .../libs/python313.lib, and so on; without one, no wheel for Windows is made. The
-# wheels lie in out/wheels; those that this machine can run are installed into a fresh environment, where they move points.
+# Makes wheels with zig's compiler, one for each Python from 3.11 to 3.14:  wheels.sh [TARGET...]
+# Targets are those of cross.sh (default: x86_64-linux-gnu.2.17). KNEAD_PYTHONS names the versions (default: "3.11 3.12 3.13
+# 3.14"). The wheels lie in out/wheels. Each is installed into a fresh environment, where README's example runs: by this
+# machine's Python, by ARM's under QEMU, by Windows' under Wine. Those for macOS are made and not run.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$root"
 # shellcheck source=tools/packaging/zig.sh
 source tools/packaging/zig.sh
+# shellcheck source=tools/packaging/pythons.sh
+source tools/packaging/pythons.sh
 targets=("${@:-x86_64-linux-gnu.2.17}")
-
-# Prints the programs of the Pythons with headers, one for each version.
-pythons() {
-  local version python found
-  if [[ -n ${KNEAD_PYTHONS:-} ]]; then
-    tr ' ' '\n' <<<"$KNEAD_PYTHONS"
-    return
-  fi
-  for version in 3.11 3.12 3.13 3.14; do
-    found=
-    for python in "$HOME"/.pyenv/versions/"$version".*/bin/python3 /usr/bin/python"$version"; do
-      if [[ -z $found && -x $python && -f $(headers_of "$python")/Python.h ]]; then found=$python; fi
-    done
-    if [[ -n $found ]]; then printf '%s\n' "$found"; else zig_say "no headers of Python $version are here: no wheel for it"; fi
-  done
-}
-headers_of() { "$1" -c 'import sysconfig; print(sysconfig.get_paths()["include"])'; }
-number_of() { "$1" -c 'import sys; print("%d%d" % sys.version_info[:2])'; }
+read -ra versions <<<"${KNEAD_PYTHONS:-${python_versions[*]}}"
+export WINEDEBUG=-all WINEPREFIX=$root/build/cross/wine
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
 
 # How wheels name a target, and how its modules of this Python are named.
 platform_of() {
@@ -48,63 +35,111 @@ suffix_of() { # TARGET NUMBER
 }
 
 # The library is built once for a target; only the module is built again for each Python.
-build() { # TARGET PYTHON SUFFIX
+build() { # TARGET VERSION SUFFIX
   local headers library=
-  headers=$(headers_of "$2")
-  if [[ $1 == *-windows-* ]]; then
-    local version
-    version=$("$2" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
-    headers=${KNEAD_CPYTHON:-}/$version/windows-x86_64/include
-    library=${KNEAD_CPYTHON:-}/$version/windows-x86_64/libs/python${version/./}.lib
-    [[ -f $headers/Python.h && -f $library ]] || return 2
-  fi
+  headers=$(python_headers "$1" "$2") || return 2
+  if [[ $1 == *-windows-* ]]; then library=$(python_library "$2") || return 2; fi
   zig_configure "$1" -DKNEAD_BUILD_PYTHON=ON "-DKNEAD_PYTHON_HEADERS=$zig_packages/pybind11/include;$headers" \
     "-DKNEAD_PYTHON_SUFFIX=$3" "-DKNEAD_PYTHON_LIBRARY=$library"
   cmake --build "build/cross/$1" --target knead_python
 }
 
-# Installs a wheel into a fresh environment and runs README's example on a shape that the library makes.
-try() {
-  local wheel=$1 python=$2 fresh
-  fresh=$(mktemp -d)
-  "$python" -m venv "$fresh/venv"
-  "$fresh/venv/bin/pip" install --quiet "$wheel"
-  (cd "$fresh" && venv/bin/python "$root/tools/packaging/try_wheel.py") || {
-    zig_say "$wheel failed"
+# Runs README's example with the packages of a folder, by a Python of another system.
+run_elsewhere() { # TARGET VERSION FOLDER
+  local python
+  python=$python_folder/$2/$(python_system "$1")
+  case $1 in
+    *-windows-*)
+      if [[ ! -d $WINEPREFIX ]]; then wineboot -i >/dev/null 2>&1; fi
+      # The package has the program in another folder than its libraries and modules.
+      (cd "$3" && PYTHONHOME=$python PYTHONPATH="$3;$python/lib" WINEPATH="$python;$python/lib" \
+        wine "$python/bin/python.exe" "$root/tools/packaging/try_wheel.py" </dev/null 2>&1 | cat)
+      ;;
+    aarch64-*)
+      (cd "$3" && PYTHONPATH=$3 qemu-aarch64-static -L /usr/aarch64-linux-gnu -E "LD_LIBRARY_PATH=$python" \
+        "$python/bin/python$2" "$root/tools/packaging/try_wheel.py")
+      ;;
+  esac
+}
+
+# Installs a wheel into a fresh environment and runs README's example on a sphere. Prints by what; nothing where this
+# machine cannot run such a Python.
+try() { # TARGET VERSION WHEEL
+  local fresh python system=${1%%-*} numpy=numpy said
+  fresh=$(mktemp -d -p "$scratch")
+  if [[ $1 == "$(uname -m)"-linux-* ]]; then
+    python=$(python_here "$2") || python=$python_folder/$2/linux-$(uname -m)/bin/python$2
+    "$python" -m venv "$fresh/venv"
+    "$fresh/venv/bin/pip" install --quiet --disable-pip-version-check "$3"
+    (cd "$fresh" && venv/bin/python "$root/tools/packaging/try_wheel.py") >&2 || return
+    echo "README's example in a fresh environment"
+    return
+  fi
+  python=$python_folder/$2/$(python_system "$1")/bin/python
+  [[ -x $python$2 || -f $python.exe ]] || return 0
+  local places=(--platform "manylinux2014_$system" --platform "manylinux_2_17_$system" --platform "manylinux_2_27_$system" --platform "manylinux_2_28_$system")
+  if [[ $1 == *-windows-* ]]; then places=(--platform win_amd64) numpy=numpy==2.1.3; fi # newer ones need more than Wine 8 has
+  "$zig_venv/bin/pip" install --quiet --disable-pip-version-check --target "$fresh" --only-binary :all: "${places[@]}" --python-version "$2" \
+    "$3" "$numpy" || {
+    zig_say "no numpy for Python $2 of $1 that runs here: $3 was not tried"
+    return 0
+  }
+  said=$(run_elsewhere "$1" "$2" "$fresh") || true
+  printf '%s\n' "$said" >&2
+  [[ $said == *"in Python $2."* ]] || return 1
+  if [[ $1 == *-windows-* ]]; then echo "README's example under Wine"; else echo "README's example under QEMU"; fi
+}
+
+check() { # TARGET PLATFORM WHEEL
+  if [[ $1 == *-linux-* && $("$zig_venv/bin/auditwheel" show "$3") != *"tag: \"$2"* ]]; then
+    zig_say "$3 needs a newer glibc than 2.17"
+    exit 1
+  fi
+  if [[ $1 == *-macos ]]; then
+    local found
+    found=$("$zig_venv/bin/python" tools/packaging/mach.py "$(printf '%s\n' "build/cross/$1"/python/knead/_knead*-darwin.so | head -1)")
+    zig_say "$found"
+  fi
+  "$zig_venv/bin/twine" check --strict "$3" >/dev/null || {
+    zig_say "twine refuses $3"
     exit 1
   }
-  rm -rf "$fresh"
+  [[ $(stat -c %s "$3") -lt 8000000 ]] || {
+    zig_say "$3 has more than 8 MB"
+    exit 1
+  }
 }
 
 zig_tools pybind11==3.1.0 auditwheel twine
 zig_licences build/cross/licences pybind11
-mapfile -t found < <(pythons)
+python_fetch
+failed=()
 for target in "${targets[@]}"; do
   platform=$(platform_of "$target")
-  for python in "${found[@]}"; do
-    number=$(number_of "$python")
+  for version in "${versions[@]}"; do
+    number=${version/./}
     suffix=$(suffix_of "$target" "$number")
-    if ! build "$target" "$python" "$suffix"; then
-      zig_say "no wheel of Python $number for $target: see KNEAD_CPYTHON in wheels.sh"
+    artefact="wheel, CPython $version"
+    if ! build "$target" "$version" "$suffix"; then
+      zig_say "no wheel of Python $version for $target"
+      failed+=("$target/$version")
       continue
     fi
     wheel=$("$zig_venv/bin/python" tools/packaging/make_wheel.py "$number" "$platform" \
       "build/cross/$target/python/knead/_knead$suffix" build/cross/licences out/wheels)
-    if [[ $target == *-linux-* ]]; then
-      [[ $("$zig_venv/bin/auditwheel" show "$wheel") == *"tag: \"$platform"* ]] || {
-        zig_say "$wheel needs a newer glibc than 2.17"
-        exit 1
-      }
-    fi
-    "$zig_venv/bin/twine" check --strict "$wheel" >/dev/null || {
-      zig_say "twine refuses $wheel"
-      exit 1
-    }
-    zig_fact "$target" "wheel, CPython ${number:0:1}.${number:1}" built "$(stat -c %s "$wheel" | numfmt --to=si)B"
-    if [[ $target == "$(uname -m)"-linux-* ]]; then
-      try "$wheel" "$python"
-      zig_fact "$target" "wheel, CPython ${number:0:1}.${number:1}" started "README's example in a fresh environment"
+    check "$target" "$platform" "$wheel"
+    zig_fact "$target" "$artefact" built "$(stat -c %s "$wheel" | numfmt --to=si)B"
+    if [[ $target == *-macos ]]; then
+      zig_fact "$target" "$artefact" started "not run by us"
+    elif started=$(try "$target" "$version" "$wheel"); then
+      if [[ -n $started ]]; then zig_fact "$target" "$artefact" started "$started"; fi
+    else
+      failed+=("$wheel")
     fi
     zig_say "made $wheel"
   done
 done
+[[ ${#failed[@]} -eq 0 ]] || {
+  zig_say "failed: ${failed[*]}"
+  exit 1
+}

@@ -5,6 +5,7 @@
 #include "flow/kernels/kernel.h"
 #include "knead/error.h"
 #include "knead/flow.h"
+#include "math/system.h"
 
 namespace knead {
 
@@ -15,11 +16,8 @@ namespace {
 std::vector<KernelTable> tables() {
   std::vector<KernelTable> result{scalar_kernels()};
 #if defined(KNEAD_X86_KERNELS)
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) result.push_back(avx2_kernels());
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl")) {
-    result.push_back(avx512_kernels());
-  }
+  if (has_avx2_and_fma()) result.push_back(avx2_kernels());
+  if (has_avx512()) result.push_back(avx512_kernels());
 #elif defined(KNEAD_NEON_KERNELS)
   result.push_back(neon_kernels());
 #elif defined(KNEAD_WASM_KERNELS)
