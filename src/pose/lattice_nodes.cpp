@@ -68,7 +68,8 @@ void dissect(std::span<LatticeCell> nodes) {
 
 }  // namespace
 
-LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others) {
+LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others,
+                           const std::function<bool(const LatticeCell&)>& is_kept) {
   std::sort(cells.begin(), cells.end(), before);
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   find_box(cells);
@@ -76,6 +77,7 @@ LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<Lat
     for (std::size_t i = 0; i < kCellNodes; ++i) {
       const LatticeCell node = node_of(cell, i);
       int& number = number_at_[index_of(node)];
+      if (number < 0 && is_kept && !is_kept(node)) continue;
       if (number < 0) nodes_.push_back(node);
       number = 0;
     }

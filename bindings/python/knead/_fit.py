@@ -108,7 +108,8 @@ def fit(
     landmarks: points of the source and their places on the target, met exactly, or to a tolerance: (n, 2) numbers of
         vertices or (n, 6) coordinates; a further column holds tolerances, lengths. At most 2000.
     map: pairs of the same form, of any number: a start that need not be right everywhere, for instance of functional maps.
-    volume: "keep", or "total": the source is scaled to the target's volume first.
+    volume: "keep"; "total": the source is scaled to the target's volume first; "free": it grows and shrinks on purpose
+        where the target asks for it, smoothly: report["det_least"] and ["det_greatest"] say how much.
     align: True moves the source as a whole first where that brings it much nearer; "always"; False never.
     surface: brings the whole surface to the target's; False: landmarks and map alone.
     also: further points, arrays (n, 3), that move along.
