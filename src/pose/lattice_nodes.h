@@ -1,11 +1,13 @@
 // What v = curl A and its strain at a point are, as rows over the coefficients of a grid. Internal to the pose module.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -126,6 +128,19 @@ class SplineBasis {
 
 // The nodes of a lattice that count in some cells, and which of them meet. Internal to the pose module.
 
+// The box of some nodes.
+struct NodeBox {
+  LatticeCell low{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max()};
+  LatticeCell high{std::numeric_limits<int>::min(), std::numeric_limits<int>::min(), std::numeric_limits<int>::min()};
+
+  void extend(const LatticeCell& node) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], node[axis]);
+      high[axis] = std::max(high[axis], node[axis]);
+    }
+  }
+};
+
 // Nodes are numbered by nested dissection: half of a box, the other half, then the three layers that separate them, so
 // that a Cholesky factor has few entries. The numbers depend on the set of cells alone.
 class LatticeNodes {
@@ -195,6 +210,7 @@ class LatticeNodes {
   }
 
   void find_box(const std::vector<LatticeCell>& cells);
+  void set_box(const NodeBox& box);
   void find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others);
 
   void add_ranks(const std::array<int, kCellNodes>& numbers);

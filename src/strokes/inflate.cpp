@@ -28,15 +28,16 @@ constexpr double kSpacings = 8;          // of the grid, in the radius; fewer wh
 constexpr double kLeastSpacings = 6;     // these
 constexpr std::size_t kUnknowns = 6000;  // that count as many
 constexpr double kFull = 0.8;            // of the radius: farther away the body does not grow
-constexpr double kCellsOfSample = 0.5;   // the samples' spacing, in that of the grid
+constexpr double kCellsOfSample = 0.75;  // the samples' spacing, in that of the grid
 constexpr double kSurfaceStiffness = 4;
-constexpr double kGrowthWeight = 10;  // of the growth that is wanted, beside strain
+constexpr double kGrowthWeight = 3;   // of the growth that is wanted, beside strain
 constexpr double kStepLength = 0.5;   // of the grid's spacing, at most
 constexpr double kStepGrowth = 0.25;  // of log det J, at most
 constexpr std::size_t kMaxSteps = 60;
-constexpr double kTolerance = 1e-6;    // of path lines, of the radius
-constexpr double kMostTaken = 0.5;     // of the volume that grows
-constexpr double kLeastFlux = 0.02;    // of the growth inside that must come out through the surface
+constexpr double kTolerance = 1e-6;  // of path lines, of the radius
+constexpr double kMostTaken = 0.5;   // of the volume that grows
+constexpr double kSpoiledStretch = 6;
+constexpr double kLeastFlux = 0.4;     // of the growth inside
 constexpr double kExactVolume = 1e-7;  // of the volume
 constexpr int kCorrections = 6;
 
@@ -116,6 +117,7 @@ class Skin {
       for (std::uint32_t& v : own) {
         if (number[v] == 0) {
           points.push_back(surface.positions[v]);
+          vertices.push_back(v);
           number[v] = static_cast<std::uint32_t>(points.size());
         }
         v = number[v] - 1;
@@ -147,7 +149,18 @@ class Skin {
     return sum_of(std::move(parts)) / 6;
   }
 
+  // The greatest singular value of a triangle's map, or the inverse of its least.
+  double stretch_from(const std::vector<Vec3d>& before) const {
+    double greatest = 1;
+    for (const auto& [a, b, c] : triangles_) {
+      const std::array<Vec3d, 3> from{before[a], before[b], before[c]};
+      greatest = std::max(greatest, triangle_stretch(from, {points[a], points[b], points[c]}).value_or(1));
+    }
+    return greatest;
+  }
+
   std::vector<Vec3d> points;
+  std::vector<std::uint32_t> vertices;  // which these are
 
  private:
   double cone(const Vec3d& a, const Vec3d& b, const Vec3d& c) const {
@@ -177,31 +190,44 @@ class Inflation {
         tool_{stroke.points, stroke.radius},
         surface_(surface),
         threads_(threads),
-        skin_(surface, tool_) {
+        skin_(surface, tool_),
+        positions_(surface.positions.begin(), surface.positions.end()) {
     if (surface.triangles.empty()) throw InvalidInput("\"tool\": only a surface can be inflated, and a cloud has none");
     find_spacing();
     find_body();
+    if (-stroke.volume > kMostTaken * inside_) {
+      throw InvalidInput(fmt::format("\"volume\": at most {:.3g} can be taken away here, got {:.3g}",
+                                     kMostTaken * inside_, -stroke.volume));
+    }
   }
 
   // Adds a segment for each step.
   void run(Flow& flow) {
+    const std::vector<Vec3d> rest = skin_.points;
     double left = stroke_.volume;
     std::size_t steps = 1;
     for (std::size_t i = 0; i < steps; ++i) {
+      if (i > 0) find_body();
       PotentialGrid grid = NearRigidSystem(lattice_, body_, {}, threads_, surface_.progress).solve({});
       const std::vector<Vec3d> v = velocities(flow_of(grid), skin_.points, 0);
       const double flux = skin_.flux(v);
-      require_flux(std::abs(flux));
+      require_flux(std::abs(flux), stroke_.volume - left);
       if (i == 0) steps = count_steps(stroke_.volume / flux, greatest_norm(v));
       const double share = left / static_cast<double>(steps - i);
       grid = with_volume(grid, share, share / flux);
       const std::vector<Vec3d> before = skin_.points;
       move(grid, skin_.points);
-      move(grid, body_.points);
+      for (std::size_t k = 0; k < skin_.points.size(); ++k) positions_[skin_.vertices[k]] = skin_.points[k];
       left -= orientation_ * skin_.volume_between(before, skin_.points);
       Segment segment;
       segment.grid = std::move(grid);
       flow.segments.push_back(std::move(segment));
+    }
+    const double stretch = skin_.stretch_from(rest);
+    if (stretch > kSpoiledStretch) {
+      throw InvalidInput(fmt::format(
+          "\"volume\": {:.3g} stretches the surface {:.1f} times; make \"radius\" larger, or \"volume\" less",
+          stroke_.volume, stretch));
     }
   }
 
@@ -243,7 +269,9 @@ class Inflation {
 
   void find_body() {
     const double apart = kCellsOfSample * lattice_.spacing;
-    BodyPoints body = body_points(surface_.positions, surface_.triangles,
+    body_ = {};
+    inside_ = 0;
+    BodyPoints body = body_points(positions_, surface_.triangles,
                                   {.most_spacing = apart, .threads = threads_, .within = tool_.box()});
     for (std::size_t i = 0; i < body.points.size(); ++i) {
       const double distance = tool_.distance(body.points[i]);
@@ -256,10 +284,6 @@ class Inflation {
     if (!(inside_ > 0)) {
       throw InvalidInput("\"points\": nothing of the shape's inside is within \"radius\" of them; nothing can grow");
     }
-    if (-stroke_.volume > kMostTaken * inside_) {
-      throw InvalidInput(fmt::format("\"volume\": at most {:.3g} can be taken away here, got {:.3g}",
-                                     kMostTaken * inside_, -stroke_.volume));
-    }
     body_.growth_weight = kGrowthWeight;
     body_.reach = [this](const Box& box) { return tool_.holds(box); };
     tool_.for_each_piece([&](const Vec3d& a, const Vec3d& b) {
@@ -268,9 +292,14 @@ class Inflation {
     });
   }
 
-  void require_flux(double flux) const {
+  // What grows inside must come out through the surface, which the tool's end at last prevents.
+  void require_flux(double flux, double grown) const {
     if (flux > kLeastFlux * inside_) return;
-    throw InvalidInput("\"points\": no surface is within \"radius\" of them through which the shape could grow");
+    if (grown == 0) {
+      throw InvalidInput("\"points\": no surface is within \"radius\" of them through which the shape could grow");
+    }
+    throw InvalidInput(fmt::format("\"volume\": about {:.2g} can grow here at most, got {:.3g}; make \"radius\" larger",
+                                   0.9 * grown, stroke_.volume));
   }
 
   std::size_t count_steps(double by, double speed) {
@@ -314,6 +343,7 @@ class Inflation {
   const LiveSurface& surface_;
   int threads_;
   Skin skin_;
+  std::vector<Vec3d> positions_;  // of all vertices, as they are after the steps so far
   Lattice lattice_;
   BodySamples body_;
   double inside_ = 0;       // the integral of the growth

@@ -9,7 +9,6 @@
 #include "knead/tools.h"
 #include "mesh/body_points.h"
 #include "strokes/pose.h"
-#include "support/outcome.h"
 #include "support/surface.h"
 
 namespace knead {
@@ -36,7 +35,7 @@ std::string error_of(const Mesh& mesh, const InflateStroke& stroke) {
 
 TEST(Inflate, AddsTheVolumeThatIsTypedAndMovesNothingBeyondItsRadius) {
   const Mesh before = make_shape(ShapeKind::sphere, 10242);
-  for (const double volume : {0.02, 0.3, -0.03}) {
+  for (const double volume : {0.01, 0.08, -0.015}) {
     const InflateStroke stroke{{{0, 0, 1}}, 0.7, volume};
     Inflated shape(before);
     ASSERT_TRUE(shape.inflate(stroke));
@@ -45,7 +44,9 @@ TEST(Inflate, AddsTheVolumeThatIsTypedAndMovesNothingBeyondItsRadius) {
     std::size_t moved = 0;
     for (std::size_t i = 0; i < before.vertex_count(); ++i) {
       const bool is_beyond = norm(before.positions[i] - stroke.points[0]) > stroke.radius;
-      if (is_beyond) EXPECT_EQ(shape.mesh.positions[i], before.positions[i]);
+      if (is_beyond) {
+        EXPECT_EQ(shape.mesh.positions[i], before.positions[i]);
+      }
       moved += shape.mesh.positions[i] == before.positions[i] ? 0 : 1;
       // Nothing beyond the radius comes within it, and nothing leaves it.
       EXPECT_LE(is_beyond ? 0 : norm(shape.mesh.positions[i] - stroke.points[0]), stroke.radius);
@@ -74,7 +75,7 @@ TEST(Inflate, GrowsAlongAPathOnAnInsideOutSurfaceToo) {
 TEST(Inflate, IsADiffeomorphismThatComesBack) {
   const Mesh before = make_shape(ShapeKind::sphere, 2562);
   Inflated shape(before);
-  ASSERT_TRUE(shape.inflate({{{0, 0, 1}}, 0.8, 0.2}));
+  ASSERT_TRUE(shape.inflate({{{0, 0, 1}}, 0.8, 0.1}));
   Flow flow;
   for (const Stroke& part : shape.applied) flow.segments.push_back(flow_of(part).segments.front());
   std::vector<Vec3d> points;
@@ -93,7 +94,7 @@ TEST(Inflate, IsADiffeomorphismThatComesBack) {
   std::vector<Vec3d> there = points;
   advect(flow, there, options);
   advect(inverse(flow), there, options);
-  EXPECT_LE(test::greatest_distance(there, points), 1e-6);
+  for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LE(norm(there[i] - points[i]), 1e-6);
 }
 
 TEST(Inflate, GivesTheSameBitsForEveryNumberOfThreadsAndOrder) {
@@ -114,8 +115,8 @@ TEST(Inflate, RefusesWhatCannotGrow) {
   const Mesh sphere = make_shape(ShapeKind::sphere, 2562);
   EXPECT_NE(error_of(sphere, {{{0, 0, 3}}, 0.5, 0.1}).find("nothing of the shape's inside"), std::string::npos);
   EXPECT_NE(error_of(sphere, {{{0, 0, 0}}, 0.5, 0.1}).find("no surface"), std::string::npos);
-  EXPECT_NE(error_of(sphere, {{{0, 0, 1}}, 0.5, 50}).find("at most about"), std::string::npos);
-  EXPECT_NE(error_of(sphere, {{{0, 0, 1}}, 0.5, -0.3}).find("taken away"), std::string::npos);
+  EXPECT_NE(error_of(sphere, {{{0, 0, 1}}, 0.5, 0.2}).find("at most"), std::string::npos);
+  EXPECT_NE(error_of(sphere, {{{0, 0, 1}}, 0.5, -0.1}).find("taken away"), std::string::npos);
   EXPECT_NE(error_of(sphere, {{}, 0.5, 0.1}).find("\"points\""), std::string::npos);
   EXPECT_EQ(error_of(sphere, {{{0, 0, 1}}, 0.5, 0}), "");
 }
