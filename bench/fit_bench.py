@@ -15,7 +15,7 @@ one belongs to vertex i of the next. Landmarks are vertices, each the farthest f
 - exit: the exit code of `knead fit`; s: processor seconds
 
 --beside: the same command line with another program, such as an older version. --peers: the fits of fit_peers.py, run by
-PYTHON, which needs their packages: `python3 -m venv peers && peers/bin/pip install pycpd trimesh scipy pyfmaps`, then
+PYTHON, which needs their packages: `python3 -m venv peers && peers/bin/pip install pycpd trimesh rtree scipy pyfmaps`, then
 `--python peers/bin/python`. They get --seconds, too. `knead fit` also starts from the functional map, as --map.
 """
 

@@ -3,7 +3,7 @@
     python fit_peers.py NAME IN.npz OUT.npy
 
 IN.npz holds source and target, (n, 3); faces, (m, 3), of both; chosen, vertices that are landmarks. OUT.npy: where the
-source's vertices end. Needs pycpd, trimesh, scipy and pyfmaps.
+source's vertices end. Needs pycpd, trimesh, rtree, scipy and pyfmaps.
 """
 
 import sys
@@ -12,17 +12,12 @@ import numpy as np
 
 
 def cpd(source, target, faces, chosen):
-    """Coherent point drift on 3000 points of each shape, with landmarks as constraints (pycpd)."""
+    """Coherent point drift of 3000 points of each shape (pycpd), which knows no landmarks."""
     import pycpd
 
-    some = np.unique(np.concatenate([np.linspace(0, len(source) - 1, 3000).astype(int), chosen])).astype(int)
+    some = np.unique(np.linspace(0, len(source) - 1, 3000).astype(int))
     size = np.linalg.norm(np.ptp(source, axis=0))
-    keys = {"X": target[some] / size, "Y": source[some] / size, "alpha": 2, "beta": 0.2, "max_iterations": 100, "low_rank": True, "num_eig": 300}
-    if len(chosen):
-        where = np.searchsorted(some, chosen)
-        fit = pycpd.ConstrainedDeformableRegistration(e_alpha=1e-6, source_id=where, target_id=where, **keys)
-    else:
-        fit = pycpd.DeformableRegistration(**keys)
+    fit = pycpd.DeformableRegistration(X=target[some] / size, Y=source[some] / size, alpha=2, beta=0.2, max_iterations=100)
     fit.register()
     return fit.transform_point_cloud(source / size) * size
 
@@ -50,8 +45,8 @@ def functional(source, target, faces, chosen):
 
     fit = FunctionalMapping(TriMesh(target, faces), TriMesh(source, faces))
     pairs = np.stack([chosen, chosen], axis=1) if len(chosen) else None
-    fit.preprocess(n_ev=(35, 35), n_descr=100, landmarks=pairs, subsample_step=2, descr_type="WKS", k_process=200)
-    fit.fit(w_descr=1, w_lap=1e-2, w_dcomm=1e-1, w_orient=0 if len(chosen) else 1e-2)
+    fit.preprocess(n_descr=100, landmarks=pairs, subsample_step=2, descr_type="WKS", k_process=200)
+    fit.fit(K=(35, 35), w_descr=1, w_lap=1e-2, w_dcomm=1e-1, w_orient=0 if len(chosen) else 1e-2)
     fit.zoomout_refine(nit=15, step=10)
     return target[np.asarray(fit.get_p2p())]
 

@@ -24,15 +24,15 @@ namespace {
 using namespace detail;
 using namespace tool_detail;
 
-constexpr double kSpacings = 8;          // of the grid, in the radius; fewer where a path is long, down to
-constexpr double kLeastSpacings = 6;     // these
+constexpr double kSpacings = 7;          // of the grid, in the radius; fewer where a path is long, down to
+constexpr double kLeastSpacings = 5.5;   // these
 constexpr std::size_t kUnknowns = 6000;  // that count as many
 constexpr double kFull = 0.8;            // of the radius: farther away the body does not grow
 constexpr double kCellsOfSample = 0.75;  // the samples' spacing, in that of the grid
 constexpr double kSurfaceStiffness = 4;
-constexpr double kGrowthWeight = 3;   // of the growth that is wanted, beside strain
-constexpr double kStepLength = 0.5;   // of the grid's spacing, at most
-constexpr double kStepGrowth = 0.25;  // of log det J, at most
+constexpr double kGrowthWeight = 3;  // of the growth that is wanted, beside strain
+constexpr double kStepLength = 1;    // of the grid's spacing, at most
+constexpr double kStepGrowth = 0.4;  // of log det J, at most
 constexpr std::size_t kMaxSteps = 60;
 constexpr double kTolerance = 1e-6;  // of path lines, of the radius
 constexpr double kMostTaken = 0.5;   // of the volume that grows

@@ -87,7 +87,7 @@ def test_what_is_wrong_is_said(rod):
 
 
 def ellipsoid(scale):
-    """A ball of 642 vertices, stretched."""
+    """A ball of 258 vertices, stretched."""
     v = [[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]
     f = [[0, 2, 4], [0, 4, 3], [0, 3, 5], [0, 5, 2], [1, 4, 2], [1, 3, 4], [1, 5, 3], [1, 2, 5]]
     v = [np.array(p, float) for p in v]
@@ -126,17 +126,17 @@ def test_a_fit_with_free_volume_grows_to_the_targets_volume():
 
 
 def test_the_mean_of_ellipsoids_is_one():
-    widths = [0.8, 0.9, 1.0, 1.1, 1.2]
+    widths = [0.8, 1.0, 1.2]
     shapes = [ellipsoid([w, 1, 1.6]) for w in widths]
-    people = knead.mean(shapes, template=2)
-    assert [fit.problem for fit in people.fits] == [""] * 5 and people.mean.problem == ""
+    people = knead.mean(shapes, template=1)
+    assert [fit.problem for fit in people.fits] == [""] * 3 and people.mean.problem == ""
     v, faces = people.template
     assert np.ptp(people.mean.vertices, axis=0) == pytest.approx([2, 2, 3.2], rel=0.02)
     # One number makes the difference, and the widths are evenly spread.
     assert people.deviations[0] > 4 * people.deviations[1]
     order = people.weights[:, 0] * np.sign(people.weights[-1, 0])
     assert (np.diff(order) > 0.3).all()
-    one = people.along([people.weights[4, 0]])
+    one = people.along([people.weights[2, 0]])
     assert np.ptp(one.vertices, axis=0)[0] == pytest.approx(2.4, rel=0.03)
     assert (knead.deform(v, one.session, faces) == one.vertices).all()
     with pytest.raises(knead.InvalidInput, match="at most"):
@@ -148,7 +148,7 @@ def test_a_mean_says_what_it_needs():
     with pytest.raises(knead.InvalidInput, match="two or more"):
         knead.mean([ball])
     with pytest.raises(knead.InvalidInput, match="template"):
-        knead.mean([ball, ball], template=2)
+        knead.mean([ball, ball], template=1)
     with pytest.raises(knead.InvalidInput, match="one entry for each"):
         knead.mean([ball, ball], maps=[None])
     with pytest.raises(knead.InvalidInput, match="total"):
@@ -169,6 +169,6 @@ def test_inflate_adds_the_volume_that_is_asked_for():
     grown = knead.deform(v, knead.Inflate(points=[[0, 0, 1]], radius=0.9, volume=0.05), faces)
     assert volume_of(grown, faces) - volume_of(v, faces) == pytest.approx(0.05, rel=1e-3)
     beyond = np.linalg.norm(v - [0, 0, 1], axis=1) > 0.9
-    assert (grown[beyond] == v[beyond]).all() and beyond.sum() > 300
+    assert (grown[beyond] == v[beyond]).all() and beyond.sum() > 200
     report = knead.certify(v, grown, faces, knead.Inflate(points=[[0, 0, 1]], radius=0.9, volume=0.05))
     assert 0.5 < report["det_least"] < 1.2 < report["det_greatest"] and report["volume_error_sampling"] is None
