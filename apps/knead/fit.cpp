@@ -112,7 +112,8 @@ void require_fit(const FitOptions& options, const BodyFitOptions& fit, const Bod
     throw QualityError(
         fmt::format("{}: the surfaces are still {:.2g}% of the diagonal apart; give more pairs of "
                     "landmarks{}",
-                    options.output, 100 * report.after.mean, differs ? ", or --scale or --volume free, for the volumes differ" : ""));
+                    options.output, 100 * report.after.mean,
+                    differs ? ", or --scale or --volume free, for the volumes differ" : ""));
   }
 }
 
@@ -217,9 +218,7 @@ void run_fit(const FitOptions& options) {
   wanted.align = options.align == "auto"     ? FitAlign::automatic
                  : options.align == "always" ? FitAlign::always
                                              : FitAlign::never;
-  wanted.volume = options.scales()           ? FitVolume::total
-                  : options.volume == "free" ? FitVolume::free
-                                             : FitVolume::keep;
+  wanted.volume = options.scales() ? FitVolume::total : options.volume == "free" ? FitVolume::free : FitVolume::keep;
   wanted.max_stretch = options.max_stretch;
   wanted.threads = threads_of(options.threads);
   BodyFit fit = fitted(options, source.mesh, target.mesh, wanted);

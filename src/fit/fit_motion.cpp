@@ -26,7 +26,7 @@ constexpr std::size_t kInside = 3000;
 constexpr double kCellsOfSample = 0.4;  // the samples' greatest spacing, in that of the grid
 constexpr double kSurfaceStiffness = 20;
 constexpr double kGrowthWeight = 0.1;  // of div v where volumes may change, beside the rest of the strain
-constexpr double kExact = 1e-4;  // of the diagonal: smaller tolerances are met within each step
+constexpr double kExact = 1e-4;        // of the diagonal: smaller tolerances are met within each step
 
 Flow flow_of(const PotentialGrid& grid) {
   Segment segment;

@@ -148,7 +148,7 @@ def test_a_mean_says_what_it_needs():
     with pytest.raises(knead.InvalidInput, match="two or more"):
         knead.mean([ball])
     with pytest.raises(knead.InvalidInput, match="template"):
-        knead.mean([ball, ball], template=1)
+        knead.mean([ball, ball], template=2)
     with pytest.raises(knead.InvalidInput, match="one entry for each"):
         knead.mean([ball, ball], maps=[None])
     with pytest.raises(knead.InvalidInput, match="total"):
