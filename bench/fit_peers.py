@@ -18,8 +18,11 @@ def cpd(source, target, faces, chosen):
     some = np.unique(np.linspace(0, len(source) - 1, 3000).astype(int))
     size = np.linalg.norm(np.ptp(source, axis=0))
     fit = pycpd.DeformableRegistration(X=target[some] / size, Y=source[some] / size, alpha=2, beta=0.2, max_iterations=100)
-    fit.register()
-    return fit.transform_point_cloud(source / size) * size
+    from scipy.interpolate import RBFInterpolator
+
+    moved, _ = fit.register()
+    by = RBFInterpolator(source[some], moved * size - source[some], neighbors=30, kernel="thin_plate_spline")
+    return source + by(source)
 
 
 def nricp(source, target, faces, chosen):

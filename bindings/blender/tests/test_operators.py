@@ -52,13 +52,13 @@ class Operators(Case):
         self.assertEqual(other.knead.session, obj.knead.session)
 
     def test_fit_to_the_active_object(self):
-        obj = make_hand(2000)
-        other = make_hand(2000)
+        obj = make_hand()
+        other = make_hand()
         bpy.ops.knead.apply_session(filepath=session_file(self.folder))
         goal = self.vertices(other)
         other.location = (3, 0, 1)
         bpy.context.view_layer.update()
-        self.same(self.vertices(obj), self.vertices(make_hand(2000)))
+        self.same(self.vertices(obj), self.vertices(make_hand()))
         bpy.context.view_layer.objects.active = other
         bpy.ops.object.select_all(action="DESELECT")
         self.assertFalse(bpy.ops.knead.fit.poll())
