@@ -1,7 +1,8 @@
 """Fits shapes to themselves in other poses and measures where each vertex ends: `knead fit` beside others.
 
     PYTHONPATH=build/release/python python3 bench/fit_bench.py [FOLDER...] [--knead build/release/knead]
-        [--beside OTHER_KNEAD] [--landmarks 0 12 20] [--seconds 600]
+        [--beside OTHER_KNEAD] [--landmarks 0 12 20] [--seconds 600] [--volume keep]
+        [--peers cpd nricp spline functional] [--python PYTHON]
 
 Without FOLDER: the procedural figure and hand in known poses (strokes `pose`, `bend` and `pins` of this file). FOLDER holds
 shapes of the same mesh, for instance registrations of scans: all pairs of neighbouring names are fitted, and vertex i of
@@ -13,8 +14,9 @@ one belongs to vertex i of the next. Landmarks are vertices, each the farthest f
 - stretch: greatest of a triangle (or inverse of the least), that of 99%, rms of its logarithm
 - exit: the exit code of `knead fit`; s: processor seconds
 
---beside: the same command line with another program, such as an older version. `spline` is scipy's thin plate spline by
-the landmarks alone, which keeps no volume.
+--beside: the same command line with another program, such as an older version. --peers: the fits of fit_peers.py, run by
+PYTHON, which needs their packages: `python3 -m venv peers && peers/bin/pip install pycpd trimesh rtree scipy pyfmaps`, then
+`--python peers/bin/python`. They get --seconds, too. `knead fit` also starts from the functional map, as --map.
 """
 
 import argparse
@@ -119,11 +121,16 @@ def pairs_of(folder):
         yield f"{a.stem} to {b.stem}", source.vertices, target.vertices, source.triangles
 
 
-def run_fit(command, folder, seconds):
+def run_fit(command, folder, options):
+    seconds = options.seconds
     session, result = folder / "fit.knead", folder / "fitted.ply"
     words = [command, "fit", folder / "source.ply", folder / "target.ply", "--surface", "-o", session, "-q"]
     if (folder / "pairs.csv").exists():
         words += ["--landmarks", folder / "pairs.csv"]
+    if (folder / "map.csv").exists():
+        words += ["--map", folder / "map.csv"]
+    if options.volume != "keep":
+        words += ["--volume", options.volume]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     try:
         done = subprocess.run(words, capture_output=True, text=True, timeout=seconds)
@@ -139,6 +146,23 @@ def run_fit(command, folder, seconds):
     return knead.read(result), done.returncode, used
 
 
+def run_peer(name, v, target, t, chosen, options, folder):
+    """Returns vertices or a reason, and processor seconds."""
+    shapes, result = folder / "shapes.npz", folder / f"{name}.npy"
+    np.savez(shapes, source=v, target=target, faces=t, chosen=np.array(chosen, int))
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    try:
+        words = [options.python, Path(__file__).parent / "fit_peers.py", name, shapes, result]
+        done = subprocess.run(words, capture_output=True, text=True, timeout=options.seconds)
+    except subprocess.TimeoutExpired:
+        return f"over {options.seconds:g} s", options.seconds
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    if done.returncode != 0:
+        return (done.stderr.strip().splitlines() or ["failed"])[-1], used
+    return np.load(result), used
+
+
 def line(name, v, target, t, now, code, seconds):
     error = 100 / np.sqrt(area(target, t)) * np.linalg.norm(now - target, axis=1)
     s = stretches(t, v, now)
@@ -149,6 +173,15 @@ def line(name, v, target, t, now, code, seconds):
         f"| {volume(now, t) / volume(v, t) - 1:+.1e} | {worst.max():.2f}, {np.quantile(worst, 0.99):.2f}, "
         f"{np.sqrt((np.log(np.maximum(s, 1e-9)) ** 2).mean()):.3f} | {code} | {seconds:.1f} |"
     )
+
+
+def start_from(there, name, v, target, t, count, options, folder):
+    """A fit that starts from the functional map, which took each vertex to one of the target's."""
+    rows = np.concatenate([v, there], axis=1)[:: max(1, len(v) // 1500)]
+    np.savetxt(folder / "map.csv", rows, delimiter=",", fmt="%.9g")
+    result, code, seconds = run_fit(options.knead, folder, options)
+    if result is not None:
+        print(line(f"{name}, {count} landmarks | knead, functional map", v, target, t, result.vertices, code, seconds), flush=True)
 
 
 def compare(name, v, target, t, count, options):
@@ -162,18 +195,24 @@ def compare(name, v, target, t, count, options):
             (folder / "pairs.csv").write_text(text)
         for command in filter(None, (options.knead, options.beside)):
             which = "knead" if command == options.knead else "beside"
-            result, code, seconds = run_fit(command, folder, options.seconds)
+            result, code, seconds = run_fit(command, folder, options)
             title = f"{name}, {count} landmarks | {which}"
             if result is None or len(result.vertices) != len(v):
                 why = code if result is None else "another mesh: remeshed"
                 print(f"| {title} | {why} | | | | | | {seconds:.1f} |", flush=True)
             else:
                 print(line(title, v, target, t, result.vertices, code, seconds), flush=True)
-        if count >= 4 and options.spline:
-            from scipy.interpolate import RBFInterpolator
-
-            now = v + RBFInterpolator(v[chosen], target[chosen] - v[chosen], kernel="thin_plate_spline")(v)
-            print(line(f"{name}, {count} landmarks | spline", v, target, t, now, "", 0), flush=True)
+        for peer in options.peers:
+            if peer == "spline" and count < 4:
+                continue
+            now, seconds = run_peer(peer, v, target, t, chosen, options, folder)
+            title = f"{name}, {count} landmarks | {peer}"
+            if isinstance(now, str):
+                print(f"| {title} | {now} | | | | | | {seconds:.1f} |", flush=True)
+                continue
+            print(line(title, v, target, t, now, "", seconds), flush=True)
+            if peer == "functional":
+                start_from(now, name, v, target, t, count, options, folder)
 
 
 def main():
@@ -183,7 +222,9 @@ def main():
     parser.add_argument("--beside")
     parser.add_argument("--landmarks", type=int, nargs="+", default=[0, 12, 20])
     parser.add_argument("--seconds", type=float, default=600)
-    parser.add_argument("--spline", action="store_true", help="needs scipy")
+    parser.add_argument("--volume", default="keep", choices=["keep", "free"])
+    parser.add_argument("--peers", nargs="*", default=[], choices=["cpd", "nricp", "spline", "functional"])
+    parser.add_argument("--python", default="python3")
     options = parser.parse_args()
     print("| pair | | error | distance % | new crossings | volume | stretch | exit | s |")
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")

@@ -1,14 +1,15 @@
-"""Makes a body in several poses, one file each with the same vertices, for fit_bench.py.
+"""Makes a body in several poses, or people of different build, one file each with the same vertices, for fit_bench.py.
 
     python3 -m venv bodies && bodies/bin/pip install anny
     bodies/bin/python bench/fit_bodies.py FOLDER
     PYTHONPATH=build/release/python python3 bench/fit_bench.py FOLDER --landmarks 0 20
+    bodies/bin/python bench/fit_bodies.py FOLDER --people 10
 
 The body and its rig are those of anny (code Apache-2.0, shapes CC0): https://github.com/naver/anny. The first start takes
 minutes. Eyes, teeth and tongue are left out: a file holds the largest piece alone.
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import anny
@@ -27,6 +28,13 @@ POSES = {
         ("upperarm01.L", (1, 0, 0), 25),
     ],
 }
+
+
+def person(number):
+    """What anny calls a phenotype: ten different ones, in no order."""
+    # The fractional parts of multiples of roots: evenly spread.
+    spread = lambda root: float(0.15 + 0.7 * ((number + 1) * np.sqrt(root) % 1))  # noqa: E731
+    return {"gender": spread(2), "age": 0.55 + 0.35 * spread(3), "muscle": spread(5), "weight": spread(7), "height": spread(11)}
 
 
 def turn(axis, degrees):
@@ -51,13 +59,19 @@ def largest_piece(count, faces):
 
 
 def main():
-    folder = Path(sys.argv[1])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--people", type=int, default=0, help="so many people in the same pose, in the place of poses")
+    options = parser.parse_args()
+    folder = options.folder
     folder.mkdir(parents=True, exist_ok=True)
     model = anny.create_fullbody_model()
     faces = np.asarray(model.get_triangular_faces())
-    for name, turns in POSES.items():
-        parameters = {bone: turn(axis, degrees) for bone, axis, degrees in turns}
-        vertices = model(pose_parameters=parameters or None)["vertices"][0].detach().numpy()
+    made = {name: ({bone: turn(axis, degrees) for bone, axis, degrees in turns}, None) for name, turns in POSES.items()}
+    if options.people:
+        made = {f"person_{i}": ({}, person(i)) for i in range(options.people)}
+    for name, (parameters, phenotype) in made.items():
+        vertices = model(pose_parameters=parameters or None, phenotype_kwargs=phenotype)["vertices"][0].detach().numpy()
         kept = largest_piece(len(vertices), faces)
         number = np.cumsum(kept)
         lines = ["v %.9g %.9g %.9g" % tuple(v) for v in vertices[kept]]

@@ -127,7 +127,11 @@ std::string line_of(const Certificate& c) {
   text +=
       fmt::format("{}, Euler {}{}; ", c.closed_after ? "closed" : "open", c.euler_after,
                   kept ? "" : fmt::format(" (before: {}, {})", c.closed_before ? "closed" : "open", c.euler_before));
-  if (c.volume_error) {
+  if (c.det_least && c.det_greatest) {
+    text += fmt::format("volume changed on purpose{}, det J from {:.3g} to {:.3g}; ",
+                        c.volume_error ? fmt::format(" by a fraction of {:.3g}", *c.volume_error) : "", *c.det_least,
+                        *c.det_greatest);
+  } else if (c.volume_error) {
     text += fmt::format("volume error {:.2g} ({:.2g} of it from integration); ", *c.volume_error,
                         c.volume_error_integration);
   }

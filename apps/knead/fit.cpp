@@ -78,6 +78,9 @@ std::string summary(const FitOptions& options, const BodyFitReport& report) {
   text += fmt::format("before   {} of the source's diagonal from the target\n", line_of(report.before));
   text += fmt::format("after    {}; landmarks within {:.2g}%\n", line_of(report.after), 100 * report.landmark_distance);
   if (report.volume_error) text += fmt::format("volume   changed by a fraction of {:.2g}\n", *report.volume_error);
+  if (report.det_least && report.det_greatest) {
+    text += fmt::format("         on purpose: det J from {:.3g} to {:.3g}\n", *report.det_least, *report.det_greatest);
+  }
   if (report.volume_difference) {
     text += fmt::format("         the target's volume differs by {:.2g}%\n", 100 * *report.volume_difference);
   }
@@ -109,7 +112,8 @@ void require_fit(const FitOptions& options, const BodyFitOptions& fit, const Bod
     throw QualityError(
         fmt::format("{}: the surfaces are still {:.2g}% of the diagonal apart; give more pairs of "
                     "landmarks{}",
-                    options.output, 100 * report.after.mean, differs ? ", or --scale, for the volumes differ" : ""));
+                    options.output, 100 * report.after.mean,
+                    differs ? ", or --scale or --volume free, for the volumes differ" : ""));
   }
 }
 
@@ -214,7 +218,7 @@ void run_fit(const FitOptions& options) {
   wanted.align = options.align == "auto"     ? FitAlign::automatic
                  : options.align == "always" ? FitAlign::always
                                              : FitAlign::never;
-  wanted.volume = options.scales() ? FitVolume::total : FitVolume::keep;
+  wanted.volume = options.scales() ? FitVolume::total : options.volume == "free" ? FitVolume::free : FitVolume::keep;
   wanted.max_stretch = options.max_stretch;
   wanted.threads = threads_of(options.threads);
   BodyFit fit = fitted(options, source.mesh, target.mesh, wanted);
@@ -264,10 +268,11 @@ Subcommand fit_command() {
        "Scale the source to the target's volume first; the scaled source is written beside OUT as OUT_source.EXT"},
       {"--volume",
        &options->volume,
-       "What becomes of the volume: it stays, or the source is scaled as with --scale",
+       "What becomes of the volume: it stays, the source is scaled as with --scale, or the body grows and shrinks on "
+       "purpose where the target asks for it",
        "WORD",
        OptionKind::with_default,
-       {"keep", "total"}},
+       {"keep", "total", "free"}},
       {"--align",
        &options->align,
        "Turn and move the source as a whole first, by the landmarks, the map or its principal axes: where that brings "

@@ -75,10 +75,15 @@ struct Certificate {
   std::int64_t euler_after = 0;
   // after / before - 1; nothing for a shape without a volume. It has two parts. integration: the mean of det J - 1 over
   // path lines of moved vertices (flow/path_jacobian.h), summed over the strokes. sampling: the rest, the error of
-  // triangles that stand for a curved surface.
+  // triangles that stand for a curved surface. Strokes that change volumes on purpose count for neither of the two:
+  // then `sampling` is nothing.
   std::optional<double> volume_error;
   double volume_error_integration = 0;
   std::optional<double> volume_error_sampling;
+  // Of strokes that change volumes on purpose: the least and greatest det J of one of them, at its moved vertices;
+  // nothing if there are none. Above 0: nothing is turned inside out.
+  std::optional<double> det_least;
+  std::optional<double> det_greatest;
   // The greatest motion of a vertex around which the flow of the stroke can move nothing; a length, 0 if all is well.
   double motion_outside = 0;
   // In degrees, of triangles with area; nothing if there is none. touched_angle_after: of the faces at vertices that
@@ -112,6 +117,8 @@ class CertificateBuilder {
   const ReplayOptions& options_;
   double length_;  // that tolerance and distances are relative to
   double drift_ = 0;
+  std::optional<double> det_least_;
+  std::optional<double> det_greatest_;
   double motion_outside_ = 0;
   std::vector<StrokeDistance> strokes_;
 };

@@ -32,6 +32,7 @@ enum class FitAlign {
 enum class FitVolume {
   keep,   // it stays that of the source
   total,  // the source is scaled to the target's volume first
+  free,   // it grows and shrinks on purpose where the target asks for it, smoothly over the body
 };
 
 // How one shape is fitted to another.
@@ -70,8 +71,13 @@ struct BodyFitReport {
   double map_distance = 0;       // the median of the map's pairs after the fit
   FitDistance before;            // of the source from the target, as they were
   FitDistance after;
-  double after_landmarks = 0;               // the mean distance before the surfaces were matched
-  std::optional<double> volume_error;       // of the source by the fit; nothing unless closed and oriented
+  double after_landmarks = 0;  // the mean distance before the surfaces were matched
+  // What the fit changed of the source's volume, a fraction; nothing unless closed and oriented. An error but for
+  // FitVolume::free.
+  std::optional<double> volume_error;
+  // With FitVolume::free: the least and greatest det J of the whole flow at evenly spread vertices. Above 0.
+  std::optional<double> det_least;
+  std::optional<double> det_greatest;
   std::optional<double> volume_difference;  // target / source - 1, before the fit; nothing unless both are closed
   std::size_t crossings_before = 0;         // pairs of triangles of the source
   std::size_t crossings_after = 0;
@@ -97,12 +103,11 @@ inline constexpr double kFitExact = 2e-5;
 // Returns the strokes that take the source to the target: first those that align it, then `grid` strokes with which the
 // landmarks (and the map) go to their places along paths on which limbs turn about their joints, then others that bring
 // the surfaces together, from coarse to fine. Of the stages the best one is kept: the surfaces never make a shape worse
-// than its landmarks gave. The volume stays, and nothing crosses where path lines are exact; what the flat triangles do
-// is in the report.
-// Time: about 5 to 15 s of processor time for 5,000 vertices. Memory: about 100 MB, and 200 bytes a vertex. Throws
-// InvalidInput for invalid meshes, coordinates or tolerances; for a surface without triangles that has to be matched;
-// for FitVolume::total without two volumes; for landmarks that are the target's mirror image (named); where the
-// equations cannot be solved; and Cancelled.
+// than its landmarks gave. The volume stays, but for FitVolume::free, and nothing crosses where path lines are exact;
+// what the flat triangles do is in the report. Time: about 5 to 15 s of processor time for 5,000 vertices. Memory:
+// about 100 MB, and 200 bytes a vertex. Throws InvalidInput for invalid meshes, coordinates or tolerances; for a
+// surface without triangles that has to be matched; for FitVolume::total without two volumes; for landmarks that are
+// the target's mirror image (named); where the equations cannot be solved; and Cancelled.
 BodyFit fit_body(const Mesh& source, const Mesh& target, const BodyFitOptions& options);
 
 // Returns what progress->done grows to at most.

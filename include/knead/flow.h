@@ -46,7 +46,7 @@ struct PinTurn {
 // A sum has at most so many parts.
 inline constexpr std::size_t kMaxParts = 8;
 
-// The sum of one or more fields over one unit of time, or v = curl A of a grid in their place. Path lines run from t =
+// The sum of one or more fields over one unit of time, or v of a grid in their place. Path lines run from t =
 // begin to t = end, both in [0, 1]: from 0 to 1 is the whole segment, from 1 to 0 its inverse, from 0 to 0.5 its first
 // half.
 struct Segment {
@@ -69,6 +69,9 @@ struct Segment {
 
   friend bool operator==(const Segment&, const Segment&) = default;
 };
+
+// Returns whether a segment changes volumes on purpose: its grid, or that of a part, has `growth`.
+bool changes_volume(const Segment& segment);
 
 // Returns how far a field of the segment moves in one unit of time.
 Vec3d displacement_of(const Segment& segment, const Field& field);

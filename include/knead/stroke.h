@@ -304,12 +304,24 @@ struct PoseStroke {
   friend bool operator==(const PoseStroke&, const PoseStroke&) = default;
 };
 
-// The flow of a vector potential on a grid over one unit of time: numbers only. A pose becomes such strokes.
+// The flow of a potential grid over one unit of time: numbers only. A pose becomes such strokes.
 struct GridStroke {
   PotentialGrid grid;
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const GridStroke&, const GridStroke&) = default;
+};
+
+// Inflate: the shape grows, or shrinks, by a volume within the tool, most along the path through the points, and its
+// surface moves. Nothing farther than the radius from the path moves at all. It reads the surface, and becomes grid
+// strokes that change volume on purpose.
+struct InflateStroke {
+  std::vector<Vec3d> points;  // 1 or more, on the surface or near it
+  double radius = 0;          // > 0
+  double volume = 0;          // that the shape gains; below 0: loses
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const InflateStroke&, const InflateStroke&) = default;
 };
 
 // Relaxing (remesh/relax.h): smooths the triangles in the surface, and the surface itself, while its volume stays. At
@@ -347,7 +359,7 @@ Mask mask_of(const MaskStroke& stroke, int threads = 0);
 // A stroke of any tool.
 using Stroke =
     std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke, StretchStroke,
-                 TwistStroke, BendStroke, PinsStroke, PoseStroke, GridStroke, RelaxStroke, MaskStroke>;
+                 TwistStroke, BendStroke, PinsStroke, PoseStroke, GridStroke, InflateStroke, RelaxStroke, MaskStroke>;
 
 // Returns the tool's name in session files: "implicit", "paint", "points", ...
 std::string tool_name(const Stroke& stroke);

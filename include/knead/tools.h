@@ -41,7 +41,7 @@ using KeyValue =
                  std::vector<std::vector<Vec3d>>*, std::vector<std::uint32_t>*, std::vector<PaintSample>*,
                  std::vector<VertexRange>*, std::vector<double>*, std::vector<std::optional<PinRotation>>*, Mat3d*,
                  HandlesMotion*, std::vector<PoseItem>*, std::vector<PoseStiffness>*, bool*, std::array<int, 3>*,
-                 SharedVectors*, std::string*, Choice>;
+                 SharedVectors*, SharedNumbers*, std::string*, Choice>;
 
 // What a value means, and so how it is checked and mirrored. A vector is a place unless this says otherwise.
 enum class Quantity {

@@ -159,7 +159,7 @@ void add_measures(const Mesh& before, const Mesh& after, bool same_faces, Certif
   const double error = last.volume / first.volume - 1;
   if (!has_volume || !std::isfinite(error)) return;
   certificate.volume_error = error;
-  certificate.volume_error_sampling = error - certificate.volume_error_integration;
+  if (!certificate.det_least) certificate.volume_error_sampling = error - certificate.volume_error_integration;
 }
 
 void add_distances(const std::vector<StrokeDistance>& strokes, Certificate& certificate) {
@@ -189,6 +189,10 @@ CertificateBuilder::CertificateBuilder(const Mesh& mesh, const ReplayOptions& op
 void CertificateBuilder::add(const AppliedStroke& stroke) {
   const session_detail::StrokeCertificate certified = session_detail::certify(stroke, options_, length_);
   drift_ += certified.drift;
+  if (certified.det_least) {
+    det_least_ = std::min(*certified.det_least, det_least_.value_or(*certified.det_least));
+    det_greatest_ = std::max(*certified.det_greatest, det_greatest_.value_or(*certified.det_greatest));
+  }
   motion_outside_ = std::max(motion_outside_, certified.motion_outside);
   strokes_.push_back(certified.distance);
 }
@@ -198,6 +202,8 @@ Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float
   const WrittenShape after = written_shape(result.shape, as_float);
   Certificate certificate;
   certificate.volume_error_integration = drift_;
+  certificate.det_least = det_least_;
+  certificate.det_greatest = det_greatest_;
   const std::array<std::function<void()>, 3> works{
       [&] { add_crossings(before, after, result.shape.provenance(), options_, certificate); },
       [&] { add_measures(before, after.mesh, !result.shape.is_remeshed(), certificate); },

@@ -79,6 +79,8 @@ std::string to_json(const BodyFitReport& report) {
                            {"distance_landmarks", report.after_landmarks},
                            {"distance_after", json_of(report.after)},
                            {"volume_error", report.volume_error},
+                           {"det_least", report.det_least},
+                           {"det_greatest", report.det_greatest},
                            {"volume_difference", report.volume_difference},
                            {"crossings_before", report.crossings_before},
                            {"crossings_after", report.crossings_after},

@@ -236,6 +236,8 @@ Json json_of(const Certificate& certificate) {
           {"volume_error", certificate.volume_error},
           {"volume_error_integration", certificate.volume_error_integration},
           {"volume_error_sampling", certificate.volume_error_sampling},
+          {"det_least", certificate.det_least},
+          {"det_greatest", certificate.det_greatest},
           {"motion_outside", certificate.motion_outside},
           {"smallest_angle_before", certificate.smallest_angle_before},
           {"smallest_angle_after", certificate.smallest_angle_after},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -98,8 +99,9 @@ double motion_outside(const AppliedStroke& stroke, bool inverse) {
   return greatest;
 }
 
-double mean_drift(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
-                  double length) {
+// det J - 1 at vertices that the stroke moves.
+std::vector<double> drifts_of(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
+                              double length) {
   std::vector<Vec3d> points;
   for (std::size_t i = 0; i < moved.size(); ++i) {
     const Vec3d* const source = moved[i] ? source_of(stroke, i) : nullptr;
@@ -118,9 +120,19 @@ double mean_drift(const AppliedStroke& stroke, const std::vector<bool>& moved, c
   for (std::size_t i = 0; i < count; ++i) sample.push_back(points[i * points.size() / count]);
   std::vector<double> drifts = volume_drifts(flow, sample, integration);
   std::erase_if(drifts, [](double drift) { return !std::isfinite(drift); });
-  double sum = 0;
-  for (const double drift : drifts) sum += drift;
-  return drifts.empty() ? 0 : sum / static_cast<double>(drifts.size());
+  return drifts;
+}
+
+void add_drift(const AppliedStroke& stroke, const std::vector<double>& drifts, StrokeCertificate& certificate) {
+  if (drifts.empty()) return;
+  const std::vector<Segment>& segments = stroke.flow.segments;
+  if (std::any_of(segments.begin(), segments.end(), changes_volume)) {
+    const auto [least, greatest] = std::minmax_element(drifts.begin(), drifts.end());
+    certificate.det_least = 1 + *least;
+    certificate.det_greatest = 1 + *greatest;
+    return;
+  }
+  certificate.drift = std::accumulate(drifts.begin(), drifts.end(), 0.0) / static_cast<double>(drifts.size());
 }
 
 // Vertices and then centres of faces, and which of them are known to have moved.
@@ -325,9 +337,10 @@ StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& opti
     return relaxed;
   }
   const std::vector<bool> moved = moved_vertices(stroke);
-  return {mean_drift(stroke, moved, options, length),
-          motion_outside(stroke, options.part.direction == Direction::backwards),
-          distance_of(stroke, moved, options, length)};
+  StrokeCertificate result{0, motion_outside(stroke, options.part.direction == Direction::backwards),
+                           distance_of(stroke, moved, options, length)};
+  add_drift(stroke, drifts_of(stroke, moved, options, length), result);
+  return result;
 }
 
 std::size_t opposing_more(const Mesh& before, const Mesh& after) {

@@ -6,9 +6,13 @@
 namespace knead::session_detail {
 
 struct StrokeCertificate {
-  double drift = 0;           // the mean of det J - 1 over path lines of moved vertices
+  // The mean of det J - 1 over path lines of moved vertices; 0 for a stroke that changes volumes on purpose, of which
+  // the least and the greatest det J are given.
+  double drift = 0;
   double motion_outside = 0;  // Certificate::motion_outside
   StrokeDistance distance;
+  std::optional<double> det_least{};
+  std::optional<double> det_greatest{};
 };
 
 // `length`: the reference length of the input, which tolerance and distances are relative to. Throws InvalidInput if

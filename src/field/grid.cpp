@@ -14,7 +14,8 @@ bool counts(const SharedVectors& coefficients, std::size_t node) {
 }
 
 bool counts(const PotentialGrid& grid, std::size_t node) {
-  return counts(grid.coefficients, node) || counts(grid.end_coefficients, node);
+  const bool grows = !grid.growth.empty() && grid.growth[node] != 0;
+  return grows || counts(grid.coefficients, node) || counts(grid.end_coefficients, node);
 }
 
 // Each byte becomes that of any of the four from it on, `stride` apart.
@@ -22,6 +23,14 @@ void spread(std::vector<std::uint8_t>& bytes, std::size_t stride) {
   for (std::size_t i = 0; i + 3 * stride < bytes.size(); ++i) {
     for (std::size_t k = 1; k < 4; ++k) bytes[i] = bytes[i] | bytes[i + k * stride];
   }
+}
+
+template <class T>
+void multiply(SharedList<T>& coefficients, double factor) {
+  if (coefficients.empty()) return;
+  std::vector<T> list(coefficients.begin(), coefficients.end());
+  for (T& coefficient : list) coefficient *= factor;
+  coefficients = SharedList<T>(std::move(list));
 }
 
 }  // namespace
@@ -60,6 +69,17 @@ Box box_in_use(const PotentialGrid& grid) {
   return box;
 }
 
+// Calls body(node, number) for each node of the grid: its number there, and with the empty ones.
+template <class Body>
+void GridCells::for_each_node(const Body& body) const {
+  std::size_t node = 0;
+  for (int z = 0; z < inner_[2]; ++z) {
+    for (int y = 0; y < inner_[1]; ++y) {
+      for (int x = 0; x < inner_[0]; ++x) body(node++, number_of(x + kEmptyNodes, y + kEmptyNodes, z + kEmptyNodes));
+    }
+  }
+}
+
 GridCells::GridCells(const PotentialGrid& grid)
     : inner_(grid.counts), spacing_(grid.spacing), center_(middle_node(grid)) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -67,14 +87,7 @@ GridCells::GridCells(const PotentialGrid& grid)
     middle_[axis] = inner_[axis] / 2;
   }
   used_.resize(number_of(0, 0, nodes_[2]));
-  std::size_t node = 0;
-  for (int z = 0; z < inner_[2]; ++z) {
-    for (int y = 0; y < inner_[1]; ++y) {
-      for (int x = 0; x < inner_[0]; ++x, ++node) {
-        used_[number_of(x + kEmptyNodes, y + kEmptyNodes, z + kEmptyNodes)] = counts(grid, node) ? 1 : 0;
-      }
-    }
-  }
+  for_each_node([&](std::size_t node, std::size_t number) { used_[number] = counts(grid, node) ? 1 : 0; });
   spread(used_, 1);
   spread(used_, number_of(0, 1, 0));
   spread(used_, number_of(0, 0, 1));
@@ -106,15 +119,18 @@ template <class S>
 std::vector<S> GridCells::numbers(const SharedVectors& coefficients) const {
   std::vector<S> result(3 * used_.size());
   const double scale = 1 / (216 * spacing_);
-  std::size_t node = 0;
-  for (int z = 0; z < inner_[2]; ++z) {
-    for (int y = 0; y < inner_[1]; ++y) {
-      for (int x = 0; x < inner_[0]; ++x, ++node) {
-        S* const to = result.data() + 3 * number_of(x + kEmptyNodes, y + kEmptyNodes, z + kEmptyNodes);
-        for (std::size_t axis = 0; axis < 3; ++axis) to[axis] = static_cast<S>(coefficients[node][axis] * scale);
-      }
-    }
-  }
+  for_each_node([&](std::size_t node, std::size_t number) {
+    S* const to = result.data() + 3 * number;
+    for (std::size_t axis = 0; axis < 3; ++axis) to[axis] = static_cast<S>(coefficients[node][axis] * scale);
+  });
+  return result;
+}
+
+template <class S>
+std::vector<S> GridCells::numbers(const SharedNumbers& growth) const {
+  std::vector<S> result(used_.size());
+  const double scale = 1 / (216 * spacing_);
+  for_each_node([&](std::size_t node, std::size_t number) { result[number] = static_cast<S>(growth[node] * scale); });
   return result;
 }
 
@@ -122,6 +138,8 @@ template GridView<float> GridCells::view<float>() const;
 template GridView<double> GridCells::view<double>() const;
 template std::vector<float> GridCells::numbers<float>(const SharedVectors&) const;
 template std::vector<double> GridCells::numbers<double>(const SharedVectors&) const;
+template std::vector<float> GridCells::numbers<float>(const SharedNumbers&) const;
+template std::vector<double> GridCells::numbers<double>(const SharedNumbers&) const;
 
 bool is_used(const PotentialGrid& grid, const Vec3d& x) {
   const Vec3d center = middle_node(grid);
@@ -199,3 +217,14 @@ bool GridSupport::misses(const Box& box) const {
 }
 
 }  // namespace knead::detail
+
+namespace knead {
+
+PotentialGrid multiplied(PotentialGrid grid, double factor) {
+  detail::multiply(grid.coefficients, factor);
+  detail::multiply(grid.end_coefficients, factor);
+  detail::multiply(grid.growth, factor);
+  return grid;
+}
+
+}  // namespace knead

@@ -57,6 +57,7 @@ template <class S>
 struct GridView {
   const S* numbers = nullptr;          // x, y, z of each node: its coefficient / (216 spacing)
   const S* end_numbers = nullptr;      // those at t = 1; null: the coefficients do not change
+  const S* growth = nullptr;           // p of each node: its number / (216 spacing); null: p = 0
   const std::uint8_t* used = nullptr;  // of each cell, at its first node: whether any of its nodes counts
   std::ptrdiff_t row = 0;              // nodes
   std::ptrdiff_t plane = 0;            // nodes
@@ -105,7 +106,7 @@ template <class T>
   return {{spline_weights(within.x), spline_weights(within.y), spline_weights(within.z)}};
 }
 
-// v, and A / spacing where it is asked for.
+// v, and A / spacing where it is asked for. Without `growth` v = curl A, else grad p is added.
 template <class T>
 struct GridValue {
   Vec3<T> velocity{T(0), T(0), T(0)};
@@ -154,6 +155,35 @@ template <bool with_potential, class T, class S>
   add_component<1, with_potential>(first, stride, weights, sum);
   add_component<2, with_potential>(first, stride, weights, sum);
   return sum;
+}
+
+// Adds grad p of a cell, from the number of its first node on, to v.
+template <class T, class S>
+[[gnu::always_inline]] inline void add_growth(const GridView<S>& grid, const S* first, const GridWeights<T>& weights,
+                                              GridValue<T>& to) {
+  const SplineWeights<T>& x = weights.along[0];
+  const SplineWeights<T>& y = weights.along[1];
+  const SplineWeights<T>& z = weights.along[2];
+  for (int k = 0; k < 4; ++k) {
+    T plane(0);
+    T by_x(0);
+    T by_y(0);
+    for (int j = 0; j < 4; ++j) {
+      const S* const node = first + k * grid.plane + j * grid.row;
+      T line = T(node[0]) * x.value[0];
+      T line_slope = T(node[0]) * x.slope[0];
+      for (int i = 1; i < 4; ++i) {
+        line = mul_add(T(node[i]), x.value[i], line);
+        line_slope = mul_add(T(node[i]), x.slope[i], line_slope);
+      }
+      plane = mul_add(line, y.value[j], plane);
+      by_x = mul_add(line_slope, y.value[j], by_x);
+      by_y = mul_add(line, y.slope[j], by_y);
+    }
+    to.velocity.x = mul_add(by_x, z.value[k], to.velocity.x);
+    to.velocity.y = mul_add(by_y, z.value[k], to.velocity.y);
+    to.velocity.z = mul_add(plane, z.slope[k], to.velocity.z);
+  }
 }
 
 // v and its gradient, by rows.
@@ -217,9 +247,43 @@ template <std::size_t axis, class T, class S>
   }
 }
 
+// Adds grad p and its gradient, in units of 1 / spacing.
+template <class T, class S>
+[[gnu::always_inline]] inline void add_growth(const GridView<S>& grid, const S* first, const GridWeights<T>& weights,
+                                              const GridCurvatures<T>& curvatures, GridSlope<T>& to) {
+  const auto& [x, y, z] = weights.along;
+  for (int k = 0; k < 4; ++k) {
+    T sum[3][3]{};  // of a plane: the orders of the derivatives along x and y, two at most together
+    for (int j = 0; j < 4; ++j) {
+      const S* const node = first + k * grid.plane + j * grid.row;
+      T line[3]{T(0), T(0), T(0)};
+      for (int i = 0; i < 4; ++i) {
+        const T number(node[i]);
+        line[0] = mul_add(number, x.value[i], line[0]);
+        line[1] = mul_add(number, x.slope[i], line[1]);
+        line[2] = mul_add(number, curvatures.along[0][i], line[2]);
+      }
+      for (int d = 0; d < 3; ++d) sum[d][0] = mul_add(line[d], y.value[j], sum[d][0]);
+      for (int d = 0; d < 2; ++d) sum[d][1] = mul_add(line[d], y.slope[j], sum[d][1]);
+      sum[0][2] = mul_add(line[0], curvatures.along[1][j], sum[0][2]);
+    }
+    const T& value = z.value[k];
+    const T& slope = z.slope[k];
+    to.velocity = mul_add(Vec3<T>{sum[1][0], sum[0][1], T(0)}, value, to.velocity);
+    to.velocity.z = mul_add(sum[0][0], slope, to.velocity.z);
+    const Vec3<T> along_z = Vec3<T>{sum[1][0], sum[0][1], T(0)} * slope;
+    to.rows[0] = mul_add(Vec3<T>{sum[2][0], sum[1][1], T(0)}, value, to.rows[0]);
+    to.rows[1] = mul_add(Vec3<T>{sum[1][1], sum[0][2], T(0)}, value, to.rows[1]);
+    to.rows[0].z = to.rows[0].z + along_z.x;
+    to.rows[1].z = to.rows[1].z + along_z.y;
+    to.rows[2] = to.rows[2] + Vec3<T>{along_z.x, along_z.y, sum[0][0] * curvatures.along[2][k]};
+  }
+}
+
 // The sums of a cell, as above.
 template <class T, class S>
-[[gnu::always_inline]] inline GridSlope<T> sum_slopes(const GridView<S>& grid, const S* first, const Vec3<T>& within) {
+[[gnu::always_inline]] inline GridSlope<T> sum_slopes(const GridView<S>& grid, const S* first, const S* growth,
+                                                      const Vec3<T>& within) {
   const std::ptrdiff_t stride[3] = {3, 3 * grid.row, 3 * grid.plane};
   const GridWeights<T> weights = weights_at(within);
   GridCurvatures<T> curvatures;  // NOLINT(cppcoreguidelines-pro-type-member-init): all are written below
@@ -228,6 +292,7 @@ template <class T, class S>
   add_component<0>(first, stride, weights, curvatures, sum);
   add_component<1>(first, stride, weights, curvatures, sum);
   add_component<2>(first, stride, weights, curvatures, sum);
+  if (growth != nullptr) add_growth(grid, growth, weights, curvatures, sum);
   for (Vec3<T>& row : sum.rows) row = row * T(grid.per_spacing);
   return sum;
 }
@@ -236,9 +301,10 @@ template <class T, class S>
 template <class T, class S>
 [[gnu::always_inline]] inline GridSlope<T> slope_in_cell(const GridView<S>& grid, std::ptrdiff_t node,
                                                          const Vec3<T>& within, const T& t) {
-  GridSlope<T> slope = sum_slopes(grid, grid.numbers + 3 * node, within);
+  const S* const growth = grid.growth == nullptr ? nullptr : grid.growth + node;
+  GridSlope<T> slope = sum_slopes(grid, grid.numbers + 3 * node, growth, within);
   if (grid.end_numbers == nullptr) return slope;
-  const GridSlope<T> end = sum_slopes(grid, grid.end_numbers + 3 * node, within);
+  const GridSlope<T> end = sum_slopes(grid, grid.end_numbers + 3 * node, growth, within);
   slope.velocity = mul_add(end.velocity - slope.velocity, t, slope.velocity);
   for (std::size_t row = 0; row < 3; ++row) {
     slope.rows[row] = mul_add(end.rows[row] - slope.rows[row], t, slope.rows[row]);
@@ -272,6 +338,7 @@ GridValue<T> evaluate_grid(const GridView<S>& grid, const Vec3<T>& y, const T& t
     value.velocity = mul_add(end.velocity - value.velocity, t, value.velocity);
     value.potential = mul_add(end.potential - value.potential, t, value.potential);
   }
+  if (grid.growth != nullptr) add_growth(grid, grid.growth + node, weights, value);
   value.potential = value.potential * T(grid.spacing);
   return value;
 }
@@ -308,11 +375,15 @@ class GridCells {
   // Returns the nodes' numbers, as GridView has them.
   template <class S>
   std::vector<S> numbers(const SharedVectors& coefficients) const;
+  template <class S>
+  std::vector<S> numbers(const SharedNumbers& growth) const;
 
   const std::vector<std::uint8_t>& used() const { return used_; }
 
  private:
   std::size_t number_of(int x, int y, int z) const;
+  template <class Body>
+  void for_each_node(const Body& body) const;
 
   std::array<int, 3> inner_{};  // nodes
   std::array<int, 3> nodes_{};  // with the empty ones
@@ -331,11 +402,16 @@ struct GridNodes {
   GridCells cells;
   std::vector<S> numbers;
   std::vector<S> end_numbers;
+  std::vector<S> growth;
   GridView<S> view;
 
   explicit GridNodes(const PotentialGrid& grid)
       : cells(grid), numbers(cells.numbers<S>(grid.coefficients)), view(cells.view<S>()) {
     view.numbers = numbers.data();
+    if (!grid.growth.empty()) {
+      growth = cells.numbers<S>(grid.growth);
+      view.growth = growth.data();
+    }
     if (grid.end_coefficients.empty()) return;
     end_numbers = cells.numbers<S>(grid.end_coefficients);
     view.end_numbers = end_numbers.data();

@@ -53,6 +53,7 @@ constexpr double kCloseEnough = 5e-5;   // of the diagonal: the median distance 
 constexpr std::size_t kCandidates = 8000;
 constexpr std::size_t kLookedAt = 3000;  // vertices of each shape between levels
 constexpr std::size_t kAlignSamples = 400;
+constexpr std::size_t kGrowthLookedAt = 400;  // vertices at which det J is measured
 constexpr std::size_t kTipNodes = 250;
 constexpr std::size_t kTipSamples = 1500;
 constexpr double kMuchNearer = 0.6;  // of the distance as it is: only then a shape is aligned by itself
@@ -189,6 +190,7 @@ class Fitter {
   void keep_better(Result result);
   Crossings crossings_of(std::span<const Vec3d> positions, std::size_t& count) const;
   void finish(BodyFit& fit);
+  void measure_growth(const std::vector<Stroke>& strokes);
   // From the target, by at most so many vertices of each; 0: all.
   FitDistance distance(std::size_t most) const {
     return distance_of({motion_->positions(), triangles_}, {target_.positions, target_triangles_}, *target_tree_,
@@ -240,6 +242,7 @@ Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& opt
   require_apart(landmarks_, diagonal_);
   for (const auto& pairs : {landmarks_, map_}) require_no_mirror(pairs, diagonal_);
   motion_ = std::make_unique<FitMotion>(rest_, triangles_, diagonal_, options.threads, options.progress);
+  if (options.volume == FitVolume::free) motion_->let_grow();
   set_marks();
   std::vector<Vec3d> points;
   for (const FitPair& pair : map_) points.push_back(pair.source);
@@ -531,6 +534,7 @@ void Fitter::finish(BodyFit& fit) {
   report_.stretch_99 = stretch.most_99;
   report_.rms_log_stretch = stretch.rms_log;
   report_.volume_error = relative(volume_of(source_, fit.positions), volume_of(source_, rest_));
+  if (options_.volume == FitVolume::free) measure_growth(fit.strokes);
   report_.landmark_excess = std::max(0.0, motion_->miss()) / diagonal_;
   double sum = 0;
   const std::vector<Vec3d> at = motion_->marks_at();
@@ -546,6 +550,25 @@ void Fitter::finish(BodyFit& fit) {
   if (!of_map.empty()) report_.map_distance = of_map[of_map.size() / 2] / diagonal_;
   report_.is_sound = complaint_about(report_, options_).empty();
   fit.report = std::move(report_);
+}
+
+void Fitter::measure_growth(const std::vector<Stroke>& strokes) {
+  Flow flow;
+  for (const Stroke& stroke : strokes) {
+    const Flow own = flow_of(stroke);
+    flow.segments.insert(flow.segments.end(), own.segments.begin(), own.segments.end());
+  }
+  std::vector<Vec3d> points;
+  for (const std::uint32_t i : spread_points(rest_, kGrowthLookedAt)) points.push_back(rest_[i]);
+  AdvectOptions options;
+  options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal_);
+  options.threads = options_.threads;
+  options.progress = options_.progress;
+  for (const Mat3d& jacobian : jacobians(flow, points, options)) {
+    const double det = determinant(jacobian);
+    report_.det_least = std::min(det, report_.det_least.value_or(det));
+    report_.det_greatest = std::max(det, report_.det_greatest.value_or(det));
+  }
 }
 
 }  // namespace

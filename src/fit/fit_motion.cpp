@@ -25,7 +25,8 @@ constexpr double kMargin = 0.25;         // of the spacing, about all points
 constexpr std::size_t kInside = 3000;
 constexpr double kCellsOfSample = 0.4;  // the samples' greatest spacing, in that of the grid
 constexpr double kSurfaceStiffness = 20;
-constexpr double kExact = 1e-4;  // of the diagonal: smaller tolerances are met within each step
+constexpr double kGrowthWeight = 0.1;  // of div v where volumes may change, beside the rest of the strain
+constexpr double kExact = 1e-4;        // of the diagonal: smaller tolerances are met within each step
 
 Flow flow_of(const PotentialGrid& grid) {
   Segment segment;
@@ -65,6 +66,10 @@ void FitMotion::set_spacing(double spacing) {
   body_.points = body.points;
   body_.stiffness.assign(body_.points.size(), kSurfaceStiffness);
   std::fill_n(body_.stiffness.begin(), body.inside, 1.0);
+  if (grows_) {
+    body_.growth.assign(body_.points.size(), 0.0);
+    body_.growth_weight = kGrowthWeight;
+  }
   before_.clear();
   lattice_ = {body_.points.front(), spacing};
 }

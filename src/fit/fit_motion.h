@@ -36,6 +36,9 @@ class FitMotion {
   void set_followers(std::vector<Vec3d> points) { followers_ = std::move(points); }
   const std::vector<Vec3d>& followers() const { return followers_; }
 
+  // Volumes may change from here on.
+  void let_grow() { grows_ = true; }
+
   // Others, for a while.
   void set_guides(std::vector<Vec3d> points) { guides_ = std::move(points); }
   const std::vector<Vec3d>& guides() const { return guides_; }
@@ -71,6 +74,7 @@ class FitMotion {
   std::span<const Triangle> triangles_;
   double diagonal_ = 0;
   int threads_ = 0;
+  bool grows_ = false;
   Progress* progress_ = nullptr;
   detail::Lattice lattice_;
   detail::BodySamples body_;

@@ -57,6 +57,7 @@ Vec3d reference(const PotentialGrid& grid, const Vec3d& x, double t) {
         Vec3d a = grid.coefficients[node];
         if (!grid.end_coefficients.empty()) a = a * (1 - t) + grid.end_coefficients[node] * t;
         v += cross(gradient, a);
+        if (!grid.growth.empty()) v += gradient * grid.growth[node];
       }
     }
   }
@@ -66,6 +67,12 @@ Vec3d reference(const PotentialGrid& grid, const Vec3d& x, double t) {
 std::vector<Segment> kinds(Random& random) {
   return {random_grid(random), random_grid(random, false, 0.1), random_grid(random, true),
           random_grid(random, true, 0.1)};
+}
+
+SharedNumbers growth_of(const PotentialGrid& grid, Random& random) {
+  std::vector<double> growth;
+  for (std::size_t i = 0; i < grid.coefficients.size(); ++i) growth.push_back(random.uniform(-0.02, 0.02));
+  return SharedNumbers(std::move(growth));
 }
 
 Flow part_of(Segment segment, double begin, double end) {
@@ -142,6 +149,86 @@ TEST(Grid, DivergenceIsZeroByExactDerivatives) {
       EXPECT_LE(std::abs(v.x.g.x + v.y.g.y + v.z.g.z), 1e-14);
     }
     EXPECT_GT(greatest, 0.1);
+  }
+}
+
+// Divergence and gradient of v = curl A + grad p by dual numbers, and the mover's own: det J is exactly exp of the
+// integral of div v along a path line.
+TEST(Grid, GrowthAddsTheGradientOfItsPotential) {
+  Random random(914);
+  for (Segment segment : kinds(random)) {
+    segment.grid.growth = growth_of(segment.grid, random);
+    const detail::GridNodes<double> nodes(segment.grid);
+    const double h = 1e-5;
+    for (int n = 0; n < 200; ++n) {
+      const Vec3d y = random.in_box(0.8);
+      const Vec3d x = y + nodes.cells.center();
+      EXPECT_LE(norm(evaluate_grid(nodes.view, y, 0.3).velocity - reference(segment.grid, x, 0.3)), 1e-13);
+      const auto place = detail::place_in(nodes.view, y);
+      const auto slope = detail::slope_in_cell(nodes.view, detail::node_at(nodes.view, place), place.within, 0.3);
+      const Vec3<Dual> v = evaluate_grid(nodes.view, variables(y), Dual(0.3)).velocity;
+      EXPECT_LE(norm(slope.velocity - values(v)), 1e-13);
+      for (std::size_t row = 0; row < 3; ++row) EXPECT_LE(norm(slope.rows[row] - v[row].g), 1e-12);
+      for (std::size_t axis = 0; axis < 3; ++axis) {  // C1: the gradient is continuous
+        Vec3d d{0, 0, 0};
+        d[axis] = h;
+        const Vec3d by =
+            (evaluate_grid(nodes.view, y + d, 0.3).velocity - evaluate_grid(nodes.view, y - d, 0.3).velocity) / (2 * h);
+        for (std::size_t row = 0; row < 3; ++row) EXPECT_NEAR(by[row], slope.rows[row][axis], 1e-3);
+      }
+    }
+  }
+}
+
+TEST(Grid, GrowthMovesAndComesBackAndIsTheSameEverywhere) {
+  Random random(915);
+  for (Segment segment : kinds(random)) {
+    segment.grid.growth = growth_of(segment.grid, random);
+    ASSERT_TRUE(changes_volume(segment));
+    const Flow flow{{segment}};
+    const auto points = test::random_points(random, 300);
+    const auto options = options_of(Precision::float64, 1e-10);
+    const auto after = moved(flow, points, options);
+    for (std::size_t i = 0; i < 40; ++i) EXPECT_LE(norm(after[i] - followed(segment, points[i], 400)), 1e-8);
+    const auto back = moved(inverse(flow), after, options);
+    EXPECT_LE(test::greatest_distance(back, points), 1e-8);
+    for (const Precision precision : {Precision::float32, Precision::float64}) {
+      auto some = options_of(precision, 1e-5);
+      const auto first = outcome_of(flow, points, some);
+      some.threads = 2;
+      for (const std::string& name : test::simd_names()) {
+        const test::Simd simd(name);
+        EXPECT_EQ(outcome_of(flow, points, some), first) << name;
+      }
+    }
+  }
+}
+
+// d/dt log det J = div v along the path line, whatever way.
+TEST(Grid, DetOfAGrowthIsTheIntegralOfItsDivergence) {
+  Random random(916);
+  for (Segment segment : kinds(random)) {
+    segment.grid.growth = growth_of(segment.grid, random);
+    const auto points = test::random_points(random, 20);
+    const auto gradients = jacobians({{segment}}, points, options_of(Precision::float64, 1e-10));
+    const detail::GridNodes<double> nodes(segment.grid);
+    double farthest = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      double sum = 0;
+      constexpr int kSteps = 200;
+      for (int step = 0; step < kSteps; ++step) {
+        const double t = (step + 0.5) / kSteps;
+        Segment part = segment;
+        part.end = t;
+        const Vec3d at = followed(part, points[i], step + 1);
+        const auto v = evaluate_grid(nodes.view, variables(at - nodes.cells.center()), Dual(t)).velocity;
+        sum += (v.x.g.x + v.y.g.y + v.z.g.z) / kSteps;
+      }
+      const double det = determinant(gradients[i]);
+      farthest = std::max(farthest, std::abs(det - 1));
+      EXPECT_NEAR(det, std::exp(sum), 1e-4);
+    }
+    EXPECT_GT(farthest, 0.05);
   }
 }
 
@@ -352,6 +439,12 @@ TEST(Grid, WhatIsWrongIsNamed) {
   EXPECT_NE(error_of(bad).find("one coefficient for each node"), std::string::npos);
   bad = good;
   bad.grid.coefficients = SharedVectors(std::vector<Vec3d>(120, {0, std::numeric_limits<double>::quiet_NaN(), 0}));
+  EXPECT_NE(error_of(bad).find("not finite"), std::string::npos);
+  bad = good;
+  bad.grid.growth = SharedNumbers({1});
+  EXPECT_NE(error_of(bad).find("one coefficient for each node"), std::string::npos);
+  bad.grid.growth =
+      SharedNumbers(std::vector<double>(good.grid.coefficients.size(), std::numeric_limits<double>::infinity()));
   EXPECT_NE(error_of(bad).find("not finite"), std::string::npos);
   bad = good;
   bad.displacement = {1, 0, 0};

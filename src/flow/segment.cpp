@@ -114,11 +114,14 @@ void check(const PotentialGrid& grid) {
   const std::optional<std::size_t> nodes = detail::node_count(grid.counts);
   require(nodes.has_value(), "a grid has 1 or more nodes along each axis, and 16 million at most");
   const auto fits = [&](const SharedVectors& list) { return list.size() == *nodes; };
-  require(fits(grid.coefficients) && (grid.end_coefficients.empty() || fits(grid.end_coefficients)),
+  require(fits(grid.coefficients) && (grid.end_coefficients.empty() || fits(grid.end_coefficients)) &&
+              (grid.growth.empty() || grid.growth.size() == *nodes),
           "a grid has one coefficient for each node");
   for (const SharedVectors& list : {grid.coefficients, grid.end_coefficients}) {
     require(std::all_of(list.begin(), list.end(), is_finite), "a grid has a coefficient that is not finite");
   }
+  require(std::all_of(grid.growth.begin(), grid.growth.end(), [](double g) { return std::isfinite(g); }),
+          "a grid has a coefficient that is not finite");
 }
 
 void check_turns(const Segment& segment) {
@@ -174,6 +177,10 @@ void check(const Segment& segment) {
 }
 
 }  // namespace
+
+bool changes_volume(const Segment& segment) {
+  return !segment.grid.growth.empty() || std::any_of(segment.parts.begin(), segment.parts.end(), changes_volume);
+}
 
 Vec3d displacement_of(const Segment& segment, const Field& field) {
   return segment.time_law == TimeLaw::pinned ? std::get<Translation<double>>(field.motion).velocity

@@ -38,13 +38,17 @@ double signed_volume(std::span<const Vec3d> positions, std::span<const Triangle>
 // A lattice over the box of a shape, and how many of the three lines through each of its points say that it is inside.
 class InsideLattice {
  public:
-  InsideLattice(std::span<const Vec3d> positions, std::span<const Triangle> triangles, double spacing)
+  InsideLattice(std::span<const Vec3d> positions, std::span<const Triangle> triangles, double spacing,
+                const std::optional<Box>& within)
       : tree_(triangles, positions), spacing_(spacing) {
     Box box;
     for (const Triangle& t : triangles) {
       for (const std::uint32_t v : t) box.extend(kTurn * positions[v]);
     }
+    const Vec3d first = box.min;
+    if (within) box = common(box, turned(*within));
     low_ = box.min;
+    for (std::size_t axis = 0; axis < 3; ++axis) before_[axis] = std::ceil((low_[axis] - first[axis]) / spacing);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       counts_[axis] = static_cast<std::size_t>(std::ceil((box.max[axis] - box.min[axis]) / spacing)) + 1;
     }
@@ -78,6 +82,25 @@ class InsideLattice {
     return transposed(kTurn) * (low_ + steps * spacing_);
   }
 
+  static Box turned(const Box& box) {
+    Box result;
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      result.extend(kTurn * Vec3d{(corner & 1U) != 0 ? box.max.x : box.min.x,
+                                  (corner & 2U) != 0 ? box.max.y : box.min.y,
+                                  (corner & 4U) != 0 ? box.max.z : box.min.z});
+    }
+    return result;
+  }
+
+  // One point of the first where nothing is common.
+  static Box common(Box box, const Box& other) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box.min[axis] = std::min(std::max(box.min[axis], other.min[axis]), box.max[axis]);
+      box.max[axis] = std::max(std::min(box.max[axis], other.max[axis]), box.min[axis]);
+    }
+    return box;
+  }
+
   static Mat3d transposed(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
 
   // Each line is entered and left as often, so the sum of the crossings before a point is its winding number.
@@ -85,11 +108,12 @@ class InsideLattice {
     const std::size_t step = stride(axis);
     const std::size_t first = line % step + line / step * step * counts_[axis];
     const Vec3d direction = place(step) - place(0);
-    const Vec3d origin = place(first) - direction;
+    const double before = before_[axis] + 1;
+    const Vec3d origin = place(first) - direction * before;
     int winding = 0;
     std::size_t next = 0;
     for (const RayHit& hit : tree_.hits(origin, direction)) {
-      for (; next < counts_[axis] && static_cast<double>(next) + 1 < hit.t; ++next) {
+      for (; next < counts_[axis] && static_cast<double>(next) + before < hit.t; ++next) {
         if (winding != 0) ++votes_[first + next * step];
       }
       winding += hit.leaves ? -1 : 1;
@@ -99,6 +123,7 @@ class InsideLattice {
   SurfaceTree tree_;
   double spacing_;
   Vec3d low_;
+  Vec3d before_;  // so many spacings lie between the surface's box and this
   std::array<std::size_t, 3> counts_{};
   std::vector<std::uint8_t> votes_;
 };
@@ -220,10 +245,38 @@ std::vector<std::uint32_t> one_of_each_cell(std::span<const Vec3d> points, const
   return chosen;
 }
 
+// Those of the triangles whose box meets another.
+std::vector<Triangle> meeting(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                              const Box& within) {
+  std::vector<Triangle> result;
+  for (const Triangle& t : triangles) {
+    Box box;
+    for (const std::uint32_t v : t) box.extend(positions[v]);
+    bool meets = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      meets = meets && box.min[axis] <= within.max[axis] && box.max[axis] >= within.min[axis];
+    }
+    if (meets) result.push_back(t);
+  }
+  return result;
+}
+
+BodyPoints points_within(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                         const BodyPointsOptions& options) {
+  BodyPoints result;
+  result.points = InsideLattice(positions, triangles, options.most_spacing, options.within).inside(options.threads);
+  result.inside = result.points.size();
+  const std::vector<Triangle> near = meeting(positions, triangles, *options.within);
+  std::vector<Vec3d> on_surface = surface_points(positions, near, options.most_spacing);
+  for (const std::uint32_t i : points_apart(on_surface, options.most_spacing)) result.points.push_back(on_surface[i]);
+  return result;
+}
+
 }  // namespace
 
 BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                        const BodyPointsOptions& options) {
+  if (options.within) return points_within(positions, triangles, options);
   if (triangles.empty()) return shell_of(positions, triangles, options);
   const double volume = std::abs(signed_volume(positions, triangles));
   Box box;
@@ -236,7 +289,7 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
   const double steps = norm(extent) / spacing;
   if (!(steps * steps * steps < kMaxLatticePoints)) return shell_of(positions, triangles, options);
   BodyPoints result;
-  result.points = InsideLattice(positions, triangles, spacing).inside(options.threads);
+  result.points = InsideLattice(positions, triangles, spacing, std::nullopt).inside(options.threads);
   result.inside = result.points.size();
   const double found = static_cast<double>(result.inside) * spacing * spacing * spacing;
   if (found < kMinInside * volume) return shell_of(positions, triangles, options);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct BodyPointsOptions {
   double most_spacing = 0;    // but not farther apart than this; 0: no limit
   double shell_depth = 0;     // how far below an open surface its second layer lies
   int threads = 0;            // as for parallel_for
+  // Only points in or next to this box, `most_spacing` apart; no shell stands for an open surface.
+  std::optional<Box> within{};
 };
 
 struct BodyPoints {

@@ -1,7 +1,6 @@
 #include "pose/lattice_nodes.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "knead/error.h"
@@ -17,18 +16,6 @@ constexpr int kSeparator = 3;           // layers: nodes that share a cell are a
 bool before(const LatticeCell& a, const LatticeCell& b) {
   return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
 }
-
-struct NodeBox {
-  LatticeCell low{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max()};
-  LatticeCell high{std::numeric_limits<int>::min(), std::numeric_limits<int>::min(), std::numeric_limits<int>::min()};
-
-  void extend(const LatticeCell& node) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], node[axis]);
-      high[axis] = std::max(high[axis], node[axis]);
-    }
-  }
-};
 
 // One of the 64 nodes that count in a cell.
 LatticeCell node_of(const LatticeCell& cell, std::size_t i) {
@@ -68,7 +55,8 @@ void dissect(std::span<LatticeCell> nodes) {
 
 }  // namespace
 
-LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others) {
+LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others,
+                           const std::function<bool(const LatticeCell&)>& is_kept) {
   std::sort(cells.begin(), cells.end(), before);
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   find_box(cells);
@@ -76,9 +64,15 @@ LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<Lat
     for (std::size_t i = 0; i < kCellNodes; ++i) {
       const LatticeCell node = node_of(cell, i);
       int& number = number_at_[index_of(node)];
+      if (number < 0 && is_kept && !is_kept(node)) continue;
       if (number < 0) nodes_.push_back(node);
       number = 0;
     }
+  }
+  if (is_kept) {
+    NodeBox box;
+    for (const LatticeCell& node : nodes_) box.extend(node);
+    set_box(box);
   }
   dissect(nodes_);
   for (std::size_t i = 0; i < nodes_.size(); ++i) number_at_[index_of(nodes_[i])] = static_cast<int>(i);
@@ -87,12 +81,19 @@ LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<Lat
 
 void LatticeNodes::find_box(const std::vector<LatticeCell>& cells) {
   NodeBox box;
-  for (const LatticeCell& cell : cells) box.extend(cell);
+  for (const LatticeCell& cell : cells) {
+    box.extend({cell[0] - 1, cell[1] - 1, cell[2] - 1});
+    box.extend({cell[0] + 2, cell[1] + 2, cell[2] + 2});
+  }
+  set_box(box);
+}
+
+void LatticeNodes::set_box(const NodeBox& box) {
   double size = 1;
-  for (std::size_t axis = 0; axis < 3 && !cells.empty(); ++axis) {
-    const double count = static_cast<double>(box.high[axis]) - box.low[axis] + 4;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double count = std::max(0.0, static_cast<double>(box.high[axis]) - box.low[axis] + 1);
     size *= count;
-    low_[axis] = box.low[axis] - 1;
+    low_[axis] = box.low[axis];
     counts_[axis] = size <= kMaxBox ? static_cast<int>(count) : 0;
   }
   if (size > kMaxBox) throw InvalidInput("\"detail\" is too fine for a shape of this extent; make it larger");

@@ -1,10 +1,13 @@
 // What v = curl A and its strain at a point are, as rows over the coefficients of a grid. Internal to the pose module.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -39,7 +42,16 @@ class SplineBasis {
 
   const LatticeCell& cell() const { return cell_; }
 
-  // The three rows of v.
+  // The three rows of grad p, over the nodes' numbers of p.
+  std::array<NodeWeights, 3> growth_velocity() const { return {product(1, 0, 0), product(0, 1, 0), product(0, 0, 1)}; }
+
+  // The six rows of the strain of grad p, as below.
+  std::array<NodeWeights, 6> growth_strain() const {
+    return {product(2, 0, 0),       product(0, 2, 0),       product(0, 0, 2),
+            root(product(1, 1, 0)), root(product(1, 0, 1)), root(product(0, 1, 1))};
+  }
+
+  // The three rows of v = curl A.
   std::array<SplineRow, 3> velocity() const {
     const NodeWeights x = product(1, 0, 0);
     const NodeWeights y = product(0, 1, 0);
@@ -98,6 +110,11 @@ class SplineBasis {
     for (std::size_t i = 0; i < kCellNodes; ++i) result[i] = a[i] - b[i];
     return result;
   }
+  // Times sqrt(2).
+  static NodeWeights root(NodeWeights a) {
+    for (double& weight : a) weight *= 1.41421356237309505;
+    return a;
+  }
   // Times sqrt(1 / 2): what sqrt(2) times half a sum of two derivatives is made of.
   static NodeWeights half(const NodeWeights& a) {
     NodeWeights result;  // NOLINT(cppcoreguidelines-pro-type-member-init): all are written below
@@ -111,14 +128,28 @@ class SplineBasis {
 
 // The nodes of a lattice that count in some cells, and which of them meet. Internal to the pose module.
 
+// The box of some nodes.
+struct NodeBox {
+  LatticeCell low{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max()};
+  LatticeCell high{std::numeric_limits<int>::min(), std::numeric_limits<int>::min(), std::numeric_limits<int>::min()};
+
+  void extend(const LatticeCell& node) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], node[axis]);
+      high[axis] = std::max(high[axis], node[axis]);
+    }
+  }
+};
+
 // Nodes are numbered by nested dissection: half of a box, the other half, then the three layers that separate them, so
 // that a Cholesky factor has few entries. The numbers depend on the set of cells alone.
 class LatticeNodes {
  public:
   LatticeNodes() = default;
-  // The nodes that count in one of the cells; nodes also meet in the others. Throws InvalidInput where the cells are
-  // too far apart for a grid.
-  explicit LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others = {});
+  // The nodes that count in one of the cells, and are kept; nodes also meet in the others. Throws InvalidInput where
+  // the cells are too far apart for a grid.
+  explicit LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others = {},
+                        const std::function<bool(const LatticeCell&)>& is_kept = {});
 
   std::size_t size() const { return nodes_.size(); }
 
@@ -144,12 +175,17 @@ class LatticeNodes {
     result.origin = origin + Vec3d(low_[0], low_[1], low_[2]) * spacing;
     result.spacing = spacing;
     result.counts = counts_;
-    std::vector<Vec3d> numbers(number_at_.size());
-    for (std::size_t node = 0; node < nodes_.size(); ++node) {
-      numbers[index_of(nodes_[node])] = coefficient(static_cast<int>(node));
-    }
-    result.coefficients = SharedVectors(std::move(numbers));
+    result.coefficients = of_grid<Vec3d>(coefficient);
     return result;
+  }
+
+  // Returns a list of that grid's nodes, with what value(number) returns.
+  template <class T, class Value>
+  SharedList<T> of_grid(const Value& value) const {
+    std::vector<T> list(number_at_.size());
+    for (std::size_t node = 0; node < nodes_.size(); ++node)
+      list[index_of(nodes_[node])] = value(static_cast<int>(node));
+    return SharedList<T>(std::move(list));
   }
 
  private:
@@ -174,6 +210,7 @@ class LatticeNodes {
   }
 
   void find_box(const std::vector<LatticeCell>& cells);
+  void set_box(const NodeBox& box);
   void find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others);
 
   void add_ranks(const std::array<int, kCellNodes>& numbers);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -18,31 +19,79 @@ namespace {
 
 // Adding a gradient to A changes no v, so that one component of A is not needed: the last one is 0. With all three the
 // rms of log stretch is 3% to 5% less, and a factor takes three times as long.
-constexpr std::size_t kComponents = 2;
-constexpr int kOfNode = static_cast<int>(kComponents);
+constexpr std::size_t kComponents = 2;  // and one more where volumes may change: p
 constexpr std::size_t kMaxUnknowns = 15'000;
-constexpr std::size_t kRowNumbers = kComponents * kCellNodes;
 // The middle of each cell is a sample, too, so that the field goes on beyond the body as it is within it: the body may
 // move there, and nodes that reach hardly a sample would be free.
 constexpr double kStiffnessAround = 1e-3;
-constexpr std::uint32_t kCellMiddle = 1;  // in the place of a list
-constexpr std::size_t kRowsAtOnce = 6;    // those of a sample's strain
+constexpr double kGrowthAround = 1.0 / 3;  // weight of div v there: that of any other strain
+constexpr std::uint32_t kCellMiddle = 1;   // in the place of a list
+constexpr std::size_t kRowsAtOnce = 6;     // those of a sample's strain
 // So many cells are assembled side by side before their sums are added up, in order.
 constexpr std::size_t kCellsAtOnce = 32;
 
 // A row over a cell's 64 nodes, each with its components.
-using DenseRow = std::array<double, kRowNumbers>;
+template <std::size_t components>
+using DenseRow = std::array<double, components * kCellNodes>;
 
-DenseRow dense(const SplineRow& row, double by) {
-  DenseRow result;  // NOLINT(cppcoreguidelines-pro-type-member-init): all are written below
-  for (std::size_t node = 0; node < kCellNodes; ++node) {
-    for (std::size_t axis = 0; axis < kComponents; ++axis) result[kComponents * node + axis] = row[axis][node] * by;
+// The six rows of the strain, as SplineBasis has them, and that of div v times sqrt(weight).
+template <std::size_t components>
+constexpr std::size_t kStrainRows = components == kComponents ? 6 : 7;
+
+// The rows of curl A, and of grad p in the last column, times a number.
+template <std::size_t components, std::size_t count>
+std::array<DenseRow<components>, count> dense(const std::array<SplineRow, count>& rows,
+                                              const std::array<NodeWeights, count>& growth, double by) {
+  std::array<DenseRow<components>, count> result;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t node = 0; node < kCellNodes; ++node) {
+      double* const to = result[i].data() + components * node;
+      for (std::size_t axis = 0; axis < kComponents; ++axis) to[axis] = rows[i][axis][node] * by;
+      if constexpr (components > kComponents) to[kComponents] = growth[i][node] * by;
+    }
   }
   return result;
 }
 
+template <std::size_t components>
+std::array<DenseRow<components>, 3> velocity_rows(const SplineBasis& basis, double by) {
+  std::array<NodeWeights, 3> growth{};
+  if constexpr (components > kComponents) growth = basis.growth_velocity();
+  return dense<components>(basis.velocity(), growth, by);
+}
+
+// The row of div v.
+NodeWeights divergence_row(const SplineBasis& basis) {
+  const std::array<NodeWeights, 6> strain = basis.growth_strain();
+  NodeWeights row;  // NOLINT(cppcoreguidelines-pro-type-member-init): all are written below
+  for (std::size_t node = 0; node < kCellNodes; ++node) row[node] = strain[0][node] + strain[1][node] + strain[2][node];
+  return row;
+}
+
+template <std::size_t components>
+std::array<DenseRow<components>, kStrainRows<components>> strain_rows(const SplineBasis& basis, double weight,
+                                                                      double by) {
+  if constexpr (components == kComponents) {
+    return dense<components>(basis.strain(), {}, by);
+  } else {
+    const NodeWeights divergence = divergence_row(basis);
+    std::array<NodeWeights, 6> traceless = basis.growth_strain();
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t node = 0; node < kCellNodes; ++node) traceless[i][node] -= divergence[node] / 3;
+    }
+    const auto strain = dense<components>(basis.strain(), traceless, by);
+    std::array<DenseRow<components>, 7> result{};
+    std::copy(strain.begin(), strain.end(), result.begin());
+    for (std::size_t node = 0; node < kCellNodes; ++node) {
+      result[6][components * node + kComponents] = divergence[node] * by * std::sqrt(weight);
+    }
+    return result;
+  }
+}
+
 // Adds the products of each row's numbers to the upper triangle of a matrix.
-KNEAD_CLONES void add_products(const double* __restrict rows, double* __restrict products) {
+template <std::size_t kRowNumbers>
+[[gnu::always_inline]] inline void sum_products(const double* __restrict rows, double* __restrict products) {
   for (std::size_t a = 0; a < kRowNumbers; ++a) {
     double by[kRowsAtOnce];
     for (std::size_t r = 0; r < kRowsAtOnce; ++r) by[r] = rows[r * kRowNumbers + a];
@@ -55,15 +104,27 @@ KNEAD_CLONES void add_products(const double* __restrict rows, double* __restrict
   }
 }
 
+KNEAD_CLONES void add_products(const double* __restrict rows, double* __restrict products) {
+  sum_products<kComponents * kCellNodes>(rows, products);
+}
+
+KNEAD_CLONES void add_growing_products(const double* __restrict rows, double* __restrict products) {
+  sum_products<(kComponents + 1) * kCellNodes>(rows, products);
+}
+
 // The upper triangle of a cell's sum of products.
+template <std::size_t components>
 struct CellSum {
+  static constexpr std::size_t kRowNumbers = components * kCellNodes;
+
   std::array<double, kRowNumbers * kRowNumbers> products;
 
   void clear() { products.fill(0); }
 
   // Adds the products of rows, in their order. Their number is a multiple of kRowsAtOnce.
-  void add(std::span<const DenseRow> rows) {
-    for (std::size_t r = 0; r < rows.size(); r += kRowsAtOnce) add_products(rows[r].data(), products.data());
+  void add(std::span<const DenseRow<components>> rows) {
+    constexpr auto kAdd = components == kComponents ? &add_products : &add_growing_products;
+    for (std::size_t r = 0; r < rows.size(); r += kRowsAtOnce) kAdd(rows[r].data(), products.data());
   }
 };
 
@@ -102,20 +163,39 @@ Vec3d mean_of(const std::vector<Vec3d>& points) {
   return points.front() + sum / static_cast<double>(points.size());
 }
 
+// Returns for each list the number of the first of its spin's unknowns, which come before the nodes'.
+std::vector<int> spin_numbers(std::span<const VelocityRows> rows) {
+  std::vector<int> numbers;
+  int next = 0;
+  for (const VelocityRows& list : rows) {
+    numbers.push_back(next);
+    next += list.spins ? 3 : 0;
+  }
+  numbers.push_back(next);
+  return numbers;
+}
+
 }  // namespace
 
 struct NearRigidSystem::Equations {
   Lattice lattice;
   LatticeNodes nodes;
+  std::size_t components = kComponents;
   double mean_diagonal = 0;  // of the strain
   SparseCholesky factor;
+  std::vector<double> growth{};  // the right side of what div v is wanted to be, of the nodes; or empty
 };
 
 namespace {
 
 // Fills the matrix of NearRigidSystem::Equations.
+template <std::size_t components>
 class Assembly {
  public:
+  using Row = DenseRow<components>;
+  static constexpr int kOfNode = static_cast<int>(components);
+  static constexpr std::size_t kRowNumbers = components * kCellNodes;
+
   Assembly(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows, int threads,
            const Progress* progress)
       : lattice_(lattice), body_(body), rows_(rows), threads_(threads), progress_(progress) {
@@ -147,19 +227,44 @@ class Assembly {
     wanted_ = sorted_by_cells(std::move(wanted));
   }
 
-  LatticeNodes find_nodes() const { return LatticeNodes(cells_, touched_); }
+  LatticeNodes find_nodes() const {
+    if (!body_.reach) return LatticeNodes(cells_, touched_);
+    return LatticeNodes(cells_, touched_, [this](const LatticeCell& node) {
+      const Vec3d place = lattice_.origin + Vec3d(node[0], node[1], node[2]) * lattice_.spacing;
+      const Vec3d support = Vec3d{2, 2, 2} * lattice_.spacing;
+      return body_.reach(Box{place - support, place + support});
+    });
+  }
+
+  // Returns the right side of the growth that is wanted; empty if none is.
+  std::vector<double> growth_side(const LatticeNodes& nodes) const {
+    if (std::all_of(body_.growth.begin(), body_.growth.end(), [](double g) { return g == 0; })) return {};
+    std::vector<double> side(components * nodes.size());
+    for (const CellPoint& point : samples_) {
+      if (point.list == kCellMiddle) continue;
+      const SplineBasis basis(body_.points[point.number] - lattice_.origin, lattice_.spacing);
+      const NodeWeights row = divergence_row(basis);
+      const std::array<int, kCellNodes> numbers = nodes.of_cell(basis.cell());
+      const double by = stiffness_of(point) * body_.growth_weight * body_.growth[point.number];
+      for (std::size_t node = 0; node < kCellNodes; ++node) {
+        if (numbers[node] >= 0)
+          side[components * static_cast<std::size_t>(numbers[node]) + kComponents] += row[node] * by;
+      }
+    }
+    return side;
+  }
 
   // Returns the matrix without the ridge; sets the mean diagonal of the strain.
   SymmetricMatrix fill(const LatticeNodes& nodes, double& mean_diagonal) {
     nodes_ = &nodes;
     spins_ = spin_numbers(rows_);
     make_pattern();
-    add_runs(runs_of(samples_), [this](std::span<const CellPoint> run, std::vector<DenseRow>& rows) {
+    add_runs(runs_of(samples_), [this](std::span<const CellPoint> run, std::vector<Row>& rows) {
       for (const CellPoint& point : run) append_strain(point, rows);
     });
     mean_diagonal = mean_of_diagonal();
     unit_ = mean_diagonal * lattice_.spacing * lattice_.spacing;
-    add_runs(runs_of(wanted_), [this](std::span<const CellPoint> run, std::vector<DenseRow>& rows) {
+    add_runs(runs_of(wanted_), [this](std::span<const CellPoint> run, std::vector<Row>& rows) {
       for (const CellPoint& point : run) append_velocity(point, rows);
     });
     for (std::size_t list = 0; list < rows_.size(); ++list) {
@@ -168,18 +273,6 @@ class Assembly {
     const double ridge = NearRigidSystem::kRidge * mean_diagonal;
     for (std::size_t column = first_; column < matrix_.size(); ++column) matrix_.values[matrix_.begin[column]] += ridge;
     return std::move(matrix_);
-  }
-
-  // Returns for each list the number of the first of its spin's unknowns, which come before the nodes'.
-  static std::vector<int> spin_numbers(std::span<const VelocityRows> rows) {
-    std::vector<int> numbers;
-    int next = 0;
-    for (const VelocityRows& list : rows) {
-      numbers.push_back(next);
-      next += list.spins ? 3 : 0;
-    }
-    numbers.push_back(next);
-    return numbers;
   }
 
  private:
@@ -266,53 +359,55 @@ class Assembly {
     return near;
   }
 
-  void append_strain(const CellPoint& point, std::vector<DenseRow>& rows) const {
-    const bool is_middle = point.list == kCellMiddle;
-    const double stiffness = is_middle                 ? kStiffnessAround
+  // Of a sample, by the number of all.
+  double stiffness_of(const CellPoint& point) const {
+    const double stiffness = point.list == kCellMiddle ? kStiffnessAround
                              : body_.stiffness.empty() ? 1.0
                                                        : body_.stiffness[point.number];
-    const double by = std::sqrt(stiffness / static_cast<double>(body_.points.size()));
+    return stiffness / static_cast<double>(body_.points.size());
+  }
+
+  void append_strain(const CellPoint& point, std::vector<Row>& rows) const {
+    const bool is_middle = point.list == kCellMiddle;
     const SplineBasis basis(is_middle ? middle_of(point.cell) : body_.points[point.number] - lattice_.origin,
                             lattice_.spacing);
-    for (const SplineRow& row : basis.strain()) rows.push_back(dense(row, by));
+    const double weight = is_middle ? kGrowthAround : body_.growth_weight;
+    const auto strain = strain_rows<components>(basis, weight, std::sqrt(stiffness_of(point)));
+    rows.insert(rows.end(), strain.begin(), strain.end());
   }
 
   Vec3d middle_of(const LatticeCell& cell) const {
     return Vec3d(cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5) * lattice_.spacing;
   }
 
-  void append_velocity(const CellPoint& point, std::vector<DenseRow>& rows) const {
+  void append_velocity(const CellPoint& point, std::vector<Row>& rows) const {
     const VelocityRows& list = rows_[point.list];
     const double by = std::sqrt(list.weight * unit_);
-    const std::array<SplineRow, 3> v =
-        SplineBasis(list.points[point.number] - lattice_.origin, lattice_.spacing).velocity();
+    const SplineBasis basis(list.points[point.number] - lattice_.origin, lattice_.spacing);
+    const std::array<Row, 3> v = velocity_rows<components>(basis, list.normals.empty() ? by : 1);
     if (list.normals.empty()) {
-      for (const SplineRow& row : v) rows.push_back(dense(row, by));
+      rows.insert(rows.end(), v.begin(), v.end());
       return;
     }
     const Vec3d& n = list.normals[point.number];
-    SplineRow along{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (std::size_t node = 0; node < kCellNodes; ++node) {
-        along[axis][node] = n.x * v[0][axis][node] + n.y * v[1][axis][node] + n.z * v[2][axis][node];
-      }
-    }
-    rows.push_back(dense(along, by));
+    Row along;  // NOLINT(cppcoreguidelines-pro-type-member-init): all are written below
+    for (std::size_t i = 0; i < kRowNumbers; ++i) along[i] = (n.x * v[0][i] + n.y * v[1][i] + n.z * v[2][i]) * by;
+    rows.push_back(along);
   }
 
   // Sums the products of each run's rows on all threads, and adds the sums to the matrix in order.
   template <class Append>
   void add_runs(const std::vector<std::span<const CellPoint>>& runs, const Append& append) {
-    std::vector<CellSum> sums(std::min(kCellsAtOnce, runs.size()));
+    std::vector<CellSum<components>> sums(std::min(kCellsAtOnce, runs.size()));
     for (std::size_t begin = 0; begin < runs.size(); begin += kCellsAtOnce) {
       stop_if_cancelled(progress_);
       const std::size_t count = std::min(kCellsAtOnce, runs.size() - begin);
       parallel_for(count, 1, threads_, [&](std::size_t from, std::size_t to) {
-        std::vector<DenseRow> rows;
+        std::vector<Row> rows;
         for (std::size_t i = from; i < to; ++i) {
           rows.clear();
           append(runs[begin + i], rows);
-          while (rows.size() % kRowsAtOnce != 0) rows.push_back(DenseRow{});
+          while (rows.size() % kRowsAtOnce != 0) rows.push_back(Row{});
           sums[i].clear();
           sums[i].add(rows);
         }
@@ -321,7 +416,7 @@ class Assembly {
     }
   }
 
-  void add(const LatticeCell& cell, const CellSum& sum) {
+  void add(const LatticeCell& cell, const CellSum<components>& sum) {
     const std::array<int, kCellNodes> numbers = nodes_->of_cell(cell);
     for (std::size_t a = 0; a < kCellNodes; ++a) {
       for (std::size_t b = a; b < kCellNodes; ++b) {
@@ -329,16 +424,15 @@ class Assembly {
         const bool in_order = numbers[a] <= numbers[b];
         const int column = in_order ? numbers[a] : numbers[b];
         const std::size_t rank =
-            kComponents * static_cast<std::size_t>(nodes_->rank(in_order ? a : b, in_order ? b : a, column));
-        for (std::size_t p = 0; p < kComponents; ++p) {
-          for (std::size_t q = a == b ? p : 0; q < kComponents; ++q) {
+            components * static_cast<std::size_t>(nodes_->rank(in_order ? a : b, in_order ? b : a, column));
+        for (std::size_t p = 0; p < components; ++p) {
+          for (std::size_t q = a == b ? p : 0; q < components; ++q) {
             // p and q are components of a and b.
             const std::size_t of_column = in_order ? p : q;
             const std::size_t of_row = in_order ? q : p;
-            const std::size_t start =
-                matrix_.begin[first_ + kComponents * static_cast<std::size_t>(column) + of_column];
+            const std::size_t start = matrix_.begin[first_ + components * static_cast<std::size_t>(column) + of_column];
             matrix_.values[start + rank + of_row - of_column] +=
-                sum.products[(kComponents * a + p) * kRowNumbers + kComponents * b + q];
+                sum.products[(components * a + p) * kRowNumbers + components * b + q];
           }
         }
       }
@@ -367,7 +461,7 @@ class Assembly {
       // Row i of -(w x d) over w.
       const std::array<Vec3d, 3> spin{Vec3d{0, -d.z, d.y}, Vec3d{d.z, 0, -d.x}, Vec3d{-d.y, d.x, 0}};
       const SplineBasis basis(p - lattice_.origin, lattice_.spacing);
-      const std::array<SplineRow, 3> v = basis.velocity();
+      const std::array<Row, 3> v = velocity_rows<components>(basis, 1);
       const std::array<int, kCellNodes> numbers = nodes_->of_cell(basis.cell());
       for (std::size_t q = 0; q < 3; ++q) {
         const std::size_t column = static_cast<std::size_t>(spins_[list]) + q;
@@ -375,9 +469,9 @@ class Assembly {
           for (const Vec3d& row : spin) at(spins_[list] + static_cast<int>(r), column) += weight * row[q] * row[r];
         }
         for (std::size_t node = 0; node < kCellNodes; ++node) {
-          for (std::size_t axis = 0; axis < kComponents && numbers[node] >= 0; ++axis) {
+          for (std::size_t axis = 0; axis < components && numbers[node] >= 0; ++axis) {
             double sum = 0;
-            for (std::size_t i = 0; i < 3; ++i) sum += spin[i][q] * v[i][axis][node];
+            for (std::size_t i = 0; i < 3; ++i) sum += spin[i][q] * v[i][components * node + axis];
             at(static_cast<int>(first_) + kOfNode * numbers[node] + static_cast<int>(axis), column) += weight * sum;
           }
         }
@@ -401,26 +495,66 @@ class Assembly {
   SymmetricMatrix matrix_;
 };
 
+// Calls body.template operator()<components>() for the number of components that the body needs.
+template <class Body>
+auto with_components(std::size_t components, const Body& body) {
+  if (components == kComponents) return body.template operator()<kComponents>();
+  return body.template operator()<kComponents + 1>();
+}
+
+std::size_t components_of(const BodySamples& body) { return kComponents + (body.growth.empty() ? 0 : 1); }
+
+// Adds what the rows want to the right side.
+template <std::size_t components>
+void add_wanted(const VelocityRows& list, const Lattice& lattice, const LatticeNodes& nodes, double weight,
+                std::size_t spin, std::span<double> right, std::size_t first) {
+  const Vec3d middle = list.spins ? mean_of(list.points) : Vec3d{};
+  for (std::size_t i = 0; i < list.points.size(); ++i) {
+    const SplineBasis basis(list.points[i] - lattice.origin, lattice.spacing);
+    const std::array<DenseRow<components>, 3> v = velocity_rows<components>(basis, 1);
+    const std::array<int, kCellNodes> numbers = nodes.of_cell(basis.cell());
+    Vec3d wanted = list.wanted[i];
+    if (!list.normals.empty()) wanted = list.normals[i] * dot(list.normals[i], wanted);
+    wanted *= weight;
+    for (std::size_t node = 0; node < kCellNodes; ++node) {
+      for (std::size_t axis = 0; axis < components && numbers[node] >= 0; ++axis) {
+        const std::size_t at = components * node + axis;
+        right[first + components * static_cast<std::size_t>(numbers[node]) + axis] +=
+            v[0][at] * wanted.x + v[1][at] * wanted.y + v[2][at] * wanted.z;
+      }
+    }
+    if (!list.spins) continue;
+    const Vec3d torque = cross(list.points[i] - middle, wanted);
+    for (std::size_t axis = 0; axis < 3; ++axis) right[spin + axis] -= torque[axis];
+  }
+}
+
 }  // namespace
 
 std::size_t count_unknowns(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows) {
-  return kComponents * Assembly(lattice, body, rows, 1, nullptr).find_nodes().size();
+  return with_components(components_of(body), [&]<std::size_t components>() {
+    return components * Assembly<components>(lattice, body, rows, 1, nullptr).find_nodes().size();
+  });
 }
 
 NearRigidSystem::NearRigidSystem(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows,
                                  int threads, const Progress* progress) {
   auto equations = std::make_unique<Equations>();
   equations->lattice = lattice;
-  Assembly assembly(lattice, body, rows, threads, progress);
-  equations->nodes = assembly.find_nodes();
-  const std::size_t unknowns = kComponents * equations->nodes.size();
-  if (unknowns > kMaxUnknowns) {
-    throw InvalidInput(
-        fmt::format("\"detail\" is too fine: the field has {} unknowns, and {} at most can be solved; "
-                    "make it larger, or move the parts less",
-                    unknowns, kMaxUnknowns));
-  }
-  const SymmetricMatrix matrix = assembly.fill(equations->nodes, equations->mean_diagonal);
+  equations->components = components_of(body);
+  const SymmetricMatrix matrix = with_components(equations->components, [&]<std::size_t components>() {
+    Assembly<components> assembly(lattice, body, rows, threads, progress);
+    equations->nodes = assembly.find_nodes();
+    const std::size_t unknowns = components * equations->nodes.size();
+    if (unknowns > kMaxUnknowns) {
+      throw InvalidInput(
+          fmt::format("\"detail\" is too fine: the field has {} unknowns, and {} at most can be solved; "
+                      "make it larger, or move the parts less",
+                      unknowns, kMaxUnknowns));
+    }
+    if constexpr (components > kComponents) equations->growth = assembly.growth_side(equations->nodes);
+    return assembly.fill(equations->nodes, equations->mean_diagonal);
+  });
   if (!equations->factor.factorize(matrix, threads, progress)) {
     throw InvalidInput("the pose cannot be solved: its equations are singular; make \"detail\" larger");
   }
@@ -431,40 +565,30 @@ NearRigidSystem::NearRigidSystem(NearRigidSystem&&) noexcept = default;
 NearRigidSystem& NearRigidSystem::operator=(NearRigidSystem&&) noexcept = default;
 NearRigidSystem::~NearRigidSystem() = default;
 
-std::size_t NearRigidSystem::unknowns() const { return kComponents * equations_->nodes.size(); }
+std::size_t NearRigidSystem::unknowns() const { return equations_->components * equations_->nodes.size(); }
 
 PotentialGrid NearRigidSystem::solve(std::span<const VelocityRows> rows) const {
   const Equations& e = *equations_;
-  const std::vector<int> spins = Assembly::spin_numbers(rows);
+  const std::vector<int> spins = spin_numbers(rows);
   const auto first = static_cast<std::size_t>(spins.back());
   const double unit = e.mean_diagonal * e.lattice.spacing * e.lattice.spacing;
-  std::vector<double> right(first + kComponents * e.nodes.size());
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const VelocityRows& list = rows[k];
-    const Vec3d middle = list.spins ? mean_of(list.points) : Vec3d{};
-    for (std::size_t i = 0; i < list.points.size(); ++i) {
-      const SplineBasis basis(list.points[i] - e.lattice.origin, e.lattice.spacing);
-      const std::array<SplineRow, 3> v = basis.velocity();
-      const std::array<int, kCellNodes> numbers = e.nodes.of_cell(basis.cell());
-      Vec3d wanted = list.wanted[i];
-      if (!list.normals.empty()) wanted = list.normals[i] * dot(list.normals[i], wanted);
-      wanted *= list.weight * unit;
-      for (std::size_t node = 0; node < kCellNodes; ++node) {
-        for (std::size_t axis = 0; axis < kComponents && numbers[node] >= 0; ++axis) {
-          right[first + kComponents * static_cast<std::size_t>(numbers[node]) + axis] +=
-              v[0][axis][node] * wanted.x + v[1][axis][node] * wanted.y + v[2][axis][node] * wanted.z;
-        }
-      }
-      if (!list.spins) continue;
-      const Vec3d torque = cross(list.points[i] - middle, wanted);
-      for (std::size_t axis = 0; axis < 3; ++axis) right[static_cast<std::size_t>(spins[k]) + axis] -= torque[axis];
+  std::vector<double> right(first + e.components * e.nodes.size());
+  std::copy(e.growth.begin(), e.growth.end(), right.begin() + static_cast<std::ptrdiff_t>(first));
+  with_components(e.components, [&]<std::size_t components>() {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      add_wanted<components>(rows[k], e.lattice, e.nodes, rows[k].weight * unit, static_cast<std::size_t>(spins[k]),
+                             right, first);
     }
-  }
-  e.factor.solve(right);
-  return e.nodes.grid(e.lattice.origin, e.lattice.spacing, [&](int node) {
-    const std::size_t number = first + kComponents * static_cast<std::size_t>(node);
-    return Vec3d{right[number], right[number + 1], 0};
   });
+  e.factor.solve(right);
+  const auto number = [&](int node) { return first + e.components * static_cast<std::size_t>(node); };
+  PotentialGrid grid = e.nodes.grid(e.lattice.origin, e.lattice.spacing, [&](int node) {
+    return Vec3d{right[number(node)], right[number(node) + 1], 0};
+  });
+  if (e.components > kComponents) {
+    grid.growth = e.nodes.of_grid<double>([&](int node) { return right[number(node) + kComponents]; });
+  }
+  return grid;
 }
 
 }  // namespace knead::detail

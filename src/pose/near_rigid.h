@@ -5,11 +5,14 @@
 //     mean over the body's samples of stiffness |sym grad v|^2 + ridge |a|^2 + sum over rows of weight |row(v) -
 //     wanted|^2.
 // Where all that is near rests the coefficients are 0: a fine grid costs only what it moves.
+// Where volumes may change v = curl A + grad p, |sym grad v|^2 is that of its traceless part, and
+// stiffness growth_weight (div v - growth)^2 is added.
 // A rigid motion has no strain, so the flow moves rigidly wherever it can. A third of the unknowns is nearly free
 // (adding a gradient to A changes no v): the ridge takes care of that.
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -29,6 +32,11 @@ struct BodySamples {
   // Where the body also is, or comes to while the field acts: the field is whole there, and goes on from the body as
   // nearly rigidly as it can.
   std::vector<Vec3d> around{};
+  // Not empty: volumes may change; as many rates, what div v is wanted to be.
+  std::vector<double> growth{};
+  double growth_weight = 1.0 / 3;  // of div v; above 0. With 1/3 and a growth of 0 all of the strain counts
+  // If given, v is exactly 0 outside of boxes that it accepts: only nodes with such a support are unknown.
+  std::function<bool(const Box&)> reach{};
 };
 
 // Points where velocities are wanted.

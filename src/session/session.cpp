@@ -266,9 +266,10 @@ std::string text_of(const std::array<int, 3>& counts) {
   return fmt::format("[{}, {}, {}]", counts[0], counts[1], counts[2]);
 }
 
-std::string text_of(const SharedVectors& vectors) {
-  if (vectors.empty()) return "";
-  const std::string_view bytes(reinterpret_cast<const char*>(vectors.data()), vectors.size() * sizeof(Vec3d));
+template <class T>
+std::string text_of(const SharedList<T>& items) {
+  if (items.empty()) return "";
+  const std::string_view bytes(reinterpret_cast<const char*>(items.data()), items.size() * sizeof(T));
   return '"' + io_detail::to_base64(bytes) + '"';
 }
 

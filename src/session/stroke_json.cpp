@@ -293,20 +293,24 @@ struct ReadValue {
     if (items.size() != 3) json.fail("three whole numbers");
     for (std::size_t i = 0; i < 3; ++i) (*value)[i] = static_cast<int>(items[i].integer());
   }
-  void operator()(SharedVectors* value) const {
+  void operator()(SharedVectors* value) const { *value = list<Vec3d>("vectors of three numbers, of 8 bytes each"); }
+  void operator()(SharedNumbers* value) const { *value = list<double>("numbers of 8 bytes each"); }
+  void operator()(std::string* value) const { *value = json.text(); }
+  void operator()(const Choice& choice) const { choice.choose(json.choice(choice.words)); }
+
+  // `what` the bytes hold.
+  template <class T>
+  SharedList<T> list(std::string_view what) const {
     if (!json.is_text()) json.fail("numbers as base64, text in double quotes");
     const std::optional<std::string> bytes = io_detail::from_base64(json.text());
     if (!bytes) throw InvalidInput(place, json.name() + " is no base64");
-    if (bytes->size() % sizeof(Vec3d) != 0) {
-      throw InvalidInput(place, fmt::format("{} must hold vectors of three numbers, of 8 bytes each, got {} bytes",
-                                            json.name(), bytes->size()));
+    if (bytes->size() % sizeof(T) != 0) {
+      throw InvalidInput(place, fmt::format("{} must hold {}, got {} bytes", json.name(), what, bytes->size()));
     }
-    std::vector<Vec3d> vectors(bytes->size() / sizeof(Vec3d));
-    if (!vectors.empty()) std::memcpy(vectors.data(), bytes->data(), bytes->size());
-    *value = SharedVectors(std::move(vectors));
+    std::vector<T> items(bytes->size() / sizeof(T));
+    if (!items.empty()) std::memcpy(items.data(), bytes->data(), bytes->size());
+    return SharedList<T>(std::move(items));
   }
-  void operator()(std::string* value) const { *value = json.text(); }
-  void operator()(const Choice& choice) const { choice.choose(json.choice(choice.words)); }
 };
 
 void read_key(const StrokeKey& key, const JsonObject& line, const Place& place) {

@@ -107,19 +107,12 @@ Stroke stroke_to_read(const PreparedStroke& stroke, std::span<const Vec3d> posit
   return with_images(std::get<PoseStroke>(stroke.stroke()), stroke.source->mirror, positions);
 }
 
-SharedVectors scaled(const SharedVectors& vectors, double factor) {
-  std::vector<Vec3d> result(vectors.begin(), vectors.end());
-  for (Vec3d& v : result) v = v * factor;
-  return SharedVectors(std::move(result));
-}
-
 Stroke share_of_image(const Stroke& part, const PreparedStroke& stroke) {
   const auto* grid = std::get_if<GridStroke>(&part);
   if (grid == nullptr || !is_mirrored_pose(stroke)) return part;
   GridStroke share = *grid;
   const double factor = 1.0 / static_cast<double>(1U << stroke.source->mirror.size());
-  share.grid.coefficients = scaled(share.grid.coefficients, factor);
-  share.grid.end_coefficients = scaled(share.grid.end_coefficients, factor);
+  share.grid = multiplied(std::move(share.grid), factor);
   return share;
 }
 

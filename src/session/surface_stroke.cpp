@@ -121,11 +121,13 @@ std::size_t expected_segments(const Stroke& stroke, const Mesh* tool) {
 std::size_t segments_about(const Stroke& stroke) {
   constexpr std::size_t kStepsOfAPiece = 20;  // of a stamp
   constexpr std::size_t kStepsOfAPose = 10;
+  constexpr std::size_t kStepsOfAnInflation = 4;
   if (const auto* path = std::get_if<ImplicitStroke>(&stroke)) return path->path.size();
   if (const auto* relax = std::get_if<RelaxStroke>(&stroke)) return relax->points.size();
   if (const auto* stamp = std::get_if<StampStroke>(&stroke)) return kStepsOfAPiece * stamp->path.size();
   if (const auto* points = std::get_if<PointsStroke>(&stroke)) return points->displacements.size();
   if (std::holds_alternative<PoseStroke>(stroke)) return kStepsOfAPose;
+  if (std::holds_alternative<InflateStroke>(stroke)) return kStepsOfAnInflation;
   if (const auto* paint = std::get_if<PaintStroke>(&stroke)) return paint->samples.size() + 10 * paint->path.size();
   return 1;
 }
@@ -142,6 +144,8 @@ std::optional<double> apply_on(const Stroke& stroke, const Mesh* tool, int threa
     apply(*handles, surface, remarks);
   } else if (const auto* pose = std::get_if<PoseStroke>(&stroke)) {
     remarks = pose_on(*pose, surface, threads).warnings;
+  } else if (const auto* inflate = std::get_if<InflateStroke>(&stroke)) {
+    inflate_on(*inflate, surface, threads);
   } else if (const auto* mask = std::get_if<MaskStroke>(&stroke)) {
     apply(*mask, surface);
   } else if (const auto* bend = std::get_if<BendStroke>(&stroke); bend != nullptr && bends_body(*bend, surface)) {

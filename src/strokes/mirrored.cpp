@@ -63,6 +63,7 @@ struct Numbers {
   void operator()(SharedVectors* vectors) const {
     for (const Vec3d& v : *vectors) add(v);
   }
+  void operator()(SharedNumbers* numbers) const { list.insert(list.end(), numbers->begin(), numbers->end()); }
   void operator()(Mat3d* m) const {
     for (const Vec3d& row : {m->row0, m->row1, m->row2}) add(row);
   }
@@ -370,25 +371,26 @@ struct Image {
   void operator()(const T& /*as it is*/) const {}
 };
 
-// The coefficients of the mirror image, a pseudovector's, in the order of the nodes of the mirror image.
-SharedVectors flipped(const SharedVectors& coefficients, const std::array<int, 3>& counts, const Vec3d& signs) {
-  const Vec3d by = signs * (signs.x * signs.y * signs.z);
+// The coefficients of the mirror image, changed by `image`, in the order of its nodes.
+template <class T, class OfImage>
+SharedList<T> flipped(const SharedList<T>& coefficients, const std::array<int, 3>& counts, const Vec3d& signs,
+                      const OfImage& image) {
+  if (coefficients.empty()) return {};
   const auto at = [&](std::size_t axis, int i) {
     return static_cast<std::size_t>(signs[axis] < 0 ? counts[axis] - 1 - i : i);
   };
   const auto [nx, ny, nz] = counts;
-  std::vector<Vec3d> list;
+  std::vector<T> list;
   list.reserve(coefficients.size());
-  for (int z = 0; z < nz && !coefficients.empty(); ++z) {
+  for (int z = 0; z < nz; ++z) {
     for (int y = 0; y < ny; ++y) {
       for (int x = 0; x < nx; ++x) {
         const std::size_t row = at(1, y) + static_cast<std::size_t>(ny) * at(2, z);
-        const Vec3d& a = coefficients[at(0, x) + static_cast<std::size_t>(nx) * row];
-        list.push_back({a.x * by.x, a.y * by.y, a.z * by.z});
+        list.push_back(image(coefficients[at(0, x) + static_cast<std::size_t>(nx) * row]));
       }
     }
   }
-  return SharedVectors(std::move(list));
+  return SharedList<T>(std::move(list));
 }
 
 template <class Map>
@@ -400,10 +402,11 @@ void move(PotentialGrid& grid, const Map& map) {
   }
   grid.origin = map.place(grid.origin);
   if (*signs == Vec3d{1, 1, 1}) return;
-  grid.coefficients = flipped(grid.coefficients, grid.counts, *signs);
-  if (!grid.end_coefficients.empty()) {
-    grid.end_coefficients = flipped(grid.end_coefficients, grid.counts, *signs);
-  }
+  const Vec3d by = *signs * (signs->x * signs->y * signs->z);  // of a pseudovector
+  const auto vector = [&](const Vec3d& a) { return Vec3d{a.x * by.x, a.y * by.y, a.z * by.z}; };
+  grid.coefficients = flipped(grid.coefficients, grid.counts, *signs, vector);
+  grid.end_coefficients = flipped(grid.end_coefficients, grid.counts, *signs, vector);
+  grid.growth = flipped(grid.growth, grid.counts, *signs, [](double g) { return g; });
 }
 
 template <class Map>

@@ -1,5 +1,5 @@
-// Posing a surface, and bending its body by a pose (docs/mathematics.md, "Poses", "Bends of a body"). Internal to the
-// library.
+// Posing a surface, bending its body by a pose, and inflating it (docs/mathematics.md, "Poses", "Bends of a body",
+// "Volume on purpose"). Internal to the library.
 #pragma once
 
 #include <cstddef>
@@ -75,6 +75,13 @@ bool bends_body(const BendStroke& stroke, const LiveSurface& surface);
 // the key in quotes, for a zone without vertices, for a part that the rest also hangs together with elsewhere, for a
 // zone too short for its angle, and for a bend that would spoil the shape: the angle that does not is then named.
 PoseResult bend_on(const BendStroke& stroke, const LiveSurface& surface, int threads);
+
+// Inflates the surface: finds the grids of the whole motion, and passes them to surface.apply as GridStrokes. The
+// volume that the triangles bound changes by what the stroke says within 1e-6 of it, but for the accuracy of apply.
+// Returns false if that did. Time: about 0.2 s a step for a path as long as the radius. Throws InvalidInput, beginning
+// with the key in quotes, for an invalid stroke, for a place where nothing can grow, and for a volume that is too much
+// for the radius. Nothing has moved then.
+bool inflate_on(const InflateStroke& stroke, const LiveSurface& surface, int threads);
 
 namespace tool_detail {
 

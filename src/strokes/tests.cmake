@@ -5,6 +5,7 @@ knead_test(knead_strokes_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/paint_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/handles_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/images_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/inflate_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/limb_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mirrored_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/parts_test.cpp

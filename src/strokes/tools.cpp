@@ -190,7 +190,8 @@ std::vector<StrokeKey> keys(GridStroke& s) {
           {"spacing", Quantity::positive, &s.grid.spacing},
           {"counts", Quantity::other, &s.grid.counts},
           {"coefficients", Quantity::other, &s.grid.coefficients},
-          {"end_coefficients", Quantity::other, &s.grid.end_coefficients, Presence::optional}};
+          {"end_coefficients", Quantity::other, &s.grid.end_coefficients, Presence::optional},
+          {"growth", Quantity::other, &s.grid.growth, Presence::optional}};
 }
 
 void require_coefficients(std::string_view key, const SharedVectors& coefficients, std::size_t nodes) {
@@ -214,6 +215,13 @@ void validate(const GridStroke& stroke) {
   if (!stroke.grid.end_coefficients.empty()) {
     require_coefficients("end_coefficients", stroke.grid.end_coefficients, *nodes);
   }
+  const SharedNumbers& growth = stroke.grid.growth;
+  if (!growth.empty() && growth.size() != *nodes) {
+    throw InvalidInput(
+        fmt::format("\"growth\" must hold one number for each of the {} nodes that \"counts\" gives, got {}", *nodes,
+                    growth.size()));
+  }
+  for (const double g : growth) require_finite("growth", g);
 }
 
 Flow flow_of(const GridStroke& stroke) {
@@ -222,18 +230,8 @@ Flow flow_of(const GridStroke& stroke) {
   return {{std::move(segment)}};
 }
 
-void multiply(SharedVectors& coefficients, double factor) {
-  if (coefficients.empty()) return;
-  std::vector<Vec3d> list(coefficients.begin(), coefficients.end());
-  for (Vec3d& coefficient : list) coefficient *= factor;
-  coefficients = SharedVectors(std::move(list));
-}
-
 // The flow of v over the time `strength` is that of strength v over the unit of time.
-void prolong(GridStroke& stroke, double strength) {
-  multiply(stroke.grid.coefficients, strength);
-  multiply(stroke.grid.end_coefficients, strength);
-}
+void prolong(GridStroke& stroke, double strength) { stroke.grid = multiplied(std::move(stroke.grid), strength); }
 
 }  // namespace
 

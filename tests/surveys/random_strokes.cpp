@@ -236,6 +236,14 @@ Stroke grid(const Draw& draw) {
   return stroke;
 }
 
+Stroke inflate(const Draw& draw) {
+  const Vec3d p = draw.mesh.positions[draw.vertex()];
+  const double radius = draw.uniform(0.08, 0.2) * draw.size;
+  return InflateStroke{{p, p + draw.direction() * (0.3 * radius)},
+                       radius,
+                       draw.sign() * draw.uniform(0.001, 0.006) * radius * radius * radius};
+}
+
 Stroke relax(const Draw& draw) {
   const std::size_t v = draw.vertex();
   RelaxStroke stroke{{draw.near(v), draw.near(v)}, draw.uniform(0.05, 0.3) * draw.size};
@@ -257,9 +265,9 @@ Stroke mask(const Draw& draw) {
 }
 
 const std::vector<std::pair<std::string, Stroke (*)(const Draw&)>> kTools{
-    {"implicit", implicit}, {"paint", paint},     {"points", points}, {"handles", handles}, {"stamp", stamp},
-    {"rotate", turn},       {"stretch", stretch}, {"twist", twist},   {"bend", bend},       {"pins", pins},
-    {"pose", pose},         {"grid", grid},       {"relax", relax},   {"mask", mask}};
+    {"implicit", implicit}, {"paint", paint},     {"points", points},   {"handles", handles}, {"stamp", stamp},
+    {"rotate", turn},       {"stretch", stretch}, {"twist", twist},     {"bend", bend},       {"pins", pins},
+    {"pose", pose},         {"grid", grid},       {"inflate", inflate}, {"relax", relax},     {"mask", mask}};
 
 }  // namespace
 

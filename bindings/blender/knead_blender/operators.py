@@ -281,6 +281,55 @@ class KNEAD_OT_remove_mask(OfSession, bpy.types.Operator):
         append(self, obj, [knead.stroke({"mask": None})])
 
 
+class KNEAD_OT_fit(bpy.types.Operator):
+    """Fit the other selected mesh to the active one: a session that takes its surface there"""
+
+    bl_idname = "knead.fit"
+    bl_label = "Fit to Active Object"
+    bl_options = {"REGISTER", "UNDO"}
+    volume: EnumProperty(
+        name="Volume",
+        items=[
+            ("keep", "Keep", "The volume stays"),
+            ("free", "Free", "The body grows and shrinks on purpose where the other one asks for it"),
+        ],
+    )
+
+    @classmethod
+    def poll(cls, context):
+        return context.object is not None and context.object.type == "MESH" and len(_others(context)) == 1
+
+    def execute(self, context):
+        (source,) = _others(context)
+        try:
+            state.require_mesh(context.object)
+            state.require_mesh(source)
+            fit = self.fitted(source, context.object)
+            append(self, source, fit.session)
+        except _ERRORS as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        distance = f"{100 * fit.report['distance_after']['mean']:.2g}% of its size from it"
+        if fit.problem:
+            self.report({"WARNING"}, f"{source.name} is {distance}; {fit.problem}")
+        else:
+            self.report({"INFO"}, f"{source.name} is {distance}")
+        return {"FINISHED"}
+
+    def fitted(self, source, target):
+        """A fit in the space of the source."""
+        there = shape.Frame((source.matrix_world.inverted() @ target.matrix_world))
+        places = there.enter(shown.read(target))
+        return knead.fit(
+            (shown.read(source), shape.faces(source.data)), (places, shape.faces(target.data)), volume=self.volume
+        )
+
+
+def _others(context):
+    """The selected meshes besides the active one."""
+    return [obj for obj in context.selected_objects if obj.type == "MESH" and obj != context.object]
+
+
 def append(operator, obj, strokes, space="LOCAL", tolerance=1e-5):
     """Applies strokes after those of the object's session. Where that fails, nothing has changed."""
     shown.require_seen(obj)
@@ -311,6 +360,7 @@ _CLASSES = (
     KNEAD_OT_stroke_edit,
     KNEAD_OT_add_mask,
     KNEAD_OT_remove_mask,
+    KNEAD_OT_fit,
 )
 
 

@@ -51,6 +51,29 @@ class Operators(Case):
         self.same(self.vertices(other), after)
         self.assertEqual(other.knead.session, obj.knead.session)
 
+    def test_fit_to_the_active_object(self):
+        obj = make_hand()
+        other = make_hand()
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        goal = self.vertices(other)
+        other.location = (3, 0, 1)
+        bpy.context.view_layer.update()
+        self.same(self.vertices(obj), self.vertices(make_hand()))
+        bpy.context.view_layer.objects.active = other
+        bpy.ops.object.select_all(action="DESELECT")
+        self.assertFalse(bpy.ops.knead.fit.poll())
+        obj.select_set(True)
+        other.select_set(True)
+        self.assertEqual(bpy.ops.knead.fit(), {"FINISHED"})
+        self.same(self.vertices(other), goal)
+        there = goal + np.array([3, 0, 1])
+        size = np.linalg.norm(np.ptp(goal, axis=0))
+        self.assertLess(np.linalg.norm(self.vertices(obj) - there, axis=1).mean(), 0.02 * size)
+        import knead_blender.state as state
+
+        tools = {stroke.tool for stroke in state.parse(obj.knead.session)}
+        self.assertTrue(tools <= {"grid", "implicit", "rotate", "pins"}, tools)
+
     def test_shape_keys(self):
         obj = make_hand()
         before, path = self.vertices(obj), session_file(self.folder)

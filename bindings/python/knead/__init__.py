@@ -17,6 +17,7 @@ from ._deform import Flow, Remeshed, Workbench, animate, certify, deform, frames
 from ._fit import Fit, fit
 from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
+from ._mean import Population, mean
 from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
 from ._session import Session
 from ._shapes import Shape, check, check_cells, crossings, read, write
@@ -34,6 +35,7 @@ __all__ = [
     "Flow",
     "InvalidInput",
     "PaintDrag",
+    "Population",
     "Remeshed",
     "Session",
     "Shape",
@@ -51,6 +53,7 @@ __all__ = [
     "deform_mesh",
     "fit",
     "frames",
+    "mean",
     "read",
     "remesh",
     "render",

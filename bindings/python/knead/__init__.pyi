@@ -343,6 +343,7 @@ class Grid(Stroke):
     counts: Sequence[int]
     coefficients: str
     end_coefficients: str | None
+    growth: str | None
     def __init__(
         self,
         *,
@@ -351,6 +352,25 @@ class Grid(Stroke):
         counts: Sequence[int],
         coefficients: str,
         end_coefficients: str | None = None,
+        growth: str | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+        duration: float | None = None,
+        new_entry: bool | None = None,
+        mirror: Mirror | None = None,
+    ) -> None: ...
+
+class Inflate(Stroke):
+    points: Points3 | None
+    radius: float
+    volume: float
+    def __init__(
+        self,
+        *,
+        radius: float,
+        volume: float,
+        points: Points3 | None = None,
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
@@ -544,9 +564,9 @@ def fit(
     source: Points_ | tuple[ArrayLike, Faces],
     target: Points_ | tuple[ArrayLike, Faces],
     landmarks: ArrayLike | None = None,
-    map: ArrayLike | None = None,
+    map: ArrayLike | Literal["functional"] | None = None,
     *,
-    volume: Literal["keep", "total"] = "keep",
+    volume: Literal["keep", "total", "free"] = "keep",
     align: bool | Literal["auto", "always", "never"] = True,
     surface: bool = True,
     also: Iterable[Points_] = (),
@@ -554,6 +574,29 @@ def fit(
     threads: int = 0,
     progress: Progress | None = None,
 ) -> Fit | None: ...
+
+class Population:
+    template: tuple[NDArray[np.float64], Faces]
+    fits: list[Fit]
+    aligned: NDArray[np.float64]
+    mean: Fit
+    modes: NDArray[np.float64]
+    deviations: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    def along(self, weights: ArrayLike, *, progress: Progress | None = None) -> Fit: ...
+
+def mean(
+    shapes: Iterable[Points_ | tuple[ArrayLike, Faces]],
+    *,
+    template: int | Points_ | tuple[ArrayLike, Faces] = 0,
+    landmarks: Iterable[ArrayLike | None] | None = None,
+    maps: Iterable[ArrayLike | None] | None = None,
+    volume: Literal["keep", "free"] = "free",
+    align: bool | Literal["auto", "always", "never"] = True,
+    max_stretch: float = 5,
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> Population | None: ...
 
 class Remeshed:
     vertices: NDArray[np.float64]

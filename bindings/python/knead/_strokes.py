@@ -58,7 +58,7 @@ def _coefficients(vectors):
 # The keys of a tool that may be arrays where a session file has something shorter.
 _SHORTER = {
     "pose": {"parts": _regions, "stiffness": _regions},
-    "grid": {"coefficients": _coefficients, "end_coefficients": _coefficients},
+    "grid": {"coefficients": _coefficients, "end_coefficients": _coefficients, "growth": _coefficients},
 }
 
 
@@ -218,6 +218,14 @@ _DETAILS = {
             as little-endian float64, as session files have it and as the attribute returns it:
             np.frombuffer(base64.b64decode(grid.coefficients)).reshape(*grid.counts[::-1], 3)
         end_coefficients: the same at the stroke's end, if they change linearly in time
+        growth: an array of one number for each node, or base64 of it: p of v = curl A + grad p, which changes volumes
+""",
+    "inflate": """
+    The shape gains (or with a negative `volume` loses) exactly this volume, most along the path through `points`, and its
+    surface moves outwards there. Nothing farther than `radius` from the path moves at all. It reads the surface, so
+    deform() needs `faces`.
+
+        bigger = knead.deform(vertices, knead.Inflate(points=[place], radius=0.2, volume=1e-3), faces)
 """,
 }
 

@@ -35,7 +35,8 @@ FitAlign align_named(const std::string& name) {
 FitVolume volume_named(const std::string& name) {
   if (name == "keep") return FitVolume::keep;
   if (name == "total") return FitVolume::total;
-  throw InvalidInput("volume must be \"keep\" or \"total\", got \"" + name + "\"");
+  if (name == "free") return FitVolume::free;
+  throw InvalidInput("volume must be \"keep\", \"total\" or \"free\", got \"" + name + "\"");
 }
 
 // How a fit is asked for.

@@ -40,6 +40,7 @@ struct TypeName {
   std::string operator()(const HandlesMotion*) const { return "Mapping[str, Any]"; }
   std::string operator()(const std::array<int, 3>*) const { return "Sequence[int]"; }
   std::string operator()(const SharedVectors*) const { return "str"; }
+  std::string operator()(const SharedNumbers*) const { return "str"; }
   std::string operator()(const std::string*) const { return "str"; }
   std::string operator()(const Choice& choice) const {
     std::string words;

@@ -207,9 +207,9 @@ def fit(
     source: Points_ | tuple[ArrayLike, Faces],
     target: Points_ | tuple[ArrayLike, Faces],
     landmarks: ArrayLike | None = None,
-    map: ArrayLike | None = None,
+    map: ArrayLike | Literal["functional"] | None = None,
     *,
-    volume: Literal["keep", "total"] = "keep",
+    volume: Literal["keep", "total", "free"] = "keep",
     align: bool | Literal["auto", "always", "never"] = True,
     surface: bool = True,
     also: Iterable[Points_] = (),
@@ -217,6 +217,29 @@ def fit(
     threads: int = 0,
     progress: Progress | None = None,
 ) -> Fit | None: ...
+
+class Population:
+    template: tuple[NDArray[np.float64], Faces]
+    fits: list[Fit]
+    aligned: NDArray[np.float64]
+    mean: Fit
+    modes: NDArray[np.float64]
+    deviations: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    def along(self, weights: ArrayLike, *, progress: Progress | None = None) -> Fit: ...
+
+def mean(
+    shapes: Iterable[Points_ | tuple[ArrayLike, Faces]],
+    *,
+    template: int | Points_ | tuple[ArrayLike, Faces] = 0,
+    landmarks: Iterable[ArrayLike | None] | None = None,
+    maps: Iterable[ArrayLike | None] | None = None,
+    volume: Literal["keep", "free"] = "free",
+    align: bool | Literal["auto", "always", "never"] = True,
+    max_stretch: float = 5,
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> Population | None: ...
 
 class Remeshed:
     vertices: NDArray[np.float64]

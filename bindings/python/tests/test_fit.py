@@ -84,3 +84,91 @@ def test_what_is_wrong_is_said(rod):
         knead.fit(v, target)
     with pytest.raises(TypeError):
         knead.fit(7, target)
+
+
+def ellipsoid(scale):
+    """A ball of 258 vertices, stretched."""
+    v = [[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]
+    f = [[0, 2, 4], [0, 4, 3], [0, 3, 5], [0, 5, 2], [1, 4, 2], [1, 3, 4], [1, 5, 3], [1, 2, 5]]
+    v = [np.array(p, float) for p in v]
+    for _ in range(3):
+        middle, faces = {}, []
+        for face in f:
+            new = []
+            for a, b in zip(face, face[1:] + face[:1]):
+                key = (min(a, b), max(a, b))
+                if key not in middle:
+                    middle[key] = len(v)
+                    v.append((v[a] + v[b]) / np.linalg.norm(v[a] + v[b]))
+                new.append(middle[key])
+            a, b, c = face
+            faces += [[a, new[0], new[2]], [b, new[1], new[0]], [c, new[2], new[1]], new]
+        f = faces
+    return np.array(v) * scale, np.array(f)
+
+
+def volume_of(v, t):
+    return np.einsum("ij,ij->", v[t[:, 0]], np.cross(v[t[:, 1]], v[t[:, 2]])) / 6
+
+
+def test_a_fit_with_free_volume_grows_to_the_targets_volume():
+    v, faces = ellipsoid([1, 1, 1.5])
+    target, _ = ellipsoid([1.2, 1.1, 1.5])
+    difference = volume_of(target, faces) / volume_of(v, faces) - 1
+    kept = knead.fit((v, faces), (target, faces))
+    free = knead.fit((v, faces), (target, faces), volume="free")
+    assert abs(kept.report["volume_error"]) < 1e-3 and kept.report["det_least"] is None
+    assert free.report["volume_error"] == pytest.approx(difference, rel=0.1)
+    assert 1 < free.report["det_least"] < 1 + difference < free.report["det_greatest"] < 2
+    assert free.report["distance_after"]["mean"] < 0.3 * kept.report["distance_after"]["mean"]
+    assert free.report["sound"]
+    assert (knead.deform(v, free.session, faces) == free.vertices).all()
+
+
+def test_the_mean_of_ellipsoids_is_one():
+    widths = [0.8, 1.0, 1.2]
+    shapes = [ellipsoid([w, 1, 1.6]) for w in widths]
+    people = knead.mean(shapes, template=1)
+    assert [fit.problem for fit in people.fits] == [""] * 3 and people.mean.problem == ""
+    v, faces = people.template
+    assert np.ptp(people.mean.vertices, axis=0) == pytest.approx([2, 2, 3.2], rel=0.02)
+    # One number makes the difference, and the widths are evenly spread.
+    assert people.deviations[0] > 4 * people.deviations[1]
+    order = people.weights[:, 0] * np.sign(people.weights[-1, 0])
+    assert (np.diff(order) > 0.3).all()
+    one = people.along([people.weights[2, 0]])
+    assert np.ptp(one.vertices, axis=0)[0] == pytest.approx(2.4, rel=0.03)
+    assert (knead.deform(v, one.session, faces) == one.vertices).all()
+    with pytest.raises(knead.InvalidInput, match="at most"):
+        people.along([0] * 9)
+
+
+def test_a_mean_says_what_it_needs():
+    ball = ellipsoid([1, 1, 1])
+    with pytest.raises(knead.InvalidInput, match="two or more"):
+        knead.mean([ball])
+    with pytest.raises(knead.InvalidInput, match="template"):
+        knead.mean([ball, ball], template=2)
+    with pytest.raises(knead.InvalidInput, match="one entry for each"):
+        knead.mean([ball, ball], maps=[None])
+    with pytest.raises(knead.InvalidInput, match="total"):
+        knead.mean([ball, ball], volume="total")
+
+
+def test_a_functional_map_is_an_optional_extra(rod, monkeypatch):
+    v, faces, target = rod
+    monkeypatch.setitem(__import__("sys").modules, "pyFM.functional", None)
+    with pytest.raises(knead.Unavailable, match="pyfmaps"):
+        knead.fit((v, faces), (target, faces), map="functional")
+    with pytest.raises(knead.InvalidInput, match="functional"):
+        knead.fit((v, faces), (target, faces), map="other")
+
+
+def test_inflate_adds_the_volume_that_is_asked_for():
+    v, faces = ellipsoid([1, 1, 1])
+    grown = knead.deform(v, knead.Inflate(points=[[0, 0, 1]], radius=0.9, volume=0.05), faces)
+    assert volume_of(grown, faces) - volume_of(v, faces) == pytest.approx(0.05, rel=1e-3)
+    beyond = np.linalg.norm(v - [0, 0, 1], axis=1) > 0.9
+    assert (grown[beyond] == v[beyond]).all() and beyond.sum() > 200
+    report = knead.certify(v, grown, faces, knead.Inflate(points=[[0, 0, 1]], radius=0.9, volume=0.05))
+    assert 0.5 < report["det_least"] < 1.2 < report["det_greatest"] and report["volume_error_sampling"] is None

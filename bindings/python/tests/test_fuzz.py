@@ -145,7 +145,7 @@ looks = {
 
 
 fits = {
-    "volume": st.one_of(st.sampled_from(["keep", "total"]), anything),
+    "volume": st.one_of(st.sampled_from(["keep", "total", "free"]), anything),
     "align": st.one_of(st.booleans(), anything),
     "surface": st.one_of(st.booleans(), anything),
     "also": anything,
@@ -235,6 +235,13 @@ def use_fit(draw):
     assert isinstance(fit.session, knead.Session) and isinstance(fit.report, dict)
 
 
+def use_mean(draw):
+    shapes = st.one_of(st.lists(st.one_of(st.tuples(vertices, faces), st.just(TETRAHEDRON)), max_size=3), anything)
+    keys = {**{key: fits[key] for key in ("volume", "align", "max_stretch", "threads")}, "template": anything, "maps": anything}
+    people = knead.mean(draw(shapes), **draw(some(keys)))
+    assert isinstance(people, knead.Population) and isinstance(people.along(draw(arrays)), knead.Fit)
+
+
 def use_session(draw):
     session = knead.Session(draw(sessions), mesh=draw(st.none() | texts), note=draw(st.none() | anything))
     name = draw(st.sampled_from(["resolve", "append", "item", "text"]))
@@ -319,6 +326,7 @@ USES = {
     "files": use_files,
     "fit": use_fit,
     "flow": use_flow,
+    "mean": use_mean,
     "PaintDrag": use_paint_drag,
     "Surface": use_surface,
     "symmetric": use_symmetric,
@@ -339,7 +347,7 @@ USES = {
 
 def test_every_public_name_is_tried():
     classes = {tool.__name__ for tool in TOOLS}
-    others = {"read": "files", "Shape": "shape", "Session": "session", "Stroke": "tool", "Fit": "fit", "Flow": "flow",
+    others = {"read": "files", "Shape": "shape", "Session": "session", "Stroke": "tool", "Fit": "fit", "Flow": "flow", "Population": "mean",
               "Remeshed": "remesh", "Workbench": "workbench"}  # fmt: skip
     errors = {"AccuracyError", "FileError", "InvalidInput", "Unavailable"}
     for name in knead.__all__:

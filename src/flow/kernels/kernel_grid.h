@@ -50,6 +50,7 @@ KNEAD_INLINE GridValue<P> evaluate_grid(const GridView<S>& grid, const Vec3<P>& 
       sum.velocity = mul_add(end.velocity - sum.velocity, t, sum.velocity);
       if constexpr (with_potential) sum.potential = mul_add(end.potential - sum.potential, t, sum.potential);
     }
+    if (grid.growth != nullptr) add_growth(grid, grid.growth + node, weights, sum);
     result.velocity = select_vector(here, sum.velocity, result.velocity);
     if constexpr (with_potential) result.potential = select_vector(here, sum.potential, result.potential);
   });

@@ -1,0 +1,393 @@
+// Clay that grows: volume on purpose, within a tool (docs/decisions/0035-volume-on-purpose.md).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "knead/mesh.h"
+#include "knead/tools.h"
+#include "knead/vec.h"
+#include "mesh/body_points.h"
+#include "pose/near_rigid.h"
+#include "strokes/describe.h"
+#include "strokes/pose.h"
+
+namespace knead {
+
+namespace {
+
+using namespace detail;
+using namespace tool_detail;
+
+constexpr double kSpacings = 7;          // of the grid, in the radius; fewer where a path is long, down to
+constexpr double kLeastSpacings = 5.5;   // these
+constexpr std::size_t kUnknowns = 6000;  // that count as many
+constexpr double kFull = 0.8;            // of the radius: farther away the body does not grow
+constexpr double kCellsOfSample = 0.75;  // the samples' spacing, in that of the grid
+constexpr double kSurfaceStiffness = 4;
+constexpr double kGrowthWeight = 3;  // of the growth that is wanted, beside strain
+constexpr double kStepLength = 1;    // of the grid's spacing, at most
+constexpr double kStepGrowth = 0.4;  // of log det J, at most
+constexpr std::size_t kMaxSteps = 60;
+constexpr double kTolerance = 1e-6;  // of path lines, of the radius
+constexpr double kMostTaken = 0.5;   // of the volume that grows
+constexpr double kSpoiledStretch = 6;
+constexpr double kLeastFlux = 0.4;     // of the growth inside
+constexpr double kExactVolume = 1e-7;  // of the volume
+constexpr int kCorrections = 6;
+
+double distance_to_piece(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
+  const Vec3d ab = b - a;
+  const double square = norm2(ab);
+  const double t = square > 0 ? std::clamp(dot(p - a, ab) / square, 0.0, 1.0) : 0.0;
+  return norm(p - (a + ab * t));
+}
+
+// What is within the radius of the stroke's path.
+struct InflateTool {
+  const std::vector<Vec3d>& path;
+  double radius = 0;
+
+  template <class Visit>
+  void for_each_piece(const Visit& visit) const {
+    for (std::size_t i = 0; i + 1 < std::max<std::size_t>(path.size(), 2); ++i) {
+      visit(path[i], path[std::min(i + 1, path.size() - 1)]);
+    }
+  }
+
+  double distance(const Vec3d& p) const {
+    double least = norm(p - path.front());
+    for_each_piece([&](const Vec3d& a, const Vec3d& b) { least = std::min(least, distance_to_piece(p, a, b)); });
+    return least;
+  }
+
+  // Whether a box is within it: within one piece, which is convex, if its corners are.
+  bool holds(const Box& box) const {
+    bool result = false;
+    for_each_piece([&](const Vec3d& a, const Vec3d& b) {
+      bool holds = true;
+      for (std::size_t corner = 0; corner < 8 && holds; ++corner) {
+        const Vec3d p{(corner & 1U) != 0 ? box.max.x : box.min.x, (corner & 2U) != 0 ? box.max.y : box.min.y,
+                      (corner & 4U) != 0 ? box.max.z : box.min.z};
+        holds = distance_to_piece(p, a, b) <= radius;
+      }
+      result = result || holds;
+    });
+    return result;
+  }
+
+  // How fast the body grows at a distance, of the rate at the path.
+  double rate(double distance) const {
+    const double s = distance / (kFull * radius);
+    const double rest = std::max(0.0, 1 - s * s);
+    return rest * rest * rest;
+  }
+
+  Box box() const {
+    Box box;
+    for (const Vec3d& p : path) {
+      box.extend(p - Vec3d{radius, radius, radius});
+      box.extend(p + Vec3d{radius, radius, radius});
+    }
+    return box;
+  }
+};
+
+// A sum that does not depend on the order of the numbers.
+double sum_of(std::vector<double> numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  return std::accumulate(numbers.begin(), numbers.end(), 0.0);
+}
+
+// The part of the surface that the tool can move: corners of its triangles.
+class Skin {
+ public:
+  Skin(const LiveSurface& surface, const InflateTool& tool) : origin_(tool.path.front()) {
+    std::vector<std::uint32_t> number(surface.positions.size());
+    std::vector<bool> is_near(surface.positions.size());
+    for (std::size_t i = 0; i < is_near.size(); ++i) is_near[i] = tool.distance(surface.positions[i]) <= tool.radius;
+    for (const Triangle& t : surface.triangles) {
+      if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_near[v]; })) continue;
+      Triangle own = t;
+      for (std::uint32_t& v : own) {
+        if (number[v] == 0) {
+          points.push_back(surface.positions[v]);
+          vertices.push_back(v);
+          number[v] = static_cast<std::uint32_t>(points.size());
+        }
+        v = number[v] - 1;
+      }
+      triangles_.push_back(own);
+    }
+  }
+
+  bool empty() const { return triangles_.empty(); }
+
+  // Six times the volume of a triangle's cone, times the sign of the surface.
+  double volume_between(const std::vector<Vec3d>& before, const std::vector<Vec3d>& after) const {
+    std::vector<double> parts;
+    parts.reserve(triangles_.size());
+    for (const auto& [a, b, c] : triangles_) {
+      parts.push_back(cone(after[a], after[b], after[c]) - cone(before[a], before[b], before[c]));
+    }
+    return sum_of(std::move(parts)) / 6;
+  }
+
+  // Volume for a time through the surface.
+  double flux(const std::vector<Vec3d>& velocities) const {
+    std::vector<double> parts;
+    parts.reserve(triangles_.size());
+    for (const auto& [a, b, c] : triangles_) {
+      const Vec3d area = cross(points[b] - points[a], points[c] - points[a]);
+      parts.push_back(dot(velocities[a] + velocities[b] + velocities[c], area));
+    }
+    return sum_of(std::move(parts)) / 6;
+  }
+
+  // The greatest singular value of a triangle's map, or the inverse of its least.
+  double stretch_from(const std::vector<Vec3d>& before) const {
+    double greatest = 1;
+    for (const auto& [a, b, c] : triangles_) {
+      const std::array<Vec3d, 3> from{before[a], before[b], before[c]};
+      greatest = std::max(greatest, triangle_stretch(from, {points[a], points[b], points[c]}).value_or(1));
+    }
+    return greatest;
+  }
+
+  std::vector<Vec3d> points;
+  std::vector<std::uint32_t> vertices;  // which these are
+
+ private:
+  double cone(const Vec3d& a, const Vec3d& b, const Vec3d& c) const {
+    return dot(a - origin_, cross(b - origin_, c - origin_));
+  }
+
+  Vec3d origin_;
+  std::vector<Triangle> triangles_;
+};
+
+Flow flow_of(PotentialGrid grid) {
+  Segment segment;
+  segment.grid = std::move(grid);
+  return {{std::move(segment)}};
+}
+
+double greatest_norm(const std::vector<Vec3d>& vectors) {
+  double greatest = 0;
+  for (const Vec3d& v : vectors) greatest = std::max(greatest, norm(v));
+  return greatest;
+}
+
+class Inflation {
+ public:
+  Inflation(const InflateStroke& stroke, const LiveSurface& surface, int threads)
+      : stroke_(stroke),
+        tool_{stroke.points, stroke.radius},
+        surface_(surface),
+        threads_(threads),
+        skin_(surface, tool_),
+        positions_(surface.positions.begin(), surface.positions.end()) {
+    if (surface.triangles.empty()) throw InvalidInput("\"tool\": only a surface can be inflated, and a cloud has none");
+    find_spacing();
+    find_body();
+    if (-stroke.volume > kMostTaken * inside_) {
+      throw InvalidInput(fmt::format("\"volume\": at most {:.3g} can be taken away here, got {:.3g}",
+                                     kMostTaken * inside_, -stroke.volume));
+    }
+  }
+
+  // Adds a segment for each step.
+  void run(Flow& flow) {
+    const std::vector<Vec3d> rest = skin_.points;
+    double left = stroke_.volume;
+    std::size_t steps = 1;
+    for (std::size_t i = 0; i < steps; ++i) {
+      if (i > 0) find_body();
+      PotentialGrid grid = NearRigidSystem(lattice_, body_, {}, threads_, surface_.progress).solve({});
+      const std::vector<Vec3d> v = velocities(flow_of(grid), skin_.points, 0);
+      const double flux = skin_.flux(v);
+      require_flux(std::abs(flux), stroke_.volume - left);
+      if (i == 0) steps = count_steps(stroke_.volume / flux, greatest_norm(v));
+      const double share = left / static_cast<double>(steps - i);
+      grid = with_volume(grid, share, share / flux);
+      const std::vector<Vec3d> before = skin_.points;
+      move(grid, skin_.points);
+      for (std::size_t k = 0; k < skin_.points.size(); ++k) positions_[skin_.vertices[k]] = skin_.points[k];
+      left -= orientation_ * skin_.volume_between(before, skin_.points);
+      Segment segment;
+      segment.grid = std::move(grid);
+      flow.segments.push_back(std::move(segment));
+    }
+    const double stretch = skin_.stretch_from(rest);
+    if (stretch > kSpoiledStretch) {
+      throw InvalidInput(fmt::format(
+          "\"volume\": {:.3g} stretches the surface {:.1f} times; make \"radius\" larger, or \"volume\" less",
+          stroke_.volume, stretch));
+    }
+  }
+
+ private:
+  void find_spacing() {
+    BodySamples samples{{stroke_.points.front()}};
+    samples.growth = {0};
+    tool_.for_each_piece([&](const Vec3d& a, const Vec3d& b) {
+      const double pieces = std::ceil(norm(b - a) * kSpacings / stroke_.radius) + 1;
+      for (double i = 0; i <= pieces; ++i) samples.around.push_back(a + (b - a) * (i / pieces));
+    });
+    const std::vector<Vec3d> middles = std::move(samples.around);
+    for (double spacings = kSpacings;; spacings -= 0.5) {
+      lattice_ = {stroke_.points.front(), stroke_.radius / spacings};
+      samples.around.clear();
+      for (const Vec3d& p : middles) add_around(p, samples.around);
+      samples.reach = [this](const Box& box) { return tool_.holds(box); };
+      const std::size_t unknowns = count_unknowns(lattice_, samples, {});
+      if (unknowns <= kUnknowns) return;
+      if (spacings > kLeastSpacings) continue;
+      throw InvalidInput(
+          "\"points\": the path is too long for this \"radius\"; divide it into several strokes, or make it larger");
+    }
+  }
+
+  // The cells of the tool about a place of its path.
+  void add_around(const Vec3d& middle, std::vector<Vec3d>& around) const {
+    const double h = lattice_.spacing;
+    const int most = static_cast<int>(stroke_.radius / h);
+    for (int z = -most; z <= most; ++z) {
+      for (int y = -most; y <= most; ++y) {
+        for (int x = -most; x <= most; ++x) {
+          const Vec3d off = Vec3d(x, y, z) * h;
+          if (norm(off) <= stroke_.radius) around.push_back(middle + off);
+        }
+      }
+    }
+  }
+
+  void find_body() {
+    const double apart = kCellsOfSample * lattice_.spacing;
+    body_ = {};
+    inside_ = 0;
+    BodyPoints body = body_points(positions_, surface_.triangles,
+                                  {.most_spacing = apart, .threads = threads_, .within = tool_.box()});
+    for (std::size_t i = 0; i < body.points.size(); ++i) {
+      const double distance = tool_.distance(body.points[i]);
+      if (distance > stroke_.radius) continue;
+      body_.points.push_back(body.points[i]);
+      body_.stiffness.push_back(i < body.inside ? 1 : kSurfaceStiffness);
+      body_.growth.push_back(tool_.rate(distance));
+      if (i < body.inside) inside_ += apart * apart * apart * body_.growth.back();
+    }
+    if (!(inside_ > 0)) {
+      throw InvalidInput("\"points\": nothing of the shape's inside is within \"radius\" of them; nothing can grow");
+    }
+    body_.growth_weight = kGrowthWeight;
+    body_.reach = [this](const Box& box) { return tool_.holds(box); };
+    tool_.for_each_piece([&](const Vec3d& a, const Vec3d& b) {
+      const double pieces = std::ceil(norm(b - a) * kSpacings / stroke_.radius) + 1;
+      for (double i = 0; i <= pieces; ++i) add_around(a + (b - a) * (i / pieces), body_.around);
+    });
+  }
+
+  // What grows inside must come out through the surface, which the tool's end at last prevents.
+  void require_flux(double flux, double grown) const {
+    if (flux > kLeastFlux * inside_) return;
+    if (grown == 0) {
+      throw InvalidInput("\"points\": no surface is within \"radius\" of them through which the shape could grow");
+    }
+    throw InvalidInput(fmt::format("\"volume\": about {:.2g} can grow here at most, got {:.3g}; make \"radius\" larger",
+                                   0.9 * grown, stroke_.volume));
+  }
+
+  std::size_t count_steps(double by, double speed) {
+    if (by * stroke_.volume < 0) orientation_ = -1;  // the triangles look inward
+    const double greatest = *std::max_element(body_.growth.begin(), body_.growth.end());
+    const double steps = std::max({1.0, std::ceil(std::abs(by) * speed / (kStepLength * lattice_.spacing)),
+                                   std::ceil(std::abs(by) * greatest / kStepGrowth)});
+    if (steps <= static_cast<double>(kMaxSteps)) return static_cast<std::size_t>(steps);
+    throw InvalidInput(
+        fmt::format("\"volume\": at most about {:.2g} can grow here at once, got {:.3g}; make \"radius\" larger",
+                    std::abs(stroke_.volume) * static_cast<double>(kMaxSteps) / steps, stroke_.volume));
+  }
+
+  // The multiple of the grid, about `by`, with which the volume changes by this much.
+  PotentialGrid with_volume(const PotentialGrid& grid, double volume, double by) const {
+    by = std::abs(by) * (volume < 0 ? -1 : 1);
+    PotentialGrid result = multiplied(grid, by);
+    for (int i = 0; i < kCorrections; ++i) {
+      std::vector<Vec3d> after = skin_.points;
+      move(result, after);
+      const double change = orientation_ * skin_.volume_between(skin_.points, after);
+      if (std::abs(change - volume) <= kExactVolume * std::abs(volume) || change * volume <= 0) break;
+      by *= std::clamp(volume / change, 0.5, 2.0);
+      result = multiplied(grid, by);
+    }
+    return result;
+  }
+
+  void move(const PotentialGrid& grid, std::vector<Vec3d>& points) const {
+    AdvectOptions options;
+    options.tolerance = kTolerance * stroke_.radius;
+    options.precision = Precision::float64;
+    options.threads = threads_;
+    options.progress = nullptr;
+    stop_if_cancelled(surface_.progress);
+    advect(flow_of(grid), points, options);
+  }
+
+  const InflateStroke& stroke_;
+  InflateTool tool_;
+  const LiveSurface& surface_;
+  int threads_;
+  Skin skin_;
+  std::vector<Vec3d> positions_;  // of all vertices, as they are after the steps so far
+  Lattice lattice_;
+  BodySamples body_;
+  double inside_ = 0;       // the integral of the growth
+  double orientation_ = 1;  // of the triangles
+};
+
+}  // namespace
+
+bool inflate_on(const InflateStroke& stroke, const LiveSurface& surface, int threads) {
+  validate(stroke);
+  if (stroke.volume == 0) return true;
+  Flow flow;
+  Inflation(stroke, surface, threads).run(flow);
+  return apply_grids(flow, surface);
+}
+
+// The description of the tool "inflate".
+
+namespace {
+
+constexpr std::size_t kMaxPoints = 10'000;
+
+std::vector<StrokeKey> keys(InflateStroke& s) {
+  return {{"points", Quantity::finite, &s.points, Presence::not_empty},
+          {"radius", Quantity::positive, &s.radius, Presence::required, "nothing farther from the path moves"},
+          {"volume", Quantity::finite, &s.volume, Presence::required,
+           "what the shape gains, as a cube of its units of length; below 0: what it loses"}};
+}
+
+void validate(const InflateStroke& stroke) {
+  require_count("points", stroke.points.size(), 1, "points");
+  if (stroke.points.size() > kMaxPoints) {
+    throw InvalidInput(fmt::format("\"points\" must hold at most {} points, got {}", kMaxPoints, stroke.points.size()));
+  }
+}
+
+void prolong(InflateStroke& stroke, double strength) { stroke.volume *= strength; }
+
+}  // namespace
+
+const Tool& InflateStroke::tool() {
+  static const Tool kTool =
+      describe<InflateStroke>("inflate", {keys, validate, nullptr, nullptr, nullptr, nullptr, prolong});
+  return kTool;
+}
+
+}  // namespace knead

@@ -1,0 +1,125 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/tools.h"
+#include "mesh/body_points.h"
+#include "strokes/pose.h"
+#include "support/surface.h"
+
+namespace knead {
+namespace {
+
+struct Inflated : test::MovedSurface {
+  using MovedSurface::MovedSurface;
+
+  bool inflate(const InflateStroke& stroke, int threads = 0) { return inflate_on(stroke, live(threads), threads); }
+};
+
+double gain_of(const Mesh& before, const Mesh& after) { return measure(after).volume - measure(before).volume; }
+
+std::string error_of(const Mesh& mesh, const InflateStroke& stroke) {
+  Inflated shape(mesh);
+  try {
+    shape.inflate(stroke);
+  } catch (const InvalidInput& error) {
+    EXPECT_EQ(shape.mesh.positions, mesh.positions);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Inflate, AddsTheVolumeThatIsTypedAndMovesNothingBeyondItsRadius) {
+  const Mesh before = make_shape(ShapeKind::sphere, 2562);
+  for (const double volume : {0.01, 0.05, -0.015}) {
+    const InflateStroke stroke{{{0, 0, 1}}, 0.7, volume};
+    Inflated shape(before);
+    ASSERT_TRUE(shape.inflate(stroke));
+    EXPECT_NEAR(gain_of(before, shape.mesh) / volume, 1, 1e-4);
+    EXPECT_EQ(self_intersections(shape.triangles, shape.mesh.positions).count, 0U);
+    std::size_t moved = 0;
+    for (std::size_t i = 0; i < before.vertex_count(); ++i) {
+      const bool is_beyond = norm(before.positions[i] - stroke.points[0]) > stroke.radius;
+      if (is_beyond) {
+        EXPECT_EQ(shape.mesh.positions[i], before.positions[i]);
+      }
+      moved += shape.mesh.positions[i] == before.positions[i] ? 0 : 1;
+      // Nothing beyond the radius comes within it, and nothing leaves it.
+      EXPECT_LE(is_beyond ? 0 : norm(shape.mesh.positions[i] - stroke.points[0]), stroke.radius);
+    }
+    EXPECT_GT(moved, 100U);
+    for (const Stroke& part : shape.applied) {
+      EXPECT_TRUE(changes_volume(flow_of(part).segments.front()));
+    }
+  }
+}
+
+TEST(Inflate, GrowsAlongAPathOnAnInsideOutSurfaceToo) {
+  Mesh before = make_shape(ShapeKind::sphere, 10242);
+  const InflateStroke stroke{{{0, 0.3, 0.95}, {0, 0, 1}, {0.4, 0, 0.9}}, 0.4, 0.04};
+  Inflated shape(before);
+  ASSERT_TRUE(shape.inflate(stroke));
+  EXPECT_NEAR(gain_of(before, shape.mesh) / stroke.volume, 1, 1e-4);
+  for (const Vec3d& p : shape.mesh.positions) EXPECT_GT(norm(p), 0.97);
+  Inflated turned(before);
+  for (Triangle& t : turned.triangles) std::swap(t[1], t[2]);
+  ASSERT_TRUE(turned.inflate(stroke));
+  EXPECT_NEAR(gain_of(before, turned.mesh) / stroke.volume, 1, 1e-4);
+}
+
+// What a path line is stretched by is exactly what the certificate says, and the inverse takes it all back.
+TEST(Inflate, IsADiffeomorphismThatComesBack) {
+  const Mesh before = make_shape(ShapeKind::sphere, 2562);
+  Inflated shape(before);
+  ASSERT_TRUE(shape.inflate({{{0, 0, 1}}, 0.8, 0.1}));
+  Flow flow;
+  for (const Stroke& part : shape.applied) flow.segments.push_back(flow_of(part).segments.front());
+  std::vector<Vec3d> points;
+  for (const Vec3d& p : before.positions) {
+    if (norm(p - Vec3d{0, 0, 1}) < 0.7) points.push_back(p);
+  }
+  AdvectOptions options;
+  options.tolerance = 1e-9;
+  options.precision = Precision::float64;
+  double greatest = 0;
+  for (const Mat3d& jacobian : jacobians(flow, points, options)) {
+    EXPECT_GT(determinant(jacobian), 0.1);
+    greatest = std::max(greatest, determinant(jacobian));
+  }
+  EXPECT_GT(greatest, 1.2);
+  std::vector<Vec3d> there = points;
+  advect(flow, there, options);
+  advect(inverse(flow), there, options);
+  for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LE(norm(there[i] - points[i]), 1e-6);
+}
+
+TEST(Inflate, GivesTheSameBitsForEveryNumberOfThreadsAndOrder) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 2562);
+  const InflateStroke stroke{{{0, 0, 1}}, 0.7, 0.05};
+  Inflated one(mesh);
+  one.inflate(stroke, 1);
+  Inflated two(mesh);
+  two.inflate(stroke, 2);
+  EXPECT_EQ(one.applied, two.applied);
+  Inflated reversed(mesh);
+  std::reverse(reversed.triangles.begin(), reversed.triangles.end());
+  reversed.inflate(stroke);
+  EXPECT_EQ(one.applied, reversed.applied);
+}
+
+TEST(Inflate, RefusesWhatCannotGrow) {
+  const Mesh sphere = make_shape(ShapeKind::sphere, 2562);
+  EXPECT_NE(error_of(sphere, {{{0, 0, 3}}, 0.5, 0.1}).find("nothing of the shape's inside"), std::string::npos);
+  EXPECT_NE(error_of(sphere, {{{0, 0, 0}}, 0.5, 0.1}).find("no surface"), std::string::npos);
+  EXPECT_NE(error_of(sphere, {{{0, 0, 1}}, 0.5, 0.2}).find("at most"), std::string::npos);
+  EXPECT_NE(error_of(sphere, {{{0, 0, 1}}, 0.5, -0.1}).find("taken away"), std::string::npos);
+  EXPECT_NE(error_of(sphere, {{}, 0.5, 0.1}).find("\"points\""), std::string::npos);
+  EXPECT_EQ(error_of(sphere, {{{0, 0, 1}}, 0.5, 0}), "");
+}
+
+}  // namespace
+}  // namespace knead
