@@ -19,6 +19,7 @@ from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
 from ._session import Session
+from ._skin import Posed, skin
 from ._shapes import Shape, check, check_cells, crossings, read, write
 from ._strokes import Stroke, stroke
 
@@ -34,6 +35,7 @@ __all__ = [
     "Flow",
     "InvalidInput",
     "PaintDrag",
+    "Posed",
     "Remeshed",
     "Session",
     "Shape",
@@ -55,6 +57,7 @@ __all__ = [
     "remesh",
     "render",
     "safe_until",
+    "skin",
     "stroke",
     "symmetric",
     "widest_outer",

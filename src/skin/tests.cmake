@@ -1,0 +1,1 @@
+knead_test(knead_skin_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/skin_test.cpp)
