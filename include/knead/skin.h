@@ -116,6 +116,20 @@ SkinResult pose_skin(const Mesh& mesh, const Skin& skin, const SkinPose& pose, c
 std::vector<Vec3d> corrective_shape(std::span<const Vec3d> positions, std::span<const Vec3d> posed, const Skin& skin,
                                     const SkinPose& pose);
 
+// A turn of a bone about its origin at rest, against its parent.
+struct BoneTurn {
+  std::uint32_t bone = 0;
+  Vec3d axis;  // in the shape's coordinates at rest; not 0
+  double angle_deg = 0;
+};
+
+// Returns the pose in which these bones turn, with all that hangs on them. Throws InvalidInput for a bone that the skin
+// does not have.
+SkinPose turned_pose(const Skin& skin, std::span<const BoneTurn> turns);
+
+// Returns the pose in which each joint is as in that of the poses where it turns most. There is at least one pose.
+SkinPose widest_pose(const Skin& skin, std::span<const SkinPose> poses);
+
 // A corrective shape and the joints that drive it.
 struct Corrective {
   std::vector<std::uint32_t> bones;  // the bone behind the joint; two: a combination of neighbours

@@ -25,6 +25,26 @@ BoneTransform joint_motion(const std::vector<std::int32_t>& parents, const std::
   return parent < 0 ? motions[bone] : after(inverse(motions[static_cast<std::size_t>(parent)]), motions[bone]);
 }
 
+// The pose whose bones move against their parents like this.
+SkinPose pose_by_joints(const Skin& skin, const std::vector<std::int32_t>& parents,
+                        const std::vector<BoneTransform>& own) {
+  std::vector<std::optional<BoneTransform>> motions(skin.rest.size());
+  SkinPose pose;
+  for (std::size_t b = 0; b < skin.rest.size(); ++b) {
+    std::vector<std::size_t> way;
+    for (auto at = static_cast<std::int32_t>(b); at >= 0 && !motions[static_cast<std::size_t>(at)];
+         at = parents[static_cast<std::size_t>(at)]) {
+      way.push_back(static_cast<std::size_t>(at));
+    }
+    for (auto it = way.rbegin(); it != way.rend(); ++it) {
+      const std::int32_t parent = parents[*it];
+      motions[*it] = parent < 0 ? own[*it] : after(*motions[static_cast<std::size_t>(parent)], own[*it]);
+    }
+    pose.push_back(*motions[b] == BoneTransform{} ? skin.rest[b] : after(*motions[b], skin.rest[b]));
+  }
+  return pose;
+}
+
 struct TurningJoint {
   std::size_t bone = 0;
   BoneTransform motion;  // against its parent
@@ -74,23 +94,9 @@ class Maker {
 
   // The pose in which only these joints turn.
   SkinPose pose_of(const std::vector<const TurningJoint*>& joints) const {
-    std::vector<std::optional<BoneTransform>> motions(skin_.rest.size());
-    const auto motion_of = [&](auto&& self, std::size_t b) -> const BoneTransform& {
-      if (motions[b]) return *motions[b];
-      BoneTransform motion;
-      if (parents_[b] >= 0) motion = self(self, static_cast<std::size_t>(parents_[b]));
-      for (const TurningJoint* joint : joints) {
-        if (joint->bone == b) motion = after(motion, joint->motion);
-      }
-      motions[b] = motion;
-      return *motions[b];
-    };
-    SkinPose pose;
-    for (std::size_t b = 0; b < skin_.rest.size(); ++b) {
-      const BoneTransform& motion = motion_of(motion_of, b);
-      pose.push_back(motion == BoneTransform{} ? skin_.rest[b] : after(motion, skin_.rest[b]));
-    }
-    return pose;
+    std::vector<BoneTransform> own(skin_.rest.size());
+    for (const TurningJoint* joint : joints) own[joint->bone] = joint->motion;
+    return pose_by_joints(skin_, parents_, own);
   }
 
   Corrective corrective_of(const std::vector<const TurningJoint*>& joints) const {
@@ -115,6 +121,41 @@ class Maker {
 };
 
 }  // namespace
+
+SkinPose turned_pose(const Skin& skin, std::span<const BoneTurn> turns) {
+  std::vector<BoneTransform> own(skin.rest.size());
+  for (const BoneTurn& turn : turns) {
+    if (turn.bone >= own.size() || !(norm(turn.axis) > 0)) {
+      throw InvalidInput("a turn names a bone that the skin does not have, or an axis without length");
+    }
+    const SinCos<double> half = sincos(turn.angle_deg * std::numbers::pi / 360);
+    const Quaternion q{half.cos, normalized(turn.axis) * half.sin};
+    const Vec3d x = q * Vec3d{1, 0, 0};
+    const Vec3d y = q * Vec3d{0, 1, 0};
+    const Vec3d z = q * Vec3d{0, 0, 1};
+    const Vec3d& center = skin.rest[turn.bone].offset;
+    own[turn.bone] = {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}, center - q * center};
+  }
+  return pose_by_joints(skin, parents_of(skin, skin.begin.size() - 1), own);
+}
+
+SkinPose widest_pose(const Skin& skin, std::span<const SkinPose> poses) {
+  const std::vector<std::int32_t> parents = parents_of(skin, skin.begin.size() - 1);
+  std::vector<BoneTransform> own(skin.rest.size());
+  std::vector<double> widest(skin.rest.size(), -1.0);
+  for (const SkinPose& pose : poses) {
+    validate(skin, pose);
+    const std::vector<BoneTransform> motions = motions_of(skin, pose);
+    for (std::size_t b = 0; b < own.size(); ++b) {
+      const BoneTransform motion = joint_motion(parents, motions, b);
+      const double angle = angle_of(nearest_rotation(motion.linear));
+      if (!(angle > widest[b])) continue;
+      widest[b] = angle;
+      own[b] = motion;
+    }
+  }
+  return pose_by_joints(skin, parents, own);
+}
 
 std::vector<double> corrective_weights(std::span<const Corrective> correctives, const Skin& skin,
                                        const SkinPose& pose) {
