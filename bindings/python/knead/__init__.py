@@ -19,7 +19,7 @@ from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
 from ._session import Session
-from ._skin import Posed, skin
+from ._skin import Corrective, Posed, correctives, skin
 from ._shapes import Shape, check, check_cells, crossings, read, write
 from ._strokes import Stroke, stroke
 
@@ -30,6 +30,7 @@ for _name in ("AccuracyError", "FileError", "InvalidInput", "Unavailable"):
 
 __all__ = [
     "AccuracyError",
+    "Corrective",
     "FileError",
     "Fit",
     "Flow",
@@ -47,6 +48,7 @@ __all__ = [
     "certify",
     "check",
     "check_cells",
+    "correctives",
     "crossings",
     "deform",
     "deform_cells",

@@ -33,6 +33,23 @@ class Posed:
         return f"<knead.Posed: {len(self.session)} strokes, {volume}, {flow['crossings_new']} new crossings>"
 
 
+class Corrective:
+    """A corrective shape and the joints that drive it.
+
+    bones: the bone behind each joint; two: a combination of neighbours. axes: what each turns about, in the shape's
+    coordinates at rest. angles_deg: how far each turns at weight 1. offsets: what is added to each vertex at rest.
+    """
+
+    def __init__(self, bones, axes, angles_deg, offsets):
+        self.bones = bones
+        self.axes = axes
+        self.angles_deg = angles_deg
+        self.offsets = offsets
+
+    def __repr__(self):
+        return f"<knead.Corrective: bones {list(map(int, self.bones))}, {[round(float(a), 1) for a in self.angles_deg]} degrees>"
+
+
 def _rows(weights, vertices):
     """Returns begin, bones and weights of sparse rows: of a dense array, a scipy matrix, or (bones, weights)."""
     import numpy as np
@@ -68,6 +85,35 @@ def _matrices(matrices, name):
     return result
 
 
+def _hung(vertices, faces, weights, rest, parents):
+    """Returns the points, what the library takes for the shape, and the skin."""
+    import numpy as np
+
+    points = vertices.vertices if hasattr(vertices, "vertices") else vertices
+    begin, bones, values = _rows(weights, len(points))
+    chain = np.asarray([] if parents is None else parents)
+    if chain.size and chain.dtype.kind not in "iu":
+        raise TypeError(f"parents must be whole numbers, got {chain.dtype}")
+    skin_of = _knead.Skin(begin, bones, values, chain.astype(np.int64), _matrices(rest, "rest"))
+    return points, (points, faces_for(vertices, faces)), skin_of
+
+
+def correctives(
+    vertices, faces, weights, rest, pose, *, parents=None, rigid_weight=0.9, detail=0, threads=0, progress=None
+):
+    """Makes corrective shapes for a pose, and returns a list of Corrective.
+
+    There is one for each joint that turns by 5 degrees or more, made with all others at rest, and one for each such joint
+    and the nearest turning joint before it. Added to the rest shape by their joints' angles, they make linear blend
+    skinning give the flow's shape. Arguments as for skin.
+    """
+    _, shape, hung = _hung(vertices, faces, weights, rest, parents)
+    made = _knead.correctives(
+        shape, hung, _matrices(pose, "pose"), _number(rigid_weight, "rigid_weight"), _number(detail, "detail"), operator.index(threads), progress
+    )
+    return None if made is None else [Corrective(*one) for one in made]
+
+
 def skin(
     vertices,
     faces,
@@ -99,15 +145,8 @@ def skin(
 
     Raises InvalidInput for input that does not fit together.
     """
-    import numpy as np
-
-    points = vertices.vertices if hasattr(vertices, "vertices") else vertices
-    count = len(points)
     matrices = _matrices(poses, "poses")
-    at_rest = _matrices(rest, "rest")
-    begin, bones, values = _rows(weights, count)
-    hung = _knead.Skin(begin, bones, values, np.asarray([] if parents is None else parents, dtype=np.int64), at_rest)
-    shape = (points, faces_for(vertices, faces))
+    points, shape, hung = _hung(vertices, faces, weights, rest, parents)
     results = []
     for pose in matrices if matrices.ndim == 4 else [matrices]:
         found = _knead.pose_skin(

@@ -66,11 +66,34 @@ py::object pose(const py::tuple& shape, const Skin& skin, const DoubleArray& mat
   return py::make_tuple(strokes, array_of(result.positions), to_json(result.report));
 }
 
+py::object correctives(const py::tuple& shape, const Skin& skin, const DoubleArray& matrices, double rigid_weight,
+                       double detail, int threads, const py::object& callback) {
+  const Mesh mesh = mesh_from(points_from(shape[0], "vertices"), shape[1]);
+  const SkinPose wanted = transforms_from(matrices, "pose");
+  Progress progress;
+  SkinOptions options;
+  options.rigid_weight = rigid_weight;
+  options.detail = detail;
+  options.threads = threads;
+  options.progress = &progress;
+  std::vector<Corrective> made;
+  if (!run_watched(callback, progress, [&] { made = make_correctives(mesh, skin, wanted, options); })) {
+    return py::none();
+  }
+  py::list result;
+  for (const Corrective& one : made) {
+    result.append(py::make_tuple(array_from(one.bones), array_of(one.axes), array_from(one.angles_deg),
+                                 array_of(one.offsets)));
+  }
+  return std::move(result);
+}
+
 }  // namespace
 
 void add_skin(py::module_& module) {
   py::class_<Skin>(module, "Skin").def(py::init(&skin_from));
   module.def("pose_skin", &pose);
+  module.def("correctives", &correctives);
   module.def("linear_blend", [](const py::object& vertices, const Skin& skin, const DoubleArray& matrices) {
     const Points points = points_from(vertices, "vertices");
     return array_of(linear_blend(points.span(), skin, transforms_from(matrices, "poses")));

@@ -72,6 +72,15 @@ def test_weights_come_as_arrays_pairs_or_sparse_rows(arm):
     assert np.array_equal(several[1].vertices, dense) and np.array_equal(several[0].vertices, v)
 
 
+def test_correctives_are_driven_by_their_joints(arm):
+    v, faces, weights, rest = arm
+    made = knead.correctives(v, faces, weights, rest, posed(rest, 60), parents=[-1, 0])
+    assert [list(c.bones) for c in made] == [[1]] and "60" in repr(made[0])
+    assert np.allclose(made[0].axes, [[0, 0, 1]]) and np.allclose(made[0].angles_deg, [60])
+    whole = knead.skin(v, faces, weights, rest, posed(rest, 60), parents=[-1, 0], measured=False)
+    assert np.array_equal(v + made[0].offsets, whole.corrective) or np.abs(v + made[0].offsets - whole.corrective).max() < 1e-9
+
+
 def test_what_does_not_fit_is_named(arm):
     v, faces, weights, rest = arm
     with pytest.raises(knead.InvalidInput, match="rows for"):
