@@ -61,7 +61,7 @@ std::vector<Vec3d> dual_quaternion_blend(std::span<const Vec3d> positions, const
 struct SkinOptions {
   double rigid_weight = 0.9;  // vertices whose weight of a bone is above this move with it; in [0.5, 1)
   double detail = 0;          // of the grids: their spacing as a fraction of the limb's radius at a joint, from 0.5 to 4;
-                              // 0: 1.5
+                              // 0: 2.5
   int threads = 0;            // 0: all; does not change a bit of the result
   Progress* progress = nullptr;  // cancels
 };

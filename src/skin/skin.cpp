@@ -24,7 +24,7 @@ namespace {
 
 using detail::BodySamples;
 
-constexpr double kUsualDetail = 1.5;   // spacing of the grids over the radius of the thinnest limb
+constexpr double kUsualDetail = 2.5;   // spacing of the grids over the radius of the thinnest limb
 constexpr double kMaxStep = 1;         // spacings that a limb moves in a step
 constexpr double kNear = 4;            // spacings: what is farther from all that moves is no part of a stage
 constexpr std::size_t kInside = 3000;  // samples of the body

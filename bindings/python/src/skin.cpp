@@ -85,7 +85,7 @@ py::object correctives(const py::tuple& shape, const Skin& skin, const DoubleArr
     result.append(py::make_tuple(array_from(one.bones), array_of(one.axes), array_from(one.angles_deg),
                                  array_of(one.offsets)));
   }
-  return std::move(result);
+  return result;
 }
 
 }  // namespace
