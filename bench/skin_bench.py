@@ -146,6 +146,7 @@ def main():
     parser.add_argument("wheel")
     parser.add_argument("--poses")
     parser.add_argument("--out", type=pathlib.Path)
+    parser.add_argument("--detail", type=float, default=0)
     given = parser.parse_args()
     body = Body(given.wheel)
     cloth_vertices, cloth_faces, _ = body.clothes
@@ -156,13 +157,14 @@ def main():
     for name, turns in poses(body).items():
         if given.poses and not any(word in name for word in given.poses.split(",")):
             continue
-        run(body, name, turns, at_rest, given.out)
+        run(body, name, turns, at_rest, given)
 
 
-def run(body, name, turns, at_rest, out):
+def run(body, name, turns, at_rest, given):
+    out = given.out
     pose = body.pose(turns)
     start = time.perf_counter()
-    posed = knead.skin(body.vertices, body.faces, body.weights, body.rest, pose, parents=body.parents)
+    posed = knead.skin(body.vertices, body.faces, body.weights, body.rest, pose, parents=body.parents, detail=given.detail)
     seconds = posed.report["seconds"]
     print(f"  {name}: {time.perf_counter() - start:.1f} s with the measures", file=sys.stderr)
     limbs = [limb(body, bone) for bone in turns]
