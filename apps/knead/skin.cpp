@@ -54,8 +54,10 @@ bool is_glb(const std::string& path) {
 
 void check_options(const SkinFlags& flags) {
   if (flags.pose && flags.time) throw UsageError("give --pose or --time, not both");
-  if (flags.frames && (flags.pose || flags.time)) throw UsageError("--frames poses the animation; leave out --pose and --time");
-  if (flags.time && !(*flags.time >= 0 && std::isfinite(*flags.time))) throw UsageError("--time must be 0 or more seconds");
+  if (flags.frames && (flags.pose || flags.time))
+    throw UsageError("--frames poses the animation; leave out --pose and --time");
+  if (flags.time && !(*flags.time >= 0 && std::isfinite(*flags.time)))
+    throw UsageError("--time must be 0 or more seconds");
   if (flags.frames && !(*flags.frames >= 1 && *flags.frames <= 100000)) {
     throw UsageError("--frames must be from 1 to 100000");
   }
@@ -96,7 +98,8 @@ SkinPose read_pose(const std::string& path, const Skin& skin) {
   } catch (const JsonError&) {
     throw InvalidInput(Place{path}, "this is not JSON");
   }
-  if (!json.is_object()) throw InvalidInput(Place{path}, "a pose is an object: {\"bone\": {\"axis\": [1, 0, 0], \"angle_deg\": 90}}");
+  if (!json.is_object())
+    throw InvalidInput(Place{path}, "a pose is an object: {\"bone\": {\"axis\": [1, 0, 0], \"angle_deg\": 90}}");
   std::vector<BoneTurn> turns;
   for (const auto& [bone, turn] : json.members()) {
     const auto found = std::find(skin.names.begin(), skin.names.end(), bone);
@@ -106,7 +109,8 @@ SkinPose read_pose(const std::string& path, const Skin& skin) {
     if (axis == nullptr || !axis->is_array() || angle == nullptr || !angle->is_number()) {
       throw InvalidInput(Place{path}, fmt::format("\"{}\" must be {{\"axis\": [x, y, z], \"angle_deg\": ...}}", bone));
     }
-    turns.push_back({static_cast<std::uint32_t>(found - skin.names.begin()), vector_of(*axis, path, bone), angle->number()});
+    turns.push_back(
+        {static_cast<std::uint32_t>(found - skin.names.begin()), vector_of(*axis, path, bone), angle->number()});
   }
   return turned_pose(skin, turns);
 }
@@ -118,7 +122,8 @@ std::string line_of(const char* name, const SkinMeasures& m) {
 }
 
 std::string summary(const SkinFlags& flags, const SkinReport& report) {
-  return fmt::format("{}: {} moved, {}\n", flags.output, counted(report.bones, "limb"), counted(report.segments, "step")) +
+  return fmt::format("{}: {} moved, {}\n", flags.output, counted(report.bones, "limb"),
+                     counted(report.segments, "step")) +
          line_of("linear", report.linear) + line_of("dual", report.dual) + line_of("flow", report.flow) +
          fmt::format("bones    rigid vertices within {:.2g}% of the diagonal, 95% of them within {:.2g}%\n",
                      100 * report.part_distance, 100 * report.part_distance_95);
@@ -156,7 +161,8 @@ void write_correctives(const SkinFlags& flags, const ShapeFile& source, const Sk
   const SkinPose widest = widest_pose(file.skin, poses);
   const std::vector<Corrective> correctives =
       watched(options, [&] { return make_correctives(source.mesh, file.skin, widest, options); });
-  if (correctives.empty()) throw InvalidInput(Place{flags.file}, "no joint turns by 5 degrees; give --pose, --time, or an animation");
+  if (correctives.empty())
+    throw InvalidInput(Place{flags.file}, "no joint turns by 5 degrees; give --pose, --time, or an animation");
   MorphTargets targets;
   for (const Corrective& corrective : correctives) {
     std::vector<Vec3d> shape = source.mesh.positions;
@@ -195,8 +201,8 @@ void write_frames(const SkinFlags& flags, const ShapeFile& source, const SkinFil
     animation.emplace(flags.output, source, AnimationOptions{static_cast<int>(times.size()), flags.fps.value_or(24)});
   }
   for (std::size_t i = 0; i < times.size(); ++i) {
-    const SkinResult result = watched(
-        options, [&] { return pose_skin(source.mesh, file.skin, file.at(times[i]), options, false); });
+    const SkinResult result =
+        watched(options, [&] { return pose_skin(source.mesh, file.skin, file.at(times[i]), options, false); });
     if (pattern) {
       write_shape(frame_path(*pattern, static_cast<int>(i)), source, result.positions);
     } else {
@@ -216,7 +222,8 @@ void run_skin(const SkinFlags& flags) {
   } catch (const InvalidInput& error) {
     throw InvalidInput(Place{flags.file}, error.what());
   }
-  if (flags.time && file.animations.empty()) throw InvalidInput(Place{flags.file}, "has no animation; leave out --time");
+  if (flags.time && file.animations.empty())
+    throw InvalidInput(Place{flags.file}, "has no animation; leave out --time");
   const SkinPose pose = flags.pose ? read_pose(*flags.pose, file.skin) : flags.time ? file.at(*flags.time) : file.pose;
   SkinOptions options;
   options.threads = threads_of(flags.threads);
@@ -247,13 +254,15 @@ Subcommand skin_command() {
   std::vector<Option> described{
       {"FILE", &flags->file, "A .glb or .gltf file with a skeleton", "", OptionKind::required},
       {"-o,--output", &flags->output,
-       "The posed shape; or .glb: the same file with corrective shapes as morph targets, whose weights follow the joints",
+       "The posed shape; or .glb: the same file with corrective shapes as morph targets, whose weights follow the "
+       "joints",
        "FILE", OptionKind::required},
       {"--pose", &flags->pose,
-       "A JSON file {\"bone\": {\"axis\": [x, y, z], \"angle_deg\": 90}}: turns from rest, in the shape's axes", "FILE"},
+       "A JSON file {\"bone\": {\"axis\": [x, y, z], \"angle_deg\": 90}}: turns from rest, in the shape's axes",
+       "FILE"},
       {"--time", &flags->time, "The moment of the animation, in seconds (default: as the nodes stand)", "S"},
-      {"--frames", &flags->frames, "So many moments of the animation, evenly spaced; --output is an animation or a pattern",
-       "N"},
+      {"--frames", &flags->frames,
+       "So many moments of the animation, evenly spaced; --output is an animation or a pattern", "N"},
       {"--fps", &flags->fps, "Frames a second (default: 24)", "F"},
       {"--animation", &flags->animation, "Which animation of the file, from 0 (default: 0)", "N"},
       {"--session", &flags->session, "Writes the strokes of the pose, too: they move any other shape along", "FILE"},

@@ -1,5 +1,5 @@
-// Characters: a shape that hangs on a skeleton, posed by a flow. Bones move rigidly, the flesh between them follows, the
-// volume stays, and what a pose brings together flattens and does not enter (docs/characters.md).
+// Characters: a shape that hangs on a skeleton, posed by a flow. Bones move rigidly, the flesh between them follows,
+// the volume stays, and what a pose brings together flattens and does not enter (docs/characters.md).
 #pragma once
 
 #include <cstddef>
@@ -60,9 +60,9 @@ std::vector<Vec3d> dual_quaternion_blend(std::span<const Vec3d> positions, const
 // How a pose is solved for.
 struct SkinOptions {
   double rigid_weight = 0.9;  // vertices whose weight of a bone is above this move with it; in [0.5, 1)
-  double detail = 0;          // of the grids: their spacing as a fraction of the limb's radius at a joint, from 0.5 to 4;
-                              // 0: 2.5
-  int threads = 0;            // 0: all; does not change a bit of the result
+  double detail = 0;  // of the grids: their spacing as a fraction of the limb's radius at a joint, from 0.5 to 4;
+                      // 0: 2.5, and 1.5 for fingers
+  int threads = 0;    // 0: all; does not change a bit of the result
   Progress* progress = nullptr;  // cancels
 };
 
@@ -84,10 +84,10 @@ struct SkinReport {
   std::size_t bones = 0;   // bones that moved against each other
   std::size_t stages = 0;  // joints of about one size move at once, the smallest first
   std::size_t segments = 0;
-  std::size_t unknowns = 0;      // of a grid, the most
-  double part_distance = 0;      // the greatest of a rigid vertex from its bone's place
-  double part_distance_95 = 0;   // 95% of them are at most so far
-  double seconds = 0;            // of the flow, without the measures
+  std::size_t unknowns = 0;        // of a grid, the most
+  double part_distance = 0;        // the greatest of a rigid vertex from its bone's place
+  double part_distance_95 = 0;     // 95% of them are at most so far
+  double seconds = 0;              // of the flow, without the measures
   std::vector<std::string> notes;  // what was odd, in sentences
 };
 
@@ -155,14 +155,14 @@ std::vector<Vec3d> corrected_blend(std::span<const Vec3d> positions, std::span<c
 // A skeleton of a file, and its animation.
 struct SkinFile {
   Skin skin;
-  SkinPose pose;                                          // as the nodes of the file stand
-  double duration = 0;                                    // of the animation, seconds; 0: there is none
-  std::vector<std::string> animations;                    // names; the first one is used unless another is asked for
-  std::function<SkinPose(double seconds)> at;             // the pose at a time
+  SkinPose pose;                               // as the nodes of the file stand
+  double duration = 0;                         // of the animation, seconds; 0: there is none
+  std::vector<std::string> animations;         // names; the first one is used unless another is asked for
+  std::function<SkinPose(double seconds)> at;  // the pose at a time
 };
 
-// Returns the skeleton of a glTF file (JOINTS_0, WEIGHTS_0, further sets, inverse bind matrices) for all vertices of the
-// shape; those of meshes without a skin have no weights. `animation`: its number. Throws InvalidInput for a file
+// Returns the skeleton of a glTF file (JOINTS_0, WEIGHTS_0, further sets, inverse bind matrices) for all vertices of
+// the shape; those of meshes without a skin have no weights. `animation`: its number. Throws InvalidInput for a file
 // without a skin, several skins that disagree, and what is damaged.
 SkinFile read_skin(const ShapeFile& shape, std::size_t animation = 0);
 

@@ -109,9 +109,9 @@ void validate(const Skin& skin, std::size_t vertices) {
       const BoneWeight& w = skin.weights[i];
       require(w.bone < skin.rest.size(),
               fmt::format("vertex {} hangs on bone {}, but there are {}", v, w.bone, skin.rest.size()));
-      require(w.weight >= 0 && std::isfinite(w.weight),
-              fmt::format("vertex {} has the weight {} of {}; weights are 0 or more", v, w.weight,
-                          name_of(skin, w.bone)));
+      require(
+          w.weight >= 0 && std::isfinite(w.weight),
+          fmt::format("vertex {} has the weight {} of {}; weights are 0 or more", v, w.weight, name_of(skin, w.bone)));
     }
   }
 }
@@ -141,7 +141,8 @@ std::vector<Vec3d> dual_quaternion_blend(std::span<const Vec3d> positions, const
   validate(skin, pose);
   const std::vector<BoneTransform> motions = motions_of(skin, pose);
   std::vector<DualQuaternion> duals;
-  for (std::size_t b = 0; b < motions.size(); ++b) duals.push_back(dual_of(rigid_part(motions[b], skin.rest[b].offset)));
+  for (std::size_t b = 0; b < motions.size(); ++b)
+    duals.push_back(dual_of(rigid_part(motions[b], skin.rest[b].offset)));
   std::vector<Vec3d> result;
   result.reserve(positions.size());
   for (std::size_t v = 0; v < positions.size(); ++v) {
@@ -175,8 +176,8 @@ std::vector<Vec3d> corrective_shape(std::span<const Vec3d> positions, std::span<
   constexpr double kFlat = 0.05;  // of the volume that a bone's motion keeps
   validate(skin, positions.size());
   validate(skin, pose);
-  require(posed.size() == positions.size(), fmt::format("there are {} posed positions for {} vertices", posed.size(),
-                                                        positions.size()));
+  require(posed.size() == positions.size(),
+          fmt::format("there are {} posed positions for {} vertices", posed.size(), positions.size()));
   const std::vector<BoneTransform> motions = motions_of(skin, pose);
   std::vector<Vec3d> result;
   result.reserve(positions.size());

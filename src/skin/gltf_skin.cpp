@@ -216,7 +216,8 @@ class Reader {
       throw InvalidInput(fmt::format("there is no animation {}; the file has {}", animation_, count));
     }
     const Value animation = root().item("animations", animation_);
-    for (std::size_t c = 0; c < animation.count("channels"); ++c) read_channel(animation, animation.item("channels", c));
+    for (std::size_t c = 0; c < animation.count("channels"); ++c)
+      read_channel(animation, animation.item("channels", c));
   }
 
   void read_channel(const Value& animation, const Value& of) {
@@ -247,7 +248,8 @@ class Reader {
   void add_block(const glb::Block& block) {
     const Value node = root().item("nodes", block.node);
     const std::optional<std::size_t> skin = node.whole("skin");
-    const Value attributes = root().item("meshes", block.mesh).item("primitives", block.primitives.front()).at("attributes");
+    const Value attributes =
+        root().item("meshes", block.mesh).item("primitives", block.primitives.front()).at("attributes");
     std::vector<std::vector<BoneWeight>> rows(block.count);
     if (skin) {
       const std::vector<std::uint32_t>& bones = bones_of(*skin);
@@ -275,7 +277,9 @@ class Reader {
       if (!(weight[i] > 0)) continue;
       const auto number = static_cast<std::size_t>(joint[i]);
       if (number >= bones.size()) {
-        root().item("accessors", joints).fail(fmt::format("names joint {}, but the skin has {}; repair the file", number, bones.size()));
+        root()
+            .item("accessors", joints)
+            .fail(fmt::format("names joint {}, but the skin has {}; repair the file", number, bones.size()));
       }
       rows[i / 4].push_back({bones[number], weight[i]});
     }
@@ -289,7 +293,8 @@ class Reader {
     const std::size_t count = value.at("joints").size();
     std::vector<double> matrices;
     if (const std::optional<std::size_t> accessor = value.whole("inverseBindMatrices")) matrices = numbers(*accessor);
-    if (!matrices.empty() && matrices.size() < 16 * count) value.fail("has fewer matrices than joints; repair the file");
+    if (!matrices.empty() && matrices.size() < 16 * count)
+      value.fail("has fewer matrices than joints; repair the file");
     for (std::size_t j = 0; j < count; ++j) {
       const std::size_t node = value.item("joints", j).whole();
       if (node >= nodes_->locals.size()) value.fail("names a node that is not there; repair the file");

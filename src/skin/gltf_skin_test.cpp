@@ -43,10 +43,13 @@ std::string triangle(float units, const std::string& joints = "[1,2]") {
   };
   const std::string unit = std::to_string(units);
   std::string json = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0,"skin":0},)"
-                     R"({"name":"a","children":[2],"scale":[)" + unit + "," + unit + "," + unit + R"(]},)" +
+                     R"({"name":"a","children":[2],"scale":[)" +
+                     unit + "," + unit + "," + unit + R"(]},)" +
                      R"({"name":"b","translation":[1,0,0]}],)"
                      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":1,"WEIGHTS_0":2}}]}],)"
-                     R"("skins":[{"joints":)" + joints + R"(,"inverseBindMatrices":3}],)"
+                     R"("skins":[{"joints":)" +
+                     joints +
+                     R"(,"inverseBindMatrices":3}],)"
                      R"("animations":[{"samplers":[{"input":4,"output":5}],)"
                      R"("channels":[{"sampler":0,"target":{"node":2,"path":"rotation"}}]}],)"
                      R"("accessors":[)"
@@ -56,8 +59,9 @@ std::string triangle(float units, const std::string& joints = "[1,2]") {
                      R"({"bufferView":3,"componentType":5126,"count":2,"type":"MAT4"},)"
                      R"({"bufferView":4,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[1]},)"
                      R"({"bufferView":5,"componentType":5126,"count":2,"type":"VEC4"}],)"
-                     R"("bufferViews":[)" + view(0, 36) + "," + view(36, 12) + "," + view(48, 48) + "," + view(96, 128) + "," +
-                     view(224, 8) + "," + view(232, 32) + R"(],"buffers":[{"byteLength":264}]})";
+                     R"("bufferViews":[)" +
+                     view(0, 36) + "," + view(36, 12) + "," + view(48, 48) + "," + view(96, 128) + "," + view(224, 8) +
+                     "," + view(232, 32) + R"(],"buffers":[{"byteLength":264}]})";
   while (json.size() % 4 != 0) json += ' ';
   std::string file = "glTF";
   put(file, std::uint32_t{2});

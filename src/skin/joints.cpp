@@ -12,12 +12,16 @@ namespace knead::skin_detail {
 
 namespace {
 
-constexpr double kSameTurn = 5e-3;     // radians: bones that turn less against each other move alike,
-constexpr double kSamePlace = 1e-4;    // and are moved by less, of the diagonal
-constexpr double kNextStage = 2.2;     // grids so many times as coarse are a stage of their own
-constexpr double kSqueezed = 0.4;      // what is left of the flesh's length inside a joint
-constexpr double kLongest = 2.5;       // of the radius: the bending length is no longer
-constexpr double kScaled = 0.02;       // a bone that scales by more is named
+constexpr double kSameTurn = 5e-3;   // radians: bones that turn less against each other move alike,
+constexpr double kSamePlace = 1e-4;  // and are moved by less, of the diagonal
+constexpr double kNextStage = 2.2;   // grids so many times as coarse are a stage of their own
+constexpr double kSqueezed = 0.4;    // what is left of the flesh's length inside a joint
+constexpr double kLongest = 2.5;     // of the radius: the bending length is no longer
+constexpr double kUsualDetail =
+    2.5;                             // spacing of the grids over the limbs' radius; 1.5 for fingers and the like, which
+constexpr double kThinDetail = 1.5;  // lie beside each other: limbs thinner than this part of the diagonal
+constexpr double kThin = 0.01;
+constexpr double kScaled = 0.02;          // a bone that scales by more is named
 constexpr double kFallbackRadius = 0.03;  // of the diagonal, where no flesh bends
 
 // Area that belongs to each vertex.
@@ -230,15 +234,15 @@ class Finder {
       if (!(limb.radius > 0)) limb.radius = kFallbackRadius * diagonal_;
       order.push_back(i);
     }
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return joints_.limbs[a].radius < joints_.limbs[b].radius;
-    });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return joints_.limbs[a].radius < joints_.limbs[b].radius; });
     double first = 0;
     for (const std::size_t i : order) {
       SkinLimb& limb = joints_.limbs[i];
       if (joints_.spacing.empty() || limb.radius > kNextStage * first) {
         first = limb.radius;
-        joints_.spacing.push_back(detail * first);
+        const double usual = first < kThin * diagonal_ ? kThinDetail : kUsualDetail;
+        joints_.spacing.push_back((detail > 0 ? detail : usual) * first);
       }
       limb.stage = joints_.spacing.size() - 1;
     }
@@ -266,9 +270,7 @@ Joints find_joints(std::span<const Vec3d> positions, std::span<const Triangle> t
   return Finder(positions, triangles, skin, pose).run(detail);
 }
 
-double SkinLimb::bending_length() const {
-  return std::min(kLongest * radius, screw.angle * radius / (1 - kSqueezed));
-}
+double SkinLimb::bending_length() const { return std::min(kLongest * radius, screw.angle * radius / (1 - kSqueezed)); }
 
 std::vector<Rigid> Joints::motions(std::size_t stage, double part) const {
   std::vector<Rigid> result(limbs.size());
@@ -327,7 +329,8 @@ std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices) {
         parent = static_cast<std::int32_t>(a);
       }
     }
-    if (next == bones) next = static_cast<std::size_t>(std::find(reached.begin(), reached.end(), false) - reached.begin());
+    if (next == bones)
+      next = static_cast<std::size_t>(std::find(reached.begin(), reached.end(), false) - reached.begin());
     reached[next] = true;
     parents[next] = parent;
   }

@@ -31,11 +31,11 @@ struct SkinLimb {
 // The limbs of a pose, each after the one that it hangs on, and how the vertices hang on them.
 struct Joints {
   std::vector<SkinLimb> limbs;
-  std::vector<std::size_t> begin;    // as Skin::begin
-  std::vector<BoneWeight> weights;   // `bone` is a limb; those of a vertex sum to 1
-  Rigid base{};                      // how the whole shape moves besides
+  std::vector<std::size_t> begin;   // as Skin::begin
+  std::vector<BoneWeight> weights;  // `bone` is a limb; those of a vertex sum to 1
+  Rigid base{};                     // how the whole shape moves besides
   std::size_t stages = 0;
-  std::vector<double> spacing;       // of the grids of each stage, a length
+  std::vector<double> spacing;  // of the grids of each stage, a length
   std::vector<std::string> notes;
 
   // The motion of each limb at a moment of a stage: limbs of earlier stages have moved, those of later ones have not.
@@ -48,8 +48,7 @@ struct Joints {
   std::optional<std::size_t> rigid_limb(std::size_t vertex, double weight) const;
 };
 
-// Returns the joints of a valid pose. `detail`: spacing of the grids over the limbs' radius. `bones`: only these joints
-// turn; empty: all.
+// Returns the joints of a valid pose. `detail`: spacing of the grids over the limbs' radius; 0: the usual one.
 Joints find_joints(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const Skin& skin,
                    const SkinPose& pose, double detail);
 

@@ -67,8 +67,8 @@ namespace knead {
 namespace {
 
 Json json_of(const SkinMeasures& measures) {
-  return {{"volume_error", measures.volume_error},       {"crossings", measures.crossings},
-          {"crossings_new", measures.crossings_new},     {"least_stretch", measures.least_stretch},
+  return {{"volume_error", measures.volume_error},         {"crossings", measures.crossings},
+          {"crossings_new", measures.crossings_new},       {"least_stretch", measures.least_stretch},
           {"greatest_stretch", measures.greatest_stretch}, {"rms_log_stretch", measures.rms_log_stretch}};
 }
 

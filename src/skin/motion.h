@@ -31,8 +31,8 @@ struct StageProblem {
   Progress* progress = nullptr;
 };
 
-// Returns the flow of a stage, a grid for each step and one more in which the limbs settle. Points of limbs that come so
-// near to another limb that both cannot be met ask for nothing there: the body is flattened between them. `unknowns`
+// Returns the flow of a stage, a grid for each step and one more in which the limbs settle. Points of limbs that come
+// so near to another limb that both cannot be met ask for nothing there: the body is flattened between them. `unknowns`
 // becomes the most of a grid, if that is more. Throws InvalidInput where the equations cannot be solved, and Cancelled.
 Flow stage_flow(StageProblem problem, std::size_t& unknowns);
 

@@ -24,7 +24,6 @@ namespace {
 
 using detail::BodySamples;
 
-constexpr double kUsualDetail = 2.5;   // spacing of the grids over the radius of the thinnest limb
 constexpr double kMaxStep = 1;         // spacings that a limb moves in a step
 constexpr double kNear = 4;            // spacings: what is farther from all that moves is no part of a stage
 constexpr std::size_t kInside = 3000;  // samples of the body
@@ -39,7 +38,7 @@ class Poser {
       : options_(options), triangles_(triangulate(mesh)), rest_(mesh.positions), positions_(mesh.positions) {
     diagonal_ = shape_box(mesh).diagonal();
     if (!(diagonal_ > 0)) throw InvalidInput("the shape has no extent, so that nothing can be posed");
-    joints_ = find_joints(rest_, triangles_, skin, pose, options.detail > 0 ? options.detail : kUsualDetail);
+    joints_ = find_joints(rest_, triangles_, skin, pose, options.detail);
   }
 
   SkinResult run() {
@@ -93,7 +92,8 @@ class Poser {
         if (!limb.moves) break;
         const Vec3d start = inverse(motions.front()[limb.limb])(p);
         double way = 0;
-        for (std::size_t i = 0; i < kPieces; ++i) way += norm(motions[i + 1][limb.limb](start) - motions[i][limb.limb](start));
+        for (std::size_t i = 0; i < kPieces; ++i)
+          way += norm(motions[i + 1][limb.limb](start) - motions[i][limb.limb](start));
         steps = std::max(steps, way / (kMaxStep * problem.spacing));
       }
     }

@@ -82,8 +82,8 @@ py::object correctives(const py::tuple& shape, const Skin& skin, const DoubleArr
   }
   py::list result;
   for (const Corrective& one : made) {
-    result.append(py::make_tuple(array_from(one.bones), array_of(one.axes), array_from(one.angles_deg),
-                                 array_of(one.offsets)));
+    result.append(
+        py::make_tuple(array_from(one.bones), array_of(one.axes), array_from(one.angles_deg), array_of(one.offsets)));
   }
   return result;
 }
@@ -102,12 +102,12 @@ void add_skin(py::module_& module) {
     const Points points = points_from(vertices, "vertices");
     return array_of(dual_quaternion_blend(points.span(), skin, transforms_from(matrices, "poses")));
   });
-  module.def("corrective_shape", [](const py::object& vertices, const py::object& posed, const Skin& skin,
-                                    const DoubleArray& matrices) {
-    const Points points = points_from(vertices, "vertices");
-    const Points there = points_from(posed, "posed");
-    return array_of(corrective_shape(points.span(), there.span(), skin, transforms_from(matrices, "poses")));
-  });
+  module.def("corrective_shape",
+             [](const py::object& vertices, const py::object& posed, const Skin& skin, const DoubleArray& matrices) {
+               const Points points = points_from(vertices, "vertices");
+               const Points there = points_from(posed, "posed");
+               return array_of(corrective_shape(points.span(), there.span(), skin, transforms_from(matrices, "poses")));
+             });
 }
 
 }  // namespace knead::python

@@ -219,8 +219,7 @@ class Morpher {
                                           track.times.size(), track.times.front(), track.times.back()));
     const std::size_t output = edit_.append_elements(
         weights, 0, 0, fmt::format(R"("componentType":5126,"count":{},"type":"SCALAR")", track.keys.size()));
-    const std::string sampler =
-        fmt::format(R"({{"input":{},"output":{},"interpolation":"LINEAR"}})", input, output);
+    const std::string sampler = fmt::format(R"({{"input":{},"output":{},"interpolation":"LINEAR"}})", input, output);
     if (!track.animation) {
       edit_.append_animation(
           fmt::format(R"({{"name":"Knead","samplers":[{}],"channels":[{}]}})", sampler, channels_text(0)));
@@ -260,10 +259,7 @@ struct Frames {
   std::vector<std::optional<std::size_t>> shown{};
 
   Frames(const ShapeFile& of, double frames_per_second)
-      : source(of),
-        base(base_of(of)),
-        frame_normals(has_own_normals() ? base.shape : of),
-        fps(frames_per_second) {}
+      : source(of), base(base_of(of)), frame_normals(has_own_normals() ? base.shape : of), fps(frames_per_second) {}
 
   bool has_own_normals() const { return base.original.empty() || source.mesh.find_attribute("normal") != nullptr; }
 
@@ -362,11 +358,13 @@ std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targe
   const std::size_t count = targets.shapes.size();
   require(count > 0, "there are no morph targets");
   require(targets.weights.size() == count, fmt::format("{} morph targets need as many weights", count));
-  require(targets.names.empty() || targets.names.size() == count, fmt::format("{} morph targets need as many names", count));
+  require(targets.names.empty() || targets.names.size() == count,
+          fmt::format("{} morph targets need as many names", count));
   require(targets.keys.size() == count * targets.times.size(),
           fmt::format("{} morph targets at {} times need {} keys, got {}", count, targets.times.size(),
                       count * targets.times.size(), targets.keys.size()));
-  require(std::is_sorted(targets.times.begin(), targets.times.end()) && (targets.times.empty() || targets.times.front() >= 0),
+  require(std::is_sorted(targets.times.begin(), targets.times.end()) &&
+              (targets.times.empty() || targets.times.front() >= 0),
           "times must be 0 or more, and ascending");
   Frames frames(source, 1);
   for (const std::vector<Vec3d>& shape : targets.shapes) {
