@@ -50,6 +50,15 @@ class Corrective:
         return f"<knead.Corrective: bones {list(map(int, self.bones))}, {[round(float(a), 1) for a in self.angles_deg]} degrees>"
 
 
+def _reals(values, name):
+    import numpy as np
+
+    try:
+        return np.asarray(values, dtype=float)
+    except OverflowError:
+        raise _knead.InvalidInput(f"{name} holds a number that is too large") from None
+
+
 def _rows(weights, vertices):
     """Returns begin, bones and weights of sparse rows: of a dense array, a scipy matrix, or (bones, weights)."""
     import numpy as np
@@ -60,11 +69,11 @@ def _rows(weights, vertices):
             raise _knead.InvalidInput(f"weights has {rows.shape[0]} rows for {vertices} vertices")
         return np.asarray(rows.indptr), np.asarray(rows.indices), np.asarray(rows.data, dtype=float)
     if isinstance(weights, tuple) and len(weights) == 2:
-        bones, values = np.asarray(weights[0]), np.asarray(weights[1], dtype=float)
+        bones, values = np.asarray(weights[0]), _reals(weights[1], "weights")
         if bones.ndim != 2 or bones.shape != values.shape or bones.dtype.kind not in "iu":
             raise _knead.InvalidInput("weights as (bones, weights) must be two arrays (n, k), whole numbers and reals")
     else:
-        values = np.asarray(weights, dtype=float)
+        values = _reals(weights, "weights")
         if values.ndim != 2:
             raise _knead.InvalidInput(f"weights must be an array (vertices, bones), got {values.shape}")
         bones = np.broadcast_to(np.arange(values.shape[1]), values.shape)
@@ -77,9 +86,7 @@ def _rows(weights, vertices):
 
 
 def _matrices(matrices, name):
-    import numpy as np
-
-    result = np.asarray(matrices, dtype=float)
+    result = _reals(matrices, name)
     if result.ndim not in (3, 4) or result.shape[-2:] != (4, 4):
         raise _knead.InvalidInput(f"{name} must be matrices, (bones, 4, 4), got {result.shape}")
     return result
@@ -92,9 +99,12 @@ def _hung(vertices, faces, weights, rest, parents):
     points = vertices.vertices if hasattr(vertices, "vertices") else vertices
     begin, bones, values = _rows(weights, len(points))
     chain = np.asarray([] if parents is None else parents)
-    if chain.size and chain.dtype.kind not in "iu":
-        raise TypeError(f"parents must be whole numbers, got {chain.dtype}")
-    skin_of = _knead.Skin(begin, bones, values, chain.astype(np.int64), _matrices(rest, "rest"))
+    if chain.ndim != 1 or (chain.size and chain.dtype.kind not in "iu"):
+        raise TypeError(f"parents must be a list of whole numbers, got {chain.dtype} {chain.shape}")
+    try:
+        skin_of = _knead.Skin(begin, bones, values, chain.astype(np.int64), _matrices(rest, "rest"))
+    except OverflowError:
+        raise _knead.InvalidInput("weights or parents name a bone that is too large a number") from None
     return points, (points, faces_for(vertices, faces)), skin_of
 
 

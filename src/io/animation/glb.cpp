@@ -225,7 +225,8 @@ class Morpher {
           fmt::format(R"({{"name":"Knead","samplers":[{}],"channels":[{}]}})", sampler, channels_text(0)));
       return;
     }
-    const Span animation = edit_.item("animations", *track.animation);
+    const Span animations = *member(document_.text, glb::root_span(document_.text), "animations");
+    const Span animation = members(document_.text, animations)[*track.animation].value;
     const Span samplers = *member(document_.text, animation, "samplers");
     const std::size_t number = members(document_.text, samplers).size();
     edit_.patch({appended_item(document_.text, samplers, sampler),
