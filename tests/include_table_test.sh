@@ -23,6 +23,7 @@ strokes:  math field flow mesh pose | stroke tools
 session:  math field flow mesh io remesh pose strokes | session replay
 certify:  math field flow mesh cells io remesh strokes session fit | certify
 fit:      math field flow mesh pose strokes | fit
+skin:     math field flow mesh io pose strokes | skin
 history:  math flow mesh io remesh strokes session | workbench
 gl:       math | gl
 gpu:      math field flow gl | gpu

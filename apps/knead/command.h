@@ -86,6 +86,7 @@ struct ClosedPipe {};
 Subcommand deform_command();
 Subcommand resolve_command();
 Subcommand fit_command();
+Subcommand skin_command();
 Subcommand info_command();
 Subcommand check_command();
 Subcommand make_command();

@@ -67,4 +67,19 @@ class AnimationFile {
   Writer writer_;
 };
 
+// Shapes that a glTF file blends in (morph targets), and how strongly over time.
+struct MorphTargets {
+  std::vector<std::vector<Vec3d>> shapes;  // 1 or more: a position for each vertex of the source
+  std::vector<std::string> names{};        // as many, or none
+  std::vector<double> weights;             // as many: as the file stands
+  std::vector<double> times{};             // seconds, 0 or more, ascending; empty: the weights stay
+  std::vector<double> keys{};              // the weights of all shapes at the first time, at the second one ...
+  std::size_t animation = 0;               // of the file, to which the keys are added; a new one if it has none
+};
+
+// Returns the bytes of a GLB file of the source with these morph targets (positions and normals). A source in glTF
+// keeps everything that it has, as its skeleton and animations. Throws InvalidInput for lists that do not fit, for
+// positions that the format cannot hold, and for a source that has morph targets of its own.
+std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targets);
+
 }  // namespace knead

@@ -43,11 +43,12 @@
 // Fits one shape to another by strokes that strain it least.
 #include "knead/fit.h"
 
+// Poses a shape by its skeleton.
+#include "knead/skin.h"
+
 // Strokes: one plain struct per tool, and the flow that each becomes; what tools want of a surface.
 #include "knead/stroke.h"
 #include "knead/tools.h"
-// Fits one shape to another by strokes that strain it least.
-#include "knead/fit.h"
 
 // Sessions: the .knead file, replay, report and certificate, and the workbench of an interactive program.
 #include "knead/certify.h"

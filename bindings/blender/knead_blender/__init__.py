@@ -11,9 +11,9 @@ bl_info = {
     "category": "Sculpting",
 }
 
-from . import bake, check, operators, panel, poses, settings, stamps, state, tools, workspace
+from . import bake, check, correctives, operators, panel, poses, settings, stamps, state, tools, workspace
 
-_MODULES = (state, settings, stamps, operators, poses, tools, check, bake, panel, workspace)
+_MODULES = (state, settings, stamps, operators, poses, tools, check, correctives, bake, panel, workspace)
 
 
 def register():

@@ -19,6 +19,6 @@ if [[ $(python3 -m zipfile -l "$zip") == *blender_manifest.toml* ]]; then
 else
   python3 -m zipfile -e "$zip" "$BLENDER_USER_SCRIPTS/addons"
 fi
-for test in operators tools poses shown; do
+for test in operators tools poses shown correctives; do
   "$2" "$here/test_$test.py"
 done

@@ -20,6 +20,7 @@ from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __versi
 from ._mean import Population, mean
 from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
 from ._session import Session
+from ._skin import Corrective, Posed, correctives, skin
 from ._shapes import Shape, check, check_cells, crossings, read, write
 from ._strokes import Stroke, stroke
 
@@ -30,12 +31,14 @@ for _name in ("AccuracyError", "FileError", "InvalidInput", "Unavailable"):
 
 __all__ = [
     "AccuracyError",
+    "Corrective",
     "FileError",
     "Fit",
     "Flow",
     "InvalidInput",
     "PaintDrag",
     "Population",
+    "Posed",
     "Remeshed",
     "Session",
     "Shape",
@@ -47,6 +50,7 @@ __all__ = [
     "certify",
     "check",
     "check_cells",
+    "correctives",
     "crossings",
     "deform",
     "deform_cells",
@@ -58,6 +62,7 @@ __all__ = [
     "remesh",
     "render",
     "safe_until",
+    "skin",
     "stroke",
     "symmetric",
     "widest_outer",

@@ -496,6 +496,7 @@ def animate(
     progress: Callable[[float], Any] | None = None,
     **accuracy: Any,
 ) -> bool: ...
+@overload
 def deform(
     vertices: Points_,
     session: Strokes,
@@ -510,7 +511,25 @@ def deform(
     diagonal: float | None = None,
     progress: Progress | None = None,
     out: NDArray[np.floating[Any]] | None = None,
+    also: None = None,
 ) -> NDArray[np.floating[Any]]: ...
+@overload
+def deform(
+    vertices: Points_,
+    session: Strokes,
+    faces: Faces | None = None,
+    *,
+    relative_tolerance: float = 1e-5,
+    precision: Precision = "float32",
+    integrator: Integrator = "tsit5",
+    threads: int = 0,
+    inverse: bool = False,
+    until: float | None = None,
+    diagonal: float | None = None,
+    progress: Progress | None = None,
+    out: NDArray[np.floating[Any]] | None = None,
+    also: Iterable[Points_],
+) -> list[NDArray[np.floating[Any]]]: ...
 
 class Flow:
     def __init__(self, session: Strokes = ()) -> None: ...
@@ -552,6 +571,48 @@ class Flow:
     ) -> NDArray[np.float64]: ...
     def __len__(self) -> int: ...
     def __add__(self, other: Flow) -> Flow: ...
+
+class Posed:
+    vertices: NDArray[np.float64]
+    session: Session
+    report: dict[str, Any]
+    linear: NDArray[np.float64]
+    dual: NDArray[np.float64]
+    corrective: NDArray[np.float64]
+
+class Corrective:
+    bones: NDArray[np.uint32]
+    axes: NDArray[np.float64]
+    angles_deg: NDArray[np.float64]
+    offsets: NDArray[np.float64]
+
+def skin(
+    vertices: Points_,
+    faces: Faces | None,
+    weights: Any,
+    rest: ArrayLike,
+    poses: ArrayLike,
+    *,
+    parents: ArrayLike | None = None,
+    rigid_weight: float = 0.9,
+    detail: float = 0,
+    measured: bool = True,
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> Posed | list[Posed] | None: ...
+def correctives(
+    vertices: Points_,
+    faces: Faces | None,
+    weights: Any,
+    rest: ArrayLike,
+    pose: ArrayLike,
+    *,
+    parents: ArrayLike | None = None,
+    rigid_weight: float = 0.9,
+    detail: float = 0,
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> list[Corrective] | None: ...
 
 class Fit:
     session: Session

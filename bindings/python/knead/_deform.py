@@ -40,6 +40,7 @@ def deform(
     diagonal=None,
     progress=None,
     out=None,
+    also=None,
 ):
     """Returns the vertices deformed by a session: (n, 3) float64, or float32 if `vertices` is float32.
 
@@ -58,6 +59,8 @@ def deform(
         and deform returns None; if it raises, that error is raised here.
     out: an array (n, 3) of float64 or float32 to write into and return. It may be `vertices`: a C-contiguous float64
         array is then moved in place, without a copy unless `progress` is given.
+    also: a sequence of other shapes or points, such as clothes and eyes, that one flow moves along: the result is then a
+        list of `vertices`, deformed, and of each of them. Strokes that read a surface read that of `vertices`.
 
     Raises InvalidInput (a ValueError) for values that cannot be used, with the first index for a coordinate that is not
     finite; TypeError for other types; AccuracyError if a path line runs to infinity. Ctrl-C ends the work and leaves
@@ -65,7 +68,24 @@ def deform(
     """
     accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
     faces = faces_for(vertices, faces)
-    return _knead.deform(vertices, native_session(session), faces, accuracy, bool(inverse), until, progress, out)
+    if also is None:
+        return _knead.deform(vertices, native_session(session), faces, accuracy, bool(inverse), until, progress, out)
+    import numpy as np
+
+    if isinstance(also, np.ndarray) or hasattr(also, "vertices") or hasattr(also, "points"):
+        raise TypeError("also must be a sequence of shapes, such as [clothes, eyes]")
+    if diagonal is None:
+        points = next((getattr(vertices, name) for name in ("vertices", "points") if hasattr(vertices, name)), vertices)
+        accuracy = _accuracy(relative_tolerance, precision, integrator, threads, float(np.linalg.norm(np.ptp(points, axis=0))))
+    whole = session if isinstance(session, Session) else Session(session)
+    flow = whole if inverse else whole.resolve(vertices, faces, threads=threads)
+    results = []
+    for shape, surface, to in [(vertices, faces, out), *((other, None, None) for other in also)]:
+        moved = _knead.deform(shape, native_session(flow), surface, accuracy, bool(inverse), until, progress, to)
+        if moved is None:
+            return None
+        results.append(moved)
+    return results
 
 
 class _Made(typing.NamedTuple):

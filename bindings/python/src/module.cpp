@@ -53,6 +53,7 @@ PYBIND11_MODULE(_knead, module) {
   add_strokes(module);
   add_flow(module);
   add_fit(module);
+  add_skin(module);
   add_remesh(module);
   add_render(module);
   add_workbench(module);

@@ -12,6 +12,7 @@ void add_cells(py::module_& module);
 void add_strokes(py::module_& module);
 void add_flow(py::module_& module);
 void add_fit(py::module_& module);
+void add_skin(py::module_& module);
 void add_remesh(py::module_& module);
 void add_render(py::module_& module);
 void add_workbench(py::module_& module);

@@ -181,3 +181,16 @@ def test_vertices_of_a_shape_are_real_numbers(files):
 def test_a_name_that_is_no_utf8_can_be_read_in_the_message():
     with pytest.raises(knead.InvalidInput, match=r"^\\x80: its name has no extension"):
         knead.read(b"\x80")
+
+
+def test_one_session_moves_several_shapes():
+    body = np.random.default_rng(5).normal(size=(300, 3))
+    body /= np.linalg.norm(body, axis=1)[:, None]
+    shirt = 1.1 * body
+    pull = knead.Implicit(path=[[0, 0.9, 0], [0, 1.3, 0]], inner=0.2, outer=0.8)
+    both = knead.deform(body, pull, also=[shirt])
+    size = float(np.linalg.norm(np.ptp(body, axis=0)))
+    assert np.array_equal(both[0], knead.deform(body, pull))
+    assert np.array_equal(both[1], knead.deform(shirt, pull, diagonal=size))
+    with pytest.raises(TypeError, match="sequence of shapes"):
+        knead.deform(body, pull, also=shirt)

@@ -242,6 +242,24 @@ def use_mean(draw):
     assert isinstance(people, knead.Population) and isinstance(people.along(draw(arrays)), knead.Fit)
 
 
+RIG = np.tile(np.eye(4), (2, 1, 1))
+
+
+def use_skin(draw):
+    rows = st.one_of(st.just(np.eye(4, 2)), vertices, anything)
+    matrices = st.one_of(st.just(RIG), anything)
+    parents = draw(st.one_of(st.none(), st.just([-1, 0]), anything))
+    posed = knead.skin(*TETRAHEDRON, draw(rows), draw(matrices), draw(matrices), parents=parents, detail=draw(numbers))
+    assert all(isinstance(p, knead.Posed) for p in (posed if isinstance(posed, list) else [posed]))
+
+
+def use_correctives(draw):
+    rows = st.one_of(st.just(np.eye(4, 2)), vertices, anything)
+    matrices = st.one_of(st.just(RIG), anything)
+    made = knead.correctives(*TETRAHEDRON, draw(rows), draw(matrices), draw(matrices), rigid_weight=draw(numbers))
+    assert all(isinstance(c, knead.Corrective) for c in made)
+
+
 def use_session(draw):
     session = knead.Session(draw(sessions), mesh=draw(st.none() | texts), note=draw(st.none() | anything))
     name = draw(st.sampled_from(["resolve", "append", "item", "text"]))
@@ -317,6 +335,8 @@ def use_write_frames(draw, folder):
 USES = {
     "animate": use_animate,
     "certify": lambda draw: knead.certify(draw(vertices), draw(vertices), draw(faces), draw(sessions), **draw(some(accuracy))),
+    "correctives": use_correctives,
+    "skin": use_skin,
     "check": lambda draw: knead.check(draw(vertices), draw(faces)),
     "check_cells": lambda draw: knead.check_cells(draw(vertices), draw(st.one_of(faces, anything)), draw(st.one_of(st.none(), vertices))),
     "crossings": lambda draw: knead.crossings(draw(vertices), draw(faces)),
@@ -348,6 +368,10 @@ USES = {
 def test_every_public_name_is_tried():
     classes = {tool.__name__ for tool in TOOLS}
     others = {"read": "files", "Shape": "shape", "Session": "session", "Stroke": "tool", "Fit": "fit", "Flow": "flow", "Population": "mean",
+
+
+    others = {"read": "files", "Shape": "shape", "Session": "session", "Stroke": "tool", "Fit": "fit", "Flow": "flow",
+              "Posed": "skin", "Corrective": "correctives",
               "Remeshed": "remesh", "Workbench": "workbench"}  # fmt: skip
     errors = {"AccuracyError", "FileError", "InvalidInput", "Unavailable"}
     for name in knead.__all__:

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
@@ -78,6 +79,25 @@ Changes differences(const Block& block, std::span<const Vec3d> before, std::span
   return changes;
 }
 
+// How strong the targets are: as the file stands, and over time.
+struct Track {
+  std::vector<float> weights{};  // empty: not stated
+  std::vector<float> times{};
+  std::vector<float> keys{};  // of all targets at each time
+  std::vector<std::string> names{};
+  std::optional<std::size_t> animation{};  // of the file, to which the keys are added; none: a new one
+};
+
+// The track that shows one frame after the other.
+Track frames_track(const std::vector<std::optional<std::size_t>>& frames, std::size_t targets, double fps) {
+  Track track;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    track.times.push_back(static_cast<float>(static_cast<double>(k) / fps));
+    for (std::size_t t = 0; t < targets; ++t) track.keys.push_back(frames[k] == t ? 1.0f : 0.0f);
+  }
+  return track;
+}
+
 // Writes the targets into the file.
 class Morpher {
  public:
@@ -87,21 +107,20 @@ class Morpher {
         document_(glb::open_document(base.bytes, layout_, "source")),
         edit_(document_, layout_) {}
 
-  // frames: the target that each frame shows; nothing for the first frame's shape.
-  std::string run(const std::vector<std::optional<std::size_t>>& frames, double fps) {
+  std::string run(const Track& track) {
     if (targets_.empty()) return std::string(document_.bytes);
     const std::map<std::size_t, std::size_t> placed = glb::count_placements(document_);
     for (const auto& [mesh, nodes] : glb::blocks_by_node(layout_)) {
       // Nodes that share a mesh move differently, so that each gets its own.
       const bool is_shared = placed.at(mesh) > 1;
-      for (const std::vector<std::size_t>& blocks : nodes) add_targets(mesh, blocks, is_shared);
+      for (const std::vector<std::size_t>& blocks : nodes) add_targets(mesh, blocks, is_shared, track);
     }
-    add_animation(frames, fps);
+    if (!track.times.empty()) add_animation(track);
     return edit_.finish();
   }
 
  private:
-  void add_targets(std::size_t mesh, const std::vector<std::size_t>& blocks, bool is_shared) {
+  void add_targets(std::size_t mesh, const std::vector<std::size_t>& blocks, bool is_shared, const Track& track) {
     const Span span = edit_.item("meshes", mesh);
     const std::vector<glb::Member> primitives = members(document_.text, *member(document_.text, span, "primitives"));
     std::vector<Patch> patches;
@@ -119,6 +138,7 @@ class Morpher {
         patches.push_back({{end, end}, text});
       }
     }
+    if (!track.weights.empty()) patches.push_back({{span.end - 1, span.end - 1}, weights_text(span, track)});
     const std::size_t node = layout_.blocks[blocks.front()].node;
     nodes_.push_back(node);
     if (!is_shared) return edit_.patch(patches);
@@ -177,31 +197,50 @@ class Morpher {
         text, changes.elements.size(), index_view, is_short ? 5123 : 5125, edit_.append_view(values, 0, 0)));
   }
 
-  void add_animation(const std::vector<std::optional<std::size_t>>& frames, double fps) {
+  // The members of a mesh that say how strong its targets are, and their names where there is room for them.
+  std::string weights_text(const Span& mesh, const Track& track) const {
+    std::string text;
+    if (!member(document_.text, mesh, "weights")) {
+      for (const float weight : track.weights) text += fmt::format("{}{}", text.empty() ? "" : ",", weight);
+      text = fmt::format(R"(,"weights":[{}])", text);
+    }
+    if (track.names.empty() || member(document_.text, mesh, "extras")) return text;
+    return text + fmt::format(R"(,"extras":{})", to_text(Json{{"targetNames", track.names}}));
+  }
+
+  void add_animation(const Track& track) {
     std::string times;
     std::string weights;
-    for (std::size_t k = 0; k < frames.size(); ++k) {
-      glb::append_float(times, time_of(k, fps));
-      for (std::size_t t = 0; t < targets_.size(); ++t) glb::append_float(weights, frames[k] == t ? 1.0f : 0.0f);
-    }
+    for (const float time : track.times) glb::append_float(times, time);
+    for (const float weight : track.keys) glb::append_float(weights, weight);
     const std::size_t input =
         edit_.append_elements(times, 0, 0,
-                              fmt::format(R"("componentType":5126,"count":{},"type":"SCALAR","min":[0],"max":[{}])",
-                                          frames.size(), time_of(frames.size() - 1, fps)));
+                              fmt::format(R"("componentType":5126,"count":{},"type":"SCALAR","min":[{}],"max":[{}])",
+                                          track.times.size(), track.times.front(), track.times.back()));
     const std::size_t output = edit_.append_elements(
-        weights, 0, 0,
-        fmt::format(R"("componentType":5126,"count":{},"type":"SCALAR")", frames.size() * targets_.size()));
+        weights, 0, 0, fmt::format(R"("componentType":5126,"count":{},"type":"SCALAR")", track.keys.size()));
+    const std::string sampler = fmt::format(R"({{"input":{},"output":{},"interpolation":"LINEAR"}})", input, output);
+    if (!track.animation) {
+      edit_.append_animation(
+          fmt::format(R"({{"name":"Knead","samplers":[{}],"channels":[{}]}})", sampler, channels_text(0)));
+      return;
+    }
+    const Span animations = *member(document_.text, glb::root_span(document_.text), "animations");
+    const Span animation = members(document_.text, animations)[*track.animation].value;
+    const Span samplers = *member(document_.text, animation, "samplers");
+    const std::size_t number = members(document_.text, samplers).size();
+    edit_.patch({appended_item(document_.text, samplers, sampler),
+                 appended_item(document_.text, *member(document_.text, animation, "channels"), channels_text(number))});
+  }
+
+  std::string channels_text(std::size_t sampler) const {
     std::string channels;
     for (const std::size_t node : nodes_) {
       if (!channels.empty()) channels += ",";
-      channels += fmt::format(R"({{"sampler":0,"target":{{"node":{},"path":"weights"}}}})", node);
+      channels += fmt::format(R"({{"sampler":{},"target":{{"node":{},"path":"weights"}}}})", sampler, node);
     }
-    edit_.append_animation(fmt::format(
-        R"({{"name":"Knead","samplers":[{{"input":{},"output":{},"interpolation":"LINEAR"}}],"channels":[{}]}})", input,
-        output, channels));
+    return channels;
   }
-
-  static float time_of(std::size_t frame, double fps) { return static_cast<float>(static_cast<double>(frame) / fps); }
 
   const Layout& layout_;
   const std::vector<Target>& targets_;
@@ -213,7 +252,6 @@ class Morpher {
 // The targets so far.
 struct Frames {
   const ShapeFile& source;
-  AtomicFile file;
   Base base;
   FrameNormals frame_normals;  // of the base if its normals are authored, else of the source
   double fps = 24;
@@ -221,12 +259,8 @@ struct Frames {
   std::vector<Target> targets{};
   std::vector<std::optional<std::size_t>> shown{};
 
-  Frames(const std::filesystem::path& path, const ShapeFile& of, double frames_per_second)
-      : source(of),
-        file(path),
-        base(base_of(of)),
-        frame_normals(has_own_normals() ? base.shape : of),
-        fps(frames_per_second) {}
+  Frames(const ShapeFile& of, double frames_per_second)
+      : source(of), base(base_of(of)), frame_normals(has_own_normals() ? base.shape : of), fps(frames_per_second) {}
 
   bool has_own_normals() const { return base.original.empty() || source.mesh.find_attribute("normal") != nullptr; }
 
@@ -239,6 +273,12 @@ struct Frames {
     return result;
   }
 
+  void add_target(std::span<const Vec3d> positions) {
+    check_fits_floats(positions);
+    const std::vector<Vec3d> now = in_base(positions);
+    targets.push_back(target_of(now, expanded(frame_normals.at(has_own_normals() ? now : positions))));
+  }
+
   void add(std::span<const Vec3d> positions) {
     check_fits_floats(positions);
     const std::vector<Vec3d> now = in_base(positions);
@@ -248,7 +288,7 @@ struct Frames {
       shown.push_back(shown.back());
     } else {
       shown.emplace_back(targets.size());
-      targets.push_back(target_of(now, expanded(frame_normals.at(has_own_normals() ? now : positions))));
+      add_target(positions);
     }
     before = now;
   }
@@ -283,18 +323,59 @@ struct Frames {
     return target;
   }
 
-  void finish() {
-    file.write(Morpher(base.shape, targets).run(shown, fps));
-    file.finish();
-  }
+  std::string bytes() const { return Morpher(base.shape, targets).run(frames_track(shown, targets.size(), fps)); }
 };
+
+void require(bool holds, const std::string& what) {
+  if (!holds) throw InvalidInput(what);
+}
+
+std::vector<float> floats_of(const std::vector<double>& numbers) { return {numbers.begin(), numbers.end()}; }
 
 }  // namespace
 
 AnimationFile::Writer glb_writer(const std::filesystem::path& path, const ShapeFile& source,
                                  const AnimationOptions& options) {
-  const auto frames = std::make_shared<Frames>(path, source, options.fps);
-  return {[frames](std::span<const Vec3d> positions) { frames->add(positions); }, [frames] { frames->finish(); }};
+  struct Open {
+    AtomicFile file;
+    Frames frames;
+
+    Open(const std::filesystem::path& to, const ShapeFile& of, double fps) : file(to), frames(of, fps) {}
+  };
+  const auto open = std::make_shared<Open>(path, source, options.fps);
+  return {[open](std::span<const Vec3d> positions) { open->frames.add(positions); },
+          [open] {
+            open->file.write(open->frames.bytes());
+            open->file.finish();
+          }};
 }
 
 }  // namespace knead::io_detail
+
+namespace knead {
+
+std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targets) {
+  using namespace io_detail;
+  const std::size_t count = targets.shapes.size();
+  require(count > 0, "there are no morph targets");
+  require(targets.weights.size() == count, fmt::format("{} morph targets need as many weights", count));
+  require(targets.names.empty() || targets.names.size() == count,
+          fmt::format("{} morph targets need as many names", count));
+  require(targets.keys.size() == count * targets.times.size(),
+          fmt::format("{} morph targets at {} times need {} keys, got {}", count, targets.times.size(),
+                      count * targets.times.size(), targets.keys.size()));
+  require(std::is_sorted(targets.times.begin(), targets.times.end()) &&
+              (targets.times.empty() || targets.times.front() >= 0),
+          "times must be 0 or more, and ascending");
+  Frames frames(source, 1);
+  for (const std::vector<Vec3d>& shape : targets.shapes) {
+    require(shape.size() == source.mesh.positions.size(), "a morph target has not one position for each vertex");
+    frames.add_target(shape);
+  }
+  Track track{floats_of(targets.weights), floats_of(targets.times), floats_of(targets.keys), targets.names, {}};
+  const auto document = glb::open_document(frames.base.shape.bytes, layout_of<Layout>(frames.base.shape), "source");
+  if (targets.animation < document.root().count("animations")) track.animation = targets.animation;
+  return Morpher(frames.base.shape, frames.targets).run(track);
+}
+
+}  // namespace knead

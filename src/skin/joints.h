@@ -1,0 +1,58 @@
+// The joints of a pose: bones that move alike are one limb, and a limb turns about a screw against the one before it.
+// Internal to the skin module.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "knead/mesh.h"
+#include "knead/skin.h"
+#include "skin/rigid.h"
+
+namespace knead::skin_detail {
+
+// Bones that move together, and where they are against the limb before them.
+struct SkinLimb {
+  std::optional<std::size_t> before;  // the limb that it hangs on; none: the base, which rests
+  std::uint32_t bone = 0;             // one of its bones, the one with most of the surface
+  Screw screw{};                      // from rest to the pose, against the limb before it
+  Vec3d center{0, 0, 0};              // of the flesh that bends, at rest
+  Vec3d direction{0, 0, 1};           // along the limb there: a unit vector
+  double radius = 0;                  // of the limb there; 0: no flesh bends
+  std::size_t stage = 0;              // when it moves
+
+  // How far along the limb the flesh has to bend, so that it is not squeezed to less than 0.4.
+  double bending_length() const;
+};
+
+// The limbs of a pose, each after the one that it hangs on, and how the vertices hang on them.
+struct Joints {
+  std::vector<SkinLimb> limbs;
+  std::vector<std::size_t> begin;   // as Skin::begin
+  std::vector<BoneWeight> weights;  // `bone` is a limb; those of a vertex sum to 1
+  Rigid base{};                     // how the whole shape moves besides
+  std::size_t stages = 0;
+  std::vector<double> spacing;  // of the grids of each stage, a length
+  std::vector<std::string> notes;
+
+  // The motion of each limb at a moment of a stage: limbs of earlier stages have moved, those of later ones have not.
+  std::vector<Rigid> motions(std::size_t stage, double part) const;
+
+  // The limb to which a vertex hangs most; the base for one without weights.
+  std::size_t main_limb(std::size_t vertex) const;
+
+  // The limb to which a vertex hangs by more than that weight.
+  std::optional<std::size_t> rigid_limb(std::size_t vertex, double weight) const;
+};
+
+// Returns the joints of a valid pose. `detail`: spacing of the grids over the limbs' radius; 0: the usual one.
+Joints find_joints(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const Skin& skin,
+                   const SkinPose& pose, double detail);
+
+// Returns the parent of each bone, or -1: those of the skin, or if it names none a tree of bones that share vertices.
+std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices);
+
+}  // namespace knead::skin_detail

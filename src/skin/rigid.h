@@ -1,0 +1,78 @@
+// Rigid motions as quaternions, and the screw between two of them. Internal to the skin module.
+#pragma once
+
+#include <cmath>
+
+#include "knead/skin.h"
+#include "knead/vec.h"
+
+namespace knead::skin_detail {
+
+// A unit quaternion.
+struct Quaternion {
+  double w = 1;
+  Vec3d v{0, 0, 0};  // the axis times the sine of half the angle
+};
+
+inline Quaternion operator*(const Quaternion& a, const Quaternion& b) {
+  return {a.w * b.w - dot(a.v, b.v), b.v * a.w + a.v * b.w + cross(a.v, b.v)};
+}
+inline Quaternion inverse(const Quaternion& q) { return {q.w, -q.v}; }
+inline Vec3d operator*(const Quaternion& q, const Vec3d& p) {
+  const Vec3d t = cross(q.v, p) * 2.0;
+  return p + t * q.w + cross(q.v, t);
+}
+
+// p -> turn * p + offset.
+struct Rigid {
+  Quaternion turn{};
+  Vec3d offset{0, 0, 0};
+
+  Vec3d operator()(const Vec3d& p) const { return turn * p + offset; }
+};
+
+// a after b.
+inline Rigid operator*(const Rigid& a, const Rigid& b) { return {a.turn * b.turn, a.turn * b.offset + a.offset}; }
+inline Rigid inverse(const Rigid& a) {
+  const Quaternion back = inverse(a.turn);
+  return {back, -(back * a.offset)};
+}
+
+// A turn about an axis and a slide along it, which together are a rigid motion.
+struct Screw {
+  Vec3d axis{0, 0, 1};
+  Vec3d center{0, 0, 0};  // the point of the axis nearest to the origin that was given
+  double angle = 0;       // radians, from 0 to pi
+  Vec3d slide{0, 0, 0};   // along the axis; without a turn in any direction
+
+  // The part of the motion: 0 none, 1 all.
+  Rigid at(double part) const;
+};
+
+// Returns a transform times a point, the product a after b, and the inverse.
+inline Vec3d apply(const BoneTransform& a, const Vec3d& p) { return a.linear * p + a.offset; }
+inline BoneTransform after(const BoneTransform& a, const BoneTransform& b) {
+  return {a.linear * b.linear, a.linear * b.offset + a.offset};
+}
+Mat3d inverse(const Mat3d& m);
+inline BoneTransform inverse(const BoneTransform& a) {
+  const Mat3d back = inverse(a.linear);
+  return {back, -(back * a.offset)};
+}
+
+// Returns the rotation nearest to a matrix with a positive determinant.
+Quaternion nearest_rotation(const Mat3d& m);
+
+// Returns the motion of each bone from rest to the pose, as a transform of the shape's coordinates.
+std::vector<BoneTransform> motions_of(const Skin& skin, const SkinPose& pose);
+
+// Returns the rigid part of a motion: the nearest rotation about `at`, which goes to its own place.
+Rigid rigid_part(const BoneTransform& motion, const Vec3d& at);
+
+// Returns the screw of a motion. `near` says which point of the axis is the centre.
+Screw screw_of(const Rigid& motion, const Vec3d& near);
+
+// Returns the angle of a turn, radians from 0 to pi.
+double angle_of(const Quaternion& turn);
+
+}  // namespace knead::skin_detail

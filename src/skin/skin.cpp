@@ -1,0 +1,288 @@
+// Poses of a skin: stages of near-rigid flows.
+#include "knead/skin.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "mesh/body_points.h"
+#include "skin/joints.h"
+#include "skin/measures.h"
+#include "skin/motion.h"
+#include "strokes/pose.h"
+
+namespace knead {
+
+using namespace skin_detail;
+
+namespace {
+
+using detail::BodySamples;
+
+constexpr double kMaxStep = 1;         // spacings that a limb moves in a step
+constexpr double kNear = 4;            // spacings: what is farther from all that moves is no part of a stage
+constexpr std::size_t kInside = 3000;  // samples of the body
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+class Poser {
+ public:
+  Poser(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options)
+      : options_(options), triangles_(triangulate(mesh)), rest_(mesh.positions), positions_(mesh.positions) {
+    diagonal_ = shape_box(mesh).diagonal();
+    if (!(diagonal_ > 0)) throw InvalidInput("the shape has no extent, so that nothing can be posed");
+    joints_ = find_joints(rest_, triangles_, skin, pose, options.detail);
+  }
+
+  SkinResult run() {
+    const auto start = std::chrono::steady_clock::now();
+    SkinReport& report = result_.report;
+    for (std::size_t stage = 0; stage < joints_.stages; ++stage) run_stage(stage);
+    find_distances();
+    move_whole();
+    report.notes.insert(report.notes.end(), joints_.notes.begin(), joints_.notes.end());
+    report.bones = joints_.limbs.size() - 1;
+    report.stages = joints_.stages;
+    result_.positions = std::move(positions_);
+    report.seconds = seconds_since(start);
+    return std::move(result_);
+  }
+
+ private:
+  void run_stage(std::size_t stage) {
+    stop_if_cancelled(options_.progress);
+    const std::vector<bool> moving = moving_limbs(stage);
+    StageProblem problem;
+    problem.spacing = joints_.spacing[stage];
+    problem.diagonal = diagonal_;
+    problem.threads = options_.threads;
+    problem.progress = options_.progress;
+    problem.motions = [this, stage](double part) { return joints_.motions(stage, part); };
+    const std::vector<Triangle> near = near_triangles(stage, moving, kNear * problem.spacing);
+    LiveSurface surface;
+    surface.positions = positions_;
+    surface.triangles = near;
+    std::vector<std::string> warnings;
+    problem.body = tool_detail::body_of(surface, problem.spacing, kInside, options_.threads, warnings);
+    mark_held(moving, problem.body);
+    add_limbs(stage, moving, near, problem);
+    problem.steps = steps_of(stage, problem);
+    Flow flow = stage_flow(std::move(problem), result_.report.unknowns);
+    result_.report.segments += flow.segments.size();
+    move(flow);
+    for (Segment& segment : flow.segments) result_.strokes.emplace_back(GridStroke{std::move(segment.grid)});
+  }
+
+  // So many that no limb turns by more than 10 degrees in one, or moves by more than a spacing.
+  std::size_t steps_of(std::size_t stage, const StageProblem& problem) const {
+    constexpr double kMaxTurn = std::numbers::pi / 18;
+    constexpr int kPieces = 16;
+    double steps = std::max(1.0, greatest_turn(stage) / kMaxTurn);
+    std::vector<std::vector<Rigid>> motions;
+    for (int i = 0; i <= kPieces; ++i) motions.push_back(problem.motions(static_cast<double>(i) / kPieces));
+    for (const LimbPoints& limb : problem.limbs) {
+      for (const Vec3d& p : limb.points) {
+        if (!limb.moves) break;
+        const Vec3d start = inverse(motions.front()[limb.limb])(p);
+        double way = 0;
+        for (std::size_t i = 0; i < kPieces; ++i)
+          way += norm(motions[i + 1][limb.limb](start) - motions[i][limb.limb](start));
+        steps = std::max(steps, way / (kMaxStep * problem.spacing));
+      }
+    }
+    return static_cast<std::size_t>(std::ceil(steps));
+  }
+
+  // A limb moves in a stage if it or one before it turns then.
+  std::vector<bool> moving_limbs(std::size_t stage) const {
+    std::vector<bool> moving(joints_.limbs.size(), false);
+    for (std::size_t i = 1; i < moving.size(); ++i) {
+      moving[i] = joints_.limbs[i].stage == stage || moving[*joints_.limbs[i].before];
+    }
+    return moving;
+  }
+
+  // How much of a vertex moves.
+  double moving_weight(const std::vector<bool>& moving, std::size_t v) const {
+    double sum = 0;
+    for (std::size_t i = joints_.begin[v]; i < joints_.begin[v + 1]; ++i) {
+      if (moving[joints_.weights[i].bone]) sum += joints_.weights[i].weight;
+    }
+    return sum;
+  }
+
+  // The triangles that move, or are near a place through which a vertex passes.
+  std::vector<Triangle> near_triangles(std::size_t stage, const std::vector<bool>& moving, double distance) const {
+    constexpr int kMoments = 8;
+    std::vector<Vec3d> places;
+    std::vector<bool> is_near(positions_.size(), false);
+    const std::vector<Rigid> first = joints_.motions(stage, 0);
+    for (int i = 0; i <= kMoments; ++i) {
+      const std::vector<Rigid> now = joints_.motions(stage, static_cast<double>(i) / kMoments);
+      std::vector<Vec3d> of_moment;
+      for (std::size_t v = 0; v < positions_.size(); ++v) {
+        if (!(moving_weight(moving, v) > 0)) continue;
+        is_near[v] = true;
+        const std::size_t limb = joints_.main_limb(v);
+        of_moment.push_back(now[limb](inverse(first[limb])(positions_[v])));
+      }
+      for (const std::uint32_t p : points_apart(of_moment, 0.5 * distance)) places.push_back(of_moment[p]);
+    }
+    std::vector<Triangle> points;
+    for (std::uint32_t p = 0; p < places.size(); ++p) points.push_back({p, p, p});
+    const SurfaceTree tree(points, places);
+    for (std::size_t v = 0; v < positions_.size(); ++v) {
+      is_near[v] = is_near[v] || tree.closest(positions_[v], 1.5 * distance).has_value();
+    }
+    std::vector<Triangle> result;
+    for (const Triangle& t : triangles_) {
+      if (is_near[t[0]] || is_near[t[1]] || is_near[t[2]]) result.push_back(t);
+    }
+    return result;
+  }
+
+  // Points of each limb that moves, and of all that rests.
+  void add_limbs(std::size_t stage, const std::vector<bool>& moving, const std::vector<Triangle>& near,
+                 StageProblem& problem) const {
+    std::vector<bool> used(positions_.size(), false);
+    for (const Triangle& t : near) {
+      for (const std::uint32_t v : t) used[v] = true;
+    }
+    std::vector<std::vector<Vec3d>> points(joints_.limbs.size());
+    for (std::size_t v = 0; v < positions_.size(); ++v) {
+      const std::optional<std::size_t> limb = joints_.rigid_limb(v, options_.rigid_weight);
+      if (used[v] && limb && !bends(stage, moving, v)) points[moving[*limb] ? *limb : 0].push_back(positions_[v]);
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (points[i].empty()) continue;
+      problem.limbs.push_back({i, moving[i], tool_detail::part_of(points[i], problem.spacing).points});
+    }
+  }
+
+  // Whether a vertex is so near to a joint that turns in this stage that the flesh has to bend there.
+  bool bends(std::size_t stage, const std::vector<bool>& moving, std::size_t v) const {
+    for (std::size_t i = 1; i < joints_.limbs.size(); ++i) {
+      const SkinLimb& limb = joints_.limbs[i];
+      if (limb.stage != stage || !moving[i]) continue;
+      const Vec3d from = rest_[v] - limb.center;
+      const double half = 0.5 * limb.bending_length();
+      if (std::abs(dot(from, limb.direction)) < half && norm(from) < half + 2 * limb.radius) return true;
+    }
+    return false;
+  }
+
+  // The most that a limb turns in a stage: all joints of a chain added up.
+  double greatest_turn(std::size_t stage) const {
+    std::vector<double> turns(joints_.limbs.size(), 0.0);
+    for (std::size_t i = 1; i < turns.size(); ++i) {
+      const SkinLimb& limb = joints_.limbs[i];
+      turns[i] = turns[*limb.before] + (limb.stage == stage ? limb.screw.angle : 0.0);
+    }
+    return *std::max_element(turns.begin(), turns.end());
+  }
+
+  // A sample rests if the nearest vertex rests.
+  void mark_held(const std::vector<bool>& moving, BodySamples& body) const {
+    const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(positions_, body.points);
+    for (const std::uint32_t v : nearest) {
+      const std::optional<std::size_t> limb = joints_.rigid_limb(v, options_.rigid_weight);
+      body.held.push_back(limb && !moving[*limb]);
+    }
+  }
+
+  void move(const Flow& flow) {
+    AdvectOptions options;
+    options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal_);
+    options.threads = options_.threads;
+    options.progress = options_.progress;
+    if (advect(flow, positions_, options).status == AdvectStatus::cancelled) throw Cancelled();
+  }
+
+  // How far what should be rigid is from the place to which its limb goes.
+  void find_distances() {
+    const std::vector<Rigid> motions = joints_.motions(joints_.stages, 1);
+    std::vector<double> distances;
+    for (std::size_t v = 0; v < positions_.size(); ++v) {
+      const std::optional<std::size_t> limb = joints_.rigid_limb(v, options_.rigid_weight);
+      if (limb) distances.push_back(norm(positions_[v] - motions[*limb](rest_[v])) / diagonal_);
+    }
+    if (distances.empty()) return;
+    std::sort(distances.begin(), distances.end());
+    result_.report.part_distance = distances.back();
+    result_.report.part_distance_95 = distances[(distances.size() * 95 + 99) / 100 - 1];
+  }
+
+  // The turn and the shift of the skeleton as a whole.
+  void move_whole() {
+    constexpr double kSmall = 1e-12;
+    const Vec3d center = bounding_box(positions_).center();
+    double radius = 0;
+    for (const Vec3d& p : positions_) radius = std::max(radius, norm(p - center));
+    const Screw turn = screw_of(joints_.base, center);
+    const auto add = [&](const Stroke& stroke) {
+      move(flow_of(stroke));
+      result_.strokes.push_back(stroke);
+    };
+    if (turn.angle > kSmall) {
+      RotateStroke stroke;
+      stroke.center = center;
+      stroke.axis = turn.axis;
+      stroke.angle_deg = turn.angle * 180 / std::numbers::pi;
+      stroke.inner = 1.05 * radius;
+      stroke.outer = 2 * radius;
+      add(stroke);
+    }
+    const Vec3d shift = joints_.base(center) - center;
+    if (norm(shift) > kSmall * diagonal_) {
+      ImplicitStroke stroke;
+      stroke.path = {center, center + shift};
+      stroke.inner = 1.05 * radius;
+      stroke.outer = 2 * radius;
+      add(stroke);
+    }
+  }
+
+  const SkinOptions& options_;
+  std::vector<Triangle> triangles_;
+  std::vector<Vec3d> rest_;
+  std::vector<Vec3d> positions_;  // where the vertices are by now
+  double diagonal_ = 0;
+  Joints joints_;
+  SkinResult result_;
+};
+
+void require_options(const SkinOptions& options) {
+  if (!(options.rigid_weight >= 0.5 && options.rigid_weight < 1)) {
+    throw InvalidInput(fmt::format("rigid_weight must be from 0.5 to below 1, got {}", options.rigid_weight));
+  }
+  if (options.detail != 0 && !(options.detail >= 0.5 && options.detail <= 4)) {
+    throw InvalidInput(fmt::format("detail must be from 0.5 to 4, or 0 for the usual one, got {}", options.detail));
+  }
+}
+
+}  // namespace
+
+SkinResult pose_skin(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options,
+                     bool measured) {
+  knead::validate(mesh);
+  validate(skin, mesh.positions.size());
+  validate(skin, pose);
+  require_options(options);
+  SkinResult result = Poser(mesh, skin, pose, options).run();
+  SkinReport& report = result.report;
+  const RestShape rest(mesh, options.threads, options.progress);
+  report.flow = rest.measure(result.positions);
+  if (!measured) return result;
+  report.linear = rest.measure(linear_blend(mesh.positions, skin, pose));
+  report.dual = rest.measure(dual_quaternion_blend(mesh.positions, skin, pose));
+  return result;
+}
+
+}  // namespace knead

@@ -1,0 +1,195 @@
+#include "knead/skin.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/session.h"
+
+namespace knead {
+namespace {
+
+// A bar along x whose halves hang on two bones; the flesh between x = -width and width is blended.
+struct Arm {
+  Mesh mesh = make_shape(ShapeKind::box, 2000);
+  Skin skin;
+
+  explicit Arm(double width = 0.6) {
+    skin.rest = {{{}, {-3, 0, 0}}, {{}, {0, 0, 0}}};
+    skin.parents = {-1, 0};
+    skin.begin = {0};
+    for (const Vec3d& p : mesh.positions) {
+      const double w = std::clamp(0.5 + 0.5 * p.x / width, 0.0, 1.0);
+      if (w < 1) skin.weights.push_back({0, 1 - w});
+      if (w > 0) skin.weights.push_back({1, w});
+      skin.begin.push_back(skin.weights.size());
+    }
+  }
+
+  // The second bone turned about z.
+  SkinPose bent(double degrees) const {
+    const SinCos<double> turn = sincos(degrees * std::numbers::pi / 180);
+    SkinPose pose = skin.rest;
+    pose[1].linear = {{turn.cos, -turn.sin, 0}, {turn.sin, turn.cos, 0}, {0, 0, 1}};
+    return pose;
+  }
+};
+
+std::string complaint(const auto& call) {
+  try {
+    call();
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+TEST(Skin, KeepsVolumeWhereLinearBlendLosesIt) {
+  const Arm arm;
+  const SkinResult result = pose_skin(arm.mesh, arm.skin, arm.bent(90));
+  const SkinReport& report = result.report;
+  EXPECT_LT(*report.linear.volume_error, -5e-3);
+  EXPECT_LT(std::abs(*report.flow.volume_error), 1e-3);  // the error of triangles: 2000 vertices
+  EXPECT_EQ(report.flow.crossings_new, 0u);
+  EXPECT_GT(report.flow.least_stretch, 0.3);
+  EXPECT_LT(report.part_distance_95, 0.03);  // beside the joint the flesh bends on more than is blended
+  EXPECT_EQ(report.bones, 1u);
+}
+
+TEST(Skin, AtRestNothingMoves) {
+  const Arm arm;
+  const SkinResult result = pose_skin(arm.mesh, arm.skin, arm.skin.rest);
+  EXPECT_TRUE(result.strokes.empty());
+  EXPECT_EQ(result.positions, arm.mesh.positions);
+}
+
+// What moves as a whole keeps all distances.
+TEST(Skin, AWholeSkeletonMovesRigidly) {
+  const Arm arm;
+  SkinPose pose = arm.bent(0);
+  const Mat3d turn{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}};
+  for (BoneTransform& bone : pose) bone = {turn * bone.linear, turn * bone.offset + Vec3d{1, 2, 3}};
+  const SkinResult result = pose_skin(arm.mesh, arm.skin, pose);
+  double worst = 0;
+  for (std::size_t v = 0; v < arm.mesh.positions.size(); ++v) {
+    worst = std::max(worst, norm(result.positions[v] - (turn * arm.mesh.positions[v] + Vec3d{1, 2, 3})));
+  }
+  EXPECT_LT(worst, 1e-4 * shape_box(arm.mesh).diagonal());  // ten times the tolerance of the path lines
+}
+
+TEST(Skin, StrokesRepeatThePose) {
+  const Arm arm;
+  const SkinResult result = pose_skin(arm.mesh, arm.skin, arm.bent(60), {}, false);
+  Session session;
+  for (const Stroke& stroke : result.strokes) session.strokes.push_back({stroke});
+  const ReplayResult replayed = replay(arm.mesh, session, ReplayOptions{});
+  EXPECT_EQ(replayed.shape.positions(), result.positions);
+}
+
+TEST(Skin, TheSameBitsForEveryNumberOfThreads) {
+  const Arm arm;
+  SkinOptions options;
+  options.threads = 1;
+  const SkinResult one = pose_skin(arm.mesh, arm.skin, arm.bent(40), options, false);
+  options.threads = 2;
+  EXPECT_EQ(pose_skin(arm.mesh, arm.skin, arm.bent(40), options, false).positions, one.positions);
+}
+
+// Without parents, bones that share vertices hang together.
+TEST(Skin, ParentsAreFound) {
+  const Arm arm;
+  Skin alone = arm.skin;
+  alone.parents.clear();
+  EXPECT_EQ(pose_skin(arm.mesh, alone, arm.bent(40), {}, false).positions,
+            pose_skin(arm.mesh, arm.skin, arm.bent(40), {}, false).positions);
+}
+
+TEST(Skin, RigidVerticesGoWithTheirBoneInEveryBlend) {
+  const Arm arm;
+  const SkinPose pose = arm.bent(120);
+  const std::vector<Vec3d> linear = linear_blend(arm.mesh.positions, arm.skin, pose);
+  const std::vector<Vec3d> dual = dual_quaternion_blend(arm.mesh.positions, arm.skin, pose);
+  for (std::size_t v = 0; v < linear.size(); ++v) {
+    const Vec3d& p = arm.mesh.positions[v];
+    if (std::abs(p.x) < 0.6) continue;
+    const Vec3d place = p.x < 0 ? p : pose[1].linear * p;
+    EXPECT_LT(norm(linear[v] - place), 1e-12);
+    EXPECT_LT(norm(dual[v] - place), 1e-12);
+  }
+}
+
+TEST(Skin, ACorrectiveShapeGivesThePoseBackByLinearBlend) {
+  const Arm arm;
+  const SkinPose pose = arm.bent(70);
+  const SkinResult result = pose_skin(arm.mesh, arm.skin, pose, {}, false);
+  const std::vector<Vec3d> rest = corrective_shape(arm.mesh.positions, result.positions, arm.skin, pose);
+  const std::vector<Vec3d> back = linear_blend(rest, arm.skin, pose);
+  double worst = 0;
+  for (std::size_t v = 0; v < back.size(); ++v) worst = std::max(worst, norm(back[v] - result.positions[v]));
+  EXPECT_LT(worst, 1e-10);
+}
+
+// At the pose that they were made for, linear blend with the correctives gives the flow's shape back.
+TEST(Skin, CorrectivesOfTwoJointsAddUp) {
+  Arm arm;
+  // A third bone from x = 1.5 on.
+  arm.skin.rest.push_back({{}, {1.5, 0, 0}});
+  arm.skin.parents.push_back(1);
+  arm.skin.begin = {0};
+  arm.skin.weights.clear();
+  for (const Vec3d& p : arm.mesh.positions) {
+    const double first = std::clamp(0.5 + 0.5 * p.x / 0.6, 0.0, 1.0);
+    const double second = std::clamp(0.5 + 0.5 * (p.x - 1.5) / 0.6, 0.0, 1.0);
+    arm.skin.weights.push_back({0, 1 - first});
+    arm.skin.weights.push_back({1, first - second});
+    arm.skin.weights.push_back({2, second});
+    arm.skin.begin.push_back(arm.skin.weights.size());
+  }
+  const Mat3d turn{{0.5, -std::sqrt(0.75), 0}, {std::sqrt(0.75), 0.5, 0}, {0, 0, 1}};
+  SkinPose pose = arm.skin.rest;
+  pose[1].linear = turn;
+  pose[2] = {turn, turn * Vec3d{1.5, 0, 0}};
+  const std::vector<Corrective> only_one = make_correctives(arm.mesh, arm.skin, pose);
+  ASSERT_EQ(only_one.size(), 1u);  // the third bone goes along
+  pose[2].linear = turn * turn;
+  const std::vector<Corrective> both = make_correctives(arm.mesh, arm.skin, pose);
+  ASSERT_EQ(both.size(), 3u);
+  EXPECT_EQ(both[2].bones.size(), 2u);
+  for (const double w : corrective_weights(both, arm.skin, pose)) EXPECT_NEAR(w, 1, 1e-12);
+  for (const double w : corrective_weights(both, arm.skin, arm.skin.rest)) EXPECT_EQ(w, 0);
+  const std::vector<Vec3d> blend = corrected_blend(arm.mesh.positions, both, arm.skin, pose);
+  const SkinResult flow = pose_skin(arm.mesh, arm.skin, pose, {}, false);
+  double worst = 0;
+  for (std::size_t v = 0; v < blend.size(); ++v) worst = std::max(worst, norm(blend[v] - flow.positions[v]));
+  EXPECT_LT(worst, 1e-9);
+}
+
+TEST(Skin, WhatDoesNotFitIsNamed) {
+  const Arm arm;
+  const auto with = [&](const auto& change) {
+    Skin skin = arm.skin;
+    SkinPose pose = arm.bent(10);
+    change(skin, pose);
+    return complaint([&] { pose_skin(arm.mesh, skin, pose, {}, false); });
+  };
+  const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  EXPECT_TRUE(contains(with([](Skin& s, SkinPose&) { s.parents = {1, 0}; }), "circle"));
+  EXPECT_TRUE(contains(with([](Skin& s, SkinPose&) { s.parents = {-1, 7}; }), "parent of bone 1"));
+  EXPECT_TRUE(contains(with([](Skin& s, SkinPose&) { s.weights[0].weight = -1; }), "vertex 0"));
+  EXPECT_TRUE(contains(with([](Skin& s, SkinPose&) { s.weights[0].bone = 9; }), "bone 9"));
+  EXPECT_TRUE(contains(with([](Skin& s, SkinPose&) { s.begin.pop_back(); }), "vertices"));
+  EXPECT_TRUE(contains(with([](Skin&, SkinPose& p) { p.pop_back(); }), "pose has 1"));
+  EXPECT_TRUE(contains(with([](Skin&, SkinPose& p) { p[1].linear.row0 = {0, 0, 0}; }), "no inverse"));
+  EXPECT_TRUE(contains(with([](Skin&, SkinPose& p) { p[1].linear.row0 = -p[1].linear.row0; }), "mirrors"));
+  EXPECT_TRUE(contains(with([](Skin&, SkinPose& p) { p[1].offset.x = NAN; }), "not finite"));
+}
+
+}  // namespace
+}  // namespace knead
