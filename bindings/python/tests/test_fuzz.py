@@ -367,11 +367,8 @@ USES = {
 
 def test_every_public_name_is_tried():
     classes = {tool.__name__ for tool in TOOLS}
-    others = {"read": "files", "Shape": "shape", "Session": "session", "Stroke": "tool", "Fit": "fit", "Flow": "flow", "Population": "mean",
-
-
     others = {"read": "files", "Shape": "shape", "Session": "session", "Stroke": "tool", "Fit": "fit", "Flow": "flow",
-              "Posed": "skin", "Corrective": "correctives",
+              "Population": "mean", "Posed": "skin", "Corrective": "correctives",
               "Remeshed": "remesh", "Workbench": "workbench"}  # fmt: skip
     errors = {"AccuracyError", "FileError", "InvalidInput", "Unavailable"}
     for name in knead.__all__:
