@@ -1,5 +1,5 @@
-// The library for JavaScript: bindings/web/npm/index.js calls these functions. A Task holds the arrays of one call; JavaScript
-// fills them in place, runs the task, and reads the result from it.
+// The library for JavaScript: bindings/web/npm/index.js calls these functions. A Task holds the arrays of one call;
+// JavaScript fills them in place, runs the task, and reads the result from it.
 #include <emscripten.h>
 #include <fmt/format.h>
 

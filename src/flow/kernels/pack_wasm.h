@@ -17,7 +17,8 @@
 #if defined(__wasm_simd128__)
 
 // Fused multiply-adds of four floats and of two doubles, composed of other operations (fused_wasm.cpp). Where the
-// browser has them as single instructions, the page's script puts these in the place of the calls (bindings/web/npm/fused.js).
+// browser has them as single instructions, the page's script puts these in the place of the calls
+// (bindings/web/npm/fused.js).
 extern "C" {
 [[gnu::const]] v128_t knead_fused_floats(v128_t a, v128_t b, v128_t c) noexcept;
 [[gnu::const]] v128_t knead_fused_doubles(v128_t a, v128_t b, v128_t c) noexcept;
