@@ -171,4 +171,4 @@ def test_inflate_adds_the_volume_that_is_asked_for():
     beyond = np.linalg.norm(v - [0, 0, 1], axis=1) > 0.9
     assert (grown[beyond] == v[beyond]).all() and beyond.sum() > 200
     report = knead.certify(v, grown, faces, knead.Inflate(points=[[0, 0, 1]], radius=0.9, volume=0.05))
-    assert 0.5 < report["det_least"] < 1.2 < report["det_greatest"] and report["volume_error_sampling"] is None
+    assert 0.1 < report["det_least"] < 1.2 < report["det_greatest"] and report["volume_error_sampling"] is None
