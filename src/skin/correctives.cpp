@@ -16,7 +16,7 @@ using namespace skin_detail;
 
 namespace {
 
-constexpr double kLeastTurn = 5 * std::numbers::pi / 180;
+constexpr double kMinTurn = 5 * std::numbers::pi / 180;
 
 // A bone's motion against its parent, in the shape's coordinates at rest.
 BoneTransform joint_motion(const std::vector<std::int32_t>& parents, const std::vector<BoneTransform>& motions,
@@ -61,7 +61,7 @@ class Maker {
       if (parents_[b] < 0) continue;  // a root moves the whole shape
       const BoneTransform motion = joint_motion(parents_, motions, b);
       const Screw screw = screw_of(rigid_part(motion, skin.rest[b].offset), skin.rest[b].offset);
-      if (screw.angle >= kLeastTurn) joints_.push_back({b, motion, screw.axis, screw.angle});
+      if (screw.angle >= kMinTurn) joints_.push_back({b, motion, screw.axis, screw.angle});
     }
   }
 

@@ -25,7 +25,7 @@ using namespace detail;
 using namespace tool_detail;
 
 constexpr double kSpacings = 7;          // of the grid, in the radius; fewer where a path is long, down to
-constexpr double kLeastSpacings = 5.5;   // these
+constexpr double kMinSpacings = 5.5;     // these
 constexpr std::size_t kUnknowns = 6000;  // that count as many
 constexpr double kFull = 0.8;            // of the radius: farther away the body does not grow
 constexpr double kCellsOfSample = 0.75;  // the samples' spacing, in that of the grid
@@ -35,9 +35,9 @@ constexpr double kStepLength = 1;    // of the grid's spacing, at most
 constexpr double kStepGrowth = 0.4;  // of log det J, at most
 constexpr std::size_t kMaxSteps = 60;
 constexpr double kTolerance = 1e-6;  // of path lines, of the radius
-constexpr double kMostTaken = 0.5;   // of the volume that grows
+constexpr double kMaxTaken = 0.5;    // of the volume that grows
 constexpr double kSpoiledStretch = 6;
-constexpr double kLeastFlux = 0.4;     // of the growth inside
+constexpr double kMinFlux = 0.4;       // of the growth inside
 constexpr double kExactVolume = 1e-7;  // of the volume
 constexpr int kCorrections = 6;
 
@@ -195,9 +195,9 @@ class Inflation {
     if (surface.triangles.empty()) throw InvalidInput("\"tool\": only a surface can be inflated, and a cloud has none");
     find_spacing();
     find_body();
-    if (-stroke.volume > kMostTaken * inside_) {
+    if (-stroke.volume > kMaxTaken * inside_) {
       throw InvalidInput(fmt::format("\"volume\": at most {:.3g} can be taken away here, got {:.3g}",
-                                     kMostTaken * inside_, -stroke.volume));
+                                     kMaxTaken * inside_, -stroke.volume));
     }
   }
 
@@ -247,7 +247,7 @@ class Inflation {
       samples.reach = [this](const Box& box) { return tool_.holds(box); };
       const std::size_t unknowns = count_unknowns(lattice_, samples, {});
       if (unknowns <= kUnknowns) return;
-      if (spacings > kLeastSpacings) continue;
+      if (spacings > kMinSpacings) continue;
       throw InvalidInput(
           "\"points\": the path is too long for this \"radius\"; divide it into several strokes, or make it larger");
     }
@@ -294,7 +294,7 @@ class Inflation {
 
   // What grows inside must come out through the surface, which the tool's end at last prevents.
   void require_flux(double flux, double grown) const {
-    if (flux > kLeastFlux * inside_) return;
+    if (flux > kMinFlux * inside_) return;
     if (grown == 0) {
       throw InvalidInput("\"points\": no surface is within \"radius\" of them through which the shape could grow");
     }
