@@ -168,7 +168,7 @@ struct Nodes {
 class Reader {
  public:
   Reader(const ShapeFile& shape, std::size_t animation)
-      : shape_(shape), layout_(io_detail::layout_of<glb::Layout>(shape)), animation_(animation) {
+      : layout_(io_detail::layout_of<glb::Layout>(shape)), animation_(animation) {
     document_ = std::make_unique<Document>(glb::open_document(shape.bytes, layout_, shape.format));
   }
 
@@ -364,7 +364,6 @@ class Reader {
     return is_common && std::abs(first - 1) > kSame ? 1 / first : 1;
   }
 
-  const ShapeFile& shape_;
   const glb::Layout& layout_;
   std::size_t animation_;
   std::unique_ptr<Document> document_;

@@ -24,11 +24,11 @@ namespace {
 using namespace detail;
 using namespace tool_detail;
 
-constexpr double kSpacings = 7;          // of the grid, in the radius; fewer where a path is long, down to
-constexpr double kMinSpacings = 5.5;     // these
-constexpr std::size_t kUnknowns = 6000;  // that count as many
-constexpr double kFull = 0.8;            // of the radius: farther away the body does not grow
-constexpr double kCellsOfSample = 0.75;  // the samples' spacing, in that of the grid
+constexpr double kSpacings = 9;           // of the grid, in the radius; fewer where a path is long, down to
+constexpr double kMinSpacings = 7;        // these
+constexpr std::size_t kUnknowns = 12000;  // that count as many
+constexpr double kFull = 0.8;             // of the radius: farther away the body does not grow
+constexpr double kCellsOfSample = 0.75;   // the samples' spacing, in that of the grid
 constexpr double kSurfaceStiffness = 4;
 constexpr double kGrowthWeight = 3;  // of the growth that is wanted, beside strain
 constexpr double kStepLength = 1;    // of the grid's spacing, at most
