@@ -26,16 +26,17 @@ int main(int argc, char** argv) {
   host.after_event = [&] {
     if (pause > 0) std::this_thread::sleep_for(std::chrono::duration<double>(pause));
     studio.refresh();
-    if (studio.shown().version == version || studio.shown().opened == 0) return;
-    version = studio.shown().version;
-    const std::string line = fmt::format("batch {:016x}\n", knead::test::hash_of(studio.shown().state.positions));
+    if (studio.document().shown().version == version || studio.document().shown().opened == 0) return;
+    version = studio.document().shown().version;
+    const std::string line =
+        fmt::format("batch {:016x}\n", knead::test::hash_of(studio.document().shown().state.positions));
     if (::write(STDOUT_FILENO, line.data(), line.size()) < 0) std::exit(1);
   };
   std::istringstream script(knead::test::kKillScript);
   run_script(script, "script", studio, host);
-  studio.worker().wait();
+  studio.document().worker().wait();
   host.after_event();
   if (pause > 0) ::pause();  // until it is killed
-  studio.close();
+  studio.document().close();
   return 0;
 }

@@ -62,12 +62,12 @@ std::vector<std::string> batches_in(const fs::path& output) {
 
 std::string recovered(const fs::path& state) {
   Studio studio({state / "config", state, false, 1});
-  if (studio.abandoned().empty()) return "nothing";
-  EXPECT_EQ(studio.abandoned().size(), 1u);
-  studio.recover(studio.abandoned().front().folder);
-  for (const Notice& notice : studio.take_notices()) EXPECT_FALSE(notice.is_error) << notice.text;
-  std::string result = fmt::format("batch {:016x}", test::hash_of(studio.shown().state.positions));
-  studio.close();
+  if (studio.document().abandoned().empty()) return "nothing";
+  EXPECT_EQ(studio.document().abandoned().size(), 1u);
+  studio.document().recover(studio.document().abandoned().front().folder);
+  for (const Notice& notice : studio.document().take_notices()) EXPECT_FALSE(notice.is_error) << notice.text;
+  std::string result = fmt::format("batch {:016x}", test::hash_of(studio.document().shown().state.positions));
+  studio.document().close();
   return result;
 }
 
