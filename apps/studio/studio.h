@@ -42,6 +42,7 @@ struct PointedNumber {
 class Studio {
  public:
   explicit Studio(const StudioOptions& options);
+  ~Studio() { document_.end_work(); }  // its jobs use the tools
   Studio(const Studio&) = delete;
   Studio& operator=(const Studio&) = delete;
 

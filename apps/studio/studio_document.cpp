@@ -33,8 +33,6 @@ StudioDocument::StudioDocument(const StudioOptions& options, std::function<void(
   abandoned_ = abandoned_journals(journals_of(options));
 }
 
-StudioDocument::~StudioDocument() { worker_.reset(); }
-
 bool StudioDocument::refresh() {
   const std::uint64_t opened = shown_.opened;
   std::vector<std::function<void()>> results;

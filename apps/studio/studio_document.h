@@ -30,7 +30,7 @@ class StudioDocument {
 
   // `after_post` is called whenever a job was posted: without a worker's thread the job is done by then.
   StudioDocument(const StudioOptions& options, std::function<void()> after_post);
-  ~StudioDocument();
+  ~StudioDocument() { end_work(); }
   StudioDocument(const StudioDocument&) = delete;
   StudioDocument& operator=(const StudioDocument&) = delete;
 
@@ -71,6 +71,10 @@ class StudioDocument {
 
   // Closes the document and removes its journal. Otherwise the next start offers to recover it.
   void close();
+
+  // Does what was posted and ends the worker's thread. Nothing may be posted any more. Whoever posts jobs that use
+  // more than the document calls it while that is still there.
+  void end_work() { worker_.reset(); }
 
   // Has the crossings of the shape counted; shown() then has their number.
   void count_crossings();

@@ -58,8 +58,8 @@ void PreferencesFile::save(StudioDocument& document) const {
   }
 }
 
-StudioView::StudioView(StudioDocument& document, PreferencesFile& preferences, const std::filesystem::path& state)
-    : document_(document), preferences_(preferences), state_folder_(state) {
+StudioView::StudioView(StudioDocument& document, PreferencesFile& preferences, std::filesystem::path state)
+    : document_(document), preferences_(preferences), state_folder_(std::move(state)) {
   const Preferences& own = preferences_.preferences;
   navigation_.preset = own.navigation;
   navigation_.view.up = own.up;
@@ -105,16 +105,36 @@ void StudioView::frame_all() {
   navigation_.home = box.empty() ? std::nullopt : std::optional(box.center());
 }
 
+// The setting that an action switches on and off; null: none.
+bool* StudioView::flag_of(Action action) {
+  const std::array<std::pair<Action, bool*>, 12> flags{{{Action::wireframe, &settings_.wireframe},
+                                                        {Action::influence, &settings_.influence},
+                                                        {Action::region, &settings_.region},
+                                                        {Action::cutting_plane, &settings_.cut},
+                                                        {Action::help, &settings_.help},
+                                                        {Action::panels, &settings_.panels},
+                                                        {Action::history, &settings_.history},
+                                                        {Action::statistics, &settings_.statistics},
+                                                        {Action::tool_labels, &settings_.tool_labels},
+                                                        {Action::cavity, &settings_.look.relief.cavity},
+                                                        {Action::occlusion, &settings_.look.relief.occlusion},
+                                                        {Action::references, &settings_.references}}};
+  for (const auto& [wanted, flag] : flags) {
+    if (wanted == action) return flag;
+  }
+  return nullptr;
+}
+
 bool StudioView::perform(Action action) {
   if (const auto side = side_of(action)) {
     const View& before = navigation_.view;
     navigation_.view = keeping(navigation_.home.value_or(before.target), before, seen_from(before, *side));
     return true;
   }
-  const auto toggle = [](bool& flag) {
-    flag = !flag;
+  if (bool* const flag = flag_of(action)) {
+    *flag = !*flag;
     return true;
-  };
+  }
   switch (action) {
     case Action::frame_all:
       frame_all();
@@ -125,41 +145,18 @@ bool StudioView::perform(Action action) {
     case Action::projection:
       navigation_.view = toggled_projection(navigation_.view);
       return true;
-    case Action::wireframe:
-      return toggle(settings_.wireframe);
-    case Action::influence:
-      return toggle(settings_.influence);
-    case Action::region:
-      return toggle(settings_.region);
     case Action::stretch:
       settings_.stretch = static_cast<StretchView>((static_cast<int>(settings_.stretch) + 1) % 3);
       return true;
-    case Action::cutting_plane:
-      return toggle(settings_.cut);
-    case Action::help:
-      return toggle(settings_.help);
-    case Action::panels:
-      return toggle(settings_.panels);
-    case Action::history:
-      return toggle(settings_.history);
-    case Action::statistics:
-      return toggle(settings_.statistics);
-    case Action::tool_labels:
-      return toggle(settings_.tool_labels);
     case Action::shading:
       settings_.look.material = static_cast<render::Material>((static_cast<int>(settings_.look.material) + 1) % 3);
       return true;
     case Action::next_matcap:
-      if (settings_.look.material == render::Material::matcap)
+      if (settings_.look.material == render::Material::matcap) {
         settings_.look.matcap = next_matcap(settings_.look.matcap);
+      }
       settings_.look.material = render::Material::matcap;
       return true;
-    case Action::cavity:
-      return toggle(settings_.look.relief.cavity);
-    case Action::occlusion:
-      return toggle(settings_.look.relief.occlusion);
-    case Action::references:
-      return toggle(settings_.references);
     case Action::background:
       settings_.look.background = next_background(settings_.look.background);
       return true;

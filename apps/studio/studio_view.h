@@ -65,7 +65,7 @@ struct PreferencesFile {
 
 class StudioView {
  public:
-  StudioView(StudioDocument& document, PreferencesFile& preferences, const std::filesystem::path& state);
+  StudioView(StudioDocument& document, PreferencesFile& preferences, std::filesystem::path state);
 
   ViewSettings& settings() { return settings_; }
   const ViewSettings& settings() const { return settings_; }
@@ -102,6 +102,7 @@ class StudioView {
   const std::optional<Turntable>& turntable() const { return turntable_; }
 
  private:
+  bool* flag_of(Action action);
   void load_references();
 
   StudioDocument& document_;
