@@ -77,7 +77,7 @@ def test_what_is_wrong_is_said(rod):
     refuses("vertices of the target", landmarks=[[0, -1]])
     refuses("not finite", map=[[0, 0, 0, 0, np.nan, 0]])
     refuses("align", align="perhaps")
-    refuses("volume", volume="free")
+    refuses("volume", volume="some")
     refuses("above 1", max_stretch=0.5)
     refuses("landmarks 0 and 1", landmarks=[[0, 0], [0, 40]])
     with pytest.raises(knead.InvalidInput, match="without faces"):
