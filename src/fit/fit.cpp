@@ -229,6 +229,9 @@ Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& opt
   if (options.surface) {
     require(!triangles_.empty() && !target_triangles_.empty(),
             "a shape without faces has no surface to fit; fit landmarks alone");
+    require(measure_volume_and_area(source, source.positions).area > 0 &&
+                measure_volume_and_area(target, target.positions).area > 0,
+            "a shape whose faces have no area has no surface to fit; fit landmarks alone");
   }
   if (turn_outward(target, target_triangles_)) {
     report_.notes.emplace_back("the target's faces look inward and are turned");

@@ -272,6 +272,12 @@ TEST(Fit, SaysWhatIsWrong) {
   EXPECT_NE(refusal(cloud, target, {}).find("without faces"), std::string::npos);
   EXPECT_EQ(refusal(cloud, target, {.landmarks = pairs, .surface = false}), "none");
   EXPECT_NE(refusal({}, target, {}).find("without vertices"), std::string::npos);
+  Mesh line;  // its one face has no area
+  line.positions = {{0, 0, 0}, {1, 2, 3}};
+  line.add_face(std::vector<std::uint32_t>{0, 1, 1, 0});
+  EXPECT_NE(refusal(line, target, {}).find("no area"), std::string::npos);
+  EXPECT_NE(refusal(source, line, {}).find("no area"), std::string::npos);
+  EXPECT_EQ(refusal(line, target, {.map = {{line.positions[0], p}}, .surface = false}), "none");
   const Mesh hand = make_shape(ShapeKind::hand, 4000);
   Mesh mirrored = hand;
   for (Vec3d& q : mirrored.positions) q.x = -q.x;

@@ -179,10 +179,12 @@ BodyPoints shell_of(std::span<const Vec3d> positions, std::span<const Triangle> 
   BodyPoints result;
   result.is_closed = false;
   std::vector<Vec3d> normals = vertex_normals(positions, triangles);
+  // Triangles without any area are no surface: the points are a cloud.
+  const bool has_surface = std::any_of(normals.begin(), normals.end(), [](const Vec3d& n) { return n != Vec3d{}; });
   std::vector<Vec3d> used;
   std::vector<Vec3d> used_normals;
   for (std::size_t v = 0; v < positions.size(); ++v) {
-    if (!triangles.empty() && normals[v] == Vec3d{}) continue;
+    if (has_surface && normals[v] == Vec3d{}) continue;
     used.push_back(positions[v]);
     used_normals.push_back(normals[v]);
   }

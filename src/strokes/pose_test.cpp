@@ -319,6 +319,14 @@ TEST(BodyPoints, AreInsideAndFillTheBody) {
   EXPECT_EQ(body_points(ball.positions, turned, {.inside = 3000}).inside, body.inside);
 }
 
+TEST(BodyPoints, FacesWithoutAreaAreACloud) {
+  const std::vector<Vec3d> positions{{0, 0, 0}, {1, 2, 3}, {-1, 0, 2}};
+  const std::vector<Triangle> triangles{{0, 1, 1}, {1, 0, 0}};
+  const BodyPoints body = body_points(positions, triangles, {.most_spacing = 0.1, .shell_depth = 0.1});
+  EXPECT_FALSE(body.is_closed);
+  EXPECT_EQ(body.points.size(), positions.size());
+}
+
 TEST(BodyPoints, SpreadPointsDoNotDependOnTheOrder) {
   const Mesh ball = make_shape(ShapeKind::sphere, 5000);
   std::vector<Vec3d> shuffled = ball.positions;

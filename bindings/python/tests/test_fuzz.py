@@ -236,7 +236,7 @@ def use_fit(draw):
 
 
 def use_mean(draw):
-    shapes = st.one_of(st.lists(st.just(TETRAHEDRON), max_size=1), anything)
+    shapes = st.one_of(st.lists(st.one_of(st.tuples(vertices, faces), st.just(TETRAHEDRON)), max_size=3), anything)
     keys = {**{key: fits[key] for key in ("volume", "align", "max_stretch", "threads")}, "template": anything, "maps": anything}
     people = knead.mean(draw(shapes), **draw(some(keys)))
     assert isinstance(people, knead.Population) and isinstance(people.along(draw(arrays)), knead.Fit)
