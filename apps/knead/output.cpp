@@ -165,7 +165,7 @@ void ProgressBar::tick(const std::stop_token& stop, const Progress& progress, st
   if (stop.stop_requested()) return;
   std::string line;
   while (!stop.stop_requested()) {
-    line = bar_line(progress.done, total);
+    line = bar_line(progress.done, total != 0 ? total : progress.total.load());
     if (frames > 0) line += fmt::format("  {} of {} frames", frames_done_.load(), frames);
     show(line);
     sleep(100ms);

@@ -63,6 +63,7 @@ void require_different(const std::filesystem::path& a, const std::filesystem::pa
 // colours and needs no escape codes. Behind it stands how many of the frames are done, if there are any.
 class ProgressBar {
  public:
+  // total: of progress.done; 0: progress.total.
   ProgressBar(const Progress& progress, std::uint64_t total, bool wanted, int frames = 0);
 
   void count_frame() { ++frames_done_; }

@@ -1,4 +1,4 @@
-// knead skin FILE.glb -o OUT: poses a character by its skeleton, without loss of volume and without crossings.
+// knead skin FILE.glb -o OUT: poses a character by its skeleton, by a flow that keeps the volume.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "command.h"
@@ -129,12 +130,21 @@ std::string summary(const SkinFlags& flags, const SkinReport& report) {
                      100 * report.part_distance, 100 * report.part_distance_95);
 }
 
-// The work with a progress that Ctrl-C ends.
+// Throws QualityError with the first complaint about results, each with its name. What was made has been written.
+void require_sound(const SkinFlags& flags, const std::vector<std::pair<std::string, SkinMeasures>>& results) {
+  for (const auto& [name, flow] : results) {
+    const std::string complaint = complaint_about(flow);
+    if (!complaint.empty()) throw QualityError(fmt::format("{}: {}{}", flags.output, name, complaint));
+  }
+}
+
+// The work with a progress that is shown, and that Ctrl-C ends.
 template <class Work>
-auto watched(SkinOptions& options, const Work& work) {
+auto watched(const SkinFlags& flags, SkinOptions& options, const Work& work) {
   Progress progress;
   const CancelOnInterruption cancel(progress);
   options.progress = &progress;
+  const ProgressBar bar(progress, 0, !flags.common.quiet);
   try {
     return work();
   } catch (const Cancelled&) {
@@ -160,10 +170,11 @@ void write_correctives(const SkinFlags& flags, const ShapeFile& source, const Sk
   for (const double time : times) poses.push_back(file.at(time));
   const SkinPose widest = widest_pose(file.skin, poses);
   const std::vector<Corrective> correctives =
-      watched(options, [&] { return make_correctives(source.mesh, file.skin, widest, options); });
+      watched(flags, options, [&] { return make_correctives(source.mesh, file.skin, widest, options); });
   if (correctives.empty())
     throw InvalidInput(Place{flags.file}, "no joint turns by 5 degrees; give --pose, --time, or an animation");
   MorphTargets targets;
+  std::vector<std::pair<std::string, SkinMeasures>> results;
   for (const Corrective& corrective : correctives) {
     std::vector<Vec3d> shape = source.mesh.positions;
     for (std::size_t v = 0; v < shape.size(); ++v) shape[v] += corrective.offsets[v];
@@ -172,6 +183,7 @@ void write_correctives(const SkinFlags& flags, const ShapeFile& source, const Sk
     for (const std::uint32_t bone : corrective.bones) {
       name += " " + (file.skin.names[bone].empty() ? fmt::format("{}", bone) : file.skin.names[bone]);
     }
+    results.emplace_back(fmt::format("shape \"{}\": ", name), corrective.flow);
     targets.names.push_back(std::move(name));
   }
   targets.weights = corrective_weights(correctives, file.skin, file.pose);
@@ -187,6 +199,7 @@ void write_correctives(const SkinFlags& flags, const ShapeFile& source, const Sk
                       times.empty() ? "no animation" : counted(times.size(), "key")));
   }
   if (flags.common.json) print(to_indented_text(Json{{"correctives", targets.names}, {"keys", times.size()}}));
+  require_sound(flags, results);
 }
 
 // A posed shape for each moment of the animation.
@@ -200,9 +213,11 @@ void write_frames(const SkinFlags& flags, const ShapeFile& source, const SkinFil
   } else {
     animation.emplace(flags.output, source, AnimationOptions{static_cast<int>(times.size()), flags.fps.value_or(24)});
   }
+  std::vector<std::pair<std::string, SkinMeasures>> results;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const SkinResult result =
-        watched(options, [&] { return pose_skin(source.mesh, file.skin, file.at(times[i]), options, false); });
+        watched(flags, options, [&] { return pose_skin(source.mesh, file.skin, file.at(times[i]), options, false); });
+    results.emplace_back(fmt::format("frame {}: ", i), result.report.flow);
     if (pattern) {
       write_shape(frame_path(*pattern, static_cast<int>(i)), source, result.positions);
     } else {
@@ -211,6 +226,7 @@ void write_frames(const SkinFlags& flags, const ShapeFile& source, const SkinFil
   }
   if (animation) animation->finish();
   if (!flags.common.quiet) print(fmt::format("{}: {}\n", flags.output, counted(times.size(), "frame")));
+  require_sound(flags, results);
 }
 
 void run_skin(const SkinFlags& flags) {
@@ -231,7 +247,7 @@ void run_skin(const SkinFlags& flags) {
   if (flags.frames) return write_frames(flags, source, file, options);
   require_shape_extension(flags.output);
   if (!flags.common.quiet) print_notes(conversion_losses(flags.output, source));
-  SkinResult result = watched(options, [&] { return pose_skin(source.mesh, file.skin, pose, options); });
+  SkinResult result = watched(flags, options, [&] { return pose_skin(source.mesh, file.skin, pose, options); });
   if (!flags.common.quiet) print_notes(result.report.notes);
   write_shape(flags.output, source, result.positions);
   if (flags.session) {
@@ -245,6 +261,7 @@ void run_skin(const SkinFlags& flags) {
   } else if (!flags.common.quiet) {
     print(summary(flags, result.report));
   }
+  require_sound(flags, {{"", result.report.flow}});
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 #include "keys.h"
 
-namespace knead::studio {
+namespace knead::studio::keys_test {
 
 namespace {
 
@@ -110,4 +110,4 @@ TEST(Search, TitlesThatBeginWithTheTextComeFirst) {
 
 }  // namespace
 
-}  // namespace knead::studio
+}  // namespace knead::studio::keys_test

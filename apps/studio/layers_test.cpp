@@ -8,7 +8,7 @@
 #include "document/layers.h"
 #include "studio_fixture.h"
 
-namespace knead::studio {
+namespace knead::studio::layers_test {
 namespace {
 
 class StudioLayers : public StudioTest {
@@ -397,4 +397,4 @@ TEST_F(StudioLayers, EscapeStopsATurntable) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::layers_test

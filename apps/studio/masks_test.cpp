@@ -5,7 +5,7 @@
 #include "studio_fixture.h"
 #include "view/overlay.h"
 
-namespace knead::studio {
+namespace knead::studio::masks_test {
 namespace {
 
 // Masks what is seen left of the middle.
@@ -183,4 +183,4 @@ TEST_F(StudioTest, AMaskIsShownDark) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::masks_test

@@ -9,7 +9,7 @@
 
 #include "support/test_meshes.h"
 
-namespace knead::studio {
+namespace knead::studio::preferences_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -169,4 +169,4 @@ TEST_F(PreferencesTest, FoldersFollowTheStandard) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::preferences_test

@@ -20,7 +20,6 @@
 #include "platform/window.h"
 #include "studio_document.h"
 #include "studio_history.h"
-#include "studio_masks.h"
 #include "studio_tools.h"
 #include "studio_view.h"
 

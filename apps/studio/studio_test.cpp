@@ -11,7 +11,7 @@
 #include "studio_fixture.h"
 #include "support/test_meshes.h"
 
-namespace knead::studio {
+namespace knead::studio::studio_test {
 namespace {
 
 class EveryTool : public StudioTest, public testing::WithParamInterface<ToolCase> {};
@@ -363,4 +363,4 @@ TEST_F(StudioTest, RadiusAndRatioFollowKeysAndWheel) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::studio_test

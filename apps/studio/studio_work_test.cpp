@@ -12,7 +12,7 @@
 #include "studio.h"
 #include "studio_fixture.h"
 
-namespace knead::studio {
+namespace knead::studio::studio_work_test {
 
 namespace {
 
@@ -270,4 +270,4 @@ TEST(Worker, AKeptJobDoesNotGiveWay) {
 
 }  // namespace
 
-}  // namespace knead::studio
+}  // namespace knead::studio::studio_work_test

@@ -12,7 +12,7 @@
 #include "keys.h"
 #include "knead/render.h"
 
-namespace knead::studio {
+namespace knead::studio::words_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -104,4 +104,4 @@ g("the \"other\" way"))src");
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::words_test

@@ -15,7 +15,6 @@
 namespace knead::command {
 namespace {
 
-constexpr std::size_t kErrorVertices = 1000;
 constexpr std::size_t kManyVertices = 10'000'000;
 
 struct GpuRow {
@@ -101,7 +100,7 @@ Json json_of(const GpuRow& row) {
           {"max_error", row.max_error}};
 }
 
-std::string heading() {
+std::string gpu_heading() {
   return fmt::format("{:30} {:>9} {:>7} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>9}\n", "scene", "vertices",
                      "steps", "ms", "ms/segment", "M v-s/s", "ms up", "ms down", "ms first", "ratio", "peak", "error");
 }
@@ -123,7 +122,7 @@ Json measure_on_gpu(std::vector<BenchScene> scenes, bool all, bool quiet) {
   if (!quiet)
     print(
         fmt::format("{}; multiply-adds: {:.0f} Gflop/s in float; the ratio is that of the CPU's time on {} threads\n{}",
-                    gpu.description(), peak_gflops, hardware_threads(), heading()));
+                    gpu.description(), peak_gflops, hardware_threads(), gpu_heading()));
   for (const BenchScene& scene : scenes) {
     const GpuRow row = measure(scene, gpu, peak_gflops);
     rows.push_back(json_of(row));

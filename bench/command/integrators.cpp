@@ -14,7 +14,6 @@ namespace knead::command {
 namespace {
 
 constexpr std::size_t kVertices = 20'000;
-constexpr std::size_t kErrorVertices = 1000;
 // After a setting that took this many times as long as the loosest one, tighter settings are left out.
 constexpr double kLongest = 100;
 constexpr std::array kPrecisions{Precision::float32, Precision::float64};

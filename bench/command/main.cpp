@@ -24,7 +24,6 @@ namespace {
 
 // The plain version and the errors are measured on this many vertices, evenly chosen, because they are much slower.
 constexpr std::size_t kReferenceVertices = 8000;
-constexpr std::size_t kErrorVertices = 1000;
 
 struct Row {
   const BenchScene* scene = nullptr;

@@ -27,12 +27,6 @@ double comparable_epsilon(const ImplicitStroke& stroke) {
   return (stroke.inner + kCenterFraction * (stroke.outer - stroke.inner)) / std::sqrt(3.0);
 }
 
-double distance_to_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
-  const Vec3d along = b - a;
-  const double t = std::clamp(dot(p - a, along) / norm2(along), 0.0, 1.0);
-  return norm(p - a - along * t);
-}
-
 double motion_beyond(const PeerScene& scene, const std::vector<Vec3d>& moved) {
   const std::vector<Vec3d>& path = scene.stroke.path;
   double greatest = 0;

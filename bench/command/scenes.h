@@ -42,6 +42,9 @@ std::vector<BenchScene> standard_scenes(const std::string& folder);
 // Returns how the scene's flow is to be computed, by all methods that are compared.
 AdvectOptions advect_options(const BenchScene& scene);
 
+// Of the vertices that errors are measured at.
+inline constexpr std::size_t kErrorVertices = 1000;
+
 // Returns about `count` of the points, evenly chosen; all if there are fewer.
 std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count);
 

@@ -350,7 +350,9 @@ class SharedList {
   std::shared_ptr<const std::vector<T>> items_;
 };
 
+// The coefficients of a grid.
 using SharedVectors = SharedList<Vec3d>;
+// The growth of a grid.
 using SharedNumbers = SharedList<double>;
 
 // The vector potential A(x, t) = sum over the nodes k of a_k(t) B((x - origin) / spacing - k), where B is the tensor

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -323,8 +322,6 @@ struct RayHit {
 // 150 bytes for each triangle. Queries may run on many threads at once.
 class SurfaceTree {
  public:
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
   // Builds the tree. It keeps copies of the triangles and positions. Throws InvalidInput where check_triangles() does.
   SurfaceTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions);
 
@@ -394,6 +391,9 @@ struct SelfIntersections {
   std::size_t count = 0;                            // of pairs; at most the limit
   bool complete = true;  // false if there are more pairs than the limit; `pairs` is then empty
 };
+
+// Returns how many pairs of `now` are not in `before`; all of them if one of the searches was stopped at its limit.
+std::size_t count_new(const SelfIntersections& now, const SelfIntersections& before);
 
 // Returns the pairs of triangles that intersect in more than the vertices and edges they share. Vertices are shared if
 // their numbers are equal. Two triangles are a pair

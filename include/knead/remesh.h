@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -91,7 +90,7 @@ struct Deformation {
   std::function<bool(const Vec3d& center, double radius)> may_move{};
   // The size of the smallest part of a surface that may be moved alone; a length. Larger faces are sampled inside to
   // find such parts. Infinity: no face is sampled.
-  double feature = std::numeric_limits<double>::infinity();
+  double feature = kInfinity;
   // Returns about how many more points `carry` may move before the work is too much. Empty: any number.
   std::function<double()> points_left{};
 };
@@ -112,7 +111,7 @@ struct RemeshOptions {
   // The mesh and the positions are known to be sound, so remesh() does not look: else it throws InvalidInput.
   bool assume_valid = false;
   // After so many seconds remesh() ends with the best surface so far. The result then depends on the machine's speed.
-  double seconds = std::numeric_limits<double>::infinity();
+  double seconds = kInfinity;
   // 1 for each vertex that a mask holds, or empty. Such vertices keep their places, and the faces among them stay as
   // they are. The deformation must not move them.
   std::span<const std::uint8_t> held{};

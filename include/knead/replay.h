@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -57,7 +56,7 @@ struct RemeshPolicy {
   bool single_precision = true;  // triangles must not cross with positions rounded to float
   // The time for the mesh to follow one stroke: above 0. Then the best mesh so far is kept, which depends on the
   // machine.
-  double seconds = std::numeric_limits<double>::infinity();
+  double seconds = kInfinity;
 };
 
 // Where the vertices and faces of a remeshed shape come from in the shape at the start.

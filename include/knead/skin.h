@@ -63,7 +63,7 @@ struct SkinOptions {
   double detail = 0;  // of the grids: their spacing as a fraction of the limb's radius at a joint, from 0.5 to 4;
                       // 0: 2.5, and 1.5 for fingers
   int threads = 0;    // 0: all; does not change a bit of the result
-  Progress* progress = nullptr;  // cancels
+  Progress* progress = nullptr;  // counts up to its total, anew for each pose, and cancels
 };
 
 // What one way of posing does to a shape.
@@ -93,6 +93,13 @@ struct SkinReport {
 
 // Returns one JSON object, indented, with a line end.
 std::string to_json(const SkinReport& report);
+
+// A pose that stretches or presses a triangle by more is spoiled.
+inline constexpr double kMaxPosedStretch = 5;
+
+// Returns the sentence that says why the result of a flow is spoiled and what to do; empty if it is sound: nothing
+// crosses that did not at rest, and no triangle is stretched or pressed by more than kMaxPosedStretch.
+std::string complaint_about(const SkinMeasures& flow);
 
 // A posed shape.
 struct SkinResult {
@@ -136,6 +143,7 @@ struct Corrective {
   std::vector<Vec3d> axes;           // as many unit vectors, in the shape's coordinates at rest: what each turns about
   std::vector<double> angles_deg;    // as many: how far each turns at weight 1, against its parent; above 0
   std::vector<Vec3d> offsets;        // what is added to each vertex at rest
+  SkinMeasures flow{};               // of the pose from which it was made
 };
 
 // Returns how strong each corrective is in a pose: for one joint the part of its angle that it turns about its axis,

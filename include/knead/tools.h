@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -195,9 +194,9 @@ std::vector<std::uint32_t> bending_about(std::span<const Vec3d> positions, std::
 struct CylinderProposal {
   std::optional<double> radius;  // with it only the part moves; a short number near the middle of the gap
   double part = 0;               // the part's greatest distance from the axis
-  double others = std::numeric_limits<double>::infinity();  // least distance of anything else from the axis beyond that
-  std::size_t within = 0;  // triangles of other pieces that are entirely nearer than `part`: they move along
-  std::string problem;     // if there is no radius, one sentence: why, and what to do
+  double others = kInfinity;     // least distance of anything else from the axis beyond that
+  std::size_t within = 0;        // triangles of other pieces that are entirely nearer than `part`: they move along
+  std::string problem;           // if there is no radius, one sentence: why, and what to do
 };
 
 // Returns a radius for the limit cylinder; its own radius is ignored. The radius is the geometric mean of `part` and
@@ -389,6 +388,21 @@ double relative_speed(const Flow& flow, std::span<const Vec3d> points, int threa
 
 // A flow that is faster than so many times its tool moves a shape more beside the tool than with it.
 inline constexpr double kStrongSpeed = 2;
+
+// How the triangles of a surface are stretched: the singular values of their linear maps.
+struct SurfaceStretch {
+  double greatest = 1;
+  double least = 1;
+  double percentile_99 = 1;  // 99% of the triangles are neither stretched nor pressed by more
+  double rms_log = 0;        // root mean square of the logarithms
+
+  // Returns by how much a triangle is stretched or pressed at most.
+  double worst() const { return least > 0 ? std::max(greatest, 1 / least) : kInfinity; }
+};
+
+// Returns how triangles with an area are stretched from `rest` to `now`, which have a position for each vertex.
+SurfaceStretch surface_stretch(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
+                               std::span<const Vec3d> now);
 
 // Returns the greatest singular value of the linear map from one triangle to another; nothing if the first has no area.
 std::optional<double> triangle_stretch(const std::array<Vec3d, 3>& rest, const std::array<Vec3d, 3>& now);

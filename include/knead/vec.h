@@ -3,9 +3,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <initializer_list>
 #include <limits>
 #include <span>
@@ -330,14 +332,14 @@ inline Mat3d exp(const Mat3d& m) {
   return sum;
 }
 
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 // An axis-aligned box.
 
 // The points p with min <= p <= max in every coordinate. A new box is empty: min is above max.
 struct Box {
   Vec3d min{kInfinity, kInfinity, kInfinity};
   Vec3d max{-kInfinity, -kInfinity, -kInfinity};
-
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
   // Returns whether the box contains no point.
   bool empty() const { return !(min.x <= max.x); }
@@ -357,6 +359,26 @@ struct Box {
 inline bool contains(const Box& box, const Vec3d& p) {
   return p.x >= box.min.x && p.y >= box.min.y && p.z >= box.min.z && p.x <= box.max.x && p.y <= box.max.y &&
          p.z <= box.max.z;
+}
+
+// Returns the distance of a point from the segment between a and b, which may be the same.
+inline double distance_to_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
+  const Vec3d e = b - a;
+  const double length2 = norm2(e);
+  const double along = length2 > 0 ? std::clamp(dot(p - a, e) / length2, 0.0, 1.0) : 0.0;
+  return norm(p - a - e * along);
+}
+
+// Returns whether two boxes have a common point; touching counts.
+inline bool overlap(const Box& a, const Box& b) {
+  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y && a.min.z <= b.max.z &&
+         b.min.z <= a.max.z;
+}
+
+// Returns whether two points have the same bits: -0 differs from 0, and NaN may be the same as NaN.
+inline bool same_bits(const Vec3d& a, const Vec3d& b) {
+  using Bits = std::array<std::uint64_t, 3>;
+  return bit_cast<Bits>(a) == bit_cast<Bits>(b);
 }
 
 // Returns the smallest box that contains every point; empty if there are no points.

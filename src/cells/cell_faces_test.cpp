@@ -12,7 +12,7 @@
 #include "knead/mesh.h"
 #include "support/volume_mesh.h"
 
-namespace knead {
+namespace knead::cell_faces_test {
 namespace {
 
 using test::box_of_cells;
@@ -162,4 +162,4 @@ TEST(CellFaces, ThinLayersAreUnresolvedInFloat) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::cell_faces_test

@@ -14,7 +14,7 @@
 #include "knead/vec.h"
 #include "support/volume_mesh.h"
 
-namespace knead {
+namespace knead::cell_measures_test {
 namespace {
 
 constexpr std::array kKinds{CellKind::tetrahedron, CellKind::pyramid, CellKind::wedge, CellKind::hexahedron};
@@ -343,4 +343,4 @@ TEST(BoundaryPoints, AreThoseOnTheFacesOfOneCell) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::cell_measures_test

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -201,7 +200,7 @@ struct CollapsedQuality {
       return;
     }
     std::array<int, 8> signs{};
-    scaled_jacobian = std::numeric_limits<double>::infinity();
+    scaled_jacobian = kInfinity;
     for (std::size_t k = 0; k < cell.count; ++k) {
       const Corner corner = measured(cell.corners[k], corners);
       scaled_jacobian = std::min(scaled_jacobian, cell.regular * corner.jacobian());
@@ -311,7 +310,7 @@ CollapsedCell collapsed_cell(const CellShape& shape, std::span<const Vec3d> corn
 double scaled_jacobian(const CellShape& shape, std::span<const Vec3d> corners) {
   if (corners.size() == kTetrahedronCorners.size()) return shape.regular * Tetrahedron(corners).least_jacobian;
   if (is_collapsed(shape, corners)) return CollapsedQuality(shape, corners).scaled_jacobian;
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const CellCorner& c : shape.corners) least = std::min(least, shape.regular * measured(c, corners).jacobian());
   return least;
 }
@@ -337,7 +336,7 @@ CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners) {
     return {volume_of(shape, corners), collapsed.scaled_jacobian, collapsed.orientation};
   }
   std::array<int, 8> signs{};
-  quality.scaled_jacobian = std::numeric_limits<double>::infinity();
+  quality.scaled_jacobian = kInfinity;
   for (std::size_t k = 0; k < shape.corners.size(); ++k) {
     const Corner corner = measured(shape.corners[k], corners);
     quality.scaled_jacobian = std::min(quality.scaled_jacobian, shape.regular * corner.jacobian());

@@ -85,11 +85,6 @@ void add_angles(const Mesh& before, const WrittenShape& after, Certificate& cert
   certificate.touched_angle_after = smallest_angle_of(after.mesh, touched);
 }
 
-bool same_bits(const Vec3d& a, const Vec3d& b) {
-  using Bits = std::array<std::uint64_t, 3>;
-  return bit_cast<Bits>(a) == bit_cast<Bits>(b);
-}
-
 // For each face of both meshes, whether it differs from all of the other mesh in its vertices or their positions.
 struct ChangedFaces {
   std::vector<bool> before;

@@ -10,7 +10,7 @@
 #include "knead/vec.h"
 #include "mesh/test_shapes.h"
 
-namespace knead {
+namespace knead::certificate_test {
 namespace {
 
 Session session_of(const std::vector<Stroke>& strokes) {
@@ -202,4 +202,4 @@ TEST(Certificate, IsInTheReport) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::certificate_test

@@ -122,11 +122,6 @@ std::string to_json(const SurfaceCheck& check) {
 
 namespace {
 
-bool same_bits(const Vec3d& a, const Vec3d& b) {
-  using Bits = std::array<std::uint64_t, 3>;
-  return bit_cast<Bits>(a) == bit_cast<Bits>(b);
-}
-
 void add_displacements(const Mesh& mesh, const DeformedShape& result, Report& report) {
   const std::vector<Vec3d>& after = result.positions();
   for (std::size_t i = 0; i < after.size(); ++i) {

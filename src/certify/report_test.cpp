@@ -7,7 +7,7 @@
 #include "knead/flow.h"
 #include "knead/mesh.h"
 
-namespace knead {
+namespace knead::report_test {
 namespace {
 
 Session one_stroke() {
@@ -113,4 +113,4 @@ TEST(Report, OfNothingIsZero) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::report_test

@@ -11,7 +11,7 @@
 #include "knead/flow.h"
 #include "support/volume_mesh.h"
 
-namespace knead {
+namespace knead::safe_until_test {
 namespace {
 
 TEST(SafeUntil, FindsTheFirstFailure) {
@@ -189,4 +189,4 @@ TEST(SafeCells, CanBeCancelled) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::safe_until_test

@@ -220,11 +220,6 @@ InverseImage carried_back(const AppliedStroke& stroke, const Probes& probes, con
   return result;
 }
 
-bool overlap(const Box& a, const Box& b) {
-  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y && a.min.z <= b.max.z &&
-         b.min.z <= a.max.z;
-}
-
 // The triangles of the shape that come as near to the points as this, or nearer, and some more.
 std::vector<Triangle> triangles_near(const DeformedShape& shape, const std::vector<Vec3d>& points, double distance) {
   Box box = bounding_box(points);
@@ -256,7 +251,7 @@ std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const Inverse
   };
   const double near = kNear * length;
   if (!search(triangles_near(stroke.before, points.back, near), near)) {
-    search(stroke.before.triangles(), SurfaceTree::kInfinity);
+    search(stroke.before.triangles(), kInfinity);
   }
   std::vector<Vec3d> offsets(points.back.size());
   for (std::size_t i = 0; i < offsets.size(); ++i) {

@@ -6,7 +6,7 @@
 
 #include "support/random_fields.h"
 
-namespace knead {
+namespace knead::blend_test {
 namespace {
 
 // b as the paper writes it: a Bezier curve of degree 4 with the weights 0, 0, 0, 1, 1 (Eq. 5).
@@ -144,4 +144,4 @@ TEST(Blend, IsOneHalfAtTheBendsDefaultFraction) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::blend_test

@@ -7,7 +7,7 @@
 #include "support/dual.h"
 #include "support/random_fields.h"
 
-namespace knead {
+namespace knead::field_test {
 namespace {
 
 using test::Dual;
@@ -230,4 +230,4 @@ TEST(Velocity, OfACustomRegionAndMotionIsThatOfTheBuiltInOnes) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::field_test

@@ -10,7 +10,7 @@
 #include "support/dual.h"
 #include "support/random_fields.h"
 
-namespace knead {
+namespace knead::mask_test {
 namespace {
 
 using test::Dual;
@@ -224,4 +224,4 @@ TEST(Mask, RefusesWhatMakesNone) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::mask_test

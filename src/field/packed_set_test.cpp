@@ -8,7 +8,7 @@
 #include "support/dual.h"
 #include "support/random_fields.h"
 
-namespace knead {
+namespace knead::packed_set_test {
 namespace {
 
 using test::Dual;
@@ -111,4 +111,4 @@ TEST(PackedSet, IsExactlyZeroOnEveryElement) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::packed_set_test

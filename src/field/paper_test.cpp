@@ -8,7 +8,7 @@
 #include "support/dual.h"
 #include "support/random_fields.h"
 
-namespace knead {
+namespace knead::paper_test {
 namespace {
 
 using test::Dual;
@@ -133,4 +133,4 @@ TEST(MethodFigures, GaugeZeroKeepsToThePlanesItShould) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::paper_test

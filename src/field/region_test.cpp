@@ -8,7 +8,7 @@
 #include "support/dual.h"
 #include "support/random_fields.h"
 
-namespace knead {
+namespace knead::region_test {
 namespace {
 
 using test::Dual;
@@ -165,4 +165,4 @@ TEST(HalfSpace, TurnsItsNormalAboutTheAxis) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::region_test

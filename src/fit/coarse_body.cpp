@@ -18,7 +18,6 @@ namespace {
 using detail::SparseCholesky;
 using detail::SymmetricMatrix;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kWeakEdge = 0.05;     // between pieces that nothing connects
 constexpr double kAnchorWeight = 30;   // of a mean node's edges
 constexpr std::size_t kApproach = 10;  // steps in which the anchors go to their places

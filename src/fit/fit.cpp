@@ -18,6 +18,7 @@
 #include "fit/surface_matches.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
+#include "knead/tools.h"
 #include "math/elementary.h"
 #include "mesh/body_points.h"
 
@@ -46,10 +47,9 @@ constexpr double kMapWeight = 0.4;  // as those of surface matches
 // The surface:
 constexpr double kAlong = 0.8;  // of the displacement that a match asks for, along the target's normal
 constexpr double kAcross = 0.4;
-constexpr double kNormalLength = 0.15;  // of the diagonal
-constexpr double kMax99 = 2.5;          // stretch of 99% of the triangles that surfaces may ask for
-constexpr double kEdges = 1.5;          // grids are not finer than so many mean edges
-constexpr double kCloseEnough = 5e-5;   // of the diagonal: the median distance along normals
+constexpr double kMax99 = 2.5;         // stretch of 99% of the triangles that surfaces may ask for
+constexpr double kEdges = 1.5;         // grids are not finer than so many mean edges
+constexpr double kCloseEnough = 5e-5;  // of the diagonal: the median distance along normals
 constexpr std::size_t kCandidates = 8000;
 constexpr std::size_t kLookedAt = 3000;  // vertices of each shape between levels
 constexpr std::size_t kAlignSamples = 400;
@@ -188,7 +188,7 @@ class Fitter {
                    const SampleTree& target, const std::vector<SurfaceSample>& of_target);
   Result look(std::string stage) const;
   void keep_better(Result result);
-  Crossings crossings_of(std::span<const Vec3d> positions, std::size_t& count) const;
+  SelfIntersections crossings_of(std::span<const Vec3d> positions) const;
   void finish(BodyFit& fit);
   void measure_growth(const std::vector<Stroke>& strokes);
   // From the target, by at most so many vertices of each; 0: all.
@@ -211,7 +211,7 @@ class Fitter {
   std::vector<Stroke> strokes_;  // before those of the grids
   std::vector<Stroke> last_;     // after them
   std::size_t tips_ = 0;         // that took the place of landmarks
-  Crossings crossings_before_;
+  SelfIntersections crossings_before_;
   std::optional<Result> best_;
   BodyFitReport report_;
 };
@@ -282,9 +282,8 @@ BodyFit Fitter::run() {
     progress->total = fit_work(source_, options_);
     progress->done = 0;
   }
-  std::size_t count = 0;
-  crossings_before_ = crossings_of(rest_, count);
-  report_.crossings_before = count;
+  crossings_before_ = crossings_of(rest_);
+  report_.crossings_before = crossings_before_.count;
   report_.before = distance(0);
   align();
   if (landmarks_.empty() && map_.empty() && options_.surface) find_tips();
@@ -460,22 +459,20 @@ bool Fitter::match_round(const Level& level, double weight, const SurfaceSamples
   return true;
 }
 
-Crossings Fitter::crossings_of(std::span<const Vec3d> positions, std::size_t& count) const {
+SelfIntersections Fitter::crossings_of(std::span<const Vec3d> positions) const {
   if (triangles_.empty()) return {};
-  SelfIntersections found =
-      self_intersections(triangles_, positions, {.threads = options_.threads, .progress = options_.progress});
-  count = found.count;
-  return std::move(found.pairs);
+  return self_intersections(triangles_, positions, {.threads = options_.threads, .progress = options_.progress});
 }
 
 Fitter::Result Fitter::look(std::string stage) const {
   Result result{*motion_, 0, 1, 1, 0, 0, false, std::move(stage)};
   const std::vector<Vec3d>& positions = motion_->positions();
   result.distance = distance(kLookedAt).mean;
-  const StretchOfShape stretch = stretch_of(triangles_, rest_, positions);
-  result.stretch = stretch.greatest;
-  result.most_99 = stretch.most_99;
-  const Crossings crossings = crossings_of(positions, result.crossings);
+  const SurfaceStretch stretch = surface_stretch(triangles_, rest_, positions);
+  result.stretch = stretch.worst();
+  result.most_99 = stretch.percentile_99;
+  const SelfIntersections crossings = crossings_of(positions);
+  result.crossings = crossings.count;
   result.crossings_new = count_new(crossings, crossings_before_);
   result.is_sound = result.crossings_new == 0 && result.stretch <= options_.max_stretch;
   return result;
@@ -532,9 +529,9 @@ void Fitter::finish(BodyFit& fit) {
   report_.crossings_after = last.crossings;
   report_.crossings_new = last.crossings_new;
   report_.after = distance(0);
-  const StretchOfShape stretch = stretch_of(triangles_, rest_, fit.positions);
-  report_.greatest_stretch = stretch.greatest;
-  report_.stretch_99 = stretch.most_99;
+  const SurfaceStretch stretch = surface_stretch(triangles_, rest_, fit.positions);
+  report_.greatest_stretch = stretch.worst();
+  report_.stretch_99 = stretch.percentile_99;
   report_.rms_log_stretch = stretch.rms_log;
   report_.volume_error = relative(volume_of(source_, fit.positions), volume_of(source_, rest_));
   if (options_.volume == FitVolume::free) measure_growth(fit.strokes);

@@ -14,8 +14,7 @@ namespace knead::fit_detail {
 
 namespace {
 
-constexpr double kNormalLength = 0.15;  // of the diagonal, as for matches
-constexpr int kAgain = 5;               // rounds in which pairs that disagree lose their weight
+constexpr int kAgain = 5;  // rounds in which pairs that disagree lose their weight
 constexpr int kClosestRounds = 15;
 constexpr double kTrimmed = 0.8;  // of the closest points that count
 

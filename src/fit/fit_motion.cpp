@@ -21,7 +21,6 @@ constexpr double kNearlyOut = 0.8;       // of a tolerance: from here on a landm
 constexpr double kUrgent = 0.1;          // of an exact landmark's
 constexpr int kCorrections = 2;          // of the wanted velocities, by where the landmarks arrive
 constexpr double kMaxCorrection = 0.25;  // of the spacing
-constexpr double kMargin = 0.25;         // of the spacing, about all points
 constexpr std::size_t kInside = 3000;
 constexpr double kCellsOfSample = 0.4;  // the samples' greatest spacing, in that of the grid
 constexpr double kSurfaceStiffness = 20;
@@ -99,26 +98,6 @@ double FitMotion::weight_of(std::size_t mark, const Vec3d& at) const {
   return std::max(1 / (1 + soft * soft), kUrgent * urgent);
 }
 
-void FitMotion::find_surroundings(std::span<const VelocityRows> rows) {
-  body_.around.clear();
-  const auto add = [&](const Vec3d& p) {
-    const double off = kMargin * lattice_.spacing;
-    for (const double x : {-off, off}) {
-      for (const double y : {-off, off}) {
-        for (const double z : {-off, off}) body_.around.push_back(p + Vec3d{x, y, z});
-      }
-    }
-  };
-  for (std::size_t i = 0; i < body_.points.size(); ++i) {
-    add(body_.points[i]);
-    if (!before_.empty()) add(body_.points[i] * 2.0 - before_[i]);
-  }
-  for (const VelocityRows& list : rows) {
-    for (std::size_t k = 0; k < list.points.size(); ++k) add(list.points[k] + list.wanted[k]);
-  }
-  before_ = body_.points;
-}
-
 void FitMotion::move(const Flow& flow, std::vector<Vec3d>& points, Progress* progress) const {
   AdvectOptions options;
   options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal_);
@@ -135,7 +114,7 @@ void FitMotion::step(std::span<const Vec3d> to, std::vector<VelocityRows> rows) 
     const double weight = kWeightOfMark * weight_of(i, patch.front()) / static_cast<double>(patch.size());
     rows.push_back({patch, std::vector<Vec3d>(patch.size(), to[i] - patch.front()), weight, true});
   }
-  find_surroundings(rows);
+  find_surroundings(body_, before_, rows, lattice_.spacing);
   const NearRigidSystem system(lattice_, body_, rows, threads_, progress_);
   unknowns_ = std::max(unknowns_, system.unknowns());
   PotentialGrid grid = system.solve(rows);

@@ -66,7 +66,6 @@ class FitMotion {
   const std::vector<FitMark>& marks() const { return marks_; }
 
  private:
-  void find_surroundings(std::span<const detail::VelocityRows> rows);
   void move(const Flow& flow, std::vector<Vec3d>& points, Progress* progress) const;
   double weight_of(std::size_t mark, const Vec3d& at) const;
 

@@ -48,44 +48,6 @@ FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const Su
   return result;
 }
 
-StretchOfShape stretch_of(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
-                          std::span<const Vec3d> now) {
-  constexpr double kNoArea = 1e-24;  // squared area over the longest edge's fourth power
-  std::vector<double> stretches;
-  double sum = 0;
-  for (const Triangle& t : triangles) {
-    const Vec3d a = rest[t[1]] - rest[t[0]];
-    const Vec3d b = rest[t[2]] - rest[t[0]];
-    const double area2 = norm2(cross(a, b));
-    const double edge = std::max({norm2(a), norm2(b), norm2(b - a)});
-    if (!(area2 > kNoArea * edge * edge)) continue;
-    const Vec3d c = now[t[1]] - now[t[0]];
-    const Vec3d d = now[t[2]] - now[t[0]];
-    // Of the matrix that takes one metric to the other.
-    const double trace = (norm2(b) * norm2(c) - 2 * dot(a, b) * dot(c, d) + norm2(a) * norm2(d)) / area2;
-    const double product = norm2(cross(c, d)) / area2;
-    const double greater = 0.5 * (trace + std::sqrt(std::max(0.0, trace * trace - 4 * product)));
-    const double less = product / greater;
-    stretches.push_back(std::sqrt(std::max(greater, 1 / less)));
-    const double x = 0.5 * std::log(greater);
-    const double y = 0.5 * std::log(less);
-    sum += x * x + y * y;
-  }
-  StretchOfShape result;
-  if (stretches.empty()) return result;
-  result.rms_log = std::sqrt(sum / (2 * static_cast<double>(stretches.size())));
-  std::sort(stretches.begin(), stretches.end());
-  result.greatest = stretches.back();
-  result.most_99 = stretches[(stretches.size() * 99 + 99) / 100 - 1];
-  return result;
-}
-
-std::size_t count_new(const Crossings& pairs, const Crossings& before) {
-  return static_cast<std::size_t>(std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
-    return !std::binary_search(before.begin(), before.end(), pair);
-  }));
-}
-
 }  // namespace knead::fit_detail
 
 namespace knead {

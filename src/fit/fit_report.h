@@ -31,19 +31,4 @@ struct Measuring {
 FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const SurfaceTree& of_b,
                         const Measuring& measuring);
 
-struct StretchOfShape {
-  double greatest = 1;  // or the inverse of the least
-  double most_99 = 1;
-  double rms_log = 0;
-};
-
-// Returns how triangles with an area are stretched from `rest` to `now`.
-StretchOfShape stretch_of(std::span<const Triangle> triangles, std::span<const Vec3d> rest, std::span<const Vec3d> now);
-
-// Pairs of triangles that cross, sorted.
-using Crossings = std::vector<std::array<std::uint32_t, 2>>;
-
-// Returns how many of the pairs are not in `before`.
-std::size_t count_new(const Crossings& pairs, const Crossings& before);
-
 }  // namespace knead::fit_detail

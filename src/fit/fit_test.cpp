@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <thread>
 
 #include "fit/coarse_body.h"
@@ -16,7 +15,7 @@
 #include "knead/mesh.h"
 #include "knead/replay.h"
 
-namespace knead {
+namespace knead::fit_test {
 namespace {
 
 using fit_detail::CoarseBody;
@@ -69,7 +68,7 @@ Mesh figure_with_arms(double degrees) {
 // Each vertex the farthest from those before it.
 std::vector<FitPair> far_pairs(const Mesh& source, const Mesh& target, std::size_t count) {
   std::vector<FitPair> pairs;
-  std::vector<double> distance(source.vertex_count(), std::numeric_limits<double>::infinity());
+  std::vector<double> distance(source.vertex_count(), kInfinity);
   while (pairs.size() < count) {
     const auto chosen = static_cast<std::size_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
     pairs.push_back({source.positions[chosen], target.positions[chosen]});
@@ -340,4 +339,4 @@ TEST(FitTurns, AreNearestRotations) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::fit_test

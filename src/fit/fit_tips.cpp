@@ -15,8 +15,7 @@ constexpr double kAgree = 0.5;       // distances that differ by more than this 
 constexpr std::size_t kTried = 12;   // sets of pairs whose poses are looked at
 constexpr std::size_t kMaxSets = 20'000;
 constexpr double kMuchNearer = 0.85;  // of the mean square of the distance as it is
-constexpr double kNormalLength = 0.15;
-constexpr double kTolerance = 0.03;  // of a tip's place, of the diagonal
+constexpr double kTolerance = 0.03;   // of a tip's place, of the diagonal
 
 using Distances = std::vector<std::vector<double>>;
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -118,7 +117,7 @@ std::uint32_t SampleTree::build(std::uint32_t begin, std::uint32_t end) {
   std::uint32_t widest = 0;
   double width = -1;
   for (std::uint32_t axis = 0; axis < 6; ++axis) {
-    double low = std::numeric_limits<double>::infinity();
+    double low = kInfinity;
     double high = -low;
     for (std::uint32_t i = begin; i < end; ++i) {
       low = std::min(low, points_[numbers_[i]][axis]);
@@ -161,7 +160,7 @@ void SampleTree::search(std::uint32_t number, const Point& p, double& best, std:
 }
 
 std::uint32_t SampleTree::nearest(const SurfaceSample& to) const {
-  double best = std::numeric_limits<double>::infinity();
+  double best = kInfinity;
   std::uint32_t found = 0;
   search(0, point_of(to), best, found);
   return found;

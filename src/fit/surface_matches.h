@@ -37,6 +37,9 @@ class SurfaceSamples {
   std::vector<Place> places_;
 };
 
+// What the distance of opposite normals counts in matches, half of it, as part of the diagonal.
+inline constexpr double kNormalLength = 0.15;
+
 // Finds the nearest of samples, where the normals count, too.
 class SampleTree {
  public:

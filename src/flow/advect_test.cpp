@@ -13,7 +13,7 @@
 #include "knead/stroke.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::advect_test {
 namespace {
 
 using test::moved;
@@ -433,4 +433,4 @@ TEST(Advect, AToolThatIsSlowAtItsBeginningIsNotTakenForOneAtRest) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::advect_test

@@ -7,7 +7,7 @@
 
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::closed_form_test {
 namespace {
 
 using test::Random;
@@ -100,4 +100,4 @@ TEST(ClosedForm, OfSortedHandlesIsTheSame) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::closed_form_test

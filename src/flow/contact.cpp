@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace knead {
 
@@ -89,7 +88,7 @@ double safe_advance(const CustomRegion& region, const Thresholds<double>& thresh
 // - outer/r) is a lower bound.
 double safe_advance(const PointSet<double>& region, const Thresholds<double>& thresholds, const Vec3d& d, double r,
                     double speed) {
-  double least2 = std::numeric_limits<double>::infinity();
+  double least2 = kInfinity;
   for (const Vec3d& p : region.points) least2 = std::min(least2, norm2(d - p));
   for (const auto& curve : region.curves) least2 = std::min(least2, squared_distance_to_curve(d, curve));
   const double factor = region.curves.empty() ? 1.0 : 0.8;

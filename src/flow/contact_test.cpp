@@ -6,7 +6,7 @@
 
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::contact_test {
 namespace {
 
 using test::Random;
@@ -69,4 +69,4 @@ TEST(Contact, OfABallIsTheRootOfTheQuadratic) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::contact_test

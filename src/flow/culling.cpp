@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -20,13 +19,6 @@ constexpr double kRounding = 1e-9;
 
 double rounding(const Field& field, const Surround& ball) {
   return kRounding * (std::abs(field.thresholds.outer) + norm(ball.center - field.center) + ball.radius);
-}
-
-double distance_to_segment(const Vec3d& x, const Vec3d& a, const Vec3d& b) {
-  const Vec3d e = b - a;
-  const double length2 = norm2(e);
-  const double s = length2 > 0 ? std::clamp(dot(x - a, e) / length2, 0.0, 1.0) : 0.0;
-  return norm(x - a - e * s);
 }
 
 }  // namespace
@@ -117,7 +109,7 @@ double Culling::least_value(const PointSet<double>& /*region*/, const Sweep& swe
 
 // Handles reach everywhere.
 double Culling::least_value(const Handles<double>& /*region*/, const Sweep& /*sweep*/, const Surround& /*ball*/) {
-  return -std::numeric_limits<double>::infinity();
+  return -kInfinity;
 }
 
 Culling::Culling(const Segment& segment) {
@@ -196,7 +188,7 @@ double feature_of(const Field& field) {
   const bool is_distance = std::holds_alternative<Ball<double>>(field.region) ||
                            std::holds_alternative<Capsule<double>>(field.region) ||
                            std::holds_alternative<PointSet<double>>(field.region);
-  return is_distance ? field.thresholds.outer : std::numeric_limits<double>::infinity();
+  return is_distance ? field.thresholds.outer : kInfinity;
 }
 
 }  // namespace
@@ -228,7 +220,7 @@ bool FlowReach::may_move(const Vec3d& center, double radius) const {
 }
 
 double FlowReach::smallest_feature() const {
-  double smallest = std::numeric_limits<double>::infinity();
+  double smallest = kInfinity;
   for (const Segment& segment : parts_->flow.segments) {
     if (!segment.grid.is_empty()) smallest = std::min(smallest, 2 * segment.grid.spacing);
     for (const Field& field : segment.fields) smallest = std::min(smallest, feature_of(field));

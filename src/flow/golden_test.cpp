@@ -7,7 +7,7 @@
 #include "knead/flow.h"
 #include "support/outcome.h"
 
-namespace knead {
+namespace knead::golden_test {
 namespace {
 
 // Numbers in [-1, 1) from integers alone.
@@ -139,4 +139,4 @@ TEST(GoldenHash, IsThatOfEveryBuild) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::golden_test

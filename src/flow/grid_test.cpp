@@ -18,7 +18,7 @@
 #include "support/random_grids.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::grid_test {
 namespace {
 
 using test::moved;
@@ -443,8 +443,7 @@ TEST(Grid, WhatIsWrongIsNamed) {
   bad = good;
   bad.grid.growth = SharedNumbers({1});
   EXPECT_NE(error_of(bad).find("one coefficient for each node"), std::string::npos);
-  bad.grid.growth =
-      SharedNumbers(std::vector<double>(good.grid.coefficients.size(), std::numeric_limits<double>::infinity()));
+  bad.grid.growth = SharedNumbers(std::vector<double>(good.grid.coefficients.size(), kInfinity));
   EXPECT_NE(error_of(bad).find("not finite"), std::string::npos);
   bad = good;
   bad.displacement = {1, 0, 0};
@@ -452,4 +451,4 @@ TEST(Grid, WhatIsWrongIsNamed) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::grid_test

@@ -6,7 +6,7 @@
 #include "knead/vec.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::invariants_test {
 namespace {
 
 using test::moved;
@@ -112,4 +112,4 @@ TEST(Invariants, TheFlowMapKeepsVolume) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::invariants_test

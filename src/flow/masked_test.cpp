@@ -9,7 +9,7 @@
 #include "support/outcome.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::masked_test {
 namespace {
 
 using test::moved;
@@ -229,4 +229,4 @@ TEST(Masked, TheFlowAlongABorderIsSlow) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::masked_test

@@ -9,7 +9,7 @@
 #include "knead/error.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::path_jacobian_test {
 namespace {
 
 AdvectOptions with(double tolerance, Integrator integrator = Integrator::tsitouras) {
@@ -188,4 +188,4 @@ TEST(Advect, LeavesAllPointsUnlessItIsDone) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::path_jacobian_test

@@ -14,7 +14,7 @@
 #include "support/pins_now.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::pins_test {
 namespace {
 
 using test::in_float;
@@ -483,4 +483,4 @@ TEST(Pins, ThatMeetAreRefused) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::pins_test

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -454,7 +453,7 @@ bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& x) {
 
 double reach_of_step(const Segment& segment) {
   if (!segment.grid.is_empty()) return kGridReach * segment.grid.spacing;
-  double reach = std::numeric_limits<double>::infinity();
+  double reach = kInfinity;
   for (const Field& field : segment.fields) {
     if (std::holds_alternative<Handles<double>>(field.region)) continue;  // thresholds are no lengths there
     reach = std::min(reach, reach_in(field.region) * (field.thresholds.outer - field.thresholds.inner));

@@ -8,7 +8,7 @@
 #include "knead/error.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::segment_test {
 namespace {
 
 using test::moved;
@@ -87,4 +87,4 @@ TEST(Validate, NamesTheSegmentAndWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::segment_test

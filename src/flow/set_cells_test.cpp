@@ -9,7 +9,7 @@
 #include "support/dual.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::set_cells_test {
 namespace {
 
 using detail::ListDemand;
@@ -244,4 +244,4 @@ TEST(GuidedSet, IsTheSetItself) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::set_cells_test

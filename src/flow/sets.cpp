@@ -15,8 +15,6 @@ namespace knead::detail {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // A mask's border makes the flow at most so much faster; where it does, the stroke is warned of.
 constexpr double kMaskedSpeed = 3;
 
@@ -335,11 +333,10 @@ std::uint32_t PointTree::build(std::uint32_t begin, std::uint32_t end) {
 // Jensen's inequality r(x) <= r exp(grad r.delta/r + (delta/nearest)^2/2). Together they are far sharper than the two
 // distances changed by the radius against each other, which is what is left otherwise.
 double PointTree::ratio_bound(const ListDemand& demand, const Node& node) {
-  const double infinity = std::numeric_limits<double>::infinity();
   const Vec3d from = demand.center - node.centroid;
   const double distance = norm(from);
   const double least = distance - demand.radius;
-  if (least <= node.radius) return infinity;
+  if (least <= node.radius) return kInfinity;
   const double spread = 1 - node.radius / least;
   const double coarse = demand.most / (least * spread);
   if (!demand.points_alone || 2 * demand.radius > demand.nearest) return coarse;

@@ -9,7 +9,7 @@
 #include "support/outcome.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::simd_test {
 namespace {
 
 using test::NamedSegment;
@@ -205,4 +205,4 @@ TEST(OneHash, PointsAloneGoTheSameWayAsTogether) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::simd_test

@@ -13,7 +13,7 @@
 #include "support/random_grids.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::sum_test {
 namespace {
 
 using test::NamedSegment;
@@ -361,4 +361,4 @@ TEST(Sum, IsCheckedBeforeItMovesPoints) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::sum_test

@@ -20,7 +20,6 @@ namespace {
 
 static_assert(kMaxSummed == static_cast<int>(kMaxParts));
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Zones are computed with rounding of their own, in kernels perhaps in float: they are so much greater.
 constexpr double kMargin = 1e-6;
 constexpr double kMarginInKernels = 1e-3;

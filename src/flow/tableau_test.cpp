@@ -8,7 +8,7 @@
 
 #include "knead/field.h"
 
-namespace knead {
+namespace knead::tableau_test {
 namespace {
 
 const std::vector<std::pair<Integrator, std::string>> kIntegrators = {{Integrator::rk4, "rk4"},
@@ -124,4 +124,4 @@ TEST(Tableau, FirstSameAsLastMeansThatTheLastStageIsAtTheStepsEnd) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::tableau_test

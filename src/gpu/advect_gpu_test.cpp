@@ -10,7 +10,7 @@
 #include "support/random_grids.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::advect_gpu_test {
 namespace {
 
 using gpu::bits;
@@ -452,4 +452,4 @@ TEST_F(GpuTest, ABackendIsTheGpuAndDoesWhatItCannotOnTheCpu) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::advect_gpu_test

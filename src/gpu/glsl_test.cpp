@@ -9,7 +9,7 @@
 
 #include "flow/step_rule.h"
 
-namespace knead::gpu {
+namespace knead::gpu::glsl_test {
 namespace {
 
 using detail::step_rule::kStepRuleText;
@@ -51,4 +51,4 @@ TEST(Glsl, HasNoNumberOfTheStepRuleOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace knead::gpu
+}  // namespace knead::gpu::glsl_test

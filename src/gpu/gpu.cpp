@@ -430,7 +430,7 @@ void main() {
 // The least of some calls.
 double seconds_of(const gl::Program& program, int rounds) {
   glUniform1i(uniform(program, "rounds"), rounds);
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (int i = 0; i < kRepetitions; ++i) {
     glFinish();
     const auto begin = std::chrono::steady_clock::now();

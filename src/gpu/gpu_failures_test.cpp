@@ -12,7 +12,7 @@
 #include "support/random_segments.h"
 #include "support/sanitized.h"
 
-namespace knead::gpu {
+namespace knead::gpu::gpu_failures_test {
 namespace {
 
 using test::moved;
@@ -225,4 +225,4 @@ TEST_F(GpuFailuresTest, TheCpuTakesOverWhereTheProcessHasTooLittleMemory) {
 }
 
 }  // namespace
-}  // namespace knead::gpu
+}  // namespace knead::gpu::gpu_failures_test

@@ -3,20 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <utility>
 #include <vector>
 
 #include "gpu/glsl.h"
 #include "gpu/gpu_state.h"
 #include "knead/error.h"
+#include "knead/mesh.h"
 #include "math/geometry.h"
 
 namespace knead::gpu {
 
 namespace {
-
-using Triangle = std::array<std::uint32_t, 3>;
 
 // As the shader writes them.
 struct Candidate {
@@ -66,8 +64,8 @@ void bind_points(const gl::Program& program, const GpuPoints::State& points) {
 // The first that the ray meets, and where it first leaves.
 std::optional<GpuHit> nearest_of(std::span<const Candidate> candidates, const TriangleRay& ray) {
   const Candidate* nearest = nullptr;
-  double t = std::numeric_limits<double>::infinity();
-  double leaves_at = std::numeric_limits<double>::infinity();
+  double t = kInfinity;
+  double leaves_at = kInfinity;
   for (const Candidate& candidate : candidates) {
     const std::optional<TriangleRay::Meeting> meeting = ray.meet(candidate.corners);
     if (!meeting || !(meeting->t >= 0)) continue;

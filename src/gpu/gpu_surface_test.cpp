@@ -12,7 +12,7 @@
 #include "support/gpu_fixture.h"
 #include "support/random_segments.h"
 
-namespace knead::gpu {
+namespace knead::gpu::gpu_surface_test {
 namespace {
 
 using test::Random;
@@ -246,4 +246,4 @@ TEST_F(GpuSurfaceTest, InTheContextThatIsCurrent) {
 }
 
 }  // namespace
-}  // namespace knead::gpu
+}  // namespace knead::gpu::gpu_surface_test

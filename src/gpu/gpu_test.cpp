@@ -10,7 +10,7 @@
 #include "support/gpu_fixture.h"
 #include "support/random_segments.h"
 
-namespace knead::gpu {
+namespace knead::gpu::gpu_test {
 namespace {
 
 using test::Random;
@@ -197,4 +197,4 @@ TEST_F(GpuPointsTest, InTheContextThatIsCurrent) {
 }
 
 }  // namespace
-}  // namespace knead::gpu
+}  // namespace knead::gpu::gpu_test

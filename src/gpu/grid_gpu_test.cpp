@@ -9,7 +9,7 @@
 #include "support/random_grids.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::grid_gpu_test {
 namespace {
 
 using gpu::bits;
@@ -123,4 +123,4 @@ TEST_F(GridGpuTest, StepsWrittenOutAreTheSameAsInALoop) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::grid_gpu_test

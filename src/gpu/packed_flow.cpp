@@ -312,7 +312,7 @@ class Packer {
   }
 
   static double least_motion(const Segment& segment) {
-    double least = std::numeric_limits<double>::infinity();
+    double least = kInfinity;
     for (const Field& field : segment.fields) {
       const bool is_ratio = std::holds_alternative<Handles<double>>(field.region);
       least = std::min(least, is_ratio ? 0 : kMinMotion * (field.thresholds.outer - field.thresholds.inner));

@@ -8,7 +8,7 @@
 #include "support/gpu_fixture.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::pins_gpu_test {
 namespace {
 
 using gpu::bits;
@@ -92,4 +92,4 @@ TEST_F(GpuPinsTest, PinsThatMeetAreRefusedAndACancelIsHeard) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::pins_gpu_test

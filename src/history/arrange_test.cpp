@@ -5,7 +5,7 @@
 #include "knead/replay.h"
 #include "knead/workbench.h"
 
-namespace knead {
+namespace knead::arrange_test {
 namespace {
 
 using Entries = std::vector<std::vector<SessionStroke>>;
@@ -162,4 +162,4 @@ TEST(Arrange, AStateThatCannotBeReachedIsRefused) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::arrange_test

@@ -5,7 +5,7 @@
 #include "knead/replay.h"
 #include "knead/workbench.h"
 
-namespace knead {
+namespace knead::gesture_strength_test {
 namespace {
 
 using Entries = std::vector<std::vector<SessionStroke>>;
@@ -114,4 +114,4 @@ TEST(GestureStrength, OfOneStrokeIsItsOwn) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::gesture_strength_test

@@ -7,7 +7,7 @@
 #include "knead/error.h"
 #include "knead/workbench.h"
 
-namespace knead {
+namespace knead::journal_everywhere_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -49,4 +49,4 @@ TEST(JournalEverywhere, IsDiscardedWhileItIsOpen) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::journal_everywhere_test

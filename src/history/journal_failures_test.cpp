@@ -61,7 +61,7 @@ int fdatasync(int file) {
 
 }  // extern "C"
 
-namespace knead {
+namespace knead::journal_failures_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -223,4 +223,4 @@ TEST_F(JournalFailures, AKilledProgramLosesNothingButTheBatchUnderWay) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::journal_failures_test

@@ -13,7 +13,7 @@
 #include "support/outcome.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::journal_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -205,4 +205,4 @@ TEST_F(JournalTest, TheRecoveredWorkIsTheShapeOnTheScreen) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::journal_test

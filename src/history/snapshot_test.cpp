@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace knead {
+namespace knead::snapshot_test {
 namespace {
 
 std::vector<Vec3d> numbered(std::size_t count) {
@@ -52,4 +52,4 @@ TEST(Snapshot, IsTheSameForEveryNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::snapshot_test

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <utility>
 
 #include "history/history.h"
@@ -132,7 +131,6 @@ struct Workbench::Following {
 // Goes on with the drag of a pose, or begins one.
 WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
   constexpr double kMaxSteps = 3;
-  constexpr double kAll = std::numeric_limits<double>::infinity();
   const bool goes_on = following_ && following_->drag.takes(pose);
   std::shared_ptr<Following> following = std::exchange(following_, nullptr);
   const ShapeState from = goes_on ? following->state : last_state();
@@ -146,7 +144,7 @@ WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
         surface.progress = progress;
         following = std::make_shared<Following>(Following{PoseDrag(pose, surface, shape_.motion().threads), {}});
       }
-      following->drag.advance(pose, goes_on ? kMaxSteps : kAll, [&](const Stroke& part) {
+      following->drag.advance(pose, goes_on ? kMaxSteps : kInfinity, [&](const Stroke& part) {
         status = shape_.move(masked(flow_of(part), shape_.mask()), progress);
         return status == AdvectStatus::done;
       });

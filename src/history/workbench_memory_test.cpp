@@ -10,7 +10,7 @@
 #include "knead/replay.h"
 #include "knead/workbench.h"
 
-namespace knead {
+namespace knead::workbench_memory_test {
 namespace {
 
 constexpr std::size_t kStrokes = 300;
@@ -238,4 +238,4 @@ TEST_F(Deferred, RemeshingLooksForCancelAllTheTime) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::workbench_memory_test

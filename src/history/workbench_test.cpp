@@ -10,7 +10,7 @@
 #include "knead/mesh.h"
 #include "knead/replay.h"
 
-namespace knead {
+namespace knead::workbench_test {
 namespace {
 
 Mesh ball() { return make_shape(ShapeKind::sphere, 2562); }
@@ -431,4 +431,4 @@ TEST(Workbench, EntriesAreTheSameWhenTheirSessionIsOpenedAgain) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::workbench_test

@@ -81,7 +81,7 @@ int rename(const char* from, const char* to) noexcept {
 
 }  // extern "C"
 
-namespace knead {
+namespace knead::atomic_file_failures_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -185,4 +185,4 @@ TEST_F(AtomicFileFailures, AKilledProcessLeavesTheOldFileOrTheNewOne) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::atomic_file_failures_test

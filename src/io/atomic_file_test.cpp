@@ -11,7 +11,7 @@
 #include "knead/error.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::atomic_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -135,4 +135,4 @@ TEST_F(AtomicFile, AnInterruptLeavesNothingUnfinished) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::atomic_file_test

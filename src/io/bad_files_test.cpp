@@ -8,7 +8,7 @@
 #include "knead/mesh.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::bad_files_test {
 namespace {
 
 struct Refused {
@@ -146,4 +146,4 @@ TEST(BadFiles, AnUnknownExtensionIsAnsweredWithTheKnownOnes) {
 TEST(BadFiles, AMissingFileIsNoInvalidInput) { EXPECT_THROW(read_shape("/absent/shape.ply"), IoError); }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::bad_files_test

@@ -12,7 +12,7 @@
 #include "support/shape_text.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::convert_test {
 namespace {
 
 ShapeFile through(const std::string& format, const ShapeFile& shape) {
@@ -256,4 +256,4 @@ TEST(Decimals, MovedCoordinatesHaveThemInEveryTextFormat) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::convert_test

@@ -11,7 +11,7 @@
 #include "knead/io.h"
 #include "support/shape_promises.h"
 
-namespace knead {
+namespace knead::damage_test {
 namespace {
 
 void check(const Sample& sample) {
@@ -125,4 +125,4 @@ TEST(Damage, NoPrefixOfAGlbFileIsRead) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::damage_test

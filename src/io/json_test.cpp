@@ -5,7 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-namespace knead {
+namespace knead::json_test {
 namespace {
 
 using Kind = JsonError::Kind;
@@ -80,13 +80,13 @@ TEST(Json, WritesWhatTheLibraryBeneathWrites) {
   using Other = nlohmann::ordered_json;
   const Json json{{"numbers", std::vector<double>{0.1, 1.0, -0.0, 1e300, 5e-324}},
                   {"whole", std::vector<Json>{0, -7, std::numeric_limits<std::uint64_t>::max()}},
-                  {"not_finite", std::numeric_limits<double>::infinity()},
+                  {"not_finite", kInfinity},
                   {"nothing", std::optional<double>()},
                   {"text", "quote \" tab \t \xc3\xa9 broken \xff"},
                   {"empty", std::vector<Json>{Json::array(), Json::object()}}};
   const Other other{{"numbers", {0.1, 1.0, -0.0, 1e300, 5e-324}},
                     {"whole", {0, -7, std::numeric_limits<std::uint64_t>::max()}},
-                    {"not_finite", std::numeric_limits<double>::infinity()},
+                    {"not_finite", kInfinity},
                     {"nothing", nullptr},
                     {"text", "quote \" tab \t \xc3\xa9 broken \xff"},
                     {"empty", {Other::array(), Other::object()}}};
@@ -131,4 +131,4 @@ TEST(Json, FindsEachOfManyMembers) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::json_test

@@ -6,7 +6,7 @@
 #include "knead/io.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::materials_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -68,4 +68,4 @@ TEST_F(Materials, StayWhereTheyAreInTheSameFolder) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::materials_test

@@ -10,7 +10,7 @@
 #include "support/shape_promises.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::real_files_test {
 namespace {
 
 struct Original {
@@ -194,4 +194,4 @@ TEST(RealFiles, InTextNoOtherWordChanges) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::real_files_test

@@ -13,7 +13,7 @@
 #include "support/shape_text.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::remeshed_test {
 namespace {
 
 std::string written(const ShapeFile& source, const Remade& remade, const WriteOptions& options = {}) {
@@ -138,7 +138,7 @@ TEST(Remeshed, WhatDoesNotFitIsRefused) {
   remade.mesh.attributes.clear();
   EXPECT_THROW(written(shape, remade), InvalidInput);
   remade = split_all(shape.mesh);
-  remade.mesh.positions[3].y = std::numeric_limits<double>::infinity();
+  remade.mesh.positions[3].y = kInfinity;
   EXPECT_THROW(written(shape, remade), InvalidInput);
   const ShapeFile points = parse_shape("0 0 0\n1 0 0\n", "xyz", "a.xyz");
   EXPECT_THROW(written(points, {points.mesh, {}}), InvalidInput);
@@ -287,4 +287,4 @@ TEST(Remeshed, OffKeepsItsKeywordAndOrder) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::remeshed_test

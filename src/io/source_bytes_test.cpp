@@ -12,7 +12,7 @@
 #include "knead/mesh.h"
 #include "support/split_faces.h"
 
-namespace knead {
+namespace knead::source_bytes_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -148,4 +148,4 @@ TEST_F(FreedBytes, OtherFilesKeepThem) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::source_bytes_test

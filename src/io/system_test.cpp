@@ -13,7 +13,7 @@
 #include "knead/io.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::system_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -130,4 +130,4 @@ TEST(Processor, HasWhatTheKernelLists) {
 #endif
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::system_test

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <random>
 
-namespace knead::io_detail {
+namespace knead::io_detail::text_test {
 namespace {
 
 TEST(ParseReal, Table) {
@@ -85,4 +85,4 @@ TEST(InQuotes, IsShortAndPrintable) {
 }
 
 }  // namespace
-}  // namespace knead::io_detail
+}  // namespace knead::io_detail::text_test

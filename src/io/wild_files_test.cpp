@@ -8,7 +8,7 @@
 #include "support/shape_promises.h"
 #include "support/shape_text.h"
 
-namespace knead {
+namespace knead::wild_files_test {
 namespace {
 
 // A file and a part of the note that is due.
@@ -230,4 +230,4 @@ INSTANTIATE_TEST_SUITE_P(Off, WildFile, testing::ValuesIn(wild_off()), test_name
 INSTANTIATE_TEST_SUITE_P(Clouds, WildFile, testing::ValuesIn(wild_clouds()), test_name);
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::wild_files_test

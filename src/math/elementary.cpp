@@ -12,7 +12,6 @@ namespace knead::elementary {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // A number and what its rounding left over.

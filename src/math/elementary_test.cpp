@@ -6,15 +6,12 @@
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
-#include <limits>
 #include <string>
 
 #include "knead/vec.h"
 
-namespace knead {
+namespace knead::elementary_test {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Numbers from integers alone, the same everywhere.
 class Numbers {
@@ -103,4 +100,4 @@ TEST(Elementary, HasTheSameBitsEverywhere) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::elementary_test

@@ -65,14 +65,14 @@ class TriangleRay {
   double entry(const Box& box, double slack) const {
     const double pad = slack + rounding_;
     double first = 0;
-    double last = Box::kInfinity;
+    double last = kInfinity;
     for (std::size_t k = 0; k < 3; ++k) {
       const double low = (box.min[k] - origin_[k] - pad) * inverse_[k];
       const double high = (box.max[k] - origin_[k] + pad) * inverse_[k];
       first = std::max(first, inverse_[k] > 0 ? low : high);
       last = std::min(last, inverse_[k] > 0 ? high : low);
     }
-    return first <= last * (1 + 1e-14) ? first * (1 - 1e-14) : Box::kInfinity;
+    return first <= last * (1 + 1e-14) ? first * (1 - 1e-14) : kInfinity;
   }
 
  private:

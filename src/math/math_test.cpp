@@ -11,7 +11,7 @@
 #include "knead/vec.h"
 #include "support/random_fields.h"
 
-namespace knead {
+namespace knead::math_test {
 namespace {
 
 // The bound that the header states, over all quadrants, near their borders and for large arguments.
@@ -94,4 +94,4 @@ TEST(ParallelFor, RethrowsAndDoesNothingForNoWork) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::math_test

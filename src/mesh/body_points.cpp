@@ -254,11 +254,7 @@ std::vector<Triangle> meeting(std::span<const Vec3d> positions, std::span<const 
   for (const Triangle& t : triangles) {
     Box box;
     for (const std::uint32_t v : t) box.extend(positions[v]);
-    bool meets = true;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      meets = meets && box.min[axis] <= within.max[axis] && box.max[axis] >= within.min[axis];
-    }
-    if (meets) result.push_back(t);
+    if (overlap(box, within)) result.push_back(t);
   }
   return result;
 }

@@ -31,7 +31,8 @@ struct BodyPoints {
 // inside: a point is inside if that is so along two or three of the lattice's lines through it, which makes small holes
 // harmless, as well as a surface that is inside out. Where the surface is open (there is hardly anything inside) or
 // there are no triangles, the points are those of the surface or cloud, and a second layer `shell_depth` below it where
-// there are triangles with area. There is at least one point if there are positions. The points do not depend on the order of vertices and triangles, but for rounding.
+// there are triangles with area. There is at least one point if there are positions. The points do not depend on the
+// order of vertices and triangles, but for rounding.
 // Time: about 5 us for each point inside, besides a SurfaceTree of the triangles.
 BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                        const BodyPointsOptions& options);

@@ -250,7 +250,7 @@ using shapes_detail::blend_min;
 using shapes_detail::Cone;
 using shapes_detail::distance;
 
-constexpr double kFar = 1e9;
+constexpr double kNowhere = 1e9;
 
 // The joints of a finger from knuckle to tip, and its radius at each.
 using Joints = std::array<Ball, 4>;
@@ -310,7 +310,7 @@ double thumb(const Vec3d& p) {
 double metacarpals(const Vec3d& p) {
   constexpr std::array<Vec3d, 4> kCarpals{
       {{0.165, -0.57, 0.0}, {0.06, -0.58, -0.01}, {-0.05, -0.58, -0.01}, {-0.155, -0.57, 0.0}}};
-  double d = kFar;
+  double d = kNowhere;
   for (std::size_t i = 0; i < 4; ++i) {
     const Ball& knuckle = kFingers[i][0];
     d = blend_min(d, distance({{kCarpals[i], 0.118}, shifted(knuckle, 0.004, 0)}, p), 0.08);
@@ -341,7 +341,7 @@ double finger_within(const Joints& j, const Vec3d& p, double enough) {
 }
 
 double fingers_within(const Vec3d& p, double enough) {
-  double d = kFar;
+  double d = kNowhere;
   for (const Joints& j : kFingers) d = blend_min(d, finger_within(j, p, std::min(d + 0.03, enough)), 0.03);
   return d;
 }
@@ -363,7 +363,7 @@ double body_within(const Vec3d& p, double enough) {
 // has no effect on the blend.
 double hand(const Vec3d& p) {
   const bool finger_first = p.y > 0.4;
-  const double near = finger_first ? fingers_within(p, kFar) : body(p);
+  const double near = finger_first ? fingers_within(p, kNowhere) : body(p);
   const double other = finger_first ? body_within(p, near + 0.09) : fingers_within(p, near + 0.09);
   return blend_max(blend_min(near, other, 0.08), -0.95 - p.y, 0.06);
 }

@@ -7,7 +7,7 @@
 
 #include "mesh/test_shapes.h"
 
-namespace knead {
+namespace knead::flipped_test {
 namespace {
 
 TEST(CountFlipped, NoneWhereTheShapeIsMovedAsAWhole) {
@@ -93,4 +93,4 @@ TEST(CountFlipped, WhatIsNoNumberIsNotFlipped) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::flipped_test

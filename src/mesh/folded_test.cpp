@@ -6,7 +6,7 @@
 #include "knead/mesh.h"
 #include "mesh/test_shapes.h"
 
-namespace knead {
+namespace knead::folded_test {
 namespace {
 
 // Two triangles with a common edge, the second turned about it: 0 degrees in one plane, 180 on top of each other.
@@ -51,4 +51,4 @@ TEST(Folded, FindsATriangleThatWasTurnedOver) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::folded_test

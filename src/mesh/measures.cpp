@@ -13,7 +13,7 @@
 namespace knead {
 namespace {
 
-constexpr double kFar = 10;            // in extents of the other points
+constexpr double kFarExtents = 10;     // in extents of the other points
 constexpr std::size_t kOneAmong = 20;  // points, the most that may lie astray on a side
 
 // Keeps the `most` least values, of which the first is the largest.
@@ -58,7 +58,7 @@ Box CloudBox::box() const {
   if (!(extent > 0)) return whole_;
   // The end of a side: the outermost value that is not far from the one that `most` are beyond.
   const auto end_of = [&](const std::vector<double>& values) {
-    return *std::lower_bound(values.begin(), values.end(), values[most] - kFar * extent);
+    return *std::lower_bound(values.begin(), values.end(), values[most] - kFarExtents * extent);
   };
   Box box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -121,7 +121,7 @@ void count_triangles(const Mesh& mesh, Measures& m) {
   m.triangles = 0;
   m.degenerate_triangles = 0;
   m.smallest_angle_deg.reset();
-  double tangent = Box::kInfinity;
+  double tangent = kInfinity;
   for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
     ++m.triangles;
     const Vec3d& a = mesh.positions[t[0]];

@@ -13,7 +13,7 @@
 #include "mesh/test_shapes.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::measures_test {
 namespace {
 
 struct Known {
@@ -228,4 +228,4 @@ TEST(SmallestAngle, IsThatOfTheWorstTriangleThatHasAnArea) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::measures_test

@@ -4,12 +4,11 @@
 
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <string>
 
 #include "knead/error.h"
 
-namespace knead {
+namespace knead::mesh_test {
 namespace {
 
 std::string refusal(const Mesh& mesh) {
@@ -36,7 +35,7 @@ TEST(ValidMesh, IsRefusedWithTheElementAtFault) {
   };
   for (const Case& each : {
            Case{"vertex 17 ", [](Mesh& m) { m.positions[17].y = std::nan(""); }},
-           Case{"vertex 18 ", [](Mesh& m) { m.positions[18].z = -std::numeric_limits<double>::infinity(); }},
+           Case{"vertex 18 ", [](Mesh& m) { m.positions[18].z = -kInfinity; }},
            Case{"corner 5 ", [](Mesh& m) { m.corner_vertex[5] = 642; }},
            Case{"face 7 ", [](Mesh& m) { m.face_begin[8] = 0; }},
            Case{"begin with 0", [](Mesh& m) { m.face_begin[0] = 1; }},
@@ -54,4 +53,4 @@ TEST(ValidMesh, IsRefusedWithTheElementAtFault) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::mesh_test

@@ -6,7 +6,7 @@
 
 #include "mesh/test_shapes.h"
 
-namespace knead {
+namespace knead::normals_test {
 namespace {
 
 // Turns about an axis through the origin.
@@ -196,4 +196,4 @@ TEST(VertexNormals, OfSomeHaveTheSameBits) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::normals_test

@@ -11,7 +11,7 @@
 #include "knead/error.h"
 #include "mesh/manifold_check.h"
 
-namespace knead {
+namespace knead::polygonise_test {
 namespace {
 
 using test::closed_manifold_components;
@@ -178,4 +178,4 @@ TEST(Polygonise, NoticesAWrongLipschitzConstant) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::polygonise_test

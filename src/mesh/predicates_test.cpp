@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-namespace knead {
+namespace knead::predicates_test {
 namespace {
 
 using Rational = boost::multiprecision::cpp_rational;
@@ -129,7 +129,7 @@ TEST(Predicates, AnExchangeOfTwoPointsTurnsTheSign) {
 // Exact numbers have room for finite products only: more terms were written beyond their end.
 TEST(Predicates, NumbersBeyondAllProductsAreNotComputedExactly) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const double bad : {nan, std::numeric_limits<double>::infinity(), 1e300}) {
+  for (const double bad : {nan, kInfinity, 1e300}) {
     const Points p{Vec3d{bad, 1, 0.1}, Vec3d{0.3, bad, 7}, Vec3d{0.7, 0.2, bad}, Vec3d{bad, -bad, 0.3}};
     EXPECT_LE(std::abs(orient3d(p[0], p[1], p[2], p[3])), 1);
     for (const int axis : {0, 1, 2}) EXPECT_LE(std::abs(orient2d(p[0], p[1], p[2], axis)), 1);
@@ -150,4 +150,4 @@ TEST(Predicates, SidesAreNamedAsStated) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::predicates_test

@@ -477,4 +477,11 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
   return findings.sorted(triangles.size());
 }
 
+std::size_t count_new(const SelfIntersections& now, const SelfIntersections& before) {
+  if (!now.complete || !before.complete) return now.count;
+  return static_cast<std::size_t>(std::count_if(now.pairs.begin(), now.pairs.end(), [&](const auto& pair) {
+    return !std::binary_search(before.pairs.begin(), before.pairs.end(), pair);
+  }));
+}
+
 }  // namespace knead

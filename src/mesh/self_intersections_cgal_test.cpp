@@ -12,7 +12,7 @@
 #include "mesh/test_shapes.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::self_intersections_cgal_test {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -157,4 +157,4 @@ TEST(Cgal, HasTheSamePairsOfTrianglesOnAGrid) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::self_intersections_cgal_test

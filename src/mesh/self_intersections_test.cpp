@@ -12,7 +12,7 @@
 #include "mesh/test_shapes.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::self_intersections_test {
 namespace {
 
 using Pair = std::array<std::uint32_t, 2>;
@@ -149,4 +149,4 @@ TEST(SelfIntersections, AreCancelled) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::self_intersections_test

@@ -5,7 +5,7 @@
 
 #include "knead/mesh.h"
 
-namespace knead {
+namespace knead::shape_box_test {
 namespace {
 
 Mesh sphere() { return make_shape(ShapeKind::sphere, 642); }
@@ -73,4 +73,4 @@ TEST(CloudBox, IsThatOfAllPiecesTogether) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::shape_box_test

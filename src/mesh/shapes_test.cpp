@@ -10,7 +10,7 @@
 #include "knead/vec.h"
 #include "mesh/manifold_check.h"
 
-namespace knead {
+namespace knead::shapes_test {
 namespace {
 
 using test::closed_manifold_components;
@@ -186,4 +186,4 @@ TEST(HandFingers, AreGrippedByTheirCylinders) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::shapes_test

@@ -81,8 +81,6 @@ BoxTree::BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> pos
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // Keeps the nearest of several points of a triangle.
 struct Nearest {
   NearTriangle best{{}, {}, kInfinity};
@@ -137,11 +135,6 @@ namespace {
 Box join(const Box& a, const Box& b) {
   return {{std::min(a.min.x, b.min.x), std::min(a.min.y, b.min.y), std::min(a.min.z, b.min.z)},
           {std::max(a.max.x, b.max.x), std::max(a.max.y, b.max.y), std::max(a.max.z, b.max.z)}};
-}
-
-bool overlap(const Box& a, const Box& b) {
-  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y && a.min.z <= b.max.z &&
-         b.min.z <= a.max.z;
 }
 
 double squared_distance(const Box& box, const Vec3d& p) {

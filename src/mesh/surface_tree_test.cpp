@@ -10,7 +10,7 @@
 #include "mesh/box_tree.h"
 #include "mesh/test_shapes.h"
 
-namespace knead {
+namespace knead::surface_tree_test {
 namespace {
 
 struct Soup {
@@ -288,4 +288,4 @@ TEST(SurfaceTree, MayBeEmptyOrHoldOneTriangle) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::surface_tree_test

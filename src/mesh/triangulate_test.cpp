@@ -8,7 +8,7 @@
 #include "knead/error.h"
 #include "mesh/test_shapes.h"
 
-namespace knead {
+namespace knead::triangulate_test {
 namespace {
 
 double shoelace(const std::vector<Vec3d>& outline) {
@@ -149,4 +149,4 @@ TEST(Triangulate, TrianglesWithoutPlacesAreRefusedWithTheirNumber) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::triangulate_test

@@ -24,8 +24,8 @@ constexpr double kMaxStep = 1.5;
 constexpr double kWeightOfPin = 600;  // by the number of its points
 constexpr double kWeightOfHold = 500;
 constexpr double kWeightOfPart = 5600;  // by the number of points, and for 150 unknowns
-constexpr double kUnknowns = 150;
-constexpr double kMaxUnknowns = 2000;  // that count for that
+constexpr double kUsualUnknowns = 150;
+constexpr double kMostUnknowns = 2000;  // that count for that
 constexpr double kWeightAcross = 200;
 constexpr double kMargin = 0.25;  // of the spacing, about all points
 constexpr int kMaxSegments = 2000;
@@ -201,6 +201,28 @@ class Schedule {
 
 }  // namespace
 
+void find_surroundings(BodySamples& body, std::vector<Vec3d>& before, std::span<const VelocityRows> rows,
+                       double spacing) {
+  body.around.clear();
+  const auto add = [&](const Vec3d& p) {
+    const double off = kMargin * spacing;
+    for (const double x : {-off, off}) {
+      for (const double y : {-off, off}) {
+        for (const double z : {-off, off}) body.around.push_back(p + Vec3d{x, y, z});
+      }
+    }
+  };
+  for (std::size_t i = 0; i < body.points.size(); ++i) {
+    if (!body.held.empty() && body.held[i]) continue;
+    add(body.points[i]);
+    if (!before.empty()) add(body.points[i] * 2.0 - before[i]);
+  }
+  for (const VelocityRows& list : rows) {
+    for (std::size_t k = 0; k < list.points.size() && !list.rests; ++k) add(list.points[k] + list.wanted[k]);
+  }
+  before = body.points;
+}
+
 std::vector<Vec3d> patch_about(const Vec3d& p, double size) {
   constexpr double kRadius = 0.7;  // of the size: half of a ball's points are farther out than 0.79
   const double golden = std::numbers::phi;
@@ -261,7 +283,7 @@ class PoseRun::Motion {
   void step(double from, double to, const std::function<bool(const PotentialGrid&)>& apply) {
     stop_if_cancelled(problem_.progress);
     for (std::size_t i = 0; i < rows_.size(); ++i) want(i, from, to);
-    find_surroundings();
+    find_surroundings(problem_.body, before_, rows_, problem_.spacing);
     limit_unknowns(kMaxInAStep);
     const NearRigidSystem system(lattice_, problem_.body, rows_, problem_.threads, problem_.progress);
     outcome_.unknowns = std::max(outcome_.unknowns, system.unknowns());
@@ -275,29 +297,6 @@ class PoseRun::Motion {
     move(grid, problem_.body.points);
     for (VelocityRows& list : rows_) move(grid, list.points);
     for (std::vector<Vec3d>& points : checked_) move(grid, points);
-  }
-
-  // Where points are within the step: where they are, where they would come to as they moved before, and near there.
-  void find_surroundings() {
-    std::vector<Vec3d>& around = problem_.body.around;
-    around.clear();
-    const auto add = [&](const Vec3d& p) {
-      const double off = kMargin * problem_.spacing;
-      for (const double x : {-off, off}) {
-        for (const double y : {-off, off}) {
-          for (const double z : {-off, off}) around.push_back(p + Vec3d{x, y, z});
-        }
-      }
-    };
-    for (std::size_t i = 0; i < problem_.body.points.size(); ++i) {
-      if (!problem_.body.held.empty() && problem_.body.held[i]) continue;
-      add(problem_.body.points[i]);
-      if (!before_.empty()) add(problem_.body.points[i] * 2.0 - before_[i]);
-    }
-    for (const VelocityRows& list : rows_) {
-      for (std::size_t k = 0; k < list.points.size() && !list.rests; ++k) add(list.points[k] + list.wanted[k]);
-    }
-    before_ = problem_.body.points;
   }
 
   // Makes the spacing wider until the unknowns are no more than so many.
@@ -341,7 +340,7 @@ class PoseRun::Motion {
   void want(const PosedPart& part, const std::vector<Vec3d>& starts, double begin, double end, VelocityRows& list) {
     const std::size_t count = starts.size();
     list.weight = kWeightOfPart / static_cast<double>(count) *
-                  std::clamp(static_cast<double>(outcome_.unknowns), kUnknowns, kMaxUnknowns) / kUnknowns;
+                  std::clamp(static_cast<double>(outcome_.unknowns), kUsualUnknowns, kMostUnknowns) / kUsualUnknowns;
     list.points.resize(count);
     list.wanted.resize(count);
     std::vector<Vec3d> misses;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "pose/near_rigid.h"
@@ -82,6 +83,12 @@ class PoseRun {
   class Motion;
   std::unique_ptr<Motion> motion_;
 };
+
+// Sets `body.around` for the next step of a motion: to places near the body's points as they are and as they would come
+// to if they moved on as since `before`, and near what the rows ask for. `before` (empty at the first step) becomes the
+// points as they are.
+void find_surroundings(BodySamples& body, std::vector<Vec3d>& before, std::span<const VelocityRows> rows,
+                       double spacing);
 
 // Returns a point and the corners of an icosahedron about it: what moves as one rigid piece, such as the patch of a
 // pin.

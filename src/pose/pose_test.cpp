@@ -11,7 +11,7 @@
 #include "pose/near_rigid.h"
 #include "pose/pose_motion.h"
 
-namespace knead::detail {
+namespace knead::detail::pose_test {
 namespace {
 
 // Points of a bar along x, from -1 to 1, evenly spread.
@@ -354,4 +354,4 @@ TEST(Pose, StopsWhereItIsCancelled) {
 }
 
 }  // namespace
-}  // namespace knead::detail
+}  // namespace knead::detail::pose_test

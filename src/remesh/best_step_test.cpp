@@ -3,11 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
 #include <random>
 #include <vector>
 
-namespace knead::remesh_detail {
+namespace knead::remesh_detail::best_step_test {
 namespace {
 
 struct Planes {
@@ -15,7 +14,7 @@ struct Planes {
   std::vector<Vec3d> gradients;
 
   double least_at(const Vec3d& d) const {
-    double least = std::numeric_limits<double>::infinity();
+    double least = kInfinity;
     for (std::size_t i = 0; i < values.size(); ++i) least = std::min(least, values[i] + dot(gradients[i], d));
     return least;
   }
@@ -72,4 +71,4 @@ TEST(BestStep, RaisesTheLeastNotThoseFarAbove) {
 }
 
 }  // namespace
-}  // namespace knead::remesh_detail
+}  // namespace knead::remesh_detail::best_step_test

@@ -9,7 +9,7 @@
 #include "knead/remesh.h"
 #include "support/volume_mesh.h"
 
-namespace knead {
+namespace knead::cells_test {
 namespace {
 
 using test::box_of_cells;
@@ -133,4 +133,4 @@ TEST(DeformCells, CanBeCancelled) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::cells_test

@@ -9,7 +9,7 @@
 #include "remesh/improve.h"
 #include "remesh/improver.h"
 
-namespace knead::remesh_detail {
+namespace knead::remesh_detail::crossing_guard_test {
 namespace {
 
 // Two balls inside each other, close together. The patch holds the faces above the equator.
@@ -202,4 +202,4 @@ TEST(CrossingGuard, NamesTheFacesThatCross) {
 }
 
 }  // namespace
-}  // namespace knead::remesh_detail
+}  // namespace knead::remesh_detail::crossing_guard_test

@@ -21,13 +21,6 @@ Vec3d without_tiny(const Vec3d& p) {
   return {kept(p.x), kept(p.y), kept(p.z)};
 }
 
-bool overlap(const Box& a, const Box& b) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (a.min[axis] > b.max[axis] || b.min[axis] > a.max[axis]) return false;
-  }
-  return true;
-}
-
 // Returns the box of the vertices that may change, widened by 5% of its diagonal.
 Box search_box(const Surface& s) {
   std::vector<Vec3d> points;
@@ -139,8 +132,8 @@ constexpr std::uint64_t kTestsPerFace = 1000;
 constexpr std::uint64_t kFewFaces = 200;  // may take as long as so many more
 
 // Overlaps none.
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr FloatBox kNoBox{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+constexpr float kFarthest = std::numeric_limits<float>::infinity();
+constexpr FloatBox kNoBox{{kFarthest, kFarthest, kFarthest}, {-kFarthest, -kFarthest, -kFarthest}};
 
 std::vector<std::uint32_t> all_of(std::size_t count) {
   std::vector<std::uint32_t> numbers(count);

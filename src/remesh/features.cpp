@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -39,9 +38,7 @@ Vec3d center_of(const std::array<Vec3d, 3>& corners) { return (corners[0] + corn
 FaceSamples::FaceSamples(const Deformation& deformation, const Progress* progress)
     : deformation_(deformation), progress_(progress), most_(std::min(kMaxSamples, points_left())) {}
 
-double FaceSamples::points_left() const {
-  return deformation_.points_left ? deformation_.points_left() : std::numeric_limits<double>::infinity();
-}
+double FaceSamples::points_left() const { return deformation_.points_left ? deformation_.points_left() : kInfinity; }
 
 void FaceSamples::refuse(std::size_t max_vertices) const {
   throw RemeshLimit(fmt::format(

@@ -16,9 +16,9 @@ constexpr std::size_t kMax = 5;  // four that count, and one that comes in
 using Row = std::array<double, kMax>;
 
 // A symmetric positive definite matrix as the product of a lower triangle and its transpose.
-class Triangle {
+class Factor {
  public:
-  explicit Triangle(std::size_t size) : size_(size) {}
+  explicit Factor(std::size_t size) : size_(size) {}
 
   // Rows must be set in order. A pivot below `least` is raised to it.
   void set_row(std::size_t i, Row row, double least) {
@@ -89,7 +89,7 @@ class Search {
 
   // Returns the weights of sum 1, also negative ones, with which all members reach the same value.
   Row levelling() const {
-    Triangle triangle(count_);
+    Factor factor(count_);
     Row ones{};
     Row values{};
     for (std::size_t i = 0; i < count_; ++i) {
@@ -98,12 +98,12 @@ class Search {
       // Gradients may depend on each other.
       const double least = 1e-9 * row[i] + 1e-14;
       row[i] += least;
-      triangle.set_row(i, row, least);
+      factor.set_row(i, row, least);
       ones[i] = 1;
       values[i] = values_[members_[i]];
     }
-    const Row of_ones = triangle.solve(ones);
-    Row result = triangle.solve(values);
+    const Row of_ones = factor.solve(ones);
+    Row result = factor.solve(values);
     double sum = 1;
     double slope = 0;
     for (std::size_t i = 0; i < count_; ++i) {

@@ -8,7 +8,7 @@
 #include "knead/mesh.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::remesh_detail::improve_test {
 namespace {
 
 // A sphere whose vertices are moved randomly along it: bad triangles everywhere.
@@ -115,4 +115,4 @@ TEST(Compensation, GivesBackWhatItIsAskedFor) {
 }
 
 }  // namespace
-}  // namespace knead::remesh_detail
+}  // namespace knead::remesh_detail::improve_test

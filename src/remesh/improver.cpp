@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "math/elementary.h"
@@ -198,7 +197,7 @@ void Improver::evaluate_merge(Merge& merge, double least_quality, const Bounds& 
     merge.volume = 0;
   }
   merge.quality = -1;
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   const auto is_good = [&](std::uint32_t e) {
     if (is_dying(e / 3)) return true;
     const Vec3d& x = s_.after[s_.target(e)];
@@ -347,7 +346,7 @@ void Improver::carry_values(std::uint32_t v, const Vec3d& p) {
   if (s_.vertex_values.stride == 0 && s_.corner_values.stride == 0) return;
   const Vec3d normal = star_vector(s_, v);
   std::uint32_t best = s_.outgoing[v];
-  double least = -std::numeric_limits<double>::infinity();
+  double least = -kInfinity;
   std::array<double, 3> weights{1, 0, 0};
   s_.for_each_outgoing(v, [&](std::uint32_t h) {
     const Vec3d& a = s_.after[v];

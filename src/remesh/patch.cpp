@@ -14,11 +14,6 @@ namespace knead::remesh_detail {
 
 namespace {
 
-bool same_bits(const Vec3d& a, const Vec3d& b) {
-  using Bits = std::array<std::uint64_t, 3>;
-  return bit_cast<Bits>(a) == bit_cast<Bits>(b);
-}
-
 // Returns whether a mask holds all vertices of the face.
 bool stays(std::span<const std::uint32_t> face, const RemeshOptions& options) {
   return !options.held.empty() &&

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -95,9 +94,7 @@ constexpr int kMaxSteps = 60;
 
 }  // namespace
 
-double Refinement::points_left() const {
-  return deformation_.points_left ? deformation_.points_left() : std::numeric_limits<double>::infinity();
-}
+double Refinement::points_left() const { return deformation_.points_left ? deformation_.points_left() : kInfinity; }
 
 // Returns how many vertices the surface may have.
 double Refinement::room() const {

@@ -95,7 +95,7 @@ RelaxTopology relax_topology(std::span<const Triangle> triangles, std::size_t ve
 namespace {
 
 constexpr std::size_t kGrain = 1024;
-constexpr int kMaxRounds = 8;                                     // of letting vertices rest
+constexpr int kMaxRestRounds = 8;                                 // of letting vertices rest
 constexpr int kMaxCorrections = 8;                                // steps of Newton's method; two or three are enough
 constexpr double kStraight = 1e-9;                                // sine of the angle at a vertex of a straight crease
 const double kMinCosine = elementary::cos(std::numbers::pi / 4);  // of the angle by which a triangle turns
@@ -114,7 +114,7 @@ class Iteration {
   void run() {
     const double volume = volume_of(from_);
     rests_.assign(patch_.moving(), false);
-    for (int round = 0; round < kMaxRounds; ++round) {
+    for (int round = 0; round < kMaxRestRounds; ++round) {
       for (std::size_t v = 0; v < patch_.moving(); ++v) {
         patch_.positions[v] = rests_[v] ? from_[v] : from_[v] + move_[v];
       }
@@ -270,13 +270,6 @@ constexpr int kMaxAttempts = 5;
 using Pair = std::array<std::uint32_t, 2>;
 
 Vec3d as_float(const Vec3d& p) { return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}; }
-
-bool overlap(const Box& a, const Box& b) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (a.min[axis] > b.max[axis] || b.min[axis] > a.max[axis]) return false;
-  }
-  return true;
-}
 
 void extend(Box& box, const Box& by) {
   box.extend(by.min);

@@ -13,7 +13,7 @@
 #include "support/deformed.h"
 #include "support/paper_remesh.h"
 
-namespace knead {
+namespace knead::remesh_test {
 namespace {
 
 using test::crossings_as_float;
@@ -508,4 +508,4 @@ TEST(Remesh, CountsItsStepsUnlessSomebodyElseCounts) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::remesh_test

@@ -9,7 +9,7 @@
 #include "knead/cells.h"
 #include "knead/mesh.h"
 
-namespace knead::remesh_detail {
+namespace knead::remesh_detail::seen_cells_test {
 namespace {
 
 class Corners {
@@ -80,4 +80,4 @@ TEST(SeenCells, AreZeroWithoutEdges) {
 }
 
 }  // namespace
-}  // namespace knead::remesh_detail
+}  // namespace knead::remesh_detail::seen_cells_test

@@ -7,7 +7,7 @@
 #include "knead/remesh.h"
 #include "knead/vec.h"
 
-namespace knead {
+namespace knead::settings_test {
 namespace {
 
 TEST(RemeshSettings, DefaultsFollowTheShapesSize) {
@@ -84,4 +84,4 @@ TEST(RemeshSettings, WhatIsOutOfRangeIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::settings_test

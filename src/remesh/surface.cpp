@@ -292,7 +292,7 @@ bool turns(const TurnLimit& limit, const Vec3d& was, const Vec3d& is, double qua
 
 double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const TurnLimit& limit) {
   const Vec3d mean = star_vector(s, v);
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   s.for_each_outgoing(v, [&](std::uint32_t h) {
     if (least < 0) return;
     const Vec3d& b = s.after[s.target(h)];
@@ -326,7 +326,7 @@ void Star::read(const Surface& s, std::uint32_t v) {
 }
 
 double Star::quality_at(const Vec3d& p, const TurnLimit& limit, double floor) const {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const Face& face : faces_) {
     if (turns(limit, face.normal, cross(face.b - p, face.c - p), face.quality, vector_)) return -1;
     least = std::min(least, remesh_detail::quality(p, face.b, face.c));
@@ -381,7 +381,7 @@ void VertexStar::read(const CellBaseline& judged, const CellStars& stars, std::s
   for (const std::uint32_t number : stars.of(vertex)) {
     if (judged.side(number) != 0) add(judged, number, points, vertex);
   }
-  least_ = -std::numeric_limits<double>::infinity();
+  least_ = -kInfinity;
   least_ = least_at(place_);
 }
 
@@ -408,7 +408,7 @@ void VertexStar::add(const CellBaseline& judged, std::uint32_t number, std::span
 
 // Stops at the first value below the least so far.
 double VertexStar::least_at(const Vec3d& place) const {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const SeenTetrahedron& cell : tetrahedra_) {
     least = std::min(least, cell.quality(place));
     if (least < least_) return least;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -263,7 +262,7 @@ class VertexStar {
   Vec3d start_;
   Vec3d place_;      // as seen, too
   double size_ = 0;  // the longest edge
-  double least_ = std::numeric_limits<double>::infinity();
+  double least_ = kInfinity;
 };
 
 }  // namespace knead::remesh_detail

@@ -10,7 +10,7 @@
 #include "knead/mesh.h"
 #include "mesh/manifold_check.h"
 
-namespace knead::remesh_detail {
+namespace knead::remesh_detail::surface_test {
 namespace {
 
 Surface surface_of(const Mesh& mesh) {
@@ -177,4 +177,4 @@ TEST(Surface, EdgesOfThreeFacesAndOnesThatDisagreeAreLocked) {
 }
 
 }  // namespace
-}  // namespace knead::remesh_detail
+}  // namespace knead::remesh_detail::surface_test

@@ -8,7 +8,7 @@
 
 #include "knead/error.h"
 
-namespace knead::render {
+namespace knead::render::gif_test {
 namespace {
 
 // What a player shows: reads the file as the specification says.
@@ -206,4 +206,4 @@ TEST(Gif, PicturesHaveOneSize) {
 }
 
 }  // namespace
-}  // namespace knead::render
+}  // namespace knead::render::gif_test

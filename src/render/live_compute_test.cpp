@@ -9,7 +9,7 @@
 #include "knead/error.h"
 #include "support/live_view_fixture.h"
 
-namespace knead::render {
+namespace knead::render::live_compute_test {
 namespace {
 
 class LiveComputeTest : public LiveViewTest {
@@ -110,4 +110,4 @@ TEST_F(LiveComputeTest, RefusesBuffersOfAnotherShape) {
 }
 
 }  // namespace
-}  // namespace knead::render
+}  // namespace knead::render::live_compute_test

@@ -11,7 +11,7 @@
 #include "knead/error.h"
 #include "support/live_view_fixture.h"
 
-namespace knead::render {
+namespace knead::render::live_look_test {
 namespace {
 
 // The square from -1 to 1 in x and y with the height z(x).
@@ -218,4 +218,4 @@ TEST_F(LiveLookTest, InPerspectiveNearThingsAreLarger) {
 }
 
 }  // namespace
-}  // namespace knead::render
+}  // namespace knead::render::live_look_test

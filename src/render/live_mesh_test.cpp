@@ -10,7 +10,7 @@
 #include "knead/mesh.h"
 #include "support/pictures.h"
 
-namespace knead::render {
+namespace knead::render::live_mesh_test {
 namespace {
 
 Placement as_it_is() { return {}; }
@@ -72,4 +72,4 @@ TEST(LiveMesh, ReturnsTheTouchedRangesWithTheirRing) {
 }
 
 }  // namespace
-}  // namespace knead::render
+}  // namespace knead::render::live_mesh_test

@@ -10,7 +10,7 @@
 #include "knead/error.h"
 #include "support/live_view_fixture.h"
 
-namespace knead::render {
+namespace knead::render::live_tools_test {
 namespace {
 
 class LiveToolsTest : public LiveViewTest {};
@@ -113,4 +113,4 @@ TEST_F(LiveToolsTest, CutsLeaveToolsWhole) {
 }
 
 }  // namespace
-}  // namespace knead::render
+}  // namespace knead::render::live_tools_test

@@ -18,7 +18,7 @@
 #include "render/live/live.h"
 #include "support/live_view_fixture.h"
 
-namespace knead::render {
+namespace knead::render::live_view_test {
 namespace {
 
 TEST_F(LiveViewTest, MovedIsAsIfSetAnew) {
@@ -331,4 +331,4 @@ TEST_F(LiveViewTest, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace knead::render
+}  // namespace knead::render::live_view_test

@@ -11,7 +11,7 @@
 #include "render/offline/passes.h"
 #include "support/pictures.h"
 
-namespace knead::render {
+namespace knead::render::look_test {
 namespace {
 
 constexpr int kWide = 240;
@@ -254,4 +254,4 @@ TEST(Framing, NoPointsAndOnePointAreSeen) {
 }
 
 }  // namespace
-}  // namespace knead::render
+}  // namespace knead::render::look_test

@@ -20,7 +20,7 @@
 #include <stb_image.h>
 #pragma GCC diagnostic pop
 
-namespace knead::render {
+namespace knead::render::render_test {
 namespace {
 
 // A ball of quads, with triangles at its poles.
@@ -431,4 +431,4 @@ TEST(Camera, UpAlongTheViewIsReplaced) {
 }
 
 }  // namespace
-}  // namespace knead::render
+}  // namespace knead::render::render_test

@@ -72,8 +72,8 @@ namespace {
 
 // The range of a number over all points.
 struct Range {
-  double least = Box::kInfinity;
-  double greatest = -Box::kInfinity;
+  double least = kInfinity;
+  double greatest = -kInfinity;
 
   void extend(double x) {
     least = std::min(least, x);
@@ -88,11 +88,11 @@ struct Range {
 // slope_x, and so on: each side asks for a distance, and opposite sides share it evenly.
 Vec3d perspective_place(std::span<const Vec3d> points, const Vec3d& center, const CameraFrame& frame, double slope_x,
                         double slope_y) {
-  double right = -Box::kInfinity;
-  double left = -Box::kInfinity;
-  double above = -Box::kInfinity;
-  double below = -Box::kInfinity;
-  double nearest = Box::kInfinity;
+  double right = -kInfinity;
+  double left = -kInfinity;
+  double above = -kInfinity;
+  double below = -kInfinity;
+  double nearest = kInfinity;
   for (const Vec3d& p : points) {
     const Vec3d q = p - center;
     const double x = dot(q, frame.right) / slope_x;

@@ -147,8 +147,8 @@ std::array<Vec3d, 8> corners(const Box& box) {
 
 // The smallest and largest of dot(direction, corner - origin), a little widened.
 std::pair<double, double> extent_along(const Box& box, const Vec3d& origin, const Vec3d& direction) {
-  double low = Box::kInfinity;
-  double high = -Box::kInfinity;
+  double low = kInfinity;
+  double high = -kInfinity;
   for (const Vec3d& corner : corners(box)) {
     low = std::min(low, dot(direction, corner - origin));
     high = std::max(high, dot(direction, corner - origin));
@@ -215,12 +215,6 @@ double steepest(const PointSet<double>& set, const Box& box) {
     bound = std::max(bound, 1.25 * std::pow(16.0 / 3 / (1 - std::pow(ratio, -4)), 0.25));
   }
   return bound;
-}
-
-double distance_to_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
-  const Vec3d edge = b - a;
-  const double along = norm2(edge) > 0 ? std::clamp(dot(p - a, edge) / norm2(edge), 0.0, 1.0) : 0;
-  return norm(p - a - edge * along);
 }
 
 // Some of the curve's points, so that no other is farther than the tolerance from the straight way between them

@@ -10,7 +10,7 @@
 #include "knead/mesh.h"
 #include "knead/region.h"
 
-namespace knead::render {
+namespace knead::render::tool_surface_test {
 namespace {
 
 Field field_of(PointSet<double> set) {
@@ -122,4 +122,4 @@ TEST(SurfaceCache, FollowsWhatIsShiftedAndMakesTheRestAnew) {
 }
 
 }  // namespace
-}  // namespace knead::render
+}  // namespace knead::render::tool_surface_test

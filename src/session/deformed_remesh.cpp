@@ -90,7 +90,7 @@ Moment after(double seconds) {
 }
 
 double seconds_until(Moment end) {
-  if (end == Moment::max()) return std::numeric_limits<double>::infinity();
+  if (end == Moment::max()) return kInfinity;
   return std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
 }
 

@@ -7,7 +7,7 @@
 #include "knead/mesh.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::deformed_shape_test {
 namespace {
 
 // Two strokes that read no surface, one that does, and one that is remeshed.
@@ -152,4 +152,4 @@ TEST(DeformedShape, WithoutAMeshIsEmpty) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::deformed_shape_test

@@ -9,7 +9,7 @@
 #include "knead/replay.h"
 #include "knead/vec.h"
 
-namespace knead {
+namespace knead::flow_of_test {
 namespace {
 
 const Mesh& sphere() {
@@ -142,4 +142,4 @@ TEST(CertifyPositions, AreJudgedAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::flow_of_test

@@ -11,7 +11,7 @@
 #include "knead/mesh.h"
 #include "knead/replay.h"
 
-namespace knead {
+namespace knead::frames_test {
 namespace {
 
 constexpr const char* kStrokes[] = {
@@ -172,4 +172,4 @@ TEST(Frames, ARelaxHasNoInverse) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::frames_test

@@ -12,7 +12,7 @@
 #include "knead/session.h"
 #include "knead/workbench.h"
 
-namespace knead {
+namespace knead::mask_test {
 namespace {
 
 Mesh ball() { return make_shape(ShapeKind::sphere, 2562); }
@@ -303,4 +303,4 @@ TEST(SessionMask, AJournalKeepsIt) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::mask_test

@@ -12,7 +12,7 @@
 #include "knead/workbench.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::mirror_test {
 namespace {
 
 const std::string kHeader = "{\"knead\": 1}\n";
@@ -217,4 +217,4 @@ TEST(MirrorKey, StrokesGetMorePlanes) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::mirror_test

@@ -12,7 +12,7 @@
 #include "knead/replay.h"
 #include "knead/workbench.h"
 
-namespace knead {
+namespace knead::relax_test {
 namespace {
 
 constexpr double kVolume = 1e-6;  // relative; rounding alone is a millionth of it
@@ -348,4 +348,4 @@ TEST(Relax, IsCancelledBetweenPlaces) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::relax_test

@@ -16,7 +16,7 @@
 #include "knead/mesh.h"
 #include "knead/replay.h"
 
-namespace knead {
+namespace knead::remesh_limits_test {
 namespace {
 
 Mesh ball() { return make_shape(ShapeKind::sphere, 642); }
@@ -273,4 +273,4 @@ TEST(RemeshLimits, TheSessionHoldsTheKey) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::remesh_limits_test

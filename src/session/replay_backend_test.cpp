@@ -7,7 +7,7 @@
 #include "knead/replay.h"
 #include "knead/session.h"
 
-namespace knead {
+namespace knead::replay_backend_test {
 namespace {
 
 const char* const kTwoStrokes =
@@ -140,4 +140,4 @@ TEST(ReplayBackend, WhatItCannotDoEndsTheReplay) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::replay_backend_test

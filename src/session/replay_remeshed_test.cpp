@@ -12,7 +12,7 @@
 #include "knead/replay.h"
 #include "knead/vec.h"
 
-namespace knead {
+namespace knead::replay_remeshed_test {
 namespace {
 
 Session session_of(const std::vector<Stroke>& strokes, const std::optional<RemeshSettings>& remesh = {}) {
@@ -450,4 +450,4 @@ TEST(ReplayRemeshed, WhatStillCrossesWhenTheTimeIsOverIsNamed) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::replay_remeshed_test

@@ -12,7 +12,7 @@
 #include "knead/vec.h"
 #include "mesh/test_shapes.h"
 
-namespace knead {
+namespace knead::replay_test {
 namespace {
 
 Session session_of(std::vector<Stroke> strokes) {
@@ -455,4 +455,4 @@ TEST(Replay, NormalsOfFramesAreThoseOfTheirMoment) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::replay_test

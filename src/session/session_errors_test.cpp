@@ -6,7 +6,7 @@
 #include "knead/error.h"
 #include "knead/session.h"
 
-namespace knead {
+namespace knead::session_errors_test {
 namespace {
 
 std::string error_of(const std::string& text) {
@@ -280,4 +280,4 @@ TEST(SessionErrors, ALineWithoutEndIsRefusedAtOnce) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::session_errors_test

@@ -9,7 +9,7 @@
 
 #include "knead/error.h"
 
-namespace knead {
+namespace knead::session_test {
 namespace {
 
 const std::string kHeader = "{\"knead\": 1}\n";
@@ -382,4 +382,4 @@ TEST(Session, MasksAreUndoneAsStrokesAreAndReadBackToTheBit) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::session_test

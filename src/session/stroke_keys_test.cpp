@@ -12,7 +12,7 @@
 #include "knead/vec.h"
 #include "knead/workbench.h"
 
-namespace knead {
+namespace knead::stroke_keys_test {
 namespace {
 
 // A stroke of every tool on the unit ball, those that read the surface included, as lines of a session without their
@@ -428,4 +428,4 @@ TEST(StrokeKeyCertificate, HoldsForEveryStrength) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::stroke_keys_test

@@ -13,7 +13,7 @@
 #include "knead/vec.h"
 #include "support/dual.h"
 
-namespace knead {
+namespace knead::surface_stroke_test {
 namespace {
 
 // A folder for the tool's file, and sessions beside it.
@@ -285,4 +285,4 @@ TEST_F(SurfaceStroke, PointCloudsWithNormalsArePainted) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::surface_stroke_test

@@ -104,6 +104,7 @@ class Maker {
     const SkinResult posed = pose_skin(mesh_, skin_, pose, options_, false);
     const std::vector<Vec3d> shape = corrective_shape(mesh_.positions, posed.positions, skin_, pose);
     Corrective result;
+    result.flow = posed.report.flow;
     for (std::size_t v = 0; v < shape.size(); ++v) result.offsets.push_back(shape[v] - mesh_.positions[v]);
     for (const TurningJoint* joint : joints) {
       result.bones.push_back(static_cast<std::uint32_t>(joint->bone));

@@ -10,7 +10,7 @@
 #include "knead/io.h"
 #include "knead/skin.h"
 
-namespace knead {
+namespace knead::gltf_skin_test {
 namespace {
 
 void put(std::string& bytes, float value) {
@@ -132,4 +132,4 @@ TEST(GltfSkin, MorphTargetsKeepTheSkeletonAndJoinItsAnimation) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::gltf_skin_test

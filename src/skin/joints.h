@@ -1,15 +1,20 @@
-// The joints of a pose: bones that move alike are one limb, and a limb turns about a screw against the one before it.
-// Internal to the skin module.
+// The joints of a pose: bones that move alike are one limb, and a limb turns about a screw against the one before it. A
+// stage moves some of them: at each moment all limbs ask for their rigid rates, met by the flow that strains the body
+// least. Internal to the skin module.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "knead/error.h"
+#include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/skin.h"
+#include "pose/near_rigid.h"
 #include "skin/rigid.h"
 
 namespace knead::skin_detail {
@@ -54,5 +59,31 @@ Joints find_joints(std::span<const Vec3d> positions, std::span<const Triangle> t
 
 // Returns the parent of each bone, or -1: those of the skin, or if it names none a tree of bones that share vertices.
 std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices);
+
+// Points of a limb that ask for its motion.
+struct LimbPoints {
+  std::size_t limb = 0;
+  bool moves = false;
+  std::vector<Vec3d> points;  // where they are when the stage begins
+};
+
+// What a stage adds to Progress::done.
+inline constexpr std::uint64_t kWorkOfStage = 1000;
+
+struct StageProblem {
+  detail::BodySamples body;
+  std::vector<LimbPoints> limbs;
+  std::function<std::vector<Rigid>(double part)> motions;  // of all limbs, from the shape at rest; part from 0 to 1
+  std::size_t steps = 1;
+  double spacing = 0;
+  double diagonal = 0;
+  int threads = 0;
+  Progress* progress = nullptr;
+};
+
+// Returns the flow of a stage, a grid for each step and one more in which the limbs settle. Points of limbs that come
+// so near to another limb that both cannot be met ask for nothing there: the body is flattened between them. `unknowns`
+// becomes the most of a grid, if that is more. Throws InvalidInput where the equations cannot be solved, and Cancelled.
+Flow stage_flow(StageProblem problem, std::size_t& unknowns);
 
 }  // namespace knead::skin_detail

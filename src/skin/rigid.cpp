@@ -66,7 +66,7 @@ std::vector<BoneTransform> motions_of(const Skin& skin, const SkinPose& pose) {
   std::vector<BoneTransform> motions;
   motions.reserve(pose.size());
   for (std::size_t b = 0; b < pose.size(); ++b) {
-    // A bone at rest moves nothing, to the bit.
+    // A bone at rest moves nothing: its points stay bit-identical.
     motions.push_back(pose[b] == skin.rest[b] ? BoneTransform{} : after(pose[b], inverse(skin.rest[b])));
   }
   return motions;

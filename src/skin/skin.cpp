@@ -10,10 +10,10 @@
 
 #include "knead/error.h"
 #include "knead/flow.h"
+#include "knead/io.h"
+#include "knead/tools.h"
 #include "mesh/body_points.h"
 #include "skin/joints.h"
-#include "skin/measures.h"
-#include "skin/motion.h"
 #include "strokes/pose.h"
 
 namespace knead {
@@ -44,7 +44,14 @@ class Poser {
   SkinResult run() {
     const auto start = std::chrono::steady_clock::now();
     SkinReport& report = result_.report;
-    for (std::size_t stage = 0; stage < joints_.stages; ++stage) run_stage(stage);
+    if (options_.progress != nullptr) {
+      options_.progress->done = 0;
+      options_.progress->total = kWorkOfStage * joints_.stages;
+    }
+    for (std::size_t stage = 0; stage < joints_.stages; ++stage) {
+      run_stage(stage);
+      if (options_.progress != nullptr) options_.progress->done = kWorkOfStage * (stage + 1);
+    }
     find_distances();
     move_whole();
     report.notes.insert(report.notes.end(), joints_.notes.begin(), joints_.notes.end());
@@ -267,6 +274,45 @@ void require_options(const SkinOptions& options) {
   }
 }
 
+// A shape at rest, with which poses of it are compared.
+class RestShape {
+ public:
+  RestShape(const Mesh& mesh, int threads, const Progress* progress)
+      : mesh_(mesh), triangles_(triangulate(mesh)), options_{.threads = threads, .progress = progress} {
+    const Measures m = knead::measure(mesh);
+    has_volume_ = m.closed() && m.oriented() && m.volume != 0;
+    volume_ = m.volume;
+    crossings_ = self_intersections(triangles_, mesh.positions, options_);
+  }
+
+  SkinMeasures measure(std::span<const Vec3d> posed) const {
+    SkinMeasures result;
+    if (has_volume_) result.volume_error = measure_volume_and_area(mesh_, posed).volume / volume_ - 1;
+    const SelfIntersections now = self_intersections(triangles_, posed, options_);
+    result.crossings = now.count;
+    result.crossings_new = count_new(now, crossings_);
+    const SurfaceStretch stretch = surface_stretch(triangles_, mesh_.positions, posed);
+    result.least_stretch = stretch.least;
+    result.greatest_stretch = stretch.greatest;
+    result.rms_log_stretch = stretch.rms_log;
+    return result;
+  }
+
+ private:
+  const Mesh& mesh_;
+  std::vector<Triangle> triangles_;
+  SelfIntersectionOptions options_;
+  bool has_volume_ = false;
+  double volume_ = 0;
+  SelfIntersections crossings_;
+};
+
+Json json_of(const SkinMeasures& measures) {
+  return {{"volume_error", measures.volume_error},         {"crossings", measures.crossings},
+          {"crossings_new", measures.crossings_new},       {"least_stretch", measures.least_stretch},
+          {"greatest_stretch", measures.greatest_stretch}, {"rms_log_stretch", measures.rms_log_stretch}};
+}
+
 }  // namespace
 
 SkinResult pose_skin(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options,
@@ -283,6 +329,34 @@ SkinResult pose_skin(const Mesh& mesh, const Skin& skin, const SkinPose& pose, c
   report.linear = rest.measure(linear_blend(mesh.positions, skin, pose));
   report.dual = rest.measure(dual_quaternion_blend(mesh.positions, skin, pose));
   return result;
+}
+
+std::string to_json(const SkinReport& report) {
+  return to_indented_text({{"linear", json_of(report.linear)},
+                           {"dual", json_of(report.dual)},
+                           {"flow", json_of(report.flow)},
+                           {"problem", complaint_about(report.flow)},
+                           {"bones", report.bones},
+                           {"stages", report.stages},
+                           {"segments", report.segments},
+                           {"unknowns", report.unknowns},
+                           {"part_distance", report.part_distance},
+                           {"part_distance_95", report.part_distance_95},
+                           {"seconds", report.seconds},
+                           {"notes", report.notes}});
+}
+
+std::string complaint_about(const SkinMeasures& flow) {
+  if (flow.crossings_new > 0) {
+    return fmt::format("{} pairs of triangles cross in the pose that did not at rest; turn the joints there less",
+                       flow.crossings_new);
+  }
+  const double worst = std::max(flow.greatest_stretch, 1 / flow.least_stretch);
+  if (worst > kMaxPosedStretch) {
+    return fmt::format("a triangle is stretched or pressed by {:.3g}, more than {:g}; turn the joints there less",
+                       worst, kMaxPosedStretch);
+  }
+  return {};
 }
 
 }  // namespace knead

@@ -13,7 +13,7 @@
 #include "knead/replay.h"
 #include "knead/session.h"
 
-namespace knead {
+namespace knead::skin_test {
 namespace {
 
 // A bar along x whose halves hang on two bones; the flesh between x = -width and width is blended.
@@ -192,4 +192,4 @@ TEST(Skin, WhatDoesNotFitIsNamed) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::skin_test

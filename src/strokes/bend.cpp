@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -110,7 +109,7 @@ DisjointSets pieces_of(const LiveSurface& surface, const std::vector<bool>& chos
 std::optional<std::uint32_t> middle_of_zone(const BendStroke& stroke, const LiveSurface& surface,
                                             const std::vector<bool>& in_zone) {
   std::optional<std::uint32_t> nearest;
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const Triangle& t : surface.triangles) {
     for (const std::uint32_t v : t) {
       const double distance = norm(surface.positions[v] - stroke.center);
@@ -195,7 +194,7 @@ std::vector<Vec3d> where(std::span<const Vec3d> positions, const std::vector<Rol
 
 // Takes the arc to the middle of what bends; refuses what is too thick for it.
 void fit(Arc& arc, const std::vector<Vec3d>& bending) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   double most = -least;
   for (const Vec3d& p : bending) {
     least = std::min(least, arc.offset(p));

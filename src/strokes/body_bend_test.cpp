@@ -13,7 +13,7 @@
 #include "knead/tools.h"
 #include "support/surface.h"
 
-namespace knead {
+namespace knead::body_bend_test {
 namespace {
 
 struct Bent : test::MovedSurface {
@@ -202,4 +202,4 @@ TEST(BodyBend, APartThatIsJoinedTwiceIsRefused) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::body_bend_test

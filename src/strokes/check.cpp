@@ -94,8 +94,6 @@ namespace {
 
 using namespace tool_detail;
 
-constexpr double kStrongReturn = 4;  // R / (2 outer) (method, section 2)
-
 void validate_curve(const std::vector<Vec3d>& curve) {
   require_count("curves", curve.size(), 2, "points in each curve");
   require_finite("curves", curve);

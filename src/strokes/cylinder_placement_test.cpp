@@ -11,7 +11,7 @@
 #include "support/surface.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::cylinder_placement_test {
 namespace {
 
 using test::Surface;
@@ -153,4 +153,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::cylinder_placement_test

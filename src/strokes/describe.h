@@ -51,6 +51,10 @@ Vec3d unit(const Vec3d& v);
 inline constexpr std::string_view kInnerHelp = "everything nearer moves rigidly with the tool";
 inline constexpr std::string_view kOuterHelp = "everything farther stays";
 
+// Of the flow that returns past a set to the tool's speed; more is warned of. For a set of radius R it is R / (2
+// outer), or R / (2 gap) between two sets (method, section 2).
+inline constexpr double kStrongReturn = 4;
+
 inline constexpr double kRadiansPerDegree = 0.017453292519943295769;
 
 // How a tool describes itself.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <tuple>
 
 #include "knead/error.h"
@@ -18,7 +17,6 @@ using namespace tool_detail;
 
 // The full set should not come nearer to the zero set on its way than this part of what was between them.
 constexpr double kClosePass = 0.1;
-constexpr double kStrongReturn = 4;  // R / (2 gap), as for point sets (method, section 2)
 // Of the points of a set, and of the moments on its way, that warnings look at.
 constexpr std::size_t kMaxLookedAt = 300;
 constexpr int kMoments = 64;
@@ -112,7 +110,7 @@ double gap(std::vector<Vec3d> full, std::vector<Vec3d> zero) {
   const auto before = [axis](const Vec3d& p, const Vec3d& q) { return p[axis] < q[axis]; };
   std::sort(full.begin(), full.end(), before);
   std::sort(zero.begin(), zero.end(), before);
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const Vec3d& p : full) {
     auto q = std::lower_bound(zero.begin(), zero.end(), p[axis] - least,
                               [axis](const Vec3d& other, double bound) { return other[axis] < bound; });
@@ -136,7 +134,7 @@ std::vector<Vec3d> at_moment(const std::vector<Vec3d>& points, const HandlesRota
 
 // The least gap between the sets on the way.
 double least_gap(const HandlesStroke& stroke, const std::vector<Vec3d>& full, const std::vector<Vec3d>& zero) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (int i = 0; i <= kMoments; ++i) {
     const double t = static_cast<double>(i) / kMoments;
     const auto moved = std::visit([&](const auto& motion) { return at_moment(full, motion, t); }, stroke.motion);

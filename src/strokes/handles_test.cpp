@@ -11,7 +11,7 @@
 #include "support/dual.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::handles_test {
 namespace {
 
 using test::in_float;
@@ -287,4 +287,4 @@ TEST(Handles, WarnOfAPassCloseToTheZeroSetAndOfAWideSetWithANarrowGap) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::handles_test

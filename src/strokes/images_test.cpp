@@ -5,7 +5,7 @@
 
 #include "knead/tools.h"
 
-namespace knead {
+namespace knead::images_test {
 namespace {
 
 const ImageFile kNoFile;
@@ -100,4 +100,4 @@ TEST(PaintDrag, AnotherRadiusBeginsAnotherStroke) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::images_test

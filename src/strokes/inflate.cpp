@@ -41,13 +41,6 @@ constexpr double kMinFlux = 0.4;       // of the growth inside
 constexpr double kExactVolume = 1e-7;  // of the volume
 constexpr int kCorrections = 6;
 
-double distance_to_piece(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
-  const Vec3d ab = b - a;
-  const double square = norm2(ab);
-  const double t = square > 0 ? std::clamp(dot(p - a, ab) / square, 0.0, 1.0) : 0.0;
-  return norm(p - (a + ab * t));
-}
-
 // What is within the radius of the stroke's path.
 struct InflateTool {
   const std::vector<Vec3d>& path;
@@ -62,7 +55,7 @@ struct InflateTool {
 
   double distance(const Vec3d& p) const {
     double least = norm(p - path.front());
-    for_each_piece([&](const Vec3d& a, const Vec3d& b) { least = std::min(least, distance_to_piece(p, a, b)); });
+    for_each_piece([&](const Vec3d& a, const Vec3d& b) { least = std::min(least, distance_to_segment(p, a, b)); });
     return least;
   }
 
@@ -74,7 +67,7 @@ struct InflateTool {
       for (std::size_t corner = 0; corner < 8 && holds; ++corner) {
         const Vec3d p{(corner & 1U) != 0 ? box.max.x : box.min.x, (corner & 2U) != 0 ? box.max.y : box.min.y,
                       (corner & 4U) != 0 ? box.max.z : box.min.z};
-        holds = distance_to_piece(p, a, b) <= radius;
+        holds = distance_to_segment(p, a, b) <= radius;
       }
       result = result || holds;
     });
@@ -105,9 +98,9 @@ double sum_of(std::vector<double> numbers) {
 }
 
 // The part of the surface that the tool can move: corners of its triangles.
-class Skin {
+class MovedSurface {
  public:
-  Skin(const LiveSurface& surface, const InflateTool& tool) : origin_(tool.path.front()) {
+  MovedSurface(const LiveSurface& surface, const InflateTool& tool) : origin_(tool.path.front()) {
     std::vector<std::uint32_t> number(surface.positions.size());
     std::vector<bool> is_near(surface.positions.size());
     for (std::size_t i = 0; i < is_near.size(); ++i) is_near[i] = tool.distance(surface.positions[i]) <= tool.radius;
@@ -149,14 +142,9 @@ class Skin {
     return sum_of(std::move(parts)) / 6;
   }
 
-  // The greatest singular value of a triangle's map, or the inverse of its least.
+  // By how much a triangle is stretched or pressed at most.
   double stretch_from(const std::vector<Vec3d>& before) const {
-    double greatest = 1;
-    for (const auto& [a, b, c] : triangles_) {
-      const std::array<Vec3d, 3> from{before[a], before[b], before[c]};
-      greatest = std::max(greatest, triangle_stretch(from, {points[a], points[b], points[c]}).value_or(1));
-    }
-    return greatest;
+    return surface_stretch(triangles_, before, points).worst();
   }
 
   std::vector<Vec3d> points;
@@ -190,7 +178,7 @@ class Inflation {
         tool_{stroke.points, stroke.radius},
         surface_(surface),
         threads_(threads),
-        skin_(surface, tool_),
+        moved_(surface, tool_),
         positions_(surface.positions.begin(), surface.positions.end()) {
     if (surface.triangles.empty()) throw InvalidInput("\"tool\": only a surface can be inflated, and a cloud has none");
     find_spacing();
@@ -203,27 +191,27 @@ class Inflation {
 
   // Adds a segment for each step.
   void run(Flow& flow) {
-    const std::vector<Vec3d> rest = skin_.points;
+    const std::vector<Vec3d> rest = moved_.points;
     double left = stroke_.volume;
     std::size_t steps = 1;
     for (std::size_t i = 0; i < steps; ++i) {
       if (i > 0) find_body();
       PotentialGrid grid = NearRigidSystem(lattice_, body_, {}, threads_, surface_.progress).solve({});
-      const std::vector<Vec3d> v = velocities(flow_of(grid), skin_.points, 0);
-      const double flux = skin_.flux(v);
+      const std::vector<Vec3d> v = velocities(flow_of(grid), moved_.points, 0);
+      const double flux = moved_.flux(v);
       require_flux(std::abs(flux), stroke_.volume - left);
       if (i == 0) steps = count_steps(stroke_.volume / flux, greatest_norm(v));
       const double share = left / static_cast<double>(steps - i);
       grid = with_volume(grid, share, share / flux);
-      const std::vector<Vec3d> before = skin_.points;
-      move(grid, skin_.points);
-      for (std::size_t k = 0; k < skin_.points.size(); ++k) positions_[skin_.vertices[k]] = skin_.points[k];
-      left -= orientation_ * skin_.volume_between(before, skin_.points);
+      const std::vector<Vec3d> before = moved_.points;
+      move(grid, moved_.points);
+      for (std::size_t k = 0; k < moved_.points.size(); ++k) positions_[moved_.vertices[k]] = moved_.points[k];
+      left -= orientation_ * moved_.volume_between(before, moved_.points);
       Segment segment;
       segment.grid = std::move(grid);
       flow.segments.push_back(std::move(segment));
     }
-    const double stretch = skin_.stretch_from(rest);
+    const double stretch = moved_.stretch_from(rest);
     if (stretch > kSpoiledStretch) {
       throw InvalidInput(fmt::format(
           "\"volume\": {:.3g} stretches the surface {:.1f} times; make \"radius\" larger, or \"volume\" less",
@@ -318,9 +306,9 @@ class Inflation {
     by = std::abs(by) * (volume < 0 ? -1 : 1);
     PotentialGrid result = multiplied(grid, by);
     for (int i = 0; i < kCorrections; ++i) {
-      std::vector<Vec3d> after = skin_.points;
+      std::vector<Vec3d> after = moved_.points;
       move(result, after);
-      const double change = orientation_ * skin_.volume_between(skin_.points, after);
+      const double change = orientation_ * moved_.volume_between(moved_.points, after);
       if (std::abs(change - volume) <= kExactVolume * std::abs(volume) || change * volume <= 0) break;
       by *= std::clamp(volume / change, 0.5, 2.0);
       result = multiplied(grid, by);
@@ -342,7 +330,7 @@ class Inflation {
   InflateTool tool_;
   const LiveSurface& surface_;
   int threads_;
-  Skin skin_;
+  MovedSurface moved_;
   std::vector<Vec3d> positions_;  // of all vertices, as they are after the steps so far
   Lattice lattice_;
   BodySamples body_;

@@ -11,7 +11,7 @@
 #include "strokes/pose.h"
 #include "support/surface.h"
 
-namespace knead {
+namespace knead::inflate_test {
 namespace {
 
 struct Inflated : test::MovedSurface {
@@ -122,4 +122,4 @@ TEST(Inflate, RefusesWhatCannotGrow) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::inflate_test

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <queue>
@@ -29,7 +28,6 @@ constexpr std::size_t kEnds = 5;        // of a shape, that are looked at
 constexpr double kCore = 1.1;           // of the least distance from the farthest end
 constexpr double kStraight = 0.7;       // of a way along the surface: how far it rises if it leads along a limb
 constexpr double kTip = 0.9;            // of that, at a tip
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The vertices next to each vertex.
 class Neighbours {

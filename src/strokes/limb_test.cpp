@@ -13,7 +13,7 @@
 #include "mesh/polygonise.h"
 #include "support/surface.h"
 
-namespace knead {
+namespace knead::limb_test {
 namespace {
 
 using test::Surface;
@@ -149,4 +149,4 @@ TEST(FindLimb, ALoneVertexHasNone) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::limb_test

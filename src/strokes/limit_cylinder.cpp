@@ -28,7 +28,6 @@ using tool_detail::Round;
 using tool_detail::short_number_between;
 
 void suggest(const std::vector<Reach>& merged, double radius, CylinderCheck& check) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::size_t at = 0;
   while (at + 1 < merged.size() && merged[at + 1].min <= radius) ++at;
   for (std::size_t i = at; i > 0 && !check.smaller; --i) {
@@ -175,13 +174,6 @@ Polygon clip(const Corners& triangle, const Vec3d& normal, double outer) {
 // d without its part along the axis, rounded as advect rounds it when it decides whether a point belongs.
 Vec3d across_axis(const Vec3d& d, const Vec3d& axis) { return d - axis * dot(axis, d); }
 
-double distance_to_segment(const Vec3d& a, const Vec3d& b) {
-  const Vec3d e = b - a;
-  const double length2 = norm2(e);
-  const double along = length2 > 0 ? std::clamp(-dot(e, a) / length2, 0.0, 1.0) : 0.0;
-  return norm(a + e * along);
-}
-
 // Whether the axis meets the polygon, given its corners across the axis: they wind about the axis in one sense. Seen
 // edge-on it is as near as its edges, and the signs are noise.
 bool is_pierced(const Polygon& across, const Vec3d& axis, double farthest) {
@@ -200,12 +192,13 @@ bool is_pierced(const Polygon& across, const Vec3d& axis, double farthest) {
 
 Reach distances(Polygon polygon, const Vec3d& axis) {
   for (int i = 0; i < polygon.count; ++i) polygon.corners[i] = across_axis(polygon.corners[i], axis);
-  Reach result{std::numeric_limits<double>::infinity(), 0};
+  Reach result{kInfinity, 0};
   for (int i = 0; i < polygon.count; ++i) {
     const double length = norm(polygon.corners[i]);
     result.max = std::max(result.max, length);
-    result.min = std::min(
-        {result.min, length, distance_to_segment(polygon.corners[i], polygon.corners[(i + 1) % polygon.count])});
+    result.min =
+        std::min({result.min, length,
+                  distance_to_segment(Vec3d{0, 0, 0}, polygon.corners[i], polygon.corners[(i + 1) % polygon.count])});
   }
   if (is_pierced(polygon, axis, result.max)) result.min = 0;
   return result;
@@ -293,7 +286,7 @@ std::vector<std::uint32_t> label(const std::vector<bool>& below, std::span<const
 std::uint32_t nearest_piece(const std::vector<std::uint32_t>& piece, const Vec3d& center,
                             std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
   std::uint32_t nearest = CylinderPieces::kNone;
-  double least2 = std::numeric_limits<double>::infinity();
+  double least2 = kInfinity;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (piece[i] == CylinderPieces::kNone) continue;
     double square = least2;
@@ -309,7 +302,7 @@ std::uint32_t nearest_piece(const std::vector<std::uint32_t>& piece, const Vec3d
 // Of every piece, at its number.
 std::vector<Reach> piece_reaches(const std::vector<std::uint32_t>& piece,
                                  const std::vector<std::optional<Reach>>& reach, std::size_t vertices) {
-  std::vector<Reach> result(vertices, {std::numeric_limits<double>::infinity(), 0});
+  std::vector<Reach> result(vertices, {kInfinity, 0});
   for (std::size_t i = 0; i < piece.size(); ++i) {
     if (piece[i] == CylinderPieces::kNone || !reach[i]) continue;
     Reach& whole = result[piece[i]];

@@ -67,11 +67,11 @@ struct CylinderPieces {
   std::vector<std::uint32_t> piece;  // of each triangle: a number, or kNone where it has nothing below
   std::uint32_t part = kNone;        // kNone where nothing is below
   double part_max = 0;               // the part's greatest distance from the axis
-  double others = std::numeric_limits<double>::infinity();  // the least distance of a piece wholly beyond part_max
-  std::size_t blocking = 0;                                 // triangles of pieces that are partly nearer than that
-  double blocking_min = std::numeric_limits<double>::infinity();  // and how near
-  std::size_t within = 0;                                         // triangles of pieces that are wholly nearer
-  std::vector<Reach> later;  // merged: what triangles cover where a bend's turning normal brings r below outer
+  double others = kInfinity;         // the least distance of a piece wholly beyond part_max
+  std::size_t blocking = 0;          // triangles of pieces that are partly nearer than that
+  double blocking_min = kInfinity;   // and how near
+  std::size_t within = 0;            // triangles of pieces that are wholly nearer
+  std::vector<Reach> later;          // merged: what triangles cover where a bend's turning normal brings r below outer
 };
 
 // The radius of the limit cylinder is not looked at. Time: linear.

@@ -8,7 +8,7 @@
 
 #include "knead/mesh.h"
 
-namespace knead {
+namespace knead::limit_cylinder_test {
 namespace {
 
 // An open tube about the z axis from z = 0 to 1: every vertex has exactly the distance `radius` for four columns.
@@ -163,4 +163,4 @@ TEST(StrokeCylinder, IsThatOfStrokesWithARadiusOnly) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::limit_cylinder_test

@@ -11,7 +11,7 @@
 #include "support/random_grids.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::mirror_test {
 namespace {
 
 using test::Random;
@@ -270,4 +270,4 @@ TEST(Mirror, OfAPoseHasThePartsOfBothSides) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::mirror_test

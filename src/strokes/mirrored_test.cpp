@@ -11,7 +11,7 @@
 #include "knead/mesh.h"
 #include "support/random_grids.h"
 
-namespace knead {
+namespace knead::mirrored_test {
 namespace {
 
 std::vector<Stroke> one_of_each() {
@@ -225,4 +225,4 @@ TEST(Mirrored, RefusesMarksGivenByVertices) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::mirrored_test

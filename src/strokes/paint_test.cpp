@@ -11,7 +11,7 @@
 #include "knead/mesh.h"
 #include "strokes/mirror.h"
 
-namespace knead {
+namespace knead::paint_test {
 namespace {
 
 // A surface that moves as it is painted, and remembers how.
@@ -205,4 +205,4 @@ TEST(Paint, StopsWhenTold) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::paint_test

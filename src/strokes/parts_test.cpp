@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-namespace knead::tool_detail {
+namespace knead::tool_detail::parts_test {
 namespace {
 
 using Numbers = std::vector<std::uint32_t>;
@@ -117,4 +117,4 @@ TEST(SegmentDistance, IsThatOfDenseSamples) {
 }
 
 }  // namespace
-}  // namespace knead::tool_detail
+}  // namespace knead::tool_detail::parts_test

@@ -7,7 +7,7 @@
 #include "knead/tools.h"
 #include "support/random_segments.h"
 
-namespace knead {
+namespace knead::pins_test {
 namespace {
 
 using test::moved;
@@ -217,4 +217,4 @@ TEST(PinsStroke, ThatGoBeyondAllBoundsAreRefusedAtOnce) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::pins_test

@@ -12,7 +12,7 @@
 #include "support/random_fields.h"
 #include "support/surface.h"
 
-namespace knead {
+namespace knead::placement_test {
 namespace {
 
 using test::Surface;
@@ -202,4 +202,4 @@ TEST(ProposeLimitCylinder, ToldToMoveTheCentreThatHelps) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::placement_test

@@ -6,7 +6,7 @@
 #include "knead/flow.h"
 #include "knead/stroke.h"
 
-namespace knead {
+namespace knead::points_test {
 namespace {
 
 // Sums of a few numbers of size 1 to 10.
@@ -146,4 +146,4 @@ TEST(PointsStroke, IsRefusedForValuesThatMeanNothing) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::points_test

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <unordered_map>
 #include <utility>
 
@@ -109,9 +108,9 @@ double least_gap(const PoseStroke& stroke, std::span<const Vec3d> positions) {
     std::vector<Vec3d>& to = part->hold ? held : moved;
     to.insert(to.end(), all.begin(), all.end());
   }
-  if (held.empty() || moved.empty()) return std::numeric_limits<double>::infinity();
+  if (held.empty() || moved.empty()) return kInfinity;
   const std::vector<std::uint32_t> nearest = nearest_of(held, moved);
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (std::size_t i = 0; i < moved.size(); ++i) least = std::min(least, norm(held[nearest[i]] - moved[i]));
   return least;
 }

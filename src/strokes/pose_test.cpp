@@ -14,7 +14,7 @@
 #include "mesh/body_points.h"
 #include "support/surface.h"
 
-namespace knead {
+namespace knead::pose_test {
 namespace {
 
 struct Posed : test::MovedSurface {
@@ -340,4 +340,4 @@ TEST(BodyPoints, SpreadPointsDoNotDependOnTheOrder) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::pose_test

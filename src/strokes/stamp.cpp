@@ -133,7 +133,7 @@ Lengths choose_lengths(const StampStroke& stroke, const StampTool& tool) {
   const bool prints = stroke.contact == StampContact::automatic && contact_of(stroke) == StampContact::slip;
   lengths.outer = stroke.outer.value_or(kDefaultOuter * lengths.half_width);
   const double below = lengths.outer / kCoarsestSpacing;
-  double narrowest = Box::kInfinity;
+  double narrowest = kInfinity;
   for (const Vec3d& direction : directions) narrowest = std::min(narrowest, tool.narrowest_width(direction, below));
   if (prints) {
     lengths.outer = std::clamp(kStrokesPerPrint * narrowest, kNarrowestPrint * lengths.half_width, lengths.outer);

@@ -11,7 +11,7 @@
 #include "knead/flow.h"
 #include "knead/mesh.h"
 
-namespace knead {
+namespace knead::stamp_test {
 namespace {
 
 using tool_detail::Contact;
@@ -554,4 +554,4 @@ TEST(Contacts, AreNotMadeByTheSides) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::stamp_test

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "field/grid.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/vec.h"
+#include "math/elementary.h"
 
 namespace knead {
 
@@ -56,7 +56,7 @@ Vec3d column_of(const Vec3d& before, const Vec3d& here, const Vec3d& after, doub
 Stretches stretches_at(std::span<const Vec3d> images, double step) {
   const bool is_finite =
       std::all_of(images.begin(), images.end(), [](const Vec3d& p) { return std::isfinite(norm2(p)); });
-  if (!is_finite) return {std::numeric_limits<double>::infinity(), 1, 0};
+  if (!is_finite) return {kInfinity, 1, 0};
   const Vec3d x = column_of(images[1], images[0], images[2], step);
   const Vec3d y = column_of(images[3], images[0], images[4], step);
   const Vec3d z = column_of(images[5], images[0], images[6], step);
@@ -163,7 +163,7 @@ std::vector<Stretches> stretches_of(const Flow& flow, std::span<const Vec3d> poi
   const bool is_done = advect(flow, lines, advecting).status == AdvectStatus::done;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::span<const Vec3d> images = std::span(lines).subspan(kPathLines * i, kPathLines);
-    result[i] = is_done ? stretches_at(images, step) : Stretches{std::numeric_limits<double>::infinity(), 1, 0};
+    result[i] = is_done ? stretches_at(images, step) : Stretches{kInfinity, 1, 0};
   }
   return result;
 }
@@ -201,8 +201,16 @@ double relative_speed(const Flow& flow, std::span<const Vec3d> points, int threa
   return speeds.empty() ? 0 : *std::max_element(speeds.begin(), speeds.end()) / norm(translation->velocity);
 }
 
-// The eigenvalues of G0^-1 G1, with the Gram matrices of two edges before and after.
-std::optional<double> triangle_stretch(const std::array<Vec3d, 3>& rest, const std::array<Vec3d, 3>& now) {
+namespace {
+
+// The squared singular values of the linear map from one triangle to another: the eigenvalues of G0^-1 G1, with the
+// Gram matrices of two edges before and after.
+struct SquaredStretches {
+  double greater;
+  double less;
+};
+
+std::optional<SquaredStretches> squared_stretches(const std::array<Vec3d, 3>& rest, const std::array<Vec3d, 3>& now) {
   const Vec3d e = rest[1] - rest[0];
   const Vec3d f = rest[2] - rest[0];
   const Vec3d g = now[1] - now[0];
@@ -214,7 +222,41 @@ std::optional<double> triangle_stretch(const std::array<Vec3d, 3>& rest, const s
   if (!(area2 > kNoArea * longest * longest)) return std::nullopt;
   const double half_trace = 0.5 * (ff * norm2(g) - 2 * dot(e, f) * dot(g, h) + ee * norm2(h)) / area2;
   const double determinant = norm2(cross(g, h)) / area2;
-  return std::sqrt(half_trace + std::sqrt(std::max(half_trace * half_trace - determinant, 0.0)));
+  const double greater = half_trace + std::sqrt(std::max(half_trace * half_trace - determinant, 0.0));
+  return SquaredStretches{greater, greater > 0 ? determinant / greater : 0};
+}
+
+}  // namespace
+
+std::optional<double> triangle_stretch(const std::array<Vec3d, 3>& rest, const std::array<Vec3d, 3>& now) {
+  const auto squares = squared_stretches(rest, now);
+  return squares ? std::optional(std::sqrt(squares->greater)) : std::nullopt;
+}
+
+SurfaceStretch surface_stretch(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
+                               std::span<const Vec3d> now) {
+  constexpr double kFlat = 1e-30;  // squared: what is pressed flat counts as this in the logarithms
+  SurfaceStretch result;
+  std::vector<double> worst;
+  double sum = 0;
+  for (const auto& [a, b, c] : triangles) {
+    const auto squares = squared_stretches({rest[a], rest[b], rest[c]}, {now[a], now[b], now[c]});
+    if (!squares) continue;
+    const SurfaceStretch own{std::sqrt(squares->greater), std::sqrt(squares->less)};
+    result.greatest = std::max(result.greatest, own.greatest);
+    result.least = std::min(result.least, own.least);
+    worst.push_back(own.worst());
+    for (const double square : {squares->greater, squares->less}) {
+      const double x = 0.5 * elementary::log(std::max(square, kFlat));
+      sum += x * x;
+    }
+  }
+  if (worst.empty()) return result;
+  result.rms_log = std::sqrt(sum / (2 * static_cast<double>(worst.size())));
+  const auto most = worst.begin() + static_cast<std::ptrdiff_t>((worst.size() * 99 + 99) / 100 - 1);
+  std::nth_element(worst.begin(), most, worst.end());
+  result.percentile_99 = *most;
+  return result;
 }
 
 std::vector<float> vertex_stretches(std::span<const Triangle> triangles, std::span<const Vec3d> rest,

@@ -11,7 +11,7 @@
 #include "knead/vec.h"
 #include "support/surface.h"
 
-namespace knead {
+namespace knead::strain_test {
 namespace {
 
 using test::Surface;
@@ -279,4 +279,4 @@ TEST(Zone, SeesLongEdges) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::strain_test

@@ -10,7 +10,7 @@
 #include "knead/flow.h"
 #include "knead/vec.h"
 
-namespace knead {
+namespace knead::stroke_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -267,7 +267,7 @@ TEST(Stroke, NormalisesAxesOfAnyLength) {
 
 TEST(Stroke, IsRefusedForValuesThatMeanNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const double infinity = std::numeric_limits<double>::infinity();
+  const double infinity = kInfinity;
   const std::vector<Vec3d> path{{0, 0, 0}, {1, 0, 0}};
   const Vec3d x{1, 0, 0};
   const Vec3d y{0, 1, 0};
@@ -317,4 +317,4 @@ TEST(Stroke, HasTheNameOfItsTool) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::stroke_test

@@ -9,7 +9,7 @@
 #include "knead/flow.h"
 #include "knead/tools.h"
 
-namespace knead {
+namespace knead::widest_outer_test {
 namespace {
 
 // Points on the faces of the box from -1 to 1, and on a body in its middle.
@@ -91,4 +91,4 @@ TEST(WidestOuter, IsMissingWhereNothingFits) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::widest_outer_test

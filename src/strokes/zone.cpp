@@ -146,7 +146,7 @@ double turn_of(const Zone& zone) {
 
 double reach_of(const Zone& zone, const ZoneProfile& profile) {
   // A twist shears its whole inner region.
-  const double inner = zone.bends() ? zone.between.inner : -std::numeric_limits<double>::infinity();
+  const double inner = zone.bends() ? zone.between.inner : -kInfinity;
   const double shift = dot(zone.normal, zone.center - profile.center);
   return reach_within(profile, inner + shift, zone.between.outer + shift, turn_of(zone));
 }
@@ -190,7 +190,7 @@ ZoneProfile zone_profile(const Stroke& stroke, std::span<const Vec3d> positions,
   const std::optional<Zone> zone = zone_of(stroke);
   if (!zone || positions.empty()) return {};
   ZoneProfile profile{zone->center, zone->normal, zone->side, zone->radius};
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   double most = -least;
   for (const Vec3d& p : positions) {
     const ZonePlace place = place_of(profile, p);

@@ -16,7 +16,7 @@
 #include "knead/vec.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::agreement_test {
 namespace {
 
 std::string text(const Vec3d& v) { return fmt::format("[{},{},{}]", v.x, v.y, v.z); }
@@ -188,4 +188,4 @@ INSTANTIATE_TEST_SUITE_P(Meshes, AgreementOnScans,
                          [](const auto& test) { return test.param.substr(0, test.param.find('.')); });
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::agreement_test

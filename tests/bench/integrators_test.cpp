@@ -2,7 +2,7 @@
 
 #include "comparisons.h"
 
-namespace knead::command {
+namespace knead::command::integrators_test {
 namespace {
 
 IntegratorRun run_of(const char* tool, Integrator integrator, double max_error, double seconds) {
@@ -34,4 +34,4 @@ TEST(TimesToAccuracy, AreGeometricMeansOfAllScenes) {
 }
 
 }  // namespace
-}  // namespace knead::command
+}  // namespace knead::command::integrators_test

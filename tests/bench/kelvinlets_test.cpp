@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace knead::bench {
+namespace knead::bench::kelvinlets_test {
 namespace {
 
 std::vector<Vec3d> places(std::size_t count, double reach) {
@@ -81,4 +81,4 @@ TEST(Kelvinlet, SufficientStepsAreAccurate) {
 }
 
 }  // namespace
-}  // namespace knead::bench
+}  // namespace knead::bench::kelvinlets_test

@@ -8,7 +8,7 @@
 #include "process.h"
 #include "support/sanitized.h"
 
-namespace knead::command_test {
+namespace knead::command_test::backend_test {
 namespace {
 
 using nlohmann::json;
@@ -141,4 +141,4 @@ TEST_F(BackendTest, BenchHasEveryKey) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::backend_test

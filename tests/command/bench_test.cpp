@@ -9,7 +9,7 @@
 
 #include "process.h"
 
-namespace knead::command_test {
+namespace knead::command_test::bench_test {
 namespace {
 
 using nlohmann::json;
@@ -106,4 +106,4 @@ TEST_F(BenchProgramTest, GetsTheWordsAndGivesTheExitCode) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::bench_test

@@ -13,7 +13,7 @@
 #include "knead/mesh.h"
 #include "process.h"
 
-namespace knead::command_test {
+namespace knead::command_test::check_test {
 namespace {
 
 using nlohmann::json;
@@ -210,4 +210,4 @@ TEST_F(CheckTest, DeformCountsBeforeAndAfter) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::check_test

@@ -9,7 +9,7 @@
 #include "knead/replay.h"
 #include "process.h"
 
-namespace knead::command_test {
+namespace knead::command_test::deform_test {
 namespace {
 
 using nlohmann::json;
@@ -263,4 +263,4 @@ TEST_F(DeformTest, PointCloudsHaveNoVolume) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::deform_test

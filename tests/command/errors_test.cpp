@@ -9,7 +9,7 @@
 #include "process.h"
 #include "support/test_meshes.h"
 
-namespace knead::command_test {
+namespace knead::command_test::errors_test {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -239,4 +239,4 @@ TEST_F(ErrorsTest, DamagedFilesAreOneLineOrAreRead) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::errors_test

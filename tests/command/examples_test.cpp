@@ -12,7 +12,7 @@
 #include "process.h"
 #include "support/test_meshes.h"
 
-namespace knead::command_test {
+namespace knead::command_test::examples_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -119,4 +119,4 @@ TEST(Guide, ShowsOrLinksTheExampleOfEveryTool) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::examples_test

@@ -14,7 +14,7 @@
 #include "knead/replay.h"
 #include "process.h"
 
-namespace knead::command_test {
+namespace knead::command_test::fit_test {
 namespace {
 
 using nlohmann::json;
@@ -362,4 +362,4 @@ TEST_F(FitTest, ScaleNeedsClosedShapes) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::fit_test

@@ -6,7 +6,7 @@
 #include "knead/io.h"
 #include "process.h"
 
-namespace knead::command_test {
+namespace knead::command_test::frames_test {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -132,4 +132,4 @@ TEST_F(FramesTest, ProgressBarOnATerminalOnly) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::frames_test

@@ -8,7 +8,7 @@
 
 #include "process.h"
 
-namespace knead::command_test {
+namespace knead::command_test::interrupt_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -109,4 +109,4 @@ TEST_F(InterruptTest, WhileFramesAreWritten) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::interrupt_test

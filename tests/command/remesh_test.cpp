@@ -10,7 +10,7 @@
 #include "knead/replay.h"
 #include "process.h"
 
-namespace knead::command_test {
+namespace knead::command_test::remesh_test {
 namespace {
 
 using nlohmann::json;
@@ -271,4 +271,4 @@ TEST_F(RemeshTest, RemeshRefusesPoints) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::remesh_test

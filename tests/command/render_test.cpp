@@ -16,7 +16,7 @@
 #include "stb_image.h"
 #pragma GCC diagnostic pop
 
-namespace knead::command_test {
+namespace knead::command_test::render_test {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -383,4 +383,4 @@ TEST_F(RenderTest, ErrorsAreThoseOfTheOthers) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::render_test

@@ -7,7 +7,7 @@
 #include "knead/mesh.h"
 #include "process.h"
 
-namespace knead::command_test {
+namespace knead::command_test::shapes_test {
 namespace {
 
 using nlohmann::json;
@@ -69,4 +69,4 @@ TEST_F(ShapesTest, InfoOfAnOpenShape) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::shapes_test

@@ -13,7 +13,7 @@
 
 #include "process.h"
 
-namespace knead::command_test {
+namespace knead::command_test::streams_test {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -217,4 +217,4 @@ TEST_F(StreamsTest, CoarseCoordinatesAreNoted) {
 }
 
 }  // namespace
-}  // namespace knead::command_test
+}  // namespace knead::command_test::streams_test

@@ -7,7 +7,7 @@
 #include "support/dual.h"
 #include "support/random_fields.h"
 
-namespace knead {
+namespace knead::field2d_test {
 namespace {
 
 using test::Dual;
@@ -55,4 +55,4 @@ TEST(Field2d, IsConstantInsideAndZeroOutsideInThePapersExample) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::field2d_test

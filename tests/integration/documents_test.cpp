@@ -14,7 +14,7 @@
 #include "knead/replay.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::documents_test {
 namespace {
 
 TEST(Documents, ShowOnlySessionLinesThatAreOnes) {
@@ -124,4 +124,4 @@ TEST(Documents, TheExampleBendsTwoFingersOfTheHand) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::documents_test

@@ -15,7 +15,7 @@
 #include "knead/tools.h"
 #include "knead/workbench.h"
 
-namespace knead {
+namespace knead::invalid_mesh_test {
 namespace {
 
 const ImplicitStroke kPull{{{0, 0, 1}, {0, 0, 1.2}}, 0.2, 0.8};
@@ -221,4 +221,4 @@ TEST(Doors, RefusePointsThatAreNotFinite) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::invalid_mesh_test

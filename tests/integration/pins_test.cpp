@@ -18,7 +18,7 @@
 #include "knead/vec.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::pins_test {
 namespace {
 
 constexpr int kPinsAtAnEnd = 16;
@@ -176,4 +176,4 @@ INSTANTIATE_TEST_SUITE_P(Meshes, PinsOnScans,
                          [](const auto& test) { return test.param.substr(0, test.param.find('.')); });
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::pins_test

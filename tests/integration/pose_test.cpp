@@ -16,7 +16,7 @@
 #include "knead/vec.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::pose_test {
 namespace {
 
 // What a deformation does to the triangles of a mesh.
@@ -230,4 +230,4 @@ TEST(PoseOnScans, OneOfEightPinsIsDraggedAlongAnArc) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::pose_test

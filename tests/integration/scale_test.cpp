@@ -14,7 +14,7 @@
 #include "knead/tools.h"
 #include "surveys/random_strokes.h"
 
-namespace knead {
+namespace knead::scale_test {
 namespace {
 
 constexpr int kStrokes = 2;
@@ -81,4 +81,4 @@ INSTANTIATE_TEST_SUITE_P(Tools, EveryUnit, testing::ValuesIn(tools().begin(), to
                          [](const auto& test) { return std::string(test.param->name); });
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::scale_test

@@ -14,7 +14,7 @@
 #include "support/tool_docs.h"
 #include "surveys/random_strokes.h"
 
-namespace knead {
+namespace knead::tools_test {
 namespace {
 
 constexpr int kStrokes = 4;
@@ -115,4 +115,4 @@ TEST(Tools, AreAllDescribedInTheDocumentation) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::tools_test

@@ -13,7 +13,7 @@
 #include "knead/vec.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::volume_test {
 namespace {
 
 double volume_error(const Mesh& mesh, const std::string& strokes) {
@@ -80,4 +80,4 @@ INSTANTIATE_TEST_SUITE_P(Meshes, VolumeOfScans,
                          [](const auto& test) { return test.param.substr(0, test.param.find('.')); });
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::volume_test

@@ -22,7 +22,7 @@
 
 extern char** environ;
 
-namespace knead::studio {
+namespace knead::studio::kill_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -157,4 +157,4 @@ TEST_F(Kill, LosesNothingThatWasToldWithTheWorkerEither) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::kill_test

@@ -11,7 +11,7 @@
 #include "knead/mesh.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::tutorial_test {
 namespace {
 
 // The lines between ```text and ``` in the page.
@@ -45,4 +45,4 @@ TEST(Tutorial, PrintsWhatThePageSays) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::tutorial_test

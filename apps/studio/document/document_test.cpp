@@ -9,7 +9,7 @@
 #include "support/memory_limit.h"
 #include "support/sanitized.h"
 
-namespace knead::studio {
+namespace knead::studio::document_test {
 
 namespace {
 
@@ -136,4 +136,4 @@ TEST(StrokeFields, AllStrokesOfAnEntryHaveOneFalloff) {
 
 }  // namespace
 
-}  // namespace knead::studio
+}  // namespace knead::studio::document_test

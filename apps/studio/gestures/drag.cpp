@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "gestures/gesture_kinds.h"
 #include "knead/tools.h"
@@ -24,7 +23,7 @@ Vec3d forward_of(const GestureContext& around) { return render::camera_frame(aro
 
 double distance_in_pixels(const Screen& screen, const Vec3d& p, const Pointer& pointer) {
   const auto pixel = pixel_of(screen, p);
-  return pixel ? std::hypot(pixel->x - pointer.x, pixel->y - pointer.y) : std::numeric_limits<double>::infinity();
+  return pixel ? std::hypot(pixel->x - pointer.x, pixel->y - pointer.y) : kInfinity;
 }
 
 }  // namespace

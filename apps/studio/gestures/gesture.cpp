@@ -309,9 +309,9 @@ const Drag* drag_of(const Gesture& gesture) {
 
 namespace {
 
-constexpr double kPixels = 90;  // length of an arrow
-constexpr double kRing = 0.7;   // radius of a ring, in arrows
-constexpr double kReach = 9;    // pixels within which a part is hit
+constexpr double kPixels = 90;     // length of an arrow
+constexpr double kRing = 0.7;      // radius of a ring, in arrows
+constexpr double kGizmoReach = 9;  // pixels within which a part is hit
 constexpr double kCenterReach = 12;
 constexpr int kRingPoints = 48;
 
@@ -330,7 +330,7 @@ double distance_to_segment(const Pixel& p, const Pixel& a, const Pixel& b) {
 
 // In pixels; infinite where the polyline is not in sight.
 double distance_to_line(const Screen& screen, const std::vector<Vec3d>& points, const Pixel& p) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     const auto a = pixel_of(screen, points[i]);
     const auto b = pixel_of(screen, points[i + 1]);
@@ -371,7 +371,7 @@ std::optional<GizmoPart> gizmo_part_at(const Screen& screen, const Placement& pl
   constexpr std::array<GizmoPart, 3> turners{GizmoPart::turn_x, GizmoPart::turn_y, GizmoPart::turn_z};
   const double size = gizmo_size(screen, placement);
   std::optional<GizmoPart> best;
-  double least = kReach;
+  double least = kGizmoReach;
   const auto consider = [&](GizmoPart part, const std::vector<Vec3d>& line) {
     const double distance = distance_to_line(screen, line, at);
     if (distance >= least) return;

@@ -14,7 +14,7 @@
 #include "knead/mesh.h"
 #include "view/overlay.h"
 
-namespace knead::studio {
+namespace knead::studio::gestures_test {
 namespace {
 
 // --- beside the shape ------------------------------------------------------------------------------------------------
@@ -462,4 +462,4 @@ TEST_F(GesturesTest, NumbersHaveTheUnitOfThePreferences) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::gestures_test

@@ -13,7 +13,7 @@
 #include "gestures/gestures_fixture.h"
 #include "view/overlay.h"
 
-namespace knead::studio {
+namespace knead::studio::images_test {
 namespace {
 
 // --- images ----------------------------------------------------------------------------------------------------------
@@ -213,4 +213,4 @@ TEST_F(GesturesTest, TheLastStrokeIsFramed) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::images_test

@@ -10,7 +10,7 @@
 
 #include "gestures/picker.h"
 
-namespace knead::studio {
+namespace knead::studio::navigation_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -286,4 +286,4 @@ TEST_F(NavigationTest, OnlyEventsOfADragThatMovesTheViewAreTaken) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::navigation_test

@@ -13,7 +13,7 @@
 #include "gestures/gestures_fixture.h"
 #include "view/overlay.h"
 
-namespace knead::studio {
+namespace knead::studio::parts_test {
 namespace {
 
 class PartsTest : public GesturesTest {
@@ -343,4 +343,4 @@ TEST_F(PartsTest, ADoubleClickAndADragTurnTheFingerAboutItsKnuckle) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::parts_test

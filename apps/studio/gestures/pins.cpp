@@ -1,7 +1,6 @@
 // Pins: set on vertices, followed as the shape changes, selected, and dragged.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "gestures/gesture_kinds.h"
@@ -18,7 +17,7 @@ constexpr double kLassoSpacing = 25;     // pixels between the pins that a lasso
 constexpr std::size_t kMaxOfLasso = 32;  // pins that a lasso sets
 
 double distance2_to(const std::vector<Vec3d>& places, const Vec3d& p) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const Vec3d& place : places) least = std::min(least, norm2(place - p));
   return least;
 }
@@ -228,7 +227,7 @@ void end_pin_lasso(const GestureContext& around, const std::vector<Pixel>& line,
     const auto pixel = pixel_of(around.screen, positions[v]);
     if (pixel && is_within(line, *pixel)) within.push_back(v);
   }
-  std::vector<double> distances(within.size(), std::numeric_limits<double>::infinity());
+  std::vector<double> distances(within.size(), kInfinity);
   const std::vector<SymmetryImage> images = images_of(around.settings);
   const auto keep_from = [&](const Vec3d& pin) {
     std::vector<Vec3d> places{pin};

@@ -11,7 +11,7 @@
 #include "gestures/gestures_fixture.h"
 #include "view/overlay.h"
 
-namespace knead::studio {
+namespace knead::studio::pins_test {
 namespace {
 
 TEST_F(PinsTest, AClickSetsAPinOnTheNearestVertexAndMovesNothing) {
@@ -320,4 +320,4 @@ TEST_F(PinsTest, AnOldDragHasAHandleAtItsEnd) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::pins_test

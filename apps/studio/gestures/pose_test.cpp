@@ -9,7 +9,7 @@
 #include "gestures/gesture_kinds.h"
 #include "gestures/gestures_fixture.h"
 
-namespace knead::studio {
+namespace knead::studio::pose_test {
 namespace {
 
 class PoseTest : public GesturesTest {
@@ -190,4 +190,4 @@ TEST(ExtendPath, KeepsTheWayInPiecesAndGoesBackWithThePointer) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::pose_test

@@ -6,7 +6,7 @@
 #include "gestures/gesture.h"
 #include "gestures/gestures_fixture.h"
 
-namespace knead::studio {
+namespace knead::studio::selected_pins_test {
 namespace {
 
 // Selects the second and third pin.
@@ -226,4 +226,4 @@ TEST_F(PinsTest, AScriptSetsPins) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::selected_pins_test

@@ -13,7 +13,7 @@ namespace {
 
 using enum IconShape;
 
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float kPiFloat = std::numbers::pi_v<float>;
 
 double inner_of(const ToolSettings& settings) { return settings.inner_ratio * settings.radius; }
 
@@ -80,8 +80,8 @@ const std::vector<StudioTool> kTools{
      .sliders = {{"Length", &ToolSettings::capsule_length, 0.05, 5, "of the radius: half the length of the capsule"}},
      .hint = kPullHint,
      .second_hint = kPullHint,
-     .icon = {{arc, {-0.45F, 0.25F, 0.42F, 0.5F * kPi, 1.5F * kPi}},
-              {arc, {0.45F, 0.25F, 0.42F, -0.5F * kPi, 0.5F * kPi}},
+     .icon = {{arc, {-0.45F, 0.25F, 0.42F, 0.5F * kPiFloat, 1.5F * kPiFloat}},
+              {arc, {0.45F, 0.25F, 0.42F, -0.5F * kPiFloat, 0.5F * kPiFloat}},
               {line, {-0.45F, -0.17F, 0.45F, -0.17F}},
               {line, {-0.45F, 0.67F, 0.45F, 0.67F}},
               {arrow, {0, 0.25F, 0, -0.9F}}}},
@@ -126,8 +126,8 @@ const std::vector<StudioTool> kTools{
      .hint = kTurnHint,
      .second_hint = kTurnAgain,
      .icon = {{disc, {0, 0, 0.16F}},
-              {arc, {0, 0, 0.75F, -0.3F * kPi, 1.3F * kPi}},
-              {arrow_head, {0.44F, -0.61F, -0.75F * kPi}}},
+              {arc, {0, 0, 0.75F, -0.3F * kPiFloat, 1.3F * kPiFloat}},
+              {arrow_head, {0.44F, -0.61F, -0.75F * kPiFloat}}},
      .turning = {.facing = Facing::viewer, .stroke = rotated}},
     {.name = "Stretch",
      .key = "8",

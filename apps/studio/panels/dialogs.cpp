@@ -67,7 +67,7 @@ void draw_new_shape(Studio& studio, Dialogs& dialogs) {
   ImGui::EndPopup();
 }
 
-std::string description_of(const AbandonedJournal& journal) {
+std::string title_of(const AbandonedJournal& journal) {
   const std::time_t changed = std::chrono::system_clock::to_time_t(journal.changed);
   return fmt::format(
       "{}: {}, {}", fmt::format("{:%d %b %H:%M}", fmt::localtime(changed)), journal.title,
@@ -79,7 +79,7 @@ std::optional<fs::path> draw_journal(Studio& studio, Dialogs& dialogs, const Aba
   std::optional<fs::path> chosen;
   ImGui::PushID(journal.folder.c_str());
   ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted(description_of(journal).c_str());
+  ImGui::TextUnformatted(title_of(journal).c_str());
   if (journal.problem.empty()) {
     if (ImGui::Button("Recover")) chosen = journal.folder;
     ImGui::SameLine();

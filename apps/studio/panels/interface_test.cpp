@@ -13,7 +13,7 @@
 #include "knead/vec.h"
 #include "panels/interface_fixture.h"
 
-namespace knead::studio {
+namespace knead::studio::interface_test {
 namespace {
 
 class InterfaceTest : public StudioTest {
@@ -498,4 +498,4 @@ TEST_F(InterfaceTest, NamesOfTheToolsFitBesideTheirIcons) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::interface_test

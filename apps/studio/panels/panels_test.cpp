@@ -11,7 +11,7 @@
 #include "panels/interface_fixture.h"
 #include "panels/panels.h"
 
-namespace knead::studio {
+namespace knead::studio::panels_test {
 
 namespace {
 
@@ -175,4 +175,4 @@ TEST(FileList, SizesAreShort) {
 
 }  // namespace
 
-}  // namespace knead::studio
+}  // namespace knead::studio::panels_test

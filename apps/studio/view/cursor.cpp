@@ -128,17 +128,11 @@ namespace {
 constexpr double kArrowPixels = 70;
 constexpr double kPointing = 0.5;  // of Drag::depth, above which the arrow is shown
 
-GestureContext around_of(const Studio& studio) {
-  const DocumentState& shown = studio.document().shown();
-  const bool fits = shown.picker && shown.picker->fits(shown.state);
-  return {studio.view().screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.tools().settings()};
-}
-
 // The drag that would begin at the pointer, of tools that go along a line.
 std::optional<Drag> next_drag(const Studio& studio) {
   const ToolSettings& settings = studio.tools().settings();
   const PlacedTools& placed = studio.tools().placed();
-  const GestureContext around = around_of(studio);
+  const GestureContext around = next_context(studio);
   if (studio.document().shown().opened == 0 || studio.document().shown().looked_at) return std::nullopt;
   if (settings.tool->use == ToolUse::stamp && placed.stamp && placed.placement) {
     return begin_stamp(studio.pointer(), around, placed).drag;

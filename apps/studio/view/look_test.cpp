@@ -10,7 +10,7 @@
 #include "studio_fixture.h"
 #include "view/overlay.h"
 
-namespace knead::studio {
+namespace knead::studio::look_test {
 namespace {
 
 using LookTest = StudioTest;
@@ -207,4 +207,4 @@ INSTANTIATE_TEST_SUITE_P(Look, InEveryProjection,
                                          R"({"view": {"field_of_view_deg": 65, "height": 4}})"));
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::look_test

@@ -40,12 +40,6 @@ Box box_of(const DocumentState& shown) {
   return box;
 }
 
-GestureContext around_of(const Studio& studio) {
-  const DocumentState& shown = studio.document().shown();
-  const bool fits = shown.picker && shown.picker->fits(shown.state);
-  return {studio.view().screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.tools().settings()};
-}
-
 std::optional<Stroke> hovering_implicit(const Studio& studio, const GestureContext& around) {
   const ToolSettings& settings = studio.tools().settings();
   const auto hit = hit_at(studio.pointer(), around);
@@ -81,10 +75,16 @@ std::optional<Stroke> placed_points(const Studio& studio, const GestureContext& 
 
 }  // namespace
 
+GestureContext next_context(const Studio& studio) {
+  const DocumentState& shown = studio.document().shown();
+  const bool fits = shown.picker && shown.picker->fits(shown.state);
+  return {studio.view().screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.tools().settings()};
+}
+
 std::vector<Stroke> hovering(const Studio& studio) {
   const DocumentState& shown = studio.document().shown();
   if (shown.opened == 0 || shown.looked_at) return {};
-  const GestureContext around = around_of(studio);
+  const GestureContext around = next_context(studio);
   const ToolSettings& settings = studio.tools().settings();
   std::optional<Stroke> stroke;
   switch (settings.tool->use) {

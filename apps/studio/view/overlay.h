@@ -16,6 +16,9 @@
 
 namespace knead::studio {
 
+// What a gesture would act on that began now.
+GestureContext next_context(const Studio& studio);
+
 // The cursor on the surface: where a tool's outer region ends, a solid ring, and its inner region, a dashed one.
 // Remembers the rings while nothing changes.
 class SurfaceCursor {

@@ -9,7 +9,7 @@
 #include "studio_fixture.h"
 #include "view/shown_shape.h"
 
-namespace knead::studio {
+namespace knead::studio::shown_shape_test {
 
 namespace {
 
@@ -309,4 +309,4 @@ TEST(PictureQuality, SmoothnessReturnsWithAFastPictureAtRest) {
 
 }  // namespace
 
-}  // namespace knead::studio
+}  // namespace knead::studio::shown_shape_test

@@ -9,7 +9,7 @@
 
 #include "studio_fixture.h"
 
-namespace knead::studio {
+namespace knead::studio::stretch_test {
 namespace {
 
 // The cylinder of radius 0.5 about z from -3 to 3, seen from the side: 100 pixels a unit, the middle at (400, 300).
@@ -228,4 +228,4 @@ TEST_F(StretchTest, ThePlacedToolIsEstimatedBeforeItIsUsed) {
 }
 
 }  // namespace
-}  // namespace knead::studio
+}  // namespace knead::studio::stretch_test

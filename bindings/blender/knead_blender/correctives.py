@@ -125,7 +125,8 @@ class KNEAD_OT_make_corrective(bpy.types.Operator):
         obj.data.update()
         obj.update_tag()
         context.view_layer.update()
-        obj.knead.report = "\n".join([_line("Before", posed.report["linear"]), _line("After", posed.report["flow"])])
+        lines = [_line("Before", posed.report["linear"]), _line("After", posed.report["flow"]), posed.problem]
+        obj.knead.report = "\n".join(filter(None, lines))
         return len(made)
 
 

@@ -1,4 +1,4 @@
-"""The filter moves points as the command and the library do, to the bit, and its arrays say what they should."""
+"""The filter moves points as the command and the library do, bit-identical, and its arrays say what they should."""
 
 import numpy as np
 from support import *  # noqa: F403

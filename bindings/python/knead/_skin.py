@@ -15,7 +15,8 @@ class Posed:
 
     vertices: the posed shape, (n, 3) float64. session: a Session that takes the shape at rest to it. report: a dict, the
     keys of `knead skin --json`: volume, crossings and stretch of linear blend ("linear"), dual quaternions ("dual") and
-    this pose ("flow"). linear, dual: the vertices of these two. corrective: the rest shape that linear blend takes to
+    this pose ("flow"). problem: why the pose is spoiled, in a sentence; empty if nothing crosses that did not at rest, and no
+    triangle is stretched or pressed by more than 5. linear, dual: the vertices of these two. corrective: the rest shape that linear blend takes to
     `vertices`; without the rest vertices it is a morph target.
     """
 
@@ -23,6 +24,7 @@ class Posed:
         self.vertices = vertices
         self.session = session
         self.report = report
+        self.problem = report["problem"]
         self.linear = linear
         self.dual = dual
         self.corrective = corrective
@@ -38,13 +40,15 @@ class Corrective:
 
     bones: the bone behind each joint; two: a combination of neighbours. axes: what each turns about, in the shape's
     coordinates at rest. angles_deg: how far each turns at weight 1. offsets: what is added to each vertex at rest.
+    problem: why the pose from which it was made is spoiled, as Posed.problem.
     """
 
-    def __init__(self, bones, axes, angles_deg, offsets):
+    def __init__(self, bones, axes, angles_deg, offsets, problem):
         self.bones = bones
         self.axes = axes
         self.angles_deg = angles_deg
         self.offsets = offsets
+        self.problem = problem
 
     def __repr__(self):
         return f"<knead.Corrective: bones {list(map(int, self.bones))}, {[round(float(a), 1) for a in self.angles_deg]} degrees>"

@@ -82,8 +82,8 @@ py::object correctives(const py::tuple& shape, const Skin& skin, const DoubleArr
   }
   py::list result;
   for (const Corrective& one : made) {
-    result.append(
-        py::make_tuple(array_from(one.bones), array_of(one.axes), array_from(one.angles_deg), array_of(one.offsets)));
+    result.append(py::make_tuple(array_from(one.bones), array_of(one.axes), array_from(one.angles_deg),
+                                 array_of(one.offsets), complaint_about(one.flow)));
   }
   return result;
 }

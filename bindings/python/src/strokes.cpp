@@ -121,7 +121,7 @@ Session session_of(std::vector<SessionStroke> strokes, const std::string& name) 
   return session;
 }
 
-void write(const Session& session, const std::filesystem::path& path) {
+void write_session(const Session& session, const std::filesystem::path& path) {
   const std::string text = serialize_session(session);
   const py::gil_scoped_release released;
   write_file_atomically(path, text);
@@ -146,7 +146,7 @@ void add_strokes(py::module_& module) {
       .def_readonly("strokes", &Session::strokes)
       .def_readonly("warnings", &Session::warnings)
       .def("text", &serialize_session)
-      .def("write", &write);
+      .def("write", &write_session);
   module.def("read_session", &read_session);
   module.def("parse_session", &parse_session);
   module.def("tools", &describe_tools);

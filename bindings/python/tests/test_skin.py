@@ -212,6 +212,23 @@ def test_the_command_poses_and_corrects_a_gltf_file(arm, tmp_path):
 
 
 @pytest.mark.skipif("KNEAD" not in os.environ, reason="KNEAD names no command")
+def test_a_spoiled_pose_is_written_and_ends_with_4(arm, tmp_path):
+    v, faces, weights, rest = arm
+    source, pose = tmp_path / "arm.glb", tmp_path / "pose.json"
+    write_glb(source, arm, 80)
+    pose.write_text(json.dumps({"lower": {"axis": [0, 0, 1], "angle_deg": 178}}))
+    for name in ("folded.ply", "folded.glb"):
+        ran = command(source, "--pose", pose, "-o", tmp_path / name)
+        assert ran.returncode == 4 and (tmp_path / name).exists(), ran
+        assert len(ran.stderr.strip().splitlines()) == 1 and "turn the joints there less" in ran.stderr, ran.stderr
+    folded = knead.skin(v, faces, weights, rest, posed(rest, 178), parents=[-1, 0])
+    assert "turn the joints there less" in folded.problem
+    made = knead.correctives(v, faces, weights, rest, posed(rest, 178), parents=[-1, 0])
+    assert any(one.problem for one in made)
+    assert not knead.skin(v, faces, weights, rest, posed(rest, 60), parents=[-1, 0]).problem
+
+
+@pytest.mark.skipif("KNEAD" not in os.environ, reason="KNEAD names no command")
 def test_wrong_words_and_files_are_one_line(arm, tmp_path):
     source = tmp_path / "arm.glb"
     write_glb(source, arm, 80)

@@ -14,7 +14,7 @@
 #include "knead/mesh.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::animation_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -316,4 +316,4 @@ TEST(AnimationLosses, NoAdviceIsGivenThatCannotWork) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::animation_test

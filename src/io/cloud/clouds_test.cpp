@@ -11,7 +11,7 @@
 #include "knead/io.h"
 #include "support/shape_text.h"
 
-namespace knead {
+namespace knead::clouds_test {
 namespace {
 
 TEST(Pcd, TextWithNormalsColorsAndOtherFields) {
@@ -348,4 +348,4 @@ TEST(CloudPieces, RefuseWhatIsNoPlainCloud) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::clouds_test

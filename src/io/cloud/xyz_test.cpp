@@ -5,7 +5,7 @@
 #include "knead/io.h"
 #include "support/shape_text.h"
 
-namespace knead {
+namespace knead::xyz_test {
 namespace {
 
 const std::string kPoints =
@@ -120,4 +120,4 @@ TEST(Xyz, NewFilesHoldPointsWithNormalsOrColors) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::xyz_test

@@ -9,7 +9,7 @@
 #include "knead/mesh.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::generate_test {
 namespace {
 
 Mesh two_triangles() {
@@ -143,4 +143,4 @@ TEST(GenerateGlb, RealShapesKeepTheirMeasures) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::generate_test

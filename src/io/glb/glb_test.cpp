@@ -12,7 +12,7 @@
 #include "support/shape_promises.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::glb_test {
 namespace {
 
 using Corners = std::vector<std::uint32_t>;
@@ -295,4 +295,4 @@ TEST(ReadGlb, BrokenFiles) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::glb_test

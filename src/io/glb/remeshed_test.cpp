@@ -6,7 +6,7 @@
 #include "support/remade_files.h"
 #include "support/shape_text.h"
 
-namespace knead {
+namespace knead::remeshed_test {
 namespace {
 
 std::string written(const ShapeFile& source, const Remade& remade) {
@@ -272,4 +272,4 @@ TEST(RemeshedGlb, ManyVerticesGetLongIndices) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::remeshed_test

@@ -10,7 +10,7 @@
 #include "knead/error.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::rewrite_test {
 namespace {
 
 Vec3d rounded(const Vec3d& p) { return Vec3d(Vec3f(p)); }
@@ -293,4 +293,4 @@ TEST(RewriteGlb, RealFilesKeepEverythingElse) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::rewrite_test

@@ -18,7 +18,7 @@
 #include "io/test_samples.h"
 #include "knead/mesh.h"
 
-namespace knead {
+namespace knead::compressed_test {
 namespace {
 
 // A sphere with a picture, whose view lies between those that are compressed.
@@ -286,4 +286,4 @@ TEST(CompressedGltf, DamagedDracoIsRefusedWithItsPrimitive) {
 #endif
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::compressed_test

@@ -12,7 +12,7 @@
 #include "support/shape_text.h"
 #include "support/split_faces.h"
 
-namespace knead {
+namespace knead::gltf_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -218,4 +218,4 @@ TEST_F(GltfFiles, OtherFormatsBecomeOneFile) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::gltf_test

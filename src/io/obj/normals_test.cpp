@@ -8,7 +8,7 @@
 #include "knead/io.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::normals_test {
 namespace {
 
 ShapeFile parse(const std::string& text) { return parse_shape(text, "obj", "shape.obj"); }
@@ -119,4 +119,4 @@ TEST(ObjNormals, OfRealFiles) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::normals_test

@@ -11,7 +11,7 @@
 #include "support/shape_promises.h"
 #include "support/shape_text.h"
 
-namespace knead {
+namespace knead::obj_test {
 namespace {
 
 const std::string kTetrahedron =
@@ -149,4 +149,4 @@ TEST(Obj, MaterialFilesOnJoinedLines) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::obj_test

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <limits>
 
 #include "io/formats.h"
 #include "io/numbers.h"
@@ -12,7 +11,7 @@
 #include "support/shape_text.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::off_test {
 namespace {
 
 const std::string kTetrahedron =
@@ -227,7 +226,7 @@ TEST(Off, ErrorsInBinaryNameTheByte) {
   EXPECT_EQ(error_of(bytes.substr(0, 60)),
             "shape.off: byte 24: 4 vertices are declared, but only 36 bytes follow; the file is cut short or damaged");
   std::string bad = bytes;
-  io_detail::put_float(bad, 24 + 24, std::numeric_limits<double>::infinity(), std::endian::big);
+  io_detail::put_float(bad, 24 + 24, kInfinity, std::endian::big);
   EXPECT_EQ(error_of(bad), "shape.off: byte 48: a coordinate of vertex 1 is not finite; repair the file");
   bad = bytes;
   bad[24 + 4 * 24 + 7] = 9;
@@ -286,4 +285,4 @@ TEST(Off, TheLayoutOfPmpsBinary) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::off_test

@@ -10,7 +10,7 @@
 #include "knead/mesh.h"
 #include "support/shape_text.h"
 
-namespace knead {
+namespace knead::ply_test {
 namespace {
 
 const std::string kTextShape =
@@ -310,4 +310,4 @@ TEST(Ply, TurnsAndSizesOfSplatsStayAndANoteSaysSo) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::ply_test

@@ -103,7 +103,7 @@ namespace {
 // What a vertex property means to the rewriter.
 enum class Role { none, position, normal };
 
-struct Column {
+struct NewColumn {
   Role role = Role::none;
   std::size_t axis = 0;
   StoredType type = StoredType::float32;  // that it is written with
@@ -170,8 +170,8 @@ class Rewriter {
   }
 
  private:
-  Column column_for(const Property& property, bool as_doubles) {
-    Column column;
+  NewColumn column_for(const Property& property, bool as_doubles) {
+    NewColumn column;
     column.type = property.type;
     if (property.is_list) return column;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -248,7 +248,7 @@ class Rewriter {
   // Where `result_` holds these rows.
   void patch_rows(Rows rows) {
     char* to = result_.data();
-    for (const Column& column : columns_) {
+    for (const NewColumn& column : columns_) {
       if (column.role == Role::position) {
         patch_column(to, column, rows, positions_, [&](std::size_t i) { return old_positions_[i][column.axis]; });
       } else if (column.role == Role::normal) {
@@ -259,7 +259,7 @@ class Rewriter {
   }
 
   template <class OldValue>
-  void patch_column(char* to, const Column& column, Rows rows, std::span<const Vec3d> values,
+  void patch_column(char* to, const NewColumn& column, Rows rows, std::span<const Vec3d> values,
                     OldValue old_value_of) const {
     visit_type(column.type, [&](auto number) {
       for (std::size_t i = rows.first; i < rows.last; ++i) {
@@ -277,21 +277,21 @@ class Rewriter {
     const bool fit = std::all_of(positions_.begin(), positions_.end(),
                                  [](const Vec3d& p) { return fits_float(p.x) && fits_float(p.y) && fits_float(p.z); });
     for (std::size_t i = 0; i < positions_.size() && !fit; ++i) {
-      for (const Column& column : columns_) {
+      for (const NewColumn& column : columns_) {
         if (column.role == Role::position && value(i, column) != old_value(i, column)) check_range(i, column);
       }
     }
   }
 
-  double value(std::size_t i, const Column& column) const {
+  double value(std::size_t i, const NewColumn& column) const {
     return (column.role == Role::position ? positions_ : normals_)[i][column.axis];
   }
 
-  double old_value(std::size_t i, const Column& column) const {
+  double old_value(std::size_t i, const NewColumn& column) const {
     return column.role == Role::position ? old_positions_[i][column.axis] : old_normal(i)[column.axis];
   }
 
-  void check_range(std::size_t i, const Column& column) const {
+  void check_range(std::size_t i, const NewColumn& column) const {
     if (column.type != StoredType::float32 || fits_float(value(i, column))) return;
     throw InvalidInput("vertex " + std::to_string(i) +
                        " has moved to coordinates beyond the range of float; use double precision");
@@ -330,7 +330,7 @@ class Rewriter {
     copied_ = end;
   }
 
-  void rewrite_number(std::size_t i, const Column& column, std::size_t begin, std::size_t end) {
+  void rewrite_number(std::size_t i, const NewColumn& column, std::size_t begin, std::size_t end) {
     const double number = value(i, column);
     if (number == old_value(i, column) && (!column.widened || (ascii_ && reads_as(begin, end, number)))) return;
     check_range(i, column);
@@ -401,7 +401,7 @@ class Rewriter {
   std::span<const Vec3d> normals_;
   std::optional<int> decimals_;
   std::string number_text_;
-  std::vector<Column> columns_;
+  std::vector<NewColumn> columns_;
   bool widened_ = false;
   std::size_t stride_ = 0;  // bytes of a row; 0: rows have lists
   std::string result_;

@@ -17,7 +17,7 @@
 #include "support/shape_text.h"
 #include "support/test_meshes.h"
 
-namespace knead {
+namespace knead::stl_test {
 namespace {
 
 using io_detail::stl::kFirstTriangle;
@@ -316,4 +316,4 @@ TEST(Stl, CornersThatDifferByRoundingAroundZeroAreOneVertex) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::stl_test

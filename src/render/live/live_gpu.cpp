@@ -12,8 +12,6 @@ namespace {
 
 constexpr int kMatcapSize = 256;
 
-gl::Program compile(const ShaderSource& source) { return gl::make_program(source.vertex, source.fragment); }
-
 void describe_floats(GLuint location, std::size_t offset) {
   const auto* start = reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL takes it
   glEnableVertexAttribArray(location);

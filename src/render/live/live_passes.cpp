@@ -13,8 +13,6 @@
 namespace knead::render {
 namespace {
 
-gl::Program compile(const ShaderSource& source) { return gl::make_program(source.vertex, source.fragment); }
-
 void use_relief(const gl::Program& program, const LiveFrame& frame, const LiveTargets& targets) {
   use(program, frame.view, frame.width, frame.height);
   bind_texture(program, "depth_map", 0, GL_TEXTURE_2D, targets.one_depth);

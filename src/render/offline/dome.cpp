@@ -21,7 +21,7 @@ void append(const DrawSurface& surface, Occluder& occluder) {
 
 void measure(Occluder& occluder, const Vec3d& up) {
   Box box;
-  double ground = Box::kInfinity;
+  double ground = kInfinity;
   const auto visit = [&](const Vec3f& p) {
     box.extend(Vec3d(p));
     ground = std::min(ground, dot(up, Vec3d(p)));

@@ -100,8 +100,6 @@ void clear_depth() {
 
 namespace {
 
-gl::Program compile(const ShaderSource& source) { return gl::make_program(source.vertex, source.fragment); }
-
 void describe_attribute(GLuint location, GLint components, GLenum type, std::size_t stride, std::size_t offset) {
   const auto* start = reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL takes it
   glEnableVertexAttribArray(location);

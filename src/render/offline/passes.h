@@ -26,6 +26,9 @@ struct ShaderSource {
   std::string fragment;
 };
 
+// Compiles and links. Throws GpuError with the first line of the driver's log.
+inline gl::Program compile(const ShaderSource& source) { return gl::make_program(source.vertex, source.fragment); }
+
 // How shapes are shaded.
 struct ShapeLook {
   bool matcap = false;
