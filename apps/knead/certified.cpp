@@ -54,11 +54,11 @@ void refine(const Complaints& complaints, Certified& certified) {
   for (SessionStroke& stroke : certified.session.strokes) refine(complaints, stroke.remesh);
 }
 
-void certify(const ShapeFile& shape, bool quiet, Certified& certified) {
-  CertificateBuilder builder(shape.mesh, certified.options);
+void certify(const Mesh& mesh, bool quiet, Certified& certified) {
+  CertificateBuilder builder(mesh, certified.options);
   ReplayOptions watched = certified.options;
   watched.on_stroke = [&](const AppliedStroke& stroke) { builder.add(stroke); };
-  certified.result = replay_watched(shape.mesh, certified.session, watched, quiet);
+  certified.result = replay_watched(mesh, certified.session, watched, quiet);
   certified.certificate = builder.finish(certified.result, certified.options.remesh.single_precision);
 }
 
@@ -82,16 +82,16 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
   Certified certified{{}, {}, options, inputs.session};
   if (bounds.empty()) {
     if (check) {
-      certify(inputs.shape, quiet, certified);
+      certify(inputs.mesh(), quiet, certified);
     } else {
-      certified.result = replay_watched(inputs.shape.mesh, inputs.session, options, quiet);
+      certified.result = replay_watched(inputs.mesh(), inputs.session, options, quiet);
     }
     return certified;
   }
   certified.options.frames.count = 0;
   std::optional<std::size_t> crossings;  // of the attempt before
   for (int refinements = 0;; ++refinements) {
-    certify(inputs.shape, quiet || refinements > 0, certified);
+    certify(inputs.mesh(), quiet || refinements > 0, certified);
     const std::optional<Complaints> complaints = complaints_of(bounds, *certified.certificate);
     if (!complaints) break;
     if (complaints->beyond_remeshing) throw QualityError(fmt::format("{}: {}", inputs.session.name, complaints->text));
@@ -115,7 +115,7 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
     refine(*complaints, certified);
   }
   certified.options.frames = options.frames;
-  if (options.frames.count > 0) replay_watched(inputs.shape.mesh, certified.session, certified.options, true);
+  if (options.frames.count > 0) replay_watched(inputs.mesh(), certified.session, certified.options, true);
   return certified;
 }
 

@@ -35,7 +35,12 @@ CLI::Option* add_option(CLI::App& app, const Option& option) {
         if constexpr (std::is_same_v<decltype(target), bool*>) {
           return app.add_flag(option.name, *target, option.help);
         } else {
-          return app.add_option(option.name, *target, option.help);
+          CLI::Option* const added = app.add_option(option.name, *target, option.help);
+          // One value each time that an option of several is given: what follows may be an argument.
+          if constexpr (std::is_same_v<decltype(target), std::vector<std::string>*>) {
+            if (option.name.starts_with('-')) added->allow_extra_args(false);
+          }
+          return added;
         }
       },
       option.target);

@@ -59,22 +59,24 @@ class Target {
   int count_ = 1;
 };
 
+void check_report(const DeformOptions& options, const std::string& output) {
+  require_free_output(output, options.report == "-", "--report -");
+  if (options.report.empty() || options.report == "-") return;
+  for (const std::string& other : {options.shape, options.session, output}) require_different(other, options.report);
+  require_writable(options.report);
+}
+
 // Finds all problems with the outputs before the work begins.
 void check_outputs(const DeformOptions& options, const Target& target) {
   check_streams({options.shape, target.path(0)}, options.format);
   require_free_output(target.path(0), options.common.json, "--json");
-  require_free_output(target.path(0), options.report == "-", "--report -");
   if (target.is_animation()) {
     require_writable(target.path(0));
   } else {
     for (int i = 0; i < target.count(); ++i) require_shape_output(target.path(i));
   }
   require_different(options.session, target.path(0));
-  if (options.report.empty() || options.report == "-") return;
-  for (const std::string& other : {options.shape, options.session, target.path(0)}) {
-    require_different(other, options.report);
-  }
-  require_writable(options.report);
+  check_report(options, target.path(0));
 }
 
 std::string remesh_text(const RemeshReport& remesh) {
@@ -88,15 +90,12 @@ std::string remesh_text(const RemeshReport& remesh) {
                      : "; stopped at a limit: edges are above the targets, or triangles too thin to improve\n");
 }
 
-std::string summary(const DeformOptions& options, const Target& target, const Report& report) {
+// `frames`: the line about them, if there are some.
+std::string summary(const std::string& output, const std::string& frames, const Report& report) {
   std::string text =
-      fmt::format("{}: {} of {} vertices moved by {} ({})\n", target.last_path(), report.moved_vertices,
-                  report.vertices, counted(report.strokes, "stroke"), counted(report.segments, "segment"));
-  if (options.frames.frames && target.is_animation()) {
-    text += fmt::format("frames   {}\n", target.count());
-  } else if (options.frames.frames) {
-    text += fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
-  }
+      fmt::format("{}: {} of {} vertices moved by {} ({})\n", output, report.moved_vertices, report.vertices,
+                  counted(report.strokes, "stroke"), counted(report.segments, "segment"));
+  text += frames;
   text += fmt::format("steps    {:.3g} per vertex on average, {} at most\n", report.steps_mean, report.steps_max);
   text += report.volume_error ? fmt::format("volume   changed by a fraction of {:.2g}\n", *report.volume_error)
                               : "volume   none: the shape is not closed and oriented\n";
@@ -107,6 +106,9 @@ std::string summary(const DeformOptions& options, const Target& target, const Re
     text += fmt::format("crossing {} of triangles before, {} after\n",
                         counted(*report.self_intersections_before, "pair"), *report.self_intersections_after);
   }
+  if (report.crossings_between) {
+    text += fmt::format("between  {} of triangles of two shapes cross\n", counted(*report.crossings_between, "pair"));
+  }
   if (report.remesh) text += remesh_text(*report.remesh);
   if (report.certificate) text += "certificate " + line_of(*report.certificate) + "\n";
   const ReportSeconds& seconds = report.seconds;
@@ -114,13 +116,20 @@ std::string summary(const DeformOptions& options, const Target& target, const Re
                             seconds.total, seconds.read, seconds.deform, seconds.write, seconds.measure);
 }
 
-void print_report(const DeformOptions& options, const Target& target, const Report& report) {
+std::string frames_line(const DeformOptions& options, const Target& target) {
+  if (!options.frames.frames) return {};
+  return target.is_animation() ? fmt::format("frames   {}\n", target.count())
+                               : fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
+}
+
+void print_report(const DeformOptions& options, const std::string& output, const std::string& frames,
+                  const Report& report) {
   const bool to_output = options.common.json || options.report == "-";
   if (!options.report.empty() && options.report != "-") write_file_atomically(options.report, to_json(report));
   if (to_output) {
     print(to_json(report));
-  } else if (!options.common.quiet && !is_stream(target.path(0))) {
-    print(summary(options, target, report));
+  } else if (!options.common.quiet && !is_stream(options.output)) {
+    print(summary(output, frames, report));
   }
 }
 
@@ -134,15 +143,23 @@ bool is_reported(const DeformOptions& options) {
 bool says_more(const DeformOptions& options) { return options.common.json || !options.report.empty(); }
 
 WriteOptions write_options_for(const DeformOptions& options, const Digits& digits, const ShapeFile& shape,
-                               const Target& target) {
+                               const std::string& output) {
   WriteOptions result;
   result.double_coordinates = options.precision == "double";
-  const bool is_own = format_of(format_path(target.path(0), options.format)) == shape.format;
+  const bool is_own = format_of(format_path(output, options.format)) == shape.format;
   const bool is_certified = options.check || options.require;  // of coordinates that are not rounded
   if (digits.kind == DigitsKind::given || (is_own && !is_certified)) {
     result.decimals = decimals_for(digits, shape, options.tolerance);
   }
   return result;
+}
+
+void require_flows(const Session& session) {
+  for (const SessionStroke& stroke : session.strokes) {
+    if (is_flow(stroke.stroke)) continue;
+    throw InvalidInput(Place{session.name, stroke.line},
+                       "a relax is no flow, so it cannot be resolved; remove this line, or use the session as it is");
+  }
 }
 
 // To go backwards, resolves strokes that read the surface on the shape that they were made on. The replay refuses
@@ -162,8 +179,9 @@ void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
   if (!quiet) print_message(fmt::format("note: {}: its strokes were resolved on {}", session.name, path.string()));
 }
 
-void copy_materials(const DeformOptions& options, const ShapeFile& shape, const std::string& target) {
-  for (const std::filesystem::path& path : copy_material_files(shape, options.shape, target)) {
+void copy_materials(const DeformOptions& options, const ShapeFile& shape, const std::string& source,
+                    const std::string& target) {
+  for (const std::filesystem::path& path : copy_material_files(shape, source, target)) {
     if (!options.common.quiet) print_message(fmt::format("note: {}: the materials were copied too", path.string()));
   }
 }
@@ -213,13 +231,180 @@ Report report_of(const Mesh& mesh, const Certified& certified, const ReportSecon
   return report;
 }
 
-void run_deform(const DeformOptions& options) {
-  if (is_streamed(options)) return run_stream(options);
+bool bounds_crossings(const std::vector<Bound>& bounds) {
+  return std::any_of(bounds.begin(), bounds.end(), [](const Bound& bound) { return bound.name == kCrossingsBound; });
+}
+
+// --- several shapes in one flow: --also
+
+// Returns a path in the folder --output for each shape. Finds all problems with them before the work begins.
+std::vector<std::string> outputs_together(const DeformOptions& options) {
+  namespace fs = std::filesystem;
+  if (options.frames.frames) throw UsageError("--also: --frames is for a single shape; leave one of them out");
+  const fs::path folder = options.output;
+  std::error_code error;
+  if (!fs::is_directory(folder, error) && (fs::exists(folder, error) || is_shape_file(folder))) {
+    throw UsageError(fmt::format("--output {}: with --also, give a folder; it takes all results", options.output));
+  }
+  std::vector<std::string> shapes{options.shape};
+  shapes.insert(shapes.end(), options.also.begin(), options.also.end());
+  std::vector<std::string> outputs;
+  for (const std::string& shape : shapes) {
+    if (is_stream(shape) || is_stream(options.output)) {
+      throw UsageError("--also: standard input and output hold one shape; give files, and a folder");
+    }
+    const std::string output = (folder / fs::path(shape).filename()).string();
+    if (std::ranges::find(outputs, output) != outputs.end()) {
+      throw UsageError(fmt::format("--also {}: another shape has this name, and both results go to {}; rename one",
+                                   shape, options.output));
+    }
+    require_shape_extension(output);
+    if (fs::is_directory(folder, error)) require_writable(output);
+    require_different(options.session, output);
+    check_report(options, output);
+    outputs.push_back(output);
+  }
+  if (!fs::is_directory(folder, error)) require_writable(folder);
+  return outputs;
+}
+
+// Makes strokes that read a surface read that of the first shape.
+void resolve_on_first(Inputs& inputs, ReplayOptions options, bool quiet) {
+  const auto reads = [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); };
+  const std::size_t count = inputs.session.strokes.size();
+  if (std::none_of(inputs.session.strokes.begin(), inputs.session.strokes.end(), reads)) return;
+  require_flows(inputs.session);
+  options.part = {};
+  options.may_cross = true;
+  options.normals = inputs.shape.mesh.face_count() == 0 ? vertex_normals_of(inputs.shape) : std::vector<Vec3d>{};
+  options.remesh.face_labels = face_labels(inputs.shape);
+  inputs.session.strokes = replay_watched(inputs.shape.mesh, inputs.session, options, quiet).resolved;
+  if (inputs.session.strokes.size() != count && options.part.until) {
+    throw UsageError(
+        "--until: strokes of this session read a surface; with --also, make it whole by knead resolve first");
+  }
+}
+
+// The normals of clouds, zero for all others; none if no cloud has some. One label for each face, if a file has some.
+void join_normals_and_labels(const Inputs& inputs, ReplayOptions& replay) {
+  bool has_normals = false;
+  bool has_labels = false;
+  const auto append = [&](const ShapeFile& shape) {
+    std::vector<Vec3d> normals = shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
+    has_normals = has_normals || !normals.empty();
+    normals.resize(shape.mesh.vertex_count());
+    replay.normals.insert(replay.normals.end(), normals.begin(), normals.end());
+    std::vector<std::uint32_t> labels = face_labels(shape);
+    has_labels = has_labels || !labels.empty();
+    labels.resize(shape.mesh.face_count());
+    replay.remesh.face_labels.insert(replay.remesh.face_labels.end(), labels.begin(), labels.end());
+  };
+  append(inputs.shape);
+  for (const ShapeFile& shape : inputs.also) append(shape);
+  if (!has_normals) replay.normals.clear();
+  if (!has_labels) replay.remesh.face_labels.clear();
+}
+
+Inputs read_together(const DeformOptions& options, const ReplayOptions& replay) {
+  const bool quiet = options.common.quiet;
+  Inputs inputs = read_inputs(options.shape, {}, options.session, quiet);
+  check_until(options, inputs.session);
+  for (const std::string& path : options.also) {
+    inputs.also.push_back(read_shape(path));
+    if (quiet) continue;
+    for (const std::string& note : inputs.also.back().notes) print_message(fmt::format("note: {}: {}", path, note));
+  }
+  if (options.inverse) {
+    resolve_on_own_shape(inputs.session, replay, quiet);
+  } else {
+    resolve_on_first(inputs, replay, quiet);
+  }
+  std::vector<const Mesh*> meshes{&inputs.shape.mesh};
+  for (const ShapeFile& shape : inputs.also) meshes.push_back(&shape.mesh);
+  inputs.joined.emplace(meshes);
+  return inputs;
+}
+
+// Writes what has become of one of the shapes.
+void write_part(const std::string& path, const ShapeFile& source, std::size_t part, const JoinedMeshes& joined,
+                const DeformedShape& shape, WriteOptions options) {
+  if (const Provenance* const from = shape.provenance()) {
+    const MeshPart found = joined.part_of(part, shape.to_mesh(), from->face_source, from->vertex_source);
+    if (source.mesh.face_count() > 0) return write_remeshed(path, source, found.mesh, found.face_source, options);
+    return write_shape(path, source, found.mesh.positions, options);
+  }
+  const std::vector<Vec3d> all = source.mesh.face_count() == 0 ? shape.normals() : std::vector<Vec3d>{};
+  if (!all.empty()) options.normals = joined.vertices_of(part, std::span<const Vec3d>(all));
+  write_shape(path, source, joined.vertices_of(part, std::span<const Vec3d>(shape.positions())), options);
+}
+
+std::uint64_t crossings_between(const JoinedMeshes& joined, const DeformedShape& shape) {
+  const Mesh mesh = shape.to_mesh();
+  const std::vector<Triangle> triangles = triangulate(mesh);
+  std::vector<std::uint32_t> sources = triangle_faces(mesh);
+  if (const Provenance* const from = shape.provenance()) {
+    for (std::uint32_t& face : sources) face = from->face_source[face];
+  }
+  return count_between(self_intersections(triangles, mesh.positions), joined, sources);
+}
+
+void run_together(const DeformOptions& options) {
   const Clock total;
   ReplayOptions replay = replay_options(options);
   const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};
-  replay.may_cross =
-      std::any_of(bounds.begin(), bounds.end(), [](const Bound& bound) { return bound.name == kCrossingsBound; });
+  replay.may_cross = bounds_crossings(bounds);
+  const std::vector<std::string> outputs = outputs_together(options);
+  const Digits digits = digits_of(options);
+  const bool quiet = options.common.quiet;
+  const ChosenBackend backend = choose_backend(options.backend, quiet);
+  replay.motion.backend = backend.move;
+  ReportSeconds seconds;
+  const Inputs inputs = read_together(options, replay);
+  seconds.read = total.seconds();
+  join_normals_and_labels(inputs, replay);
+  replay.motion.diagonal = reference_length(inputs.shape.mesh);
+
+  const auto source = [&](std::size_t part) -> const ShapeFile& {
+    return part == 0 ? inputs.shape : inputs.also[part - 1];
+  };
+  const bool remeshes = will_remesh(inputs.mesh(), inputs.session, replay);
+  std::vector<WriteOptions> writing;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (remeshes && !quiet) print_notes(remesh_losses(outputs[i], source(i)));
+    writing.push_back(write_options_for(options, digits, source(i), outputs[i]));
+    if (stores_floats(outputs[i], source(i), writing[i])) replay.remesh.single_precision = true;
+  }
+  const Clock deforming;
+  const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
+  seconds.deform = deforming.seconds();
+
+  const Clock writing_clock;
+  std::filesystem::create_directories(options.output);
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (i + 1 == outputs.size()) end_after_last_shape(outputs[i], says_more(options));
+    write_part(outputs[i], source(i), i, *inputs.joined, certified.result.shape, writing[i]);
+    if (format_of(outputs[i]) == "obj") {
+      copy_materials(options, source(i), i == 0 ? options.shape : options.also[i - 1], outputs[i]);
+    }
+  }
+  seconds.write = writing_clock.seconds();
+  if (!is_reported(options)) return;
+  const Clock measuring;
+  Report report = report_of(inputs.mesh(), certified, seconds);
+  report.crossings_between = crossings_between(*inputs.joined, certified.result.shape);
+  report.seconds.measure = measuring.seconds();
+  report.seconds.total = total.seconds();
+  report.backend = backend.name();
+  print_report(options, options.output, "", report);
+}
+
+void run_deform(const DeformOptions& options) {
+  if (is_streamed(options)) return run_stream(options);
+  if (!options.also.empty()) return run_together(options);
+  const Clock total;
+  ReplayOptions replay = replay_options(options);
+  const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};
+  replay.may_cross = bounds_crossings(bounds);
   const Target target(options, replay.frames);
   check_outputs(options, target);
   const Digits digits = digits_of(options);
@@ -240,7 +425,7 @@ void run_deform(const DeformOptions& options) {
         animation_writer(target.path(0), inputs.shape, will_remesh(inputs.shape.mesh, inputs.session, replay),
                          {target.count(), options.frames.frames_per_second()});
   } else {
-    write_options = write_options_for(options, digits, inputs.shape, target);
+    write_options = write_options_for(options, digits, inputs.shape, target.path(0));
     replay.remesh.single_precision =
         stores_floats(format_path(target.path(0), options.format), inputs.shape, write_options);
   }
@@ -262,14 +447,14 @@ void run_deform(const DeformOptions& options) {
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames.frames) write({0, certified.result.shape});
   if (!target.is_animation() && !is_stream(target.path(0)) && format_of(target.path(0)) == "obj")
-    copy_materials(options, inputs.shape, target.path(0));
+    copy_materials(options, inputs.shape, options.shape, target.path(0));
   if (!is_reported(options)) return;
   const Clock measuring;
   Report report = report_of(inputs.shape.mesh, certified, seconds);
   report.seconds.measure = measuring.seconds();
   report.seconds.total = total.seconds();
   report.backend = backend.name();
-  print_report(options, target, report);
+  print_report(options, target.last_path(), frames_line(options, target), report);
 }
 
 }  // namespace
@@ -282,6 +467,7 @@ Subcommand deform_command() {
           "  knead deform hand.ply bend.knead --frames 60 -o F_%04d.ply\n"
           "  knead deform hand.ply bend.knead --frames 48 --ease smooth -o hand.glb\n"
           "  knead deform hand.ply bend.knead --remesh --require volume=1e-5,crossings=0 -o bent.ply\n"
+          "  knead deform body.ply bend.knead --also clothes.obj --also eyes.ply -o posed\n"
           "  knead deform scan.ply bend.knead --precision double --tolerance 1e-9 --report - -o exact.ply\n"
           "  knead deform - bend.knead --format ply -o - < hand.ply > bent.ply\n"
           "If the name of a file begins with -, put it after --: knead deform -o out.ply -- -a.ply b.knead",
@@ -299,14 +485,6 @@ struct ResolveOptions {
   StreamFormat format;
   CommonOptions common;
 };
-
-void require_flows(const Session& session) {
-  for (const SessionStroke& stroke : session.strokes) {
-    if (is_flow(stroke.stroke)) continue;
-    throw InvalidInput(Place{session.name, stroke.line},
-                       "a relax is no flow, so it cannot be resolved; remove this line, or use the session as it is");
-  }
-}
 
 void run_resolve(const ResolveOptions& options) {
   const bool to_output = is_stream(options.output);

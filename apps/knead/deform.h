@@ -76,6 +76,7 @@ std::string frame_path(const FramePattern& pattern, int index);
 struct DeformOptions {
   std::string shape;
   std::string session;
+  std::vector<std::string> also;  // further shapes; then `output` is a folder
   std::string output;
   double tolerance = 1e-5;
   std::string integrator = "tsit5";

@@ -99,8 +99,14 @@ std::vector<Option> describe(DeformOptions& options) {
       {"SHAPE", &options.shape, "A mesh or point cloud, such as a PLY, OBJ, STL, OFF, glTF or XYZ file", "",
        OptionKind::required},
       {"SESSION", &options.session, "The strokes: a .knead file", "", OptionKind::required},
-      {"-o,--output", &options.output, "The file to write, in the format of its extension; may be SHAPE itself", "FILE",
+      {"-o,--output", &options.output,
+       "The file to write, in the format of its extension; may be SHAPE itself. With --also a folder", "FILE",
        OptionKind::required},
+      {"--also", &options.also,
+       "A further shape that moves along, such as clothes; may be repeated. All results go to the folder -o, each "
+       "under "
+       "the name of its file. Strokes that read a surface read that of SHAPE",
+       "FILE"},
       {"--tolerance", &options.tolerance,
        "Position error of one path line over one segment, relative to the shape's box diagonal", "T",
        OptionKind::with_default},

@@ -19,6 +19,7 @@ namespace {
 // Returns the option that a stream cannot serve, or nothing.
 std::optional<std::string> what_needs_the_whole(const DeformOptions& options) {
   if (is_stream(options.shape) || is_stream(options.output)) return "-";
+  if (!options.also.empty()) return "--also";
   if (options.frames.frames) return "--frames";
   if (options.check) return "--check";
   if (options.require) return "--require";

@@ -126,6 +126,7 @@ namespace {
 
 struct CheckOptions {
   std::string shape;
+  std::vector<std::string> also;
   std::string before;
   std::optional<std::string> require;
   StreamFormat format;
@@ -155,6 +156,7 @@ std::string table_of_check(const SurfaceCheck& check) {
   text += row("smallest angle", m.smallest_angle_deg ? fmt::format("{:.6g} degrees", *m.smallest_angle_deg)
                                                      : "- (no triangle has an area)");
   text += row("folded edges", fmt::format("{}", check.folded_edges));
+  if (check.crossings_between) text += row("crossings between", fmt::format("{}", *check.crossings_between));
   if (check.flipped_triangles) text += row("flipped triangles", fmt::format("{}", *check.flipped_triangles));
   return text + table_of_notes(check.info.notes);
 }
@@ -171,14 +173,28 @@ void require_all(const CheckOptions& options, const std::vector<Requirement>& re
   if (!last.empty()) throw QualityError(last);
 }
 
+SurfaceCheck check_together(const CheckOptions& options, const ShapeFile& first) {
+  std::vector<ShapeFile> others;
+  for (const std::string& path : options.also) others.push_back(read_shape(path));
+  std::vector<const Mesh*> meshes{&first.mesh};
+  for (const ShapeFile& other : others) meshes.push_back(&other.mesh);
+  const JoinedMeshes joined(meshes);
+  ShapeInfo info = describe(joined.mesh());
+  info.format = first.format;
+  return check_surfaces(joined, std::move(info));
+}
+
 void run_check(const CheckOptions& options) {
   std::vector<Requirement> requirements;
   if (options.require) requirements = parse_requirements(*options.require, !options.before.empty());
   check_streams({options.shape}, options.format);
+  if (!options.also.empty() && !options.before.empty()) {
+    throw UsageError("--before: compares one shape; check each shape by itself, or leave out --also");
+  }
   const ShapeFile file = read_shape_or_stream(options.shape, options.format);
   std::optional<std::size_t> flipped;
   if (!options.before.empty()) flipped = count_flipped_since(options, file.mesh);
-  SurfaceCheck check = check_surface(file.mesh, describe(file));
+  SurfaceCheck check = options.also.empty() ? check_surface(file.mesh, describe(file)) : check_together(options, file);
   check.flipped_triangles = flipped;
   if (options.common.json) {
     print(to_json(check));
@@ -194,6 +210,11 @@ Subcommand check_command() {
   const auto options = std::make_shared<CheckOptions>();
   std::vector<Option> described{
       {"SHAPE", &options->shape, "A mesh", "", OptionKind::required},
+      {"--also", &options->also,
+       "A further mesh, such as clothes; may be repeated. All are judged as one surface, and crossings between them "
+       "are "
+       "counted",
+       "FILE"},
       {"--before", &options->before, "The same mesh before it was deformed, to count flipped triangles", "FILE"},
       {"--require", &options->require, "Exit with code 4 unless all of these hold: " + known_requirements(), "LIST"},
   };
@@ -202,6 +223,7 @@ Subcommand check_command() {
   return {"check", "Check whether a surface is sound: self-intersections, triangles without area, folds", described,
           "  knead check scan.ply\n"
           "  knead check bent.ply --before hand.ply --json\n"
+          "  knead check body.ply --also clothes.ply --require no-self-intersections\n"
           "  knead check bent.ply --require closed,manifold,no-self-intersections,min-angle=1",
           [options] { run_check(*options); }};
 }

@@ -58,10 +58,15 @@ void write_remeshed_or_stream(const std::string& path, const StreamFormat& forma
 // --- a session applied to a shape, watched and interruptible
 // ----------------------------------------------------------
 
-// What both subcommands read. The session has no strokes that are off. Notes go to standard error unless quiet.
+// What the subcommands read. The session has no strokes that are off. Notes go to standard error unless quiet.
 struct Inputs {
   ShapeFile shape;
   Session session;
+  std::vector<ShapeFile> also{};         // further shapes that move along
+  std::optional<JoinedMeshes> joined{};  // of `shape` and these, if there are some
+
+  // Returns what is deformed.
+  const Mesh& mesh() const { return joined ? joined->mesh() : shape.mesh; }
 };
 Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet);
 

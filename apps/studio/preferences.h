@@ -40,9 +40,9 @@ struct PanelState {
 
 // How the shape is drawn.
 struct Look {
-  render::Material material = render::Material::clay;
+  render::Material material = render::Material::matcap;
   render::Matcap matcap = render::Matcap::terracotta;
-  render::Relief relief;
+  render::Relief relief{.cavity = true};
   std::string background = "gradient";  // as render::background_named
   render::Projection projection = render::Projection::perspective;
   double field_of_view_deg = 30;

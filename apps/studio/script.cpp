@@ -351,6 +351,11 @@ class Script {
       studio_.view().navigation().home.reset();
     } else if (key == "height") {
       view.height = value.number();
+    } else if (key == "shift") {
+      const auto& numbers = value.items();
+      if (numbers.size() != 2) fail("shift is [across, up], each from -1 to 1");
+      view.shift_x = numbers[0].number();
+      view.shift_y = numbers[1].number();
     } else if (key == "projection") {
       view.projection = static_cast<render::Projection>(choice(value, {"orthographic", "perspective"}));
     } else if (key == "field_of_view_deg") {

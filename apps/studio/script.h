@@ -23,7 +23,7 @@
 //   vertex
 //                                               if the shape has so many, else on the nearest one
 //   {"view": {"yaw_deg": 20, "pitch_deg": 10, "target": [0, 0, 0], "height": 3, "projection": "perspective",
-//             "field_of_view_deg": 50}}
+//             "field_of_view_deg": 50, "shift": [0.2, 0]}}      shift: where the target is seen, from -1 to 1
 //   {"show": {"material": "matcap", "wireframe": true, "influence": true, "cut": true, "tool": false, ...}}
 //   {"show": {"matcap": "red-wax", "cavity": true, "occlusion": true, "background": "dark"}}
 //   {"reference": FILE, "plane": "front" | "right" | "top", "opacity": 0.5, "height": 2, "center": [0, 0, 0],

@@ -27,8 +27,8 @@ std::string text_of(const Vec3d& v) { return fmt::format("[{}, {}, {}]", v.x, v.
 std::string view_line(const View& view) {
   const double degrees = 180 / std::numbers::pi;
   return fmt::format(
-      R"({{"view": {{"yaw_deg": {}, "pitch_deg": {}, "target": {}, "height": {}, "projection": "{}"}}}})",
-      view.yaw * degrees, view.pitch * degrees, text_of(view.target), view.height,
+      R"({{"view": {{"yaw_deg": {}, "pitch_deg": {}, "target": {}, "height": {}, "shift": [{}, {}], "projection": "{}"}}}})",
+      view.yaw * degrees, view.pitch * degrees, text_of(view.target), view.height, view.shift_x, view.shift_y,
       view.projection == render::Projection::perspective ? "perspective" : "orthographic");
 }
 

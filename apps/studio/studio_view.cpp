@@ -125,10 +125,19 @@ bool* StudioView::flag_of(Action action) {
   return nullptr;
 }
 
+void StudioView::look_from(StandardView side) {
+  const View before = navigation_.view;
+  navigation_.view = keeping(navigation_.home.value_or(before.target), before, seen_from(before, side));
+}
+
+void StudioView::turn(double dx, double dy) {
+  const View before = navigation_.view;
+  navigation_.view = orbited_about(before, navigation_.home.value_or(before.target), dx, dy, navigation_.height);
+}
+
 bool StudioView::perform(Action action) {
   if (const auto side = side_of(action)) {
-    const View& before = navigation_.view;
-    navigation_.view = keeping(navigation_.home.value_or(before.target), before, seen_from(before, *side));
+    look_from(*side);
     return true;
   }
   if (bool* const flag = flag_of(action)) {

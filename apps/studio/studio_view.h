@@ -78,6 +78,10 @@ class StudioView {
   // Frames the shape, or what the last stroke may have moved.
   void frame_all();
   void frame_stroke();
+  // Shows the shape from a side; its middle stays where it is in the picture.
+  void look_from(StandardView side);
+  // Turns the view about the middle of what was framed, as a drag of so many pixels does.
+  void turn(double dx, double dy);
   // A drag that turns the view turns it about what the pointer is on.
   void set_pivot(const Event& event);
   // Frames the document that was opened, and reads its references.

@@ -37,11 +37,14 @@ struct SurfaceCheck {
   SelfIntersections self_intersections;
   std::size_t folded_edges = 0;                  // knead/mesh.h
   std::optional<std::size_t> flipped_triangles;  // since an earlier shape, if one was given
+  std::optional<std::size_t> crossings_between;  // of self_intersections: of two shapes, if there are several
 };
 
 // Looks for what is wrong with a surface. `info` describes it; a note is added where the count of intersections needs
 // one. progress: cancels the search for intersections, which then throws Cancelled.
 SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info, const Progress* progress = nullptr);
+// Does this for several shapes as one surface.
+SurfaceCheck check_surfaces(const JoinedMeshes& joined, ShapeInfo info, const Progress* progress = nullptr);
 
 // Return one JSON object, indented, with a line end.
 std::string to_json(const ShapeInfo& info);
@@ -206,6 +209,7 @@ struct Report {
   std::optional<double> penetration;                       // ReplayResult::penetration
   std::optional<std::uint64_t> self_intersections_before;  // pairs; nothing unless the caller counted them
   std::optional<std::uint64_t> self_intersections_after;
+  std::optional<std::uint64_t> crossings_between{};  // pairs of triangles of two shapes; if there are several
   std::optional<RemeshReport> remesh;      // if the result was remeshed
   std::optional<Certificate> certificate;  // if the caller made one
 };

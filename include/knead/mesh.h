@@ -112,6 +112,51 @@ void for_each_triangle(const Mesh& mesh, std::span<const Vec3d> positions, Visit
 // Returns the normal of a closed polygon; its length is twice the area. Method: sum of cross products (Newell).
 Vec3d polygon_normal(std::span<const Vec3d> positions, std::span<const std::uint32_t> polygon);
 
+// Several meshes as one.
+
+// A mesh, and for each face the face of an earlier mesh in which it lies.
+struct MeshPart {
+  Mesh mesh;
+  std::vector<std::uint32_t> face_source;
+};
+
+// Several meshes as one, and the way back. In mesh() they follow each other: vertices, faces, corners, and attributes.
+// The attributes of one mesh are 0 at the elements of all others.
+class JoinedMeshes {
+ public:
+  // Throws InvalidInput if there are more vertices or corners than 32 bits can number.
+  explicit JoinedMeshes(std::span<const Mesh* const> meshes);
+
+  const Mesh& mesh() const { return mesh_; }
+  // Returns the number of meshes.
+  std::size_t size() const { return begins_.size() - 1; }
+
+  // Returns the vertices of one mesh, of a list with an item for each vertex of mesh().
+  template <class T>
+  std::span<const T> vertices_of(std::size_t part, std::span<const T> items) const {
+    return items.subspan(begins_[part].vertex, begins_[part + 1].vertex - begins_[part].vertex);
+  }
+
+  // Returns what has become of one mesh after mesh() was remeshed. face_source: for each face of `remeshed` the face of
+  // mesh() in which it lies. vertex_source: for each vertex of `remeshed` the vertex of mesh(), or a greater number for
+  // a new one; it counts for vertices without faces. Throws InvalidInput for lists of other lengths.
+  MeshPart part_of(std::size_t part, const Mesh& remeshed, std::span<const std::uint32_t> face_source,
+                   std::span<const std::uint32_t> vertex_source) const;
+
+  // Returns the number of the mesh that a face of mesh() belongs to.
+  std::size_t part_of_face(std::uint32_t face) const;
+
+ private:
+  struct Begin {
+    std::uint32_t vertex = 0;
+    std::uint32_t face = 0;
+    std::uint32_t attribute = 0;
+  };
+
+  Mesh mesh_;
+  std::vector<Begin> begins_;  // of each mesh, and the ends of the last one
+};
+
 // Vertex normals; authored normals and tangents after a deformation.
 
 // Returns one unit normal for each vertex: the mean of the normals of its faces, weighted by the angles of the faces at
@@ -394,6 +439,11 @@ struct SelfIntersections {
 
 // Returns how many pairs of `now` are not in `before`; all of them if one of the searches was stopped at its limit.
 std::size_t count_new(const SelfIntersections& now, const SelfIntersections& before);
+
+// Returns how many of the pairs, among triangles of mesh(), lie on two different meshes. `triangle_source`: for each
+// triangle its face in JoinedMeshes::mesh(). Throws InvalidInput if the search was stopped at its limit.
+std::size_t count_between(const SelfIntersections& found, const JoinedMeshes& joined,
+                          std::span<const std::uint32_t> triangle_source);
 
 // Returns the pairs of triangles that intersect in more than the vertices and edges they share. Vertices are shared if
 // their numbers are equal. Two triangles are a pair

@@ -24,13 +24,16 @@ enum class Projection { orthographic, perspective };
 
 // Looks from eye to target. The picture shows `height` units from bottom to top in the plane through the target, in
 // both projections, so that both show it at the same scale. Valid: eye != target, height > 0, up not zero. If `up` is
-// parallel to the view, an orthogonal direction replaces it. `up` is also the normal of the ground.
+// parallel to the view, an orthogonal direction replaces it. `up` is also the normal of the ground. The shift moves the
+// lens: the target is seen off the middle of the picture, and what is level stays level.
 struct Camera {
   Projection projection = Projection::perspective;
   Vec3d eye{0, 0, 5};
   Vec3d target{0, 0, 0};
   Vec3d up{0, 1, 0};
   double height = 2;
+  double shift_x = 0;  // where the target is seen, from -1, the left side, to 1
+  double shift_y = 0;  // from -1, the bottom, to 1
 };
 
 // The unit vectors of the picture: right, up, and forward (from the eye into the scene).
@@ -386,6 +389,8 @@ inline constexpr std::array<Color, 5> kStretchColors{{{0.86f, 0.86f, 0.84f, 1},
                                                       {0.62f, 0.14f, 0.36f, 1},
                                                       {0.22f, 0.05f, 0.32f, 1}}};
 
+inline constexpr std::size_t kMaxSections = 3;
+
 // The camera, the material and everything that is drawn besides the shape. Colours are those on the screen.
 struct LiveScene {
   Camera camera;
@@ -397,6 +402,7 @@ struct LiveScene {
   bool show_influence = false;         // as set by set_influence
   bool show_stretch = false;           // the values of set_influence along kStretchColors instead
   std::optional<Clip> clip;            // shape only
+  std::vector<Clip> sections;          // planes whose lines on the faces of the shape are drawn; at most kMaxSections
   std::vector<PlacedImage> images;
   std::vector<TranslucentSurface> surfaces;
   std::vector<Arrow> arrows;

@@ -91,6 +91,14 @@ SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info, const Progress* pro
   return check;
 }
 
+SurfaceCheck check_surfaces(const JoinedMeshes& joined, ShapeInfo info, const Progress* progress) {
+  SurfaceCheck check = check_surface(joined.mesh(), std::move(info), progress);
+  if (check.self_intersections.complete) {
+    check.crossings_between = count_between(check.self_intersections, joined, triangle_faces(joined.mesh()));
+  }
+  return check;
+}
+
 std::string to_json(const ShapeInfo& info) { return to_indented_text(json_of(info)); }
 
 std::string to_json(const ShapeSummary& summary) {
@@ -117,6 +125,7 @@ std::string to_json(const SurfaceCheck& check) {
   json.set("smallest_angle_deg", m.smallest_angle_deg);
   json.set("folded_edges", check.folded_edges);
   json.set("flipped_triangles", check.flipped_triangles);
+  if (check.crossings_between) json.set("crossings_between", *check.crossings_between);
   return to_indented_text(json);
 }
 
@@ -305,6 +314,7 @@ std::string to_json(const Report& report) {
       {"self_intersections_before", report.self_intersections_before},
       {"self_intersections_after", report.self_intersections_after},
   };
+  if (report.crossings_between) json.set("crossings_between", *report.crossings_between);
   if (report.penetration) json.set("penetration", *report.penetration);
   if (report.remesh) json.set("remesh", json_of(*report.remesh));
   if (report.certificate) json.set("certificate", json_of(*report.certificate));

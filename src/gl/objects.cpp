@@ -101,8 +101,19 @@ namespace {
 void delete_shader(GLuint name) { glDeleteShader(name); }
 using Shader = Name<delete_shader>;
 
+// The line of a driver's log that says what is wrong: the first one with "error" in it, for NVIDIA begins with a
+// heading.
+std::string reason_in(const std::string& log) {
+  const std::string_view text = std::string_view(log).substr(0, log.find('\0'));
+  const std::size_t error = text.find("error");
+  const std::size_t at = error == std::string_view::npos ? 0 : error;
+  const std::size_t before = text.rfind('\n', at);
+  const std::size_t begin = before == std::string_view::npos ? 0 : before + 1;
+  return std::string(text.substr(begin, text.find('\n', begin) - begin));
+}
+
 [[noreturn]] void fail(const char* step, const std::string& log) {
-  const std::string reason = log.substr(0, log.find_first_of(std::string("\n\0", 2)));
+  const std::string reason = reason_in(log);
   throw GpuError(
       fmt::format("the graphics driver could not {} a shader ({}); update it, or use the CPU", step, reason));
 }

@@ -21,8 +21,14 @@ Buffer make_storage(const void* data, std::size_t bytes) {
   glGenBuffers(1, &name);
   Buffer buffer(name);
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, name);
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(std::max(bytes, least)),
-               bytes < least ? nullptr : data, GL_DYNAMIC_DRAW);
+  const auto size = static_cast<GLsizeiptr>(std::max(bytes, least));
+  const void* const from = bytes < least ? nullptr : data;
+  // NVIDIA's driver moves large buffers that glBufferData makes into the host's memory; these stay on the card.
+  if (epoxy_gl_version() >= 44 || epoxy_has_gl_extension("GL_ARB_buffer_storage")) {
+    glBufferStorage(GL_SHADER_STORAGE_BUFFER, size, from, GL_DYNAMIC_STORAGE_BIT);
+  } else {
+    glBufferData(GL_SHADER_STORAGE_BUFFER, size, from, GL_DYNAMIC_DRAW);
+  }
   if (bytes < least && data != nullptr) write_storage(buffer, 0, bytes, data);
   const GLenum error = glGetError();
   if (error == GL_OUT_OF_MEMORY) {

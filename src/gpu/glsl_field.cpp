@@ -280,24 +280,24 @@ R nearest_point_squared(int first, int last, R3 d) {
   return least;
 }
 
-// (scale / d_i)^m of all points added up (x), and the gradient's sum (yzw).
+// (scale / d_i)^m of all points added up (x), and the gradient's sum (yzw). Four at a time, written out: NVIDIA's driver
+// cannot set a component of a double vector by its number.
 R4 sum_over_points(int first, int last, R3 d, R inverse, int half_exponent) {
   R4 sum = R4(0);
   for (int i = first; i < last; i += 12) {
-    R3 from[4];
-    R4 squares;
-    for (int k = 0; k < 4; ++k) {
-      from[k] = (d - part(min(i + 3 * k, last - 3))) * inverse;
-      squares[k] = dot(from[k], from[k]);
-    }
+    R3 from0 = (d - part(i)) * inverse;
+    R3 from1 = (d - part(min(i + 3, last - 3))) * inverse;
+    R3 from2 = (d - part(min(i + 6, last - 3))) * inverse;
+    R3 from3 = (d - part(min(i + 9, last - 3))) * inverse;
+    R4 squares = R4(dot(from0, from0), dot(from1, from1), dot(from2, from2), dot(from3, from3));
     R4 ratios = R4(1) / squares;
     R4 terms = integer_powers(ratios, half_exponent);
-    for (int k = 1; k < 4; ++k) {
-      if (i + 3 * k >= last) terms[k] = R(0);
-    }
+    if (i + 3 >= last) terms.y = R(0);
+    if (i + 6 >= last) terms.z = R(0);
+    if (i + 9 >= last) terms.w = R(0);
     R4 slopes = terms * ratios;
     sum.x += (terms.x + terms.y) + (terms.z + terms.w);
-    sum.yzw += (from[0] * slopes.x + from[1] * slopes.y) + (from[2] * slopes.z + from[3] * slopes.w);
+    sum.yzw += (from0 * slopes.x + from1 * slopes.y) + (from2 * slopes.z + from3 * slopes.w);
   }
   return sum;
 }

@@ -1,6 +1,7 @@
 knead_test(knead_mesh_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/flipped_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/folded_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/joined_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/measures_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mesh_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/normals_test.cpp

@@ -101,6 +101,39 @@ TEST_F(LiveLookTest, EveryMatcapLooksDifferent) {
   }
 }
 
+TEST_F(LiveLookTest, ASectionIsALineOnTheShapeInEveryMaterial) {
+  const Mesh ball = sphere({}, 1);
+  LiveScene scene = scene_of(ball);
+  scene.camera = fit_camera(bounding_box(ball.positions), {0, 0, -1}, {0, 1, 0}, static_cast<double>(kWidth) / kHeight);
+  view_->set_shape(ball);
+  const Color red{1, 0, 0, 1};
+  for (const Material material : {Material::clay, Material::flat, Material::matcap}) {
+    scene.material = material;
+    scene.sections.clear();
+    const Image plain = picture(scene);
+    scene.sections = {{{1, 0, 0}, 0, red}, {{0, 2, 0}, 8, red}};  // through the middle; beyond the shape
+    const Image marked = picture(scene);
+    const int middle = kWidth / 2;
+    int on_line = 0;
+    for (int y = kHeight / 4; y < 3 * kHeight / 4; ++y) {
+      const auto pixel = at(marked, middle, y);
+      if (pixel.red > 180 && pixel.green < 90) ++on_line;
+    }
+    EXPECT_GT(on_line, 0.9 * kHeight / 2) << static_cast<int>(material);
+    int others = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        if (std::abs(x - middle) > 3 && at(plain, x, y).green != at(marked, x, y).green) ++others;
+      }
+    }
+    EXPECT_EQ(others, 0) << static_cast<int>(material);
+  }
+  scene.sections.assign(kMaxSections + 1, {{1, 0, 0}, 0, red});
+  EXPECT_THROW(picture(scene), InvalidInput);
+  scene.sections = {{{0, 0, 0}, 0, red}};
+  EXPECT_THROW(picture(scene), InvalidInput);
+}
+
 TEST_F(LiveLookTest, FlatAndClayDifferOnTrianglesSmallerThanPixels) {
   const Mesh ball = sphere({}, 1, 160'000);
   LiveScene scene = scene_of(ball);

@@ -102,6 +102,32 @@ TEST_F(RenderTest, PerspectiveBallCoversItsCone) {
   EXPECT_NEAR(coverage(render(scene, options)) / (std::numbers::pi * radius * radius), 1, 0.004);
 }
 
+TEST_F(RenderTest, AShiftOfTheLensMovesThePicture) {
+  const Mesh ball = make_ball({0.2, -0.1, 0.3}, 0.5);
+  for (const Projection projection : {Projection::orthographic, Projection::perspective}) {
+    Scene scene = scene_of(ball, projection);
+    scene.camera.height *= 2;
+    const Options options = cutout_options();
+    const Image plain = render(scene, options);
+    scene.camera.shift_x = 2 * 40.0 / options.width;  // 40 pixels to the right, 20 up
+    scene.camera.shift_y = 2 * 20.0 / options.height;
+    const Image shifted = render(scene, options);
+    int seen = 0;
+    int greatest = 0;
+    for (int y = 20; y < options.height; ++y) {
+      for (int x = 0; x + 40 < options.width; ++x) {
+        const auto alpha = [&](const Image& image, int i, int j) {
+          return static_cast<int>(image.pixels[4 * (static_cast<std::size_t>(j) * image.width + i) + 3]);
+        };
+        greatest = std::max(greatest, std::abs(alpha(plain, x, y) - alpha(shifted, x + 40, y - 20)));
+        seen += alpha(plain, x, y) == 255 ? 1 : 0;
+      }
+    }
+    EXPECT_GT(seen, 1000);
+    EXPECT_LE(greatest, 29) << "one of 9 samples on the rim, by rounding";
+  }
+}
+
 TEST_F(RenderTest, SizeAndDistanceFromTheOriginDoNotMatter) {
   const Mesh ball = make_ball({}, 1);
   const Mesh tiny = make_ball({1e-3, 2e-3, 5e-3}, 1e-9);

@@ -154,15 +154,20 @@ void check(const Camera& camera) {
   if (!(camera.height > 0) || !std::isfinite(camera.height)) {
     throw InvalidInput("render: the camera's height is not positive; give the height that the picture shows");
   }
+  if (!std::isfinite(camera.shift_x) || !std::isfinite(camera.shift_y)) {
+    throw InvalidInput("render: the camera's shift is not finite; give a part of the picture");
+  }
 }
 
 Mat4f clip_matrix(const View& view) {
   // Rows of the matrix on (p - eye): x and y by the frame, z and w by the depth range.
   const double depth = view.far - view.near;
-  const Vec3d rows[4] = {view.frame.right * (1 / norm(view.side)), view.frame.up * (1 / norm(view.top)),
+  const Vec3d shift = view.perspective ? view.frame.forward : Vec3d{};
+  const Vec3d rows[4] = {view.frame.right * (1 / norm(view.side)) + shift * view.shift_x,
+                         view.frame.up * (1 / norm(view.top)) + shift * view.shift_y,
                          view.frame.forward * (view.perspective ? (view.far + view.near) / depth : 2 / depth),
                          view.perspective ? view.frame.forward : Vec3d{}};
-  const double constants[4] = {0, 0,
+  const double constants[4] = {view.perspective ? 0 : view.shift_x, view.perspective ? 0 : view.shift_y,
                                view.perspective ? -2 * view.far * view.near / depth : -(view.far + view.near) / depth,
                                view.perspective ? 0.0 : 1.0};
   Mat4f matrix{};
@@ -189,6 +194,8 @@ View make_view(const Camera& camera, const Placement& placement, const BoundingB
   view.ground_up = normalized(camera.up);
   view.eye = view.placement.apply(camera.eye);
   view.perspective = camera.projection == Projection::perspective;
+  view.shift_x = camera.shift_x;
+  view.shift_y = camera.shift_y;
   const double distance = norm(camera.target - camera.eye) * view.placement.scale;
   const double half_height = 0.5 * camera.height * view.placement.scale / (view.perspective ? distance : 1);
   view.top = view.frame.up * half_height;

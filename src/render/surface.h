@@ -27,12 +27,13 @@ inline constexpr const char* kClipFragment = "void clip_away() {}\n";
 // How a sample of the picture becomes a ray, and a depth becomes a point on it (surface.h).
 inline constexpr const char* kView = R"(
 uniform vec3 eye, forward, side, top;
+uniform vec2 shift;        // of the lens
 uniform vec2 range;        // near, far
 uniform float perspective;
 uniform vec2 samples;      // of the picture, wide and high
 
 vec3 screen_offset(vec2 at) {
-  vec2 p = 2.0 * at / samples - 1.0;
+  vec2 p = 2.0 * at / samples - 1.0 - shift;
   return p.x * side + p.y * top;
 }
 vec3 ray_origin(vec2 at) { return eye + (1.0 - perspective) * screen_offset(at); }
@@ -139,8 +140,8 @@ Placement make_placement(const Box& box);
 
 using Mat4f = std::array<float, 16>;  // by columns, as OpenGL wants it
 
-// The camera in renderer units. A point of the picture (x, y in -1..1) at distance t in front of the eye is
-// origin + direction * t, where origin = eye + (x * side + y * top) * (1 - perspective) and
+// The camera in renderer units. A point of the picture (x, y in -1..1, less the shift) at distance t in front of the eye
+// is origin + direction * t, where origin = eye + (x * side + y * top) * (1 - perspective) and
 // direction = forward + (x * side + y * top) * perspective.
 struct View {
   Placement placement;
@@ -152,6 +153,8 @@ struct View {
   double near = 0;
   double far = 1;
   bool perspective = false;
+  double shift_x = 0;  // Camera's
+  double shift_y = 0;
   double pixel = 0;  // the size of a sample, at distance 1 in perspective
   Mat4f matrix{};    // to clip space
 };

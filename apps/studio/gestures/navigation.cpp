@@ -63,29 +63,22 @@ std::array<Vec3d, 8> corners_along(const Axes& axes, const Box& box) {
   return corners;
 }
 
-// A part of the picture along one of its axes: tangents of the angles to the line of sight, for perspective.
-struct Part {
-  double begin;
-  double end;
-};
-
-// The least distance of the eye, along z, from which all corners are seen within the part: a corner at (a, z) is seen
-// at (a - eye) / (distance - z).
-double distance_to_fit(const std::array<Vec3d, 8>& corners, double Vec3d::*axis, const Part& part) {
+// The least distance of the eye, along z, from which all corners are seen within `reach` of the line of sight, a
+// tangent of an angle: a corner at (a, z) is seen at (a - eye) / (distance - z).
+double distance_to_fit(const std::array<Vec3d, 8>& corners, double Vec3d::*axis, double reach) {
   double most = -HUGE_VAL;
   double least = HUGE_VAL;
   for (const Vec3d& corner : corners) {
-    most = std::max(most, corner.*axis + part.end * corner.z);
-    least = std::min(least, corner.*axis + part.begin * corner.z);
+    most = std::max(most, corner.*axis + reach * corner.z);
+    least = std::min(least, corner.*axis - reach * corner.z);
   }
-  return (most - least) / (part.end - part.begin);
+  return (most - least) / (2 * reach);
 }
 
-// The place of the eye along an axis from where the corners are seen around the middle of the part.
-double eye_in_middle(const std::array<Vec3d, 8>& corners, double Vec3d::*axis, const Part& part, double distance) {
+// The place of the eye along an axis from where the corners are seen around the line of sight, all within `reach`.
+double eye_in_middle(const std::array<Vec3d, 8>& corners, double Vec3d::*axis, double reach, double distance) {
   const auto [low, high] = std::minmax_element(corners.begin(), corners.end(),
                                                [axis](const Vec3d& a, const Vec3d& b) { return a.*axis < b.*axis; });
-  const double reach = std::max(std::abs(part.begin), std::abs(part.end));
   double least = (*low).*axis;
   double most = (*high).*axis;
   for (const Vec3d& corner : corners) {
@@ -101,7 +94,7 @@ double eye_in_middle(const std::array<Vec3d, 8>& corners, double Vec3d::*axis, c
       seen_least = std::min(seen_least, seen);
       seen_most = std::max(seen_most, seen);
     }
-    (seen_least + seen_most > part.begin + part.end ? least : most) = eye;
+    (seen_least + seen_most > 0 ? least : most) = eye;
   }
   return 0.5 * (least + most);
 }
@@ -161,6 +154,8 @@ render::Camera camera_of(const View& view) {
   // Seen straight from above, what is up in the picture is no longer told by what is up in the world.
   camera.up = std::abs(view.pitch) > 0.49 * kPi ? axes.up : turntable(view.up).up;
   camera.height = view.height;
+  camera.shift_x = view.shift_x;
+  camera.shift_y = view.shift_y;
   return camera;
 }
 
@@ -215,19 +210,20 @@ View framed(const View& view, const Box& box, const Picture& picture) {
   const std::array<Vec3d, 8> corners = corners_along(axes, shown);
   const Vec3d middle{dot(shown.center(), axes.right), dot(shown.center(), axes.up), dot(shown.center(), axes.back)};
   View result = view;
+  result.shift_x = 2 * x / width;
+  result.shift_y = 2 * y / height;
   if (view.projection == render::Projection::orthographic) {
     Box seen;
     for (const Vec3d& corner : corners) seen.extend(corner);
     const Vec3d size = seen.max - seen.min;
     const double pixel = std::max(size.x / (2 * half_width), size.y / (2 * half_height));
     result.height = std::clamp(pixel * height, kSmallestHeight, kLargestHeight);
-    const double kept = result.height / height;
-    result.target = axes.right * (middle.x - kept * x) + axes.up * (middle.y - kept * y) + axes.back * middle.z;
+    result.target = shown.center();
     return result;
   }
   const double pixel = 2 * std::tan(0.5 * view.field_of_view_deg * std::numbers::pi / 180) / height;
-  const Part across{pixel * (x - half_width), pixel * (x + half_width)};
-  const Part upwards{pixel * (y - half_height), pixel * (y + half_height)};
+  const double across = pixel * half_width;
+  const double upwards = pixel * half_height;
   const double fits =
       std::max(distance_to_fit(corners, &Vec3d::x, across), distance_to_fit(corners, &Vec3d::y, upwards));
   result.height = std::clamp(pixel * height * (fits - middle.z), kSmallestHeight, kLargestHeight);
@@ -277,7 +273,8 @@ View zoomed(const View& view, double factor, const Vec3d& focus) {
 Vec3d under_pointer(const View& view, double x, double y, double width, double height) {
   const Axes axes = axes_of(view);
   const double scale = view.height / height;
-  return view.target + axes.right * ((x - 0.5 * width) * scale) - axes.up * ((y - 0.5 * height) * scale);
+  return view.target + axes.right * ((x - 0.5 * width * (1 + view.shift_x)) * scale) -
+         axes.up * ((y - 0.5 * height * (1 - view.shift_y)) * scale);
 }
 
 NavigationDrag drag_of(NavigationPreset preset, MouseButton button, const Modifiers& modifiers) {

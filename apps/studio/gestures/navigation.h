@@ -21,6 +21,8 @@ struct View {
   render::Projection projection = render::Projection::perspective;
   double field_of_view_deg = 30;  // from bottom to top, in perspective; from kSmallestFieldDeg to kLargestFieldDeg
   UpAxis up = UpAxis::y;
+  double shift_x = 0;  // render::Camera's: the target is seen in the middle between the panels
+  double shift_y = 0;
 
   friend bool operator==(const View&, const View&) = default;
 };
@@ -53,7 +55,8 @@ struct Picture {
 };
 
 // Returns the view that shows the whole box in the middle of the free part of the picture, which has at least a quarter
-// of its width and height. An empty box counts as the unit cube.
+// of its width and height. The lens is shifted there, so that a front view is frontal. An empty box counts as the unit
+// cube.
 View framed(const View& view, const Box& box, const Picture& picture);
 
 // Returns `after` with its target moved so that the point is seen where `before` shows it. Both have the same height.

@@ -25,7 +25,8 @@ std::array<double, 2> seen(const View& view, const Vec3d& p) {
   const double distance = norm(camera.target - camera.eye);
   double scale = kHeight / camera.height;
   if (camera.projection == render::Projection::perspective) scale *= distance / dot(d, frame.forward);
-  return {0.5 * kWidth + dot(d, frame.right) * scale, 0.5 * kHeight - dot(d, frame.up) * scale};
+  return {0.5 * kWidth * (1 + camera.shift_x) + dot(d, frame.right) * scale,
+          0.5 * kHeight * (1 - camera.shift_y) - dot(d, frame.up) * scale};
 }
 
 View random_view(std::mt19937& random) {
@@ -39,6 +40,8 @@ View random_view(std::mt19937& random) {
   view.height = 1.5 + number(random);
   if (number(random) > 0) view.projection = render::Projection::orthographic;
   if (number(random) > 0) view.up = UpAxis::z;
+  view.shift_x = 0.4 * number(random);
+  view.shift_y = 0.4 * number(random);
   view.field_of_view_deg =
       0.5 * (kSmallestFieldDeg + kLargestFieldDeg) + 0.5 * (kLargestFieldDeg - kSmallestFieldDeg) * number(random);
   return view;
@@ -224,6 +227,19 @@ TEST_F(NavigationTest, FramingKeepsOutOfWhatPanelsCover) {
     EXPECT_NEAR(filled.center().y, 30 + 0.5 * 545, 2);
     const double fills = std::max((filled.max.x - filled.min.x) / 420, (filled.max.y - filled.min.y) / 545);
     EXPECT_NEAR(fills, 0.84, 0.01) << "8% stay free at each side";
+  }
+}
+
+// The lens is shifted beside panels, and not the eye: the face of a box hides its sides.
+TEST_F(NavigationTest, AFrontViewIsFrontalBesidePanels) {
+  const Box box{{-1, -2, -0.5}, {3, 1, 0.5}};
+  for (const render::Projection projection : {render::Projection::perspective, render::Projection::orthographic}) {
+    View view = seen_from({}, StandardView::front);
+    view.projection = projection;
+    const render::Camera camera = camera_of(framed(view, box, {800, 600, {60, 30, 320, 25}}));
+    EXPECT_NEAR(camera.eye.x, 1, 1e-9);
+    EXPECT_NEAR(camera.eye.y, -0.5, 1e-9);
+    EXPECT_LT(camera.shift_x, -0.2);
   }
 }
 

@@ -20,12 +20,17 @@ bool is_perspective(const Screen& screen) { return screen.camera.projection == r
 // Scene units a pixel covers in the plane through the target.
 double target_pixel(const Screen& screen) { return screen.camera.height / screen.height; }
 
+// Where the target is seen.
+Pixel target_of(const Screen& screen) {
+  return {0.5 * screen.width * (1 + screen.camera.shift_x), 0.5 * screen.height * (1 - screen.camera.shift_y)};
+}
+
 }  // namespace
 
 Ray ray_through(const Screen& screen, double x, double y) {
   const render::CameraFrame frame = render::camera_frame(screen.camera);
-  const Vec3d aside =
-      (frame.right * (x - 0.5 * screen.width) - frame.up * (y - 0.5 * screen.height)) * target_pixel(screen);
+  const Pixel middle = target_of(screen);
+  const Vec3d aside = (frame.right * (x - middle.x) - frame.up * (y - middle.y)) * target_pixel(screen);
   if (!is_perspective(screen)) return {screen.camera.eye + aside, frame.forward};
   return {screen.camera.eye, normalized(screen.camera.target + aside - screen.camera.eye)};
 }
@@ -36,8 +41,8 @@ std::optional<Pixel> pixel_of(const Screen& screen, const Vec3d& p) {
   const double depth = dot(from_eye, frame.forward);
   if (is_perspective(screen) && !(depth > 0)) return std::nullopt;
   const double scale = (is_perspective(screen) ? target_distance(screen) / depth : 1) / target_pixel(screen);
-  return Pixel{0.5 * screen.width + dot(from_eye, frame.right) * scale,
-               0.5 * screen.height - dot(from_eye, frame.up) * scale};
+  const Pixel middle = target_of(screen);
+  return Pixel{middle.x + dot(from_eye, frame.right) * scale, middle.y - dot(from_eye, frame.up) * scale};
 }
 
 double pixel_size(const Screen& screen, const Vec3d& p) {

@@ -195,7 +195,7 @@ bool draw_choice(FileDialog& dialog, bool chosen) {
   const bool replaces = writes(dialog.use) && !dialog.name.empty() && fs::exists(chosen_path(dialog), error);
   const char* const label = !writes(dialog.use)          ? "Open"
                             : replaces && dialog.is_sure ? "Replace the existing file"
-                                                         : "Write";
+                                                         : "Save";
   ImGui::BeginDisabled(dialog.name.empty());
   const bool pressed = ImGui::Button(label);
   ImGui::EndDisabled();

@@ -131,6 +131,7 @@ void Interface::close() {
 void Interface::draw(const FrameTimes& times, const Stretched& stretched) {
   arrange();
   draw_numbers(studio_, gui_, layout_);
+  draw_axes(studio_, gui_, layout_);
   gui_.set_menu_open(draw_menus(studio_, dialogs_));
   draw_status(studio_, gui_);
   if (studio_.view().settings().panels) {

@@ -125,6 +125,28 @@ TEST_F(InterfaceTest, AClickBesideAMenuOnlyClosesIt) {
   EXPECT_FALSE(ShownPanels::is_list_open());
 }
 
+TEST_F(InterfaceTest, AClickOnAnAxisShowsTheShapeFromThereAndADragTurnsTheView) {
+  ShownPanels panels(options(), 1440, 900);
+  open_ball(panels);
+  const auto yaw = [&] { return panels.studio.view().navigation().view.yaw; };
+  const Area axes = ShownPanels::area_of("Axes");
+  const float x = 0.5F * (axes.left + axes.right);
+  const float y = 0.5F * (axes.top + axes.bottom);
+  ASSERT_NEAR(yaw(), 0, 1e-9);
+  const Pixel before = middle_of(panels.studio);
+  panels.click(x + 30, y);  // the end of x
+  EXPECT_NEAR(yaw(), 0.5 * 3.14159265, 1e-6);
+  panels.click(x, y - 30);  // of y
+  EXPECT_NEAR(panels.studio.view().navigation().view.pitch, 0.5 * 3.14159265, 1e-6);
+  run(panels.studio, R"({"key": "Alt+1"})");
+  panels.frame();
+  panels.drag(x, y, x - 60, y + 20);
+  EXPECT_GT(yaw(), 0.1);
+  EXPECT_GT(panels.studio.view().navigation().view.pitch, 0.02);
+  EXPECT_NEAR(middle_of(panels.studio).x, before.x, 0.5) << "the middle of the shape stays where it is";
+  EXPECT_TRUE(panels.studio.document().shown().history.empty());
+}
+
 struct WindowCase {
   int width;
   int height;

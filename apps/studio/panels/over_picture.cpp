@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "panels/file_dialog.h"
 #include "panels/panels.h"
@@ -84,6 +85,7 @@ struct PointerUse {
 
 void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
   constexpr std::array blender{PointerUse{"Turn the view", "middle button, or Alt+left"},
+                               PointerUse{"", "left beside the shape, or the axes in the corner"},
                                PointerUse{"Move the view", "Shift+middle, or Alt+Shift+left"},
                                PointerUse{"Zoom", "wheel, or Ctrl+middle"}};
   constexpr std::array maya{PointerUse{"Turn the view", "Alt+left button"}, PointerUse{"Move the view", "Alt+middle"},
@@ -97,7 +99,9 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
                             PointerUse{"Relax the triangles only", "Ctrl+Shift+left button"},
                             PointerUse{"Type a number", "Ctrl+click on its slider"}};
   if (!begin_keys(gui, "Pointer")) return;
-  for (const PointerUse& gesture : preset == NavigationPreset::maya ? maya : blender) row(gesture.what, gesture.how);
+  const bool is_maya = preset == NavigationPreset::maya;
+  for (const PointerUse& gesture : is_maya ? std::span<const PointerUse>(maya) : blender)
+    row(gesture.what, gesture.how);
   for (const PointerUse& gesture : both) row(gesture.what, gesture.how);
   ImGui::EndTable();
 }
@@ -311,6 +315,107 @@ void draw_numbers(const Studio& studio, const Gui& gui, const Layout& layout) {
   const auto tip = pixel_of(studio.view().screen(), arrow->to);
   if (!tip) return;
   draw_box(room, {static_cast<float>(tip->x) + 8 * gui.unit(), static_cast<float>(tip->y)}, {"in"}, gui.unit());
+}
+
+// --- the axes in the corner ------------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr float kAxisLength = 30;  // points, of an axis that lies in the picture
+constexpr float kAxisEnd = 9;      // radius of its end
+constexpr std::array<ImU32, 3> kAxisColours{IM_COL32(214, 72, 66, 255), IM_COL32(98, 158, 50, 255),
+                                            IM_COL32(62, 118, 214, 255)};
+constexpr std::array kAxisNames{"X", "Y", "Z"};
+
+// An end of an axis, as it is seen.
+struct AxisEnd {
+  std::size_t axis = 0;
+  bool is_positive = true;
+  Vec3d direction;
+  ImVec2 at;
+  double nearness = 0;  // from -1 to 1, towards the person
+};
+
+// From the farthest to the nearest.
+std::array<AxisEnd, 6> axis_ends(const View& view, ImVec2 middle, float unit) {
+  const render::CameraFrame frame = render::camera_frame(camera_of(view));
+  std::array<AxisEnd, 6> ends;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    AxisEnd& end = ends[i];
+    end.axis = i % 3;
+    end.is_positive = i < 3;
+    end.direction[end.axis] = end.is_positive ? 1 : -1;
+    const double reach = kAxisLength * unit;
+    end.at = {middle.x + static_cast<float>(reach * dot(end.direction, frame.right)),
+              middle.y - static_cast<float>(reach * dot(end.direction, frame.up))};
+    end.nearness = -dot(end.direction, frame.forward);
+  }
+  std::stable_sort(ends.begin(), ends.end(),
+                   [](const AxisEnd& a, const AxisEnd& b) { return a.nearness < b.nearness; });
+  return ends;
+}
+
+// The view from the end of an axis.
+StandardView side_at(const View& view, const Vec3d& direction) {
+  constexpr std::array sides{StandardView::front, StandardView::back, StandardView::right,
+                             StandardView::left,  StandardView::top,  StandardView::bottom};
+  return *std::max_element(sides.begin(), sides.end(), [&](StandardView a, StandardView b) {
+    const auto towards = [&](StandardView side) {
+      return -dot(render::camera_frame(camera_of(seen_from(view, side))).forward, direction);
+    };
+    return towards(a) < towards(b);
+  });
+}
+
+void draw_axis_ends(const std::array<AxisEnd, 6>& ends, const AxisEnd* lit, ImVec2 middle, float unit) {
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  for (const AxisEnd& end : ends) {
+    const ImU32 colour = kAxisColours[end.axis];
+    const ImU32 faint = (colour & 0x00FFFFFFU) | IM_COL32(0, 0, 0, 110);
+    const float radius = (end.is_positive ? kAxisEnd : 0.6F * kAxisEnd) * unit;
+    if (end.is_positive) list.AddLine(middle, end.at, end.nearness < -0.3 ? faint : colour, 2 * unit);
+    list.AddCircleFilled(end.at, radius, end.is_positive && end.nearness >= -0.3 ? colour : faint);
+    if (&end == lit) list.AddCircle(end.at, radius + unit, IM_COL32(250, 250, 250, 255), 0, 2 * unit);
+    if (!end.is_positive) continue;
+    const ImVec2 size = ImGui::CalcTextSize(kAxisNames[end.axis]);
+    list.AddText({end.at.x - 0.5F * size.x, end.at.y - 0.5F * size.y}, IM_COL32(255, 255, 255, 255),
+                 kAxisNames[end.axis]);
+  }
+}
+
+}  // namespace
+
+void draw_axes(Studio& studio, const Gui& gui, const Layout& layout) {
+  const float unit = gui.unit();
+  const float side = 2 * (kAxisLength + kAxisEnd + 2) * unit;
+  if (studio.view().turntable() || layout.free.width() < 4 * side || layout.free.height() < 3 * side) return;
+  const float gap = kPanelGap * unit;
+  ImGui::SetNextWindowPos({layout.free.right - gap - side, layout.free.top + gap});
+  ImGui::SetNextWindowSize({side, side});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
+  constexpr int flags = (kOverlay & ~ImGuiWindowFlags_AlwaysAutoResize) | ImGuiWindowFlags_NoBackground;
+  if (ImGui::Begin("Axes", nullptr, flags)) {
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    const ImVec2 middle{corner.x + 0.5F * side, corner.y + 0.5F * side};
+    ImGui::InvisibleButton("turn", {side, side});
+    const ImGuiIO& io = ImGui::GetIO();
+    const View& view = studio.view().navigation().view;
+    const std::array<AxisEnd, 6> ends = axis_ends(view, middle, unit);
+    const AxisEnd* lit = nullptr;
+    for (const AxisEnd& end : ends) {
+      const float away = std::hypot(io.MousePos.x - end.at.x, io.MousePos.y - end.at.y);
+      if (ImGui::IsItemHovered() && away <= (kAxisEnd + 2) * unit) lit = &end;
+    }
+    draw_axis_ends(ends, lit, middle, unit);
+    const bool is_drag = io.MouseDragMaxDistanceSqr[0] > io.MouseDragThreshold * io.MouseDragThreshold;
+    if (ImGui::IsItemActive() && is_drag) studio.view().turn(io.MouseDelta.x, io.MouseDelta.y);
+    if (ImGui::IsItemDeactivated() && !is_drag && lit != nullptr) {
+      studio.view().look_from(side_at(view, lit->direction));
+    }
+  }
+  ImGui::End();
+  ImGui::PopStyleVar(2);
 }
 
 // --- over the picture: the legend of stretches, what the placed tool would do, and the offer to remesh ---------------

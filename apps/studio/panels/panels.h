@@ -125,6 +125,10 @@ struct FrameTimes {
   std::size_t read_back = 0;     // times, from the GPU since the last gesture began
 };
 
+// The axes of the scene, in the upper right corner of the picture: a click on an end shows the shape from there, a drag
+// turns the view. Left out where there is no room.
+void draw_axes(Studio& studio, const Gui& gui, const Layout& layout);
+
 // The numbers of the current gesture beside the pointer.
 void draw_numbers(const Studio& studio, const Gui& gui, const Layout& layout);
 

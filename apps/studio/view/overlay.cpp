@@ -19,6 +19,7 @@ namespace {
 constexpr double kNominalAngle = 40;  // degrees of turn, or percent of stretch, that a placed tool is drawn with
 constexpr render::Color kLayerPath{0.16f, 0.45f, 0.80f, 1};
 constexpr render::Color kMirrorPlane{0.45f, 0.50f, 0.60f, 0.10f};
+constexpr render::Color kMirrorLine{0.25f, 0.45f, 0.85f, 1};
 constexpr render::Color kRadialAxis{0.30f, 0.35f, 0.45f, 1};
 constexpr float kFaded = 0.4F;  // of the opacity of a region, while it is dragged
 constexpr double kInArrowRadius = 0.03;
@@ -260,10 +261,16 @@ Mesh sheet_in(const Symmetry::Plane& plane, const Box& box) {
   return mesh;
 }
 
+// A mirror's plane is a line on the surface; points have none, so they get a sheet.
 void add_symmetry(const Studio& studio, const Box& box, render::LiveScene& scene) {
   const ToolSettings& settings = studio.tools().settings();
+  const bool has_faces = studio.document().shown().state.mesh->face_count() > 0;
   for (const Symmetry::Plane& plane : mirror_planes(settings)) {
-    scene.surfaces.push_back({sheet_in(plane, box), kMirrorPlane});
+    if (has_faces && scene.sections.size() < render::kMaxSections) {
+      scene.sections.push_back({plane.normal, dot(plane.normal, plane.point), kMirrorLine});
+    } else {
+      scene.surfaces.push_back({sheet_in(plane, box), kMirrorPlane});
+    }
   }
   if (settings.symmetry.turns < 2) return;
   const Vec3d half = normalized(settings.symmetry.axis) * (0.6 * box.diagonal());

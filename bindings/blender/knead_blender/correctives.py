@@ -106,10 +106,8 @@ class KNEAD_OT_make_corrective(bpy.types.Operator):
 
     def work(self, context, obj):
         rig = Rig(obj)
-        rest = np.empty(3 * len(obj.data.vertices), np.float32)
         keys = obj.data.shape_keys
-        (obj.data.vertices if keys is None else keys.reference_key.data).foreach_get("co", rest)
-        rest = rest.reshape(-1, 3).astype(np.float64)
+        rest = shape.read_rest(obj).astype(np.float64)
         faces = _polygons(obj.data)
         made = knead.correctives(rest, faces, rig.weights, rig.rest, rig.pose, parents=rig.parents)
         if not made:

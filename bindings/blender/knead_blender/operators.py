@@ -5,6 +5,7 @@ import json
 import os
 
 import bpy
+import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
@@ -325,6 +326,40 @@ class KNEAD_OT_fit(bpy.types.Operator):
         )
 
 
+class KNEAD_OT_take_along(OfSession, bpy.types.Operator):
+    """Move the other selected meshes, such as clothes, by the session of the active one: each gets a shape key"""
+
+    bl_idname = "knead.take_along"
+    bl_label = "Take Selected Along"
+
+    def work(self, context, obj):
+        others = _others(context)
+        if not others:
+            raise state.Refusal("Select what moves along, and then the mesh with the session")
+        session, frame = state.parse(obj.knead.session), state.frame_of(obj.data)
+        rebuild.check_session(session)
+        flow = session.resolve(frame.enter(_require_base(obj)), shape.faces(obj.data))
+        own = np.eye(4) if frame.matrix is None else frame.matrix
+        made = []
+        for other in others:
+            state.require_mesh(other)
+            there = shape.Frame(own @ np.array(obj.matrix_world.inverted() @ other.matrix_world))
+            before = shape.read_rest(other)
+            made.append((other, there.leave(knead.deform(there.enter(before), flow), there.enter(before), before)))
+        name = f"Knead along {obj.name}"
+        for other, places in made:
+            keys = other.data.shape_keys
+            key = keys.key_blocks.get(name) if keys is not None else None
+            if key is None:
+                active, had_keys = other.active_shape_key_index, keys is not None
+                key = shape.add_key(other, name)
+                if had_keys:
+                    other.active_shape_key_index = active
+            key.data.foreach_set("co", places.ravel())
+            other.data.update()
+            other.data.update_tag()
+
+
 def _others(context):
     """The selected meshes besides the active one."""
     return [obj for obj in context.selected_objects if obj.type == "MESH" and obj != context.object]
@@ -351,6 +386,7 @@ def append(operator, obj, strokes, space="LOCAL", tolerance=1e-5):
 _CLASSES = (
     KNEAD_OT_apply_session,
     KNEAD_OT_session_import,
+    KNEAD_OT_take_along,
     KNEAD_OT_session_export,
     KNEAD_OT_session_clear,
     KNEAD_OT_session_rebuild,

@@ -31,6 +31,14 @@ def read(obj):
     return coordinates.reshape(-1, 3)
 
 
+def read_rest(obj):
+    """Returns the coordinates without shape keys: (n, 3) float32."""
+    coordinates = np.empty(3 * len(obj.data.vertices), np.float32)
+    keys = obj.data.shape_keys
+    (obj.data.vertices if keys is None else keys.reference_key.data).foreach_get("co", coordinates)
+    return coordinates.reshape(-1, 3)
+
+
 def write(obj, coordinates):
     """Writes (n, 3) float32 where read() reads. The first shape key also gives the vertices their places."""
     flat = np.ascontiguousarray(coordinates, np.float32).ravel()

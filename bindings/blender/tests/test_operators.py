@@ -74,6 +74,33 @@ class Operators(Case):
         tools = {stroke.tool for stroke in state.parse(obj.knead.session)}
         self.assertTrue(tools <= {"grid", "implicit", "rotate", "pins"}, tools)
 
+    def test_clothes_are_taken_along(self):
+        obj, clothes = make_hand(), make_hand()
+        rest = self.vertices(obj)
+        for each in (obj, clothes):
+            each.select_set(True)
+        bpy.context.view_layer.objects.active = obj
+        bpy.context.view_layer.update()
+        self.assertFalse(bpy.ops.knead.take_along.poll())
+        path = session_file(self.folder)
+        bpy.ops.knead.apply_session(filepath=path)
+        clothes.location, clothes.scale = (0.01, 0, 0), (1.02, 1.02, 1.02)
+        bpy.context.view_layer.update()
+        for _ in range(2):  # the second time from rest again
+            self.assertEqual(bpy.ops.knead.take_along(), {"FINISHED"})
+            self.assertEqual(len(clothes.data.shape_keys.key_blocks), 2)
+            self.same(self.vertices(clothes), rest)
+            import knead_blender.state as state
+
+            flow = state.parse(obj.knead.session).resolve(rest.astype(np.float64), self.faces(obj))
+            expected = (state.knead.deform(1.02 * rest.astype(np.float64) + [0.01, 0, 0], flow) - [0.01, 0, 0]) / 1.02
+            found = key_values(clothes, 1)
+            self.assertLess(np.abs(found - expected).max(), 1e-5)
+            self.assertGreater(np.abs(found - rest).max(), 0.05)
+        clothes.select_set(False)
+        with self.assertRaisesRegex(RuntimeError, "Select what moves along"):
+            bpy.ops.knead.take_along()
+
     def test_shape_keys(self):
         obj = make_hand()
         before, path = self.vertices(obj), session_file(self.folder)

@@ -247,10 +247,11 @@ struct LiveFrame {
   std::optional<LiveCut> cut;
   const gl::Texture* matcap = nullptr;  // of Material::matcap
   bool has_normals = false;             // the shape's normals are drawn too, for its relief
+  std::vector<LiveCut> sections{};      // the scene's
 };
 
-// The plane of the scene's clip, if there is one. Throws InvalidInput for a plane without direction.
-std::optional<LiveCut> live_cut(const LiveScene& scene, const Placement& placement);
+// A plane in renderer units. Throws InvalidInput for one without direction.
+LiveCut live_cut(const Clip& clip, const Placement& placement);
 
 struct LiveShape {
   const LiveMesh& mesh;

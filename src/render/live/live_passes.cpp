@@ -212,6 +212,18 @@ bool only_fronts_show(const LiveFrame& frame, const LiveShape& shape) {
   return frame.programs.in_software && shape.mesh.is_solid() && !frame.cut && !within;
 }
 
+void set_sections(const gl::Program& program, const LiveFrame& frame) {
+  glUniform1i(uniform(program, "sections"), static_cast<GLint>(frame.sections.size()));
+  for (std::size_t i = 0; i < frame.sections.size(); ++i) {
+    const LiveCut& plane = frame.sections[i];
+    const Vec3f normal(plane.normal);
+    const std::string place = std::to_string(i) + "]";
+    glUniform4f(uniform(program, ("section[" + place).c_str()), normal.x, normal.y, normal.z,
+                static_cast<float>(plane.offset));
+    set(program, ("section_srgb[" + place).c_str(), plane.color);
+  }
+}
+
 void draw_faces(const LiveFrame& frame, const LiveShape& shape) {
   const gl::Program& program = frame.programs.shape.at(static_cast<std::size_t>(frame.scene.material));
   use_live_clipped(program, frame);
@@ -220,6 +232,7 @@ void draw_faces(const LiveFrame& frame, const LiveShape& shape) {
     set(program, "plain_srgb", kClay);
   }
   set(program, "back_srgb", kBackColor);
+  set_sections(program, frame);
   if (frame.scene.wireframe) {
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1.0f, 1.0f);
@@ -295,12 +308,10 @@ void draw_cut_face(const LiveFrame& frame) {
 
 }  // namespace
 
-std::optional<LiveCut> live_cut(const LiveScene& scene, const Placement& placement) {
-  if (!scene.clip) return std::nullopt;
-  const Clip& clip = *scene.clip;
+LiveCut live_cut(const Clip& clip, const Placement& placement) {
   const double length = norm(clip.normal);
   if (!(length > 0) || !std::isfinite(length)) {
-    throw InvalidInput("live view: the clipping plane has no normal; give one that is not zero");
+    throw InvalidInput("live view: a plane has no normal; give one that is not zero");
   }
   const double offset = (clip.offset - dot(clip.normal, placement.center)) * placement.scale / length;
   return LiveCut{clip.normal / length, offset, clip.color};

@@ -80,6 +80,19 @@ vec3 unit_normal(vec3 v) {
   float facing = dot(n, v);
   return facing < 0.0 ? normalize(n - facing * v) : n;
 }
+const int SECTIONS = 3;         // kMaxSections
+uniform vec4 section[SECTIONS];  // dot(section.xyz, p) = section.w
+uniform vec3 section_srgb[SECTIONS];
+uniform int sections;
+// Two samples wide.
+vec3 with_sections(vec3 color) {
+  for (int i = 0; i < SECTIONS; ++i) {
+    float s = dot(section[i].xyz, point) - section[i].w;
+    float off = abs(s) / max(fwidth(s), 1e-6);
+    if (i < sections) color = mix(section_srgb[i], color, smoothstep(0.7, 1.7, off));
+  }
+  return color;
+}
 )";
 
 const char* const kClayFragment = R"(
@@ -87,7 +100,7 @@ void main() {
   clip_away();
   vec3 v = -normalize(ray_direction(gl_FragCoord.xy));
   vec3 n = unit_normal(v);
-  pixel = vec4(clay(base_color(), n, v), 1.0);
+  pixel = vec4(with_sections(clay(base_color(), n, v)), 1.0);
   normal_out = vec4(n, 1.0);
 }
 )";
@@ -100,7 +113,7 @@ void main() {
   vec3 light = vec3(0.05, 0.05, 0.07) + max(dot(n, key), 0.0) * vec3(0.92, 0.80, 0.62) +
                max(dot(n, fill), 0.0) * vec3(0.05, 0.26, 0.62) + max(-dot(n, sky_up), 0.0) * vec3(0.30, 0.14, 0.10);
   vec3 base = base_color();
-  pixel = vec4(sqrt(base * base * light), 1.0);
+  pixel = vec4(with_sections(sqrt(base * base * light)), 1.0);
   normal_out = vec4(n, 1.0);
 }
 )";
@@ -117,7 +130,7 @@ void main() {
   vec3 n = unit_normal(-d);
   vec2 at = vec2(dot(n, x), dot(n, y));
   vec3 material = texture(ball, 0.5 + 0.49 * at).rgb;
-  pixel = vec4(min(material * base_color() / plain_srgb, 1.0), 1.0);
+  pixel = vec4(with_sections(min(material * base_color() / plain_srgb, 1.0)), 1.0);
   normal_out = vec4(n, 1.0);
 }
 )";

@@ -318,16 +318,22 @@ namespace {
 
 // Draws the scene into the targets' single samples.
 void make_picture(LiveView::State& s, const LiveScene& scene, int width, int height) {
-  const std::optional<LiveCut> cut = live_cut(scene, s.placement);
+  std::optional<LiveCut> cut;
+  if (scene.clip) cut = live_cut(*scene.clip, s.placement);
+  if (scene.sections.size() > kMaxSections) throw InvalidInput("live view: too many sections; give at most three");
+  std::vector<LiveCut> sections;
+  for (const Clip& plane : scene.sections) sections.push_back(live_cut(plane, s.placement));
   const double aspect = static_cast<double>(width) / height;
   const View rough = make_view(scene.camera, s.placement, {}, aspect, height);
   const std::vector<LiveGlass> glass = s.show(scene, rough.frame.forward);
   const View view = make_view(scene.camera, s.placement, ball_of(s.shown_box()), aspect, height);
   const bool is_matcap = scene.material == Material::matcap;
   const bool relief = scene.relief != Relief{} && !s.mesh.is_cloud();
-  const LiveFrame frame{s.programs, view,   scene, ball_of(s.shape_box()),
-                        width,      height, cut,   is_matcap ? &s.texture_of(scene.matcap) : nullptr,
-                        relief};
+  const LiveFrame frame{s.programs, view,
+                        scene,      ball_of(s.shape_box()),
+                        width,      height,
+                        cut,        is_matcap ? &s.texture_of(scene.matcap) : nullptr,
+                        relief,     std::move(sections)};
   if (relief && !s.relief_programs) s.relief_programs.emplace();
   s.make_targets({width, height, scene.samples > 0 ? scene.samples : s.samples, relief});
   begin_live_picture(frame, s.targets);

@@ -26,6 +26,7 @@ void use(const gl::Program& program, const View& view, int width, int height) {
   set(program, "forward", view.frame.forward);
   set(program, "side", view.side);
   set(program, "top", view.top);
+  glUniform2f(uniform(program, "shift"), static_cast<float>(view.shift_x), static_cast<float>(view.shift_y));
   glUniform2f(uniform(program, "range"), static_cast<float>(view.near), static_cast<float>(view.far));
   set(program, "perspective", view.perspective ? 1.0 : 0.0);
   glUniform2f(uniform(program, "samples"), static_cast<float>(width), static_cast<float>(height));

@@ -1,0 +1,115 @@
+// knead deform --also: several shapes in one flow; knead check --also.
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "knead/io.h"
+#include "process.h"
+
+namespace knead::command_test::together_test {
+namespace {
+
+using nlohmann::json;
+using Words = std::vector<std::string>;
+
+// A sphere, and a skirt about it that is turned so that no vertex lies above another one.
+class TogetherTest : public CommandTest {
+ protected:
+  TogetherTest() {
+    knead_ok({"make", "sphere", "-n", "1002", "-o", "body.ply", "-q"});
+    ShapeFile skirt = read_shape(path("body.ply"));
+    for (Vec3d& p : skirt.mesh.positions) {
+      p = Vec3d{0.8 * p.x - 0.6 * p.y, 0.48 * p.x + 0.64 * p.y - 0.6 * p.z, 0.36 * p.x + 0.48 * p.y + 0.8 * p.z} * 1.03;
+    }
+    skirt.mesh.attributes = {
+        {"color", Domain::vertex, NumberType::uint8, 3, std::vector<double>(3 * skirt.mesh.vertex_count(), 200)}};
+    write_mesh(path("skirt.ply"), skirt.mesh);
+    write("eyes.xyz", "0 0 1.1 0 0 1\n0.1 0 1.1 0 0 1\n3 3 3 1 0 0\n");
+    write("pull.knead",
+          "{\"knead\": 1}\n{\"tool\": \"implicit\", \"path\": [[0, 0, 1], [0, 0, 1.7]], \"inner\": 0.2, \"outer\": "
+          "0.9}\n");
+    write("paint.knead",
+          "{\"knead\": 1}\n{\"tool\": \"paint\", \"path\": [[0, 0, 1], [0.3, 0, 0.95]], \"radius\": 0.4, \"depth\": "
+          "0.1}\n");
+  }
+
+  Words together(const Words& more) const {
+    Words words{"deform", "body.ply", "pull.knead", "--also", "skirt.ply", "--also", "eyes.xyz", "-o", "posed"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+};
+
+TEST_F(TogetherTest, EachShapeMovesAsIfAlone) {
+  knead_ok(together({"-q"}));
+  knead_ok({"deform", "body.ply", "pull.knead", "-o", "alone.ply", "-q"});
+  EXPECT_EQ(read("posed/body.ply"), read("alone.ply"));
+  const Mesh skirt = read_shape(path("posed/skirt.ply")).mesh;
+  EXPECT_EQ(skirt.vertex_count(), 1002U);
+  ASSERT_EQ(skirt.attributes.size(), 1U);
+  EXPECT_EQ(skirt.attributes[0].values, std::vector<double>(3 * 1002, 200));
+  const Mesh eyes = read_shape(path("posed/eyes.xyz")).mesh;
+  ASSERT_EQ(eyes.vertex_count(), 3U);
+  EXPECT_NEAR(eyes.positions[0].z, 1.8, 1e-4);  // in the core
+  EXPECT_EQ(eyes.positions[2], (Vec3d{3, 3, 3}));
+}
+
+TEST_F(TogetherTest, CrossingsBetweenThemAreCountedAndRefinedAway) {
+  const json plain = json::parse(knead_ok(together({"--json"})));
+  EXPECT_GT(plain["crossings_between"], 50);
+  EXPECT_EQ(
+      json::parse(knead_ok({"check", "posed/body.ply", "--also", "posed/skirt.ply", "--json"}))["crossings_between"],
+      plain["crossings_between"]);
+  const json refined = json::parse(knead_ok(together({"--remesh", "--require", "crossings=0", "--json"})));
+  EXPECT_EQ(refined["crossings_between"], 0);
+  EXPECT_EQ(refined["self_intersections_after"], 0);
+  const json checked = json::parse(knead_ok(
+      {"check", "posed/body.ply", "--also", "posed/skirt.ply", "--require", "no-self-intersections", "--json"}));
+  EXPECT_EQ(checked["crossings_between"], 0);
+  EXPECT_EQ(checked["components"], 2);
+  EXPECT_GT(read_shape(path("posed/skirt.ply")).mesh.vertex_count(), 1002U);
+  EXPECT_EQ(read_shape(path("posed/eyes.xyz")).mesh.vertex_count(), 3U);
+}
+
+TEST_F(TogetherTest, BoundsThatAreNotMetWriteNothing) {
+  expect_error(knead(together({"--require", "crossings=0"})), 4, "add --remesh");
+  EXPECT_FALSE(std::filesystem::exists(path("posed")));
+}
+
+TEST_F(TogetherTest, StrokesReadTheSurfaceOfTheFirstShape) {
+  knead_ok({"deform", "body.ply", "paint.knead", "--also", "skirt.ply", "-o", "posed", "-q"});
+  knead_ok({"resolve", "body.ply", "paint.knead", "-o", "flow.knead", "-q"});
+  for (const char* name : {"body.ply", "skirt.ply"}) {
+    const std::string alone = std::string("alone_") + name;
+    knead_ok({"deform", name, "flow.knead", "-o", alone, "-q", "--precision", "double", "--tolerance", "1e-9"});
+    const Mesh expected = read_shape(path(alone)).mesh;
+    const Mesh found = read_shape(path(std::string("posed/") + name)).mesh;
+    double greatest = 0;
+    for (std::size_t i = 0; i < expected.vertex_count(); ++i) {
+      greatest = std::max(greatest, norm(expected.positions[i] - found.positions[i]));
+    }
+    EXPECT_LT(greatest, 2e-5) << name;
+  }
+}
+
+TEST_F(TogetherTest, GoesBackwards) {
+  knead_ok(together({"-q", "--precision", "double", "--tolerance", "1e-9"}));
+  knead_ok({"deform", "posed/body.ply", "pull.knead", "--inverse", "--also", "posed/skirt.ply", "-o", "back", "-q"});
+  const Mesh before = read_shape(path("skirt.ply")).mesh;
+  const Mesh after = read_shape(path("back/skirt.ply")).mesh;
+  for (std::size_t i = 0; i < before.vertex_count(); ++i) {
+    ASSERT_LT(norm(before.positions[i] - after.positions[i]), 1e-4) << i;
+  }
+}
+
+TEST_F(TogetherTest, WrongWordsAreOneLine) {
+  expect_error(knead(together({"--frames", "3"})), 2, "--frames");
+  expect_error(knead({"deform", "body.ply", "pull.knead", "--also", "skirt.ply", "-o", "posed.ply"}), 2, "folder");
+  expect_error(knead({"deform", "body.ply", "pull.knead", "--also", "./body.ply", "-o", "posed"}), 2, "this name");
+  expect_error(knead({"deform", "body.ply", "pull.knead", "--also", "none.ply", "-o", "posed"}), 3, "none.ply");
+  expect_error(knead({"check", "body.ply", "--also", "skirt.ply", "--before", "body.ply"}), 2, "--before");
+  EXPECT_FALSE(std::filesystem::exists(path("posed")));
+}
+
+}  // namespace
+}  // namespace knead::command_test::together_test
