@@ -370,7 +370,8 @@ void run_together(const DeformOptions& options) {
   const bool remeshes = will_remesh(inputs.mesh(), inputs.session, replay);
   std::vector<WriteOptions> writing;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
-    if (remeshes && !quiet) print_notes(remesh_losses(outputs[i], source(i)));
+    const bool has_faces = source(i).mesh.face_count() > 0;
+    if (remeshes && has_faces && !quiet) print_notes(remesh_losses(outputs[i], source(i)));
     writing.push_back(write_options_for(options, digits, source(i), outputs[i]));
     if (stores_floats(outputs[i], source(i), writing[i])) replay.remesh.single_precision = true;
   }

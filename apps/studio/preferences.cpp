@@ -319,8 +319,8 @@ std::vector<OwnMember> own_members(const Preferences& preferences) {
           member("shading", look.material, plain.look.material,
                  std::string(kShadings[static_cast<std::size_t>(look.material)])),
           member("matcap", look.matcap, plain.look.matcap, std::string(name_of(look.matcap))),
-          member("cavity", look.relief.cavity, plain.look.relief.cavity, true),
-          member("occlusion", look.relief.occlusion, plain.look.relief.occlusion, true),
+          member("cavity", look.relief.cavity, plain.look.relief.cavity, look.relief.cavity),
+          member("occlusion", look.relief.occlusion, plain.look.relief.occlusion, look.relief.occlusion),
           member("background", look.background, plain.look.background, look.background),
           member("projection", look.projection, plain.look.projection, "orthographic"),
           member("field_of_view_deg", look.field_of_view_deg, plain.look.field_of_view_deg, look.field_of_view_deg)};

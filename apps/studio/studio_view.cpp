@@ -24,6 +24,8 @@ std::filesystem::path file_of(const DocumentState& shown) {
   return shown.shape_path.empty() ? shown.session_path : shown.shape_path;
 }
 
+constexpr double kNearMiddle = 0.1;  // of the picture's height
+
 std::optional<StandardView> side_of(Action action) {
   constexpr std::array<std::pair<Action, StandardView>, 6> sides{{{Action::view_front, StandardView::front},
                                                                   {Action::view_back, StandardView::back},
@@ -127,7 +129,13 @@ bool* StudioView::flag_of(Action action) {
 
 void StudioView::look_from(StandardView side) {
   const View before = navigation_.view;
-  navigation_.view = keeping(navigation_.home.value_or(before.target), before, seen_from(before, side));
+  const Vec3d middle = navigation_.home.value_or(before.target);
+  View& view = navigation_.view;
+  view = keeping(middle, before, seen_from(before, side));
+  // What was framed from aslant lies a little off the line of sight.
+  const Vec3d forward = render::camera_frame(camera_of(view)).forward;
+  const Vec3d off = middle - view.target;
+  if (norm(off - forward * dot(off, forward)) < kNearMiddle * view.height) view.target = middle;
 }
 
 void StudioView::turn(double dx, double dy) {

@@ -1,6 +1,7 @@
 #include "knead/gpu.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -9,12 +10,13 @@
 #include "gpu/glsl.h"
 #include "gpu/gpu_state.h"
 #include "knead/error.h"
-#include "knead/mesh.h"
 #include "math/geometry.h"
 
 namespace knead::gpu {
 
 namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
 
 // As the shader writes them.
 struct Candidate {

@@ -24,6 +24,7 @@ namespace {
 
 using detail::BodySamples;
 
+constexpr double kMaxAstray = 0.25;    // of the diagonal: where 95% of the rigid vertices are at most
 constexpr double kMaxStep = 1;         // spacings that a limb moves in a step
 constexpr double kNear = 4;            // spacings: what is farther from all that moves is no part of a stage
 constexpr std::size_t kInside = 3000;  // samples of the body
@@ -224,6 +225,13 @@ class Poser {
     std::sort(distances.begin(), distances.end());
     result_.report.part_distance = distances.back();
     result_.report.part_distance_95 = distances[(distances.size() * 95 + 99) / 100 - 1];
+    if (result_.report.part_distance_95 > kMaxAstray) {
+      throw InvalidInput(
+          fmt::format("limbs end {:.0f}% of the shape's size from their bones: they are too thick for their length at "
+                      "the joints that "
+                      "turn; turn these less, or make the weights steeper there",
+                      100 * result_.report.part_distance_95));
+    }
   }
 
   // The turn and the shift of the skeleton as a whole.

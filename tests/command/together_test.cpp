@@ -29,19 +29,19 @@ class TogetherTest : public CommandTest {
           "{\"knead\": 1}\n{\"tool\": \"implicit\", \"path\": [[0, 0, 1], [0, 0, 1.7]], \"inner\": 0.2, \"outer\": "
           "0.9}\n");
     write("paint.knead",
-          "{\"knead\": 1}\n{\"tool\": \"paint\", \"path\": [[0, 0, 1], [0.3, 0, 0.95]], \"radius\": 0.4, \"depth\": "
+          "{\"knead\": 1}\n{\"tool\": \"paint\", \"path\": [[0, 0, 1], [0.3, 0, 0.95]], \"outer\": 0.4, \"depth\": "
           "0.1}\n");
   }
 
   Words together(const Words& more) const {
-    Words words{"deform", "body.ply", "pull.knead", "--also", "skirt.ply", "--also", "eyes.xyz", "-o", "posed"};
+    Words words{"deform", "body.ply", "pull.knead", "--also", "skirt.ply", "--also", "eyes.xyz", "-o", "posed", "-q"};
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
 };
 
 TEST_F(TogetherTest, EachShapeMovesAsIfAlone) {
-  knead_ok(together({"-q"}));
+  knead_ok(together({}));
   knead_ok({"deform", "body.ply", "pull.knead", "-o", "alone.ply", "-q"});
   EXPECT_EQ(read("posed/body.ply"), read("alone.ply"));
   const Mesh skirt = read_shape(path("posed/skirt.ply")).mesh;
@@ -93,7 +93,7 @@ TEST_F(TogetherTest, StrokesReadTheSurfaceOfTheFirstShape) {
 }
 
 TEST_F(TogetherTest, GoesBackwards) {
-  knead_ok(together({"-q", "--precision", "double", "--tolerance", "1e-9"}));
+  knead_ok(together({"--precision", "double", "--tolerance", "1e-9"}));
   knead_ok({"deform", "posed/body.ply", "pull.knead", "--inverse", "--also", "posed/skirt.ply", "-o", "back", "-q"});
   const Mesh before = read_shape(path("skirt.ply")).mesh;
   const Mesh after = read_shape(path("back/skirt.ply")).mesh;

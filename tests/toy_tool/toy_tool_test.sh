@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
 # Adds a toy tool to a copy of the sources by the list in CONTRIBUTING.md, no file more and none less, and runs a session
-# with it.   toy_tool_test.sh WORK LIBRARY COMPILER...   (a folder of its own, libknead.a, how to compile)
+# with it.   toy_tool_test.sh WORK LIBRARIES COMPILER...   (a folder of its own, libknead.a and what it needs, how to
+# compile)
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$here/../..
-work=$1 library=$2
+work=$1
+read -ra libraries <<<"$2"
 compile=("${@:3}")
 
 # The files in backticks at the head of each item of the list, with NAME for the tool.
@@ -38,13 +40,14 @@ sources() {
     tests/surveys/random_strokes.cpp "$here/main.cpp"
 }
 mkdir objects
+mapfile -t all < <(sources)
 running=0
-for source in $(sources); do
-  object=objects/$(basename "$source" .cpp).o
-  "${compile[@]}" -O0 -I include -I src -I apps/studio -I tests -c "$source" -o "$object" &
+for ((i = 0; i < ${#all[@]}; i += 6)); do # at once, as KNEAD_UNITY does
+  printf '#include "%s"\n' "${all[@]:i:6}" >"objects/$i.cpp"
+  "${compile[@]}" -O0 -I . -I include -I src -I apps/studio -I tests -c "objects/$i.cpp" -o "objects/$i.o" &
   ((++running % 2)) || wait
 done
 wait
 # The library may hold several sources in one object (KNEAD_UNITY), so what is replaced comes twice: the first one counts.
-"${compile[@]}" -Wl,--allow-multiple-definition objects/*.o "$library" -lfmt -ltbb -pthread -o toy_tool
+"${compile[@]}" -Wl,--allow-multiple-definition objects/*.o "${libraries[@]}" -lfmt -ltbb -pthread -o toy_tool
 ./toy_tool docs/session.md

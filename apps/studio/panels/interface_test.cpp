@@ -132,7 +132,12 @@ TEST_F(InterfaceTest, AClickOnAnAxisShowsTheShapeFromThereAndADragTurnsTheView) 
   const Area axes = ShownPanels::area_of("Axes");
   const float x = 0.5F * (axes.left + axes.right);
   const float y = 0.5F * (axes.top + axes.bottom);
+  run(panels.studio, R"({"view": {"yaw_deg": 30, "pitch_deg": 20}}
+{"key": "Home"}
+{"key": "Alt+1"})");
+  panels.frame();
   ASSERT_NEAR(yaw(), 0, 1e-9);
+  EXPECT_NEAR(panels.studio.view().screen().camera.eye.x, 0, 1e-9) << "frontal, although framed from aslant";
   const Pixel before = middle_of(panels.studio);
   panels.click(x + 30, y);  // the end of x
   EXPECT_NEAR(yaw(), 0.5 * 3.14159265, 1e-6);

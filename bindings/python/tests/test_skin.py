@@ -214,8 +214,9 @@ def test_the_command_poses_and_corrects_a_gltf_file(arm, tmp_path):
 @pytest.mark.skipif("KNEAD" not in os.environ, reason="KNEAD names no command")
 def test_a_spoiled_pose_is_written_and_ends_with_4(arm, tmp_path):
     v, faces, weights, rest = arm
+    weights = np.stack([weights[:, 0] >= 0.5, weights[:, 0] < 0.5], 1).astype(float)  # no flesh between the bones
     source, pose = tmp_path / "arm.glb", tmp_path / "pose.json"
-    write_glb(source, arm, 80)
+    write_glb(source, (v, faces, weights, rest), 80)
     pose.write_text(json.dumps({"lower": {"axis": [0, 0, 1], "angle_deg": 178}}))
     for name in ("folded.ply", "folded.glb"):
         ran = command(source, "--pose", pose, "-o", tmp_path / name)
@@ -226,6 +227,12 @@ def test_a_spoiled_pose_is_written_and_ends_with_4(arm, tmp_path):
     made = knead.correctives(v, faces, weights, rest, posed(rest, 178), parents=[-1, 0])
     assert any(one.problem for one in made)
     assert not knead.skin(v, faces, weights, rest, posed(rest, 60), parents=[-1, 0]).problem
+
+
+def test_limbs_that_cannot_follow_their_bones_are_refused(arm):
+    v, faces, weights, rest = arm
+    with pytest.raises(ValueError, match="from their bones"):
+        knead.skin(v * [1, 5, 5], faces, weights, rest, posed(rest, 90), parents=[-1, 0])
 
 
 @pytest.mark.skipif("KNEAD" not in os.environ, reason="KNEAD names no command")
