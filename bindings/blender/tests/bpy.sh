@@ -24,11 +24,12 @@ else
 fi
 tests=(operators tools poses shown correctives)
 for test in "${tests[@]}"; do
-  "$2" "$here/test_$test.py"
+  "$2" "$here/test_$test.py" 2>&1 | tee -a "$scratch/report.txt"
 done
+passed=$(awk '/^Ran [0-9]+ tests? in/ { sum += $2 } END { print sum }' "$scratch/report.txt")
 cd "$here/../../.."
 # shellcheck source=tools/packaging/zig.sh
 source tools/packaging/zig.sh
 zig_fact "$(uname -m)-linux-gnu.2.17" "$kind, bpy $version" built "$(stat -c %s "$zip" | numfmt --to=si)B"
 zig_fact "$(uname -m)-linux-gnu.2.17" "$kind, bpy $version" started yes
-zig_fact "$(uname -m)-linux-gnu.2.17" "$kind, bpy $version" tests "${tests[*]}"
+zig_fact "$(uname -m)-linux-gnu.2.17" "$kind, bpy $version" tests "$passed passed (${tests[*]})"
