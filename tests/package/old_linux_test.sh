@@ -31,3 +31,7 @@ inside './knead make sphere -n 4000 -q -o sphere_64k.ply && ./knead deform spher
   "$knead" deform sphere_64k.ply "$root/knead/implicit.knead" -q -o pulled.ply)
 cmp "$scratch/pulled.ply" "$root/knead/pulled.ply"
 inside './knead --version && ldd --version | head -1'
+cd "$here"
+# shellcheck source=tools/packaging/zig.sh
+source tools/packaging/zig.sh
+zig_fact x86_64-linux-gnu.2.17 command tests "tests/package/old_linux_test.sh, $(inside 'ldd --version' | sed -n '1s/.* /glibc /p')"

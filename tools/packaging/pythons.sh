@@ -7,8 +7,8 @@ python_folder=$PWD/build/cross/python
 # shellcheck disable=SC2034  # of wheels.sh
 python_versions=(3.11 3.12 3.13 3.14)
 python_packages=(
-  3.11.3-1.5.9/windows-x86_64
-  3.13.5-1.5.12/{windows-x86_64,macosx-arm64}
+  3.11.3-1.5.9/{windows-x86_64,linux-x86_64}
+  3.13.5-1.5.12/{windows-x86_64,macosx-arm64,linux-x86_64}
   3.14.3-1.5.13/{windows-x86_64,macosx-arm64,macosx-x86_64,linux-x86_64,linux-arm64}
 )
 
@@ -59,7 +59,13 @@ python_system() { # TARGET
 
 # Prints the folders of the headers for a target, with semicolons; fails where there are none.
 python_headers() { # TARGET VERSION
-  local folder neighbour config
+  local folder neighbour config here=
+  if here=$(python_here "$2"); then here=$(python_include "$here"); fi
+  grep -qs SIZEOF_VOID_P "$here/pyconfig.h" || here= # Debian's only includes another one, in a folder that zig does not search
+  if [[ $1 == *-linux-* && -n $here ]]; then
+    printf '%s\n' "$here"
+    return
+  fi
   folder=$python_folder/$2/$(python_system "$1")/include
   for folder in "$folder" "$folder/python$2"; do
     if [[ -f $folder/Python.h ]]; then
@@ -67,9 +73,8 @@ python_headers() { # TARGET VERSION
       return
     fi
   done
-  local here
-  here=$(python_here "$2") || return 1
-  here=$(python_include "$here")
+  here=${here:-$python_folder/$2/linux-x86_64/include/python$2} # ARM's are the same
+  [[ -f $here/Python.h ]] || return 1
   case $1 in
     *-linux-*) printf '%s\n' "$here" ;;
     *)

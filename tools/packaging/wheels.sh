@@ -2,7 +2,8 @@
 # Makes wheels with zig's compiler, one for each Python from 3.11 to 3.14:  wheels.sh [TARGET...]
 # Targets are those of cross.sh (default: x86_64-linux-gnu.2.17). KNEAD_PYTHONS names the versions (default: "3.11 3.12 3.13
 # 3.14"). The wheels lie in out/wheels. Each is installed into a fresh environment, where README's example runs: by this
-# machine's Python, by ARM's under QEMU, by Windows' under Wine. Those for macOS are made and not run.
+# machine's Python, by ARM's under QEMU, by Windows' under Wine. Those for macOS are made and not run. This machine's Python also
+# runs tests of the module in that environment, with the command KNEAD (default: build/release/knead) where that exists.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -62,6 +63,22 @@ run_elsewhere() { # TARGET VERSION FOLDER
   esac
 }
 
+# Runs quick tests of the module that an environment has.
+run_tests() { # TARGET VERSION FOLDER_OF_PROGRAMS
+  local knead=${KNEAD:-$root/build/release/knead} names=(animation arrays cells copies gesture pose skin) name report
+  local files=()
+  for name in "${names[@]}"; do files+=("$root/bindings/python/tests/test_$name.py"); done
+  [[ -x $knead ]] || return 0
+  "$3/pip" install --quiet --disable-pip-version-check pytest
+  report=$(cd "$scratch" && KNEAD=$knead KNEAD_SOURCE=$root PYTHONDONTWRITEBYTECODE=1 "$3/python" -m pytest -q -p no:cacheprovider \
+    "${files[@]}" 2>&1) || {
+    printf '%s\n' "$report" >&2
+    zig_fact "$1" "wheel, CPython $2" tests "failed"
+    return 1
+  }
+  zig_fact "$1" "wheel, CPython $2" tests "$(tail -1 <<<"$report" | sed 's/ in .*//') (${names[*]})"
+}
+
 # Installs a wheel into a fresh environment and runs README's example on a sphere. Prints by what; nothing where this
 # machine cannot run such a Python.
 try() { # TARGET VERSION WHEEL
@@ -73,6 +90,7 @@ try() { # TARGET VERSION WHEEL
     "$fresh/venv/bin/pip" install --quiet --disable-pip-version-check "$3"
     (cd "$fresh" && venv/bin/python "$root/tools/packaging/try_wheel.py") >&2 || return
     echo "README's example in a fresh environment"
+    run_tests "$1" "$2" "$fresh/venv/bin" || return
     return
   fi
   python=$python_folder/$2/$(python_system "$1")/bin/python
