@@ -143,7 +143,7 @@ Vec3d place_on(const std::vector<Vec3d>& path, double time) {
   return path[piece] * (1 - rest) + path[piece + 1] * rest;
 }
 
-double length_of(const std::vector<Vec3d>& path) {
+double length_of_path(const std::vector<Vec3d>& path) {
   double length = 0;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) length += norm(path[i + 1] - path[i]);
   return length;
@@ -381,7 +381,7 @@ void Fitter::go_to_landmarks() {
   anchors.insert(anchors.end(), nodes.begin(), nodes.end());
   const std::vector<std::vector<Vec3d>> paths = body.paths(anchors, kPieces);
   double longest = 0;
-  for (std::size_t i = 0; i < pairs; ++i) longest = std::max(longest, length_of(paths[i]));
+  for (std::size_t i = 0; i < pairs; ++i) longest = std::max(longest, length_of_path(paths[i]));
   const auto steps =
       std::clamp(static_cast<std::size_t>(std::ceil(longest / (kStep * diagonal_))), kMinSteps, kMaxSteps);
   std::vector<Vec3d> guides;

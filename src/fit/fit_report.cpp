@@ -11,7 +11,7 @@ namespace knead::fit_detail {
 
 namespace {
 
-constexpr std::size_t kGrain = 64;
+constexpr std::size_t kGrainOfReport = 64;
 
 void add_distances(std::span<const Vec3d> from, const SurfaceTree& to, const Measuring& measuring,
                    std::vector<double>& distances) {
@@ -19,7 +19,7 @@ void add_distances(std::span<const Vec3d> from, const SurfaceTree& to, const Mea
   const std::size_t count = (from.size() + stride - 1) / stride;
   const std::size_t first = distances.size();
   distances.resize(first + count);
-  parallel_for(count, kGrain, measuring.threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kGrainOfReport, measuring.threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(measuring.progress);
     for (std::size_t i = begin; i < end; ++i) distances[first + i] = to.closest(from[i * stride])->distance;
   });

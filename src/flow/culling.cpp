@@ -15,10 +15,10 @@ namespace knead::detail {
 namespace {
 
 // Bounds are computed with rounding of their own.
-constexpr double kRounding = 1e-9;
+constexpr double kRoundingOfBox = 1e-9;
 
 double rounding(const Field& field, const Surround& ball) {
-  return kRounding * (std::abs(field.thresholds.outer) + norm(ball.center - field.center) + ball.radius);
+  return kRoundingOfBox * (std::abs(field.thresholds.outer) + norm(ball.center - field.center) + ball.radius);
 }
 
 }  // namespace

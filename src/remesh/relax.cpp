@@ -269,7 +269,7 @@ constexpr int kMaxAttempts = 5;
 
 using Pair = std::array<std::uint32_t, 2>;
 
-Vec3d as_float(const Vec3d& p) { return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}; }
+Vec3d in_float(const Vec3d& p) { return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}; }
 
 void extend(Box& box, const Box& by) {
   box.extend(by.min);
@@ -378,7 +378,7 @@ class Relaxer::Patch {
   std::vector<Pair> crossings(const std::vector<Vec3d>& positions) const {
     std::vector<Vec3d> x = positions;
     for (std::size_t i = x.size(); i < vertices_.size(); ++i) x.push_back(relaxer_.positions_[vertices_[i]]);
-    if (relaxer_.single_precision_) std::transform(x.begin(), x.end(), x.begin(), as_float);
+    if (relaxer_.single_precision_) std::transform(x.begin(), x.end(), x.begin(), in_float);
     SelfIntersections found = self_intersections(all_, x, {.threads = relaxer_.threads_});
     std::erase_if(found.pairs, [&](const Pair& pair) { return pair[0] >= own_; });
     return std::move(found.pairs);

@@ -14,7 +14,7 @@ using namespace skin_detail;
 
 namespace {
 
-void require(bool holds, const std::string& what) {
+void require_skin(bool holds, const std::string& what) {
   if (!holds) throw InvalidInput(what);
 }
 
@@ -32,10 +32,10 @@ void require_transforms(const Skin& skin, const std::vector<BoneTransform>& tran
   constexpr double kFlat = 1e-12;  // volume of the columns over their lengths
   for (std::size_t b = 0; b < transforms.size(); ++b) {
     const BoneTransform& t = transforms[b];
-    require(is_finite(t), fmt::format("the {} of {} is not finite", what, name_of(skin, b)));
+    require_skin(is_finite(t), fmt::format("the {} of {} is not finite", what, name_of(skin, b)));
     const double sizes = norm(t.linear.column(0)) * norm(t.linear.column(1)) * norm(t.linear.column(2));
-    require(std::abs(determinant(t.linear)) > kFlat * sizes,
-            fmt::format("the {} of {} is flat: its matrix has no inverse", what, name_of(skin, b)));
+    require_skin(std::abs(determinant(t.linear)) > kFlat * sizes,
+                 fmt::format("the {} of {} is flat: its matrix has no inverse", what, name_of(skin, b)));
   }
 }
 
@@ -43,16 +43,16 @@ void require_forest(const Skin& skin) {
   const auto bones = static_cast<std::int32_t>(skin.rest.size());
   std::vector<char> state(skin.rest.size(), 0);  // 1: on the way up from the bone that is looked at, 2: reaches a root
   for (std::size_t b = 0; b < skin.parents.size(); ++b) {
-    require(skin.parents[b] >= -1 && skin.parents[b] < bones,
-            fmt::format("the parent of {} is {}, but there are {} bones; give -1 for none", name_of(skin, b),
-                        skin.parents[b], bones));
+    require_skin(skin.parents[b] >= -1 && skin.parents[b] < bones,
+                 fmt::format("the parent of {} is {}, but there are {} bones; give -1 for none", name_of(skin, b),
+                             skin.parents[b], bones));
   }
   for (std::size_t b = 0; b < skin.parents.size(); ++b) {
     std::vector<std::size_t> way;
     for (auto at = static_cast<std::int32_t>(b); at >= 0 && state[static_cast<std::size_t>(at)] != 2;
          at = skin.parents[static_cast<std::size_t>(at)]) {
       const auto bone = static_cast<std::size_t>(at);
-      require(state[bone] == 0, fmt::format("the parents of {} go round in a circle", name_of(skin, bone)));
+      require_skin(state[bone] == 0, fmt::format("the parents of {} go round in a circle", name_of(skin, bone)));
       state[bone] = 1;
       way.push_back(bone);
     }
@@ -93,23 +93,24 @@ DualQuaternion dual_of(const Rigid& motion) {
 }  // namespace
 
 void validate(const Skin& skin, std::size_t vertices) {
-  require(!skin.rest.empty(), "a skin needs at least one bone");
-  require(skin.parents.empty() || skin.parents.size() == skin.rest.size(),
-          fmt::format("there are {} parents for {} bones; give one for each, or none at all", skin.parents.size(),
-                      skin.rest.size()));
-  require(skin.begin.size() == vertices + 1, fmt::format("the weights are for {} vertices, but the shape has {}",
-                                                         skin.begin.empty() ? 0 : skin.begin.size() - 1, vertices));
-  require(skin.begin.front() == 0 && skin.begin.back() == skin.weights.size() &&
-              std::is_sorted(skin.begin.begin(), skin.begin.end()),
-          "the rows of the weights are not in order");
+  require_skin(!skin.rest.empty(), "a skin needs at least one bone");
+  require_skin(skin.parents.empty() || skin.parents.size() == skin.rest.size(),
+               fmt::format("there are {} parents for {} bones; give one for each, or none at all", skin.parents.size(),
+                           skin.rest.size()));
+  require_skin(skin.begin.size() == vertices + 1,
+               fmt::format("the weights are for {} vertices, but the shape has {}",
+                           skin.begin.empty() ? 0 : skin.begin.size() - 1, vertices));
+  require_skin(skin.begin.front() == 0 && skin.begin.back() == skin.weights.size() &&
+                   std::is_sorted(skin.begin.begin(), skin.begin.end()),
+               "the rows of the weights are not in order");
   require_transforms(skin, skin.rest, "rest");
   require_forest(skin);
   for (std::size_t v = 0; v < vertices; ++v) {
     for (std::size_t i = skin.begin[v]; i < skin.begin[v + 1]; ++i) {
       const BoneWeight& w = skin.weights[i];
-      require(w.bone < skin.rest.size(),
-              fmt::format("vertex {} hangs on bone {}, but there are {}", v, w.bone, skin.rest.size()));
-      require(
+      require_skin(w.bone < skin.rest.size(),
+                   fmt::format("vertex {} hangs on bone {}, but there are {}", v, w.bone, skin.rest.size()));
+      require_skin(
           w.weight >= 0 && std::isfinite(w.weight),
           fmt::format("vertex {} has the weight {} of {}; weights are 0 or more", v, w.weight, name_of(skin, w.bone)));
     }
@@ -117,12 +118,12 @@ void validate(const Skin& skin, std::size_t vertices) {
 }
 
 void validate(const Skin& skin, const SkinPose& pose) {
-  require(pose.size() == skin.rest.size(),
-          fmt::format("the pose has {} bones, but the skin has {}", pose.size(), skin.rest.size()));
+  require_skin(pose.size() == skin.rest.size(),
+               fmt::format("the pose has {} bones, but the skin has {}", pose.size(), skin.rest.size()));
   require_transforms(skin, pose, "pose");
   for (std::size_t b = 0; b < pose.size(); ++b) {
-    require(determinant(pose[b].linear) * determinant(skin.rest[b].linear) > 0,
-            fmt::format("the pose mirrors {}; a shape cannot be turned inside out", name_of(skin, b)));
+    require_skin(determinant(pose[b].linear) * determinant(skin.rest[b].linear) > 0,
+                 fmt::format("the pose mirrors {}; a shape cannot be turned inside out", name_of(skin, b)));
   }
 }
 
@@ -176,8 +177,8 @@ std::vector<Vec3d> corrective_shape(std::span<const Vec3d> positions, std::span<
   constexpr double kFlat = 0.05;  // of the volume that a bone's motion keeps
   validate(skin, positions.size());
   validate(skin, pose);
-  require(posed.size() == positions.size(),
-          fmt::format("there are {} posed positions for {} vertices", posed.size(), positions.size()));
+  require_skin(posed.size() == positions.size(),
+               fmt::format("there are {} posed positions for {} vertices", posed.size(), positions.size()));
   const std::vector<BoneTransform> motions = motions_of(skin, pose);
   std::vector<Vec3d> result;
   result.reserve(positions.size());

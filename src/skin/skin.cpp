@@ -29,7 +29,7 @@ constexpr double kMaxStep = 1;         // spacings that a limb moves in a step
 constexpr double kNear = 4;            // spacings: what is farther from all that moves is no part of a stage
 constexpr std::size_t kInside = 3000;  // samples of the body
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
+double time_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -59,7 +59,7 @@ class Poser {
     report.bones = joints_.limbs.size() - 1;
     report.stages = joints_.stages;
     result_.positions = std::move(positions_);
-    report.seconds = seconds_since(start);
+    report.seconds = time_since(start);
     return std::move(result_);
   }
 
@@ -91,16 +91,16 @@ class Poser {
   // So many that no limb turns by more than 10 degrees in one, or moves by more than a spacing.
   std::size_t steps_of(std::size_t stage, const StageProblem& problem) const {
     constexpr double kMaxTurn = std::numbers::pi / 18;
-    constexpr int kPieces = 16;
+    constexpr int kPiecesOfWay = 16;
     double steps = std::max(1.0, greatest_turn(stage) / kMaxTurn);
     std::vector<std::vector<Rigid>> motions;
-    for (int i = 0; i <= kPieces; ++i) motions.push_back(problem.motions(static_cast<double>(i) / kPieces));
+    for (int i = 0; i <= kPiecesOfWay; ++i) motions.push_back(problem.motions(static_cast<double>(i) / kPiecesOfWay));
     for (const LimbPoints& limb : problem.limbs) {
       for (const Vec3d& p : limb.points) {
         if (!limb.moves) break;
         const Vec3d start = inverse(motions.front()[limb.limb])(p);
         double way = 0;
-        for (std::size_t i = 0; i < kPieces; ++i)
+        for (std::size_t i = 0; i < kPiecesOfWay; ++i)
           way += norm(motions[i + 1][limb.limb](start) - motions[i][limb.limb](start));
         steps = std::max(steps, way / (kMaxStep * problem.spacing));
       }

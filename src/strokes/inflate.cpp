@@ -24,19 +24,19 @@ namespace {
 using namespace detail;
 using namespace tool_detail;
 
-constexpr double kSpacings = 9;           // of the grid, in the radius; fewer where a path is long, down to
+constexpr double kSpacingsOfRadius = 9;   // of the grid, in the radius; fewer where a path is long, down to
 constexpr double kMinSpacings = 7;        // these
 constexpr std::size_t kUnknowns = 12000;  // that count as many
 constexpr double kFull = 0.8;             // of the radius: farther away the body does not grow
-constexpr double kCellsOfSample = 0.75;   // the samples' spacing, in that of the grid
-constexpr double kSurfaceStiffness = 4;
+constexpr double kCellsOfBody = 0.75;     // the samples' spacing, in that of the grid
+constexpr double kSkinStiffness = 4;
 constexpr double kGrowthWeight = 3;  // of the growth that is wanted, beside strain
 constexpr double kStepLength = 1;    // of the grid's spacing, at most
 constexpr double kStepGrowth = 0.4;  // of log det J, at most
 constexpr std::size_t kMaxSteps = 60;
-constexpr double kTolerance = 1e-6;  // of path lines, of the radius
-constexpr double kMaxTaken = 0.5;    // of the volume that grows
-constexpr double kSpoiledStretch = 6;
+constexpr double kVolumeTolerance = 1e-6;  // of path lines, of the radius
+constexpr double kMaxTaken = 0.5;          // of the volume that grows
+constexpr double kMostStretch = 6;
 constexpr double kMinFlux = 0.4;       // of the growth inside
 constexpr double kExactVolume = 1e-7;  // of the volume
 constexpr int kCorrections = 6;
@@ -212,7 +212,7 @@ class Inflation {
       flow.segments.push_back(std::move(segment));
     }
     const double stretch = moved_.stretch_from(rest);
-    if (stretch > kSpoiledStretch) {
+    if (stretch > kMostStretch) {
       throw InvalidInput(fmt::format(
           "\"volume\": {:.3g} stretches the surface {:.1f} times; make \"radius\" larger, or \"volume\" less",
           stroke_.volume, stretch));
@@ -224,11 +224,11 @@ class Inflation {
     BodySamples samples{{stroke_.points.front()}};
     samples.growth = {0};
     tool_.for_each_piece([&](const Vec3d& a, const Vec3d& b) {
-      const double pieces = std::ceil(norm(b - a) * kSpacings / stroke_.radius) + 1;
+      const double pieces = std::ceil(norm(b - a) * kSpacingsOfRadius / stroke_.radius) + 1;
       for (double i = 0; i <= pieces; ++i) samples.around.push_back(a + (b - a) * (i / pieces));
     });
     const std::vector<Vec3d> middles = std::move(samples.around);
-    for (double spacings = kSpacings;; spacings -= 0.5) {
+    for (double spacings = kSpacingsOfRadius;; spacings -= 0.5) {
       lattice_ = {stroke_.points.front(), stroke_.radius / spacings};
       samples.around.clear();
       for (const Vec3d& p : middles) add_around(p, samples.around);
@@ -256,7 +256,7 @@ class Inflation {
   }
 
   void find_body() {
-    const double apart = kCellsOfSample * lattice_.spacing;
+    const double apart = kCellsOfBody * lattice_.spacing;
     body_ = {};
     inside_ = 0;
     BodyPoints body = body_points(positions_, surface_.triangles,
@@ -265,7 +265,7 @@ class Inflation {
       const double distance = tool_.distance(body.points[i]);
       if (distance > stroke_.radius) continue;
       body_.points.push_back(body.points[i]);
-      body_.stiffness.push_back(i < body.inside ? 1 : kSurfaceStiffness);
+      body_.stiffness.push_back(i < body.inside ? 1 : kSkinStiffness);
       body_.growth.push_back(tool_.rate(distance));
       if (i < body.inside) inside_ += apart * apart * apart * body_.growth.back();
     }
@@ -275,7 +275,7 @@ class Inflation {
     body_.growth_weight = kGrowthWeight;
     body_.reach = [this](const Box& box) { return tool_.holds(box); };
     tool_.for_each_piece([&](const Vec3d& a, const Vec3d& b) {
-      const double pieces = std::ceil(norm(b - a) * kSpacings / stroke_.radius) + 1;
+      const double pieces = std::ceil(norm(b - a) * kSpacingsOfRadius / stroke_.radius) + 1;
       for (double i = 0; i <= pieces; ++i) add_around(a + (b - a) * (i / pieces), body_.around);
     });
   }
@@ -318,7 +318,7 @@ class Inflation {
 
   void move(const PotentialGrid& grid, std::vector<Vec3d>& points) const {
     AdvectOptions options;
-    options.tolerance = kTolerance * stroke_.radius;
+    options.tolerance = kVolumeTolerance * stroke_.radius;
     options.precision = Precision::float64;
     options.threads = threads_;
     options.progress = nullptr;

@@ -25,8 +25,8 @@ constexpr double kBending = 1.5;
 constexpr double kBendingBeside = 0.8;
 constexpr double kMaxThickness = 0.08;  // of the shape's diagonal
 constexpr std::size_t kEnds = 5;        // of a shape, that are looked at
-constexpr double kCore = 1.1;           // of the least distance from the farthest end
-constexpr double kStraight = 0.7;       // of a way along the surface: how far it rises if it leads along a limb
+constexpr double kCoreOfLimb = 1.1;     // of the least distance from the farthest end
+constexpr double kStraightLimb = 0.7;   // of a way along the surface: how far it rises if it leads along a limb
 constexpr double kTip = 0.9;            // of that, at a tip
 
 // The vertices next to each vertex.
@@ -113,7 +113,7 @@ std::vector<std::uint32_t> core_of(std::vector<double> nearest, std::span<const 
   const double least = *std::min_element(greatest.begin(), greatest.end());
   std::vector<std::uint32_t> core;
   for (std::uint32_t v = 0; v < positions.size(); ++v) {
-    if (greatest[v] <= kCore * least) core.push_back(v);
+    if (greatest[v] <= kCoreOfLimb * least) core.push_back(v);
   }
   return core;
 }
@@ -128,7 +128,7 @@ std::vector<std::uint32_t> tip_above(std::uint32_t vertex, std::span<const Vec3d
   std::vector<std::uint32_t> above;
   for (std::uint32_t v = 0; v < positions.size(); ++v) {
     const double rise = heights[v] - heights[vertex];
-    if (!(heights[v] < kInfinity) || rise < kStraight * from_vertex[v]) continue;
+    if (!(heights[v] < kInfinity) || rise < kStraightLimb * from_vertex[v]) continue;
     above.push_back(v);
     most = std::max(most, rise);
   }

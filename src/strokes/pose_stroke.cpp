@@ -20,9 +20,9 @@ using namespace detail;
 using namespace tool_detail;
 
 constexpr std::size_t kSamples = 2500;  // inside the body: each advance must be quick
-constexpr double kMinDetail = 0.05;
+constexpr double kMinDetailOfStroke = 0.05;
 constexpr double kStepAngle = 8;     // degrees
-constexpr double kStepLength = 0.5;  // of the grid's spacing
+constexpr double kStepOfDrag = 0.5;  // of the grid's spacing
 
 // The same pose with nothing said of how far parts and pins go.
 PoseStroke without_ways(PoseStroke stroke) {
@@ -80,11 +80,11 @@ struct PoseDrag::State {
     for (std::size_t i = 0; i < parts.size(); ++i) {
       steps = std::max(steps, std::abs(to[i].angle_deg - ways[i].angle_deg) / kStepAngle);
       for (const Vec3d& start : parts[i].points) {
-        steps = std::max(steps, norm(place(i, start, to[i]) - place(i, start, ways[i])) / (kStepLength * spacing));
+        steps = std::max(steps, norm(place(i, start, to[i]) - place(i, start, ways[i])) / (kStepOfDrag * spacing));
       }
     }
     for (std::size_t i = 0; i < places.size(); ++i) {
-      steps = std::max(steps, norm(pins_to[i] - places[i]) / (kStepLength * spacing));
+      steps = std::max(steps, norm(pins_to[i] - places[i]) / (kStepOfDrag * spacing));
     }
     return steps;
   }
@@ -93,7 +93,7 @@ struct PoseDrag::State {
 PoseDrag::PoseDrag(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
   std::vector<std::string> warnings;
-  PoseProblem problem = problem_of(stroke, surface, kSamples, kMinDetail, threads, warnings);
+  PoseProblem problem = problem_of(stroke, surface, kSamples, kMinDetailOfStroke, threads, warnings);
   problem.settles = false;
   problem.progress = nullptr;  // that of the surface may end before the drag
   std::vector<Vec3d> places;
@@ -149,8 +149,8 @@ namespace {
 
 using namespace tool_detail;
 
-constexpr std::size_t kMaxPins = 1000;
-constexpr std::size_t kMaxPlaces = 10'000;  // of a pin's path
+constexpr std::size_t kMaxPinsOfPose = 1000;
+constexpr std::size_t kMaxPlacesOfPose = 10'000;  // of a pin's path
 constexpr double kFinest = 0.01;
 constexpr double kCoarsest = 0.5;
 constexpr double kMaxStiffness = 100;
@@ -230,8 +230,8 @@ void validate(const PosePin& pin) {
     throw InvalidInput(pin.hold ? "the pin holds and moves; leave out \"hold\", or \"to\" and \"path\""
                                 : "the pin neither holds nor moves; give \"hold\": true, \"to\" or \"path\"");
   }
-  if (pin.path.size() > kMaxPlaces) {
-    throw InvalidInput(fmt::format("\"path\" must hold at most {} places, got {}", kMaxPlaces, pin.path.size()));
+  if (pin.path.size() > kMaxPlacesOfPose) {
+    throw InvalidInput(fmt::format("\"path\" must hold at most {} places, got {}", kMaxPlacesOfPose, pin.path.size()));
   }
   if (!(pin.size > 0 && pin.size <= kCoarsest)) {
     throw InvalidInput(fmt::format("\"size\" must be above 0 and at most {}, got {}", kCoarsest, pin.size));
@@ -276,7 +276,8 @@ void validate(const PoseStroke& stroke) {
     }
     pins += std::holds_alternative<PosePin>(stroke.parts[i]) ? 1 : 0;
   }
-  if (pins > kMaxPins) throw InvalidInput(fmt::format("\"parts\" must hold at most {} pins, got {}", kMaxPins, pins));
+  if (pins > kMaxPinsOfPose)
+    throw InvalidInput(fmt::format("\"parts\" must hold at most {} pins, got {}", kMaxPinsOfPose, pins));
   if (std::none_of(stroke.parts.begin(), stroke.parts.end(), moves)) {
     throw InvalidInput("\"parts\": none of the parts and pins moves; give one \"rotate\", \"translate\" or \"to\"");
   }

@@ -23,7 +23,7 @@ constexpr double kShallow = 0.01;
 constexpr double kLongest = 0.4;
 // Of a round; what is left moves in the next one, or is not held. A pins stroke may have 2000.
 constexpr std::size_t kMaxMoving = 1000;
-constexpr std::size_t kMaxPins = 1900;
+constexpr std::size_t kMaxPinsOfStamp = 1900;
 
 }  // namespace
 
@@ -55,7 +55,7 @@ std::optional<PinsStroke> SlippingContacts::pins(const LiveSurface& surface, con
   Thinned pressed(spacing / 2);
   std::erase_if(pressed_, [&](const Place& place) {
     const Vec3d point = place.at(surface.positions);
-    if (is_near(point, moving) && stroke.points.size() < kMaxPins && pinned.take(point)) {
+    if (is_near(point, moving) && stroke.points.size() < kMaxPinsOfStamp && pinned.take(point)) {
       stroke.points.push_back(point);
       stroke.to.push_back(point);
     }
@@ -93,7 +93,7 @@ constexpr double kFinestSpacing = 200;   // however narrow the tool
 constexpr std::size_t kMaxDirections = 8;
 constexpr int kQuarters = 4;      // of a step
 constexpr double kLatest = 0.25;  // of a quarter: what is hit later waits for the next
-constexpr int kMaxSteps = 1'000'000;
+constexpr int kMaxStepsOfStamp = 1'000'000;
 constexpr int kSlipRounds = 2;  // of a step
 
 // The thresholds of a point set whose points lie `spacing` apart on a plane, for which r = outer at the distance
@@ -152,11 +152,11 @@ std::size_t steps_between(const Vec3d& from, const Vec3d& to, double step) {
 std::size_t count_steps(const StampStroke& stroke, double step) {
   double length = 0;
   for (std::size_t i = 0; i + 1 < stroke.path.size(); ++i) length += norm(stroke.path[i + 1] - stroke.path[i]);
-  if (!(length / step <= kMaxSteps)) {
+  if (!(length / step <= kMaxStepsOfStamp)) {
     throw InvalidInput(
         fmt::format("\"step\" must be larger: the path is {:.3g} long, which with steps of {:.3g} takes "
                     "more than {} collision tests",
-                    length, step, kMaxSteps));
+                    length, step, kMaxStepsOfStamp));
   }
   std::size_t steps = 0;
   for (std::size_t i = 0; i + 1 < stroke.path.size(); ++i) {

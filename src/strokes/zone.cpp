@@ -47,10 +47,10 @@ struct Zone {
 // How steep the motion is at most, by the angle over the width: in a bend the slope of w, in a twist that of r w.
 double steepness(const Zone& zone, int falloff) {
   if (zone.bends()) return falloff_facts(falloff).slope;
-  constexpr int kSamples = 256;
+  constexpr int kSamplesOfZone = 256;
   double most = 0;
-  for (int i = 0; i <= kSamples; ++i) {
-    const double r = zone.between.inner + zone.width() * i / kSamples;
+  for (int i = 0; i <= kSamplesOfZone; ++i) {
+    const double r = zone.between.inner + zone.width() * i / kSamplesOfZone;
     const Weight<double> w = blend_weight(r, Thresholds<double>{zone.between.inner, zone.between.outer, falloff});
     most = std::max(most, std::abs(w.value + r * w.derivative));
   }
