@@ -52,14 +52,18 @@ PYTHON
 }
 check "stacks have 8 MiB" stack
 
-# Ctrl-C while a file is written leaves no part of it.
+# Ctrl-C during a deformation leaves no part of a file. The session has 100 strokes, so that it does not end first.
 interrupted() {
   local status=0
   run make sphere -n 400000 -q -o large.ply
   cp large.ply target.ply
-  timeout -s INT 2 wine "$knead" deform large.ply session.knead --tolerance 1e-12 --precision double -q -o target.ply \
+  {
+    echo '{"knead": 1}'
+    for _ in {1..100}; do echo '{"tool": "implicit", "path": [[0, 0.9, 0], [0, 1.1, 0]], "inner": 0.1, "outer": 5}'; done
+  } >long.knead
+  timeout -s INT 2 wine "$knead" deform large.ply long.knead --tolerance 1e-12 --precision double -q -o target.ply \
     </dev/null >/dev/null 2>message.txt || status=$?
-  [[ $status -ne 0 ]] && cmp target.ply large.ply && [[ -z $(find . -name '.knead-*') ]]
+  [[ $status -ne 0 ]] && grep -q interrupted message.txt && cmp target.ply large.ply && [[ -z $(find . -name '.knead-*') ]]
 }
 check "an interruption leaves the old file" interrupted
 
