@@ -221,7 +221,7 @@ def test_a_spoiled_pose_is_written_and_ends_with_4(arm, tmp_path):
     for name in ("folded.ply", "folded.glb"):
         ran = command(source, "--pose", pose, "-o", tmp_path / name)
         assert ran.returncode == 4 and (tmp_path / name).exists(), ran
-        assert len(ran.stderr.strip().splitlines()) == 1 and "turn the joints there less" in ran.stderr, ran.stderr
+        assert "turn the joints there less" in ran.stderr.strip().splitlines()[-1], ran.stderr
     folded = knead.skin(v, faces, weights, rest, posed(rest, 178), parents=[-1, 0])
     assert "turn the joints there less" in folded.problem
     made = knead.correctives(v, faces, weights, rest, posed(rest, 178), parents=[-1, 0])
