@@ -210,8 +210,8 @@ struct Report {
   std::optional<std::uint64_t> self_intersections_before;  // pairs; nothing unless the caller counted them
   std::optional<std::uint64_t> self_intersections_after;
   std::optional<std::uint64_t> crossings_between{};  // pairs of triangles of two shapes; if there are several
-  std::optional<RemeshReport> remesh;      // if the result was remeshed
-  std::optional<Certificate> certificate;  // if the caller made one
+  std::optional<RemeshReport> remesh;                // if the result was remeshed
+  std::optional<Certificate> certificate;            // if the caller made one
 };
 
 // Returns the report on a replay with these options that ended in `done`. `mesh`: the shape before it. Linear time.

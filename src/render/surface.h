@@ -140,9 +140,9 @@ Placement make_placement(const Box& box);
 
 using Mat4f = std::array<float, 16>;  // by columns, as OpenGL wants it
 
-// The camera in renderer units. A point of the picture (x, y in -1..1, less the shift) at distance t in front of the eye
-// is origin + direction * t, where origin = eye + (x * side + y * top) * (1 - perspective) and
-// direction = forward + (x * side + y * top) * perspective.
+// The camera in renderer units. A point of the picture (x, y in -1..1, less the shift) at distance t in front of the
+// eye is origin + direction * t, where origin = eye + (x * side + y * top) * (1 - perspective) and direction = forward
+// + (x * side + y * top) * perspective.
 struct View {
   Placement placement;
   CameraFrame frame;
