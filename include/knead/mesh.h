@@ -127,6 +127,7 @@ class JoinedMeshes {
   // Throws InvalidInput if there are more vertices or corners than 32 bits can number.
   explicit JoinedMeshes(std::span<const Mesh* const> meshes);
 
+  // Returns all meshes as one.
   const Mesh& mesh() const { return mesh_; }
   // Returns the number of meshes.
   std::size_t size() const { return begins_.size() - 1; }
