@@ -3,7 +3,7 @@ function(knead_configure target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   if(KNEAD_UNITY)
-    # Six sources at a time: two thirds of the time to compile. A file in the middle of one is not the main file to g++,
+    # Six sources at a time: about half of the time to compile. A file in the middle of one is not the main file to g++,
     # which then warns of what no header shows.
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)

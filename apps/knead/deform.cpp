@@ -262,6 +262,7 @@ std::vector<std::string> outputs_together(const DeformOptions& options) {
     if (fs::is_directory(folder, error)) require_writable(output);
     require_different(options.session, output);
     check_report(options, output);
+    if (!options.report.empty() && options.report != "-") require_different(shape, options.report);
     outputs.push_back(output);
   }
   if (!fs::is_directory(folder, error)) require_writable(folder);
@@ -338,14 +339,17 @@ void write_part(const std::string& path, const ShapeFile& source, std::size_t pa
   write_shape(path, source, joined.vertices_of(part, std::span<const Vec3d>(shape.positions())), options);
 }
 
-std::uint64_t crossings_between(const JoinedMeshes& joined, const DeformedShape& shape) {
+// Nothing if there are too many to be counted.
+std::optional<std::uint64_t> crossings_between(const JoinedMeshes& joined, const DeformedShape& shape) {
   const Mesh mesh = shape.to_mesh();
   const std::vector<Triangle> triangles = triangulate(mesh);
   std::vector<std::uint32_t> sources = triangle_faces(mesh);
   if (const Provenance* const from = shape.provenance()) {
     for (std::uint32_t& face : sources) face = from->face_source[face];
   }
-  return count_between(self_intersections(triangles, mesh.positions), joined, sources);
+  const SelfIntersections found = self_intersections(triangles, mesh.positions);
+  if (!found.complete) return std::nullopt;
+  return count_between(found, joined, sources);
 }
 
 void run_together(const DeformOptions& options) {

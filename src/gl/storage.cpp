@@ -24,7 +24,7 @@ Buffer make_storage(const void* data, std::size_t bytes) {
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, name);
   const auto size = static_cast<GLsizeiptr>(std::max(bytes, least));
   const void* const from = bytes < least ? nullptr : data;
-  // NVIDIA's driver moves large buffers that glBufferData makes into the host's memory; these stay on the card.
+  // With NVIDIA's driver, shaders read large buffers from glBufferStorage faster (docs/performance.md).
   const std::string_view vendor = reinterpret_cast<const char*>(glGetString(GL_VENDOR));
   if (vendor.starts_with("NVIDIA") && (epoxy_gl_version() >= 44 || epoxy_has_gl_extension("GL_ARB_buffer_storage"))) {
     glBufferStorage(GL_SHADER_STORAGE_BUFFER, size, from, GL_DYNAMIC_STORAGE_BIT);
