@@ -54,6 +54,10 @@ constexpr std::size_t kCandidates = 8000;
 constexpr std::size_t kLookedAt = 3000;  // vertices of each shape between levels
 constexpr std::size_t kAlignSamples = 400;
 constexpr std::size_t kGrowthLookedAt = 400;  // vertices at which det J is measured
+constexpr int kAgain = 3;                     // times that a stage begins again where triangles cross
+constexpr std::size_t kFewCrossed = 600;      // vertices of triangles that cross: with more a stage is given up
+constexpr double kGrowthStep = 0.04;          // of the diagonal: what a point moves in a step of growth at most
+constexpr std::size_t kGrowthRows = 300;
 constexpr std::size_t kTipNodes = 250;
 constexpr std::size_t kTipSamples = 1500;
 constexpr double kMuchNearer = 0.6;  // of the distance as it is: only then a shape is aligned by itself
@@ -172,6 +176,7 @@ class Fitter {
     double most_99 = 1;
     std::size_t crossings = 0;
     std::size_t crossings_new = 0;
+    std::vector<std::uint32_t> crossed;  // vertices of the triangles that cross anew
     bool is_sound = false;
     std::string stage;
   };
@@ -179,6 +184,7 @@ class Fitter {
   void set_marks();
   void scale();
   void align();
+  void grow();
   void apply(const std::vector<Stroke>& strokes);
   void find_tips();
   void go_to_landmarks();
@@ -186,6 +192,8 @@ class Fitter {
   void match_surfaces();
   bool match_round(const Level& level, double weight, const SurfaceSamples& asking, const SurfaceSamples& candidates,
                    const SampleTree& target, const std::vector<SurfaceSample>& of_target);
+  template <class Stage>
+  Result result_of(const std::string& name, const Stage& stage);
   Result look(std::string stage) const;
   void keep_better(Result result);
   SelfIntersections crossings_of(std::span<const Vec3d> positions) const;
@@ -212,6 +220,7 @@ class Fitter {
   std::vector<Stroke> last_;     // after them
   std::size_t tips_ = 0;         // that took the place of landmarks
   SelfIntersections crossings_before_;
+  bool is_hopeless_ = false;  // another stiffness did not help where triangles cross
   std::optional<Result> best_;
   BodyFitReport report_;
 };
@@ -286,9 +295,15 @@ BodyFit Fitter::run() {
   report_.crossings_before = crossings_before_.count;
   report_.before = distance(0);
   align();
-  if (landmarks_.empty() && map_.empty() && options_.surface) find_tips();
-  if (!landmarks_.empty() || !map_.empty()) go_to_landmarks();
-  Result landmarks = look("landmarks");
+  if (options_.volume == FitVolume::free) grow();
+  const bool has_pairs = !landmarks_.empty() || !map_.empty();
+  Result landmarks = result_of("landmarks", [&] {
+    if (has_pairs) {
+      go_to_landmarks();
+    } else if (options_.surface) {
+      find_tips();
+    }
+  });
   report_.after_landmarks = landmarks.distance;
   keep_better(std::move(landmarks));
   if (options_.surface) match_surfaces();
@@ -342,6 +357,46 @@ void Fitter::align() {
     report_.notes.push_back(fmt::format("the source is first turned by {:.0f} degrees and moved by {:.2g} of its size",
                                         angle, norm((*map)(box.center()) - box.center()) / diagonal_));
   }
+}
+
+// People differ in size before they differ in build: the source grows as a whole where that brings it nearer.
+void Fitter::grow() {
+  std::optional<Growth> growth;
+  if (landmarks_.size() >= 3 || map_.size() >= 3) {
+    std::vector<FitPair> pairs = landmarks_.size() >= 3 ? landmarks_ : map_;
+    const std::vector<Vec3d>& now = landmarks_.size() >= 3 ? motion_->marks_at() : motion_->followers();
+    for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i].source = now[i];
+    growth = growth_of(pairs);
+  } else if (!triangles_.empty() && !target_triangles_.empty()) {
+    const double more = 1 + report_.volume_difference.value_or(0);
+    growth = growth_of(
+        SurfaceSamples(triangles_, rest_, kAlignSamples).at(triangles_, motion_->positions()),
+        SurfaceSamples(target_triangles_, target_.positions, kAlignSamples).at(target_triangles_, target_.positions),
+        elementary::cbrt(std::max(more, 1e-3)), diagonal_);
+  }
+  if (!growth) return;
+  double longest = 0;
+  for (const Vec3d& p : motion_->positions()) longest = std::max(longest, norm((*growth)(p)-p));
+  const auto steps =
+      std::clamp(static_cast<std::size_t>(std::ceil(longest / (kGrowthStep * diagonal_))), std::size_t{1}, kMaxSteps);
+  const double rate = elementary::log(growth->factor) / static_cast<double>(steps);
+  // x(t) - middle(t) grows by `rate` and the middle moves evenly, so v = rate (x - middle) + shift.
+  const Vec3d shift = (growth->to - growth->from) / static_cast<double>(steps);
+  for (std::size_t step = 0; step < steps; ++step) {
+    const Vec3d middle = growth->from + shift * (static_cast<double>(step) + 0.5);
+    const auto velocity = [&](const Vec3d& p) { return (p - middle) * rate + shift; };
+    motion_->set_growth(3 * rate);
+    motion_->set_spacing(kSpacing * diagonal_);
+    std::vector<VelocityRows> rows;
+    for (const std::uint32_t i : spread_points(motion_->positions(), kGrowthRows)) {
+      const Vec3d& p = motion_->positions()[i];
+      rows.push_back({{p}, {velocity(p)}, 1});
+    }
+    std::vector<Vec3d> to = motion_->marks_at();
+    for (Vec3d& p : to) p += velocity(p);
+    motion_->step(to, std::move(rows));
+  }
+  report_.notes.push_back(fmt::format("the source first grows as a whole by a factor of {:.3g}", growth->factor));
 }
 
 // Where nothing is given, ends of limbs take the place of landmarks until the surfaces are matched.
@@ -417,21 +472,26 @@ void Fitter::match_surfaces() {
     const SurfaceSamples asking(triangles_, rest_, level.samples);
     const SurfaceSamples of_target(target_triangles_, target_.positions, level.samples);
     const std::vector<SurfaceSample> target_samples = of_target.at(target_triangles_, target_.positions);
-    motion_->set_spacing(level.spacing * diagonal_);
     bool goes_on = true;
-    try {
+    const auto rounds = [&] {
+      goes_on = true;
+      motion_->set_spacing(level.spacing * diagonal_);
       for (int round = 0; round < level.rounds && goes_on; ++round) {
         const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
         goes_on = match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, candidates,
                               target, target_samples);
       }
+    };
+    std::optional<Result> now;
+    try {
+      now = result_of("surface", rounds);
     } catch (const InvalidInput&) {
       return;  // too fine for the shape: the level before is the last
     }
-    Result now = look("surface");
-    if (!now.is_sound && best_->is_sound) return;
-    if (now.most_99 > std::max(kMax99, most_99)) return;
-    keep_better(std::move(now));
+    if (!now->is_sound && best_->is_sound) return;
+    if (now->stretch > std::max(options_.max_stretch, best_->stretch)) return;
+    if (now->most_99 > std::max(kMax99, most_99)) return;
+    keep_better(std::move(*now));
     if (!goes_on) return;
   }
 }
@@ -446,6 +506,7 @@ bool Fitter::match_round(const Level& level, double weight, const SurfaceSamples
   if (matches.median_along < kCloseEnough * diagonal_) return false;
   std::vector<VelocityRows> rows;
   for (const Match& m : matches.all) {
+    if (motion_->is_stiff(m.at)) continue;
     const Vec3d along = m.normal * dot(m.normal, m.by);
     const Vec3d by = clipped(along * kAlong + (m.by - along) * kAcross, kStep * diagonal_);
     rows.push_back({{m.at}, {by}, weight * m.weight});
@@ -464,8 +525,33 @@ SelfIntersections Fitter::crossings_of(std::span<const Vec3d> positions) const {
   return self_intersections(triangles_, positions, {.threads = options_.threads, .progress = options_.progress});
 }
 
+// What a stage gives. Path lines never cross, but flat triangles between them may where a shape lies close upon itself.
+// So where some cross anew, the stage begins again with a body that is stiff about them, as long as that helps. Where
+// the source itself crosses it often does not.
+template <class Stage>
+Fitter::Result Fitter::result_of(const std::string& name, const Stage& stage) {
+  const FitMotion start = *motion_;
+  stage();
+  Result best = look(name);
+  std::vector<std::uint32_t> stiff = best.crossed;
+  for (int again = 0; again < kAgain && !is_hopeless_ && !stiff.empty() && stiff.size() <= kFewCrossed; ++again) {
+    *motion_ = start;
+    motion_->stiffen(stiff);
+    stage();
+    Result next = look(name);
+    stiff.insert(stiff.end(), next.crossed.begin(), next.crossed.end());
+    if (next.crossed.empty()) stiff.clear();
+    const double most = std::max(best.stretch, options_.max_stretch);
+    is_hopeless_ = 4 * next.crossings_new > best.crossings_new || next.stretch > most;
+    if (!is_hopeless_) best = std::move(next);
+  }
+  *motion_ = best.motion;
+  motion_->stiffen({});
+  return best;
+}
+
 Fitter::Result Fitter::look(std::string stage) const {
-  Result result{*motion_, 0, 1, 1, 0, 0, false, std::move(stage)};
+  Result result{*motion_, 0, 1, 1, 0, 0, {}, false, std::move(stage)};
   const std::vector<Vec3d>& positions = motion_->positions();
   result.distance = distance(kLookedAt).mean;
   const SurfaceStretch stretch = surface_stretch(triangles_, rest_, positions);
@@ -474,6 +560,14 @@ Fitter::Result Fitter::look(std::string stage) const {
   const SelfIntersections crossings = crossings_of(positions);
   result.crossings = crossings.count;
   result.crossings_new = count_new(crossings, crossings_before_);
+  std::vector<std::array<std::uint32_t, 2>> added;
+  std::set_difference(crossings.pairs.begin(), crossings.pairs.end(), crossings_before_.pairs.begin(),
+                      crossings_before_.pairs.end(), std::back_inserter(added));
+  for (const auto& pair : added) {
+    for (const std::uint32_t t : pair) {
+      result.crossed.insert(result.crossed.end(), triangles_[t].begin(), triangles_[t].end());
+    }
+  }
   result.is_sound = result.crossings_new == 0 && result.stretch <= options_.max_stretch;
   return result;
 }

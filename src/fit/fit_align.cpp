@@ -16,7 +16,8 @@ namespace {
 
 constexpr int kAgain = 5;  // rounds in which pairs that disagree lose their weight
 constexpr int kClosestRounds = 15;
-constexpr double kTrimmed = 0.8;  // of the closest points that count
+constexpr double kTrimmed = 0.8;       // of the closest points that count
+constexpr double kGrownNearer = 0.95;  // of the distance as it is: only then a shape grows as a whole
 
 struct Split {
   std::vector<Vec3d> from;
@@ -109,27 +110,64 @@ double distance_of(const std::vector<SurfaceSample>& source, const std::vector<S
   return mean_distance(source, of_target, normal_length) + mean_distance(target, of_source, normal_length);
 }
 
+// The points of a source and the nearest ones of the target to where they are; the farthest pairs are left out.
+Split closest_pairs(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& now,
+                    const SampleTree& target) {
+  std::vector<std::pair<double, std::size_t>> order;
+  std::vector<Vec3d> places;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    places.push_back(target[target.nearest(now[i])].point);
+    order.emplace_back(norm2(places.back() - now[i].point), i);
+  }
+  std::sort(order.begin(), order.end());
+  order.resize(static_cast<std::size_t>(kTrimmed * static_cast<double>(order.size())));
+  Split result;
+  for (const auto& [distance, i] : order) {
+    result.from.push_back(source[i].point);
+    result.to.push_back(places[i]);
+  }
+  return result;
+}
+
 // Closest points from a start on.
 RigidMap closest_points(const std::vector<SurfaceSample>& source, const SampleTree& target, RigidMap map) {
   for (int round = 0; round < kClosestRounds; ++round) {
-    std::vector<std::pair<double, std::size_t>> order;
-    std::vector<Vec3d> places;
-    for (std::size_t i = 0; i < source.size(); ++i) {
-      const SurfaceSample at{map(source[i].point), map.turn * source[i].normal};
-      places.push_back(target[target.nearest(at)].point);
-      order.emplace_back(norm2(places.back() - at.point), i);
-    }
-    std::sort(order.begin(), order.end());
-    order.resize(static_cast<std::size_t>(kTrimmed * static_cast<double>(order.size())));
-    std::vector<Vec3d> from;
-    std::vector<Vec3d> to;
-    for (const auto& [distance, i] : order) {
-      from.push_back(source[i].point);
-      to.push_back(places[i]);
-    }
-    map = nearest_rigid(from, to);
+    const Split pairs = closest_pairs(source, moved(source, map), target);
+    map = nearest_rigid(pairs.from, pairs.to);
   }
   return map;
+}
+
+std::vector<SurfaceSample> moved(const std::vector<SurfaceSample>& samples, const Growth& growth) {
+  std::vector<SurfaceSample> result = samples;
+  for (SurfaceSample& s : result) s.point = growth(s.point);
+  return result;
+}
+
+Vec3d mean_of(const std::vector<Vec3d>& points) {
+  Vec3d sum{0, 0, 0};
+  for (const Vec3d& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
+// The growth with the least sum of squares.
+Growth nearest_growth(const Split& pairs) {
+  Growth result{1, mean_of(pairs.from), mean_of(pairs.to)};
+  double both = 0;
+  double own = 0;
+  for (std::size_t i = 0; i < pairs.from.size(); ++i) {
+    const Vec3d from = pairs.from[i] - result.from;
+    both += dot(from, pairs.to[i] - result.to);
+    own += norm2(from);
+  }
+  if (both > 0 && own > 0) result.factor = both / own;
+  return result;
+}
+
+double rms_of(const Growth& growth, const Split& pairs) {
+  double sum = 0;
+  for (std::size_t i = 0; i < pairs.from.size(); ++i) sum += norm2(growth(pairs.from[i]) - pairs.to[i]);
+  return std::sqrt(sum / static_cast<double>(pairs.from.size()));
 }
 
 }  // namespace
@@ -197,6 +235,39 @@ SurfaceAlignment align_surfaces(const std::vector<SurfaceSample>& source, const 
     result.map = map;
   }
   return result;
+}
+
+std::optional<Growth> growth_of(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& target,
+                                double by_volume, double diagonal) {
+  const double normal_length = kNormalLength * diagonal;
+  const SampleTree of_target(target, normal_length);
+  const Axes a = axes_of(source);
+  const Axes b = axes_of(target);
+  double size = 0;
+  double size_of_target = 0;
+  for (const SurfaceSample& s : source) size += norm2(s.point - a.middle);
+  for (const SurfaceSample& s : target) size_of_target += norm2(s.point - b.middle);
+  const double before = distance_of(source, target, of_target, normal_length);
+  double least = kGrownNearer * before;
+  std::optional<Growth> best;
+  for (const double factor : {1.0, by_volume, std::sqrt(size_of_target / size)}) {
+    Growth growth{factor, a.middle, b.middle};
+    for (int round = 0; round < kClosestRounds; ++round) {
+      growth = nearest_growth(closest_pairs(source, moved(source, growth), of_target));
+    }
+    const double distance = distance_of(moved(source, growth), target, of_target, normal_length);
+    if (!(distance < least)) continue;
+    least = distance;
+    best = growth;
+  }
+  return best;
+}
+
+std::optional<Growth> growth_of(std::span<const FitPair> pairs) {
+  if (pairs.size() < 3) return std::nullopt;
+  const Split s = split(pairs);
+  const Growth growth = nearest_growth(s);
+  return rms_of(growth, s) < kGrownNearer * rms_of(Growth{}, s) ? std::optional(growth) : std::nullopt;
 }
 
 std::vector<Stroke> strokes_of(const RigidMap& map, const Vec3d& center, double radius) {

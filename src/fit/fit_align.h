@@ -30,6 +30,23 @@ struct SurfaceAlignment {
 SurfaceAlignment align_surfaces(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& target,
                                 double diagonal);
 
+// A growth of the whole shape: x goes to to + (x - from) * factor.
+struct Growth {
+  double factor = 1;
+  Vec3d from;
+  Vec3d to;
+
+  Vec3d operator()(const Vec3d& x) const { return to + (x - from) * factor; }
+};
+
+// Returns the growth that brings the surfaces together, from factors of 1, of their sizes and of `by_volume` on, each
+// followed by matching nearest points; nothing where that does not bring them nearer. Samples as above.
+std::optional<Growth> growth_of(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& target,
+                                double by_volume, double diagonal);
+
+// Returns the growth that brings the pairs together; nothing for fewer than three, and where they are not nearer.
+std::optional<Growth> growth_of(std::span<const FitPair> pairs);
+
 // Returns strokes that move what is within `radius` of `center` by the map: a rotation about the centre, and a
 // translation.
 std::vector<Stroke> strokes_of(const RigidMap& map, const Vec3d& center, double radius);

@@ -24,8 +24,11 @@ constexpr double kMaxCorrection = 0.25;  // of the spacing
 constexpr std::size_t kInside = 3000;
 constexpr double kCellsOfSample = 0.4;  // the samples' greatest spacing, in that of the grid
 constexpr double kSurfaceStiffness = 20;
-constexpr double kGrowthWeight = 0.1;  // of div v where volumes may change, beside the rest of the strain
-constexpr double kExact = 1e-4;        // of the diagonal: smaller tolerances are met within each step
+constexpr double kGrowthWeight = 0.1;     // of div v where volumes may change, beside the rest of the strain
+constexpr double kAllOfStrain = 1.0 / 3;  // the same where growth is asked for
+constexpr double kStiff = 30;             // times as stiff, near vertices that crossed: nearer than
+constexpr double kStiffReach = 0.5;       // spacings
+constexpr double kExact = 1e-4;           // of the diagonal: smaller tolerances are met within each step
 
 Flow flow_of(const PotentialGrid& grid) {
   Segment segment;
@@ -66,11 +69,21 @@ void FitMotion::set_spacing(double spacing) {
   body_.stiffness.assign(body_.points.size(), kSurfaceStiffness);
   std::fill_n(body_.stiffness.begin(), body.inside, 1.0);
   if (grows_) {
-    body_.growth.assign(body_.points.size(), 0.0);
-    body_.growth_weight = kGrowthWeight;
+    body_.growth.assign(body_.points.size(), growth_);
+    body_.growth_weight = growth_ != 0 ? kAllOfStrain : kGrowthWeight;
+    growth_ = 0;
   }
   before_.clear();
   lattice_ = {body_.points.front(), spacing};
+  for (std::size_t i = 0; i < body_.points.size() && !stiff_.empty(); ++i) {
+    if (is_stiff(body_.points[i])) body_.stiffness[i] *= kStiff;
+  }
+}
+
+bool FitMotion::is_stiff(const Vec3d& at) const {
+  const double reach = kStiffReach * lattice_.spacing;
+  return std::any_of(stiff_.begin(), stiff_.end(),
+                     [&](std::uint32_t v) { return norm2(positions_[v] - at) < reach * reach; });
 }
 
 std::vector<Vec3d> FitMotion::marks_at() const {

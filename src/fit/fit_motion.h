@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -36,12 +37,19 @@ class FitMotion {
   void set_followers(std::vector<Vec3d> points) { followers_ = std::move(points); }
   const std::vector<Vec3d>& followers() const { return followers_; }
 
-  // Volumes may change from here on.
+  // Volumes may change from the next spacing on.
   void let_grow() { grows_ = true; }
+  // Where volumes may change: what div v shall be everywhere, from the next spacing on to the one after it.
+  void set_growth(double rate) { growth_ = rate; }
 
   // Others, for a while.
   void set_guides(std::vector<Vec3d> points) { guides_ = std::move(points); }
   const std::vector<Vec3d>& guides() const { return guides_; }
+
+  // The body is stiff about these vertices of the shape from the next spacing on.
+  void stiffen(std::vector<std::uint32_t> vertices) { stiff_ = std::move(vertices); }
+  // Whether a place is near one of them.
+  bool is_stiff(const Vec3d& at) const;
 
   // The body is sampled anew for grids of this spacing, a length.
   void set_spacing(double spacing);
@@ -74,7 +82,9 @@ class FitMotion {
   double diagonal_ = 0;
   int threads_ = 0;
   bool grows_ = false;
+  double growth_ = 0;
   Progress* progress_ = nullptr;
+  std::vector<std::uint32_t> stiff_;
   detail::Lattice lattice_;
   detail::BodySamples body_;
   std::vector<Vec3d> before_;                // where the body's points were a step ago

@@ -114,6 +114,33 @@ TEST(Fit, FindsAPoseWithoutLandmarks) {
   expect_sound(fit.report);
 }
 
+// A person of another size is no thicker or thinner: the source grows as a whole before surfaces are matched.
+TEST(Fit, GrowsAsAWholeWhereVolumesMayChange) {
+  const Mesh source = cylinder();
+  Mesh target = source;
+  for (Vec3d& p : target.positions) p = p * 1.25 + Vec3d{0.1, 0.05, 0};
+  for (const bool has_landmarks : {false, true}) {
+    BodyFitOptions options{.align = FitAlign::never, .volume = FitVolume::free};
+    if (has_landmarks) options.landmarks = far_pairs(source, target, 6);
+    const BodyFit fit = fit_body(source, target, options);
+    EXPECT_EQ(fit.report.crossings_new, 0);
+    EXPECT_LT(fit.report.after.mean, 1e-3);
+    EXPECT_LT(error_of(fit, target), 2e-3);
+    EXPECT_NEAR(*fit.report.volume_error, 0.953, 0.01);  // 1.25^3 - 1
+    EXPECT_GT(*fit.report.det_least, 1);
+    EXPECT_LT(*fit.report.det_greatest, 2.7);
+    EXPECT_EQ(moved(source, fit.strokes).positions, fit.positions);
+  }
+}
+
+// Where volumes are kept nothing grows.
+TEST(Fit, DoesNotGrowWhereVolumesAreKept) {
+  Mesh target = cylinder();
+  for (Vec3d& p : target.positions) p *= 1.1;
+  const BodyFit fit = fit_body(cylinder(), target, {});
+  EXPECT_LT(std::abs(fit.report.volume_error.value_or(1)), 1e-3);
+}
+
 // The strokes, replayed as any session is, give the same bits; so do other numbers of threads.
 TEST(Fit, IsItsStrokes) {
   const Mesh source = cylinder();
