@@ -85,6 +85,8 @@ const std::vector<ActionInfo> kFixedActions{
     {tool_labels, "tool_labels", "Names of the tools", "Window", {"Shift+T"}},
     {full_screen, "full_screen", "Full screen", "Window", {"F11"}},
     {search, "search", "Search commands...", "Window", {"F3"}},
+    {welcome, "welcome", "Welcome...", "Window", {"Ctrl+F1"}},
+    {tour, "tour", "Tour of one minute", "Window", {"Shift+F1"}},
 };
 
 // All, in the order of Action.

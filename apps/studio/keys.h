@@ -75,6 +75,8 @@ enum class Action {
   tool_labels,
   full_screen,
   search,
+  welcome,
+  tour,
   first_tool,  // this and those that follow choose a tool, in the order of studio_tools()
 };
 

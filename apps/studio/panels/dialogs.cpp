@@ -201,6 +201,13 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
       dialogs.is_recovery_open = !studio.document().abandoned().empty();
       if (!dialogs.is_recovery_open) studio.document().tell({false, "There is no unsaved work to recover."});
       return true;
+    case Action::welcome:
+      dialogs.welcome.is_open = true;
+      return true;
+    case Action::tour:
+      dialogs.welcome.tour = 0;
+      dialogs.welcome.entries = studio.document().shown().history.size();
+      return true;
     case Action::search:
       dialogs.search.is_open = true;
       return true;
@@ -242,6 +249,7 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
     }
   }
   draw_search(studio, gui, dialogs.search);
+  draw_welcome(studio, dialogs, gui);
   if (dialogs.is_new_shape_open) draw_new_shape(studio, dialogs);
   if (dialogs.is_recovery_open) draw_recovery(studio, dialogs);
   if (dialogs.pending && dialogs.is_saving) {
