@@ -20,6 +20,7 @@ enum class Action {
   export_shape,
   export_frames,
   picture,
+  poster,
   turntable,
   stamp_file,
   reference_image,

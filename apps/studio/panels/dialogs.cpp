@@ -188,6 +188,9 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
     case Action::picture:
       ask_for_file(FileUse::picture);
       return true;
+    case Action::poster:
+      ask_for_file(FileUse::poster);
+      return true;
     case Action::turntable:
       ask_for_file(FileUse::turntable);
       return true;
@@ -242,6 +245,9 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
         break;
       case FileUse::picture:
         picture(*file);
+        break;
+      case FileUse::poster:
+        studio.view().write_poster(*file, dialogs.file.poster);
         break;
       case FileUse::turntable:
         studio.view().record_turntable(*file, dialogs.file.pictures);

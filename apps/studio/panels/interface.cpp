@@ -291,6 +291,7 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
   item(studio, Action::export_shape, false, open);
   item(studio, Action::export_frames, false, open);
   item(studio, Action::picture, false, open);
+  item(studio, Action::poster, false, open);
   item(studio, Action::turntable, false, open);
   ImGui::Separator();
   item(studio, Action::stamp_file, false, open);
