@@ -164,19 +164,10 @@ std::string draw_picture(const PictureRequest& request, const std::function<void
   return request.format == ImageFormat::jpeg ? render::encode_jpeg(picture) : render::encode_png(picture);
 }
 
-std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions) {
-  constexpr int directions = 64;  // evenly over the sphere, on a spiral
-  std::vector<Vec3d> points;
-  for (int k = 0; k < directions && !positions.empty(); ++k) {
-    const double z = 1 - (2 * k + 1.0) / directions;
-    const double angle = 2.399963 * k;  // the golden angle
-    const double r = std::sqrt(1 - z * z);
-    const Vec3d direction{r * std::cos(angle), z, r * std::sin(angle)};
-    points.push_back(*std::max_element(positions.begin(), positions.end(), [&](const Vec3d& a, const Vec3d& b) {
-      return dot(a, direction) < dot(b, direction);
-    }));
-  }
-  return points;
+std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions) { return render::outermost_points(positions); }
+
+std::vector<Vec3d> turntable_points(std::span<const Vec3d> positions, const Vec3d& middle, int count, bool is_z_up) {
+  return render::turntable_points(positions, middle, count, is_z_up);
 }
 
 namespace {
@@ -401,6 +392,11 @@ render::Image draw_image(const PictureRequest& /*request*/, const std::function<
 }
 
 std::vector<Vec3d> outermost_points(std::span<const Vec3d> /*positions*/) { return {}; }
+
+std::vector<Vec3d> turntable_points(std::span<const Vec3d> /*positions*/, const Vec3d& /*middle*/, int /*count*/,
+                                    bool /*is_z_up*/) {
+  return {};
+}
 
 void check_film_output(const std::string& /*output*/) {}
 

@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -91,13 +90,6 @@ void set_size(const RenderOptions& options, PictureRequest& request) {
   request.height = size->second;
 }
 
-// The direction in which a camera looks that stands at the azimuth (from the front towards +x) and elevation.
-Vec3d direction_of(double azimuth_deg, double elevation_deg) {
-  const double azimuth = azimuth_deg * std::numbers::pi / 180;
-  const double elevation = elevation_deg * std::numbers::pi / 180;
-  return -Vec3d{std::sin(azimuth) * std::cos(elevation), std::sin(elevation), std::cos(azimuth) * std::cos(elevation)};
-}
-
 void set_view(const RenderOptions& options, PictureRequest& request) {
   struct Entry {
     std::string_view name;
@@ -122,11 +114,9 @@ void set_view(const RenderOptions& options, PictureRequest& request) {
                     options.view));
   }
   if (options.up != "y" && options.up != "z") throw UsageError(fmt::format("--up {}: say y or z", options.up));
-  request.view = direction_of(angles->first, angles->second);
-  if (std::abs(angles->second) > 89.9) request.up = {0, 0, angles->second > 0 ? -1.0 : 1.0};
-  if (options.up == "z") {
-    for (Vec3d* v : {&request.view, &request.up}) *v = {v->x, -v->z, v->y};
-  }
+  const render::ViewDirection view = render::view_direction(angles->first, angles->second, options.up == "z");
+  request.view = view.direction;
+  request.up = view.up;
 }
 
 void set_cut(const RenderOptions& options, PictureRequest& request) {
@@ -250,21 +240,17 @@ FilmRequest film_of_turntable(const RenderOptions& options, PictureRequest& requ
   }
   const Vec3d middle = box.center();
   const int count = *options.turntable;
-  const auto turn = [count, z_up = options.up == "z"](int k) {
-    const double c = std::cos(2 * std::numbers::pi * k / count);
-    const double s = std::sin(2 * std::numbers::pi * k / count);
-    return z_up ? Mat3d{{c, s, 0}, {-s, c, 0}, {0, 0, 1}} : Mat3d{{c, 0, -s}, {0, 1, 0}, {s, 0, c}};
-  };
+  const bool is_z_up = options.up == "z";
   for (const Panel& panel : request.panels) {
-    for (const Vec3d& p : outermost_points(panel.shape.positions)) {
-      for (int k = 0; k < count; ++k) request.shown.push_back(middle + turn(k) * (p - middle));
-    }
+    const std::vector<Vec3d> points = turntable_points(panel.shape.positions, middle, count, is_z_up);
+    request.shown.insert(request.shown.end(), points.begin(), points.end());
   }
   FilmRequest film{options.output, count, options.frames.frames_per_second()};
-  film.play = [turn, count, view = request.view, up = request.up, &request](const auto& draw) {
+  film.play = [is_z_up, count, view = request.view, up = request.up, &request](const auto& draw) {
     for (int k = 0; k < count; ++k) {
-      request.view = turn(k) * view;
-      request.up = turn(k) * up;
+      const Mat3d turn = render::turntable_turn(k, count, is_z_up);
+      request.view = turn * view;
+      request.up = turn * up;
       draw(request);
     }
   };

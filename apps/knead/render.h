@@ -77,6 +77,8 @@ std::string draw_picture(const PictureRequest& request, const std::function<void
 
 // Returns points of a shape that are the farthest in many directions, for PictureRequest::shown.
 std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions);
+// The same in all pictures of a turntable.
+std::vector<Vec3d> turntable_points(std::span<const Vec3d> positions, const Vec3d& middle, int count, bool is_z_up);
 
 // --- panels: shapes as they are, or one shape at several moments of a session
 // -----------------------------------------

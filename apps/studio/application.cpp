@@ -74,6 +74,8 @@ class Application {
 
   bool has_ended() const { return interface_.has_ended(); }
 
+  void welcome() { interface_.welcome(); }
+
   std::string message() const {
     const auto& messages = interface_.messages().messages;
     return messages.empty() ? std::string() : messages.back().notice.text;
@@ -298,6 +300,7 @@ void run_application(const ApplicationOptions& options) {
   discard_needless_journals(studio);
   auto application = std::make_unique<Application>(studio);
   begin(studio, options);
+  if (!options.shape && !options.session) application->welcome();
   for (int windows = 1; !application->run(); ++windows) {
     if (windows == kMaxWindows) throw std::runtime_error("the graphics driver keeps resetting");
     const Pointer& at = studio.pointer();

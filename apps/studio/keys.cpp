@@ -30,6 +30,7 @@ const std::vector<ActionInfo> kFixedActions{
     {export_shape, "export", "Export...", "File", {"Ctrl+E"}},
     {export_frames, "export_frames", "Export frames...", "File", {"Ctrl+Shift+E"}},
     {picture, "picture", "Picture...", "File", {"F12"}},
+    {poster, "poster", "Poster...", "File", {"Ctrl+F12"}},
     {turntable, "turntable", "Record turntable...", "File", {"Shift+F12"}},
     {stamp_file, "stamp_file", "Stamp from a file...", "File", {"Ctrl+Shift+T"}},
     {reference_image, "reference_image", "Reference image...", "File", {"Ctrl+Alt+R"}},
@@ -85,6 +86,8 @@ const std::vector<ActionInfo> kFixedActions{
     {tool_labels, "tool_labels", "Names of the tools", "Window", {"Shift+T"}},
     {full_screen, "full_screen", "Full screen", "Window", {"F11"}},
     {search, "search", "Search commands...", "Window", {"F3"}},
+    {welcome, "welcome", "Welcome...", "Window", {"Ctrl+F1"}},
+    {tour, "tour", "Tour of one minute", "Window", {"Shift+F1"}},
 };
 
 // All, in the order of Action.

@@ -20,6 +20,7 @@ enum class Action {
   export_shape,
   export_frames,
   picture,
+  poster,
   turntable,
   stamp_file,
   reference_image,
@@ -75,6 +76,8 @@ enum class Action {
   tool_labels,
   full_screen,
   search,
+  welcome,
+  tour,
   first_tool,  // this and those that follow choose a tool, in the order of studio_tools()
 };
 

@@ -49,6 +49,43 @@ class StudioLayers : public StudioTest {
   static std::string fmt_of(double x) { return std::to_string(x); }
 };
 
+TEST(LayerWords, AnEntrySaysWhatItDoes) {
+  const auto words = [](Stroke stroke, const char* unit = "") {
+    const SessionStroke line{std::move(stroke)};
+    return words_of({&line, 1}, unit);
+  };
+  EXPECT_EQ(words(ImplicitStroke{.path = {{0, 0, 0}, {0, 1, 0}, {0.1, 0.1, 0}}, .inner = 0.1, .outer = 1}),
+            "Pull 0.14");
+  EXPECT_EQ(words(ImplicitStroke{.path = {{0, 0, 0}, {12.3, 0, 0}}, .inner = 0.1, .outer = 1}, "mm"), "Pull 12 mm");
+  EXPECT_EQ(words(PaintStroke{1, -0.1, {{}, {}, {}}}), "Pull out, 3 dabs");
+  EXPECT_EQ(words(PaintStroke{1, 0.1, {{}}}), "Press in, 1 dab");
+  EXPECT_EQ(words(RotateStroke{{}, {0, 0, 1}, 45}), "Rotate 45\u00b0");
+  EXPECT_EQ(words(BendStroke{{}, {0, 0, 1}, {0, 1, 0}, -30, BendWidth{1}}), "Bend -30\u00b0");
+  EXPECT_EQ(words(StretchStroke{{}, {0, 0, 1}, 1.5}), "Stretch 150%");
+  EXPECT_EQ(words(TwistStroke{.center = {}, .axis = {0, 0, 1}, .rate_deg = -45, .inner = -1, .outer = 1}),
+            "Twist 90\u00b0");
+  EXPECT_EQ(
+      words(PointsStroke{.points = {{0, 0, 0}}, .curves = {}, .outer = 1, .displacements = {{0.1, 0, 0}, {0.1, 0, 0}}}),
+      "Move points 0.2");
+  EXPECT_EQ(words(PinsStroke{{{0, 0, 0}, {1, 0, 0}}, {{0, 0, 0.5}, {1, 0, 0}}}), "Pose 0.5");
+  EXPECT_EQ(words(RelaxStroke{.points = {{0, 0, 0}}}), "Relax 1 place");
+  EXPECT_EQ(words(GridStroke{}), "Pose");
+}
+
+TEST(LayerWords, AnEntryHasTheIconOfItsToolAndIsFoundByWords) {
+  SessionStroke line{ImplicitStroke{.path = {{0, 0, 0}, {0.1, 0, 0}}, .inner = 0.1, .outer = 1}};
+  EXPECT_EQ(tool_of({&line, 1}), studio_tool("ball"));
+  std::get<ImplicitStroke>(line.stroke).region = ImplicitRegion::capsule;
+  EXPECT_EQ(tool_of({&line, 1}), studio_tool("capsule"));
+  line.name = "left ear";
+  for (const char* text : {"", "ear", "LEFT", "ear pull", "0.1"}) EXPECT_TRUE(is_found({&line, 1}, text)) << text;
+  for (const char* text : {"nose", "ear nose"}) EXPECT_FALSE(is_found({&line, 1}, text)) << text;
+  line.stroke = PinsStroke{{{0, 0, 0}}, {{0, 0, 0.5}}};
+  EXPECT_EQ(tool_of({&line, 1}), studio_tool("pose"));
+  line.stroke = RelaxStroke{.points = {{0, 0, 0}}};
+  EXPECT_EQ(tool_of({&line, 1}), nullptr);
+}
+
 TEST_F(StudioLayers, EntriesAreNamedAsTheToolsAre) {
   for (const auto& [script, name] : std::map<int, std::string>{
            {0, "Ball"}, {4, "Capsule"}, {5, "Paint"}, {8, "Points"}, {9, "Curve"}, {10, "Stamp"}, {14, "Bend"}}) {

@@ -99,6 +99,8 @@ class Reader {
         read_panels(value);
       } else if (key == "window") {
         read_window(value);
+      } else if (key == "welcome" && value.is_flag()) {
+        loaded_.preferences.welcome = value.flag();
       } else if (key == "interface_scale") {
         read_number(key, value, {kSmallestScale, kLargestScale}, loaded_.preferences.interface_scale);
       } else if (key == "undo_memory_mb") {
@@ -106,7 +108,7 @@ class Reader {
       } else if (!read_look(key, value)) {
         complain(fmt::format(
             "\"{}\" is not a setting; the settings are keys, navigation, up, backend, unit, pen_pressure, outer_ring, "
-            "inner_ring, panels, window, interface_scale, undo_memory_mb, shading, matcap, cavity, occlusion, "
+            "inner_ring, panels, window, welcome, interface_scale, undo_memory_mb, shading, matcap, cavity, occlusion, "
             "background, "
             "projection and "
             "field_of_view_deg",
@@ -148,6 +150,7 @@ class Reader {
       } else if (key == "width" && each.is_number() && each.number() > 0) {
         panels.width = each.number();
       } else if (key == "closed" && each.is_array()) {
+        panels.closed.clear();
         for (const Json& part : each.items()) {
           if (part.is_text()) panels.closed.push_back(part.text());
         }
@@ -252,7 +255,7 @@ std::optional<Json> json_of(const PanelState& panels) {
   if (panels.history != usual.history) json.set("history", panels.history);
   if (panels.labels != usual.labels) json.set("labels", panels.labels);
   if (panels.width != usual.width) json.set("width", panels.width);
-  if (panels.closed.empty()) return json;
+  if (panels.closed == usual.closed) return json;
   Json closed = Json::array();
   for (const std::string& part : panels.closed) closed.push_back(part);
   json.set("closed", std::move(closed));
@@ -314,6 +317,7 @@ std::vector<OwnMember> own_members(const Preferences& preferences) {
           member("inner_ring", preferences.inner_ring, plain.inner_ring, text_of(preferences.inner_ring)),
           {"panels", json_of(preferences.panels)},
           {"window", json_of(preferences.window)},
+          member("welcome", preferences.welcome, plain.welcome, preferences.welcome),
           member("interface_scale", preferences.interface_scale, plain.interface_scale, preferences.interface_scale),
           member("undo_memory_mb", preferences.undo_memory_mb, plain.undo_memory_mb, preferences.undo_memory_mb),
           member("shading", look.material, plain.look.material,

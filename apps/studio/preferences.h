@@ -31,9 +31,9 @@ const char* text_of(LengthUnit unit);  // "", "mm", "cm", "m"
 struct PanelState {
   bool shown = true;
   bool history = true;
-  bool labels = false;              // names beside the icons of the tool bar
-  double width = 308;               // of the side panel, in points
-  std::vector<std::string> closed;  // parts of the side panel that are folded
+  bool labels = false;                              // names beside the icons of the tool bar
+  double width = 308;                               // of the side panel, in points
+  std::vector<std::string> closed{"tool", "view"};  // parts of the side panel that are folded
 
   friend bool operator==(const PanelState&, const PanelState&) = default;
 };
@@ -63,6 +63,7 @@ struct Preferences {
   PanelState panels;
   WindowPlace window;
   Look look;
+  bool welcome = true;           // the sheet at the start
   double interface_scale = 1;    // of texts and panels beyond what the display asks for, from 0.5 to 3
   double undo_memory_mb = 1024;  // of the states that undo reaches at once, from 0 to 1e6; older ones are made again
 };

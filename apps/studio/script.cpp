@@ -445,6 +445,22 @@ class Script {
     reference.in_every_view = member_or(line, "every_view", false).flag();
   }
 
+  void write_poster(const Json& line) {
+    require_shape("draw");
+    Poster poster;
+    const auto read = [&](const char* key, int& value) {
+      if (line.has(key)) value = static_cast<int>(line.at(key).whole());
+    };
+    read("width", poster.width);
+    read("height", poster.height);
+    read("pictures", poster.pictures);
+    if (poster.pictures < 1) fail("a poster has 1 picture or more");
+    poster.is_transparent = member_or(line, "transparent", poster.is_transparent).flag();
+    poster.has_ground = member_or(line, "ground", poster.has_ground).flag();
+    studio_.view().write_poster(line.at("poster").text(), poster);
+    settle();
+  }
+
   void require_shape(const char* what) {
     settle();
     if (studio_.document().shown().opened != 0) return;
@@ -475,6 +491,8 @@ class Script {
       if (!host_.picture) fail("pictures cannot be written here");
       settle();
       host_.picture(path("picture"));
+    } else if (line.has("poster")) {
+      write_poster(line);
     } else if (line.has("turntable")) {
       if (!host_.picture) fail("pictures cannot be written here");
       settle();

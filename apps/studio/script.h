@@ -34,6 +34,7 @@
 //                                               (to the entry before), "split": true, "remove": true, "select": true
 //   {"layer": null}                             no entry is selected
 //   {"turntable": "turn_%04d.png", "pictures": 36}
+//   {"poster": FILE, "width": 3840, "height": 2160, "transparent": true, "ground": true, "pictures": 1}
 //   {"save": FILE} {"export": FILE} {"picture": FILE} {"close": true}
 //   {"sleep": 0.016}                            seconds; {"wait": true}: until the worker has done everything
 #pragma once

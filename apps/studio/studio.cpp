@@ -129,8 +129,7 @@ void Studio::handle(const Event& event) {
     place_pointer(moved->x, moved->y, moved->modifiers);
   }
   view_.set_pivot(event);
-  const bool in_hand = gesture_ || adjusting_ || history_.is_dragging() || masks_.is_drawing();
-  if (!in_hand && (change_pin(event) || navigate(view_.navigation(), event))) return;
+  if (!is_in_hand() && (change_pin(event) || navigate(view_.navigation(), event))) return;
   struct Handler {
     Studio& studio;
 

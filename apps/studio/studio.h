@@ -81,6 +81,8 @@ class Studio {
   // Returns the number that the pointer sets.
   std::optional<PointedNumber> number() const;
   const Pointer& pointer() const { return pointer_; }
+  // Returns whether the pointer is changing something: the shape, a number, the history, a mask.
+  bool is_in_hand() const { return gesture_ || adjusting_ || history_.is_dragging() || masks_.is_drawing(); }
   bool pointer_is_over_view() const { return pointer_is_over_view_; }
   void set_pointer_over_view(bool is_over) { pointer_is_over_view_ = is_over; }
   // Returns the pin that is dragged, or that the panel or the pointer points to.

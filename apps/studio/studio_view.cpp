@@ -308,6 +308,38 @@ std::filesystem::path file_of(const Turntable& turntable) {
   return turntable.pattern.parent_path() / name;
 }
 
+namespace {
+
+double hundredths(double radians) { return std::round(radians * 18000 / std::numbers::pi) / 100; }
+
+}  // namespace
+
+void StudioView::write_poster(const std::filesystem::path& file, const Poster& poster) {
+  const View& view = navigation_.view;
+  const bool is_z_up = view.up == UpAxis::z;
+  const double azimuth = std::remainder(view.yaw, 2 * std::numbers::pi);
+  PosterScene scene{render::view_direction(hundredths(azimuth), hundredths(view.pitch), is_z_up), is_z_up, {}, {}};
+  scene.fit.projection = view.projection;
+  scene.fit.field_of_view_deg = view.field_of_view_deg;
+  const Look& look = settings_.look;
+  render::Options& options = scene.options;
+  options.width = poster.width;
+  options.height = poster.height;
+  const auto background = render::background_named(look.background);
+  options.background = poster.is_transparent ? render::Color{1, 1, 1, 0} : background->top;
+  options.background_bottom = poster.is_transparent ? render::Color{1, 1, 1, 0} : background->bottom;
+  if (look.material == render::Material::matcap) options.matcap = look.matcap;
+  if (look.material == render::Material::flat) options.shading = render::Shading::flat;
+  options.relief = look.relief;
+  options.wireframe = settings_.wireframe;
+  options.ground = poster.has_ground;
+  document_.post(
+      [file, scene, pictures = poster.pictures](Document& document, Progress& progress) {
+        document.write_poster(file, scene, pictures, progress);
+      },
+      "Drawing the poster");
+}
+
 void StudioView::record_turntable(const std::filesystem::path& pattern, int pictures) {
   if (document_.shown().opened == 0) return;
   try {

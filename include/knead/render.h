@@ -2,10 +2,12 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -52,6 +54,42 @@ struct FitOptions {
   double field_of_view_deg = 25;  // vertical; perspective only
   double margin = 0.06;           // of the picture's height or width, whichever is tighter, on each side
 };
+
+// Where a camera looks, and which way is up in its picture.
+struct ViewDirection {
+  Vec3d direction;
+  Vec3d up;
+};
+
+// Returns the direction of a camera that stands at the azimuth (degrees from the front towards +x) and elevation
+// (degrees, from -90 to 90), as `knead render --view` has it. is_z_up: z is up instead of y, and the front looks along
+// +y.
+inline ViewDirection view_direction(double azimuth_deg, double elevation_deg, bool is_z_up) {
+  const double azimuth = azimuth_deg * std::numbers::pi / 180;
+  const double elevation = elevation_deg * std::numbers::pi / 180;
+  ViewDirection view{
+      -Vec3d{std::sin(azimuth) * std::cos(elevation), std::sin(elevation), std::cos(azimuth) * std::cos(elevation)},
+      {0, 1, 0}};
+  if (std::abs(elevation_deg) > 89.9) view.up = {0, 0, elevation_deg > 0 ? -1.0 : 1.0};
+  if (!is_z_up) return view;
+  for (Vec3d* v : {&view.direction, &view.up}) *v = {v->x, -v->z, v->y};
+  return view;
+}
+
+// Returns the rotation about the axis that is up by `step` of `count` parts of a full turn: that of picture `step` of
+// a turntable.
+inline Mat3d turntable_turn(int step, int count, bool is_z_up) {
+  const double c = std::cos(2 * std::numbers::pi * step / count);
+  const double s = std::sin(2 * std::numbers::pi * step / count);
+  return is_z_up ? Mat3d{{c, s, 0}, {-s, c, 0}, {0, 0, 1}} : Mat3d{{c, 0, -s}, {0, 1, 0}, {s, 0, c}};
+}
+
+// Returns places that the outermost points of a shape have in the pictures of a turntable, turned about `middle`. A
+// camera that shows them shows the whole shape from all around.
+std::vector<Vec3d> turntable_points(std::span<const Vec3d> positions, const Vec3d& middle, int count, bool is_z_up);
+
+// Returns points of a shape that are the farthest in many directions.
+std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions);
 
 // Returns the camera that looks along `direction` (not zero) and shows all points, which are finite, as large as
 // possible in a picture of width / height = aspect: they reach the margins on two sides at least. Without points, as

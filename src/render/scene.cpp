@@ -307,4 +307,27 @@ std::vector<Vec3d> scene_points(const Scene& scene) {
   return points;
 }
 
+std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions) {
+  constexpr int directions = 64;  // evenly over the sphere, on a spiral
+  std::vector<Vec3d> points;
+  for (int k = 0; k < directions && !positions.empty(); ++k) {
+    const double z = 1 - (2 * k + 1.0) / directions;
+    const double angle = 2.399963 * k;  // the golden angle
+    const double r = std::sqrt(1 - z * z);
+    const Vec3d direction{r * std::cos(angle), z, r * std::sin(angle)};
+    points.push_back(*std::max_element(positions.begin(), positions.end(), [&](const Vec3d& a, const Vec3d& b) {
+      return dot(a, direction) < dot(b, direction);
+    }));
+  }
+  return points;
+}
+
+std::vector<Vec3d> turntable_points(std::span<const Vec3d> positions, const Vec3d& middle, int count, bool is_z_up) {
+  std::vector<Vec3d> points;
+  for (const Vec3d& p : outermost_points(positions)) {
+    for (int k = 0; k < count; ++k) points.push_back(middle + turntable_turn(k, count, is_z_up) * (p - middle));
+  }
+  return points;
+}
+
 }  // namespace knead::render

@@ -17,6 +17,7 @@
 #include "gestures/tools.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/render.h"
 #include "knead/replay.h"
 #include "knead/workbench.h"
 
@@ -96,6 +97,23 @@ struct FrameExport {
   friend bool operator==(const FrameExport&, const FrameExport&) = default;
 };
 
+// A picture of the whole shape, or several from all around, as `knead render` draws them.
+struct Poster {
+  int width = 3840;  // pixels
+  int height = 2160;
+  int pictures = 1;            // more: evenly about the axis that is up
+  bool is_transparent = true;  // else the background of the view
+  bool has_ground = true;      // the shadow on the ground
+};
+
+// How a poster is seen and shaded.
+struct PosterScene {
+  render::ViewDirection view;
+  bool is_z_up = false;
+  render::FitOptions fit;
+  render::Options options;  // with the poster's size and background
+};
+
 class Document {
  public:
   explicit Document(DocumentOptions options);
@@ -127,6 +145,8 @@ class Document {
   void save(const std::filesystem::path& path);
   void export_shape(const std::filesystem::path& path, bool as_double, Progress& progress);
   void export_frames(const std::filesystem::path& file, const FrameExport& how, Progress& progress);
+  // Several pictures go to numbered() files.
+  void write_poster(const std::filesystem::path& file, const PosterScene& how, int pictures, Progress& progress);
 
   // Shows a frame (from 0) of those that would be exported, without those that are held. The first call makes all of
   // them, fewer where they would take more than half a GB; then each is shown at once, until anything else is.

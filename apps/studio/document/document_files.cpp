@@ -304,4 +304,52 @@ void Document::look_at_frame(const FrameExport& how, int frame, Progress& progre
   });
 }
 
+namespace {
+
+std::filesystem::path picture_file(const std::filesystem::path& file, int number) {
+  std::string name = numbered(file).filename().string();
+  name.replace(name.find(kNumber), std::string_view(kNumber).size(), fmt::format("{:04}", number));
+  return file.parent_path() / name;
+}
+
+}  // namespace
+
+void Document::write_poster(const std::filesystem::path& file, const PosterScene& how, int pictures,
+                            Progress& progress) {
+  if (!history_) return;
+  guarded(Subject::picture, [&] {
+    if (file.extension() != ".png") throw InvalidInput("A poster is a PNG file: give a name like poster.png");
+    if (!settle(progress)) throw Cancelled();
+    constexpr std::uint64_t each = 1000;
+    progress.total = each * static_cast<std::uint64_t>(pictures);
+    const Mesh mesh = history_->state().to_mesh();
+    render::Scene scene;
+    render::Shape& shape = scene.shapes.emplace_back();
+    shape.mesh = &mesh;
+    shape.use_mesh_colors = true;
+    std::vector<Vec3d> points = render::scene_points(scene);
+    if (pictures > 1) {
+      points = render::turntable_points(mesh.positions, bounding_box(mesh.positions).center(), pictures, how.is_z_up);
+    }
+    render::Options options = how.options;
+    const double aspect = static_cast<double>(options.width) / options.height;
+    for (int i = 0; i < pictures; ++i) {
+      const Mat3d turn = render::turntable_turn(i, pictures, how.is_z_up);
+      const bool is_first = i == 0;
+      const Vec3d direction = is_first ? how.view.direction : turn * how.view.direction;
+      scene.camera =
+          render::fit_points(points, direction, is_first ? how.view.up : turn * how.view.up, aspect, how.fit);
+      options.progress = [&](double part) {
+        stop_if_cancelled(&progress);
+        progress.done = each * static_cast<std::uint64_t>(i) + static_cast<std::uint64_t>(part * each);
+      };
+      const std::string bytes = render::encode_png(render::render(scene, options));
+      stop_if_cancelled(&progress);
+      write_file_atomically(pictures == 1 ? file : picture_file(file, i), bytes);
+    }
+    options_.tell({false, pictures == 1 ? fmt::format("Wrote {}.", file.filename().string())
+                                        : fmt::format("Wrote {} pictures.", pictures)});
+  });
+}
+
 }  // namespace knead::studio

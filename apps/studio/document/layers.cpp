@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <sstream>
 #include <string_view>
 #include <utility>
 #include <variant>
@@ -17,8 +18,8 @@ namespace knead::studio {
 
 namespace {
 
-// What Studio calls the tool of a stroke.
-std::string title_of(const Stroke& stroke) {
+// The word of the tool of a stroke, as Studio has it.
+std::string tool_word(const Stroke& stroke) {
   std::string word = tool_name(stroke);
   if (const auto* implicit = std::get_if<ImplicitStroke>(&stroke)) {
     word = implicit->region == ImplicitRegion::capsule ? "capsule" : "ball";
@@ -26,6 +27,13 @@ std::string title_of(const Stroke& stroke) {
   if (const auto* points = std::get_if<PointsStroke>(&stroke); points != nullptr && points->points.empty()) {
     word = "curve";
   }
+  if (word == "pins" || word == "grid") word = "pose";
+  return word;
+}
+
+// What Studio calls the tool of a stroke.
+std::string title_of(const Stroke& stroke) {
+  std::string word = tool_word(stroke);
   if (const StudioTool* const tool = studio_tool(word)) return tool->name;
   word[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(word[0])));
   return word;
@@ -81,6 +89,91 @@ std::string description_of(std::span<const SessionStroke> strokes) {
     text += fmt::format(", {} places", relax->points.size());
   }
   return text;
+}
+
+namespace {
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::string degrees(double angle) { return fmt::format("{:.0f}\u00b0", angle); }
+
+std::string rotation_words(const HandlesRotation& rotation) { return degrees(rotation.angle_deg); }
+
+// What a stroke does, without the word of its tool.
+struct WordsOf {
+  const std::string& unit;
+
+  std::string length(double value) const { return fmt::format("{:.2g}{}{}", value, unit.empty() ? "" : " ", unit); }
+  std::string operator()(const ImplicitStroke& s) const {
+    return "Pull " + length(norm(s.path.back() - s.path.front()));
+  }
+  std::string operator()(const PaintStroke& s) const {
+    const std::size_t dabs = s.samples.size() + s.path.size();
+    return fmt::format("{}, {}", s.depth > 0 ? "Press in" : "Pull out",
+                       dabs == 1 ? "1 dab" : fmt::format("{} dabs", dabs));
+  }
+  std::string operator()(const PointsStroke& s) const {
+    Vec3d by{};
+    for (const Vec3d& displacement : s.displacements) by += displacement;
+    return fmt::format("Move {} {}", s.points.empty() ? "a curve" : "points", length(norm(by)));
+  }
+  std::string operator()(const HandlesStroke& s) const {
+    const auto* const rotation = std::get_if<HandlesRotation>(&s.motion);
+    if (rotation != nullptr) return "Handles " + rotation_words(*rotation);
+    return "Handles " + length(norm(std::get<HandlesTranslation>(s.motion).by));
+  }
+  std::string operator()(const StampStroke& s) const { return "Stamp " + length(norm(s.path.back() - s.path.front())); }
+  std::string operator()(const RotateStroke& s) const { return "Rotate " + degrees(s.angle_deg); }
+  std::string operator()(const StretchStroke& s) const { return fmt::format("Stretch {:.0f}%", 100 * s.factor); }
+  std::string operator()(const TwistStroke& s) const { return "Twist " + degrees(s.rate_deg * (s.inner - s.outer)); }
+  std::string operator()(const BendStroke& s) const { return "Bend " + degrees(s.angle_deg); }
+  std::string operator()(const PinsStroke& s) const {
+    double most = 0;
+    for (std::size_t i = 0; i < s.points.size(); ++i) most = std::max(most, norm(s.to[i] - s.points[i]));
+    return "Pose " + length(most);
+  }
+  std::string operator()(const PoseStroke& s) const {
+    double most = 0;
+    for (const PoseItem& item : s.parts) {
+      const auto* const part = std::get_if<PosePart>(&item);
+      if (part != nullptr && part->rotation) return "Pose " + rotation_words(*part->rotation);
+      if (part != nullptr && part->translation) most = std::max(most, norm(*part->translation));
+      const auto* const pin = std::get_if<PosePin>(&item);
+      if (pin != nullptr && pin->path.size() > 1) most = std::max(most, norm(pin->path.back() - pin->path.front()));
+    }
+    return most > 0 ? "Pose " + length(most) : "Pose";
+  }
+  std::string operator()(const RelaxStroke& s) const {
+    return s.points.size() == 1 ? "Relax 1 place" : fmt::format("Relax {} places", s.points.size());
+  }
+  std::string operator()(const MaskStroke& /*s*/) const { return "Mask"; }
+  template <class Other>
+  std::string operator()(const Other& s) const {
+    return title_of(Stroke{s});
+  }
+};
+
+}  // namespace
+
+std::string words_of(std::span<const SessionStroke> strokes, const std::string& unit) {
+  return strokes.empty() ? "Nothing" : std::visit(WordsOf{unit}, strokes.front().stroke);
+}
+
+const StudioTool* tool_of(std::span<const SessionStroke> strokes) {
+  return strokes.empty() ? nullptr : studio_tool(tool_word(strokes.front().stroke));
+}
+
+bool is_found(std::span<const SessionStroke> strokes, const std::string& text) {
+  const std::string where = lower(name_of(strokes) + " " + words_of(strokes, {}));
+  std::istringstream words(lower(text));
+  for (std::string word; words >> word;) {
+    if (where.find(word) == std::string::npos) return false;
+  }
+  return true;
 }
 
 bool is_off(std::span<const SessionStroke> strokes) {

@@ -22,6 +22,16 @@ std::string name_of(std::span<const SessionStroke> strokes);
 // Returns what is worth knowing of an entry besides: "Ball, 34 pieces", "2 x Bend".
 std::string description_of(std::span<const SessionStroke> strokes);
 
+// Returns what an entry does, in a word or two and a number: "Pull 0.14 mm", "Bend 30\u00b0", "Press in, 18 dabs".
+// `unit` is the sign of the unit of lengths, or empty.
+std::string words_of(std::span<const SessionStroke> strokes, const std::string& unit);
+
+// Returns the tool of Studio that makes such an entry, for its icon; null if none does.
+const StudioTool* tool_of(std::span<const SessionStroke> strokes);
+
+// Returns whether every word of the text occurs in the entry's name or in what it does, in upper or lower case.
+bool is_found(std::span<const SessionStroke> strokes, const std::string& text);
+
 // Returns whether an entry is switched off: none of its strokes is applied.
 bool is_off(std::span<const SessionStroke> strokes);
 

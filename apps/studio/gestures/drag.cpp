@@ -315,6 +315,7 @@ namespace {
 constexpr double kMinPressure = 0.05;
 constexpr double kRadiusSteps = 16;     // of the radius, under a pen
 constexpr int kMaxRays = 400;           // between two places of the pointer
+constexpr double kFirstSpacing = 0.1;   // of the radius: how far rays are apart before paint meets the shape
 constexpr double kLassoPiece = 3;       // pixels between two points of a lasso
 constexpr double kPointSpacing = 0.25;  // of a drawn line, in radii
 
@@ -341,24 +342,34 @@ PaintTouch touch_at(const SurfaceHit& hit, const Pointer& pointer, const ToolSet
 
 }  // namespace
 
-std::optional<PaintGesture> begin_paint(const Pointer& pointer, const GestureContext& around) {
-  const auto hit = hit_at(pointer, around);
-  if (!hit) return std::nullopt;
+PaintGesture begin_paint(const Pointer& pointer, const GestureContext& around) {
   const ToolSettings& settings = around.settings;
   const bool in = settings.paint_in != pointer.modifiers.ctrl;
-  const PaintStroke stroke{settings.radius, settings.depth * settings.radius * (in ? 1 : -1), {}, {}, settings.falloff};
-  return PaintGesture{begin_paint(stroke, touch_at(*hit, pointer, settings)), pointer};
+  PaintGesture gesture;
+  gesture.brush = {settings.radius, settings.depth * settings.radius * (in ? 1 : -1), {}, {}, settings.falloff};
+  gesture.last = pointer;
+  if (const auto hit = hit_at(pointer, around)) {
+    gesture.paint = begin_paint(gesture.brush, touch_at(*hit, pointer, settings));
+  }
+  return gesture;
 }
 
 void move_paint(const Pointer& pointer, const GestureContext& around, PaintGesture& gesture) {
   const double way = std::hypot(pointer.x - gesture.last.x, pointer.y - gesture.last.y);
-  const double fine = 0.25 * gesture.paint.spacing / pixel_size(around.screen, gesture.paint.last);  // pixels
+  // Beside the shape as fine as paint of this radius is at the view's target.
+  const double spacing = gesture.paint ? gesture.paint->spacing : kFirstSpacing * gesture.brush.outer;
+  const Vec3d& place = gesture.paint ? gesture.paint->last : around.screen.camera.target;
+  const double fine = 0.25 * spacing / pixel_size(around.screen, place);  // pixels
   const int rays = std::clamp(static_cast<int>(std::ceil(way / std::max(fine, 0.5))), 1, kMaxRays);
   const Pointer from = gesture.last;
   for (int i = 1; i <= rays; ++i) {
     const Pointer here = between(from, pointer, static_cast<double>(i) / rays);
     gesture.last = here;
-    if (const auto hit = hit_at(here, around)) drag_paint(gesture.paint, touch_at(*hit, here, around.settings));
+    const auto hit = hit_at(here, around);
+    if (!hit) continue;
+    const PaintTouch touch = touch_at(*hit, here, around.settings);
+    if (gesture.paint) drag_paint(*gesture.paint, touch);
+    if (!gesture.paint) gesture.paint = begin_paint(gesture.brush, touch);
   }
 }
 

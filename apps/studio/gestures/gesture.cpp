@@ -93,7 +93,7 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
     case ToolUse::pull:
       return Gesture{begin_implicit(pointer, around)};
     case ToolUse::paint:
-      return made(begin_paint(pointer, around));
+      return Gesture{begin_paint(pointer, around)};
     case ToolUse::points:
     case ToolUse::curve:
       if (is_near(placed, pointer, around)) return Gesture{begin_points(pointer, around, placed)};
@@ -147,7 +147,9 @@ void move_gesture(const Pointer& pointer, const GestureContext& around, PlacedTo
 void end_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture) {
   move_gesture(pointer, around, placed, gesture);
   if (!gesture.trouble.empty()) return;
-  if (auto* paint = std::get_if<PaintGesture>(&gesture.kind)) end_paint(paint->paint);
+  if (auto* paint = std::get_if<PaintGesture>(&gesture.kind); paint != nullptr && paint->paint) {
+    end_paint(*paint->paint);
+  }
   if (auto* draw = std::get_if<DrawGesture>(&gesture.kind)) end_draw(*draw, placed);
   if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) {
     const bool is_of_pins = around.settings.tool->use == ToolUse::pose;
@@ -179,7 +181,9 @@ struct StrokesOf {
     if (g.stroke.path.size() < 2) return {};
     return {g.stroke};
   }
-  std::vector<Stroke> operator()(const PaintGesture& g) const { return g.paint.strokes(); }
+  std::vector<Stroke> operator()(const PaintGesture& g) const {
+    return g.paint ? g.paint->strokes() : std::vector<Stroke>{};
+  }
   std::vector<Stroke> operator()(const PointsGesture& g) const {
     if (g.stroke.displacements.empty()) return {};
     return {g.stroke};

@@ -78,10 +78,11 @@ struct ImplicitGesture {
   Vec3d normal;   // there
 };
 
-// Dabs along the pointer's path.
+// Dabs along the pointer's path, from where it meets the shape.
 struct PaintGesture {
-  PaintDrag paint;
-  Pointer last;
+  PaintStroke brush;                 // without samples
+  std::optional<PaintDrag> paint{};  // std::nullopt: the pointer has been beside the shape so far
+  Pointer last{};
 };
 
 // Places along the pointer's path where the surface is relaxed.

@@ -19,7 +19,7 @@ std::optional<SurfaceHit> hit_at(const Pointer& pointer, const GestureContext& a
 ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& around);
 void move_implicit(const Pointer& pointer, const GestureContext& around, ImplicitGesture& gesture);
 
-std::optional<PaintGesture> begin_paint(const Pointer& pointer, const GestureContext& around);
+PaintGesture begin_paint(const Pointer& pointer, const GestureContext& around);
 void move_paint(const Pointer& pointer, const GestureContext& around, PaintGesture& gesture);
 
 std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureContext& around);

@@ -184,32 +184,6 @@ std::optional<double> Picker::thickness(const SurfaceHit& hit, const ShapeState&
   return std::nullopt;
 }
 
-// From each place of a flat ring to the nearest place of the surface, with the ring turned up or down there as the
-// place before was found; the first place is looked for several times.
-std::vector<Vec3d> Picker::ring_around(const SurfaceHit& hit, double radius, int points, const ShapeState& now) const {
-  constexpr int kFirstRounds = 4;
-  const Vec3d center = searched(hit);
-  const Vec3d u = any_orthogonal(hit.normal);
-  const Vec3d v = cross(hit.normal, u);
-  std::vector<Vec3d> ring;
-  double tilt = 0;
-  for (int i = 1 - kFirstRounds; i < points; ++i) {
-    const SinCos<double> turn = sincos(2 * std::numbers::pi * std::max(i, 0) / points);
-    const SinCos<double> by = sincos(tilt);
-    const Vec3d outward = u * turn.cos + v * turn.sin;
-    const auto found = tree_.closest(center + (outward * by.cos + hit.normal * by.sin) * radius);
-    if (!found) return {};
-    const Vec3d way = found->point - center;
-    tilt = std::atan2(dot(way, hit.normal), std::max(dot(way, outward), 0.1 * radius));
-    if (i < 0) continue;
-    const Triangle& t = links_.triangles[found->triangle];
-    Vec3d place{};
-    for (std::size_t k = 0; k < 3; ++k) place += now.positions[t[k]] * found->barycentric[k];
-    ring.push_back(place);
-  }
-  return ring;
-}
-
 std::shared_ptr<const Picker> PickerPool::make(const ShapeState& state) {
   std::unique_ptr<Picker> picker;
   {

@@ -87,10 +87,6 @@ class Picker {
   // Returns how thick the shape is under a hit, against its normal; nothing where no surface is found there.
   std::optional<double> thickness(const SurfaceHit& hit, const ShapeState& now) const;
 
-  // Returns a ring of points that lie on the surface as it is in `now`, about `radius` from the hit, evenly turned
-  // about its normal. Takes about 20 us a point on a shape of 400,000 vertices.
-  std::vector<Vec3d> ring_around(const SurfaceHit& hit, double radius, int points, const ShapeState& now) const;
-
   const std::vector<Triangle>& triangles() const { return links_.triangles; }
 
  private:

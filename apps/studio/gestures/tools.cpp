@@ -68,6 +68,8 @@ const std::vector<StudioTool> kTools{
     {.name = "Ball",
      .key = "1",
      .use = ToolUse::pull,
+     .group = ToolGroup::move,
+     .tip = "Pulls a round piece of the surface along with the pointer.",
      .has_inner = true,
      .hint = kPullHint,
      .second_hint = kPullHint,
@@ -75,9 +77,12 @@ const std::vector<StudioTool> kTools{
     {.name = "Capsule",
      .key = "2",
      .use = ToolUse::pull,
+     .group = ToolGroup::move,
+     .tip = "Pulls a long piece of the surface, as wide as you set it.",
      .has_inner = true,
      .is_long = true,
-     .sliders = {{"Length", &ToolSettings::capsule_length, 0.05, 5, "of the radius: half the length of the capsule"}},
+     .sliders = {{"Length", &ToolSettings::capsule_length, 0.05, 5,
+                  "half the length of the capsule; it grows with the radius"}},
      .hint = kPullHint,
      .second_hint = kPullHint,
      .icon = {{arc, {-0.45F, 0.25F, 0.42F, 0.5F * kPiFloat, 1.5F * kPiFloat}},
@@ -88,7 +93,10 @@ const std::vector<StudioTool> kTools{
     {.name = "Paint",
      .key = "3",
      .use = ToolUse::paint,
-     .sliders = {{"Depth", &ToolSettings::depth, 0.005, 1, "of the radius: how far one dab moves the surface"}},
+     .group = ToolGroup::shape,
+     .tip = "Paints the surface outwards, or with Ctrl inwards.",
+     .sliders = {{"Depth", &ToolSettings::depth, 0.005, 1,
+                  "how far one dab moves the surface; it grows with the radius"}},
      .hint = "Paint on the shape to pull it out; Ctrl presses it in (and does not snap).",
      .second_hint = "Paint on the shape to press it in; Ctrl pulls it out (and does not snap).",
      .icon = {{wave, {-1, 0.8F, -0.3F, 0.8F, -0.5F, 0.1F, 0, 0.1F}},
@@ -98,6 +106,8 @@ const std::vector<StudioTool> kTools{
     {.name = "Points",
      .key = "4",
      .use = ToolUse::points,
+     .group = ToolGroup::move,
+     .tip = "Moves several points of the surface together.",
      .hint = "Click points on the shape, then drag one of them.",
      .second_hint = "Drag one of the points, or click more. Escape removes them.",
      .icon = {{disc, {-0.55F, 0.45F, 0.2F}},
@@ -107,13 +117,18 @@ const std::vector<StudioTool> kTools{
     {.name = "Curve",
      .key = "5",
      .use = ToolUse::curve,
+     .group = ToolGroup::move,
+     .tip = "Moves a line that you draw on the surface.",
      .hint = "Draw a curve on the shape, then drag it.",
      .second_hint = "Drag the curve, or draw more. Escape removes them.",
      .icon = {{wave, {-0.9F, 0.3F, -0.4F, 1.1F, 0.3F, -0.1F, 0.9F, 0.6F}}, {arrow, {0, 0.2F, 0, -0.9F}}}},
     {.name = "Stamp",
      .key = "6",
      .use = ToolUse::stamp,
-     .sliders = {{"Size", &ToolSettings::stamp_size, 0.05, 3, "of the radius: half the extent of the stamp"}},
+     .group = ToolGroup::shape,
+     .tip = "Presses a solid into the shape.",
+     .sliders = {{"Size", &ToolSettings::stamp_size, 0.05, 3,
+                  "half the extent of the stamp; it grows with the radius"}},
      .hint = "Click on the shape to place the stamp.",
      .second_hint = "Drag the stamp by its middle into the shape; its arrows move it and its rings turn it.",
      .icon = {{box, {-0.35F, -0.9F, 0.35F, 0}},
@@ -122,6 +137,8 @@ const std::vector<StudioTool> kTools{
     {.name = "Rotate",
      .key = "7",
      .use = ToolUse::turn,
+     .group = ToolGroup::move,
+     .tip = "Turns everything within a ball.",
      .has_inner = true,
      .hint = kTurnHint,
      .second_hint = kTurnAgain,
@@ -132,6 +149,8 @@ const std::vector<StudioTool> kTools{
     {.name = "Stretch",
      .key = "8",
      .use = ToolUse::turn,
+     .group = ToolGroup::move,
+     .tip = "Makes a part longer and thinner, or shorter and thicker.",
      .has_inner = true,
      .hint = kTurnHint,
      .second_hint = kTurnAgain,
@@ -140,6 +159,8 @@ const std::vector<StudioTool> kTools{
     {.name = "Twist",
      .key = "9",
      .use = ToolUse::turn,
+     .group = ToolGroup::pose,
+     .tip = "Turns a finger, an arm or a leg about its length.",
      .hint = kTurnHint,
      .second_hint = kTurnAgain,
      .icon = {{wave, {-0.5F, 0.95F, -0.5F, 0.1F, 0.5F, -0.1F, 0.5F, -0.95F}},
@@ -150,6 +171,8 @@ const std::vector<StudioTool> kTools{
     {.name = "Bend",
      .key = "0",
      .use = ToolUse::turn,
+     .group = ToolGroup::pose,
+     .tip = "Bends a finger, an arm or a leg at a joint.",
      .hint = kTurnHint,
      .second_hint = kTurnAgain,
      .icon = {{wave, {-0.7F, 0.95F, -0.7F, -0.1F, -0.4F, -0.75F, 0.5F, -0.85F}},
@@ -160,6 +183,8 @@ const std::vector<StudioTool> kTools{
     {.name = "Handles",
      .key = "-",
      .use = ToolUse::handles,
+     .group = ToolGroup::pose,
+     .tip = "Moves one set of vertices while another one stays.",
      .in_bar = false,
      .hint = "Paint what moves, and with Ctrl what stays; then choose Drag.",
      .second_hint = "Drag the handle that moves.",
@@ -170,6 +195,8 @@ const std::vector<StudioTool> kTools{
     {.name = "Pose",
      .key = "P",
      .use = ToolUse::pose,
+     .group = ToolGroup::pose,
+     .tip = "Moves some places while others hold, as if the shape had bones.",
      .hint = "Click to set pins that hold, then drag one; Ctrl and a drag draws round a part that holds.",
      .second_hint =
          "Drag a pin: the others hold. Alt+click removes, Shift+click selects, a double click frees or holds it.",
@@ -180,8 +207,11 @@ const std::vector<StudioTool> kTools{
     {.name = "Mask",
      .key = "M",
      .use = ToolUse::mask,
+     .group = ToolGroup::mask,
+     .tip = "Protects a part of the shape from all other tools.",
      .has_inner = true,
-     .sliders = {{"Border", &ToolSettings::mask_width, 0.05, 2, "of the radius: from what stays to what is free"}},
+     .sliders = {{"Border", &ToolSettings::mask_width, 0.05, 2,
+                  "from what stays to what is free; it grows with the radius"}},
      .hint = "Paint what stays as it is; Ctrl erases.",
      .second_hint = "Draw round what stays as it is; with Ctrl what is free.",
      .icon = {{wave, {-0.8F, -0.4F, -0.2F, -0.75F, 0.2F, -0.75F, 0.8F, -0.4F}},
@@ -215,6 +245,20 @@ bool blends(const ToolSettings& settings) {
 
 const StudioTool& studio_tool(ToolUse use) {
   return *std::find_if(kTools.begin(), kTools.end(), [&](const StudioTool& tool) { return tool.use == use; });
+}
+
+const char* name_of(ToolGroup group) {
+  switch (group) {
+    case ToolGroup::move:
+      return "Move";
+    case ToolGroup::shape:
+      return "Shape";
+    case ToolGroup::pose:
+      return "Pose";
+    case ToolGroup::mask:
+      return "Mask";
+  }
+  return "";
 }
 
 const char* name_of(StampContact contact) {

@@ -101,6 +101,11 @@ enum class ToolUse {
   mask,     // drags paint, or go round, what stays as it is
 };
 
+// What a tool is for: tools of one group stand together and have one colour.
+enum class ToolGroup { move, shape, pose, mask };
+inline constexpr std::array kToolGroups{ToolGroup::move, ToolGroup::shape, ToolGroup::pose, ToolGroup::mask};
+const char* name_of(ToolGroup group);
+
 // Which way the z axis of a placement points after a click.
 enum class Facing {
   viewer,   // towards the viewer
@@ -120,7 +125,8 @@ struct Turning {
                    const CylinderPlacement* limit_cylinder) = nullptr;
 };
 
-// A number of the tool's own at the panel.
+// A length of the tool's own. It is kept, and limited, relative to the radius; a person sees and sets the length
+// itself.
 struct ToolSlider {
   const char* label;
   double ToolSettings::*value;
@@ -144,6 +150,8 @@ struct StudioTool {
   std::string name;  // as a person reads it; in lower case in scripts, after "tool_" in the preferences
   const char* key;   // that chooses it, if the preferences say nothing else
   ToolUse use;
+  ToolGroup group;
+  const char* tip;         // one sentence: what it does
   bool in_bar = true;      // else it is chosen by its key or by search: another tool does better
   bool has_inner = false;  // its inner ratio can be set
   bool is_long = false;    // of ToolUse::pull: a capsule across the view instead of a ball

@@ -188,6 +188,9 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
     case Action::picture:
       ask_for_file(FileUse::picture);
       return true;
+    case Action::poster:
+      ask_for_file(FileUse::poster);
+      return true;
     case Action::turntable:
       ask_for_file(FileUse::turntable);
       return true;
@@ -200,6 +203,13 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
     case Action::recover:
       dialogs.is_recovery_open = !studio.document().abandoned().empty();
       if (!dialogs.is_recovery_open) studio.document().tell({false, "There is no unsaved work to recover."});
+      return true;
+    case Action::welcome:
+      dialogs.welcome.is_open = true;
+      return true;
+    case Action::tour:
+      dialogs.welcome.tour = 0;
+      dialogs.welcome.entries = studio.document().shown().history.size();
       return true;
     case Action::search:
       dialogs.search.is_open = true;
@@ -236,12 +246,16 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
       case FileUse::picture:
         picture(*file);
         break;
+      case FileUse::poster:
+        studio.view().write_poster(*file, dialogs.file.poster);
+        break;
       case FileUse::turntable:
         studio.view().record_turntable(*file, dialogs.file.pictures);
         break;
     }
   }
   draw_search(studio, gui, dialogs.search);
+  draw_welcome(studio, dialogs, gui);
   if (dialogs.is_new_shape_open) draw_new_shape(studio, dialogs);
   if (dialogs.is_recovery_open) draw_recovery(studio, dialogs);
   if (dialogs.pending && dialogs.is_saving) {

@@ -92,13 +92,14 @@ const char* title_of(FileUse use) {
                               "Export the shape",
                               "Export frames",
                               "Picture",
+                              "Poster",
                               "Record a turntable"};
   return titles[static_cast<std::size_t>(use)];
 }
 
 std::vector<std::string> extensions_of(FileUse use) {
   if (use == FileUse::save) return {".knead"};
-  if (use == FileUse::picture || use == FileUse::turntable) return {".png"};
+  if (use == FileUse::picture || use == FileUse::poster || use == FileUse::turntable) return {".png"};
   if (use == FileUse::reference) return {".png", ".jpg", ".jpeg"};
   std::vector<std::string> extensions;
   for (const std::string_view name : shape_extensions()) extensions.push_back(fmt::format(".{}", name));
@@ -123,6 +124,8 @@ std::string proposed_name(FileUse use, const fs::path& near) {
       return stem + "_%04d.ply";
     case FileUse::picture:
       return stem + ".png";
+    case FileUse::poster:
+      return stem + "_poster.png";
     case FileUse::turntable:
       return stem + "_%04d.png";
   }
@@ -253,6 +256,34 @@ void draw_motion(FrameExport& motion, int& frame) {
                    ImGuiSliderFlags_AlwaysClamp);
 }
 
+void draw_poster(Poster& poster) {
+  struct Size {
+    const char* name;
+    int width;
+    int height;
+  };
+  constexpr std::array sizes{Size{"1920 x 1080", 1920, 1080}, Size{"3840 x 2160 (4k)", 3840, 2160},
+                             Size{"2160 x 3840 (4k, upright)", 2160, 3840}, Size{"4096 x 4096", 4096, 4096}};
+  const auto* const chosen =
+      std::find_if(sizes.begin(), sizes.end(), [&](const Size& size) { return size.width == poster.width; });
+  ImGui::SetNextItemWidth(13 * ImGui::GetFontSize());
+  if (ImGui::BeginCombo("##size", chosen != sizes.end() ? chosen->name : "")) {
+    for (const Size& size : sizes) {
+      if (!ImGui::Selectable(size.name, chosen == &size)) continue;
+      poster.width = size.width;
+      poster.height = size.height;
+    }
+    ImGui::EndCombo();
+  }
+  ImGui::SameLine();
+  ImGui::Checkbox("Transparent", &poster.is_transparent);
+  ImGui::SameLine();
+  ImGui::Checkbox("Ground", &poster.has_ground);
+  help_on_hover("a soft dark place on the ground, also where the background is transparent");
+  const std::string count = poster.pictures == 1 ? "1" : fmt::format("{} from all around", poster.pictures);
+  slide_whole("Pictures", poster.pictures, 1, 120, count);
+}
+
 // Opens it in the middle of the window, or at its foot, where it leaves the shape to be seen.
 bool begin_dialog(const char* title, const Gui& gui, bool at_foot) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
@@ -266,7 +297,7 @@ bool begin_dialog(const char* title, const Gui& gui, bool at_foot) {
 
 // Rows below the list of files.
 float rows_below(FileUse use) {
-  if (use == FileUse::export_frames) return 4.2F;
+  if (use == FileUse::export_frames || use == FileUse::poster) return 4.2F;
   return use == FileUse::export_shape || use == FileUse::turntable ? 3.2F : 2.2F;
 }
 
@@ -290,6 +321,7 @@ std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   if (ImGui::IsItemEdited()) dialog.is_sure = false;
   if (dialog.use == FileUse::export_shape) ImGui::Checkbox("PLY coordinates as doubles", &dialog.as_double);
   if (dialog.use == FileUse::turntable) ImGui::SliderInt("Pictures", &dialog.pictures, 2, 600);
+  if (dialog.use == FileUse::poster) draw_poster(dialog.poster);
   if (dialog.use == FileUse::export_frames) draw_motion(dialog.motion, dialog.frame);
   std::optional<fs::path> result;
   if (draw_choice(dialog, chosen)) {

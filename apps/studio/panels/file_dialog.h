@@ -36,7 +36,7 @@ std::string with_extension(const std::string& name, std::span<const std::string>
 // "417 bytes", "3.4 MB".
 std::string size_text(std::uintmax_t bytes);
 
-enum class FileUse { open, stamp, reference, save, export_shape, export_frames, picture, turntable };
+enum class FileUse { open, stamp, reference, save, export_shape, export_frames, picture, poster, turntable };
 
 struct FileDialog {
   FileUse use = FileUse::open;
@@ -50,6 +50,7 @@ struct FileDialog {
   FrameExport motion;      // of export_frames
   int frame = 0;           // of export_frames: that is looked at, from 1; 0 if none is
   int pictures = 24;       // of turntable
+  Poster poster;           // of poster
 };
 
 // `near`: a file or folder to begin at; its name is proposed for what is written.

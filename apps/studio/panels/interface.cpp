@@ -10,6 +10,7 @@
 #include <utility>
 #include <variant>
 
+#include "gestures/gesture_kinds.h"
 #include "panels/panels.h"
 
 namespace knead::studio {
@@ -36,6 +37,13 @@ bool passes_dialogs(const Event& event) {
   const auto* key = std::get_if<KeyChanged>(&event);
   return std::holds_alternative<Resized>(event) || (button != nullptr && !button->down) ||
          (key != nullptr && !key->down);
+}
+
+// A right click that is about nothing else asks for the settings at the pointer.
+bool is_right(const Event& event, bool down) {
+  const auto* button = std::get_if<ButtonChanged>(&event);
+  return button != nullptr && button->button == MouseButton::right && button->down == down &&
+         button->modifiers == Modifiers{};
 }
 
 bool is_escape(const Event& event) {
@@ -67,9 +75,12 @@ void Interface::arrange() {
   query.item_gap = kToolGap * gui_.unit();
   query.tools = static_cast<int>(
       std::count_if(studio_tools().begin(), studio_tools().end(), [](const StudioTool& tool) { return tool.in_bar; }));
+  query.group_gaps = static_cast<float>(kToolGroups.size() - 1) * (kGroupGap + kToolGap) * gui_.unit();
   query.panels = studio_.view().settings().panels;
+  query.top_bar = gui_.bar_height() + 2 * kTopBarPadding * gui_.unit();
   query.labels = studio_.view().settings().tool_labels;
   query.panel_width = static_cast<float>(studio_.preferences().panels.width);
+  query.side = compact_.is_side_open;
   layout_ = layout_of(query);
   studio_.view().navigation().covered = margins_of(layout_, query.width, query.height);
 }
@@ -82,14 +93,47 @@ void Interface::handle(const std::vector<Event>& events) {
       set_size(size->width, size->height);
     } else if (!is_asking() && is_escape(event) && gui_.close_lists()) {
       continue;
+    } else if (!is_asking() && is_escape(event) && dialogs_.welcome.tour) {
+      dialogs_.welcome.tour.reset();
     } else if (!is_asking() || passes_dialogs(event)) {
+      const bool was_free = !studio_.is_in_hand();
       send(event);
+      note_right_click(event, was_free);
     }
     answer();
   }
 }
 
-void Interface::send(const Event& event) {
+// The button must be let go where it was pressed: some turn the view with it.
+void Interface::note_right_click(const Event& event, bool was_free) {
+  if (is_right(event, true)) {
+    const auto& button = std::get<ButtonChanged>(event);
+    right_press_ = was_free && !studio_.is_in_hand() ? std::optional(Pixel{button.x, button.y}) : std::nullopt;
+  } else if (is_right(event, false) && right_press_) {
+    const auto& button = std::get<ButtonChanged>(event);
+    const double way = std::hypot(button.x - right_press_->x, button.y - right_press_->y);
+    if (way <= kClick * gui_.unit() && !is_asking()) pointer_menu_ = std::exchange(right_press_, std::nullopt);
+    right_press_.reset();
+  }
+}
+
+namespace {
+
+// Ctrl and Shift that a bar holds count for the pointer as those of a keyboard.
+Event with_modifiers(Event event, const Modifiers& held) {
+  const auto add = [&](Modifiers& modifiers) {
+    modifiers.ctrl = modifiers.ctrl || held.ctrl;
+    modifiers.shift = modifiers.shift || held.shift;
+  };
+  if (auto* moved = std::get_if<PointerMoved>(&event)) add(moved->modifiers);
+  if (auto* button = std::get_if<ButtonChanged>(&event)) add(button->modifiers);
+  return event;
+}
+
+}  // namespace
+
+void Interface::send(const Event& given) {
+  const Event event = layout_.is_compact ? with_modifiers(given, compact_.held) : given;
   try {
     if (const auto* files = std::get_if<FilesDropped>(&event)) {
       do_or_ask(studio_, dialogs_, [this, dropped = *files] { studio_.handle(dropped); });
@@ -124,6 +168,8 @@ void Interface::answer() {
   }
 }
 
+void Interface::welcome() { dialogs_.welcome.is_open = studio_.preferences().welcome && !dialogs_.is_recovery_open; }
+
 void Interface::close() {
   do_or_ask(studio_, dialogs_, [this] { has_ended_ = true; });
 }
@@ -133,15 +179,17 @@ void Interface::draw(const FrameTimes& times, const Stretched& stretched) {
   draw_numbers(studio_, gui_, layout_);
   draw_axes(studio_, gui_, layout_);
   gui_.set_menu_open(draw_menus(studio_, dialogs_));
-  draw_status(studio_, gui_);
-  if (studio_.view().settings().panels) {
-    draw_tool_bar(studio_, gui_, layout_);
-    draw_side_panel(studio_, gui_, layout_, side_panel_);
-  }
+  draw_status(studio_, gui_, layout_);
+  if (layout_.top_bar.height() > 0) draw_top_bar(studio_, gui_, layout_);
+  if (layout_.tool_bar.height() > 0) draw_tool_bar(studio_, gui_, layout_);
+  if (layout_.bottom_bar.height() > 0) draw_bottom_bar(studio_, gui_, layout_, compact_);
+  if (layout_.side_panel.height() > 0) draw_side_panel(studio_, gui_, layout_, side_panel_);
   if (studio_.view().settings().statistics) draw_statistics(studio_, gui_, layout_, times);
   if (studio_.view().settings().help) draw_help(studio_, gui_);
   const float offer = draw_stretch(studio_, gui_, stretched);
   draw_messages(studio_, gui_, layout_, offer, messages_);
+  draw_pointer_menu(studio_, gui_, pointer_menu_);
+  draw_tour(studio_, dialogs_.welcome, gui_, layout_);
   draw_dialogs(studio_, dialogs_, gui_, host_.write_picture);
   answer();
   if (!gui_.is_dragging()) studio_.view().remember_panels();
@@ -150,18 +198,49 @@ void Interface::draw(const FrameTimes& times, const Stretched& stretched) {
 namespace {
 
 constexpr float kMaxOfWindow = 0.45F;  // that the side panel takes
+constexpr float kSheetHeight = 0.55F;  // of a phone's picture, that its side panel takes
+constexpr float kHintLines = 2;        // bars high, above the bar of a compact window
+
+// A bar at the bottom, and the side panel only on demand.
+void lay_out_compact(const LayoutQuery& query, Layout& layout) {
+  const float gap = kPanelGap * query.unit;
+  const float height = std::min(2 * kTouchSize * query.unit + 3 * gap, 0.5F * query.height);
+  const float bottom = query.panels ? query.height - height : query.height;
+  layout.free = {0, query.bar, query.width, std::max(bottom - kHintLines * query.bar, query.bar)};
+  if (!query.panels) return;
+  layout.bottom_bar = {0, bottom, query.width, query.height};
+  if (!query.side) return;
+  if (query.width < kPhoneWidth * query.unit) {
+    const float top = bottom - kSheetHeight * (bottom - query.bar);
+    layout.side_panel = {gap, top, query.width - gap, bottom - gap};
+    layout.free.bottom = std::max(top - kHintLines * query.bar, query.bar);
+  } else {
+    const float wanted = std::clamp(query.panel_width, kMinPanelWidth, kMaxPanelWidth) * query.unit;
+    const float width = std::min(wanted, kMaxOfWindow * query.width);
+    layout.side_panel = {query.width - gap - width, query.bar + gap, query.width - gap, layout.free.bottom};
+    layout.free.right = layout.side_panel.left;
+  }
+}
 
 }  // namespace
 
 Layout layout_of(const LayoutQuery& query) {
   Layout layout;
+  layout.menu_height = query.bar;
+  layout.is_compact = query.width < kCompactWidth * query.unit || query.height > kUpright * query.width;
+  if (layout.is_compact) {
+    lay_out_compact(query, layout);
+    return layout;
+  }
   const float gap = kPanelGap * query.unit;
-  const float top = query.bar + gap;
+  const float bars = query.bar + (query.panels ? query.top_bar : 0);
+  const float top = bars + gap;
   const float bottom = std::max(query.height - query.bar - gap, top);
-  layout.free = {0, query.bar, query.width, std::max(query.height - query.bar, query.bar)};
+  layout.free = {0, bars, query.width, std::max(query.height - query.bar, bars)};
   if (!query.panels) return layout;
+  layout.top_bar = {0, query.bar, query.width, bars};
   const float padding = kToolBarPadding * query.unit;
-  const float needed = static_cast<float>(query.tools) * (query.item + query.item_gap) + 2 * padding;
+  const float needed = static_cast<float>(query.tools) * (query.item + query.item_gap) + query.group_gaps + 2 * padding;
   layout.tool_bar_scrolls = needed > bottom - top;
   const float label = query.labels ? kToolLabelWidth * query.unit : 0;
   const float scrollbar = layout.tool_bar_scrolls ? kToolScrollbar * query.unit : 0;
@@ -179,131 +258,6 @@ Margins margins_of(const Layout& layout, float width, float height) {
   const auto pixels = [](float length) { return static_cast<int>(std::lround(length)); };
   return {pixels(layout.free.left), pixels(layout.free.top), pixels(width - layout.free.right),
           pixels(height - layout.free.bottom)};
-}
-
-// --- the bar of tools, with their pictures ---------------------------------------------------------------------------
-
-namespace {
-
-// Draws in a square from -1 to 1, y downwards.
-class Pen {
- public:
-  Pen(ImDrawList& list, ImVec2 center, float half, ImU32 ink, ImU32 light)
-      : list_(list), center_(center), half_(half), ink_(ink), light_(light) {}
-
-  ImVec2 at(float x, float y) const { return {center_.x + half_ * x, center_.y + half_ * y}; }
-  void line(float x0, float y0, float x1, float y1) const { list_.AddLine(at(x0, y0), at(x1, y1), ink_, width()); }
-  void circle(float x, float y, float r) const { list_.AddCircle(at(x, y), half_ * r, ink_, 0, width()); }
-  void disc(float x, float y, float r) const { list_.AddCircleFilled(at(x, y), half_ * r, ink_); }
-  void halo(float x, float y, float r) const { list_.AddCircleFilled(at(x, y), half_ * r, light_); }
-  void box(float x0, float y0, float x1, float y1) const {
-    list_.AddRect(at(x0, y0), at(x1, y1), ink_, 0.2F * half_, 0, width());
-  }
-  // A cubic Bezier curve by its four points, x and y of each.
-  void wave(const std::array<float, 8>& p) const {
-    list_.AddBezierCubic(at(p[0], p[1]), at(p[2], p[3]), at(p[4], p[5]), at(p[6], p[7]), ink_, width());
-  }
-  void arc(float x, float y, float r, float from, float to) const {
-    list_.PathArcTo(at(x, y), half_ * r, from, to);
-    list_.PathStroke(ink_, 0, width());
-  }
-  void arrow(float x0, float y0, float x1, float y1) const {
-    line(x0, y0, x1, y1);
-    head(x1, y1, std::atan2(y1 - y0, x1 - x0));
-  }
-  // The head of an arrow that flies at an angle.
-  void head(float x, float y, float angle) const {
-    const float r = 0.38F;
-    for (const float turn : {2.6F, -2.6F}) line(x, y, x + r * std::cos(angle + turn), y + r * std::sin(angle + turn));
-  }
-
- private:
-  float width() const { return 0.16F * half_; }
-
-  ImDrawList& list_;
-  ImVec2 center_;
-  float half_;
-  ImU32 ink_;
-  ImU32 light_;
-};
-
-void draw(const IconPart& part, const Pen& pen) {
-  const std::array<float, 8>& n = part.numbers;
-  switch (part.shape) {
-    case IconShape::line:
-      return pen.line(n[0], n[1], n[2], n[3]);
-    case IconShape::circle:
-      return pen.circle(n[0], n[1], n[2]);
-    case IconShape::disc:
-      return pen.disc(n[0], n[1], n[2]);
-    case IconShape::halo:
-      return pen.halo(n[0], n[1], n[2]);
-    case IconShape::box:
-      return pen.box(n[0], n[1], n[2], n[3]);
-    case IconShape::wave:
-      return pen.wave(n);
-    case IconShape::arc:
-      return pen.arc(n[0], n[1], n[2], n[3], n[4]);
-    case IconShape::arrow:
-      return pen.arrow(n[0], n[1], n[2], n[3]);
-    case IconShape::arrow_head:
-      return pen.head(n[0], n[1], n[2]);
-  }
-}
-
-// Scrolls the last entry into view if it is cut off.
-void scroll_to_entry() {
-  const float top = ImGui::GetWindowPos().y;
-  const float bottom = top + ImGui::GetWindowHeight();
-  if (ImGui::GetItemRectMin().y < top || ImGui::GetItemRectMax().y > bottom) ImGui::SetScrollHereY();
-}
-
-void draw_button(Studio& studio, const StudioTool& tool, float size, bool is_new) {
-  const bool has_name = studio.view().settings().tool_labels;
-  const bool chosen = studio.tools().settings().tool == &tool;
-  ImGui::PushID(&tool);
-  const ImVec2 corner = ImGui::GetCursorScreenPos();
-  if (ImGui::Selectable("##tool", chosen, 0, {has_name ? 0 : size, size})) studio.perform(action_of(tool));
-  if (chosen && is_new) scroll_to_entry();
-  if (ImGui::IsItemHovered()) {
-    ImGui::SetTooltip("%s  (%s)", tool.name.c_str(), keys_text(studio.preferences().keys, action_of(tool)).c_str());
-  }
-  const ImU32 ink = ImGui::GetColorU32(chosen ? ImGuiCol_Text : ImGuiCol_TextDisabled);
-  const Pen pen(*ImGui::GetWindowDrawList(), {corner.x + 0.5F * size, corner.y + 0.5F * size}, 0.34F * size, ink,
-                ImGui::GetColorU32(ImGuiCol_TextDisabled, 0.25F));
-  for (const IconPart& part : tool.icon) draw(part, pen);
-  if (has_name) {
-    const ImVec2 at{corner.x + 1.05F * size, corner.y + 0.5F * (size - ImGui::GetFontSize())};
-    ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(ImGuiCol_Text), tool.name.c_str());
-  }
-  ImGui::PopID();
-}
-
-}  // namespace
-
-void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout) {
-  const Area& area = layout.tool_bar;
-  const float padding = kToolBarPadding * gui.unit();
-  ImGui::SetNextWindowPos({area.left, area.top});
-  ImGui::SetNextWindowSize({area.width(), area.height()});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {padding, padding});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
-  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {0, kToolGap * gui.unit()});
-  ImGui::PushStyleVar(ImGuiStyleVar_ScrollbarSize, kToolScrollbar * gui.unit());
-  int flags = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
-              ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
-  if (!layout.tool_bar_scrolls) flags |= ImGuiWindowFlags_NoScrollbar;
-  if (ImGui::Begin("Tools", nullptr, flags)) {
-    // A tool that a key chose is scrolled into view once; later the person may scroll away from it.
-    int* const scrolled_to = ImGui::GetStateStorage()->GetIntRef(ImGui::GetID("scrolled to"), -1);
-    const int chosen = static_cast<int>(studio.tools().settings().tool - studio_tools().data());
-    const bool is_new = std::exchange(*scrolled_to, chosen) != chosen;
-    for (const StudioTool& tool : studio_tools()) {
-      if (tool.in_bar) draw_button(studio, tool, kToolSize * gui.unit(), is_new);
-    }
-  }
-  ImGui::End();
-  ImGui::PopStyleVar(4);
 }
 
 // --- the bar of menus ------------------------------------------------------------------------------------------------
@@ -337,6 +291,7 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
   item(studio, Action::export_shape, false, open);
   item(studio, Action::export_frames, false, open);
   item(studio, Action::picture, false, open);
+  item(studio, Action::poster, false, open);
   item(studio, Action::turntable, false, open);
   ImGui::Separator();
   item(studio, Action::stamp_file, false, open);
@@ -451,6 +406,8 @@ bool draw_menus(Studio& studio, Dialogs& dialogs) {
   menu("Help", [&] {
     item(studio, Action::search);
     item(studio, Action::help, studio.view().settings().help);
+    item(studio, Action::welcome);
+    item(studio, Action::tour);
   });
   ImGui::EndMainMenuBar();
   return is_open;

@@ -28,8 +28,17 @@ struct CommandSearch {
   std::size_t chosen = 0;  // of those found
 };
 
+// The sheet that Studio begins with, and the tour.
+struct Welcome {
+  bool is_open = false;
+  std::optional<std::size_t> tour;  // the step that is shown, from 0
+  std::size_t entries = 0;          // of the history when the tour began
+  float card_height = 0;            // of the tour, as last drawn
+};
+
 struct Dialogs {
   CommandSearch search;
+  Welcome welcome;
   FileDialog file;
   FrameExport motion;  // that was looked at last
   int frame = 0;       // of it, from 1; 0: the present shape
@@ -49,7 +58,7 @@ struct Dialogs {
 // Whether a dialog waits for the person: nothing else is then meant by keys and pointer.
 inline bool is_asking(const Dialogs& dialogs) {
   return dialogs.file.is_open || dialogs.is_new_shape_open || dialogs.is_recovery_open || dialogs.search.is_open ||
-         dialogs.pending != nullptr;
+         dialogs.welcome.is_open || dialogs.pending != nullptr;
 }
 
 // Does it, or asks first where there is unsaved work.
@@ -62,6 +71,13 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action);
 bool draw_menus(Studio& studio, Dialogs& dialogs);
 
 void draw_search(Studio& studio, const Gui& gui, CommandSearch& search);
+
+// What to begin with: a sphere, a file, one of three examples, or the tour. It closes with a choice, Escape or a click
+// beside it.
+void draw_welcome(Studio& studio, Dialogs& dialogs, const Gui& gui);
+
+// A few steps of the tour, each beside the place that it is about. The person can work meanwhile.
+void draw_tour(Studio& studio, Welcome& welcome, const Gui& gui, const Layout& layout);
 
 // Draws the dialogs that are open. picture: writes what is seen to a file.
 void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
@@ -91,6 +107,9 @@ class Interface {
   // Makes all panels and dialogs.
   void draw(const FrameTimes& times, const Stretched& stretched);
 
+  // Begins with the welcome sheet, unless there is unsaved work to recover or the person does not want it.
+  void welcome();
+
   // The person wants to close the window. Asks first if there is unsaved work; then has_ended().
   void close();
   bool has_ended() const { return has_ended_; }
@@ -107,6 +126,7 @@ class Interface {
  private:
   void arrange();
   void send(const Event& event);
+  void note_right_click(const Event& event, bool was_free);
   bool is_idle_repeat(const Event& event);
   void answer();
 
@@ -116,7 +136,10 @@ class Interface {
   Dialogs dialogs_;
   SidePanel side_panel_;
   Messages messages_;
+  CompactBar compact_;
   Layout layout_;
+  std::optional<Pixel> right_press_;   // of a button that is held, and may become a click
+  std::optional<Pixel> pointer_menu_;  // asked for in this frame
   int width_ = 1;
   int height_ = 1;
   std::set<std::string> held_;

@@ -45,6 +45,12 @@ class ShownPanels {
 
   void move(double x, double y) { frame({PointerMoved{x, y}}); }
   void press(double x, double y) { frame({ButtonChanged{MouseButton::left, true, x, y}}); }
+  void right_click(double x, double y) {
+    move(x, y);
+    frame({ButtonChanged{MouseButton::right, true, x, y}});
+    frame({ButtonChanged{MouseButton::right, false, x, y}});
+    frame();
+  }
   void release(double x, double y) { frame({ButtonChanged{MouseButton::left, false, x, y}}); }
 
   void click(double x, double y) {
@@ -84,15 +90,39 @@ class ShownPanels {
     return {window->Pos.x, window->Pos.y, window->Pos.x + window->Size.x, window->Pos.y + window->Size.y};
   }
 
-  // Where the pointer finds an item of the side panel.
-  std::optional<std::pair<double, double>> place_of(ImGuiID item) {
-    const Area& panel = interface.layout().side_panel;
-    const double x = panel.left + 0.3 * panel.width();
-    for (double y = panel.top; y < panel.bottom; y += 6 * gui.unit()) {
-      move(x, y);
-      if (ImGui::GetCurrentContext()->HoveredId == item) return std::pair{x, y};
+  // Where the pointer finds an item within an area.
+  std::optional<std::pair<double, double>> place_in(const Area& area, ImGuiID item) {
+    const double step = 6 * gui.unit();
+    for (double y = area.top + 0.5 * step; y < area.bottom; y += step) {
+      for (double x = area.left + 0.5 * step; x < area.right; x += step) {
+        move(x, y);
+        if (ImGui::GetCurrentContext()->HoveredId == item) return std::pair{x, y};
+      }
     }
     return std::nullopt;
+  }
+
+  // The same in the side panel, where items are wide.
+  std::optional<std::pair<double, double>> place_of(ImGuiID item) {
+    const Area& panel = interface.layout().side_panel;
+    const float x = panel.left + 0.3F * panel.width();
+    return place_in({x, panel.top, x + 6 * gui.unit(), panel.bottom}, item);
+  }
+
+  // Clicks on an item of a window. Returns whether it is there.
+  bool click_item(const ImGuiWindow* window, const char* label) {
+    if (window == nullptr) return false;
+    const Area area{window->Pos.x, window->Pos.y, window->Pos.x + window->Size.x, window->Pos.y + window->Size.y};
+    const auto place = place_in(area, const_cast<ImGuiWindow*>(window)->GetID(label));
+    if (place) click(place->first, place->second);
+    return place.has_value();
+  }
+  bool click_item(const char* window, const char* label) { return click_item(ImGui::FindWindowByName(window), label); }
+
+  // The list, menu or dialog that is open above all others; null if there is none.
+  static const ImGuiWindow* popup() {
+    const auto& stack = ImGui::GetCurrentContext()->OpenPopupStack;
+    return stack.empty() ? nullptr : stack.back().Window;
   }
 
   // Clicks on the side panel from its top to its bottom until a list opens. Returns whether one did.

@@ -18,8 +18,9 @@ namespace {
 
 class InterfaceTest : public StudioTest {
  protected:
-  // A ball in the window, seen from the front and framed.
+  // A ball in the window, seen from the front and framed; all parts of the side panel are open.
   void open_ball(ShownPanels& panels) const {
+    panels.studio.preferences().panels.closed.clear();
     run(panels.studio, R"({"new": "sphere", "vertices": 2562}
 {"set": {"start": "surface"}})");
     run(panels.studio, R"({"key": "Alt+1"}
@@ -157,7 +158,7 @@ struct WindowCase {
   int height;
   double unit;
 };
-constexpr WindowCase kWindows[] = {{1440, 900, 1}, {800, 500, 1}, {1440, 900, 2}, {480, 320, 1}};
+constexpr WindowCase kWindows[] = {{1440, 900, 1}, {800, 500, 1}, {1440, 900, 2}, {640, 400, 1}};
 
 TEST_F(InterfaceTest, TheToolBarStaysInTheWindowAndScrollsToTheChosenTool) {
   for (const auto& [width, height, unit] : kWindows) {
@@ -312,16 +313,15 @@ TEST_F(InterfaceTest, DigitsCanBeReadOnTheGrabOfASlider) {
 TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
   ShownPanels panels(options(), 1280, 900);
   open_ball(panels);
-  const auto set_to = [&](ImGuiID slider, bool most) {
-    const auto place = panels.place_of(slider);
+  const auto set_to = [&](const std::optional<std::pair<double, double>>& place, bool most) {
     ASSERT_TRUE(place);
-    const Area& panel = panels.interface.layout().side_panel;
-    panels.drag(place->first, place->second, most ? panel.right : panel.left + 8, place->second);
+    panels.drag(place->first, place->second, place->first + (most ? 400 : -400), place->second);
   };
-  const ImGuiID of_tool = ImGui::FindWindowByName("Settings")->GetID("Falloff");
-  set_to(of_tool, false);
+  const ImGuiID of_tool = ImGui::FindWindowByName("Tool")->GetID("##Falloff");
+  const auto in_bar = [&] { return panels.place_in(panels.interface.layout().top_bar, of_tool); };
+  set_to(in_bar(), false);
   EXPECT_EQ(panels.studio.tools().settings().falloff, 3);
-  set_to(of_tool, true);
+  set_to(in_bar(), true);
   EXPECT_EQ(panels.studio.tools().settings().falloff, 7);
 
   panels.drag(480, 450, 480, 300);
@@ -330,10 +330,10 @@ TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
 
   panels.studio.preferences().panels.closed = {"tool", "view"};
   panels.studio.history().select(0);
-  panels.frame();
+  for (int i = 0; i < 3; ++i) panels.frame();
   const int entry = 0;
   const ImGuiID in_entry = ImGui::FindWindowByName("History")->ID;
-  set_to(ImHashStr("Falloff", 0, ImHashData(&entry, sizeof entry, in_entry)), false);
+  set_to(panels.place_of(ImHashStr("##Falloff", 0, ImHashData(&entry, sizeof entry, in_entry))), false);
   EXPECT_EQ(falloff_of(panels.studio.history().editor().strokes), 3);
   EXPECT_EQ(falloff_of(panels.studio.document().shown().history[0]->strokes), 7) << "not before it is applied";
   EXPECT_EQ(panels.studio.tools().settings().falloff, 7);
@@ -341,15 +341,15 @@ TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
   panels.studio.preferences().panels.closed = {};
   panels.studio.tools().settings().tool = &studio_tool(ToolUse::mask);
   panels.frame();
-  EXPECT_FALSE(panels.place_of(of_tool)) << "a mask blends nothing";
+  EXPECT_FALSE(in_bar()) << "a mask blends nothing";
 }
 
 TEST_F(InterfaceTest, ACommaInAFieldIsAPointAndANumberBeyondItsSliderAsks) {
   ShownPanels panels(options(), 1280, 900);
   open_ball(panels);
-  const ImGuiID radius = ImGui::FindWindowByName("Settings")->GetID("Radius");
+  const ImGuiID radius = ImGui::FindWindowByName("Tool")->GetID("##Radius");
   const auto type = [&](const std::string& text) {
-    const auto place = panels.place_of(radius);
+    const auto place = panels.place_in(panels.interface.layout().top_bar, radius);
     ASSERT_TRUE(place);
     ImGui::GetIO().KeyCtrl = true;
     panels.move(place->first, place->second);
@@ -498,11 +498,11 @@ TEST_F(InterfaceTest, ThePanelIsResizedAtItsEdgeAndComesBackAsItWasLeft) {
     panels.studio.document().close();
   }
   ShownPanels panels(options(), 1440, 900);
+  EXPECT_EQ(panels.studio.preferences().panels.closed, std::vector<std::string>{"tool"});
   open_ball(panels);
   EXPECT_NEAR(ShownPanels::area_of("Settings").width(), kPanelWidth + 100, 3);
   EXPECT_TRUE(panels.studio.view().settings().tool_labels);
   EXPECT_FALSE(panels.studio.view().settings().history);
-  EXPECT_EQ(panels.studio.preferences().panels.closed, std::vector<std::string>{"tool"});
   EXPECT_EQ(errors(panels.studio), "");
 }
 

@@ -61,11 +61,17 @@ void draw_frame_times(const FrameTimes& times) {
                                    1000 * times.drawing));
 }
 
+constexpr float kWhatOfKeys = 0.53F;  // of a column of the help
+
+float keys_column(const Gui& gui) { return std::min(450 * gui.unit(), 0.92F * ImGui::GetIO().DisplaySize.x); }
+
 // A table of what there is and how it is had, under a heading.
 bool begin_keys(const Gui& gui, const char* heading) {
-  ImGui::TextColored(kWarning, "%s", heading);
+  Gui::begin_heading();
+  ImGui::TextUnformatted(heading);
+  Gui::end_heading();
   if (!ImGui::BeginTable(heading, 2, ImGuiTableFlags_SizingFixedFit)) return false;
-  ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed, 236 * gui.unit());
+  ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed, kWhatOfKeys * keys_column(gui));
   return true;
 }
 
@@ -91,6 +97,7 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
   constexpr std::array maya{PointerUse{"Turn the view", "Alt+left button"}, PointerUse{"Move the view", "Alt+middle"},
                             PointerUse{"Zoom", "wheel, or Alt+right"}};
   constexpr std::array both{PointerUse{"Use the tool", "left button"},
+                            PointerUse{"Settings of the tool", "right click"},
                             PointerUse{"Cancel a drag", "right button, or Escape"},
                             PointerUse{"Radius", "Ctrl+wheel"},
                             PointerUse{"Inner ratio", "Shift+wheel"},
@@ -106,14 +113,37 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
   ImGui::EndTable();
 }
 
+// Returns what a person does next about an error: the same again, with another file.
+std::optional<Action> remedy_of(Subject subject) {
+  switch (subject) {
+    case Subject::opening:
+      return Action::open;
+    case Subject::saving:
+      return Action::save_as;
+    case Subject::exporting:
+      return Action::export_shape;
+    case Subject::picture:
+      return Action::picture;
+    case Subject::stamp:
+      return Action::stamp_file;
+    default:
+      return std::nullopt;
+  }
+}
+
 // Draws one message; true where the person has clicked it away.
-bool draw_message(const Notice& notice, float opacity, int id) {
+bool draw_message(Studio& studio, const Notice& notice, float opacity, int id) {
   ImGui::PushStyleVar(ImGuiStyleVar_Alpha, opacity);
   ImGui::PushID(id);
   bool gone = false;
   if (notice.is_error) {
     text_in_colour(kError, notice.text);
-    gone = ImGui::SmallButton("Close");
+    if (const std::optional<Action> remedy = remedy_of(notice.subject)) {
+      gone = ImGui::SmallButton(std::string(title_of(*remedy)).c_str());
+      if (gone) studio.perform(*remedy);
+      ImGui::SameLine();
+    }
+    gone = ImGui::SmallButton("Close") || gone;
   } else {
     ImGui::TextWrapped("%s", notice.text.c_str());
   }
@@ -163,7 +193,7 @@ void draw_help(Studio& studio, const Gui& gui) {
   bool open = true;
   if (ImGui::Begin("Keys", &open,
                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
-    const float column = 450 * gui.unit();
+    const float column = keys_column(gui);
     const int columns = std::clamp(static_cast<int>(0.97F * size.x / column), 1, 3);
     if (ImGui::BeginTable("groups", columns, ImGuiTableFlags_SizingFixedFit)) {
       for (int i = 0; i < columns; ++i) ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, column);
@@ -203,40 +233,80 @@ void draw_work(const WorkStatus& work, const Gui& gui, float width) {
 
 }  // namespace
 
-void draw_status(Studio& studio, const Gui& gui) {
+namespace {
+
+struct StatusLine {
+  std::string text;
+  ImVec4 colour;
+};
+
+// The first that there is: trouble with the journal, a problem, what was widened, what the tool waits for.
+StatusLine status_line(const Studio& studio) {
+  const DocumentState& shown = studio.document().shown();
+  const ImVec4 dim = ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
+  if (!shown.journal_trouble.empty()) return {shown.journal_trouble, kError};
+  const std::string problem = shown.refusal.empty() ? Overlay::placement_problem(studio) : shown.refusal;
+  if (!problem.empty()) return {problem, kWarning};
+  if (std::string note = zone_note(studio); !note.empty()) return {note, ImGui::GetStyleColorVec4(ImGuiCol_Text)};
+  if (shown.opened == 0) return {"No shape is open: File > New shape... or Open...", dim};
+  const ToolSettings& settings = studio.tools().settings();
+  const PlacedTools& placed = studio.tools().placed();
+  const std::string hint = hint_of(settings, placed, turn_drag(studio.view().screen(), settings, placed));
+  return {fmt::format("{}: {}", settings.tool->name, hint), dim};
+}
+
+void draw_recording(const Turntable& turntable, const Gui& gui) {
+  ImGui::ProgressBar(static_cast<float>(turntable.next) / static_cast<float>(turntable.pictures), {220 * gui.unit(), 0},
+                     fmt::format("picture {} of {}", turntable.next, turntable.pictures).c_str());
+  ImGui::SameLine();
+  ImGui::TextDisabled("Recording a turntable. Escape stops it.");
+}
+
+void draw_wrapped_status(Studio& studio, const Gui& gui, const Layout& layout) {
+  const float width = layout.free.right - layout.free.left;
+  ImGui::SetNextWindowPos({layout.free.left, layout.free.bottom});
+  ImGui::SetNextWindowSize({width, 0});
+  ImGui::SetNextWindowBgAlpha(0.85F);
+  if (ImGui::Begin("Status", nullptr, (kOverlay & ~ImGuiWindowFlags_AlwaysAutoResize) | ImGuiWindowFlags_NoInputs)) {
+    const std::optional<WorkStatus> work = studio.document().worker().status();
+    if (const auto& turntable = studio.view().turntable()) {
+      draw_recording(*turntable, gui);
+    } else if (work && work->seconds > kSecondsWithoutBar) {
+      draw_work(*work, gui, width);
+    } else {
+      const StatusLine line = status_line(studio);
+      text_in_colour(line.colour, line.text);
+    }
+  }
+  ImGui::End();
+}
+
+}  // namespace
+
+void draw_status(Studio& studio, const Gui& gui, const Layout& layout) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   const float height = ImGui::GetFrameHeight();
-  ImGui::SetNextWindowPos({0, size.y - height});
-  ImGui::SetNextWindowSize({size.x, height});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {10 * gui.unit(), 3 * gui.unit()});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
+  if (layout.is_compact) {
+    draw_wrapped_status(studio, gui, layout);
+    ImGui::PopStyleVar(3);
+    return;
+  }
+  ImGui::SetNextWindowPos({0, size.y - height});
+  ImGui::SetNextWindowSize({size.x, height});
   if (ImGui::Begin("Status", nullptr, kOverlay & ~ImGuiWindowFlags_AlwaysAutoResize)) {
-    const DocumentState& shown = studio.document().shown();
     const std::optional<WorkStatus> work = studio.document().worker().status();
     const bool is_long = work && work->seconds > kSecondsWithoutBar;
     const float room = size.x - (is_long ? 2 * kBarWidth : 10) * gui.unit();
     ImGui::PushClipRect({0, size.y - height}, {room, size.y}, true);
-    const std::string problem = shown.refusal.empty() ? Overlay::placement_problem(studio) : shown.refusal;
     if (const auto& turntable = studio.view().turntable()) {
-      ImGui::ProgressBar(static_cast<float>(turntable->next) / static_cast<float>(turntable->pictures),
-                         {220 * gui.unit(), 0},
-                         fmt::format("picture {} of {}", turntable->next, turntable->pictures).c_str());
-      ImGui::SameLine();
-      ImGui::TextDisabled("Recording a turntable. Escape stops it.");
-    } else if (!shown.journal_trouble.empty()) {
-      ImGui::TextColored(kError, "%s", shown.journal_trouble.c_str());
-    } else if (!problem.empty()) {
-      ImGui::TextColored(kWarning, "%s", problem.c_str());
-      help_on_hover(problem.c_str());
-    } else if (const std::string note = zone_note(studio); !note.empty()) {
-      ImGui::TextUnformatted(note.c_str());
+      draw_recording(*turntable, gui);
     } else {
-      const std::string hint =
-          hint_of(studio.tools().settings(), studio.tools().placed(),
-                  turn_drag(studio.view().screen(), studio.tools().settings(), studio.tools().placed()));
-      const std::string text = fmt::format("{}: {}", studio.tools().settings().tool->name, hint);
-      ImGui::TextDisabled("%s", shown.opened != 0 ? text.c_str() : "No shape is open: File > New shape... or Open...");
+      const StatusLine line = status_line(studio);
+      ImGui::TextColored(line.colour, "%s", line.text.c_str());
+      help_on_hover(line.text.c_str());
     }
     ImGui::PopClipRect();
     if (is_long) draw_work(*work, gui, size.x);
@@ -273,7 +343,7 @@ void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, float b
     int id = 0;
     std::erase_if(messages.messages, [&](const Messages::Message& message) {
       const auto opacity = static_cast<float>(std::clamp(message.until - now, 0.0, 1.0));
-      return draw_message(message.notice, opacity, id++);
+      return draw_message(studio, message.notice, opacity, id++);
     });
   }
   ImGui::End();

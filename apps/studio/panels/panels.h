@@ -2,6 +2,8 @@
 // end_frame; all that they know is the Studio's, all that they change goes through it.
 #pragma once
 
+#include <imgui.h>
+
 #include <array>
 #include <cstddef>
 #include <deque>
@@ -35,15 +37,22 @@ struct LayoutQuery {
   float height = 1;
   float unit = 1;         // pixels for one point of the design
   float bar = 23;         // height of the menu bar, and of the line at the bottom
-  float item = 38;        // height of an entry of the tool bar
+  float top_bar = 0;      // height of the bar of settings above the picture
+  float item = 46;        // height of an entry of the tool bar
   float item_gap = 2;     // below each
+  float group_gaps = 0;   // between the groups of tools, all together
   int tools = 0;          // entries of the tool bar
   bool labels = false;    // names beside the icons
   bool panels = true;     // tool bar and side panel are shown
+  bool side = true;       // the side panel is open; only a compact window can close it alone
   float panel_width = 0;  // of the side panel, as the person chose it, in points
 };
 
 struct Layout {
+  bool is_compact = false;  // a phone, or a tablet held upright
+  float menu_height = 0;
+  Area bottom_bar;  // of a compact window, instead of the others
+  Area top_bar;
   Area tool_bar;
   bool tool_bar_scrolls = false;  // not all entries fit
   Area side_panel;
@@ -60,7 +69,15 @@ inline constexpr float kPanelGap = 8;
 inline constexpr float kToolBarPadding = 4;
 inline constexpr float kToolScrollbar = 9;
 
-// The side panel takes at most 45% of the window; nothing reaches beyond the window.
+// Windows narrower than this, in points, or higher than wide by this factor, are compact: a phone, or a tablet held
+// upright. A bar at their bottom takes the place of the others.
+inline constexpr float kCompactWidth = 620;
+inline constexpr float kUpright = 1.15F;
+inline constexpr float kPhoneWidth = kCompactWidth;  // below it the side panel is a sheet at the bottom
+inline constexpr float kTouchSize = 44;              // points, of what a finger meets
+
+// The side panel takes at most 45% of the window, or in a narrow one 55% of its height; nothing reaches beyond the
+// window.
 Layout layout_of(const LayoutQuery& query);
 
 // What the layout covers of the picture.
@@ -68,12 +85,46 @@ Margins margins_of(const Layout& layout, float width, float height);
 
 // --- the left bar ----------------------------------------------------------------------------------------------------
 
-// The size of an entry and the gap below it, in points.
-inline constexpr float kToolSize = 38;
+// The size of an entry, the gap below it, and that between groups, in points.
+inline constexpr float kToolSize = 46;
 inline constexpr float kToolGap = 2;
+inline constexpr float kGroupGap = 8;
+
+// Draws the picture of a tool in the colour of its group, within a square of 2 * half pixels.
+void draw_icon(const StudioTool& tool, ImVec2 center, float half);
 
 // Scrolls if not all entries fit; the chosen tool is then scrolled into view.
 void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout);
+
+// --- settings at the hand: radius, strength, falloff and mirror of the tool in use, as lengths with units ------------
+
+// Above and below the bar's widgets, and the room for the tool's name, in points.
+inline constexpr float kTopBarPadding = 6;
+inline constexpr float kNameWidth = 128;
+
+void draw_top_bar(Studio& studio, const Gui& gui, const Layout& layout);
+
+// The same in a list at a place that a right click has asked for, which is taken over.
+void draw_pointer_menu(Studio& studio, const Gui& gui, std::optional<Pixel>& asked);
+
+// What the bar of a compact window has chosen. Its Ctrl and Shift stay until they are chosen again.
+struct CompactBar {
+  bool is_side_open = false;
+  Modifiers held;
+};
+
+// The tool, its radius and strength, undo, redo, Ctrl, Shift, and the side panel, each for a finger.
+void draw_bottom_bar(Studio& studio, const Gui& gui, const Layout& layout, CompactBar& bar);
+
+// All settings of the bar above the picture, one below the other.
+void draw_hand_settings(Studio& studio, float width);
+
+// Of what the tool in use does the person chooses one: how a pose is set, how a mask is drawn, which stamp.
+bool has_mode(const Studio& studio);
+void draw_mode(Studio& studio, float width);
+
+// Returns whether the radius of the tool in use has a meaning.
+bool has_radius(const ToolSettings& settings);
 
 // --- the panel on the right ------------------------------------------------------------------------------------------
 
@@ -83,6 +134,8 @@ struct HistoryEditor {
   std::string name;                     // as typed so far
   bool is_beginning = false;            // the field is drawn for the first time
   std::optional<double> percent;        // strength, while its slider is dragged
+  std::optional<double> made;           // strength that was asked for and is not made yet, in percent
+  std::string search;                   // only entries with these words are shown
 };
 
 struct SidePanel {
@@ -92,18 +145,21 @@ struct SidePanel {
   std::size_t entries = 0;  // of the history, as last drawn
 };
 
-// Settings above, history below: each scrolls by itself, and the history keeps kMinHistory of the height if it needs
-// it. Their left edge can be dragged.
+// Settings above, history below, each as high as it needs to be. Where that is too high each scrolls by itself, and the
+// history keeps kMinHistory of the height. Their left edge can be dragged.
 inline constexpr float kMinHistory = 0.4F;
 void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SidePanel& panel);
 
-// The parts of it.
+// The parts of it: what one changes rarely.
 void draw_tool_settings(Studio& studio);
 void draw_symmetry(Studio& studio);
 void draw_view_settings(Studio& studio, const Gui& gui);
 void draw_look_settings(Studio& studio, const Gui& gui);
 void draw_references(Studio& studio);
 void draw_history(Studio& studio, HistoryEditor& editor);
+
+// The curve of a falloff.
+void draw_falloff(int falloff);
 
 // The falloff of a tool, and its curve. Returns whether it was changed.
 bool choose_falloff(int& falloff);
@@ -137,8 +193,9 @@ void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const
 // The keys, from the key map.
 void draw_help(Studio& studio, const Gui& gui);
 
-// A line at the bottom: what the tool is waiting for, whether work is under way, and what is wrong with the journal.
-void draw_status(Studio& studio, const Gui& gui);
+// A line at the bottom: what the tool is waiting for, whether work is under way, and what is wrong with the journal. In
+// a compact window it wraps, above the bar.
+void draw_status(Studio& studio, const Gui& gui, const Layout& layout);
 
 // What is known of stretches in the picture.
 struct Stretched {

@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <string>
+#include <tuple>
 
 #include "panels/file_dialog.h"
 #include "panels/interface_fixture.h"
@@ -19,6 +20,7 @@ using PinsListTest = StudioTest;
 
 TEST_F(PinsListTest, ChangesPins) {
   ShownPanels panels(options(), 1440, 900);
+  panels.studio.preferences().panels.closed.clear();
   run(panels.studio, R"({"new": "sphere", "vertices": 2562}
 {"key": "Alt+1"}
 {"key": "Home"})");
@@ -88,6 +90,7 @@ TEST(Layout, PanelsStayInTheWindowAndApart) {
           LayoutQuery query = query_of(width, height, unit);
           query.labels = labels;
           const Layout layout = layout_of(query);
+          if (layout.is_compact) continue;
           EXPECT_GE(layout.tool_bar.left, 0);
           EXPECT_GE(layout.tool_bar.top, query.bar);
           EXPECT_LE(layout.tool_bar.bottom, height - query.bar);
@@ -101,6 +104,31 @@ TEST(Layout, PanelsStayInTheWindowAndApart) {
       }
     }
   }
+}
+
+TEST(Layout, APhoneAndATabletHaveOneBarAtTheBottom) {
+  for (const auto& [width, height, unit] :
+       {std::tuple{390.0F, 844.0F, 1.0F}, {1170.0F, 2532.0F, 3.0F}, {1024.0F, 1366.0F, 1.0F}, {480.0F, 320.0F, 1.0F}}) {
+    for (const bool side : {false, true}) {
+      LayoutQuery query = query_of(width, height, unit);
+      query.top_bar = 35 * unit;
+      query.side = side;
+      const Layout layout = layout_of(query);
+      ASSERT_TRUE(layout.is_compact);
+      EXPECT_EQ(layout.tool_bar.width(), 0);
+      EXPECT_EQ(layout.top_bar.width(), 0);
+      EXPECT_EQ(layout.bottom_bar.bottom, height);
+      EXPECT_EQ(layout.bottom_bar.width(), width);
+      EXPECT_LE(layout.free.bottom, layout.bottom_bar.top);
+      EXPECT_EQ(layout.side_panel.height() > 0, side);
+      if (!side) continue;
+      EXPECT_GE(layout.side_panel.left, 0);
+      EXPECT_LE(layout.side_panel.right, width);
+      EXPECT_LE(layout.side_panel.bottom, layout.bottom_bar.top);
+      EXPECT_TRUE(layout.free.right <= layout.side_panel.left || layout.free.bottom <= layout.side_panel.top);
+    }
+  }
+  EXPECT_FALSE(layout_of(query_of(1280, 800, 1)).is_compact);
 }
 
 TEST(Layout, TheToolBarScrollsWhereItDoesNotFit) {

@@ -53,16 +53,6 @@ void draw_drag(ToolSettings& settings) {
 }
 
 void draw_stamp(Studio& studio) {
-  const auto& stamp = studio.tools().placed().stamp;
-  if (ImGui::BeginCombo("Stamp", stamp ? stamp->name.c_str() : "none")) {
-    for (const std::string_view name : shape_names()) {
-      if (ImGui::Selectable(std::string(name).c_str(), stamp && stamp->name == name)) {
-        studio.tools().use_stamp(shape_kind(name));
-      }
-    }
-    ImGui::EndCombo();
-  }
-  help_on_hover("File > Stamp from a file... takes any closed mesh.");
   constexpr std::array contacts{StampContact::automatic, StampContact::slip, StampContact::stick};
   choose_one("Contact", studio.tools().settings().stamp_contact, contacts,
              [](StampContact contact) { return name_of(contact); });
@@ -162,11 +152,6 @@ void draw_parts(Studio& studio) {
 
 void draw_pose(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
-  constexpr std::array modes{PoseMode::pins, PoseMode::lasso, PoseMode::brush, PoseMode::exact};
-  choose_one("##pose", settings.pose, modes, [](PoseMode mode) { return name_of(mode); });
-  help_on_hover(
-      "Pins: click to set a pin, drag it or a part. Lasso, Brush: choose a part, which holds, and moves by its gizmo. "
-      "Exact points: each pin goes to its place alone, with what is within its radius.");
   if (settings.pose != PoseMode::exact) {
     slide("Detail", settings.pose_detail, {kFinestDetail, kCoarsestDetail},
           "the finest motion, as a fraction of the shape's size: smaller numbers follow thin parts and take longer");
@@ -206,11 +191,6 @@ void draw_pins(Studio& studio) {
 }
 
 void draw_mask(Studio& studio) {
-  MaskMode& mode = studio.tools().settings().mask_mode;
-  for (const MaskMode each : {MaskMode::paint, MaskMode::lasso, MaskMode::box}) {
-    if (each != MaskMode::paint) ImGui::SameLine();
-    if (ImGui::RadioButton(name_of(each), mode == each)) mode = each;
-  }
   constexpr std::array actions{std::pair{Action::mask_fill, "Fill"},     std::pair{Action::mask_clear, "Clear"},
                                std::pair{Action::mask_invert, "Invert"}, std::pair{Action::mask_blur, "Blur"},
                                std::pair{Action::mask_grow, "Grow"},     std::pair{Action::mask_shrink, "Shrink"}};
@@ -225,9 +205,6 @@ void draw_own_settings(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
   const StudioTool& tool = *settings.tool;
   if (tool.use == ToolUse::stamp) draw_stamp(studio);
-  for (const ToolSlider& slider : tool.sliders) {
-    slide(slider.label, settings.*slider.value, {slider.least, slider.most}, slider.help);
-  }
   if (tool.use == ToolUse::paint) ImGui::Checkbox("Press in", &settings.paint_in);
   if (tool.use == ToolUse::points || tool.use == ToolUse::curve) {
     ImGui::TextDisabled("%zu points, %zu curves", studio.tools().placed().points.size(),
@@ -329,35 +306,63 @@ float draw_window(Studio& studio, const Gui& gui, const char* name, const Area& 
   return height;
 }
 
-void draw_radius(Studio& studio) {
+// Of exact pins; all other tools have the radius that is set at the hand.
+void draw_automatic_radius(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
-  const double diagonal = studio.document().shown().diagonal;
-  if (has_exact_pins(settings)) {
-    bool is_auto = settings.auto_radius;
-    if (ImGui::Checkbox("Automatic radius", &is_auto)) {
-      studio.tools().fix_radius();
-      settings.auto_radius = is_auto;
-    }
-    help_on_hover(
-        "Twice the median distance of a pin from the third nearest one, or twice the displacement if longer.");
-    ImGui::SameLine();
-    if (is_auto) return ImGui::TextDisabled("%.4g", studio.tools().radius());
-    ImGui::NewLine();
+  if (!has_exact_pins(settings)) return;
+  bool is_auto = settings.auto_radius;
+  if (ImGui::Checkbox("Automatic radius", &is_auto)) {
+    studio.tools().fix_radius();
+    settings.auto_radius = is_auto;
   }
-  if (settings.tool->use == ToolUse::pose && settings.pose != PoseMode::exact && settings.pose != PoseMode::brush)
-    return;
-  slide("Radius", settings.radius, {1e-3 * diagonal, diagonal}, "how far the tool reaches (F, [ and ])");
+  help_on_hover("Twice the median distance of a pin from the third nearest one, or twice the displacement if longer.");
+}
+
+void choose_stamp(Studio& studio) {
+  const auto& stamp = studio.tools().placed().stamp;
+  if (!ImGui::BeginCombo("##stamp", stamp ? stamp->name.c_str() : "none")) return;
+  for (const std::string_view name : shape_names()) {
+    if (ImGui::Selectable(std::string(name).c_str(), stamp && stamp->name == name)) {
+      studio.tools().use_stamp(shape_kind(name));
+    }
+  }
+  ImGui::EndCombo();
 }
 
 }  // namespace
 
+bool has_radius(const ToolSettings& settings) {
+  return settings.tool->use != ToolUse::pose || settings.pose == PoseMode::exact || settings.pose == PoseMode::brush;
+}
+
+bool has_mode(const Studio& studio) {
+  const ToolUse use = studio.tools().settings().tool->use;
+  return use == ToolUse::stamp || use == ToolUse::pose || use == ToolUse::mask;
+}
+
+void draw_mode(Studio& studio, float width) {
+  ToolSettings& settings = studio.tools().settings();
+  ImGui::SetNextItemWidth(width);
+  if (settings.tool->use == ToolUse::stamp) {
+    choose_stamp(studio);
+    help_on_hover("which solid is pressed in; File > Stamp from a file takes any closed mesh");
+  } else if (settings.tool->use == ToolUse::pose) {
+    constexpr std::array modes{PoseMode::pins, PoseMode::lasso, PoseMode::brush, PoseMode::exact};
+    choose_one("##pose", settings.pose, modes, [](PoseMode mode) { return name_of(mode); });
+    help_on_hover(
+        "Pins: click to set a pin, drag it or a part. Lasso, Brush: choose a part, which holds, and moves by its "
+        "gizmo. Exact points: each pin goes to its place alone, with what is within its radius.");
+  } else if (settings.tool->use == ToolUse::mask) {
+    constexpr std::array modes{MaskMode::paint, MaskMode::lasso, MaskMode::box};
+    choose_one("##mask", settings.mask_mode, modes, [](MaskMode mode) { return name_of(mode); });
+    help_on_hover("paint what stays, or draw a line or a box round it");
+  }
+}
+
 void draw_tool_settings(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
-  draw_radius(studio);
-  if (settings.tool->has_inner) {
-    slide("Inner ratio", settings.inner_ratio, {0.01, 0.95}, "which part of that moves rigidly (Shift+F)");
-  }
-  if (blends(settings)) choose_falloff(settings.falloff);
+  draw_automatic_radius(studio);
+  if (blends(settings)) draw_falloff(settings.falloff);
   draw_own_settings(studio);
   if (goes_along_a_drag(settings.tool->use)) draw_drag(settings);
   ImGui::Separator();
@@ -400,18 +405,21 @@ void draw_view_settings(Studio& studio, const Gui& gui) {
 
 void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SidePanel& panel) {
   const Area& area = layout.side_panel;
-  const float left_by_settings = area.height() - panel.settings_height;
-  const float room = std::max(kMinHistory * area.height(), left_by_settings);
-  const float split =
-      studio.view().settings().history ? area.bottom - std::min(panel.history_height, room) : area.bottom;
+  const bool has_history = studio.view().settings().history;
+  const float for_history = has_history ? std::min(panel.history_height, kMinHistory * area.height()) : 0;
+  const float split = area.top + std::min(panel.settings_height, area.height() - for_history);
   panel.settings_height = draw_window(studio, gui, "Settings", {area.left, area.top, area.right, split}, [&] {
-    if (begin_part(studio, "tool", studio.tools().settings().tool->name)) draw_tool_settings(studio);
+    if (layout.is_compact) draw_hand_settings(studio, -1);
+    if (begin_part(studio, "tool", studio.tools().settings().tool->name + ": more settings")) {
+      draw_tool_settings(studio);
+    }
     if (begin_part(studio, "view", "View")) draw_view_settings(studio, gui);
     if (!studio.view().references().empty() && begin_part(studio, "references", "Reference images"))
       draw_references(studio);
   });
-  if (!studio.view().settings().history) return;
-  panel.history_height = draw_window(studio, gui, "History", {area.left, split, area.right, area.bottom}, [&] {
+  if (!has_history) return;
+  const float bottom = std::min(split + panel.history_height, area.bottom);
+  panel.history_height = draw_window(studio, gui, "History", {area.left, split, area.right, bottom}, [&] {
     if (begin_part(studio, "history", "History")) draw_history(studio, panel.editor);
     const std::size_t entries = studio.document().shown().history.size();
     if (entries > panel.entries) ImGui::SetScrollHereY(1);
@@ -425,12 +433,6 @@ namespace {
 
 void draw_mirrors(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted("Mirror");
-  for (std::size_t i = 0; i < 3; ++i) {
-    ImGui::SameLine();
-    ImGui::Checkbox(std::array{"x", "y", "z"}[i], &settings.mirror[i]);
-  }
   bool is_on = settings.symmetry.plane.has_value();
   if (is_on && ImGui::Checkbox("Mirror in a plane of your own", &is_on)) settings.symmetry.plane.reset();
   const bool face = studio.tools().picking_mirror() == StudioTools::PlanePick::face;
@@ -453,7 +455,8 @@ void draw_center(Studio& studio) {
 }
 
 void draw_turns(Symmetry& symmetry) {
-  ImGui::SliderInt("Radial", &symmetry.turns, 1, kMaxTurns, symmetry.turns == 1 ? "off" : "%d times");
+  const std::string times = symmetry.turns == 1 ? "off" : fmt::format("{} times", symmetry.turns);
+  slide_whole("Radial", symmetry.turns, 1, kMaxTurns, times);
   help_on_hover("repeats everything about an axis");
   if (symmetry.turns < 2) return;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -483,10 +486,7 @@ constexpr float kLines = 3;  // of text: the height of the curve
 
 }  // namespace
 
-bool choose_falloff(int& falloff) {
-  const bool is_changed =
-      ImGui::SliderInt("Falloff", &falloff, kMinFalloff, kGreatestFalloff, "%d", ImGuiSliderFlags_AlwaysClamp);
-  help_on_hover("how the motion fades from the inner region, at the left of the curve, to the outer one");
+void draw_falloff(int falloff) {
   std::array<float, kPlaces> weights{};
   for (std::size_t i = 0; i < kPlaces; ++i) {
     const double s = static_cast<double>(i) / (kPlaces - 1);
@@ -494,8 +494,14 @@ bool choose_falloff(int& falloff) {
   }
   ImGui::PushStyleColor(ImGuiCol_PlotLines, ImGui::GetStyleColorVec4(ImGuiCol_Text));
   ImGui::PlotLines("##curve", weights.data(), static_cast<int>(kPlaces), 0, nullptr, 0, 1,
-                   {0, kLines * ImGui::GetTextLineHeight()});
+                   {ImGui::GetContentRegionAvail().x, kLines * ImGui::GetTextLineHeight()});
+  help_on_hover("how the motion fades from the inner region, at the left of the curve, to the outer one");
   ImGui::PopStyleColor();
+}
+
+bool choose_falloff(int& falloff) {
+  const bool is_changed = slide_whole("Falloff", falloff, kMinFalloff, kGreatestFalloff, fmt::format("{}", falloff));
+  draw_falloff(falloff);
   return is_changed;
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,6 +19,7 @@ namespace knead::studio {
 
 namespace {
 
+constexpr std::size_t kSearchedFrom = 6;   // entries
 constexpr const char* kDragged = "layer";  // what is carried by drag and drop: the number of an entry
 
 void draw_numbers(LayerEditor& layers) {
@@ -43,19 +45,34 @@ void draw_text(LayerEditor& layers) {
   ImGui::TreePop();
 }
 
+// A bar with the strength that is being made, until the shape has it.
+void draw_making(const Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  if (!editor.made) return;
+  const bool is_busy = studio.document().worker().is_busy();
+  const double now = 100 * strength_of(studio.document().shown().history[entry]->strokes);
+  if (!is_busy || std::abs(now - *editor.made) < 0.5) {
+    if (!editor.percent) editor.made.reset();
+    return;
+  }
+  const std::optional<WorkStatus> work = studio.document().worker().status();
+  const double fraction = work && work->fraction ? *work->fraction : 0;
+  const std::string text = fmt::format("Making {:.0f}%...", *editor.made);
+  ImGui::ProgressBar(static_cast<float>(fraction), {-1, 0}, text.c_str());
+}
+
 // In percent. The shape follows while the slider is dragged; the whole drag is one change.
 void draw_strength(Studio& studio, HistoryEditor& editor, std::size_t entry) {
-  const double most = 100 * kMaxStrength;
-  const double least = 0;
-  double percent = editor.percent.value_or(100 * strength_of(studio.document().shown().history[entry]->strokes));
-  if (ImGui::SliderScalar("Strength", ImGuiDataType_Double, &percent, &least, &most, "%.0f%%",
-                          ImGuiSliderFlags_AlwaysClamp)) {
-    editor.percent = percent;
-    studio.history().drag(with_strength(entry, percent / 100));
+  int percent = static_cast<int>(
+      std::lround(editor.percent.value_or(100 * strength_of(studio.document().shown().history[entry]->strokes))));
+  const int most = static_cast<int>(std::lround(100 * kMaxStrength));
+  if (slide_whole("Strength", percent, 0, most, fmt::format("{}%", percent))) {
+    editor.percent = editor.made = percent;
+    studio.history().drag(with_strength(entry, percent / 100.0));
   }
-  help_on_hover("how much of it is applied; above 100% it goes on beyond its end");
+  help_on_hover("how much of it is applied; above 100% it continues beyond its end");
   if (ImGui::IsItemDeactivatedAfterEdit()) studio.history().end_drag(true);
   if (!ImGui::IsItemActive()) editor.percent.reset();
+  draw_making(studio, editor, entry);
 }
 
 // Buttons that change where an entry stands. They deselect nothing: the selection follows.
@@ -139,9 +156,24 @@ void carry(Studio& studio, std::size_t entry) {
   ImGui::EndDragDropTarget();
 }
 
+// The name that a person gave, or what the entry does.
+std::string label_of(const Studio& studio, const HistoryEntry& entry) {
+  const std::string words = words_of(entry.strokes, text_of(studio.preferences().unit));
+  const std::string& own = entry.strokes.front().name;
+  return own.empty() ? words : fmt::format("{}  ({})", own, words);
+}
+
 void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   const HistoryEntry& shown = *studio.document().shown().history[entry];
-  const std::string label = fmt::format("{}  {}###name", entry + 1, name_of(shown.strokes));
+  const float height = ImGui::GetFrameHeight();
+  if (const StudioTool* const tool = tool_of(shown.strokes)) {
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    draw_icon(*tool, {corner.x + 0.5F * height, corner.y + 0.5F * height}, 0.36F * height);
+  }
+  ImGui::Dummy({height, height});
+  ImGui::SameLine(0, 0.3F * height);
+  ImGui::AlignTextToFramePadding();
+  const std::string label = label_of(studio, shown) + "###name";
   const bool is_open = studio.history().editor().entry == entry;
   const bool is_lit = is_open || studio.document().shown().looked_at == entry + 1;
   const double strength = strength_of(shown.strokes);
@@ -154,8 +186,8 @@ void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
       studio.history().select(is_open ? std::nullopt : std::optional(entry));
     }
   }
-  help_on_hover(fmt::format("{}, {:.0f} ms. Double click to rename, drag to move.", description_of(shown.strokes),
-                            1000 * shown.seconds)
+  help_on_hover(fmt::format("Entry {}: {}, {:.0f} ms. Double click to rename, drag to move.", entry + 1,
+                            description_of(shown.strokes), 1000 * shown.seconds)
                     .c_str());
   carry(studio, entry);
   if (strength == 1) return;
@@ -184,16 +216,20 @@ void draw_history(Studio& studio, HistoryEditor& editor) {
   const DocumentState& shown = studio.document().shown();
   if (shown.opened == 0) return;
   draw_past_banner(studio);
-  if (ImGui::Selectable("0  As it was opened", shown.looked_at == 0U)) {
+  if (shown.history.size() >= kSearchedFrom || !editor.search.empty()) {
+    ImGui::SetNextItemWidth(-1);
+    ImGui::InputTextWithHint("##search", "Search", &editor.search);
+  }
+  if (ImGui::Selectable("As it was opened", shown.looked_at == 0U)) {
     studio.history().look_at(std::size_t{0});
     studio.history().select(std::nullopt);
   }
   // A change without a worker is made at once, so the number of entries is asked for again.
-  for (std::size_t i = 0; i < studio.document().shown().history.size(); ++i) draw_entry(studio, editor, i);
-  const std::size_t done = studio.document().shown().history.size();
-  for (std::size_t i = 0; i < studio.document().shown().redoable.size(); ++i) {
-    const std::string name = name_of(studio.document().shown().redoable[i]->strokes);
-    ImGui::TextDisabled("%s", fmt::format("{}  {}", done + i + 1, name).c_str());
+  for (std::size_t i = 0; i < studio.document().shown().history.size(); ++i) {
+    if (is_found(studio.document().shown().history[i]->strokes, editor.search)) draw_entry(studio, editor, i);
+  }
+  for (const auto& entry : studio.document().shown().redoable) {
+    ImGui::TextDisabled("%s", fmt::format("     {}", label_of(studio, *entry)).c_str());
   }
 }
 

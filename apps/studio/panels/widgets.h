@@ -1,8 +1,12 @@
 // Small things that panels are made of.
 #pragma once
 
+#include <fmt/format.h>
 #include <imgui.h>
+#include <imgui_internal.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -59,19 +63,84 @@ inline void ask_about_number(const char* label, double& value, std::optional<dou
   ImGui::PopID();
 }
 
+// How a slider is shown: the sign of its unit, and its width in pixels; a negative one is measured from the right end.
+struct SliderLook {
+  const char* unit = "";
+  float width = -1;
+};
+
+// Draws a slider as a bar that is filled from its left end by `fraction`, with its name and its value in it. `slider`
+// makes the widget, with this hidden label. Returns what it returns.
+template <class Slider>
+bool draw_filled(const char* label, double fraction, const std::string& value, float width, const Slider& slider) {
+  const std::string hidden = std::string("##").append(label);
+  ImGui::SetNextItemWidth(width);
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  const ImVec2 end{corner.x + ImGui::CalcItemWidth(), corner.y + ImGui::GetFrameHeight()};
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const ImGuiID id = ImGui::GetID(hidden.c_str());
+  const bool is_typed = ImGui::TempInputIsActive(id);
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const bool is_lit = ImGui::GetHoveredID() == id || ImGui::GetActiveID() == id;
+  list.AddRectFilled(corner, end, ImGui::GetColorU32(is_lit ? ImGuiCol_FrameBgHovered : ImGuiCol_FrameBg),
+                     style.FrameRounding);
+  const float filled = corner.x + static_cast<float>(std::clamp(fraction, 0.0, 1.0)) * (end.x - corner.x);
+  if (!is_typed && filled > corner.x + 1) {
+    const ImGuiCol fill = ImGui::GetActiveID() == id ? ImGuiCol_SliderGrabActive : ImGuiCol_SliderGrab;
+    list.AddRectFilled(corner, {filled, end.y}, ImGui::GetColorU32(fill), style.FrameRounding);
+  }
+  const ImVec4 none{0, 0, 0, 0};
+  for (const ImGuiCol part : {ImGuiCol_FrameBg, ImGuiCol_FrameBgHovered, ImGuiCol_FrameBgActive, ImGuiCol_SliderGrab,
+                              ImGuiCol_SliderGrabActive}) {
+    ImGui::PushStyleColor(part, none);
+  }
+  ImGui::PushStyleColor(ImGuiCol_Text, is_typed ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : none);
+  const bool is_changed = slider(hidden.c_str());
+  ImGui::PopStyleColor(6);
+  if (is_typed) return is_changed;
+  const ImU32 ink = ImGui::GetColorU32(ImGuiCol_Text);
+  const float y = corner.y + style.FramePadding.y;
+  const float right = end.x - style.FramePadding.x - ImGui::CalcTextSize(value.c_str()).x;
+  list.PushClipRect(corner, {right - style.FramePadding.x, end.y}, true);
+  list.AddText({corner.x + style.FramePadding.x, y}, ink, label);
+  list.PopClipRect();
+  list.AddText({right, y}, ink, value.c_str());
+  return is_changed;
+}
+
 // A slider, logarithmic where both limits are positive; Ctrl+click to type a number. One beyond the limits asks first.
-inline void slide(const char* label, double& value, Limits limits, const char* help) {
-  const int flags = limits.least > 0 ? ImGuiSliderFlags_Logarithmic : 0;
+inline void slide(const char* label, double& value, Limits limits, const char* help, const SliderLook& look = {}) {
+  const bool is_logarithmic = limits.least > 0;
+  const auto place = [&](double x) { return is_logarithmic ? std::log(std::max(x, limits.least)) : x; };
+  const double fraction = (place(value) - place(limits.least)) / (place(limits.most) - place(limits.least));
+  const bool is_apart = std::isalpha(static_cast<unsigned char>(look.unit[0])) != 0;
+  const std::string text = fmt::format("{:.4g}{}{}", value, is_apart ? " " : "", look.unit);
   double changed = value;
-  take_comma_as_point(label);
-  const bool is_changed =
-      ImGui::SliderScalar(label, ImGuiDataType_Double, &changed, &limits.least, &limits.most, "%.4g", flags);
-  note_edited(label);
-  help_on_hover(help);
-  const bool is_possible = is_changed && std::isfinite(changed) && (limits.least <= 0 || changed > 0);
+  bool is_changed = false;
+  bool is_typed = false;
+  draw_filled(label, fraction, text, look.width, [&](const char* hidden) {
+    take_comma_as_point(hidden);
+    is_typed = ImGui::TempInputIsActive(ImGui::GetID(hidden));
+    is_changed = ImGui::SliderScalar(hidden, ImGuiDataType_Double, &changed, &limits.least, &limits.most, "%.4g",
+                                     is_logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+    note_edited(hidden);
+    help_on_hover(help);
+    return is_changed;
+  });
+  const bool is_possible = is_changed && std::isfinite(changed) && (!is_logarithmic || changed > 0);
+  // A slider rounds what it gives, at its ends beyond them.
+  if (!is_typed) changed = std::clamp(changed, limits.least, limits.most);
   const bool is_within = changed >= limits.least && changed <= limits.most;
   if (is_possible && is_within) value = changed;
   ask_about_number(label, value, is_possible && !is_within ? std::optional(changed) : std::nullopt, limits);
+}
+
+// The same for a whole number, which is kept within its limits. `text` is its value as a person reads it.
+inline bool slide_whole(const char* label, int& value, int least, int most, const std::string& text, float width = -1) {
+  const double fraction = static_cast<double>(value - least) / (most - least);
+  return draw_filled(label, fraction, text, width, [&](const char* hidden) {
+    return ImGui::SliderInt(hidden, &value, least, most, "%d", ImGuiSliderFlags_AlwaysClamp);
+  });
 }
 
 // A number to be typed, kept within the limits.

@@ -16,6 +16,7 @@ namespace knead::studio {
 namespace {
 
 constexpr float kTextHeight = 15;
+constexpr float kHeadingHeight = 20;
 
 // Where systems keep a font that is easy to read.
 constexpr std::array<const char*, 6> kFonts{"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
@@ -129,10 +130,15 @@ Gui::Gui(double unit) : unit_(static_cast<float>(unit)) {
   ImGui::GetIO().MouseDoubleClickTime = 0.5F;  // also where pictures are slow
   set_style(unit_);
   load_font(kTextHeight * unit_);
+  load_font(kHeadingHeight * unit_);
   balls_ = load_balls(static_cast<int>(std::round(kTextHeight * unit_)));
 }
 
 Gui::~Gui() { ImGui::DestroyContext(); }
+
+void Gui::begin_heading() { ImGui::PushFont(ImGui::GetIO().Fonts->Fonts[1]); }
+
+void Gui::end_heading() { ImGui::PopFont(); }
 
 void Gui::begin_frame() { ImGui::NewFrame(); }
 
@@ -158,7 +164,7 @@ void Gui::draw_ball(render::Matcap matcap) const {
   ImGui::Image(fonts.TexID, {size, size}, from, to);
 }
 
-bool Gui::has_pointer() const { return ImGui::GetIO().WantCaptureMouse; }
+bool Gui::has_pointer() const { return ImGui::GetIO().WantCaptureMouse || !ImGui::IsMousePosValid(); }
 
 std::vector<Event> Gui::for_the_view(std::vector<Event> events) {
   std::erase_if(events, [this](const Event& event) { return !is_for_the_view(event); });

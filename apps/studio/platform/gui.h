@@ -28,7 +28,7 @@ class Gui {
   // After begin_frame: the events that are not for a panel. What is pressed outside of the panels is let go there too.
   std::vector<Event> for_the_view(std::vector<Event> events);
 
-  // Whether the pointer is on a panel.
+  // Whether the pointer is on a panel, or nowhere in the window.
   bool has_pointer() const;
 
   // Whether a panel is being changed with the pointer.
@@ -42,6 +42,10 @@ class Gui {
 
   // A ball of the material, as high as a line of text, at the cursor.
   void draw_ball(render::Matcap matcap) const;
+
+  // Texts between these two are headings, 20 points high.
+  static void begin_heading();
+  static void end_heading();
 
   // Pixels for one point of the design; texts are 15 points high.
   float unit() const { return unit_; }

@@ -15,17 +15,25 @@ namespace knead::studio {
 
 namespace {
 
-constexpr int kPoints = 48;           // of a ring; a multiple of 2 kDash
-constexpr int kDash = 2;              // steps of a dash, and of a gap
-constexpr double kLongestStep = 0.4;  // of a ring, in its radii; without jumps a step has 2 pi / kPoints = 0.13
-constexpr double kThickness = 1.1;    // half, in pixels
+constexpr int kPoints = 64;         // of a ring; a multiple of 2 kDash
+constexpr int kDash = 2;            // steps of a dash, and of a gap
+constexpr double kThickness = 1.1;  // half, in pixels
+constexpr double kThickest = 3;     // of that: the inner ring of a tool at full strength
+constexpr double kDotPixels = 4.5;  // radius of the dot at a mirror image
+constexpr double kNearest = 0.5;    // of the way to the eye: rings come no nearer
 constexpr std::size_t kMaxImages = 32;
 
-// The radii of the rings.
+// The radii of the rings, and how strong the tool is, from 0 to 1.
 struct Radii {
   double outer = 0;
   double inner = 0;
+  double strength = 0;
 };
+
+// Where the motion has fallen to its half.
+double half_radius(const ToolSettings& settings, double inner_ratio) {
+  return settings.radius * (inner_ratio + (1 - inner_ratio) * falloff_facts(settings.falloff).half);
+}
 
 std::optional<Radii> radii_of(const Studio& studio) {
   const ToolSettings& settings = studio.tools().settings();
@@ -34,18 +42,22 @@ std::optional<Radii> radii_of(const Studio& studio) {
       if (settings.mask_mode != MaskMode::paint) return std::nullopt;
       return Radii{settings.radius, settings.inner_ratio * settings.radius};
     case ToolUse::pull:
-      return Radii{settings.radius, settings.inner_ratio * settings.radius};
-    case ToolUse::paint:
+      return Radii{settings.radius, half_radius(settings, settings.inner_ratio)};
+    case ToolUse::paint: {
+      const bool is_pressed = studio.gesture() && settings.pressure == PenPressure::depth;
+      const double pressure = is_pressed ? studio.pointer().pressure : 1;
+      return Radii{settings.radius, half_radius(settings, 0), std::clamp(settings.depth * pressure, 0.0, 1.0)};
+    }
     case ToolUse::points:
     case ToolUse::curve:
-      return Radii{settings.radius, falloff_facts(settings.falloff).half * settings.radius};  // where the weight is 1/2
+      return Radii{settings.radius, half_radius(settings, 0)};
     case ToolUse::pose:
-      if (settings.pose == PoseMode::brush) return Radii{0.5 * settings.radius, 0};
+      if (settings.pose == PoseMode::brush) return Radii{0.5 * settings.radius};
       if (settings.auto_radius || !has_exact_pins(settings)) return std::nullopt;
-      return Radii{settings.radius, 0};
+      return Radii{settings.radius};
     case ToolUse::handles:
       if (settings.handle == HandleMode::move) return std::nullopt;
-      return Radii{0.5 * settings.radius, 0};
+      return Radii{0.5 * settings.radius};
     case ToolUse::stamp:
     case ToolUse::turn:
       return std::nullopt;
@@ -53,74 +65,81 @@ std::optional<Radii> radii_of(const Studio& studio) {
   return std::nullopt;
 }
 
-std::vector<Vec3d> flat_ring(const Vec3d& center, const Vec3d& normal, double radius) {
-  return radius > 0 ? render::ring(center, normal, radius, kPoints) : std::vector<Vec3d>{};
-}
+// The middle of the rings and the direction that they face.
+struct CursorPlace {
+  Vec3d center;
+  Vec3d normal;
+};
 
-// Draws pieces of `length` steps of a ring, each followed by a gap of `gap` steps. Steps that are longer than `most`
-// are left out: there the ring jumps from one part of the shape to another.
-void add_ring(const std::vector<Vec3d>& ring, std::size_t length, std::size_t gap, double most, render::Line line,
-              std::vector<render::Line>& lines) {
-  const auto add = [&] {
-    if (line.points.size() > 1) lines.push_back(line);
-    line.points.clear();
-  };
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const Vec3d& from = ring[i];
-    const Vec3d& to = ring[(i + 1) % ring.size()];
-    if (i % (length + gap) < length && norm(to - from) <= most) {
-      if (line.points.empty()) line.points.push_back(from);
-      line.points.push_back(to);
-    } else {
-      add();
-    }
+// On the surface; beside the shape in the plane through the view's target, where a drag begins.
+std::optional<CursorPlace> cursor_place(const Studio& studio) {
+  const auto* const pull = studio.gesture() ? std::get_if<ImplicitGesture>(&studio.gesture()->kind) : nullptr;
+  if (pull != nullptr) {
+    return CursorPlace{pull->touched + (pull->stroke.path.back() - pull->stroke.path.front()), pull->normal};
   }
-  add();
+  const DocumentState& shown = studio.document().shown();
+  if (!studio.pointer_is_over_view() || !shown.picker || !shown.picker->fits(shown.state)) return std::nullopt;
+  const Screen screen = studio.view().screen();
+  const Ray ray = ray_through(screen, studio.pointer().x, studio.pointer().y);
+  if (const auto hit = shown.picker->pick(ray, shown.state)) return CursorPlace{hit->point, hit->normal};
+  const Vec3d forward = render::camera_frame(screen.camera).forward;
+  const auto beside = on_plane(ray, screen.camera.target, forward);
+  return beside ? std::optional(CursorPlace{*beside, -forward}) : std::nullopt;
 }
 
-std::vector<Vec3d> moved(std::vector<Vec3d> points, const RigidMotion& motion) {
-  for (Vec3d& p : points) p = motion(p);
-  return points;
+// Moves lines towards the eye by `by`, so that they are seen as before but no hollow of the shape hides a part of them.
+void lift(const Screen& screen, const Vec3d& center, double by, std::vector<render::Line>& lines) {
+  const render::Camera& camera = screen.camera;
+  if (camera.projection != render::Projection::perspective) {
+    const Vec3d nearer = render::camera_frame(camera).forward * -by;
+    for (render::Line& line : lines) {
+      for (Vec3d& p : line.points) p += nearer;
+    }
+    return;
+  }
+  const double scale = std::max(1 - by / norm(center - camera.eye), kNearest);
+  for (render::Line& line : lines) {
+    line.radius *= scale;
+    for (Vec3d& p : line.points) p = camera.eye + (p - camera.eye) * scale;
+  }
+}
+
+void add_dashes(const std::vector<Vec3d>& ring, render::Line line, std::vector<render::Line>& lines) {
+  for (std::size_t i = 0; i < ring.size(); i += 2 * kDash) {
+    line.points.assign(ring.begin() + static_cast<std::ptrdiff_t>(i),
+                       ring.begin() + static_cast<std::ptrdiff_t>(i + kDash + 1));
+    lines.push_back(line);
+  }
 }
 
 }  // namespace
 
-void SurfaceCursor::add_lines(const Studio& studio, std::vector<render::Line>& lines) {
-  const ToolSettings& settings = studio.tools().settings();
+void add_cursor(const Studio& studio, std::vector<render::Line>& lines) {
   const DocumentState& shown = studio.document().shown();
   const std::optional<Radii> radii = radii_of(studio);
   if (!radii || shown.opened == 0 || shown.looked_at) return;
-  Vec3d place;
-  const auto* const pull = studio.gesture() ? std::get_if<ImplicitGesture>(&studio.gesture()->kind) : nullptr;
-  if (pull != nullptr) {
-    place = pull->touched + (pull->stroke.path.back() - pull->stroke.path.front());
-    key_ = {};
-    rings_ = {flat_ring(place, pull->normal, radii->outer), flat_ring(place, pull->normal, radii->inner)};
-  } else {
-    if (!studio.pointer_is_over_view() || !shown.picker || !shown.picker->fits(shown.state)) return;
-    const Ray ray = ray_through(studio.view().screen(), studio.pointer().x, studio.pointer().y);
-    const auto hit = shown.picker->pick(ray, shown.state);
-    if (!hit) return;
-    place = hit->point;
-    const Key key{hit->point, hit->normal, radii->outer, radii->inner, shown.version};
-    if (!(key == key_)) {
-      const auto ring = [&](double radius) {
-        return radius > 0 ? shown.picker->ring_around(*hit, radius, kPoints, shown.state) : std::vector<Vec3d>{};
-      };
-      rings_ = {ring(radii->outer), ring(radii->inner)};
-      key_ = key;
-    }
+  const std::optional<CursorPlace> place = cursor_place(studio);
+  if (!place) return;
+  const Preferences& preferences = studio.preferences();
+  const double pixel = pixel_size(studio.view().screen(), place->center);
+  const auto ring = [&](double radius) { return render::ring(place->center, place->normal, radius, kPoints); };
+  std::vector<render::Line> cursor;
+  cursor.push_back(
+      {.points = ring(radii->outer), .radius = kThickness * pixel, .closed = true, .color = preferences.outer_ring});
+  const double thickness = kThickness * (1 + (kThickest - 1) * radii->strength) * pixel;
+  if (radii->inner > 0) {
+    add_dashes(ring(radii->inner), {.points = {}, .radius = thickness, .color = preferences.inner_ring}, cursor);
   }
-  const double thickness = kThickness * pixel_size(studio.view().screen(), place);
-  std::vector<RigidMotion> motions{RigidMotion{}};
-  for (const SymmetryImage& image : images_of(settings)) motions.push_back(image.motion);
-  if (motions.size() > kMaxImages) motions.resize(kMaxImages);
-  for (const RigidMotion& motion : motions) {
-    const render::Line outer{.points = {}, .radius = thickness, .color = studio.preferences().outer_ring};
-    const render::Line inner{.points = {}, .radius = thickness, .color = studio.preferences().inner_ring};
-    add_ring(moved(rings_.outer, motion), kPoints, 0, kLongestStep * radii->outer, outer, lines);
-    add_ring(moved(rings_.inner, motion), kDash, kDash, kLongestStep * radii->inner, inner, lines);
+  std::vector<SymmetryImage> images = images_of(studio.tools().settings());
+  if (images.size() > kMaxImages) images.resize(kMaxImages);
+  for (const SymmetryImage& image : images) {
+    const Vec3d at = image.motion(place->center);
+    const double radius = kDotPixels * pixel_size(studio.view().screen(), at);
+    cursor.push_back(
+        {.points = {at, at + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = preferences.outer_ring});
   }
+  lift(studio.view().screen(), place->center, radii->outer, cursor);
+  lines.insert(lines.end(), cursor.begin(), cursor.end());
 }
 
 namespace {

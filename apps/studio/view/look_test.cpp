@@ -82,6 +82,121 @@ TEST_F(LookTest, AScriptNamesWhatItCannotShow) {
   }
 }
 
+// What the cursor consists of.
+struct Cursor {
+  render::Line outer{};
+  std::vector<render::Line> dashes{};
+  std::vector<render::Line> dots{};
+};
+
+Cursor cursor_of(const Studio& studio) {
+  std::vector<render::Line> lines;
+  add_cursor(studio, lines);
+  Cursor cursor;
+  for (const render::Line& line : lines) {
+    if (line.closed) {
+      cursor.outer = line;
+    } else if (line.points.size() == 2) {
+      cursor.dots.push_back(line);
+    } else {
+      cursor.dashes.push_back(line);
+    }
+  }
+  return cursor;
+}
+
+Vec3d middle_of(const std::vector<Vec3d>& points) {
+  Vec3d sum{};
+  for (const Vec3d& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
+void expect_round(const render::Line& ring) {
+  ASSERT_GT(ring.points.size(), 40U);
+  const Vec3d middle = middle_of(ring.points);
+  const double radius = norm(ring.points.front() - middle);
+  const Vec3d normal = cross(ring.points[0] - middle, ring.points[ring.points.size() / 4] - middle);
+  for (const Vec3d& p : ring.points) {
+    EXPECT_NEAR(norm(p - middle), radius, 1e-9 * radius);
+    EXPECT_NEAR(dot(p - middle, normal), 0, 1e-9);
+  }
+}
+
+TEST_F(LookTest, TheCursorIsARoundRingOnTheShapeAndBesideIt) {
+  Studio studio(options());
+  run(studio, ball() + R"({"tool": "paint"}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]]}
+{"tool": "ball"})");
+  // On a bump, across its edge, at the edge of the shape, and far beside it.
+  for (const auto& [x, y] : {std::pair{400, 300}, {400, 340}, {205, 300}, {60, 60}}) {
+    run(studio, R"({"move": [)" + std::to_string(x) + ", " + std::to_string(y) + "]}");
+    const Cursor cursor = cursor_of(studio);
+    expect_round(cursor.outer);
+    EXPECT_EQ(cursor.dashes.size(), 16U);
+    const auto seen = pixel_of(studio.view().screen(), middle_of(cursor.outer.points));
+    ASSERT_TRUE(seen);
+    EXPECT_NEAR(seen->x, x, 1e-6);
+    EXPECT_NEAR(seen->y, y, 1e-6);
+  }
+  EXPECT_TRUE(cursor_of(studio).dots.empty());
+}
+
+TEST_F(LookTest, TheInnerRingShowsFalloffAndStrength) {
+  Studio studio(options());
+  run(studio, ball() + R"({"tool": "paint"}
+{"move": [400, 300]})");
+  const auto inner = [&](const char* settings) {
+    run(studio, settings);
+    const Cursor cursor = cursor_of(studio);
+    const render::Line& dash = cursor.dashes.at(0);
+    return std::pair{norm(dash.points[0] - middle_of(cursor.outer.points)) /
+                         norm(cursor.outer.points[0] - middle_of(cursor.outer.points)),
+                     dash.radius / cursor.outer.radius};
+  };
+  const auto [wide, thin] = inner(R"({"set": {"falloff": 3, "depth": 0.01}})");
+  const auto [narrow, thick] = inner(R"({"set": {"falloff": 7, "depth": 1}})");
+  EXPECT_NEAR(wide, 0.591, 1e-3);  // where the weight is a half
+  EXPECT_NEAR(narrow, 0.273, 1e-3);
+  EXPECT_NEAR(thin, 1, 0.03);
+  EXPECT_NEAR(thick, 3, 1e-9);
+}
+
+TEST_F(LookTest, ADotShowsWhereSymmetryActs) {
+  Studio studio(options());
+  run(studio, ball() + R"({"set": {"mirror": [true, true, false]}}
+{"move": [0.3, 0.4, 0.866]})");
+  const Cursor cursor = cursor_of(studio);
+  ASSERT_EQ(cursor.dots.size(), 3U);
+  for (const render::Line& dot : cursor.dots) {
+    const auto seen = pixel_of(studio.view().screen(), dot.points[0]);
+    ASSERT_TRUE(seen);
+    double nearest = 1e9;
+    for (const double x : {-0.3, 0.3}) {
+      for (const double y : {-0.4, 0.4}) {
+        const auto image = pixel_of(studio.view().screen(), Vec3d{x, y, 0.866});
+        if (!(x > 0 && y > 0)) nearest = std::min(nearest, std::hypot(image->x - seen->x, image->y - seen->y));
+      }
+    }
+    EXPECT_LT(nearest, 1);
+  }
+}
+
+TEST_F(LookTest, PaintThatBeginsBesideTheShapeBeginsWhereItMeetsIt) {
+  Studio studio(options());
+  run(studio, ball() + R"({"tool": "paint"}
+{"drag": [[170, 300], [300, 300]]})");
+  EXPECT_EQ(errors(studio), "");
+  ASSERT_EQ(studio.document().shown().history.size(), 1U);
+  const auto& stroke = std::get<PaintStroke>(studio.document().shown().history[0]->strokes[0].stroke);
+  ASSERT_FALSE(stroke.samples.empty());
+  EXPECT_LT(stroke.samples.front().point.x, -0.9);
+  EXPECT_EQ(studio.view().navigation().view.yaw, 0);
+  // One that never meets it does nothing.
+  run(studio, R"({"drag": [[170, 300], [170, 340]]})");
+  EXPECT_EQ(studio.document().shown().history.size(), 1U);
+  EXPECT_EQ(errors(studio), "");
+}
+
 // A PNG file of one colour, wider than it is high.
 fs::path make_picture(const fs::path& file) {
   render::Image image{8, 4, {}};

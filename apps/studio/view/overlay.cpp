@@ -53,9 +53,9 @@ std::optional<Stroke> hovering_implicit(const Studio& studio, const GestureConte
 }
 
 std::optional<Stroke> hovering_paint(const Studio& studio, const GestureContext& around) {
-  const auto gesture = begin_paint(studio.pointer(), around);
-  if (!gesture) return std::nullopt;
-  PaintStroke stroke = gesture->paint.stroke;
+  const PaintGesture gesture = begin_paint(studio.pointer(), around);
+  if (!gesture.paint) return std::nullopt;
+  PaintStroke stroke = gesture.paint->stroke;
   stroke.depth *= 6;  // as deep as a whole dab
   return stroke;
 }
@@ -425,7 +425,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   add(parts_.surfaces, scene.surfaces);
   add(parts_.arrows, scene.arrows);
   add(parts_.lines, scene.lines);
-  cursor_.add_lines(studio, scene.lines);
+  add_cursor(studio, scene.lines);
   add_in_arrow(studio, scene.arrows);
   const PlacedTools& placed = studio.tools().placed();
   add_placed_points(placed, 0.004 * shown.diagonal, scene.lines);

@@ -19,32 +19,11 @@ namespace knead::studio {
 // What a gesture would act on that began now.
 GestureContext next_context(const Studio& studio);
 
-// The cursor on the surface: where a tool's outer region ends, a solid ring, and its inner region, a dashed one.
-// Remembers the rings while nothing changes.
-class SurfaceCursor {
- public:
-  // Adds the rings where the pointer is, or during a drag where the tool is, each with its images. Adds nothing for
-  // tools that are placed, or where there is no surface.
-  void add_lines(const Studio& studio, std::vector<render::Line>& lines);
-
- private:
-  struct Rings {
-    std::vector<Vec3d> outer;  // closed, without repeating the first point
-    std::vector<Vec3d> inner;
-  };
-  struct Key {
-    Vec3d point;
-    Vec3d normal;
-    double outer = 0;
-    double inner = 0;
-    std::uint64_t version = 0;
-
-    friend bool operator==(const Key&, const Key&) = default;
-  };
-
-  Key key_;
-  Rings rings_;
-};
+// Adds the cursor: a solid ring where the tool's outer region ends, and a dashed one where its motion has fallen to its
+// half, as thick as the tool is strong. Both are round, in the tangent plane of the surface at the pointer, during a
+// pull at the tool, and beside the shape in a plane that faces the person. Mirror images are dots. Tools that are
+// placed have no cursor.
+void add_cursor(const Studio& studio, std::vector<render::Line>& lines);
 
 // Remembers what it drew, so that nothing is made anew while nothing changes.
 class Overlay {
@@ -70,7 +49,6 @@ class Overlay {
   std::vector<Stroke> drawn_;  // strokes whose regions are in parts_
   render::Scene parts_;
   render::SurfaceCache surfaces_;
-  SurfaceCursor cursor_;
   std::vector<Stroke> influencing_;
   std::uint64_t influenced_version_ = 0;
   bool has_influence_ = false;
