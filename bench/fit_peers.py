@@ -48,9 +48,9 @@ def functional(source, target, faces, chosen):
 
     fit = FunctionalMapping(TriMesh(target, faces), TriMesh(source, faces))
     pairs = np.stack([chosen, chosen], axis=1) if len(chosen) else None
-    fit.preprocess(n_descr=100, landmarks=pairs, subsample_step=2, descr_type="WKS", k_process=200)
+    fit.preprocess(n_descr=100, landmarks=pairs, subsample_step=4, descr_type="WKS", k_process=120)
     fit.fit(K=(35, 35), w_descr=1, w_lap=1e-2, w_dcomm=1e-1, w_orient=0 if len(chosen) else 1e-2)
-    fit.zoomout_refine(nit=15, step=10)
+    fit.zoomout_refine(nit=8, step=10)
     return target[np.asarray(fit.get_p2p())]
 
 

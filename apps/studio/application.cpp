@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -216,6 +217,27 @@ class Application {
     render::LiveScene scene = overlay_.scene(studio_);
     scene.samples = samples_;
     view_.draw(scene, window_.width(), window_.height());
+    draw_target();
+  }
+
+  // The shape that the shown one is fitted to, beside it.
+  void draw_target() {
+    if (!studio_.fit().is_open()) {
+      target_.reset();
+      target_mesh_.reset();
+      return;
+    }
+    if (!target_) target_.emplace();
+    if (target_mesh_ != studio_.fit().target().mesh) {
+      target_mesh_ = studio_.fit().target().mesh;
+      target_->set_shape(*target_mesh_);
+    }
+    render::LiveScene scene = Overlay::target_scene(studio_);
+    scene.samples = samples_;
+    const Area& area = interface_.layout().target;
+    const Screen screen = studio_.fit().screen();
+    target_->draw(scene, screen.width, screen.height, static_cast<int>(std::lround(area.left)),
+                  window_.height() - static_cast<int>(std::lround(area.bottom)));
   }
 
   void write_view(const std::filesystem::path& path) {
@@ -258,6 +280,8 @@ class Application {
   GuiBackend backend_;
   Interface interface_;
   render::LiveView view_;
+  std::optional<render::LiveView> target_;  // while the shape is fitted to another one
+  std::shared_ptr<const Mesh> target_mesh_;
   Overlay overlay_;
   StretchEstimate estimate_;
   ShownShape shape_;

@@ -59,6 +59,7 @@ const std::vector<ActionInfo> kFixedActions{
     {mask_grow, "mask_grow", "Grow the mask", "Tools", {"Ctrl+]"}},
     {mask_shrink, "mask_shrink", "Shrink the mask", "Tools", {"Ctrl+["}},
     {remesh_last, "remesh_last", "Remesh the last stroke", "Tools", {"Shift+R"}},
+    {fit, "fit", "Fit to another shape...", "Tools", {"Ctrl+Shift+F"}},
     {frame_all, "frame_all", "Frame all", "View", {"Home"}},
     {frame_stroke, "frame_stroke", "Frame the last stroke", "View", {"Numpad .", "."}},
     {view_front, "view_front", "From the front", "View", {"Numpad 1", "Alt+1"}},

@@ -49,6 +49,7 @@ enum class Action {
   mask_grow,
   mask_shrink,
   remesh_last,
+  fit,
   frame_all,
   frame_stroke,
   view_front,

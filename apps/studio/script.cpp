@@ -461,6 +461,27 @@ class Script {
     settle();
   }
 
+  void fit(const Json& line) {
+    require_shape("fit");
+    StudioFit& fit = studio_.fit();
+    fit.open(line.at("fit").text(), studio_.view().navigation());
+    settle();
+    if (!fit.is_open()) return;
+    std::vector<ClickedPair> pairs;
+    if (line.has("pairs")) {
+      for (const Json& pair : line.at("pairs").items()) {
+        const std::vector<Json>& both = pair.items();
+        if (both.size() != 2) fail("a pair is two vertices, as [3, 17]");
+        pairs.push_back({static_cast<std::uint32_t>(both[0].whole()), static_cast<std::uint32_t>(both[1].whole())});
+      }
+    }
+    if (!fit.set_pairs(std::move(pairs))) fail("a pair names a vertex that a shape does not have");
+    fit.settings().surface = member_or(line, "surface", fit.settings().surface).flag();
+    fit.settings().grows = member_or(line, "grows", fit.settings().grows).flag();
+    if (member_or(line, "run", true).flag()) fit.run();
+    settle();
+  }
+
   void require_shape(const char* what) {
     settle();
     if (studio_.document().shown().opened != 0) return;
@@ -491,6 +512,10 @@ class Script {
       if (!host_.picture) fail("pictures cannot be written here");
       settle();
       host_.picture(path("picture"));
+    } else if (line.has("fit") && line.at("fit").is_null()) {
+      studio_.fit().close();
+    } else if (line.has("fit")) {
+      fit(line);
     } else if (line.has("poster")) {
       write_poster(line);
     } else if (line.has("turntable")) {

@@ -33,6 +33,8 @@
 //                                               0.5, "drag_strength": [0.9, 0.5] (a slider), "move_to": 2, "join": true
 //                                               (to the entry before), "split": true, "remove": true, "select": true
 //   {"layer": null}                             no entry is selected
+//   {"fit": FILE, "pairs": [[3, 17]], "surface": true, "grows": false, "run": true}    to another shape; pairs of
+//                                               vertices; without "run" its view only opens; {"fit": null} closes it
 //   {"turntable": "turn_%04d.png", "pictures": 36}
 //   {"poster": FILE, "width": 3840, "height": 2160, "transparent": true, "ground": true, "pictures": 1}
 //   {"save": FILE} {"export": FILE} {"picture": FILE} {"close": true}

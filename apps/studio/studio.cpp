@@ -35,7 +35,8 @@ Studio::Studio(const StudioOptions& options)
       tools_(document_, [this] { interrupt(); }),
       view_(document_, preferences_, options.state),
       history_(document_, [this] { interrupt(); }),
-      masks_(document_, tools_, [this](std::vector<SessionStroke> strokes) { apply(std::move(strokes)); }) {
+      masks_(document_, tools_, [this](std::vector<SessionStroke> strokes) { apply(std::move(strokes)); }),
+      fit_(document_, options.threads) {
   const auto bytes = static_cast<std::size_t>(preferences().undo_memory_mb * 1e6);
   document_.post([bytes](Document& document, Progress& /*progress*/) { document.limit_undo_memory(bytes); });
 }
@@ -57,6 +58,7 @@ void Studio::refresh() {
   refresh_pins();
   rest();
   tools_.follow(gesture_.has_value());
+  fit_.follow(gesture_.has_value());
 }
 
 void Studio::begin_document() {
@@ -172,6 +174,11 @@ void Studio::press(const ButtonChanged& button) {
   if (shown().looked_at) {
     history_.look_at(std::nullopt);
     document_.tell({false, "This is the present shape again."});
+    return;
+  }
+  if (fit_.is_open()) {
+    if (is_beside_shape()) return begin_orbit(view_.navigation(), button);
+    fit_.choose(pointer_, gesture_context());
     return;
   }
   const bool picks = tools_.picking_mirror() != StudioTools::PlanePick::none;

@@ -19,6 +19,7 @@
 #include "keys.h"
 #include "platform/window.h"
 #include "studio_document.h"
+#include "studio_fit.h"
 #include "studio_history.h"
 #include "studio_tools.h"
 #include "studio_view.h"
@@ -63,6 +64,8 @@ class Studio {
   StudioHistory& history() { return history_; }
   const StudioHistory& history() const { return history_; }
   const StudioMasks& masks() const { return masks_; }
+  StudioFit& fit() { return fit_; }
+  const StudioFit& fit() const { return fit_; }
   Preferences& preferences() { return preferences_.preferences; }
   const Preferences& preferences() const { return preferences_.preferences; }
   void save_preferences() { preferences_.save(document_); }
@@ -147,6 +150,7 @@ class Studio {
   StudioView view_;
   StudioHistory history_;
   StudioMasks masks_;
+  StudioFit fit_;
   Pointer pointer_;
   bool pointer_is_over_view_ = true;
   std::optional<Gesture> gesture_;

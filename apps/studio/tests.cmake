@@ -22,6 +22,7 @@ target_compile_definitions(knead_studio_test PRIVATE KNEAD_SOURCES="${PROJECT_SO
 
 if(TARGET knead_studio_panels)
   knead_test(knead_studio_panels_test SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/panels/fit_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/panels/interface_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/panels/panels_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/panels/tool_bar_test.cpp

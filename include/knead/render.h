@@ -501,9 +501,10 @@ class LiveView {
   // shape clears it. Throws InvalidInput for another number of values.
   void set_mask(std::span<const float> per_vertex);
 
-  // Draws the scene. width and height: of the framebuffer in pixels; does nothing if one is not positive. Throws
-  // InvalidInput for a camera or a clipping plane without direction, or a picture too large for the driver.
-  void draw(const LiveScene& scene, int width, int height);
+  // Draws the scene as a picture of width * height pixels whose lower left corner is at (left, bottom) in the
+  // framebuffer; does nothing if one is not positive. Throws InvalidInput for a camera or a clipping plane without
+  // direction, or a picture too large for the driver.
+  void draw(const LiveScene& scene, int width, int height, int left = 0, int bottom = 0);
 
   // Returns what `draw` would draw as a picture in memory. Throws as draw, and InvalidInput if width or height is not
   // positive.

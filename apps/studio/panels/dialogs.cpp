@@ -197,6 +197,9 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
     case Action::stamp_file:
       ask_for_file(FileUse::stamp);
       return true;
+    case Action::fit:
+      if (studio.document().shown().opened != 0) ask_for_file(FileUse::target);
+      return true;
     case Action::reference_image:
       ask_for_file(FileUse::reference);
       return true;
@@ -230,6 +233,9 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
         break;
       case FileUse::stamp:
         studio.tools().use_stamp(*file);
+        break;
+      case FileUse::target:
+        studio.fit().open(*file, studio.view().navigation());
         break;
       case FileUse::reference:
         studio.view().add_reference(*file);

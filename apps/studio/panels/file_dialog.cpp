@@ -87,6 +87,7 @@ bool writes(FileUse use) { return use > FileUse::reference; }
 const char* title_of(FileUse use) {
   constexpr std::array titles{"Open a shape or a session",
                               "Choose a closed shape as the stamp",
+                              "Choose the shape to fit to",
                               "Choose a picture to model after",
                               "Save the session",
                               "Export the shape",
@@ -113,6 +114,7 @@ std::string proposed_name(FileUse use, const fs::path& near) {
   switch (use) {
     case FileUse::open:
     case FileUse::stamp:
+    case FileUse::target:
     case FileUse::reference:
       return {};
     case FileUse::save:

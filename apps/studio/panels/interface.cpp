@@ -81,13 +81,18 @@ void Interface::arrange() {
   query.labels = studio_.view().settings().tool_labels;
   query.panel_width = static_cast<float>(studio_.preferences().panels.width);
   query.side = compact_.is_side_open;
+  query.target = studio_.fit().is_open();
+  const bool had_target = layout_.target.width() > 0;
   layout_ = layout_of(query);
+  const auto pixels = [](float length) { return std::max(1, static_cast<int>(std::lround(length))); };
+  if (query.target) studio_.fit().set_size(pixels(layout_.target.width()), pixels(layout_.target.height()));
   studio_.view().navigation().covered = margins_of(layout_, query.width, query.height);
+  if (query.target != had_target) studio_.view().frame_all();
 }
 
 void Interface::handle(const std::vector<Event>& events) {
   arrange();
-  studio_.set_pointer_over_view(!gui_.has_pointer());
+  studio_.set_pointer_over_view(!gui_.has_pointer() && !is_over_target_);
   for (const Event& event : gui_.for_the_view(events)) {
     if (const auto* size = std::get_if<Resized>(&event)) {
       set_size(size->width, size->height);
@@ -135,6 +140,7 @@ Event with_modifiers(Event event, const Modifiers& held) {
 void Interface::send(const Event& given) {
   const Event event = layout_.is_compact ? with_modifiers(given, compact_.held) : given;
   try {
+    if (send_to_target(event)) return;
     if (const auto* files = std::get_if<FilesDropped>(&event)) {
       do_or_ask(studio_, dialogs_, [this, dropped = *files] { studio_.handle(dropped); });
     } else if (!is_idle_repeat(event)) {
@@ -143,6 +149,27 @@ void Interface::send(const Event& given) {
   } catch (const std::exception& error) {
     studio_.document().tell({true, error.what()});
   }
+}
+
+// What happens over the view of the target, and the drags that began there, are for it.
+bool Interface::send_to_target(const Event& event) {
+  StudioFit& fit = studio_.fit();
+  if (!fit.is_open()) return is_over_target_ = false;
+  const Area& area = layout_.target;
+  Event own = event;
+  const auto place = [&](double& x, double& y) {
+    is_over_target_ = x >= area.left && x < area.right && y >= area.top && y < area.bottom;
+    x -= area.left;
+    y -= area.top;
+  };
+  if (auto* moved = std::get_if<PointerMoved>(&own)) place(moved->x, moved->y);
+  if (auto* button = std::get_if<ButtonChanged>(&own)) place(button->x, button->y);
+  const bool is_of_pointer = std::holds_alternative<PointerMoved>(own) || std::holds_alternative<ButtonChanged>(own) ||
+                             std::holds_alternative<WheelTurned>(own);
+  const bool is_elsewhere = studio_.is_in_hand() || studio_.view().navigation().drag != NavigationDrag::none;
+  if (!is_of_pointer || is_elsewhere || !(is_over_target_ || fit.is_turning())) return false;
+  fit.handle(own);
+  return true;
 }
 
 // A held key keeps sending events; most actions are meant once.
@@ -178,6 +205,7 @@ void Interface::draw(const FrameTimes& times, const Stretched& stretched) {
   arrange();
   draw_numbers(studio_, gui_, layout_);
   draw_axes(studio_, gui_, layout_);
+  draw_fit(studio_, gui_, layout_);
   gui_.set_menu_open(draw_menus(studio_, dialogs_));
   draw_status(studio_, gui_, layout_);
   if (layout_.top_bar.height() > 0) draw_top_bar(studio_, gui_, layout_);
@@ -224,7 +252,10 @@ void lay_out_compact(const LayoutQuery& query, Layout& layout) {
 
 }  // namespace
 
-Layout layout_of(const LayoutQuery& query) {
+namespace {
+
+// Without the target's view.
+Layout lay_out_panels(const LayoutQuery& query) {
   Layout layout;
   layout.menu_height = query.bar;
   layout.is_compact = query.width < kCompactWidth * query.unit || query.height > kUpright * query.width;
@@ -251,6 +282,20 @@ Layout layout_of(const LayoutQuery& query) {
   layout.side_panel = {query.width - gap - width, top, query.width - gap, bottom};
   layout.free.left = right;
   layout.free.right = std::max(layout.side_panel.left, right);
+  return layout;
+}
+
+}  // namespace
+
+Layout layout_of(const LayoutQuery& query) {
+  Layout layout = lay_out_panels(query);
+  if (!query.target) return layout;
+  layout.target = layout.free;
+  if (layout.free.width() >= layout.free.height()) {
+    layout.free.right = layout.target.left = 0.5F * (layout.free.left + layout.free.right);
+  } else {
+    layout.free.bottom = layout.target.top = 0.5F * (layout.free.top + layout.free.bottom);
+  }
   return layout;
 }
 
@@ -387,6 +432,8 @@ void draw_edit_menu(Studio& studio) {
   }
   item(studio, Action::remesh, studio.tools().settings().remesh);
   item(studio, Action::remesh_last, false, !studio.document().shown().history.empty());
+  ImGui::Separator();
+  item(studio, Action::fit, studio.fit().is_open(), studio.document().shown().opened != 0);
 }
 
 }  // namespace

@@ -128,6 +128,7 @@ class Interface {
   void send(const Event& event);
   void note_right_click(const Event& event, bool was_free);
   bool is_idle_repeat(const Event& event);
+  bool send_to_target(const Event& event);
   void answer();
 
   Studio& studio_;
@@ -143,6 +144,7 @@ class Interface {
   int width_ = 1;
   int height_ = 1;
   std::set<std::string> held_;
+  bool is_over_target_ = false;  // the pointer
   bool has_ended_ = false;
 };
 

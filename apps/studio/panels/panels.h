@@ -44,6 +44,7 @@ struct LayoutQuery {
   int tools = 0;          // entries of the tool bar
   bool labels = false;    // names beside the icons
   bool panels = true;     // tool bar and side panel are shown
+  bool target = false;    // another shape is seen beside the shape
   bool side = true;       // the side panel is open; only a compact window can close it alone
   float panel_width = 0;  // of the side panel, as the person chose it, in points
 };
@@ -56,7 +57,8 @@ struct Layout {
   Area tool_bar;
   bool tool_bar_scrolls = false;  // not all entries fit
   Area side_panel;
-  Area free;  // of the picture, between the panels
+  Area free;    // of the picture, between the panels
+  Area target;  // the view of the shape that the shown one is fitted to; empty: none is
 };
 
 inline constexpr float kPanelWidth = 308;  // points, unless the person chose another
@@ -184,6 +186,9 @@ struct FrameTimes {
 // The axes of the scene, in the upper right corner of the picture: a click on an end shows the shape from there, a drag
 // turns the view. Left out where there is no room.
 void draw_axes(Studio& studio, const Gui& gui, const Layout& layout);
+
+// The numbers of the pairs of a fit, in both views, and what the person can do with them.
+void draw_fit(Studio& studio, const Gui& gui, const Layout& layout);
 
 // The numbers of the current gesture beside the pointer.
 void draw_numbers(const Studio& studio, const Gui& gui, const Layout& layout);

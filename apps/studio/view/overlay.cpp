@@ -30,6 +30,7 @@ constexpr float kZeroHandleShade = 0.35f;         // shown in the outer region's
 constexpr float kSelectedShade = 1;
 constexpr std::array kPartShades{0.30f, 0.50f, 0.40f, 0.60f};
 constexpr float kFreePart = 0.6f;
+constexpr double kFitPointPixels = 6;
 
 Box box_of(const DocumentState& shown) {
   Box box;
@@ -369,9 +370,27 @@ render::LiveScene empty_scene(const Studio& studio) {
   }
   scene.wireframe = view.wireframe;
   scene.show_stretch = view.stretch != StretchView::off && studio.tools().settings().tool->use != ToolUse::handles;
+  if (studio.fit().is_open()) {
+    scene.show_stretch = true;
+    return scene;
+  }
   scene.show_influence =
       view.influence || studio.tools().settings().tool->use == ToolUse::handles || shows_parts(studio);
   return scene;
+}
+
+// The clicked points of one of the two shapes of a fit.
+void add_fit_points(const Studio& studio, bool of_target, const Screen& screen, std::vector<render::Line>& lines) {
+  const StudioFit& fit = studio.fit();
+  const Snapshot& positions = of_target ? fit.target().positions : studio.document().shown().state.positions;
+  for (std::size_t i = 0; i < fit.pairs().size(); ++i) {
+    const std::optional<std::uint32_t> vertex = of_target ? fit.pairs()[i].target : fit.pairs()[i].source;
+    if (!vertex || *vertex >= positions.size()) continue;
+    const Vec3d& place = positions[*vertex];
+    const double radius = kFitPointPixels * pixel_size(screen, place);
+    lines.push_back(
+        {.points = {place, place + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = color_of_pair(i)});
+  }
 }
 
 void add_part_gizmo(const Studio& studio, render::LiveScene& scene) {
@@ -402,6 +421,10 @@ render::LiveScene Overlay::scene(const Studio& studio) {
     scene.clip = render::Clip{normal, dot(normal, box.center()) + view.cut_offset};
   }
   if (studio.view().turntable()) return scene;
+  if (studio.fit().is_open()) {
+    add_fit_points(studio, false, studio.view().screen(), scene.lines);
+    return scene;
+  }
   add_symmetry(studio, box, scene);
   add_layer_handles(studio, 0.006 * shown.diagonal, scene.lines);
   add_drawn_line(studio, scene.lines);
@@ -445,6 +468,25 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   return scene;
 }
 
+render::LiveScene Overlay::target_scene(const Studio& studio) {
+  render::LiveScene scene = empty_scene(studio);
+  scene.camera = studio.fit().screen().camera;
+  scene.show_stretch = false;
+  add_fit_points(studio, true, studio.fit().screen(), scene.lines);
+  return scene;
+}
+
+std::optional<std::vector<float>> Overlay::distances(const Studio& studio) {
+  const StudioFit& fit = studio.fit();
+  const bool fits = fit.distances().size() == studio.document().shown().state.positions.size();
+  if (!fits || fit.measured() == measured_) return std::nullopt;
+  measured_ = fit.measured();
+  influencing_.clear();
+  part_mesh_.reset();
+  has_influence_ = true;
+  return fit.distances();
+}
+
 std::optional<std::vector<float>> Overlay::stretch(const Studio& studio) {
   const DocumentState& shown = studio.document().shown();
   const StretchView since = studio.view().settings().stretch;
@@ -480,6 +522,12 @@ std::optional<std::vector<float>> Overlay::parts(const Studio& studio) {
 }
 
 std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
+  if (studio.fit().is_open()) return distances(studio);
+  if (std::exchange(measured_, 0) != 0) {
+    influencing_.clear();
+    influenced_version_ = 0;
+    stretched_ = StretchView::off;
+  }
   if (shows_parts(studio)) {
     influencing_.clear();
     stretched_ = StretchView::off;
@@ -542,6 +590,16 @@ constexpr render::Color kHeldPin{0.16f, 0.40f, 0.78f, 1};
 constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
 
 }  // namespace
+
+render::Color color_of_pair(std::size_t pair) {
+  constexpr std::array<render::Color, 6> colors{{{0.90f, 0.30f, 0.20f, 1},
+                                                 {0.20f, 0.50f, 0.90f, 1},
+                                                 {0.25f, 0.70f, 0.30f, 1},
+                                                 {0.95f, 0.75f, 0.15f, 1},
+                                                 {0.65f, 0.35f, 0.80f, 1},
+                                                 {0.20f, 0.75f, 0.75f, 1}}};
+  return colors[pair % colors.size()];
+}
 
 void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
   if (studio.tools().settings().tool->use != ToolUse::pose || studio.document().shown().looked_at) return;

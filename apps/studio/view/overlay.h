@@ -31,7 +31,11 @@ class Overlay {
   // The scene for the live view as Studio is at the moment.
   render::LiveScene scene(const Studio& studio);
 
-  // The influence or the stretch to be shown; nothing where it is what was returned last. Empty: none.
+  // The same for the view of the shape that the shown one is fitted to.
+  static render::LiveScene target_scene(const Studio& studio);
+
+  // The influence, the stretch or the distance from the target to be shown; nothing where it is what was returned last.
+  // Empty: none.
   std::optional<std::vector<float>> influence(const Studio& studio);
 
   // How dark the mask makes each vertex, from 0 to 1; nothing where it is what was returned last.
@@ -59,6 +63,9 @@ class Overlay {
   bool has_mask_ = false;
   std::vector<float> part_shades_;
   std::shared_ptr<const Mesh> part_mesh_;
+  std::optional<std::vector<float>> distances(const Studio& studio);
+
+  std::uint64_t measured_ = 0;                // StudioFit::measured() of the distances that are shown; 0: none are
   StretchView stretched_ = StretchView::off;  // what has_influence_ is about, if not the tool
   bool knows_stretch_ = false;
 };
@@ -101,6 +108,9 @@ std::vector<std::string> numbers_at_pointer(const Studio& studio);
 
 inline constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};    // what is placed
 inline constexpr render::Color kLitHandle{1.0f, 0.85f, 0.25f, 1};  // what the pointer is on
+
+// The colour of a pair of points of a fit.
+render::Color color_of_pair(std::size_t pair);
 
 // Blue pins hold, white ones are free, selected and dragged ones are orange; images are smaller.
 void add_pins(const Studio& studio, std::vector<render::Line>& lines);

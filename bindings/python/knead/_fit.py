@@ -104,9 +104,9 @@ def _functional_map(source, target, landmarks):
     if landmarks is not None and np.ndim(landmarks) == 2 and np.shape(landmarks)[1] in (2, 3) and len(landmarks):
         pairs = np.asarray(landmarks)[:, :2].astype(int)
     functional = FunctionalMapping(from_, to)
-    functional.preprocess(n_descr=100, landmarks=pairs, subsample_step=2, descr_type="WKS", k_process=200)
+    functional.preprocess(n_descr=100, landmarks=pairs, subsample_step=4, descr_type="WKS", k_process=120)
     functional.fit(K=(35, 35), w_descr=1, w_lap=1e-2, w_dcomm=1e-1, w_orient=0 if pairs is not None else 1e-2)
-    functional.zoomout_refine(nit=15, step=10)
+    functional.zoomout_refine(nit=8, step=10)
     of_target = np.asarray(functional.get_p2p())
     return np.stack([of_target, np.arange(len(of_target))], axis=1)
 

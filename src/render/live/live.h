@@ -290,7 +290,7 @@ struct LiveGlass {
 void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces, const gl::Texture& depths);
 
 // Leaves the depth test and blending off.
-void present_live(const LivePrograms& programs, const LiveTargets& targets);
+void present_live(const LivePrograms& programs, const LiveTargets& targets, int left, int bottom);
 
 // Cavity and occlusion of the interactive picture, over the shape that is drawn.
 

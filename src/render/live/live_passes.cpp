@@ -439,10 +439,10 @@ void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces
   glDisable(GL_BLEND);
 }
 
-void present_live(const LivePrograms& programs, const LiveTargets& targets) {
+void present_live(const LivePrograms& programs, const LiveTargets& targets, int left, int bottom) {
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
-  glViewport(0, 0, targets.size.width, targets.size.height);
+  glViewport(left, bottom, targets.size.width, targets.size.height);
   glUseProgram(programs.present.get());
   bind_texture(programs.present, "picture", 0, GL_TEXTURE_2D, targets.one_color);
   glBindVertexArray(programs.nothing.get());

@@ -349,12 +349,12 @@ void make_picture(LiveView::State& s, const LiveScene& scene, int width, int hei
 
 }  // namespace
 
-void LiveView::draw(const LiveScene& scene, int width, int height) {
+void LiveView::draw(const LiveScene& scene, int width, int height, int left, int bottom) {
   if (width < 1 || height < 1) return;
   const FramebufferGuard caller;
   make_picture(*state_, scene, width, height);
   caller.bind();
-  present_live(state_->programs, state_->targets);
+  present_live(state_->programs, state_->targets, left, bottom);
 }
 
 Image LiveView::picture(const LiveScene& scene, int width, int height) {

@@ -1,0 +1,102 @@
+// Fitting the shape to another one: that shape and the view of it, pairs of points, and how far apart the two are.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gestures/gesture.h"
+#include "gestures/navigation.h"
+#include "gestures/picker.h"
+#include "knead/fit.h"
+#include "knead/mesh.h"
+#include "studio_document.h"
+
+namespace knead::studio {
+
+// A point of the shape and its place on the target, as numbers of vertices; nothing where it is still to be clicked.
+struct ClickedPair {
+  std::optional<std::uint32_t> source;
+  std::optional<std::uint32_t> target;
+};
+
+// What a fit is made of, besides its pairs.
+struct FitSettings {
+  bool grows = false;   // FitVolume::free in the place of keep
+  bool surface = true;  // the whole surface, not the pairs alone
+};
+
+// The distance that is drawn in the last colour, of the diagonal of the shape.
+inline constexpr double kFarFromTarget = 0.03;
+
+class StudioFit {
+ public:
+  StudioFit(StudioDocument& document, int threads) : document_(document), threads_(threads) {}
+
+  // Reads the target and opens its view, seen as `like` is; a notice says if it cannot be read. close() forgets it.
+  void open(const std::filesystem::path& file, const Navigation& like);
+  void close();
+  bool is_open() const { return target_ != nullptr; }
+
+  // The rest is for an open fit.
+  const ShapeState& target() const { return target_->state; }
+  const std::string& name() const { return target_->name; }
+  FitSettings& settings() { return settings_; }
+
+  // The view of the target. Events have their places in it.
+  Screen screen() const;
+  void set_size(int width, int height);
+  void handle(const Event& event);
+  bool is_turning() const { return navigation_.drag != NavigationDrag::none; }
+
+  // The point of the shape under the pointer belongs to the pair that is begun, or begins one. False: there is none.
+  bool choose(const Pointer& pointer, const GestureContext& around);
+  const std::vector<ClickedPair>& pairs() const { return pairs_; }
+  std::size_t complete_pairs() const;
+  // In the place of all pairs. False, and nothing changes, if a shape has no such vertex.
+  bool set_pairs(std::vector<ClickedPair> pairs);
+  void remove_last_pair();
+  void clear_pairs() { pairs_.clear(); }
+
+  // Fits the shape to the target, as one entry of the history. A notice says what is wrong with the result.
+  void run();
+  // Of the last fit, while the shape is what it made.
+  const std::optional<BodyFitReport>& report() const { return report_; }
+
+  // Follows the document: measures distances where the shape is another one. A shape with other faces has no pairs.
+  void follow(bool has_gesture);
+  // How far each vertex of the shape is from the target, in kFarFromTarget, from 0 to 1; empty until it is measured.
+  const std::vector<float>& distances() const { return distances_; }
+  std::uint64_t measured() const { return measured_; }     // grows with every measurement
+  double mean_distance() const { return mean_distance_; }  // of the diagonal
+
+ private:
+  struct Target {
+    std::string name;
+    ShapeState state;
+    Picker picker;
+    SurfaceTree tree;
+  };
+
+  void choose(std::uint32_t vertex, bool is_target);
+
+  StudioDocument& document_;
+  int threads_;
+  std::shared_ptr<const Target> target_;
+  Navigation navigation_;
+  FitSettings settings_;
+  std::vector<ClickedPair> pairs_;
+  std::shared_ptr<const Mesh> pairs_mesh_;  // whose vertices they are
+  std::optional<BodyFitReport> report_;
+  ShapeState fitted_;  // the shape that it made
+  ShapeState asked_;   // the shape whose distances were asked for
+  std::uint64_t measured_ = 0;
+  std::vector<float> distances_;
+  double mean_distance_ = 0;
+};
+
+}  // namespace knead::studio
