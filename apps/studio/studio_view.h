@@ -100,7 +100,7 @@ class StudioView {
   void remember_window(const WindowPlace& window);
 
   // Writes the whole shape as `knead render` draws it, seen and shaded as it is now. The view is rounded to hundredths
-  // of a degree. Takes about 20 s for a picture of 3840 x 2160 pixels without a graphics card; Escape stops it.
+  // of a degree. Takes about 20 s for a picture of 3840 x 2160 pixels without a GPU; Escape stops it.
   void write_poster(const std::filesystem::path& file, const Poster& poster);
 
   // Records a turntable: every step_turntable shows the next view and has it written. It returns false at the end.

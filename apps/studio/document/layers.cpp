@@ -93,15 +93,15 @@ std::string description_of(std::span<const SessionStroke> strokes) {
 
 namespace {
 
-std::string lower(std::string text) {
+std::string in_lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
-std::string degrees(double angle) { return fmt::format("{:.0f}\u00b0", angle); }
+std::string degrees_text(double angle) { return fmt::format("{:.0f}\u00b0", angle); }
 
-std::string rotation_words(const HandlesRotation& rotation) { return degrees(rotation.angle_deg); }
+std::string rotation_words(const HandlesRotation& rotation) { return degrees_text(rotation.angle_deg); }
 
 // What a stroke does, without the word of its tool.
 struct WordsOf {
@@ -127,10 +127,12 @@ struct WordsOf {
     return "Handles " + length(norm(std::get<HandlesTranslation>(s.motion).by));
   }
   std::string operator()(const StampStroke& s) const { return "Stamp " + length(norm(s.path.back() - s.path.front())); }
-  std::string operator()(const RotateStroke& s) const { return "Rotate " + degrees(s.angle_deg); }
+  std::string operator()(const RotateStroke& s) const { return "Rotate " + degrees_text(s.angle_deg); }
   std::string operator()(const StretchStroke& s) const { return fmt::format("Stretch {:.0f}%", 100 * s.factor); }
-  std::string operator()(const TwistStroke& s) const { return "Twist " + degrees(s.rate_deg * (s.inner - s.outer)); }
-  std::string operator()(const BendStroke& s) const { return "Bend " + degrees(s.angle_deg); }
+  std::string operator()(const TwistStroke& s) const {
+    return "Twist " + degrees_text(s.rate_deg * (s.inner - s.outer));
+  }
+  std::string operator()(const BendStroke& s) const { return "Bend " + degrees_text(s.angle_deg); }
   std::string operator()(const PinsStroke& s) const {
     double most = 0;
     for (std::size_t i = 0; i < s.points.size(); ++i) most = std::max(most, norm(s.to[i] - s.points[i]));
@@ -168,8 +170,8 @@ const StudioTool* tool_of(std::span<const SessionStroke> strokes) {
 }
 
 bool is_found(std::span<const SessionStroke> strokes, const std::string& text) {
-  const std::string where = lower(name_of(strokes) + " " + words_of(strokes, {}));
-  std::istringstream words(lower(text));
+  const std::string where = in_lower_case(name_of(strokes) + " " + words_of(strokes, {}));
+  std::istringstream words(in_lower_case(text));
   for (std::string word; words >> word;) {
     if (where.find(word) == std::string::npos) return false;
   }
