@@ -162,6 +162,30 @@ TEST_F(LiveViewTest, DrawsIntoTheBoundFramebuffer) {
   }
 }
 
+TEST_F(LiveViewTest, DrawsIntoAPartOfTheFramebuffer) {
+  constexpr int kLeft = 60;
+  constexpr int kBottom = 40;
+  const Mesh hand = make_shape(ShapeKind::hand, 5000);
+  const LiveScene scene = scene_of(hand);
+  const Image image = picture_of(hand, scene);
+  const gl::Texture color = gl::make_texture(kWidth + kLeft + 10, kHeight + kBottom + 10, GL_RGBA8);
+  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
+  glClearColor(1, 0, 1, 1);
+  glClear(GL_COLOR_BUFFER_BIT);
+  view_->draw(scene, kWidth, kHeight, kLeft, kBottom);
+  Image drawn{kWidth, kHeight, std::vector<std::uint8_t>(image.pixels.size())};
+  glReadPixels(kLeft, kBottom, kWidth, kHeight, GL_RGBA, GL_UNSIGNED_BYTE, drawn.pixels.data());
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; x += 5) {
+      ASSERT_EQ(at(drawn, x, kHeight - 1 - y).red, at(image, x, y).red) << x << ' ' << y;
+    }
+  }
+  std::array<std::uint8_t, 4> beside{};
+  glReadPixels(kLeft - 1, kBottom - 1, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, beside.data());
+  EXPECT_EQ(beside[0], 255);
+  EXPECT_EQ(beside[1], 0) << "what is around the picture stays";
+}
+
 TEST_F(LiveViewTest, SamplesSmoothTheOutline) {
   const Mesh ball = sphere({}, 1);
   const LiveScene scene = scene_of(ball);

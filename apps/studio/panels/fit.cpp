@@ -69,11 +69,8 @@ void draw_ramp_of_distances(const StudioFit& fit, float unit) {
 }
 
 void draw_report(const BodyFitReport& report) {
-  const std::string volume =
-      report.volume_error ? fmt::format(", volume {:+.2f}%", 100 * *report.volume_error) : std::string();
-  ImGui::TextWrapped("%s", fmt::format("Stretch up to {:.2f}{}, {} new crossings", report.greatest_stretch, volume,
-                                       report.crossings_new)
-                               .c_str());
+  ImGui::Text("Stretch up to %.2f, %zu new crossings", report.greatest_stretch, report.crossings_new);
+  if (report.volume_error) ImGui::Text("Volume %.1f%% of what it was", 100 * (1 + *report.volume_error));
 }
 
 }  // namespace

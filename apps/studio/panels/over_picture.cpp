@@ -249,6 +249,7 @@ StatusLine status_line(const Studio& studio) {
   if (!problem.empty()) return {problem, kWarning};
   if (std::string note = zone_note(studio); !note.empty()) return {note, ImGui::GetStyleColorVec4(ImGuiCol_Text)};
   if (shown.opened == 0) return {"No shape is open: File > New shape... or Open...", dim};
+  if (studio.fit().is_open()) return {"Fit: drag beside a shape to turn it. The tools wait until Fit is closed.", dim};
   const ToolSettings& settings = studio.tools().settings();
   const PlacedTools& placed = studio.tools().placed();
   const std::string hint = hint_of(settings, placed, turn_drag(studio.view().screen(), settings, placed));

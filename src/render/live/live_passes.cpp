@@ -445,6 +445,7 @@ void present_live(const LivePrograms& programs, const LiveTargets& targets, int 
   glViewport(left, bottom, targets.size.width, targets.size.height);
   glUseProgram(programs.present.get());
   bind_texture(programs.present, "picture", 0, GL_TEXTURE_2D, targets.one_color);
+  glUniform2i(uniform(programs.present, "corner"), left, bottom);
   glBindVertexArray(programs.nothing.get());
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }

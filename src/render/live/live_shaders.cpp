@@ -360,8 +360,9 @@ void main() {
 
 const char* const kPresentFragment = R"(
 uniform sampler2D picture;
+uniform ivec2 corner;  // of the picture in the framebuffer
 out vec4 pixel;
-void main() { pixel = texelFetch(picture, ivec2(gl_FragCoord.xy), 0); }
+void main() { pixel = texelFetch(picture, ivec2(gl_FragCoord.xy) - corner, 0); }
 )";
 
 std::string vertex_program(const char* body) { return std::string(kVersion) + kClipVertex + kVertexInputs + body; }
