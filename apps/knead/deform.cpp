@@ -22,6 +22,29 @@
 
 namespace knead::command {
 
+WriteOptions write_options_for(const DeformOptions& options, const Digits& digits, const ShapeFile& shape,
+                               const std::string& output) {
+  WriteOptions result;
+  result.double_coordinates = options.precision == "double";
+  const bool is_own = format_of(format_path(output, options.format)) == shape.format;
+  const bool is_certified = options.check || options.require;  // of coordinates that are not rounded
+  if (digits.kind == DigitsKind::given || (is_own && !is_certified)) {
+    result.decimals = decimals_for(digits, shape, options.tolerance);
+  }
+  return result;
+}
+
+void write_frame(const std::string& path, const StreamFormat& format, const ShapeFile& source,
+                 const DeformedShape& shape, WriteOptions options) {
+  if (shape.is_remeshed()) {
+    write_remeshed_or_stream(path, format, source, shape.to_mesh(), shape.provenance()->face_source, options);
+  } else {
+    const std::vector<Vec3d> normals = shape.normals();
+    options.normals = normals;
+    write_shape_or_stream(path, format, source, shape.positions(), options);
+  }
+}
+
 namespace {
 
 // What to write: one file for each frame, one for all of them, or one for the result if there are no frames.
@@ -142,18 +165,6 @@ bool is_reported(const DeformOptions& options) {
 // Whether the report that follows the shape is asked for, so that it is worth an interruption.
 bool says_more(const DeformOptions& options) { return options.common.json || !options.report.empty(); }
 
-WriteOptions write_options_for(const DeformOptions& options, const Digits& digits, const ShapeFile& shape,
-                               const std::string& output) {
-  WriteOptions result;
-  result.double_coordinates = options.precision == "double";
-  const bool is_own = format_of(format_path(output, options.format)) == shape.format;
-  const bool is_certified = options.check || options.require;  // of coordinates that are not rounded
-  if (digits.kind == DigitsKind::given || (is_own && !is_certified)) {
-    result.decimals = decimals_for(digits, shape, options.tolerance);
-  }
-  return result;
-}
-
 void require_flows(const Session& session) {
   for (const SessionStroke& stroke : session.strokes) {
     if (is_flow(stroke.stroke)) continue;
@@ -186,20 +197,9 @@ void copy_materials(const DeformOptions& options, const ShapeFile& shape, const 
   }
 }
 
-void write_frame(const std::string& path, const StreamFormat& format, const ShapeFile& source,
-                 const DeformedShape& shape, WriteOptions options) {
-  if (shape.is_remeshed()) {
-    write_remeshed_or_stream(path, format, source, shape.to_mesh(), shape.provenance()->face_source, options);
-  } else {
-    const std::vector<Vec3d> normals = shape.normals();
-    options.normals = normals;
-    write_shape_or_stream(path, format, source, shape.positions(), options);
-  }
-}
-
 Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
   const bool quiet = options.common.quiet;
-  Inputs inputs = read_inputs(options.shape, options.format, options.session, quiet);
+  Inputs inputs = read_inputs(options.shape, options.format, options.session, quiet, options.set);
   check_until(options, inputs.session);
   if (!quiet && options.remesh.seconds && !will_remesh(inputs.shape.mesh, inputs.session, replay)) {
     print_message("note: --remesh-seconds: nothing is remeshed; add --remesh");
@@ -308,7 +308,7 @@ void join_normals_and_labels(const Inputs& inputs, ReplayOptions& replay) {
 
 Inputs read_together(const DeformOptions& options, const ReplayOptions& replay) {
   const bool quiet = options.common.quiet;
-  Inputs inputs = read_inputs(options.shape, {}, options.session, quiet);
+  Inputs inputs = read_inputs(options.shape, {}, options.session, quiet, options.set);
   check_until(options, inputs.session);
   for (const std::string& path : options.also) {
     inputs.also.push_back(read_shape(path));
@@ -404,6 +404,7 @@ void run_together(const DeformOptions& options) {
 }
 
 void run_deform(const DeformOptions& options) {
+  if (!options.table.empty()) return run_batch(options);
   if (is_streamed(options)) return run_stream(options);
   if (!options.also.empty()) return run_together(options);
   const Clock total;
@@ -473,6 +474,8 @@ Subcommand deform_command() {
           "  knead deform hand.ply bend.knead --frames 48 --ease smooth -o hand.glb\n"
           "  knead deform hand.ply bend.knead --remesh --require volume=1e-5,crossings=0 -o bent.ply\n"
           "  knead deform body.ply bend.knead --also clothes.obj --also eyes.ply -o posed\n"
+          "  knead deform wing.stl wing.knead --set sweep=12 -o wing_12.stl\n"
+          "  knead deform wing.stl wing.knead --table values.csv -o variants\n"
           "  knead deform scan.ply bend.knead --precision double --tolerance 1e-9 --report - -o exact.ply\n"
           "  knead deform - bend.knead --format ply -o - < hand.ply > bent.ply\n"
           "If the name of a file begins with -, put it after --: knead deform -o out.ply -- -a.ply b.knead",
@@ -487,6 +490,7 @@ struct ResolveOptions {
   std::string shape;
   std::string session;
   std::string output;
+  std::vector<std::string> set;
   StreamFormat format;
   CommonOptions common;
 };
@@ -500,7 +504,7 @@ void run_resolve(const ResolveOptions& options) {
     require_writable(options.output);
   }
   check_streams({options.shape}, options.format);
-  const Inputs inputs = read_inputs(options.shape, options.format, options.session, options.common.quiet);
+  const Inputs inputs = read_inputs(options.shape, options.format, options.session, options.common.quiet, options.set);
   require_flows(inputs.session);
   ReplayOptions replay;
   replay.may_cross = true;  // the shape is not kept
@@ -530,6 +534,7 @@ Subcommand resolve_command() {
       {"-o,--output", &options->output, "The .knead file to write, or - for standard output", "FILE",
        OptionKind::required},
   };
+  add_set_option(described, options->set);
   add_format_option(described, options->format);
   add_common_options(described, options->common);
   return {"resolve", "Write a session as strokes that do not read the surface", described,

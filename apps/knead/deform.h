@@ -76,6 +76,8 @@ std::string frame_path(const FramePattern& pattern, int index);
 struct DeformOptions {
   std::string shape;
   std::string session;
+  std::vector<std::string> set;   // values of the session's parameters
+  std::string table;              // of values, one variant a row; then `output` is a folder or an animation
   std::vector<std::string> also;  // further shapes; then `output` is a folder
   std::string output;
   double tolerance = 1e-5;
@@ -121,6 +123,21 @@ std::vector<Option> describe(DeformOptions& options);
 
 // Throws UsageError for values out of range.
 ReplayOptions replay_options(const DeformOptions& options);
+
+// Returns how a shape like `shape` is written to `output`.
+WriteOptions write_options_for(const DeformOptions& options, const Digits& digits, const ShapeFile& shape,
+                               const std::string& output);
+
+// Writes one deformed shape.
+void write_frame(const std::string& path, const StreamFormat& format, const ShapeFile& source,
+                 const DeformedShape& shape, WriteOptions options);
+
+// --- a table of values: --table
+// ---------------------------------------------------------------------------------------
+
+// Deforms the shape once for each row of the table, rows side by side. Goes on after a row that fails, and throws
+// InvalidInput or QualityError at the end if one did.
+void run_batch(const DeformOptions& options);
 
 // --- a point cloud in pieces
 // ------------------------------------------------------------------------------------------

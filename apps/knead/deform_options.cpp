@@ -129,6 +129,11 @@ std::vector<Option> describe(DeformOptions& options) {
       {"--threads", &options.threads, "Number of threads (default: all); does not change the result", "N"},
       {"--inverse", &options.inverse, "Apply the session backwards, which restores a deformed shape"},
   };
+  add_set_option(result, options.set);
+  result.push_back({"--table", &options.table,
+                    "A CSV file whose first line names parameters: one deformed shape for each further line, in the "
+                    "folder -o or as the frames of an animation -o. Lines that were done before are skipped",
+                    "FILE"});
   add_remesh_options(result, options.remesh);
   result.insert(
       result.end(),

@@ -58,7 +58,7 @@ class Stream {
         digits_(digits_of(options)),
         replay_(replay_options(options)),
         cloud_(options.shape, static_cast<std::size_t>(options.piece_mb * 1e6)),
-        session_(without_off(read_session(options.session))) {}
+        session_(without_off(read_session_with(options.session, options.set))) {}
 
   void run() {
     check_until(options_, session_);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <optional>
 #include <system_error>
@@ -105,9 +106,33 @@ constexpr std::size_t kMaxKeptBytes = std::size_t{64} << 20;  // of a file that 
 
 }  // namespace
 
-Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet) {
+void add_set_option(std::vector<Option>& options, std::vector<std::string>& set) {
+  options.push_back(
+      {"--set", &set, "Give a parameter of the session this value, as in length=0.3; may be repeated", "NAME=NUMBER"});
+}
+
+Session read_session_with(const std::string& path, const std::vector<std::string>& set) {
+  ParameterValues values;
+  for (const std::string& text : set) {
+    const std::size_t equals = std::min(text.find('='), text.size());
+    const std::string name = text.substr(0, equals);
+    const char* const end = text.data() + text.size();
+    double value = 0;
+    const auto [stop, error] = std::from_chars(text.data() + std::min(equals + 1, text.size()), end, value);
+    if (name.empty() || error != std::errc{} || stop != end) {
+      throw UsageError(fmt::format("--set {}: give a name and a number, as in --set length=0.3", text));
+    }
+    if (!values.emplace(name, value).second) throw UsageError(fmt::format("--set {}: {} is given twice", text, name));
+  }
+  Session session = read_session(path);
+  return values.empty() ? session : with_values(std::move(session), values);
+}
+
+Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet,
+                   const std::vector<std::string>& set) {
   Inputs inputs;
-  inputs.session = without_off(read_session(session));  // first: it is the shorter, and the one that people mistype
+  inputs.session =
+      without_off(read_session_with(session, set));  // first: it is the shorter, and the one that people mistype
   inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});
   if (!quiet) {
     print_notes(inputs.session.warnings);

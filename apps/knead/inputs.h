@@ -48,6 +48,13 @@ void require_shape_output(const std::string& path);
 // Calls end_after_last_output, unless writing the shape writes several files (glTF with buffers, OBJ with materials).
 void end_after_last_shape(const std::string& path, bool more_to_say);
 
+// The option --set, which `deform` and `resolve` have.
+void add_set_option(std::vector<Option>& options, std::vector<std::string>& set);
+
+// Returns read_session(path) with the values of --set, each NAME=NUMBER. Throws UsageError for one that is none, or
+// whose name is given twice.
+Session read_session_with(const std::string& path, const std::vector<std::string>& set);
+
 // Writes to the file, or to standard output.
 void write_shape_or_stream(const std::string& path, const StreamFormat& format, const ShapeFile& source,
                            std::span<const Vec3d> positions, const WriteOptions& options);
@@ -68,7 +75,8 @@ struct Inputs {
   // Returns what is deformed.
   const Mesh& mesh() const { return joined ? joined->mesh() : shape.mesh; }
 };
-Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet);
+Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet,
+                   const std::vector<std::string>& set = {});
 
 // replay(), with a progress bar unless quiet, its warnings on standard error, and options.progress set to its own.
 // Returns a result whose status is done; throws Interrupted or QualityError for other statuses. The mesh must outlive
@@ -95,6 +103,32 @@ struct ChosenBackend {
 // Returns the backend of a name that check_backend accepts. If there is no GPU, or it fails, the CPU does the work, and
 // a note on standard error says so unless quiet.
 ChosenBackend choose_backend(const std::string& name, bool quiet);
+
+// --- tables of text
+// -------------------------------------------------------------------------------------------------------------------
+
+using Fields = std::vector<std::string>;
+
+// A table whose first line may name its columns.
+struct Table {
+  std::string path;
+  char separator = ',';
+  Fields names;  // empty: the first line has numbers
+  struct Row {
+    std::size_t line = 0;
+    Fields fields;
+  };
+  std::vector<Row> rows;
+
+  Place place(const Row& row) const { return {path, row.line}; }
+};
+
+// Reads a table with commas, semicolons or tabs between fields, also in quotes. Empty lines and those that begin with #
+// are left out. Throws IoError(read), and InvalidInput for UTF-16.
+Table read_table(const std::string& path);
+
+// Returns a number, also with + or, where commas do not separate, with a decimal comma; nothing if it is none.
+std::optional<double> number_in(std::string field, char separator);
 
 // --- landmarks of `knead fit`: a table of pairs, or one file of points for each shape
 // ---------------------------------

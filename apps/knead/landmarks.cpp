@@ -21,8 +21,6 @@ namespace knead::command {
 
 namespace {
 
-using Fields = std::vector<std::string>;
-
 const std::array<std::string, 6> kPlaces{"source_x", "source_y", "source_z", "target_x", "target_y", "target_z"};
 const std::array<std::string, 2> kVertices{"source_vertex", "target_vertex"};
 constexpr std::string_view kTolerance = "tolerance";
@@ -82,7 +80,8 @@ std::string lower(std::string text) {
   return text;
 }
 
-// A number, also with + or, where commas do not separate, with a decimal comma.
+}  // namespace
+
 std::optional<double> number_in(std::string field, char separator) {
   if (separator != ',') std::replace(field.begin(), field.end(), ',', '.');
   if (field.starts_with('+')) field.erase(0, 1);
@@ -91,20 +90,6 @@ std::optional<double> number_in(std::string field, char separator) {
   if (field.empty() || error != std::errc{} || stop != field.data() + field.size()) return std::nullopt;
   return number;
 }
-
-// A table whose first line may name its columns.
-struct Table {
-  std::string path;
-  char separator = ',';
-  Fields names;  // in lower case; empty: the first line has numbers
-  struct Row {
-    std::size_t line = 0;
-    Fields fields;
-  };
-  std::vector<Row> rows;
-
-  Place place(const Row& row) const { return {path, row.line}; }
-};
 
 Table read_table(const std::string& path) {
   Table table;
@@ -119,7 +104,7 @@ Table read_table(const std::string& path) {
     while (fields.size() > 1 && fields.back().empty() && is_first) fields.pop_back();
     const auto is_number = [&](const std::string& field) { return number_in(field, table.separator).has_value(); };
     if (is_first && std::none_of(fields.begin(), fields.end(), is_number)) {
-      for (const std::string& field : fields) table.names.push_back(lower(field));
+      table.names = std::move(fields);
     } else {
       table.rows.push_back({number, std::move(fields)});
     }
@@ -128,13 +113,16 @@ Table read_table(const std::string& path) {
   return table;
 }
 
+namespace {
+
 // The places of the columns with these names; nothing if one is missing.
 template <std::size_t count>
 std::optional<std::array<std::size_t, count>> columns_named(const Fields& names,
                                                             const std::array<std::string, count>& wanted) {
   std::array<std::size_t, count> places{};
   for (std::size_t i = 0; i < count; ++i) {
-    const auto found = std::find(names.begin(), names.end(), wanted[i]);
+    const auto is_it = [&](const std::string& name) { return lower(name) == wanted[i]; };
+    const auto found = std::find_if(names.begin(), names.end(), is_it);
     if (found == names.end()) return std::nullopt;
     places[i] = static_cast<std::size_t>(found - names.begin());
   }

@@ -154,7 +154,8 @@ void show(std::string_view text) {
 
 }  // namespace
 
-void ProgressBar::tick(const std::stop_token& stop, const Progress& progress, std::uint64_t total, int frames) const {
+void ProgressBar::tick(const std::stop_token& stop, const Progress& progress, std::uint64_t total, int frames,
+                       const char* unit) const {
   std::mutex mutex;
   std::condition_variable_any wake;
   std::unique_lock lock(mutex);
@@ -166,16 +167,17 @@ void ProgressBar::tick(const std::stop_token& stop, const Progress& progress, st
   std::string line;
   while (!stop.stop_requested()) {
     line = bar_line(progress.done, total != 0 ? total : progress.total.load());
-    if (frames > 0) line += fmt::format("  {} of {} frames", frames_done_.load(), frames);
+    if (frames > 0) line += fmt::format("  {} of {} {}", frames_done_.load(), frames, unit);
     show(line);
     sleep(100ms);
   }
   show(fmt::format("\r{:{}}\r", "", line.size()));
 }
 
-ProgressBar::ProgressBar(const Progress& progress, std::uint64_t total, bool wanted, int frames) {
+ProgressBar::ProgressBar(const Progress& progress, std::uint64_t total, bool wanted, int frames, const char* unit) {
   if (!wanted || !shows_progress()) return;
-  ticker_ = std::jthread([=, this, &progress](const std::stop_token& stop) { tick(stop, progress, total, frames); });
+  ticker_ =
+      std::jthread([=, this, &progress](const std::stop_token& stop) { tick(stop, progress, total, frames, unit); });
 }
 
 namespace {

@@ -63,13 +63,14 @@ void require_different(const std::filesystem::path& a, const std::filesystem::pa
 // colours and needs no escape codes. Behind it stands how many of the frames are done, if there are any.
 class ProgressBar {
  public:
-  // total: of progress.done; 0: progress.total.
-  ProgressBar(const Progress& progress, std::uint64_t total, bool wanted, int frames = 0);
+  // total: of progress.done; 0: progress.total. `unit`: what the frames are.
+  ProgressBar(const Progress& progress, std::uint64_t total, bool wanted, int frames = 0, const char* unit = "frames");
 
   void count_frame() { ++frames_done_; }
 
  private:
-  void tick(const std::stop_token& stop, const Progress& progress, std::uint64_t total, int frames) const;
+  void tick(const std::stop_token& stop, const Progress& progress, std::uint64_t total, int frames,
+            const char* unit) const;
 
   std::atomic<int> frames_done_{0};
   std::jthread ticker_;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -19,6 +20,28 @@ namespace knead {
 
 // The greatest strength of a stroke.
 inline constexpr double kMaxStrength = 1.5;
+
+// A number of a session that has a name. "$name" stands for it in the strokes.
+struct Parameter {
+  std::string name;                  // letters, digits and underscores; does not begin with a digit
+  double value = 0;                  // finite, and within the bounds
+  std::optional<double> least{};     // the key "min"
+  std::optional<double> greatest{};  // the key "max"
+
+  friend bool operator==(const Parameter&, const Parameter&) = default;
+};
+
+// The values of some parameters by their names.
+using ParameterValues = std::map<std::string, double>;
+
+// A key of a stroke's line that names parameters.
+struct ParameterUse {
+  std::string key;
+  std::string text;     // JSON with "$name" in the place of numbers
+  std::string numbers;  // the same with the parameters' values
+
+  friend bool operator==(const ParameterUse&, const ParameterUse&) = default;
+};
 
 // A stroke of a session, or an event that is kept and undone as strokes are (a mask, a relax), how far it is applied,
 // and how the mesh follows it.
@@ -37,6 +60,9 @@ struct SessionStroke {
   Mirror mirror{};      // planes in which the stroke is mirrored; its images act at the same time. Not of events
   // Whether the stroke begins an entry of the history. Nothing: as far as the strokes tell (strokes_of_gestures).
   std::optional<bool> new_entry{};
+  // The keys that name parameters. A key counts only as long as the stroke has its numbers there: a key that has been
+  // edited is a number.
+  std::vector<ParameterUse> uses{};
 
   friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
 };
@@ -48,6 +74,7 @@ struct Session {
   std::optional<std::string> note;
   std::vector<SessionStroke> strokes;  // in effect, in order: without the strokes that undo took back
   std::vector<std::string> warnings;   // of reading, each with file and line
+  std::vector<Parameter> parameters{};
 
   friend bool operator==(const Session&, const Session&) = default;
 };
@@ -70,6 +97,11 @@ std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const
 // Returns the session without the strokes that are off. It deforms every shape in the same way.
 Session without_off(Session session);
 
+// Returns the session with other values of some parameters: their strokes are read anew. Throws InvalidInput for a
+// parameter that the session does not have, a value that is not finite or beyond its bounds, and with file and line for
+// a stroke that cannot use the value.
+Session with_values(Session session, const ParameterValues& values);
+
 // Reads a session file. Throws IoError(read) for a file that cannot be read. Throws InvalidInput with the file, the
 // line, the key and the expected value for malformed text: an unknown, missing or repeated key, a wrong type, a number
 // that is not finite, a value that its tool cannot use, more strokes undone than applied, an unknown event. Drops an
@@ -79,18 +111,20 @@ Session read_session(const std::filesystem::path& path);
 // Reads a session from text; `name` stands for the file in messages.
 Session parse_session(std::string_view text, const std::string& name);
 
-// Reads one stroke, as a line of a session file holds it. Throws InvalidInput as parse_session, with `name` in the
-// place of file and line.
-SessionStroke parse_stroke(std::string_view text, const std::string& name);
+// Reads one stroke, as a line of a session file with these parameters holds it. Throws InvalidInput as parse_session,
+// with `name` in the place of file and line.
+SessionStroke parse_stroke(std::string_view text, const std::string& name, std::span<const Parameter> parameters = {});
 
 // Returns a session file with the header and the strokes in effect, and a remesh event before every stroke whose
-// settings differ from those of the stroke before. It parses back to the same strokes, bit for bit.
+// settings differ from those of the stroke before. It parses back to the same strokes, bit for bit. Names parameters
+// where the strokes do, if the session has them and their values give the strokes' numbers.
 std::string serialize_session(const Session& session);
 
 // Return a line of a session file without the line end: the first line, a stroke, the remesh event that gives the next
 // strokes these settings. Numbers have the shortest form that reads back as the same number; keys with their default
-// values are left out.
-std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note);
+// values are left out. A stroke's line has numbers where the session names parameters.
+std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note,
+                        std::span<const Parameter> parameters = {});
 std::string stroke_line(const Stroke& stroke);
 std::string stroke_line(const SessionStroke& stroke);  // with its name, off, strength, duration, mirror and new_entry
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kGrain = 64;
 
-SurfaceTree tree_of(const Mesh& mesh) {
+SurfaceTree triangle_tree_of(const Mesh& mesh) {
   validate(mesh);
   if (mesh.vertex_count() == 0) throw InvalidInput("a shape without vertices has no distance; give another one");
   std::vector<Triangle> triangles = triangulate(mesh);
@@ -42,14 +42,14 @@ Json json_of(const FitDistance& distance) {
 std::vector<double> vertex_distances(const Mesh& from, const Mesh& to, int threads, Progress* progress) {
   validate(from);
   std::vector<double> distances;
-  add_distances(from, tree_of(to), threads, progress, distances);
+  add_distances(from, triangle_tree_of(to), threads, progress, distances);
   if (progress != nullptr) progress->done += from.vertex_count();
   return distances;
 }
 
 SurfaceDistance distance_between(const Mesh& a, const Mesh& b, int threads, Progress* progress) {
-  const SurfaceTree tree_a = tree_of(a);
-  const SurfaceTree tree_b = tree_of(b);
+  const SurfaceTree tree_a = triangle_tree_of(a);
+  const SurfaceTree tree_b = triangle_tree_of(b);
   std::vector<double> distances;
   add_distances(a, tree_b, threads, progress, distances);
   add_distances(b, tree_a, threads, progress, distances);

@@ -78,6 +78,27 @@ constexpr std::size_t kLongestLine = std::size_t{16} << 20;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr std::string_view kBlanks = " \t\r\n";
 
+std::string line_of(const SessionStroke& stroke, bool names_parameters);
+
+// The value of a key of a stroke as stroke_line writes it, also of one with its default value. Empty: it has none.
+std::string key_text(const SessionStroke& stroke, std::string_view key);
+
+SessionStroke read_numbers(const JsonValue& line, const Place& place) {
+  const JsonObject event(line, place, place.line > 0 ? "an event" : "a stroke");
+  const Tool* tool = session_detail::event_tool(event);
+  if (tool == nullptr || event.has("tool")) return session_detail::read_stroke(line, place);
+  event.allow({tool->name});
+  return session_detail::read_event_stroke(*tool, event.at(tool->name), place);
+}
+
+SessionStroke read_stroke_line(const Json& line, std::span<const Parameter> parameters, const Place& place) {
+  session_detail::FilledLine filled = session_detail::fill_in(line, parameters, place);
+  SessionStroke stroke = read_numbers(JsonValue(filled.line, "", place), place);
+  stroke.uses = std::move(filled.uses);
+  for (ParameterUse& use : stroke.uses) use.numbers = key_text(stroke, use.key);
+  return stroke;
+}
+
 struct Line {
   std::string_view text;
   bool ended = false;  // by a line end
@@ -148,18 +169,18 @@ class SessionReader {
       throw InvalidInput(place_, fmt::format("\"knead\" must be {}, the format that this version reads, got {}",
                                              kFormatVersion, version));
     }
-    header.allow({"knead", "mesh", "note"});
+    header.allow({"knead", "mesh", "note", "parameters"});
     if (header.has("mesh")) session_.mesh = header.at("mesh").text();
     if (header.has("note")) session_.note = header.at("note").text();
+    if (header.has("parameters")) {
+      session_.parameters = session_detail::read_parameters(header.at("parameters"), place_);
+    }
   }
 
   void read_event(const JsonValue& line) {
     const JsonObject event(line, place_, "an event");
-    if (event.has("tool")) {
-      add(session_detail::read_stroke(line, place_));
-    } else if (const Tool* tool = session_detail::event_tool(event)) {
-      event.allow({tool->name});
-      add(session_detail::read_event_stroke(*tool, event.at(tool->name), place_));
+    if (event.has("tool") || session_detail::event_tool(event) != nullptr) {
+      add(read_stroke_line(line.json(), session_.parameters, place_));
     } else if (event.has("undo")) {
       event.allow({"undo"});
       move_last(event.at("undo"), session_.strokes, undone_, "in effect");
@@ -210,16 +231,23 @@ class SessionReader {
 
 Session parse_session(std::string_view text, const std::string& name) { return SessionReader(name).read(text); }
 
-SessionStroke parse_stroke(std::string_view text, const std::string& name) {
+SessionStroke parse_stroke(std::string_view text, const std::string& name, std::span<const Parameter> parameters) {
   const Place place{name, 0};
   const std::optional<Json> json = session_detail::parse_line(text, place);
   if (!json || !json->is_object()) throw InvalidInput(place, "a stroke must be a JSON object {...}");
-  const JsonValue line(*json, "", place);
-  const JsonObject event(line, place, "a stroke");
-  const Tool* tool = session_detail::event_tool(event);
-  if (tool == nullptr || event.has("tool")) return session_detail::read_stroke(line, place);
-  event.allow({tool->name});
-  return session_detail::read_event_stroke(*tool, event.at(tool->name), place);
+  return read_stroke_line(*json, parameters, place);
+}
+
+Session with_values(Session session, const ParameterValues& values) {
+  session.parameters = session_detail::changed(std::move(session.parameters), values, Place{session.name});
+  for (SessionStroke& stroke : session.strokes) {
+    if (stroke.uses.empty()) continue;
+    const Place place{session.name, stroke.line};
+    SessionStroke read = read_stroke_line(parse_json(line_of(stroke, true)), session.parameters, place);
+    read.remesh = stroke.remesh;
+    stroke = std::move(read);
+  }
+  return session;
 }
 
 Session read_session(const std::filesystem::path& path) {
@@ -431,45 +459,95 @@ std::string text_of(const std::optional<RemeshSettings>& settings) {
 
 }  // namespace
 
-std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note) {
+std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note,
+                        std::span<const Parameter> parameters) {
   LineWriter line;
   line.add("knead", 1);
   line.add_optional("mesh", mesh);
   line.add_optional("note", note);
+  if (parameters.empty()) return line.finish();
+  LineWriter values;
+  for (const Parameter& parameter : parameters) {
+    LineWriter bounded;
+    bounded.add("value", parameter.value);
+    bounded.add_optional("min", parameter.least);
+    bounded.add_optional("max", parameter.greatest);
+    const bool is_bounded = parameter.least || parameter.greatest;
+    values.add_text(parameter.name, is_bounded ? bounded.finish() : text_of(parameter.value));
+  }
+  line.add_text("parameters", values.finish());
   return line.finish();
 }
 
 std::string stroke_line(const Stroke& stroke) { return stroke_line(SessionStroke{stroke}); }
 
-std::string stroke_line(const SessionStroke& stroke) {
-  const Tool& tool = tool_of(stroke.stroke);
-  if (tool.is_event && stroke == SessionStroke{tool.start, stroke.line, stroke.remesh}) {
-    return fmt::format("{{\"{}\": null}}", tool.name);
+std::string stroke_line(const SessionStroke& stroke) { return line_of(stroke, false); }
+
+namespace {
+
+std::string key_text(const SessionStroke& stroke, std::string_view key) {
+  if (key == "strength") return text_of(stroke.strength);
+  if (key == "duration") return text_of(stroke.duration);
+  if (key == "mirror") return stroke.mirror.empty() ? "" : text_of_mirror(stroke.mirror);
+  Stroke own = stroke.stroke;
+  for (const StrokeKey& each : tool_of(own).keys(own)) {
+    if (each.name == key) return text_of(each);
   }
+  return "";
+}
+
+std::string line_of(const SessionStroke& stroke, bool names_parameters) {
+  const Tool& tool = tool_of(stroke.stroke);
+  LineWriter line;
+  const auto add = [&](std::string_view key, const std::string& text, bool is_default) {
+    const auto is_it = [&](const ParameterUse& use) { return use.key == key && use.numbers == text; };
+    const auto use = std::find_if(stroke.uses.begin(), stroke.uses.end(), is_it);
+    if (names_parameters && use != stroke.uses.end()) {
+      line.add_text(key, use->text);
+    } else if (!is_default) {
+      line.add_text(key, text);
+    }
+  };
   Stroke own = stroke.stroke;
   Stroke start = tool.start;
   const std::vector<StrokeKey> keys = tool.keys(own);
   const std::vector<StrokeKey> defaults = defaults_for(keys, tool, start);
-  LineWriter line;
   if (!tool.is_event) line.add("tool", std::string(tool.name));
   if (!stroke.name.empty()) line.add("name", stroke.name);
   if (stroke.off) line.add_text("off", "true");
-  if (stroke.strength != 1) line.add("strength", stroke.strength);
-  if (stroke.duration != 1) line.add("duration", stroke.duration);
-  if (!stroke.mirror.empty()) line.add_text("mirror", text_of_mirror(stroke.mirror));
+  add("strength", text_of(stroke.strength), stroke.strength == 1);
+  add("duration", text_of(stroke.duration), stroke.duration == 1);
+  if (!stroke.mirror.empty()) add("mirror", text_of_mirror(stroke.mirror), false);
   if (stroke.new_entry) line.add_text("new_entry", *stroke.new_entry ? "true" : "false");
   for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (!applies(keys[i])) continue;
+    const std::string text = text_of(keys[i]);
     const auto* choice = std::get_if<Choice>(&keys[i].value);
-    const bool is_default = choice != nullptr
-                                ? choice->chosen == 0
-                                : keys[i].presence != Presence::required && text_of(keys[i]) == text_of(defaults[i]);
-    if (applies(keys[i]) && !is_default) line.add_text(keys[i].name, text_of(keys[i]));
+    const bool is_default = choice != nullptr ? choice->chosen == 0
+                                              : keys[i].presence != Presence::required && text == text_of(defaults[i]);
+    add(keys[i].name, text, is_default);
   }
   if (!tool.is_event) return line.finish();
+  const bool is_bare = stroke == SessionStroke{tool.start, stroke.line, stroke.remesh};
   LineWriter event;
-  event.add_text(tool.name, line.finish());
+  event.add_text(tool.name, is_bare ? "null" : line.finish());
   return event.finish();
 }
+
+// With the names of parameters where the session can be read so.
+std::string line_in(const Session& session, const SessionStroke& stroke) {
+  if (stroke.uses.empty() || session.parameters.empty()) return stroke_line(stroke);
+  std::string line = line_of(stroke, true);
+  try {
+    const std::string read = stroke_line(parse_stroke(line, session.name, session.parameters));
+    if (read == stroke_line(stroke)) return line;
+  } catch (const InvalidInput&) {
+    // The session does not have such parameters.
+  }
+  return stroke_line(stroke);
+}
+
+}  // namespace
 
 std::string stroke_values(const SessionStroke& stroke) {
   Stroke own = stroke.stroke;
@@ -493,12 +571,12 @@ std::string remesh_line(const std::optional<RemeshSettings>& settings) {
 }
 
 std::string serialize_session(const Session& session) {
-  std::string text = header_line(session.mesh, session.note) + "\n";
+  std::string text = header_line(session.mesh, session.note, session.parameters) + "\n";
   std::optional<RemeshSettings> remesh;
   for (const SessionStroke& stroke : session.strokes) {
     if (stroke.remesh != remesh) text += remesh_line(stroke.remesh) + "\n";
     remesh = stroke.remesh;
-    text += stroke_line(stroke) + "\n";
+    text += line_in(session, stroke) + "\n";
   }
   return text;
 }

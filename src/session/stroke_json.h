@@ -89,6 +89,23 @@ const Tool* event_tool(const JsonObject& line);
 // Returns the stroke of such an event from what is at its key: null, or an object. Throws InvalidInput as above.
 SessionStroke read_event_stroke(const Tool& tool, const JsonValue& value, const Place& place);
 
+// Returns the value at the header's key "parameters". Throws InvalidInput as above.
+std::vector<Parameter> read_parameters(const JsonValue& value, const Place& place);
+
+// Returns the parameters with these values. Throws InvalidInput with the place for a name that is none of theirs, and
+// for a value that is not finite or beyond its bounds.
+std::vector<Parameter> changed(std::vector<Parameter> parameters, const ParameterValues& values, const Place& place);
+
+// A stroke's line with numbers in the place of parameters.
+struct FilledLine {
+  Json line;
+  std::vector<ParameterUse> uses;  // without `numbers`
+};
+
+// Returns the line with the values of parameters in the place of texts "$name". Texts at the keys "tool", "name" and
+// "mesh" stay. Throws InvalidInput for a name that is none of the parameters'.
+FilledLine fill_in(const Json& line, std::span<const Parameter> parameters, const Place& place);
+
 // Returns the value at the key "remesh": null or an object. Throws InvalidInput as above.
 std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& place);
 

@@ -75,6 +75,7 @@ void Document::close() {
   if (journal_) journal_->discard();
   journal_.reset();
   history_.reset();
+  parameters_.clear();
 }
 
 void Document::journal(const LineChange& now) {

@@ -207,6 +207,7 @@ class Document {
   DocumentOptions options_;
   std::shared_ptr<const ShapeFile> source_;
   std::optional<Workbench> history_;
+  std::vector<Parameter> parameters_;  // of the session that it begins with
   std::optional<Journal> journal_;
   DocumentState shown_;
   std::optional<Motion> motion_;  // while it is looked at

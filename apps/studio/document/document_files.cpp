@@ -97,6 +97,11 @@ void Document::append(Session session, Progress& progress) {
     stamp.mesh = file;
   });
   for (const std::string& warning : session.warnings) options_.tell({false, warning});
+  if (history_->done().empty()) {
+    parameters_ = session.parameters;
+  } else {  // those that it begins with may have the same names
+    for (SessionStroke& stroke : session.strokes) stroke.uses.clear();
+  }
   take(history_->append(session.strokes, &progress), "The session");
   picker_is_stale_ = true;
   show_state();
@@ -146,6 +151,7 @@ void Document::remember_view(const std::string& view) const {
 Session Document::to_session(const std::filesystem::path& path) const {
   Session session;
   session.strokes = history_->strokes();
+  session.parameters = parameters_;
   std::filesystem::path shape = shown_.shape_path;
   if (shape.empty()) shape = path.parent_path() / (path.stem().string() + "_shape." + source_->format);
   const auto parent = std::filesystem::absolute(path).parent_path();

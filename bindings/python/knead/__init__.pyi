@@ -430,7 +430,33 @@ class Session(MutableSequence[Stroke]):
         strokes: Stroke | Mapping[str, Any] | Iterable[Stroke | Mapping[str, Any]] = (),
         mesh: Path | None = None,
         note: str | None = None,
+        parameters: Mapping[str, float | tuple[float, float | None, float | None]] | None = None,
     ) -> None: ...
+    @property
+    def parameters(self) -> dict[str, float]: ...
+    @property
+    def bounds(self) -> dict[str, tuple[float | None, float | None]]: ...
+    def __call__(self, **values: float) -> Session: ...
+    def jvp(
+        self,
+        points: Points_,
+        direction: Mapping[str, float] | Sequence[float] | NDArray[Any],
+        *,
+        relative_tolerance: float = 1e-9,
+        threads: int = 0,
+        diagonal: float | None = None,
+        progress: Progress | None = None,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def vjp(
+        self,
+        points: Points_,
+        gradient: ArrayLike,
+        *,
+        relative_tolerance: float = 1e-9,
+        threads: int = 0,
+        diagonal: float | None = None,
+        progress: Progress | None = None,
+    ) -> dict[str, float]: ...
     @classmethod
     def read(cls, path: Path) -> Session: ...
     @classmethod

@@ -156,11 +156,16 @@ def stroke(keys):
 
     Raises InvalidInput for anything that is not exactly a stroke.
     """
+    return _stroke_with(keys, [])
+
+
+def _stroke_with(keys, parameters):
+    """Does the same where the stroke may name these native parameters."""
     if isinstance(keys, Stroke):
         return keys
     if not isinstance(keys, dict):
         raise TypeError(f"a stroke is made from a dict, not from a {type(keys).__name__}")
-    return _wrap(_knead.Stroke(_to_json("stroke", keys), "stroke"))
+    return _wrap(_knead.Stroke(_to_json("stroke", keys), "stroke", parameters))
 
 
 # Of every tool: name, whether it is required, help, type.

@@ -218,6 +218,53 @@ DoubleArray jacobian_of(const Flow& flow, const py::object& points, const Accura
   return array_of(result);
 }
 
+// --- derivatives with respect to parameters
+
+struct DerivativeRequest {
+  DerivativeRequest(double relative_tolerance, int threads, std::optional<double> diagonal)
+      : options{relative_tolerance, diagonal, threads} {
+    if (diagonal && !(*diagonal > 0 && std::isfinite(*diagonal))) {
+      throw InvalidInput(fmt::format("diagonal must be a length above 0, got {}", *diagonal));
+    }
+  }
+  DerivativeOptions options;
+};
+
+py::object jvp(const Session& session, const py::object& points, const std::vector<double>& direction,
+               const DerivativeRequest& request, const py::object& callback) {
+  const Points given = points_from(points, "points");
+  Progress progress;
+  DerivativeOptions options = request.options;
+  options.progress = &progress;
+  PointTangents result;
+  const bool is_done = run_watched(callback, progress, [&] {
+    const SessionDerivatives derivatives(session, {}, options.threads);
+    progress.total = given.span().size() * derivatives.segments();
+    result = derivatives.jvp(given.span(), direction, options);
+  });
+  if (!is_done) return py::none();
+  return py::make_tuple(array_of(result.points), array_of(result.tangents));
+}
+
+py::object vjp(const Session& session, const py::object& points, const py::object& gradient,
+               const DerivativeRequest& request, const py::object& callback) {
+  const Points given = points_from(points, "points");
+  const Points of_moved = points_from(gradient, "gradient");
+  Progress progress;
+  DerivativeOptions options = request.options;
+  options.progress = &progress;
+  std::vector<double> result;
+  const bool is_done = run_watched(callback, progress, [&] {
+    const SessionDerivatives derivatives(session, {}, options.threads);
+    constexpr std::size_t kParametersAtATime = 3;
+    const std::size_t passes = (session.parameters.size() + kParametersAtATime - 1) / kParametersAtATime;
+    progress.total = given.span().size() * derivatives.segments() * passes;
+    result = derivatives.vjp(given.span(), of_moved.span(), options);
+  });
+  if (!is_done) return py::none();
+  return py::cast(result);
+}
+
 }  // namespace
 
 void add_flow(py::module_& module) {
@@ -235,6 +282,9 @@ void add_flow(py::module_& module) {
       .def("__len__", [](const Flow& flow) { return flow.segments.size(); })
       .def("__eq__", [](const Flow& a, const Flow& b) { return a == b; });
   module.def("deform", &deform);
+  py::class_<DerivativeRequest>(module, "DerivativeRequest").def(py::init<double, int, std::optional<double>>());
+  module.def("jvp", &jvp);
+  module.def("vjp", &vjp);
 }
 
 }  // namespace knead::python

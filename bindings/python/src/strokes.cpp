@@ -113,8 +113,9 @@ SessionStroke with_remesh(SessionStroke stroke, const std::string& line) {
 }
 
 // Strokes without a line of a file get the one that they would have in it.
-Session session_of(std::vector<SessionStroke> strokes, const std::string& name) {
+Session session_of(std::vector<SessionStroke> strokes, const std::string& name, std::vector<Parameter> parameters) {
   Session session;
+  session.parameters = std::move(parameters);
   session.name = name.empty() ? "session" : name;
   for (std::size_t i = 0; i < strokes.size(); ++i) strokes[i].line = i + 2;
   session.strokes = std::move(strokes);
@@ -130,8 +131,16 @@ void write_session(const Session& session, const std::filesystem::path& path) {
 }  // namespace
 
 void add_strokes(py::module_& module) {
+  py::class_<Parameter>(module, "Parameter")
+      .def_readonly("name", &Parameter::name)
+      .def_readonly("value", &Parameter::value)
+      .def_readonly("least", &Parameter::least)
+      .def_readonly("greatest", &Parameter::greatest);
   py::class_<SessionStroke>(module, "Stroke")
-      .def(py::init(&parse_stroke), py::arg("json"), py::arg("name"))
+      .def(py::init([](const std::string& json, const std::string& name, const std::vector<Parameter>& parameters) {
+             return parse_stroke(json, name, parameters);
+           }),
+           py::arg("json"), py::arg("name"), py::arg("parameters") = std::vector<Parameter>{})
       .def_property_readonly("tool", [](const SessionStroke& s) { return std::string(tool_of(s.stroke).name); })
       .def("line", [](const SessionStroke& s) { return stroke_line(s); })
       .def("values", &stroke_values)
@@ -139,11 +148,13 @@ void add_strokes(py::module_& module) {
       .def("with_remesh", &with_remesh)
       .def("__eq__", &is_same);
   py::class_<Session>(module, "Session")
-      .def(py::init(&session_of), py::arg("strokes"), py::arg("name"))
+      .def(py::init(&session_of), py::arg("strokes"), py::arg("name"), py::arg("parameters") = std::vector<Parameter>{})
       .def_readonly("name", &Session::name)
       .def_readwrite("mesh", &Session::mesh)
       .def_readwrite("note", &Session::note)
       .def_readonly("strokes", &Session::strokes)
+      .def_readonly("parameters", &Session::parameters)
+      .def("with_values", &with_values)
       .def_readonly("warnings", &Session::warnings)
       .def("text", &serialize_session)
       .def("write", &write_session);

@@ -273,6 +273,17 @@ def use_session(draw):
         repr(session), session == knead.Session(session)
 
 
+def use_parameters(draw):
+    turn = {"tool": "rotate", "center": [0, 0, 0], "axis": [0, 0, 1], "angle_deg": "$angle", "inner": 0.1, "outer": "$b"}
+    session = knead.Session(turn, parameters={"angle": draw(numbers), draw(st.sampled_from(["b", "c"])): draw(anything)})
+    session = session(**{draw(st.sampled_from(["angle", "b", "c"])): draw(anything)})
+    assert knead.Session.parse(session.text()) == session and session.bounds.keys() == session.parameters.keys()
+    if draw(st.booleans()):
+        session.jvp(draw(vertices), draw(anything), relative_tolerance=draw(numbers), diagonal=draw(st.none() | numbers))
+    else:
+        session.vjp(draw(vertices), draw(vertices), threads=draw(numbers))
+
+
 def use_tool(draw):
     tool = draw(st.sampled_from(TOOLS))
     keys = {key: draw(anything) for key in tool.__signature__.parameters if draw(st.booleans())}
@@ -354,6 +365,7 @@ USES = {
     "remesh": use_remesh,
     "render": lambda draw: knead.render(draw(vertices), draw(faces), **draw(some(looks))),
     "safe_until": lambda draw: knead.safe_until(draw(vertices), draw(st.one_of(faces, anything)), draw(sessions), **draw(some(accuracy))),
+    "parameters": use_parameters,
     "session": use_session,
     "shape": use_shape,
     "stroke": use_stroke,

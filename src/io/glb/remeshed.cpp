@@ -15,7 +15,7 @@
 namespace knead::io_detail::glb {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr std::uint32_t kNoVertex = 0xffffffffu;
 
 std::vector<std::uint32_t> vertices_in_no_face(const Mesh& mesh) {
   std::vector<bool> used(mesh.vertex_count(), false);
@@ -79,7 +79,7 @@ NewVertices::NewVertices(const NewMesh& shape, const Document& document) : shape
 
 void NewVertices::find_origins() {
   const Mesh& before = shape_.source.mesh;
-  origin_.assign(shape_.mesh.vertex_count(), kNone);
+  origin_.assign(shape_.mesh.vertex_count(), kNoVertex);
   for (std::size_t f = 0; f < shape_.mesh.face_count(); ++f) {
     for (const std::uint32_t v : shape_.mesh.face(f)) {
       for (const std::uint32_t old : before.face(shape_.face_source[f])) {
@@ -90,7 +90,7 @@ void NewVertices::find_origins() {
 }
 
 void NewVertices::find_points() {
-  point_.assign(shape_.source.mesh.vertex_count(), kNone);
+  point_.assign(shape_.source.mesh.vertex_count(), kNoVertex);
   const std::vector<std::uint32_t> before = vertices_in_no_face(shape_.source.mesh);
   const std::vector<std::uint32_t> after = vertices_in_no_face(shape_.mesh);
   if (before.size() != after.size()) return;
@@ -122,7 +122,7 @@ std::vector<std::uint32_t> NewVertices::moved_points(const Block& block) const {
   std::vector<std::uint32_t> vertices;
   bool moved = false;
   for (std::size_t i = block.first; i < block.first + block.count; ++i) {
-    if (point_[i] == kNone) return {};
+    if (point_[i] == kNoVertex) return {};
     vertices.push_back(point_[i]);
     moved = moved || !is_same_vertex(static_cast<std::uint32_t>(i), point_[i]);
   }
@@ -146,7 +146,7 @@ std::size_t NewVertices::append_positions(const Block& block, const std::vector<
   floats.reserve(3 * vertices.size());
   for (const std::uint32_t v : vertices) {
     const std::size_t origin = std::size_t{origin_[v]} - block.first;
-    const bool is_old = origin_[v] != kNone && origin < block.count;
+    const bool is_old = origin_[v] != kNoVertex && origin < block.count;
     const Vec3d local = is_old ? Vec3d{old[3 * origin], old[3 * origin + 1], old[3 * origin + 2]}
                                : block.placement.inverse * (shape_.mesh.positions[v] - block.placement.offset);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -174,7 +174,7 @@ std::size_t NewVertices::append_attribute(const Block& block, const Semantic& se
   for (const std::uint32_t v : vertices) {
     const std::size_t origin = std::size_t{origin_[v]} - block.first;
     const double* values = after.values.data() + v * n;
-    const bool is_old = origin_[v] != kNone && origin < block.count &&
+    const bool is_old = origin_[v] != kNoVertex && origin < block.count &&
                         std::equal(values, values + n, before.values.data() + std::size_t{origin_[v]} * n);
     const std::vector<double> local =
         is_old ? std::vector<double>(old.data() + origin * accessor.components,

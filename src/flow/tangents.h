@@ -1,0 +1,61 @@
+// Derivatives of path lines with respect to the numbers of a flow. Internal to the library.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "knead/flow.h"
+
+namespace knead::detail {
+
+// So many derivatives are followed at a time.
+inline constexpr std::size_t kTangents = 3;
+
+// Reads the numbers of segments that a variable may change without a jump, in a fixed order: places, directions,
+// rates, thresholds, the elements of point sets, where the segment begins and ends, what the mask's border takes from
+// potentials, and for pins their velocities at fixed times.
+class SegmentNumbers {
+ public:
+  // `segment` says how segments must be alike. It is kept.
+  explicit SegmentNumbers(const Segment& segment);
+
+  // Returns the numbers of a segment; nothing unless it differs from the one of the constructor in them alone.
+  std::optional<std::vector<double>> of(const Segment& segment) const;
+
+  // At these times the numbers of pins are read.
+  const std::vector<double>& pin_times() const { return pin_times_; }
+
+ private:
+  Segment segment_;
+  std::vector<double> pin_times_;
+};
+
+// The derivatives of a segment's numbers, as SegmentNumbers orders them, with respect to up to kTangents variables; an
+// empty one is 0.
+using SegmentRates = std::array<std::span<const double>, kTangents>;
+
+// Points and their derivatives with respect to the variables.
+struct TangentPoints {
+  std::span<Vec3d> points;
+  std::array<std::span<Vec3d>, kTangents> tangents;  // as many as points each
+};
+
+// How path lines are followed.
+struct TangentOptions {
+  double tolerance = 0;           // of a place: a length above 0
+  double relative_tolerance = 0;  // of a derivative
+  int threads = 0;
+  Progress* progress = nullptr;  // counts points
+};
+
+// Moves points through a segment, and their derivatives along: dT/dt = grad v T + dv/dvariable. Evaluates v with dual
+// numbers in double, by Tsitouras' method. The bits of a result depend on its point alone. Throws InvalidInput for a
+// motion or region of the caller's own, and where a path line needs more than kStepLimit steps; Cancelled.
+void advect_tangents(const Segment& segment, const SegmentRates& rates, const TangentPoints& points,
+                     const TangentOptions& options);
+
+}  // namespace knead::detail

@@ -1,0 +1,305 @@
+// Derivatives with respect to parameters, against differences of path lines.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "knead/error.h"
+#include "knead/replay.h"
+
+namespace knead::derivatives_test {
+namespace {
+
+struct Case {
+  std::string name;
+  std::string parameters;
+  std::string lines;
+};
+
+// Every tool that reads no surface, with parameters in all kinds of its numbers.
+const std::vector<Case> kCases{
+    {"pull", R"({"a": 0.3, "in": 0.15, "out": 0.6, "x": -0.4})",
+     R"({"tool": "implicit", "path": [["$x", 0.1, 0], [0.1, "$a", 0], [0.3, 0.2, "$a"]], "inner": "$in", "outer": "$out"})"},
+    {"capsule", R"({"h": 0.3, "g": 0.25, "a": 0.5})",
+     R"({"tool": "implicit", "region": "capsule", "half_axis": [0.1, "$h", 0.1], "gauge": "$g", )"
+     R"("path": [[-0.2, 0, 0], ["$a", 0.1, 0.1]], "inner": 0.15, "outer": 0.5})"},
+    {"full gauge", R"({"g": 1})",
+     R"({"tool": "implicit", "region": "capsule", "half_axis": [0.1, 0.3, 0.1], "gauge": "$g", )"
+     R"("path": [[-0.2, 0, 0], [0.4, 0.1, 0.1]], "inner": 0.15, "outer": 0.5})"},
+    {"blended", R"({"a": 0.4, "out": 0.6})",
+     R"({"tool": "implicit", "time": "blended", "path": [[-0.2, 0, 0], [0.2, "$a", 0]], "inner": 0.2, "outer": "$out"})"},
+    {"paint", R"({"depth": -0.2, "n": 0.4})",
+     R"({"tool": "paint", "outer": 0.5, "depth": "$depth", "samples": [{"point": [0, 0.2, 0], "normal": [0, 1, "$n"]}]})"},
+    {"rotate", R"({"angle": 50, "axis": 0.3, "in": 0.2, "out": 0.7, "y": 0.1})",
+     R"({"tool": "rotate", "center": [0, "$y", 0], "axis": [0, 1, "$axis"], "angle_deg": "$angle", "inner": "$in", )"
+     R"("outer": "$out", "gauge": 0.5})"},
+    {"stretch", R"({"f": 1.4, "axis": 0.3})",
+     R"({"tool": "stretch", "center": [0, 0.1, 0], "axis": [0, 1, "$axis"], "factor": "$f", "inner": 0.2, "outer": 0.7, )"
+     R"("falloff": 6})"},
+    {"twist", R"({"rate": 40, "in": -0.4, "n": 0.2})",
+     R"({"tool": "twist", "center": [0, 0, 0], "axis": [0, 0, 1], "rate_deg": "$rate", "inner": "$in", "outer": 0.5, )"
+     R"("normal": [0, "$n", 1], "falloff": 3})"},
+    {"bend", R"({"angle": 60, "width": 0.8, "z": 0.05, "n": 0.1})",
+     R"({"tool": "bend", "center": [0, 0, "$z"], "axis": [0, 1, 0], "normal": ["$n", 0, -1], "width": "$width", )"
+     R"("angle_deg": "$angle"})"},
+    {"points", R"({"p": 0.2, "d": 0.15, "out": 0.5, "in": 0.05})",
+     R"({"tool": "points", "points": [["$p", 0.1, 0], [-0.2, 0.1, 0.1]], "curves": [[[0, 0, 0.1], [0.1, "$p", 0.2], )"
+     R"([0.2, 0.3, 0.2]]], "outer": "$out", "inner": "$in", "displacements": [[0, "$d", 0], [0.1, 0, "$d"]]})"},
+    {"moved handles", R"({"d": 0.2, "p": 0.4})",
+     R"({"tool": "handles", "full": [[0, "$p", 0], [0.1, 0.4, 0]], "zero": [[0, -0.4, 0], [0.3, -0.4, 0]], )"
+     R"("motion": {"translate": [0, 0.1, "$d"]}})"},
+    {"turned handles", R"({"angle": 35, "c": 0.1})",
+     R"({"tool": "handles", "full": [[0, 0.4, 0], [0.1, 0.4, 0]], "zero": [[0, -0.4, 0], [0.3, -0.4, 0]], )"
+     R"("motion": {"rotate": [0, 0.2, 1], "center": [0, "$c", 0], "angle_deg": "$angle"}})"},
+    {"pins", R"({"d": 0.2, "r": 0.8, "q": 0.3, "angle": 20})",
+     R"({"tool": "pins", "points": [[0, "$q", 0], [0.5, 0, 0], [-0.3, -0.2, 0.1]], "radius": "$r", )"
+     R"("to": [[0, 0.5, "$d"], [0.5, 0, 0], [-0.2, -0.2, "$d"]], )"
+     R"("turn": [{"axis": [0, 0, 1], "angle_deg": "$angle"}, null, null]})"},
+    {"mirrored", R"({"x": 0.25, "d": 0.3, "angle": 40})",
+     R"({"tool": "implicit", "mirror": "x", "path": [["$x", 0, 0], [0.3, "$d", 0]], "inner": 0.1, "outer": 0.6})"
+     "\n"
+     R"({"tool": "rotate", "mirror": "xz", "center": ["$x", 0.1, 0.2], "axis": [0, 0, 1], "angle_deg": "$angle", )"
+     R"("inner": 0.1, "outer": 0.5})"},
+    {"beside a mask", R"({"d": 0.3})",
+     R"({"mask": {"points": [[0.1, -0.4, 0], [-0.2, -0.4, 0.1]], "width": 0.3}})"
+     "\n"
+     R"({"tool": "implicit", "path": [[0, 0.1, 0], [0.1, "$d", 0]], "inner": 0.1, "outer": 0.25})"},
+    {"half", R"({"s": 0.6, "angle": 40})",
+     R"({"tool": "rotate", "strength": "$s", "center": [0, 0.1, 0], "axis": [0, 1, 0.2], "angle_deg": "$angle", )"
+     R"("inner": 0.2, "outer": 0.7})"
+     "\n"
+     R"({"tool": "implicit", "strength": "$s", "path": [[-0.4, 0, 0], [0, 0.2, 0], [0.4, 0, 0.2]], "inner": 0.2, "outer": 0.6})"},
+    {"more than whole", R"({"s": 1.2})",
+     R"({"tool": "implicit", "strength": "$s", "path": [[-0.4, 0, 0], [0, 0.2, 0], [0.4, 0, 0.2]], "inner": 0.2, "outer": 0.6})"},
+    {"after one another", R"({"angle": 30, "d": 0.3, "zero": 0})",
+     R"({"tool": "twist", "center": [0, 0, 0], "axis": [0, 0, 1], "rate_deg": 50, "inner": -0.4, "outer": 0.5})"
+     "\n"
+     R"({"tool": "bend", "center": [0, 0, 0], "axis": [0, 1, "$zero"], "normal": [0, 0, -1], "width": 0.8, "angle_deg": "$angle"})"
+     "\n"
+     R"({"tool": "implicit", "path": [[0, 0.1, 0], [0.1, "$d", "$zero"]], "inner": 0.1, "outer": 0.6})"
+     "\n"
+     R"({"tool": "rotate", "center": [0, 0.1, 0], "axis": [0, 1, 0], "angle_deg": "$angle", "inner": 0.2, "outer": 0.7})"},
+};
+
+Session session_of(const Case& c) {
+  return parse_session(R"({"knead": 1, "parameters": )" + c.parameters + "}\n" + c.lines + "\n", "s.knead");
+}
+
+std::vector<Vec3d> points() {
+  std::mt19937 random(47);
+  std::vector<Vec3d> result;
+  const auto number = [&] { return static_cast<double>(random()) / 4294967296.0 * 1.2 - 0.6; };
+  for (int i = 0; i < 40; ++i) {
+    const double x = number();
+    const double y = number();
+    result.push_back({x, y, number()});
+  }
+  return result;
+}
+
+std::vector<Vec3d> moved(const Session& session, const SessionPart& part = {}) {
+  std::vector<Vec3d> result = points();
+  AdvectOptions options;
+  options.tolerance = 1e-13;
+  options.precision = Precision::float64;
+  EXPECT_EQ(advect(flow_of(session, part), result, options).status, AdvectStatus::done);
+  return result;
+}
+
+// Central differences, twice extrapolated.
+std::vector<Vec3d> difference(const Session& session, const Parameter& parameter, const SessionPart& part = {}) {
+  const double size = parameter.value == 0 ? 1 : std::abs(parameter.value);
+  std::array<std::vector<Vec3d>, 3> by_step;
+  for (std::size_t level = 0; level < 3; ++level) {
+    const double h = 1e-3 * size / static_cast<double>(1U << level);
+    by_step[level] = moved(with_values(session, {{parameter.name, parameter.value + h}}), part);
+    const std::vector<Vec3d> below = moved(with_values(session, {{parameter.name, parameter.value - h}}), part);
+    for (std::size_t i = 0; i < below.size(); ++i) by_step[level][i] = (by_step[level][i] - below[i]) / (2 * h);
+  }
+  std::vector<Vec3d> result;
+  for (std::size_t i = 0; i < by_step[0].size(); ++i) {
+    const Vec3d coarse = by_step[1][i] + (by_step[1][i] - by_step[0][i]) / 3;
+    const Vec3d fine = by_step[2][i] + (by_step[2][i] - by_step[1][i]) / 3;
+    result.push_back(fine + (fine - coarse) / 15);
+  }
+  return result;
+}
+
+double greatest(const std::vector<Vec3d>& vectors) {
+  double most = 0;
+  for (const Vec3d& v : vectors) most = std::max(most, norm(v));
+  return most;
+}
+
+std::vector<double> unit_of(const Session& session, std::size_t parameter) {
+  std::vector<double> direction(session.parameters.size(), 0);
+  direction[parameter] = 1;
+  return direction;
+}
+
+void expect_derivatives(const Case& c, const SessionPart& part = {}, double allowed = 1e-8) {
+  const Session session = session_of(c);
+  const SessionDerivatives derivatives(session, part);
+  for (std::size_t p = 0; p < session.parameters.size(); ++p) {
+    const PointTangents found = derivatives.jvp(points(), unit_of(session, p), {.diagonal = 1});
+    const std::vector<Vec3d> expected = difference(session, session.parameters[p], part);
+    const std::vector<Vec3d> at = moved(session, part);
+    const double most = greatest(expected);
+    ASSERT_GT(most, 1e-5) << c.name << " " << session.parameters[p].name;
+    double worst = 0;
+    double apart = 0;
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      worst = std::max(worst, norm(expected[i] - found.tangents[i]) / most);
+      apart = std::max(apart, norm(found.points[i] - at[i]));
+    }
+    EXPECT_LT(apart, 1e-9) << c.name;
+    EXPECT_LT(worst, allowed) << c.name << " " << session.parameters[p].name;
+  }
+}
+
+TEST(Derivatives, AreThoseOfDifferences) {
+  for (const Case& c : kCases) expect_derivatives(c);
+}
+
+// A stroke of full strength: below it ends earlier, above it goes on.
+TEST(Derivatives, WithRespectToAStrengthOfOne) {
+  Case c{"whole", R"({"s": 1})", kCases.front().lines};
+  c.lines = R"({"tool": "rotate", "strength": "$s", "center": [0, 0.1, 0], "axis": [0, 1, 0.2], "angle_deg": 40, )"
+            R"("inner": 0.2, "outer": 0.7})";
+  expect_derivatives(c);
+}
+
+// A stroke that does nothing has no segments.
+TEST(Derivatives, AtAValueAtWhichNothingMoves) {
+  expect_derivatives(
+      {"pull by nothing", R"({"d": 0, "s": 0.4})",
+       R"({"tool": "implicit", "path": [[0, 0.1, 0], [0, 0.1, "$d"]], "inner": 0.1, "outer": 0.6})"
+       "\n"
+       R"({"tool": "rotate", "center": [0, 0.1, 0], "axis": [0, 1, 0.2], "angle_deg": 40, "inner": 0.2, )"
+       R"("outer": 0.7, "strength": "$s"})"});
+  expect_derivatives(
+      {"turn by nothing", R"({"d": 0})",
+       R"({"tool": "rotate", "center": [0, 0.1, 0], "axis": [0, 1, 0.2], "angle_deg": "$d", "inner": 0.2, )"
+       R"("outer": 0.7})"});
+}
+
+TEST(Derivatives, OfPartsAndBackwards) {
+  expect_derivatives(kCases.back(), {Direction::backwards, std::nullopt});
+  expect_derivatives(kCases.back(), {Direction::forwards, 2.5});
+  expect_derivatives(kCases[0], {Direction::backwards, 0.7});
+}
+
+// Four parameters: more than are followed at a time.
+TEST(Derivatives, BackwardsAreThoseForwards) {
+  const Session session = session_of(kCases[0]);
+  const SessionDerivatives derivatives(session);
+  std::vector<Vec3d> gradient = points();
+  for (Vec3d& g : gradient) g = cross(g, {0.3, 0.2, 1});
+  const std::vector<double> found = derivatives.vjp(points(), gradient, {.diagonal = 1});
+  ASSERT_EQ(found.size(), 4U);
+  for (std::size_t p = 0; p < 4; ++p) {
+    const PointTangents forwards = derivatives.jvp(points(), unit_of(session, p), {.diagonal = 1});
+    double sum = 0;
+    for (std::size_t i = 0; i < gradient.size(); ++i) sum += dot(gradient[i], forwards.tangents[i]);
+    EXPECT_NEAR(found[p], sum, 1e-7 * std::abs(sum));
+  }
+}
+
+TEST(Derivatives, AreLinearInTheDirection) {
+  const Session session = session_of(kCases[0]);
+  const SessionDerivatives derivatives(session);
+  const std::vector<double> direction{0.3, -2, 1, 0.5};
+  const PointTangents found = derivatives.jvp(points(), direction, {.diagonal = 1});
+  std::vector<Vec3d> sum(points().size());
+  for (std::size_t p = 0; p < 4; ++p) {
+    const PointTangents one = derivatives.jvp(points(), unit_of(session, p), {.diagonal = 1});
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += one.tangents[i] * direction[p];
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i) EXPECT_LT(norm(found.tangents[i] - sum[i]), 1e-7);
+}
+
+// To the bit: of a point alone, by any number of threads.
+TEST(Derivatives, OfAPointDependOnItAlone) {
+  const SessionDerivatives derivatives(session_of(kCases.back()));
+  const std::vector<double> direction{1, 0.5, -1};
+  const PointTangents all = derivatives.jvp(points(), direction, {.diagonal = 1, .threads = 1});
+  const std::vector<Vec3d> same = points();
+  EXPECT_EQ(derivatives.jvp(points(), direction, {.diagonal = 1, .threads = 3}).tangents, all.tangents);
+  for (std::size_t i = 0; i < same.size(); i += 7) {
+    const PointTangents one = derivatives.jvp({&same[i], 1}, direction, {.diagonal = 1});
+    EXPECT_EQ(one.tangents.front(), all.tangents[i]);
+    EXPECT_EQ(one.points.front(), all.points[i]);
+  }
+  const std::vector<Vec3d> gradient(points().size(), {1, 2, 3});
+  EXPECT_EQ(derivatives.vjp(points(), gradient, {.threads = 1}), derivatives.vjp(points(), gradient, {.threads = 4}));
+}
+
+// Twice as far apart: a mask that acts, and a grid with a strength.
+TEST(Derivatives, HoldForMasksAndGrids) {
+  const std::string mask = R"({"mask": {"points": [[0.1, 0.05, 0], [-0.2, -0.1, 0.1]], "width": 0.4}})"
+                           "\n";
+  Case turned = kCases[5];  // a rotate
+  turned.lines = mask + turned.lines;
+  const Session session = session_of(turned);
+  EXPECT_GT(greatest(moved(session)), 0);
+  // Its constants are found by least squares, which do not change without a jump: there is a derivative, or none.
+  try {
+    const SessionDerivatives derivatives(session);
+    const PointTangents found = derivatives.jvp(points(), unit_of(session, 0), {.diagonal = 1});
+    const std::vector<Vec3d> expected = difference(session, session.parameters[0]);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_LT(norm(expected[i] - found.tangents[i]), 1e-5 * greatest(expected)) << i;
+    }
+  } catch (const InvalidInput& error) {
+    EXPECT_NE(std::string(error.what()).find("no derivative"), std::string::npos);
+  }
+  const Case grid{"grid", R"({"s": 0.7})",
+                  R"({"tool": "grid", "strength": "$s", "origin": [0, 0, 0], "spacing": 0.5, "counts": [1, 1, 1], )"
+                  R"("coefficients": "AAAAAAAAAAAAAAAAAAAAAAAAAAAAANA/"})"};
+  expect_derivatives(grid);
+}
+
+TEST(Derivatives, ThatDoNotExistAreErrors) {
+  const auto error_of = [](const std::string& parameters, const std::string& lines) -> std::string {
+    try {
+      const SessionDerivatives derivatives(session_of({"", parameters, lines}));
+    } catch (const InvalidInput& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  const std::string turn =
+      R"({"tool": "rotate", "center": [0, 0, 0], "axis": [0, 1, 0], "angle_deg": 40, "inner": 0.2, "outer": 0.7)";
+  const std::string no_derivative = "s.knead: the flow has no derivative with respect to ";
+  EXPECT_TRUE(error_of(R"({"n": 4})", turn + R"(, "falloff": "$n"})").starts_with(no_derivative + "\"n\" at 4: "));
+  EXPECT_TRUE(error_of(R"({"w": 0.2})", R"({"mask": {"points": [[0, 0, 0]], "width": "$w"}})"
+                                        "\n" +
+                                            turn + "}")
+                  .starts_with(no_derivative + "\"w\" at 0.2: "));
+  EXPECT_TRUE(error_of(R"({"d": 0.2})", R"({"tool": "paint", "outer": 0.3, "depth": "$d", "path": [[0, 1, 0]]})")
+                  .starts_with("s.knead:2: this stroke reads the surface"));
+  const Session session = session_of(kCases[0]);
+  const SessionDerivatives derivatives(session);
+  const std::vector<double> three{1, 1, 1};
+  EXPECT_THROW(derivatives.jvp(points(), three, {}), InvalidInput);
+  EXPECT_THROW(derivatives.jvp(points(), std::vector<double>{1, 1, 1, kInfinity}, {}), InvalidInput);
+  EXPECT_THROW(derivatives.jvp(points(), unit_of(session, 0), {.relative_tolerance = 0}), InvalidInput);
+  EXPECT_THROW(derivatives.vjp(points(), {}, {}), InvalidInput);
+  Progress progress;
+  progress.cancel = true;
+  EXPECT_THROW(derivatives.jvp(points(), unit_of(session, 0), {.progress = &progress}), Cancelled);
+}
+
+TEST(Derivatives, OfNoPointsAndNoParametersAreNone) {
+  const SessionDerivatives none(session_of({"", "{}", kCases[1].lines.substr(0, 0) + R"({"mask": null})"}));
+  EXPECT_EQ(none.jvp(points(), {}, {}).points, points());
+  EXPECT_TRUE(none.vjp(points(), points(), {}).empty());
+  const Session session = session_of(kCases[0]);
+  EXPECT_TRUE(SessionDerivatives(session).jvp({}, unit_of(session, 0), {}).points.empty());
+}
+
+}  // namespace
+}  // namespace knead::derivatives_test
