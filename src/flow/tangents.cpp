@@ -190,9 +190,9 @@ class Varied {
 // --- what numbers a segment has
 
 bool is_alike(const PointSet<double>& a, const PointSet<double>& b) {
-  const auto size = [](const auto& curve) { return curve.size(); };
+  const auto are_equal = [](const auto& one, const auto& other) { return one.size() == other.size(); };
   return a.points.size() == b.points.size() && a.exponent == b.exponent &&
-         std::ranges::equal(a.curves, b.curves, {}, size, size);
+         std::equal(a.curves.begin(), a.curves.end(), b.curves.begin(), b.curves.end(), are_equal);
 }
 
 bool is_alike(const Field& a, const Field& b) {
@@ -215,9 +215,10 @@ bool is_alike(const Segment& a, const Segment& b) {
   const auto has_same_pin = [](const PinTurn& one, const PinTurn& other) { return one.pin == other.pin; };
   const auto fields = [](const Field& one, const Field& other) { return is_alike(one, other); };
   const auto parts = [](const Segment& one, const Segment& other) { return is_alike(one, other); };
-  return std::ranges::equal(a.fields, b.fields, fields) && a.time_law == b.time_law &&
-         a.limit_cylinder.has_value() == b.limit_cylinder.has_value() && a.mask == b.mask && a.grid == b.grid &&
-         std::ranges::equal(a.turns, b.turns, has_same_pin) && std::ranges::equal(a.parts, b.parts, parts);
+  return std::equal(a.fields.begin(), a.fields.end(), b.fields.begin(), b.fields.end(), fields) &&
+         a.time_law == b.time_law && a.limit_cylinder.has_value() == b.limit_cylinder.has_value() && a.mask == b.mask &&
+         a.grid == b.grid && std::equal(a.turns.begin(), a.turns.end(), b.turns.begin(), b.turns.end(), has_same_pin) &&
+         std::equal(a.parts.begin(), a.parts.end(), b.parts.begin(), b.parts.end(), parts);
 }
 
 constexpr double kPinPrecision = 1e-12;  // of the radius, of the pins' velocities
@@ -413,7 +414,7 @@ class VaryingFields {
   }
 
   bool is_varied() const {
-    return std::ranges::any_of(rates_, [](const auto& rates) { return !rates.empty(); });
+    return std::any_of(rates_.begin(), rates_.end(), [](const auto& rates) { return !rates.empty(); });
   }
 
   // Null: no mask acts. The mask rests in space, so nothing but x varies.

@@ -245,7 +245,7 @@ SessionDerivatives::SessionDerivatives(const Session& session, const SessionPart
     const double size = size_of(session.parameters[p]);
     FlowNumbers rates = FlowOfParameter(beside, p, size, part, threads, segments).derivatives();
     for (std::vector<double>& of_segment : rates) {
-      if (std::ranges::all_of(of_segment, [](double rate) { return rate == 0; })) of_segment.clear();
+      if (std::all_of(of_segment.begin(), of_segment.end(), [](double rate) { return rate == 0; })) of_segment.clear();
     }
     parts->rates.push_back(std::move(rates));
   }
@@ -261,7 +261,7 @@ PointTangents SessionDerivatives::jvp(std::span<const Vec3d> points, std::span<c
   require_options(options);
   require_finite(points);
   if (direction.size() != parts_->parameters ||
-      !std::ranges::all_of(direction, [](double number) { return std::isfinite(number); })) {
+      !std::all_of(direction.begin(), direction.end(), [](double number) { return std::isfinite(number); })) {
     throw InvalidInput(
         fmt::format("a direction must have a finite number for each of {} parameters", parts_->parameters));
   }
