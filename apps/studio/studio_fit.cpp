@@ -163,7 +163,10 @@ void StudioFit::run() {
           options.progress = &progress;
           BodyFit fit = fit_body(state.to_mesh(), *target->state.mesh, options);
           std::vector<SessionStroke> strokes(fit.strokes.size());
-          for (std::size_t i = 0; i < strokes.size(); ++i) strokes[i].stroke = std::move(fit.strokes[i]);
+          for (std::size_t i = 0; i < strokes.size(); ++i) {
+            strokes[i].stroke = std::move(fit.strokes[i]);
+            strokes[i].name = fmt::format("Fit to {}", target->name);
+          }
           if (strokes.empty()) {
             document_.tell({false, "The shape is where the target is: there is nothing to fit."});
             return;

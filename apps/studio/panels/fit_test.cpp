@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "document/layers.h"
 #include "knead/io.h"
 #include "knead/vec.h"
 #include "panels/interface_fixture.h"
@@ -104,6 +105,7 @@ TEST_F(FitWindow, FitsAsOneEntryAndMeasures) {
   ASSERT_TRUE(panels.click_item(kWindow, "Fit")) << errors(panels.studio);
   panels.frame();
   EXPECT_EQ(panels.studio.document().shown().history.size(), 1u);
+  EXPECT_EQ(name_of(panels.studio.document().shown().history.front()->strokes), "Fit to target.ply");
   ASSERT_TRUE(fit.report().has_value());
   EXPECT_TRUE(fit.report()->is_sound);
   EXPECT_LT(fit.mean_distance(), 0.1 * before);
