@@ -412,6 +412,22 @@ TEST_F(StudioLayers, ATurntableShowsTheShapeFromAllAround) {
   EXPECT_FALSE(studio.view().turntable());
 }
 
+TEST_F(StudioLayers, APosterThatIsStoppedOrCannotBeWrittenLeavesNothing) {
+  Studio studio(options());
+  begin(studio);
+  const fs::path file = folder_ / "poster.png";
+  studio.document().post([&](Document& document, Progress& progress) {
+    progress.cancel = true;  // as Escape does
+    document.write_poster(file, {render::view_direction(0, 0, false), false, {}, {}}, 1, progress);
+  });
+  studio.refresh();
+  EXPECT_FALSE(fs::exists(file));
+  EXPECT_EQ(errors(studio), "");
+  studio.view().write_poster(folder_ / "poster.gif", {});
+  studio.refresh();
+  EXPECT_NE(errors(studio).find("poster.png"), std::string::npos) << "what to do";
+}
+
 TEST_F(StudioLayers, EscapeStopsATurntable) {
   Studio studio(options());
   run(studio, ball());

@@ -339,6 +339,33 @@ TEST_F(RenderTest, SameBitsTwice) {
   EXPECT_EQ(renderer.render(scene, small_options()), image);
 }
 
+// A large picture is drawn in bands, so that one does not wait long for it to stop.
+TEST_F(RenderTest, ALargePictureThatIsWatchedHasTheSameBitsAndStopsSoon) {
+  const Mesh ball = make_ball({0, 0, 0}, 1);
+  Scene scene;
+  scene.shapes.emplace_back().mesh = &ball;
+  scene.camera = fit_points(ball.positions, {0.3, -0.4, -1}, {0, 1, 0}, 1);
+  Options options;
+  options.width = options.height = 640;
+  options.light_samples = 16;
+  const Image alone = render(scene, options);
+  std::vector<double> parts;
+  options.progress = [&](double part) { parts.push_back(part); };
+  EXPECT_TRUE(render(scene, options) == alone);
+  EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end()));
+  EXPECT_EQ(parts.back(), 1);
+  EXPECT_GT(parts.size(), 9U);
+  const std::size_t at = parts.size() / 2;
+  std::size_t reports = 0;
+  options.progress = [&](double /*part*/) {
+    if (++reports == at) throw Cancelled();
+  };
+  EXPECT_THROW(render(scene, options), Cancelled);
+  EXPECT_EQ(reports, at);
+  options.progress = {};
+  EXPECT_TRUE(render(scene, options) == alone) << "the next picture is right";
+}
+
 TEST_F(RenderTest, RefusesWhatMeansNothing) {
   const Mesh ball = make_ball({}, 1);
   Scene scene = scene_of(ball);

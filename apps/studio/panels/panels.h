@@ -125,6 +125,10 @@ void draw_hand_settings(Studio& studio, float width);
 bool has_mode(const Studio& studio);
 void draw_mode(Studio& studio, float width);
 
+// Whether the tool in use goes along a drag, and the choice of where to.
+bool has_drag_mode(const ToolSettings& settings);
+void draw_drag_mode(Studio& studio, float width);
+
 // Returns whether the radius of the tool in use has a meaning.
 bool has_radius(const ToolSettings& settings);
 

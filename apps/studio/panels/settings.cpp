@@ -31,9 +31,6 @@ const ImVec4 kSelected{0.95F, 0.55F, 0.10F, 1};  // pins
 bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn && use != ToolUse::mask; }
 
 void draw_drag(ToolSettings& settings) {
-  ImGui::TextUnformatted("Drag");
-  constexpr std::array modes{DragMode::view, DragMode::surface, DragMode::normal, DragMode::axis};
-  choose_one("##drag", settings.drag, modes, [](DragMode mode) { return name_of(mode); });
   if (settings.drag == DragMode::axis) {
     for (std::size_t i = 0; i < 3; ++i) {
       Vec3d axis;
@@ -330,6 +327,15 @@ void choose_stamp(Studio& studio) {
 }
 
 }  // namespace
+
+bool has_drag_mode(const ToolSettings& settings) { return goes_along_a_drag(settings.tool->use); }
+
+void draw_drag_mode(Studio& studio, float width) {
+  constexpr std::array modes{DragMode::view, DragMode::surface, DragMode::normal, DragMode::axis};
+  ImGui::SetNextItemWidth(width);
+  choose_one("##drag", studio.tools().settings().drag, modes, [](DragMode mode) { return name_of(mode); });
+  help_on_hover("where a drag takes the tool (D)");
+}
 
 bool has_radius(const ToolSettings& settings) {
   return settings.tool->use != ToolUse::pose || settings.pose == PoseMode::exact || settings.pose == PoseMode::brush;

@@ -254,6 +254,7 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
                    }});
   }
   all.push_back({142, [&](float /*pixels*/) { draw_hand_mirrors(studio); }});
+  if (has_drag_mode(settings)) all.push_back({170, [&](float width) { draw_drag_mode(studio, width); }});
   return all;
 }
 

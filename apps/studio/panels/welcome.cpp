@@ -26,7 +26,7 @@ struct Example {
 constexpr std::array kExamples{
     Example{"Pose a hand", "Double click on a finger, and drag it.", ShapeKind::hand, ToolUse::pose, "pose"},
     Example{"Bend a figure", "Click on an arm, then drag beside the gizmo.", ShapeKind::figure, ToolUse::turn, "bend"},
-    Example{"Engrave a bar", "Click on the bar, then drag the letter into it.", ShapeKind::box, ToolUse::stamp,
+    Example{"Engrave a bar", "Click on the bar, then drag the letter down into it.", ShapeKind::box, ToolUse::stamp,
             "stamp"}};
 
 constexpr float kSheetWidth = 560;  // points
@@ -39,7 +39,9 @@ void open_example(Studio& studio, const Example& example) {
       std::clamp(kVertices, shape_counts(example.kind).minimum, shape_counts(example.kind).maximum);
   studio.document().open_made(example.kind, count);
   studio.perform(action_of(*studio_tool(example.tool)));
-  if (example.use == ToolUse::stamp) studio.tools().use_stamp(ShapeKind::letter_y);
+  if (example.use != ToolUse::stamp) return;
+  studio.tools().use_stamp(ShapeKind::letter_y);
+  studio.tools().settings().drag = DragMode::normal;
 }
 
 // A row with an icon, a title and a sentence. Returns whether it was clicked.

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <cstddef>
 
 #include "render/offline/passes.h"
@@ -72,8 +74,24 @@ void draw(const SurfaceBuffers& surface) {
 }
 
 void draw_full_screen(const Pass& pass) {
+  constexpr int band_pixels = 1 << 20;
   glBindVertexArray(pass.programs.nothing.get());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  std::array<GLint, 4> target{};
+  glGetIntegerv(GL_VIEWPORT, target.data());
+  const int width = target[2];
+  const int height = target[3];
+  if (!pass.options.progress || width * height <= band_pixels) {
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    return;
+  }
+  const int rows = std::max(band_pixels / width, 1);
+  glEnable(GL_SCISSOR_TEST);
+  for (int y = 0; y < height; y += rows) {
+    glScissor(0, y, width, std::min(rows, height - y));
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    report(pass, *pass.reported);
+  }
+  glDisable(GL_SCISSOR_TEST);
 }
 
 void reset_state(int width, int height) {
@@ -143,6 +161,7 @@ SurfaceBuffers upload(const DrawSurface& surface) {
 }
 
 void report(const Pass& pass, double part) {
+  *pass.reported = part;
   if (!pass.options.progress) return;
   glFinish();
   pass.options.progress(part);

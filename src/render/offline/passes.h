@@ -146,6 +146,7 @@ struct Pass {
   std::array<float, 4> clip{0, 0, 0, 1};  // dot(xyz, p) > w is taken away, in renderer units
   bool clipped = false;
   Color cut{};
+  double* reported = nullptr;  // the part that was reported last
 };
 
 struct GBuffer {
@@ -213,6 +214,7 @@ void set_relief(const gl::Program& program, const View& view, int samples_high);
 void set_ground(const gl::Program& program, const Pass& pass, const Occluder& occluder);
 
 void draw(const SurfaceBuffers& surface);
+// Where progress is watched, a large target is drawn in bands and reported after each, so that it can be stopped soon.
 void draw_full_screen(const Pass& pass);
 
 // Everything off, depth test by GL_LESS once it is enabled.

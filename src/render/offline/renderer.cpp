@@ -206,7 +206,9 @@ Image Renderer::render(const Scene& scene, const Options& options) {
   const int width = options.width * options.supersampling;
   const int height = options.height * options.supersampling;
   const View view = make_view(scene, static_cast<double>(width) / height, height);
+  double reported = 0;
   Pass pass{*programs_, view, options, width, height};
+  pass.reported = &reported;
   set_clip(scene, pass);
 
   const std::vector<DrawSurface> surfaces = shape_surfaces(scene, view.placement, options);
