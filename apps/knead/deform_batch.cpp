@@ -82,6 +82,7 @@ void check_alone(const DeformOptions& options) {
   refuse(!options.report.empty(), "--report");
   refuse(options.backend != "cpu", "--backend");
   refuse(is_stream(options.shape) || is_stream(options.output), "standard input or output");
+  check_streams({options.shape}, options.format);
 }
 
 class Batch {

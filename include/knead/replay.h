@@ -437,7 +437,7 @@ Flow flow_of(const Session& session, const SessionPart& part = {}, int threads =
 struct DerivativeOptions {
   // Error of one path line and of its derivative over one segment: of the place as a fraction of the diagonal, of the
   // derivative as a fraction of itself. From 1e-13 to 1.
-  double relative_tolerance = 1e-9;
+  double relative_tolerance = 1e-8;
   std::optional<double> diagonal{};  // by default that of the points' box
   int threads = 0;                   // 0: as many as the machine has
   Progress* progress = nullptr;      // counts points times segments
@@ -455,7 +455,9 @@ class SessionDerivatives {
  public:
   // Throws InvalidInput where flow_of does; naming it, for a parameter of which the flow has no derivative: it chooses
   // a whole number or how many segments there are, or it is in a mask, or in the nodes of a grid.
-  explicit SessionDerivatives(const Session& session, const SessionPart& part = {}, int threads = 0);
+  // Costs some 20 flow_of() for each parameter, each with the solution of its pins. Throws Cancelled.
+  explicit SessionDerivatives(const Session& session, const SessionPart& part = {}, int threads = 0,
+                              const Progress* progress = nullptr);
   SessionDerivatives(const SessionDerivatives&) = delete;
   SessionDerivatives& operator=(const SessionDerivatives&) = delete;
   ~SessionDerivatives();

@@ -14,178 +14,12 @@
 #include "flow/pins.h"
 #include "flow/segment_mover.h"
 #include "flow/step_rule.h"
+#include "flow/varying.h"
 #include "knead/error.h"
 #include "knead/vec.h"
 
 namespace knead::detail {
 namespace {
-
-// A number and its derivatives with respect to the variables: the scalar of a field's numbers as well as of its
-// evaluation. Two are equal if their derivatives are, too, so that no formula for a special value is taken where the
-// value changes.
-struct Varying {
-  double v = 0;
-  std::array<double, kTangents> g{};
-
-  constexpr Varying() = default;
-  template <class T>
-  requires std::is_arithmetic_v<T>
-  constexpr explicit Varying(T value) : v(static_cast<double>(value)) {}
-  constexpr Varying(double value, const std::array<double, kTangents>& derivatives) : v(value), g(derivatives) {}
-
-  // f(a, b) with these partial derivatives.
-  static Varying chain(double value, const Varying& a, double by_a, const Varying& b, double by_b) {
-    Varying result(value);
-    for (std::size_t k = 0; k < kTangents; ++k) result.g[k] = by_a * a.g[k] + by_b * b.g[k];
-    return result;
-  }
-  static Varying chain(double value, const Varying& a, double by_a) {
-    Varying result(value);
-    for (std::size_t k = 0; k < kTangents; ++k) result.g[k] = by_a * a.g[k];
-    return result;
-  }
-
-  friend Varying operator+(const Varying& a, const Varying& b) { return chain(a.v + b.v, a, 1, b, 1); }
-  friend Varying operator-(const Varying& a, const Varying& b) { return chain(a.v - b.v, a, 1, b, -1); }
-  friend Varying operator-(const Varying& a) { return chain(-a.v, a, -1); }
-  friend Varying operator*(const Varying& a, const Varying& b) { return chain(a.v * b.v, a, b.v, b, a.v); }
-  friend Varying operator/(const Varying& a, const Varying& b) {
-    const double quotient = a.v / b.v;
-    return chain(quotient, a, 1 / b.v, b, -quotient / b.v);
-  }
-  friend bool operator==(const Varying& a, const Varying& b) { return a.v == b.v && a.g == b.g; }
-  friend bool operator<(const Varying& a, const Varying& b) { return a.v < b.v; }
-  friend bool operator>(const Varying& a, const Varying& b) { return a.v > b.v; }
-  friend bool operator<=(const Varying& a, const Varying& b) { return a.v <= b.v; }
-  friend bool operator>=(const Varying& a, const Varying& b) { return a.v >= b.v; }
-  // The derivative of a length is 0 at the origin, as that of its square is.
-  friend Varying sqrt(const Varying& a) {
-    const double root = std::sqrt(a.v);
-    return chain(root, a, root > 0 ? 0.5 / root : 0);
-  }
-  friend Varying select(bool first, const Varying& a, const Varying& b) { return first ? a : b; }
-  friend Varying round_to_integer(const Varying& a) { return Varying(knead::round_to_integer(a.v)); }
-  friend Varying inverse_root(const Varying& sum, int m) {
-    const double y = knead::inverse_root(sum.v, m);
-    return chain(y, sum, -y / (m * sum.v));
-  }
-};
-
-using Place = Vec3<Varying>;
-
-}  // namespace
-}  // namespace knead::detail
-
-// The formulas of fields ask for these.
-template <>
-class std::numeric_limits<knead::detail::Varying> {
- public:
-  static constexpr knead::detail::Varying max() { return knead::detail::Varying(numeric_limits<double>::max()); }
-  static constexpr knead::detail::Varying epsilon() {
-    return knead::detail::Varying(numeric_limits<double>::epsilon());
-  }
-};
-
-namespace knead::detail {
-namespace {
-
-Vec3d values_of(const Place& p) { return {p.x.v, p.y.v, p.z.v}; }
-Vec3d derivatives_of(const Place& p, std::size_t k) { return {p.x.g[k], p.y.g[k], p.z.g[k]}; }
-
-// A field whose numbers vary.
-struct VaryingField {
-  Place center;
-  std::variant<Translation<Varying>, Rotation<Varying>, Twist<Varying>, Strain<Varying>> motion;
-  std::variant<Ball<Varying>, Capsule<Varying>, HalfSpace<Varying>, PointSet<Varying>, Handles<Varying>> region;
-  Thresholds<Varying> thresholds;
-};
-
-// Makes fields whose numbers are next(number), which is called for one number after the other in a fixed order.
-template <class Next>
-class Varied {
- public:
-  explicit Varied(Next& next) : next_(next) {}
-
-  Varying operator()(double number) const { return next_(number); }
-  Place operator()(const Vec3d& v) const {
-    const Varying x = next_(v.x);
-    const Varying y = next_(v.y);
-    return {x, y, next_(v.z)};
-  }
-  VaryingField operator()(const Field& field) const {
-    VaryingField result;
-    result.center = (*this)(field.center);
-    std::visit([&](const auto& motion) { take(motion, result); }, field.motion);
-    std::visit([&](const auto& region) { take(region, result); }, field.region);
-    result.thresholds.inner = next_(field.thresholds.inner);
-    result.thresholds.outer = next_(field.thresholds.outer);
-    result.thresholds.falloff = field.thresholds.falloff;
-    return result;
-  }
-
- private:
-  void take(const Translation<double>& motion, VaryingField& to) const {
-    Translation<Varying> own{(*this)(motion.velocity)};
-    own.axis = (*this)(motion.axis);
-    own.gauge = next_(motion.gauge);
-    to.motion = own;
-  }
-  void take(const Rotation<double>& motion, VaryingField& to) const {
-    Rotation<Varying> own{(*this)(motion.axis)};
-    own.rate = next_(motion.rate);
-    own.gauge = next_(motion.gauge);
-    own.zero_gauge = motion.zero_gauge;
-    to.motion = own;
-  }
-  void take(const Twist<double>& motion, VaryingField& to) const {
-    Twist<Varying> own{(*this)(motion.axis)};
-    own.rate = next_(motion.rate);
-    own.gauge = next_(motion.gauge);
-    to.motion = own;
-  }
-  void take(const Strain<double>& motion, VaryingField& to) const {
-    Strain<Varying> own;
-    own.matrix.row0 = (*this)(motion.matrix.row0);
-    own.matrix.row1 = (*this)(motion.matrix.row1);
-    own.matrix.row2 = (*this)(motion.matrix.row2);
-    to.motion = own;
-  }
-  void take(const Ball<double>& /*region*/, VaryingField& to) const { to.region = Ball<Varying>{}; }
-  void take(const Capsule<double>& region, VaryingField& to) const {
-    to.region = Capsule<Varying>{(*this)(region.half_axis)};
-  }
-  void take(const HalfSpace<double>& region, VaryingField& to) const {
-    HalfSpace<Varying> own{(*this)(region.normal)};
-    own.turn_axis = (*this)(region.turn_axis);
-    own.turn_angle = next_(region.turn_angle);
-    to.region = own;
-  }
-  void take(const PointSet<double>& region, VaryingField& to) const { to.region = set(region); }
-  void take(const Handles<double>& region, VaryingField& to) const {
-    Handles<Varying> own{set(region.full), set(region.zero)};
-    own.sweep = (*this)(region.sweep);
-    own.turn_axis = (*this)(region.turn_axis);
-    own.turn_angle = next_(region.turn_angle);
-    to.region = std::move(own);
-  }
-  template <class Own>  // CustomMotion, CustomRegion
-  [[noreturn]] void take(const Own& /*own*/, VaryingField& /*to*/) const {
-    throw InvalidInput("the derivatives of a custom motion or region are not known; use another field");
-  }
-
-  PointSet<Varying> set(const PointSet<double>& set) const {
-    PointSet<Varying> own;
-    own.exponent = set.exponent;
-    for (const Vec3d& p : set.points) own.points.push_back((*this)(p));
-    for (const std::vector<Vec3d>& curve : set.curves) {
-      own.curves.emplace_back();
-      for (const Vec3d& p : curve) own.curves.back().push_back((*this)(p));
-    }
-    return own;
-  }
-
-  Next& next_;
-};
 
 // --- what numbers a segment has
 
@@ -224,7 +58,11 @@ bool is_alike(const Segment& a, const Segment& b) {
 constexpr double kPinPrecision = 1e-12;  // of the radius, of the pins' velocities
 constexpr std::size_t kTimesOfPiece = 9;
 
-double pin_tolerance(const Segment& segment) { return kPinPrecision * segment.fields.front().thresholds.outer; }
+std::vector<PinPiece> exact_pins(const Segment& segment, const Progress* progress) {
+  std::vector<PinPiece> pieces = solve_pins(segment, kPinPrecision * segment.fields.front().thresholds.outer, progress);
+  stop_if_cancelled(progress);
+  return pieces;
+}
 
 // Chebyshev's nodes of each piece, in its own order.
 std::vector<double> times_of(const std::vector<PinPiece>& pieces) {
@@ -241,10 +79,11 @@ std::vector<double> times_of(const std::vector<PinPiece>& pieces) {
 
 // Calls next(number) for the numbers of a segment's fields, or those of the pins at these times.
 template <class Next>
-void read_fields(const Segment& segment, const SegmentMask& mask, std::span<const double> pin_times, Next& next) {
+void read_fields(const Segment& segment, const SegmentMask& mask, std::span<const double> pin_times,
+                 const Progress* progress, Next& next) {
   const Varied<Next> varied(next);
   if (segment.time_law == TimeLaw::pinned) {
-    const std::vector<PinPiece> pieces = solve_pins(segment, pin_tolerance(segment));
+    const std::vector<PinPiece> pieces = exact_pins(segment, progress);
     for (const double t : pin_times) {
       for (const Field& field : fields_at(segment, pieces, t)) varied(field);
     }
@@ -258,9 +97,10 @@ void read_fields(const Segment& segment, const SegmentMask& mask, std::span<cons
 
 }  // namespace
 
-SegmentNumbers::SegmentNumbers(const Segment& segment) : segment_(segment) {
+SegmentNumbers::SegmentNumbers(const Segment& segment, const Progress* progress)
+    : segment_(segment), progress_(progress) {
   if (segment.time_law != TimeLaw::pinned) return;
-  pin_times_ = times_of(solve_pins(segment, pin_tolerance(segment)));
+  pin_times_ = times_of(exact_pins(segment, progress));
 }
 
 std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) const {
@@ -271,12 +111,12 @@ std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) co
     return Varying(number);
   };
   if (segment.parts.empty()) {
-    read_fields(segment, mask_on(segment), pin_times_, next);
+    read_fields(segment, mask_on(segment), pin_times_, progress_, next);
     return numbers;
   }
   const std::vector<Segment> parts = parts_of(segment);
   const std::vector<SegmentMask> masks = masks_on(segment, parts);
-  for (std::size_t i = 0; i < parts.size(); ++i) read_fields(parts[i], masks[i], {}, next);
+  for (std::size_t i = 0; i < parts.size(); ++i) read_fields(parts[i], masks[i], {}, progress_, next);
   return numbers;
 }
 
@@ -305,12 +145,12 @@ class NextRates {
 
 struct MaskAt {
   MaskValue<Varying> value;
-  Place offset;
+  VaryingVec3 offset;
 };
 
-Place velocity_of(const VaryingField& field, const Place& d, double t, const MaskAt* mask) {
+VaryingVec3 velocity_of(const VaryingField& field, const VaryingVec3& d, double t, const MaskAt* mask) {
   return std::visit(
-      [&](const auto& motion, const auto& region) -> Place {
+      [&](const auto& motion, const auto& region) -> VaryingVec3 {
         if (mask == nullptr) return velocity(motion, region, field.thresholds, d, Varying(t));
         const RegionValue<Varying> r = evaluate(region, d, Varying(t));
         return masked_velocity_where(r, motion, field.thresholds, d, mask->value, mask->offset);
@@ -340,12 +180,13 @@ double part_before_kink(const Kinks& from, const Kinks& to) {
 // The fields of a segment that is no sum, with the derivatives of their numbers.
 class VaryingFields {
  public:
-  VaryingFields(const Segment& segment, SegmentMask mask, const SegmentRates& rates, NextRates& next)
+  VaryingFields(const Segment& segment, SegmentMask mask, const SegmentRates& rates, NextRates& next,
+                const Progress* progress)
       : segment_(segment), mask_(std::move(mask)), rates_(rates) {
     if (!segment.grid.is_empty()) nodes_ = std::make_unique<const GridNodes<double>>(segment.grid);
     const Varied<NextRates> varied(next);
     if (segment.time_law == TimeLaw::pinned) {
-      pieces_ = solve_pins(segment, pin_tolerance(segment));
+      pieces_ = exact_pins(segment, progress);
       count_numbers();
       if (mask_.acts && is_varied()) {
         throw InvalidInput("pins under a mask have no derivative with respect to parameters; leave out the mask");
@@ -356,17 +197,17 @@ class VaryingFields {
     }
     if (!mask_.acts) return;
     for (const Vec3d& offset : mask_.offsets) {
-      offsets_.push_back(segment.time_law == TimeLaw::pinned ? Place(offset) : varied(offset));
+      offsets_.push_back(segment.time_law == TimeLaw::pinned ? VaryingVec3(offset) : varied(offset));
     }
   }
 
-  Place velocity(const Place& x, double t) const {
+  VaryingVec3 velocity(const VaryingVec3& x, double t) const {
     if (nodes_ != nullptr) return grid_velocity(x, t);
     if (segment_.time_law == TimeLaw::pinned) return pin_velocity(x, t);
-    Place sum;
+    VaryingVec3 sum;
     for (std::size_t i = 0; i < fields_.size(); ++i) {
       const VaryingField& field = fields_[i];
-      const Place d = x - field.center;
+      const VaryingVec3 d = x - field.center;
       MaskAt there;
       const MaskAt* const mask = mask_at(x, segment_.fields[i].center, i, there);
       if (segment_.time_law != TimeLaw::blended) {
@@ -418,15 +259,15 @@ class VaryingFields {
   }
 
   // Null: no mask acts. The mask rests in space, so nothing but x varies.
-  const MaskAt* mask_at(const Place& x, const Vec3d& center, std::size_t field, MaskAt& there) const {
+  const MaskAt* mask_at(const VaryingVec3& x, const Vec3d& center, std::size_t field, MaskAt& there) const {
     if (!mask_.acts) return nullptr;
-    there = {evaluate_mask(view_of<double>(segment_.mask, center), x - Place(center)), offsets_[field]};
+    there = {evaluate_mask(view_of<double>(segment_.mask, center), x - VaryingVec3(center)), offsets_[field]};
     return &there;
   }
 
-  Place grid_velocity(const Place& x, double t) const {
+  VaryingVec3 grid_velocity(const VaryingVec3& x, double t) const {
     const Vec3d center = nodes_->cells.center();
-    const Place y = x - Place(center);
+    const VaryingVec3 y = x - VaryingVec3(center);
     const GridValue<Varying> value = evaluate_grid(nodes_->view, y, Varying(t));
     if (!mask_.acts) return value.velocity;
     const MaskValue<Varying> m = evaluate_mask(view_of<double>(segment_.mask, center), y);
@@ -470,12 +311,12 @@ class VaryingFields {
     return rates;
   }
 
-  Place pin_velocity(const Place& x, double t) const {
+  VaryingVec3 pin_velocity(const VaryingVec3& x, double t) const {
     const std::array<std::vector<double>, kTangents> at_time = pin_rates(t);
     const SegmentRates rates{at_time[0], at_time[1], at_time[2]};
     NextRates next(rates);
     const Varied<NextRates> varied(next);
-    Place sum;
+    VaryingVec3 sum;
     std::size_t i = 0;
     for (const Field& field : fields_at(segment_, pieces_, t)) {
       MaskAt there;
@@ -491,8 +332,8 @@ class VaryingFields {
   SegmentMask mask_;
   const SegmentRates& rates_;
   std::vector<VaryingField> fields_;
-  Place displacement_;
-  std::vector<Place> offsets_;
+  VaryingVec3 displacement_;
+  std::vector<VaryingVec3> offsets_;
   std::unique_ptr<const GridNodes<double>> nodes_;  // of a grid
   std::vector<PinPiece> pieces_;                    // of pins
   std::size_t numbers_ = 0;                         // of their fields at one time
@@ -529,7 +370,8 @@ class TangentLine {
       masks = masks_on(segment, parts_);
     }
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      fields_.push_back(std::make_unique<const VaryingFields>(parts_[i], std::move(masks[i]), rates, next));
+      fields_.push_back(
+          std::make_unique<const VaryingFields>(parts_[i], std::move(masks[i]), rates, next, options.progress));
       const double reach = reach_of_step(parts_[i]);
       if (std::isfinite(reach)) reach_ = std::min(reach_, reach);
       for (const Field& field : parts_[i].fields) {
@@ -574,11 +416,11 @@ class TangentLine {
   }
 
   State slope(const State& state, double t, unsigned chosen) const {
-    Place x;
+    VaryingVec3 x;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       x[axis] = Varying(state[0][axis], {state[1][axis], state[2][axis], state[3][axis]});
     }
-    Place v;
+    VaryingVec3 v;
     for (std::size_t i = 0; i < fields_.size(); ++i) {
       if ((chosen >> i & 1U) != 0) v += fields_[i]->velocity(x, t);
     }

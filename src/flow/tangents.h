@@ -8,12 +8,10 @@
 #include <span>
 #include <vector>
 
+#include "flow/varying.h"
 #include "knead/flow.h"
 
 namespace knead::detail {
-
-// So many derivatives are followed at a time.
-inline constexpr std::size_t kTangents = 3;
 
 // Reads the numbers of segments that a variable may change without a jump, in a fixed order: places, directions,
 // rates, thresholds, the elements of point sets, where the segment begins and ends, what the mask's border takes from
@@ -21,9 +19,10 @@ inline constexpr std::size_t kTangents = 3;
 class SegmentNumbers {
  public:
   // `segment` says how segments must be alike. It is kept.
-  explicit SegmentNumbers(const Segment& segment);
+  explicit SegmentNumbers(const Segment& segment, const Progress* progress = nullptr);
 
-  // Returns the numbers of a segment; nothing unless it differs from the one of the constructor in them alone.
+  // Returns the numbers of a segment; nothing unless it differs from the one of the constructor in them alone. Throws
+  // Cancelled.
   std::optional<std::vector<double>> of(const Segment& segment) const;
 
   // At these times the numbers of pins are read.
@@ -31,6 +30,7 @@ class SegmentNumbers {
 
  private:
   Segment segment_;
+  const Progress* progress_;
   std::vector<double> pin_times_;
 };
 

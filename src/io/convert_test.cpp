@@ -234,7 +234,8 @@ TEST(Decimals, MovedCoordinatesHaveThemInEveryTextFormat) {
                                                       {"off", "OFF\n2 0 0\n", "0.5 1e0 2\n4 5 6.0\n"},
                                                       {"ply", ply, "0.5 1e0 2\n4 5 6.0\n"},
                                                       {"pcd", pcd, "0.5 1e0 2\n4 5 6.0\n"},
-                                                      {"ptx", pose, "0.5 1e0 2\n4 5 6.0\n"}};
+                                                      {"ptx", pose, "0.5 1e0 2\n4 5 6.0\n"},
+                                                      {"su2", "NDIME= 3\nNPOIN= 2\n", "0.5 1e0 2\n4 5 6.0\n"}};
   for (const auto& [format, head, body] : files) {
     SCOPED_TRACE(format);
     const ShapeFile shape = parse_shape(head + body, format, "a");

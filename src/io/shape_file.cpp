@@ -32,7 +32,7 @@ bool never(const ShapeFile&) { return false; }
 
 constexpr std::array<std::string_view, 6> kPointExtensions = {"txt", "asc", "pts", "csv", "xyzn", "xyzrgb"};
 
-constexpr std::array<Format, 9> kFormats = {
+constexpr std::array<Format, 10> kFormats = {
     {{"ply",
       ply::parse,
       nullptr,
@@ -66,7 +66,9 @@ constexpr std::array<Format, 9> kFormats = {
      {"pcd", pcd::parse, nullptr, pcd::rewrite, pcd::generate, pcd::losses, pcd::source_losses, nullptr, nullptr,
       nullptr, pcd::stores_floats, false, pcd::stores_floats, pcd::visit_coordinates},
      {"ptx", ptx::parse, nullptr, ptx::rewrite, ptx::generate, ptx::losses, ptx::source_losses, nullptr, nullptr,
-      nullptr, never, false, never, ptx::visit_coordinates}}};
+      nullptr, never, false, never, ptx::visit_coordinates},
+     {"su2", su2::parse, nullptr, su2::rewrite, su2::generate, su2::losses, su2::source_losses, nullptr, nullptr,
+      nullptr, never, false, never, su2::visit_coordinates}}};
 
 bool has_extension(const Format& format, std::string_view extension) {
   return format.name == extension ||

@@ -330,6 +330,18 @@ inline std::vector<Sample> gltf_samples() {
           {"gltf", serialize_mesh("gltf", cloud)}};
 }
 
+inline std::vector<Sample> su2_samples() {
+  const std::string cells = "NDIME= 3\nNELEM= 1\n10 0 1 2 3 0\n";
+  const std::string markers = "NMARK= 1\nMARKER_TAG= wall\nMARKER_ELEMS= 1\n5 0 1 2\n";
+  const std::string points = "0 0 0 0\n1 0 0 1\n0 1.0 0 2\n0 0 1e0 3\n";
+  return {{"su2", cells + "NPOIN= 4\n" + points + markers},
+          {"su2", "% made by hand\n" + cells + "%\n NPOIN = 4 4\n" + points + "% end\n" + markers},
+          {"su2", "NDIME=3\r\nNPOIN=2\r\n1 2 3\r\n% one more\r\n\r\n4 5 6"},
+          {"su2", "NZONE= 2\nIZONE= 1\n" + cells + "NPOIN= 4\n" + points + "IZONE= 2\n" + cells + "NPOIN= 4\n" +
+                      points + markers},
+          {"su2", "NDIME= 3\nNPOIN= 1\n1 2 3 0\nNELEM= 0\nFFD_NBOX= 1\nFFD_TAG= a\n"}};
+}
+
 inline std::vector<Sample> samples_of(const std::string& format) {
   if (format == "ply") return ply_samples();
   if (format == "obj") return obj_samples();
@@ -338,6 +350,7 @@ inline std::vector<Sample> samples_of(const std::string& format) {
   if (format == "gltf") return gltf_samples();
   if (format == "pcd") return pcd_samples();
   if (format == "ptx") return ptx_samples();
+  if (format == "su2") return su2_samples();
   return format == "glb" ? glb_samples() : xyz_samples();
 }
 

@@ -41,7 +41,7 @@ Session without_bounds(Session session) {
 // then the parameter is moved by this part of its size.
 constexpr double kNudge = 1e-11;
 
-Session beside_nothing(const Session& session, const SessionPart& part, int threads) {
+Session beside_nothing(const Session& session, const SessionPart& part, int threads, const Progress* progress) {
   Session result = without_bounds(session);
   for (std::size_t p = 0; p < session.parameters.size(); ++p) {
     const Parameter& parameter = session.parameters[p];
@@ -49,6 +49,7 @@ Session beside_nothing(const Session& session, const SessionPart& part, int thre
       return with_values(result, {{parameter.name, parameter.value + step * size_of(parameter)}});
     };
     const auto count = [&](double step) -> std::optional<std::size_t> {
+      stop_if_cancelled(progress);
       try {
         return flow_of(at(step), part, threads).segments.size();
       } catch (const InvalidInput&) {
@@ -118,13 +119,14 @@ class FlowOfParameter {
  public:
   // The session has no bounds: differences pass them. `size`: of the parameter.
   FlowOfParameter(const Session& session, std::size_t parameter, double size, const SessionPart& part, int threads,
-                  const std::vector<detail::SegmentNumbers>& segments)
+                  const std::vector<detail::SegmentNumbers>& segments, const Progress* progress)
       : session_(session),
         parameter_(session.parameters[parameter]),
         size_(size),
         part_(part),
         threads_(threads),
-        segments_(segments) {}
+        segments_(segments),
+        progress_(progress) {}
 
   // The derivatives at the parameter's value; all zero for a parameter that no stroke names.
   FlowNumbers derivatives() const {
@@ -150,6 +152,7 @@ class FlowOfParameter {
  private:
   // Nothing where there is no flow, or one that is not alike.
   std::optional<FlowNumbers> at(double step) const {
+    stop_if_cancelled(progress_);
     Flow flow;
     try {
       flow = flow_of(with_values(session_, {{parameter_.name, parameter_.value + step}}), part_, threads_);
@@ -188,6 +191,7 @@ class FlowOfParameter {
   const SessionPart& part_;
   int threads_;
   const std::vector<detail::SegmentNumbers>& segments_;
+  const Progress* progress_;
 };
 
 void require_options(const DerivativeOptions& options) {
@@ -234,16 +238,18 @@ struct SessionDerivatives::Parts {
   }
 };
 
-SessionDerivatives::SessionDerivatives(const Session& session, const SessionPart& part, int threads) {
+SessionDerivatives::SessionDerivatives(const Session& session, const SessionPart& part, int threads,
+                                       const Progress* progress) {
   auto parts = std::make_unique<Parts>();
   parts->parameters = session.parameters.size();
-  const Session beside = beside_nothing(session, part, threads);
+  const Session beside = beside_nothing(session, part, threads, progress);
   parts->flow = flow_of(beside, part, threads);
   validate(parts->flow);
-  const std::vector<detail::SegmentNumbers> segments(parts->flow.segments.begin(), parts->flow.segments.end());
+  std::vector<detail::SegmentNumbers> segments;
+  for (const Segment& segment : parts->flow.segments) segments.emplace_back(segment, progress);
   for (std::size_t p = 0; p < session.parameters.size(); ++p) {
     const double size = size_of(session.parameters[p]);
-    FlowNumbers rates = FlowOfParameter(beside, p, size, part, threads, segments).derivatives();
+    FlowNumbers rates = FlowOfParameter(beside, p, size, part, threads, segments, progress).derivatives();
     for (std::vector<double>& of_segment : rates) {
       if (std::all_of(of_segment.begin(), of_segment.end(), [](double rate) { return rate == 0; })) of_segment.clear();
     }

@@ -291,6 +291,7 @@ TEST(Derivatives, ThatDoNotExistAreErrors) {
   Progress progress;
   progress.cancel = true;
   EXPECT_THROW(derivatives.jvp(points(), unit_of(session, 0), {.progress = &progress}), Cancelled);
+  EXPECT_THROW(SessionDerivatives(session, {}, 0, &progress), Cancelled);
 }
 
 TEST(Derivatives, OfNoPointsAndNoParametersAreNone) {

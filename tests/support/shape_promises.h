@@ -14,7 +14,7 @@
 
 namespace knead {
 
-inline constexpr const char* kEveryFormat[] = {"ply", "obj", "off", "xyz", "pcd", "ptx", "glb", "gltf", "stl"};
+inline constexpr const char* kEveryFormat[] = {"ply", "obj", "off", "xyz", "pcd", "ptx", "su2", "glb", "gltf", "stl"};
 
 inline std::string broken_mesh(const Mesh& mesh) {
   if (mesh.face_begin.front() != 0 || mesh.face_begin.back() != mesh.corner_vertex.size()) return "face_begin";
@@ -89,7 +89,8 @@ inline std::string difference(const Mesh& mesh, const ShapeFile& back, bool as_f
     const Vec3d p = as_floats ? Vec3d(Vec3f(mesh.positions[i])) : mesh.positions[i];
     if (!(back.mesh.positions[i] == p)) return "the position of vertex " + std::to_string(i);
   }
-  return back.format == "xyz" || back.format == "pcd" || back.format == "ptx" || same_faces ? "" : "faces";
+  const bool is_cloud = back.format == "xyz" || back.format == "pcd" || back.format == "ptx" || back.format == "su2";
+  return is_cloud || same_faces ? "" : "faces";
 }
 
 // What Knead wrote, read back; never refused.
@@ -168,7 +169,7 @@ inline std::string broken_promise(const ShapeFile& shape) {
   count_flipped(shape.mesh, shape.mesh.positions, moved.positions);
   for (const std::string format : kEveryFormat) {
     const bool is_own = format == shape.format;
-    const bool may_refuse = (format == "stl" && moved.face_count() == 0) || format == "ptx";
+    const bool may_refuse = (format == "stl" && moved.face_count() == 0) || format == "ptx" || format == "su2";
     if (may_refuse && !is_own) continue;
     const std::string bytes = serialize_shape(format, shape, moved.positions, {.double_coordinates = true});
     const bool as_floats = is_own ? holds_floats(shape) : format == "stl" || is_gltf(format);

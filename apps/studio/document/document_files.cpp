@@ -97,11 +97,7 @@ void Document::append(Session session, Progress& progress) {
     stamp.mesh = file;
   });
   for (const std::string& warning : session.warnings) options_.tell({false, warning});
-  if (history_->done().empty()) {
-    parameters_ = session.parameters;
-  } else {  // those that it begins with may have the same names
-    for (SessionStroke& stroke : session.strokes) stroke.uses.clear();
-  }
+  parameters_ = session.parameters;  // no stroke is before it
   take(history_->append(session.strokes, &progress), "The session");
   picker_is_stale_ = true;
   show_state();

@@ -125,7 +125,7 @@ class Session(collections.abc.MutableSequence):
         resolved._strokes = [_wrap(s) for s in strokes]
         return resolved
 
-    def jvp(self, points, direction, *, relative_tolerance=1e-9, threads=0, diagonal=None, progress=None):
+    def jvp(self, points, direction, *, relative_tolerance=1e-8, threads=0, diagonal=None, progress=None):
         """Returns the deformed points, and how they move per unit of a direction in the space of the parameters.
 
         points: array-like (n, 3). direction: a dict of parameters and numbers (0 for those that it lacks), or a sequence
@@ -139,7 +139,7 @@ class Session(collections.abc.MutableSequence):
         request = _knead.DerivativeRequest(_real(relative_tolerance), operator.index(threads), _length(diagonal))
         return _knead.jvp(self._native(), points, self._direction(direction), request, progress)
 
-    def vjp(self, points, gradient, *, relative_tolerance=1e-9, threads=0, diagonal=None, progress=None):
+    def vjp(self, points, gradient, *, relative_tolerance=1e-8, threads=0, diagonal=None, progress=None):
         """Returns the derivatives with respect to the parameters of a number that depends on the deformed points.
 
         points: array-like (n, 3), undeformed. gradient: array-like (n, 3): the derivatives of the number with respect to

@@ -238,7 +238,7 @@ py::object jvp(const Session& session, const py::object& points, const std::vect
   options.progress = &progress;
   PointTangents result;
   const bool is_done = run_watched(callback, progress, [&] {
-    const SessionDerivatives derivatives(session, {}, options.threads);
+    const SessionDerivatives derivatives(session, {}, options.threads, &progress);
     progress.total = given.span().size() * derivatives.segments();
     result = derivatives.jvp(given.span(), direction, options);
   });
@@ -255,7 +255,7 @@ py::object vjp(const Session& session, const py::object& points, const py::objec
   options.progress = &progress;
   std::vector<double> result;
   const bool is_done = run_watched(callback, progress, [&] {
-    const SessionDerivatives derivatives(session, {}, options.threads);
+    const SessionDerivatives derivatives(session, {}, options.threads, &progress);
     constexpr std::size_t kParametersAtATime = 3;
     const std::size_t passes = (session.parameters.size() + kParametersAtATime - 1) / kParametersAtATime;
     progress.total = given.span().size() * derivatives.segments() * passes;
