@@ -64,15 +64,12 @@ void StudioFit::open(const std::filesystem::path& file, const Navigation& like) 
           document_.deliver([this, like, target = std::move(target)]() mutable {
             close();
             target_ = std::move(target);
-            const int width = navigation_.width;
-            const int height = navigation_.height;
+            const Picture picture{navigation_.width, navigation_.height, navigation_.covered};
             navigation_ = like;
-            navigation_.covered = {};
-            navigation_.width = width;
-            navigation_.height = height;
             const Box box = shape_box(*target_->state.mesh);
-            navigation_.view = framed(navigation_.view, box, {width, height, {}});
             navigation_.home = box.center();
+            navigation_.width = 0;
+            set_size(picture);
           });
         } catch (const Cancelled&) {
           return;
@@ -94,11 +91,14 @@ void StudioFit::close() {
 
 Screen StudioFit::screen() const { return {camera_of(navigation_.view), navigation_.width, navigation_.height}; }
 
-void StudioFit::set_size(int width, int height) {
-  if (navigation_.width == width && navigation_.height == height) return;
-  navigate(navigation_, Resized{width, height});
-  if (!is_open()) return;
-  navigation_.view = framed(navigation_.view, shape_box(*target_->state.mesh), {width, height, {}});
+void StudioFit::set_size(const Picture& picture) {
+  if (navigation_.width == picture.width && navigation_.height == picture.height &&
+      navigation_.covered == picture.covered) {
+    return;
+  }
+  navigate(navigation_, Resized{picture.width, picture.height});
+  navigation_.covered = picture.covered;
+  if (is_open()) navigation_.view = framed(navigation_.view, shape_box(*target_->state.mesh), picture);
 }
 
 void StudioFit::handle(const Event& event) {

@@ -49,7 +49,7 @@ class StudioFit {
 
   // The view of the target. Events have their places in it.
   Screen screen() const;
-  void set_size(int width, int height);
+  void set_size(const Picture& picture);
   void handle(const Event& event);
   bool is_turning() const { return navigation_.drag != NavigationDrag::none; }
 

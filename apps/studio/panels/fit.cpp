@@ -11,8 +11,7 @@ namespace knead::studio {
 
 namespace {
 
-constexpr float kNumberGap = 7;    // points, from the dot of a pair
-constexpr float kPanelWide = 250;  // points
+constexpr float kNumberGap = 7;  // points, from the dot of a pair
 constexpr float kRampHeight = 8;
 
 void draw_number(const Screen& screen, const Area& area, const Vec3d& place, std::size_t pair, float unit) {
@@ -80,10 +79,10 @@ void draw_fit(Studio& studio, const Gui& gui, const Layout& layout) {
   if (!fit.is_open()) return;
   draw_numbers_of_pairs(studio, gui, layout);
   const Area& area = layout.target;
-  const float gap = kPanelGap * gui.unit();
   ImGui::GetBackgroundDrawList()->AddRect({area.left, area.top}, {area.right, area.bottom}, IM_COL32(60, 65, 75, 255));
-  ImGui::SetNextWindowPos({area.left + gap, area.top + gap});
-  ImGui::SetNextWindowSize({std::min(kPanelWide * gui.unit(), area.width() - 2 * gap), 0});
+  const float height = std::min(kFitPanelHeight * gui.unit(), area.height());
+  ImGui::SetNextWindowPos({area.left, area.bottom - height});
+  ImGui::SetNextWindowSize({area.width(), height});
   bool stays = true;
   const std::string title = fmt::format("Fit to {}###Fit", fit.name());
   if (ImGui::Begin(title.c_str(), &stays,

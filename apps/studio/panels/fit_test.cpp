@@ -85,7 +85,7 @@ TEST_F(FitWindow, EachViewTurnsByItself) {
   const View shape = panels.studio.view().navigation().view;
   const render::Camera before = panels.studio.fit().screen().camera;
   const Area area = panels.interface.layout().target;
-  panels.drag(area.right - 20, area.bottom - 20, area.right - 120, area.bottom - 20);
+  panels.drag(area.right - 20, area.top + 20, area.right - 120, area.top + 20);
   EXPECT_EQ(panels.studio.view().navigation().view, shape);
   const render::Camera after = panels.studio.fit().screen().camera;
   EXPECT_GT(norm(after.eye - before.eye), 0.1);

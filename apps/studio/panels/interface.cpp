@@ -85,7 +85,11 @@ void Interface::arrange() {
   const bool had_target = layout_.target.width() > 0;
   layout_ = layout_of(query);
   const auto pixels = [](float length) { return std::max(1, static_cast<int>(std::lround(length))); };
-  if (query.target) studio_.fit().set_size(pixels(layout_.target.width()), pixels(layout_.target.height()));
+  if (query.target) {
+    studio_.fit().set_size(
+        {pixels(layout_.target.width()), pixels(layout_.target.height()),
+         Margins{.bottom = pixels(std::min(kFitPanelHeight * gui_.unit(), 0.5F * layout_.target.height()))}});
+  }
   studio_.view().navigation().covered = margins_of(layout_, query.width, query.height);
   if (query.target != had_target) studio_.view().frame_all();
 }

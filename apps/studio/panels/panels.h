@@ -191,6 +191,9 @@ struct FrameTimes {
 // turns the view. Left out where there is no room.
 void draw_axes(Studio& studio, const Gui& gui, const Layout& layout);
 
+// The height of the window of a fit, at the bottom of the target's view, in points.
+inline constexpr float kFitPanelHeight = 156;
+
 // The numbers of the pairs of a fit, in both views, and what the person can do with them.
 void draw_fit(Studio& studio, const Gui& gui, const Layout& layout);
 
