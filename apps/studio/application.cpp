@@ -150,8 +150,8 @@ class Application {
       studio_.set_hit_test([this](const Ray& ray) { return hit_on_gpu(ray); });
       studio_.document().tell(
           {false,
-           fmt::format("The GPU {} now moves the shape during a drag.{}", times_.mover,
-                       gpu.is_software() ? " It is emulated in software, so the CPU is faster." : ""),
+           fmt::format("The GPU {} now moves the shape during a drag{}.", times_.mover,
+                       gpu.is_software() ? ", but it is emulated in software, so the CPU is faster" : ""),
            Subject::gpu});
     } catch (const std::exception& error) {
       give_up_gpu(error);
@@ -333,7 +333,8 @@ void run_application(const ApplicationOptions& options) {
     application.reset();
     application = std::make_unique<Application>(studio);
     studio.preferences().backend = BackendChoice::cpu;
-    studio.document().tell({true, "The GPU was reset. No work is lost; Studio continues on the CPU in a new window."});
+    studio.document().tell(
+        {true, "The GPU was reset: Studio continues on the CPU in a new window, and no work is lost."});
   }
   studio.view().remember_look();
   studio.view().remember_window(application->place());

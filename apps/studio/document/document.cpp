@@ -41,7 +41,7 @@ bool Document::guarded(Subject subject, const std::function<void()>& work) const
   } catch (const Cancelled&) {
     options_.tell({false, "Stopped."});
   } catch (const std::bad_alloc&) {
-    options_.tell({true, "There is not enough memory. Close other programs or open a smaller shape.", subject});
+    options_.tell({true, "There is not enough memory: close other programs, or open a smaller shape.", subject});
   } catch (const std::exception& error) {
     options_.tell({true, error.what(), subject});
   }

@@ -303,8 +303,8 @@ void move_handles(const Pointer& pointer, const GestureContext& around, HandlesG
 std::string refusal_of(const HandlesGesture& gesture, const ToolSettings& settings) {
   if (settings.handles_anyway || gesture.speed <= kStrongSpeed) return {};
   return fmt::format(
-      "Not moved: beside the handles the shape would run {:.2g} times as far as they do, and tear. Leave a wider gap "
-      "between what moves and what stays, move fewer places at once, or choose \"Do it anyway\".",
+      "Not moved: beside the handles the shape would run {:.2g} times as far as they do, so leave a wider gap between "
+      "what moves and what stays.",
       gesture.speed);
 }
 

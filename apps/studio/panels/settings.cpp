@@ -76,11 +76,6 @@ void draw_limit_cylinder_settings(Studio& studio) {
 }
 
 void draw_handles(Studio& studio) {
-  HandleMode& handle = studio.tools().settings().handle;
-  for (const HandleMode mode : {HandleMode::full, HandleMode::zero, HandleMode::erase, HandleMode::move}) {
-    if (mode != HandleMode::full) ImGui::SameLine();
-    if (ImGui::RadioButton(name_of(mode), handle == mode)) handle = mode;
-  }
   ImGui::Checkbox("Lasso", &studio.tools().settings().lasso);
   help_on_hover("Draw a line round the part. It takes both sides of the shape.");
   ImGui::Checkbox("Do it anyway", &studio.tools().settings().handles_anyway);
@@ -343,7 +338,7 @@ bool has_radius(const ToolSettings& settings) {
 
 bool has_mode(const Studio& studio) {
   const ToolUse use = studio.tools().settings().tool->use;
-  return use == ToolUse::stamp || use == ToolUse::pose || use == ToolUse::mask;
+  return use == ToolUse::stamp || use == ToolUse::pose || use == ToolUse::mask || use == ToolUse::handles;
 }
 
 void draw_mode(Studio& studio, float width) {
@@ -358,6 +353,10 @@ void draw_mode(Studio& studio, float width) {
     help_on_hover(
         "Pins: click to set a pin, drag it or a part. Lasso, Brush: choose a part, which holds, and moves by its "
         "gizmo. Exact points: each pin goes to its place alone, with what is within its radius.");
+  } else if (settings.tool->use == ToolUse::handles) {
+    constexpr std::array modes{HandleMode::full, HandleMode::zero, HandleMode::erase, HandleMode::move};
+    choose_one("##handles", settings.handle, modes, [](HandleMode mode) { return name_of(mode); });
+    help_on_hover("paint what moves and what stays, then drag it");
   } else if (settings.tool->use == ToolUse::mask) {
     constexpr std::array modes{MaskMode::paint, MaskMode::lasso, MaskMode::box};
     choose_one("##mask", settings.mask_mode, modes, [](MaskMode mode) { return name_of(mode); });

@@ -107,7 +107,9 @@ describe("the page's tools", { skip }, () => {
     await drag(page.tab, { x: middle.x - 60, y: middle.y + 170 }, { x: middle.x + 60, y: middle.y + 170 });
     await page.tab.keyboard.up('Control');
     await picture(page.tab, 'handles_marked');
-    await page.tab.mouse.click(1124, 189); // Drag, in the panel
+    await page.tab.mouse.click(190, 41); // the list in the bar above the picture
+    await settle(page.tab);
+    await page.tab.mouse.click(170, 131); // Drag
     await settle(page.tab);
     await drag(page.tab, middle, { x: middle.x + 20, y: middle.y - 25 });
     const made = await strokesAsCommand(page, 'handles');
