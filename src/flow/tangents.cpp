@@ -358,7 +358,7 @@ void add(State& to, const State& slope, double h) {
 class TangentLine {
  public:
   TangentLine(const Segment& segment, const SegmentRates& rates, const TangentOptions& options)
-      : segment_(segment), rates_(rates), options_(options), parts_(parts_of(segment)) {
+      : segment_(segment), options_(options), parts_(parts_of(segment)) {
     constexpr std::size_t kBeginAndEnd = 2;
     NextRates next(rates);
     for (std::size_t i = 0; i < kBeginAndEnd; ++i) ends_[i] = next(i == 0 ? segment.begin : segment.end);
@@ -510,7 +510,6 @@ class TangentLine {
   }
 
   const Segment& segment_;
-  const SegmentRates& rates_;
   const TangentOptions& options_;
   std::vector<Segment> parts_;
   std::vector<std::unique_ptr<const VaryingFields>> fields_;  // of the parts
