@@ -77,6 +77,9 @@ constexpr Level kLevels[] = {{0.1, 8, 0.2, 0.8, 900},
                              {0.05, 6, 4, 6, 1500},
                              {0.035, 4, 6, 6, 3000}};
 
+// Tells whether a source that has grown as a whole is the better start.
+constexpr Level kGrowthTrial{0.1, 4, 0.2, 0.8, 900};
+
 void require(bool holds, const std::string& what) {
   if (!holds) throw InvalidInput(what);
 }
@@ -184,11 +187,14 @@ class Fitter {
   void set_marks();
   void scale();
   void align();
-  void grow();
+  bool grow();
+  void grow_if_nearer();
   void apply(const std::vector<Stroke>& strokes);
   void find_tips();
   void go_to_landmarks();
   void exactly_to_landmarks();
+  struct Surfaces;
+  bool match_level(const Level& level, const Surfaces& surfaces);
   void match_surfaces();
   bool match_round(const Level& level, double weight, const SurfaceSamples& asking, const SurfaceSamples& candidates,
                    const SampleTree& target, const std::vector<SurfaceSample>& of_target);
@@ -220,9 +226,22 @@ class Fitter {
   std::vector<Stroke> last_;     // after them
   std::size_t tips_ = 0;         // that took the place of landmarks
   SelfIntersections crossings_before_;
+  double growth_ = 1;         // by which the source grows as a whole first
   bool is_hopeless_ = false;  // another stiffness did not help where triangles cross
   std::optional<Result> best_;
   BodyFitReport report_;
+};
+
+// What points of the two surfaces are matched with.
+struct Fitter::Surfaces {
+  explicit Surfaces(const Fitter& fitter)
+      : candidates(fitter.triangles_, fitter.rest_, kCandidates),
+        target(SurfaceSamples(fitter.target_triangles_, fitter.target_.positions, kCandidates)
+                   .at(fitter.target_triangles_, fitter.target_.positions),
+               kNormalLength * fitter.diagonal_) {}
+
+  SurfaceSamples candidates;
+  SampleTree target;
 };
 
 Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& options)
@@ -295,7 +314,7 @@ BodyFit Fitter::run() {
   report_.crossings_before = crossings_before_.count;
   report_.before = distance(0);
   align();
-  if (options_.volume == FitVolume::free) grow();
+  if (options_.volume == FitVolume::free) grow_if_nearer();
   const bool has_pairs = !landmarks_.empty() || !map_.empty();
   Result landmarks = result_of("landmarks", [&] {
     if (has_pairs) {
@@ -360,7 +379,7 @@ void Fitter::align() {
 }
 
 // People differ in size before they differ in build: the source grows as a whole where that brings it nearer.
-void Fitter::grow() {
+bool Fitter::grow() {
   std::optional<Growth> growth;
   if (landmarks_.size() >= 3 || map_.size() >= 3) {
     std::vector<FitPair> pairs = landmarks_.size() >= 3 ? landmarks_ : map_;
@@ -374,7 +393,7 @@ void Fitter::grow() {
         SurfaceSamples(target_triangles_, target_.positions, kAlignSamples).at(target_triangles_, target_.positions),
         elementary::cbrt(std::max(more, 1e-3)), diagonal_);
   }
-  if (!growth) return;
+  if (!growth) return false;
   double longest = 0;
   for (const Vec3d& p : motion_->positions()) longest = std::max(longest, norm((*growth)(p)-p));
   const auto steps =
@@ -396,7 +415,27 @@ void Fitter::grow() {
     for (Vec3d& p : to) p += velocity(p);
     motion_->step(to, std::move(rows));
   }
-  report_.notes.push_back(fmt::format("the source first grows as a whole by a factor of {:.3g}", growth->factor));
+  growth_ = growth->factor;
+  return true;
+}
+
+// Pairs tell whether it should; surfaces are matched a little, from both starts.
+void Fitter::grow_if_nearer() {
+  const FitMotion plain = *motion_;
+  if (!grow()) return;
+  if (landmarks_.size() < 3 && map_.size() < 3) {
+    const FitMotion grown = *motion_;
+    const Surfaces surfaces(*this);
+    const auto distance_from = [&](const FitMotion& start) {
+      *motion_ = start;
+      match_level(kGrowthTrial, surfaces);
+      return distance(kLookedAt).mean;
+    };
+    const bool is_nearer = distance_from(grown) < distance_from(plain);
+    *motion_ = is_nearer ? grown : plain;
+    if (!is_nearer) return;
+  }
+  report_.notes.push_back(fmt::format("the source first grows as a whole by a factor of {:.3g}", growth_));
 }
 
 // Where nothing is given, ends of limbs take the place of landmarks until the surfaces are matched.
@@ -461,30 +500,32 @@ void Fitter::go_to_landmarks() {
   motion_->set_guides({});
 }
 
+// Rounds of a level. Returns whether the surfaces are still apart. Throws InvalidInput where it is too fine for the
+// shape.
+bool Fitter::match_level(const Level& level, const Surfaces& surfaces) {
+  const SurfaceSamples asking(triangles_, rest_, level.samples);
+  const SurfaceSamples of_target(target_triangles_, target_.positions, level.samples);
+  const std::vector<SurfaceSample> target_samples = of_target.at(target_triangles_, target_.positions);
+  motion_->set_spacing(level.spacing * diagonal_);
+  bool goes_on = true;
+  for (int round = 0; round < level.rounds && goes_on; ++round) {
+    const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
+    goes_on = match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking,
+                          surfaces.candidates, surfaces.target, target_samples);
+  }
+  return goes_on;
+}
+
 void Fitter::match_surfaces() {
-  const SurfaceSamples candidates(triangles_, rest_, kCandidates);
-  const SurfaceSamples target_candidates(target_triangles_, target_.positions, kCandidates);
-  const SampleTree target(target_candidates.at(target_triangles_, target_.positions), kNormalLength * diagonal_);
+  const Surfaces surfaces(*this);
   const double edge = mean_edge(triangles_, rest_);
   const double most_99 = best_->most_99;
   for (const Level& level : kLevels) {
     if (&level != &kLevels[0] && level.spacing * diagonal_ < kEdges * edge) return;
-    const SurfaceSamples asking(triangles_, rest_, level.samples);
-    const SurfaceSamples of_target(target_triangles_, target_.positions, level.samples);
-    const std::vector<SurfaceSample> target_samples = of_target.at(target_triangles_, target_.positions);
     bool goes_on = true;
-    const auto rounds = [&] {
-      goes_on = true;
-      motion_->set_spacing(level.spacing * diagonal_);
-      for (int round = 0; round < level.rounds && goes_on; ++round) {
-        const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
-        goes_on = match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, candidates,
-                              target, target_samples);
-      }
-    };
     std::optional<Result> now;
     try {
-      now = result_of("surface", rounds);
+      now = result_of("surface", [&] { goes_on = match_level(level, surfaces); });
     } catch (const InvalidInput&) {
       return;  // too fine for the shape: the level before is the last
     }
