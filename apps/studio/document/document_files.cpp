@@ -322,6 +322,7 @@ void Document::write_poster(const std::filesystem::path& file, const PosterScene
   guarded(Subject::picture, [&] {
     if (file.extension() != ".png") throw InvalidInput("A poster is a PNG file: give a name like poster.png");
     if (!settle(progress)) throw Cancelled();
+    stop_if_cancelled(&progress);
     constexpr std::uint64_t each = 1000;
     progress.total = each * static_cast<std::uint64_t>(pictures);
     const Mesh mesh = history_->state().to_mesh();
