@@ -69,7 +69,7 @@ void draw_ramp_of_distances(const StudioFit& fit, float unit) {
 
 void draw_report(const BodyFitReport& report) {
   ImGui::Text("Stretch up to %.2f, %zu new crossings", report.greatest_stretch, report.crossings_new);
-  if (report.volume_error) ImGui::Text("Volume %.1f%% of what it was", 100 * (1 + *report.volume_error));
+  if (report.volume_error) ImGui::Text("Volume %+.1f%%", 100 * *report.volume_error);
 }
 
 }  // namespace
