@@ -201,6 +201,7 @@ std::optional<RigidMap> align_pairs(std::span<const FitPair> pairs) {
     const double far = 2 * sorted[sorted.size() / 2];
     if (!(far > 0)) break;
     std::vector<double> weights;
+    weights.reserve(distances.size());
     for (const double distance : distances) weights.push_back(1 / (1 + distance * distance / (far * far)));
     map = nearest_rigid(s.from, s.to, weights);
   }

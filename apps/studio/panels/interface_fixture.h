@@ -18,8 +18,8 @@ namespace knead::studio {
 // A Studio with its panels in a window of a size that nobody sees.
 class ShownPanels {
  public:
-  ShownPanels(StudioOptions options, int width, int height, double unit = 1)
-      : studio(std::move(options)), gui(unit), interface(studio, gui, {}) {
+  ShownPanels(const StudioOptions& options, int width, int height, double unit = 1)
+      : studio(options), gui(unit), interface(studio, gui, {}) {
     ImGuiIO& io = ImGui::GetIO();
     io.DeltaTime = 1.0F / 60;
     for (std::size_t i = 0; i < kKeys.size(); ++i) io.KeyMap[kKeys[i].second] = static_cast<int>(i);
@@ -110,17 +110,17 @@ class ShownPanels {
   }
 
   // Clicks on an item of a window. Returns whether it is there.
-  bool click_item(const ImGuiWindow* window, const char* label) {
+  bool click_item(ImGuiWindow* window, const char* label) {
     if (window == nullptr) return false;
     const Area area{window->Pos.x, window->Pos.y, window->Pos.x + window->Size.x, window->Pos.y + window->Size.y};
-    const auto place = place_in(area, const_cast<ImGuiWindow*>(window)->GetID(label));
+    const auto place = place_in(area, window->GetID(label));
     if (place) click(place->first, place->second);
     return place.has_value();
   }
   bool click_item(const char* window, const char* label) { return click_item(ImGui::FindWindowByName(window), label); }
 
   // The list, menu or dialog that is open above all others; null if there is none.
-  static const ImGuiWindow* popup() {
+  static ImGuiWindow* popup() {
     const auto& stack = ImGui::GetCurrentContext()->OpenPopupStack;
     return stack.empty() ? nullptr : stack.back().Window;
   }

@@ -28,9 +28,9 @@ class ToolBarTest : public StudioTest {
 
   // Types a number into a slider.
   static void type_into(ShownPanels& panels, const char* window, const char* slider, const std::string& text) {
-    const ImGuiWindow& in = *ImGui::FindWindowByName(window);
+    ImGuiWindow& in = *ImGui::FindWindowByName(window);
     const Area area{in.Pos.x, in.Pos.y, in.Pos.x + in.Size.x, in.Pos.y + in.Size.y};
-    const auto place = panels.place_in(area, const_cast<ImGuiWindow&>(in).GetID(slider));
+    const auto place = panels.place_in(area, in.GetID(slider));
     ASSERT_TRUE(place) << slider;
     ImGui::GetIO().KeyCtrl = true;
     panels.press(place->first, place->second);
@@ -88,13 +88,13 @@ TEST_F(ToolBarTest, ARightClickOpensTheSameSettingsAtThePointer) {
   panels.right_click(middle.x, middle.y);
   ASSERT_NE(ShownPanels::popup(), nullptr);
   panels.frame();
-  const ImGuiWindow& menu = *ShownPanels::popup();
+  ImGuiWindow& menu = *ShownPanels::popup();
   EXPECT_NEAR(menu.Pos.x + 0.5 * menu.Size.x, middle.x, 0.5 * menu.Size.x);
   EXPECT_NEAR(menu.Pos.y, middle.y, 2);
   ASSERT_TRUE(panels.click_item(&menu, "Z##mirror"));
   EXPECT_TRUE(panels.studio.tools().settings().mirror[2]);
   const auto radius = panels.place_in({menu.Pos.x, menu.Pos.y, menu.Pos.x + menu.Size.x, menu.Pos.y + menu.Size.y},
-                                      const_cast<ImGuiWindow&>(menu).GetID("##Radius"));
+                                      menu.GetID("##Radius"));
   ASSERT_TRUE(radius);
   const double before = panels.studio.tools().settings().radius;
   panels.drag(radius->first, radius->second, radius->first + 60, radius->second);
