@@ -181,9 +181,8 @@ GuiBackend::GuiBackend(Window& window) {
 GuiBackend::~GuiBackend() { ImGui_ImplOpenGL3_Shutdown(); }
 
 void GuiBackend::begin_frame(const Window& window) {
-  using Clock = std::chrono::steady_clock;
-  static Clock::time_point last = Clock::now();
-  const Clock::time_point now = Clock::now();
+  static auto last = std::chrono::steady_clock::now();
+  const auto now = std::chrono::steady_clock::now();
   ImGuiIO& io = ImGui::GetIO();
   io.DeltaTime = std::clamp(std::chrono::duration<float>(now - std::exchange(last, now)).count(), 1e-4F, 0.5F);
   io.DisplaySize = {static_cast<float>(window.width()), static_cast<float>(window.height())};
