@@ -30,13 +30,21 @@ struct Distances {
   double mean = 0;  // of the diagonal
 };
 
-Distances distances_from(const SurfaceTree& tree, const Snapshot& positions, double diagonal, int threads) {
+struct Measured {
+  double diagonal = 1;
+  int threads = 0;
+  const Progress* progress = nullptr;
+};
+
+// Throws Cancelled.
+Distances distances_from(const SurfaceTree& tree, const Snapshot& positions, const Measured& how) {
   Distances result;
   std::vector<double> lengths(positions.size());
-  parallel_for(positions.size(), kMeasuredAtOnce, threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(positions.size(), kMeasuredAtOnce, how.threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(how.progress);
     for (std::size_t i = begin; i < end; ++i) {
       const auto nearest = tree.closest(positions[i]);
-      lengths[i] = nearest ? norm(nearest->point - positions[i]) / diagonal : 0;
+      lengths[i] = nearest ? norm(nearest->point - positions[i]) / how.diagonal : 0;
     }
   });
   for (const double length : lengths) {
@@ -148,6 +156,13 @@ void StudioFit::remove_last_pair() {
 void StudioFit::run() {
   const DocumentState& shown = document_.shown();
   if (!is_open() || shown.opened == 0) return;
+  document_.withdraw(Subject::strokes);
+  if (shown.looked_at || !shown.state.mask.is_empty()) {
+    const char* const why = shown.looked_at ? "A fit begins from the present shape: click on the shape to return to it."
+                                            : "A fit moves the whole shape: clear the mask first.";
+    document_.tell({true, why, Subject::strokes});
+    return;
+  }
   BodyFitOptions options;
   for (const ClickedPair& pair : pairs_) {
     if (!pair.source || !pair.target) continue;
@@ -156,7 +171,6 @@ void StudioFit::run() {
   options.surface = settings_.surface;
   options.volume = settings_.grows ? FitVolume::free : FitVolume::keep;
   options.threads = threads_;
-  document_.withdraw(Subject::strokes);
   document_.post(
       [this, options, state = shown.state, target = target_](Document& document, Progress& progress) mutable {
         try {
@@ -200,8 +214,14 @@ void StudioFit::follow(bool has_gesture) {
   if (has_gesture || shown.opened == 0 || (asked_.mesh != nullptr && asked_.is_same(shown.state))) return;
   asked_ = shown.state;
   document_.post([this, state = shown.state, diagonal = shown.diagonal, target = target_](Document& /*document*/,
-                                                                                          Progress& /*progress*/) {
-    document_.deliver([this, found = distances_from(target->tree, state.positions, diagonal, threads_)] {
+                                                                                          Progress& progress) {
+    Distances found;
+    try {
+      found = distances_from(target->tree, state.positions, {diagonal, threads_, &progress});
+    } catch (const Cancelled&) {  // no colour is better than that of another shape
+      found = {};
+    }
+    document_.deliver([this, found = std::move(found)] {
       distances_ = found.shades;
       mean_distance_ = found.mean;
       ++measured_;

@@ -62,7 +62,8 @@ class StudioFit {
   void remove_last_pair();
   void clear_pairs() { pairs_.clear(); }
 
-  // Fits the shape to the target, as one entry of the history. A notice says what is wrong with the result.
+  // Fits the shape to the target, as one entry of the history. A notice says what is wrong with the result, or why the
+  // shape cannot be fitted as it is: a mask acts, or the past is looked at.
   void run();
   // Of the last fit, while the shape is what it made.
   const std::optional<BodyFitReport>& report() const { return report_; }

@@ -61,8 +61,8 @@ struct ViewDirection {
   Vec3d up;
 };
 
-// Returns the direction of a camera that stands at the azimuth (degrees from the front towards +x) and elevation
-// (degrees, from -90 to 90), as `knead render --view` has it. is_z_up: z is up instead of y, and the front looks along
+// Returns the direction of a camera at an azimuth, degrees from the front towards +x, and an elevation, degrees from
+// -90 to 90. These are the numbers of `knead render --view`. is_z_up: z is up instead of y, and the front looks along
 // +y.
 inline ViewDirection view_direction(double azimuth_deg, double elevation_deg, bool is_z_up) {
   const double azimuth = azimuth_deg * std::numbers::pi / 180;

@@ -221,7 +221,7 @@ TEST(Derivatives, AreLinearInTheDirection) {
   for (std::size_t i = 0; i < sum.size(); ++i) EXPECT_LT(norm(found.tangents[i] - sum[i]), 1e-7);
 }
 
-// To the bit: of a point alone, by any number of threads.
+// A point alone, and any number of threads, give the same bits.
 TEST(Derivatives, OfAPointDependOnItAlone) {
   const SessionDerivatives derivatives(session_of(kCases.back()));
   const std::vector<double> direction{1, 0.5, -1};

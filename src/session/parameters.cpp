@@ -72,7 +72,7 @@ Json with_numbers(const Json& json, std::span<const Parameter> parameters, const
   return object;
 }
 
-// As a session file has it: with a blank after each comma and colon.
+// Writes a blank after each comma and colon, as session files do.
 std::string spaced_text(const Json& json) {
   std::string text;
   if (json.is_array()) {

@@ -18,7 +18,7 @@ namespace knead::studio {
 
 namespace {
 
-// The word of the tool of a stroke, as Studio has it.
+// The word by which scripts and keys of Studio name the tool of a stroke.
 std::string tool_word(const Stroke& stroke) {
   std::string word = tool_name(stroke);
   if (const auto* implicit = std::get_if<ImplicitStroke>(&stroke)) {

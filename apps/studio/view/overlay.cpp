@@ -478,7 +478,8 @@ render::LiveScene Overlay::target_scene(const Studio& studio) {
 
 std::optional<std::vector<float>> Overlay::distances(const Studio& studio) {
   const StudioFit& fit = studio.fit();
-  const bool fits = fit.distances().size() == studio.document().shown().state.positions.size();
+  const std::size_t vertices = studio.document().shown().state.positions.size();
+  const bool fits = fit.distances().empty() || fit.distances().size() == vertices;
   if (!fits || fit.measured() == measured_) return std::nullopt;
   measured_ = fit.measured();
   influencing_.clear();

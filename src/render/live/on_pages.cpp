@@ -1,4 +1,4 @@
-// Where OpenGL has no compute shaders.
+// What pages do not have: compute shaders, and the offline renderer.
 #include "knead/gl.h"
 #include "render/live/live.h"
 
@@ -8,5 +8,9 @@ LiveCompute::LiveCompute(const LiveMesh&) { throw GpuError("this build has no co
 
 // Not reached: there is no object to call it for.
 void LiveCompute::move(std::span<const PointBuffer>, const Placement&, const LiveBuffers&) const {}
+
+Image render(const Scene&, const Options&) {
+  throw GpuError("a page draws no posters; use Studio on the desktop, or knead render");
+}
 
 }  // namespace knead::render
