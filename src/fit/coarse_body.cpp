@@ -440,4 +440,17 @@ std::vector<double> CoarseBody::distances_from(std::uint32_t node) const {
   return distance;
 }
 
+Vec3d place_on(const std::vector<Vec3d>& path, double time) {
+  const double at = time * static_cast<double>(path.size() - 1);
+  const auto piece = std::min(static_cast<std::size_t>(at), path.size() - 2);
+  const double rest = at - static_cast<double>(piece);
+  return path[piece] * (1 - rest) + path[piece + 1] * rest;
+}
+
+double length_of_path(const std::vector<Vec3d>& path) {
+  double length = 0;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) length += norm(path[i + 1] - path[i]);
+  return length;
+}
+
 }  // namespace knead::fit_detail

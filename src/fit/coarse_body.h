@@ -29,6 +29,10 @@ struct Anchor {
   bool is_doubtful = false;  // counts less where it disagrees with the others
 };
 
+// Returns the place on a path of evenly spaced times from 0 to 1, and the length of the path.
+Vec3d place_on(const std::vector<Vec3d>& path, double time);
+double length_of_path(const std::vector<Vec3d>& path);
+
 class CoarseBody {
  public:
   // Takes about `count` evenly spread vertices. There is at least one position. A cloud has no triangles.

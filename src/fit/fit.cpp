@@ -29,7 +29,6 @@ namespace {
 using namespace fit_detail;
 using detail::VelocityRows;
 
-constexpr std::size_t kMaxLandmarks = 2000;
 // Landmarks, of the diagonal:
 constexpr double kStep = 0.03;     // what one moves in a step at most
 constexpr double kSpacing = 0.08;  // of the grids
@@ -56,8 +55,6 @@ constexpr std::size_t kAlignSamples = 400;
 constexpr std::size_t kGrowthLookedAt = 400;  // vertices at which det J is measured
 constexpr int kAgain = 3;                     // times that a stage begins again where triangles cross
 constexpr std::size_t kFewCrossed = 600;      // vertices of triangles that cross: with more a stage is given up
-constexpr double kGrowthStep = 0.04;          // of the diagonal: what a point moves in a step of growth at most
-constexpr std::size_t kGrowthRows = 300;
 constexpr std::size_t kTipNodes = 250;
 constexpr std::size_t kTipSamples = 1500;
 constexpr double kMuchNearer = 0.6;  // of the distance as it is: only then a shape is aligned by itself
@@ -84,84 +81,9 @@ void require(bool holds, const std::string& what) {
   if (!holds) throw InvalidInput(what);
 }
 
-void validate(const BodyFitOptions& options) {
-  require(options.landmarks.size() <= kMaxLandmarks,
-          fmt::format("at most {} landmarks can be met, got {}; give the others as a map", kMaxLandmarks,
-                      options.landmarks.size()));
-  require(options.max_stretch > 1 && std::isfinite(options.max_stretch),
-          fmt::format("the greatest stretch must be a number above 1, got {}", options.max_stretch));
-  require(options.threads >= 0, fmt::format("the number of threads must be 0 or more, got {}", options.threads));
-  for (const std::vector<FitPair>* pairs : {&options.landmarks, &options.map}) {
-    for (std::size_t i = 0; i < pairs->size(); ++i) {
-      const FitPair& pair = (*pairs)[i];
-      const bool is_finite = knead::is_finite(pair.source) && knead::is_finite(pair.target);
-      require(is_finite, fmt::format("pair {} is not finite, counted from 0", i));
-      require(pair.tolerance >= 0 && std::isfinite(pair.tolerance),
-              fmt::format("the tolerance of pair {} must be a length of 0 or more, got {}", i, pair.tolerance));
-    }
-  }
-}
-
-// Two landmarks that start at one point, or end at one, would tear the shape.
-void require_apart(const std::vector<FitPair>& landmarks, double diagonal) {
-  constexpr double kSame = 1e-9;  // of the diagonal
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    for (std::size_t k = i + 1; k < landmarks.size(); ++k) {
-      const double apart = norm(landmarks[i].source - landmarks[k].source);
-      const double places = norm(landmarks[i].target - landmarks[k].target);
-      const double slack = kSame * diagonal + landmarks[i].tolerance + landmarks[k].tolerance;
-      if ((apart > kSame * diagonal || places <= slack) && (places > kSame * diagonal || apart <= slack)) continue;
-      throw InvalidInput(fmt::format(
-          "landmarks {} and {}, counted from 0, are {:.3g} apart on the source and {:.3g} on the target; remove one of "
-          "them, or give both a tolerance",
-          i, k, apart, places));
-    }
-  }
-}
-
-// Turns faces that look inward. Returns whether it did.
-bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles) {
-  const Measures m = measure(mesh);
-  if (!m.closed() || !m.oriented() || m.volume >= 0) return false;
-  for (Triangle& t : triangles) std::swap(t[1], t[2]);
-  return true;
-}
-
-std::optional<double> volume_of(const Mesh& mesh, std::span<const Vec3d> positions) {
-  const Measures m = measure(mesh);
-  if (!m.closed() || !m.oriented()) return std::nullopt;
-  return std::abs(measure_volume_and_area(mesh, positions).volume);
-}
-
-std::optional<double> relative(const std::optional<double>& now, const std::optional<double>& before) {
-  return now && before && *before != 0 ? std::optional(*now / *before - 1) : std::nullopt;
-}
-
 Vec3d clipped(const Vec3d& v, double most) {
   const double length = norm(v);
   return length > most ? v * (most / length) : v;
-}
-
-// A place on a path of evenly spaced times from 0 to 1.
-Vec3d place_on(const std::vector<Vec3d>& path, double time) {
-  const double at = time * static_cast<double>(path.size() - 1);
-  const auto piece = std::min(static_cast<std::size_t>(at), path.size() - 2);
-  const double rest = at - static_cast<double>(piece);
-  return path[piece] * (1 - rest) + path[piece + 1] * rest;
-}
-
-double length_of_path(const std::vector<Vec3d>& path) {
-  double length = 0;
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) length += norm(path[i + 1] - path[i]);
-  return length;
-}
-
-double mean_edge(const std::vector<Triangle>& triangles, const std::vector<Vec3d>& positions) {
-  double sum = 0;
-  for (const Triangle& t : triangles) {
-    for (std::size_t i = 0; i < 3; ++i) sum += norm(positions[t[(i + 1) % 3]] - positions[t[i]]);
-  }
-  return sum / (3 * static_cast<double>(triangles.size()));
 }
 
 class Fitter {
@@ -204,7 +126,6 @@ class Fitter {
   void keep_better(Result result);
   SelfIntersections crossings_of(std::span<const Vec3d> positions) const;
   void finish(BodyFit& fit);
-  void measure_growth(const std::vector<Stroke>& strokes);
   // From the target, by at most so many vertices of each; 0: all.
   FitDistance distance(std::size_t most) const {
     return distance_of({motion_->positions(), triangles_}, {target_.positions, target_triangles_}, *target_tree_,
@@ -394,27 +315,7 @@ bool Fitter::grow() {
         elementary::cbrt(std::max(more, 1e-3)), diagonal_);
   }
   if (!growth) return false;
-  double longest = 0;
-  for (const Vec3d& p : motion_->positions()) longest = std::max(longest, norm((*growth)(p)-p));
-  const auto steps =
-      std::clamp(static_cast<std::size_t>(std::ceil(longest / (kGrowthStep * diagonal_))), std::size_t{1}, kMaxSteps);
-  const double rate = elementary::log(growth->factor) / static_cast<double>(steps);
-  // x(t) - middle(t) grows by `rate` and the middle moves evenly, so v = rate (x - middle) + shift.
-  const Vec3d shift = (growth->to - growth->from) / static_cast<double>(steps);
-  for (std::size_t step = 0; step < steps; ++step) {
-    const Vec3d middle = growth->from + shift * (static_cast<double>(step) + 0.5);
-    const auto velocity = [&](const Vec3d& p) { return (p - middle) * rate + shift; };
-    motion_->set_growth(3 * rate);
-    motion_->set_spacing(kSpacing * diagonal_);
-    std::vector<VelocityRows> rows;
-    for (const std::uint32_t i : spread_points(motion_->positions(), kGrowthRows)) {
-      const Vec3d& p = motion_->positions()[i];
-      rows.push_back({{p}, {velocity(p)}, 1});
-    }
-    std::vector<Vec3d> to = motion_->marks_at();
-    for (Vec3d& p : to) p += velocity(p);
-    motion_->step(to, std::move(rows));
-  }
+  motion_->grow(growth->factor, growth->from, growth->to);
   growth_ = growth->factor;
   return true;
 }
@@ -669,7 +570,12 @@ void Fitter::finish(BodyFit& fit) {
   report_.stretch_99 = stretch.percentile_99;
   report_.rms_log_stretch = stretch.rms_log;
   report_.volume_error = relative(volume_of(source_, fit.positions), volume_of(source_, rest_));
-  if (options_.volume == FitVolume::free) measure_growth(fit.strokes);
+  if (options_.volume == FitVolume::free) {
+    const auto [least, greatest] =
+        growth_range(fit.strokes, rest_, {diagonal_, kGrowthLookedAt, options_.threads, options_.progress});
+    report_.det_least = least;
+    report_.det_greatest = greatest;
+  }
   report_.landmark_excess = std::max(0.0, motion_->miss()) / diagonal_;
   double sum = 0;
   const std::vector<Vec3d> at = motion_->marks_at();
@@ -687,25 +593,6 @@ void Fitter::finish(BodyFit& fit) {
   fit.report = std::move(report_);
 }
 
-void Fitter::measure_growth(const std::vector<Stroke>& strokes) {
-  Flow flow;
-  for (const Stroke& stroke : strokes) {
-    const Flow own = flow_of(stroke);
-    flow.segments.insert(flow.segments.end(), own.segments.begin(), own.segments.end());
-  }
-  std::vector<Vec3d> points;
-  for (const std::uint32_t i : spread_points(rest_, kGrowthLookedAt)) points.push_back(rest_[i]);
-  AdvectOptions options;
-  options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal_);
-  options.threads = options_.threads;
-  options.progress = options_.progress;
-  for (const Mat3d& jacobian : jacobians(flow, points, options)) {
-    const double det = determinant(jacobian);
-    report_.det_least = std::min(det, report_.det_least.value_or(det));
-    report_.det_greatest = std::max(det, report_.det_greatest.value_or(det));
-  }
-}
-
 }  // namespace
 
 std::uint64_t fit_work(const Mesh& source, const BodyFitOptions& options) {
@@ -717,7 +604,7 @@ std::uint64_t fit_work(const Mesh& source, const BodyFitOptions& options) {
 BodyFit fit_body(const Mesh& source, const Mesh& target, const BodyFitOptions& options) {
   validate(source);
   validate(target);
-  validate(options);
+  require_usable(options);
   return Fitter(source, target, options).run();
 }
 

@@ -14,6 +14,7 @@ namespace knead::fit_detail {
 
 namespace {
 
+constexpr std::size_t kMaxLandmarks = 2000;
 constexpr int kAgain = 5;  // rounds in which pairs that disagree lose their weight
 constexpr int kClosestRounds = 15;
 constexpr double kTrimmed = 0.8;       // of the closest points that count
@@ -170,7 +171,45 @@ double rms_of(const Growth& growth, const Split& pairs) {
   return std::sqrt(sum / static_cast<double>(pairs.from.size()));
 }
 
+void require(bool holds, const std::string& what) {
+  if (!holds) throw InvalidInput(what);
+}
+
 }  // namespace
+
+void require_usable(const BodyFitOptions& options) {
+  require(options.landmarks.size() <= kMaxLandmarks,
+          fmt::format("at most {} landmarks can be met, got {}; give the others as a map", kMaxLandmarks,
+                      options.landmarks.size()));
+  require(options.max_stretch > 1 && std::isfinite(options.max_stretch),
+          fmt::format("the greatest stretch must be a number above 1, got {}", options.max_stretch));
+  require(options.threads >= 0, fmt::format("the number of threads must be 0 or more, got {}", options.threads));
+  for (const std::vector<FitPair>* pairs : {&options.landmarks, &options.map}) {
+    for (std::size_t i = 0; i < pairs->size(); ++i) {
+      const FitPair& pair = (*pairs)[i];
+      const bool is_finite = knead::is_finite(pair.source) && knead::is_finite(pair.target);
+      require(is_finite, fmt::format("pair {} is not finite, counted from 0", i));
+      require(pair.tolerance >= 0 && std::isfinite(pair.tolerance),
+              fmt::format("the tolerance of pair {} must be a length of 0 or more, got {}", i, pair.tolerance));
+    }
+  }
+}
+
+void require_apart(std::span<const FitPair> landmarks, double diagonal) {
+  constexpr double kSame = 1e-9;  // of the diagonal
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    for (std::size_t k = i + 1; k < landmarks.size(); ++k) {
+      const double apart = norm(landmarks[i].source - landmarks[k].source);
+      const double places = norm(landmarks[i].target - landmarks[k].target);
+      const double slack = kSame * diagonal + landmarks[i].tolerance + landmarks[k].tolerance;
+      if ((apart > kSame * diagonal || places <= slack) && (places > kSame * diagonal || apart <= slack)) continue;
+      throw InvalidInput(fmt::format(
+          "landmarks {} and {}, counted from 0, are {:.3g} apart on the source and {:.3g} on the target; remove one of "
+          "them, or give both a tolerance",
+          i, k, apart, places));
+    }
+  }
+}
 
 void require_no_mirror(std::span<const FitPair> pairs, double diagonal) {
   constexpr std::size_t kFewest = 4;

@@ -11,6 +11,12 @@
 
 namespace knead::fit_detail {
 
+// Throws InvalidInput for options that cannot be used, whatever the shapes are.
+void require_usable(const BodyFitOptions& options);
+
+// Throws InvalidInput for landmarks that would tear the shape: two that start at one point, or end at one.
+void require_apart(std::span<const FitPair> landmarks, double diagonal);
+
 // Throws InvalidInput where the places of the pairs are the mirror image of their points.
 void require_no_mirror(std::span<const FitPair> pairs, double diagonal);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "math/elementary.h"
 #include "mesh/body_points.h"
 #include "pose/pose_motion.h"
 
@@ -24,7 +25,11 @@ constexpr double kMaxCorrection = 0.25;  // of the spacing
 constexpr std::size_t kInside = 3000;
 constexpr double kCellsOfSample = 0.4;  // the samples' greatest spacing, in that of the grid
 constexpr double kSurfaceStiffness = 20;
-constexpr double kGrowthWeight = 0.1;     // of div v where volumes may change, beside the rest of the strain
+constexpr double kGrowthWeight = 0.1;    // of div v where volumes may change, beside the rest of the strain
+constexpr double kGrowthSpacing = 0.08;  // of the diagonal, while the whole shape grows
+constexpr double kGrowthStep = 0.04;     // of the diagonal: what a point moves in a step then
+constexpr std::size_t kMaxGrowthSteps = 80;
+constexpr std::size_t kGrowthRows = 300;
 constexpr double kAllOfStrain = 1.0 / 3;  // the same where growth is asked for
 constexpr double kStiff = 30;             // times as stiff, near vertices that crossed: nearer than
 constexpr double kStiffReach = 0.5;       // spacings
@@ -71,7 +76,6 @@ void FitMotion::set_spacing(double spacing) {
   if (grows_) {
     body_.growth.assign(body_.points.size(), growth_);
     body_.growth_weight = growth_ != 0 ? kAllOfStrain : kGrowthWeight;
-    growth_ = 0;
   }
   before_.clear();
   lattice_ = {body_.points.front(), spacing};
@@ -145,6 +149,30 @@ void FitMotion::step(std::span<const Vec3d> to, std::vector<VelocityRows> rows) 
   }
   carry(flow_of(grid));
   grids_.push_back(std::move(grid));
+}
+
+// v = rate (x - middle) + shift, where the middle moves evenly.
+void FitMotion::grow(double factor, const Vec3d& from, const Vec3d& to) {
+  double longest = 0;
+  for (const Vec3d& p : positions_) longest = std::max(longest, norm(to + (p - from) * factor - p));
+  const auto steps = std::clamp(static_cast<std::size_t>(std::ceil(longest / (kGrowthStep * diagonal_))),
+                                std::size_t{1}, kMaxGrowthSteps);
+  const double rate = elementary::log(factor) / static_cast<double>(steps);
+  const Vec3d shift = (to - from) / static_cast<double>(steps);
+  growth_ = 3 * rate;
+  for (std::size_t i = 0; i < steps; ++i) {
+    const Vec3d middle = from + shift * (static_cast<double>(i) + 0.5);
+    const auto velocity = [&](const Vec3d& p) { return (p - middle) * rate + shift; };
+    set_spacing(kGrowthSpacing * diagonal_);
+    std::vector<VelocityRows> rows;
+    for (const std::uint32_t k : spread_points(positions_, kGrowthRows)) {
+      rows.push_back({{positions_[k]}, {velocity(positions_[k])}, 1});
+    }
+    std::vector<Vec3d> places = marks_at();
+    for (Vec3d& p : places) p += velocity(p);
+    step(places, std::move(rows));
+  }
+  growth_ = 0;
 }
 
 void FitMotion::carry(const Flow& flow) {

@@ -39,8 +39,8 @@ class FitMotion {
 
   // Volumes may change from the next spacing on.
   void let_grow() { grows_ = true; }
-  // Where volumes may change: what div v shall be everywhere, from the next spacing on to the one after it.
-  void set_growth(double rate) { growth_ = rate; }
+  // Where volumes may change: the whole shape grows by the factor, and `from` goes to `to`. Changes the spacing.
+  void grow(double factor, const Vec3d& from, const Vec3d& to);
 
   // Others, for a while.
   void set_guides(std::vector<Vec3d> points) { guides_ = std::move(points); }
@@ -82,7 +82,7 @@ class FitMotion {
   double diagonal_ = 0;
   int threads_ = 0;
   bool grows_ = false;
-  double growth_ = 0;
+  double growth_ = 0;  // what div v shall be everywhere; 0: as the rest of the strain asks
   Progress* progress_ = nullptr;
   std::vector<std::uint32_t> stiff_;
   detail::Lattice lattice_;

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "knead/error.h"
+#include "knead/tools.h"
+#include "mesh/body_points.h"
 
 namespace knead::fit_detail {
 
@@ -46,6 +48,53 @@ FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const Su
   result.percentile_95 = distances[(distances.size() * 95 + 99) / 100 - 1] / measuring.length;
   result.max = distances.back() / measuring.length;
   return result;
+}
+
+bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles) {
+  const Measures m = measure(mesh);
+  if (!m.closed() || !m.oriented() || m.volume >= 0) return false;
+  for (Triangle& t : triangles) std::swap(t[1], t[2]);
+  return true;
+}
+
+std::optional<double> volume_of(const Mesh& mesh, std::span<const Vec3d> positions) {
+  const Measures m = measure(mesh);
+  if (!m.closed() || !m.oriented()) return std::nullopt;
+  return std::abs(measure_volume_and_area(mesh, positions).volume);
+}
+
+std::optional<double> relative(const std::optional<double>& now, const std::optional<double>& before) {
+  return now && before && *before != 0 ? std::optional(*now / *before - 1) : std::nullopt;
+}
+
+double mean_edge(std::span<const Triangle> triangles, std::span<const Vec3d> positions) {
+  double sum = 0;
+  for (const Triangle& t : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) sum += norm(positions[t[(i + 1) % 3]] - positions[t[i]]);
+  }
+  return sum / (3 * static_cast<double>(triangles.size()));
+}
+
+GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3d>& points,
+                         const Measuring& measuring) {
+  Flow flow;
+  for (const Stroke& stroke : strokes) {
+    const Flow own = flow_of(stroke);
+    flow.segments.insert(flow.segments.end(), own.segments.begin(), own.segments.end());
+  }
+  std::vector<Vec3d> chosen;
+  for (const std::uint32_t i : spread_points(points, measuring.most)) chosen.push_back(points[i]);
+  AdvectOptions options;
+  options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, measuring.length);
+  options.threads = measuring.threads;
+  options.progress = measuring.progress;
+  GrowthRange range{kInfinity, 0};
+  for (const Mat3d& jacobian : jacobians(flow, chosen, options)) {
+    const double det = determinant(jacobian);
+    range.least = std::min(det, range.least);
+    range.greatest = std::max(det, range.greatest);
+  }
+  return range;
 }
 
 }  // namespace knead::fit_detail

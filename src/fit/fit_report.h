@@ -3,11 +3,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "knead/fit.h"
 #include "knead/mesh.h"
+#include "knead/stroke.h"
 
 namespace knead::fit_detail {
 
@@ -24,11 +26,33 @@ struct Measuring {
   double length = 1;     // that distances are relative to
   std::size_t most = 0;  // vertices of each shape that are looked at, evenly through the list; 0: all
   int threads = 0;
-  const Progress* progress = nullptr;
+  Progress* progress = nullptr;
 };
 
 // Returns the distance of two shapes. Throws Cancelled.
 FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const SurfaceTree& of_b,
                         const Measuring& measuring);
+
+// Turns faces that look inward. Returns whether it did.
+bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles);
+
+// Returns the volume of a mesh with these positions; nothing unless it is closed and oriented.
+std::optional<double> volume_of(const Mesh& mesh, std::span<const Vec3d> positions);
+
+// Returns now / before - 1; nothing where one is unknown.
+std::optional<double> relative(const std::optional<double>& now, const std::optional<double>& before);
+
+// Returns the mean length of the edges; there is at least one triangle.
+double mean_edge(std::span<const Triangle> triangles, std::span<const Vec3d> positions);
+
+// The least and greatest factor by which volumes change.
+struct GrowthRange {
+  double least = 1;
+  double greatest = 1;
+};
+
+// Returns that of the strokes at `measuring.most` evenly spread points. `measuring.length`: the diagonal. Throws
+// Cancelled.
+GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3d>& points, const Measuring& measuring);
 
 }  // namespace knead::fit_detail
