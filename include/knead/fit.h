@@ -110,7 +110,7 @@ inline constexpr double kFitExact = 2e-5;
 // the target's mirror image (named); where the equations cannot be solved; and Cancelled.
 BodyFit fit_body(const Mesh& source, const Mesh& target, const BodyFitOptions& options);
 
-// Returns what progress->done grows to at most.
+// Returns about what progress->total is at first. It grows where a stage begins again.
 std::uint64_t fit_work(const Mesh& source, const BodyFitOptions& options);
 
 // Returns the sentence that says which bound a fit misses and what to do; empty if it is sound.

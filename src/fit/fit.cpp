@@ -473,10 +473,13 @@ SelfIntersections Fitter::crossings_of(std::span<const Vec3d> positions) const {
 template <class Stage>
 Fitter::Result Fitter::result_of(const std::string& name, const Stage& stage) {
   const FitMotion start = *motion_;
+  const std::uint64_t done = options_.progress != nullptr ? options_.progress->done.load() : 0;
   stage();
+  const std::uint64_t work = options_.progress != nullptr ? options_.progress->done.load() - done : 0;
   Result best = look(name);
   std::vector<std::uint32_t> stiff = best.crossed;
   for (int again = 0; again < kAgain && !is_hopeless_ && !stiff.empty() && stiff.size() <= kFewCrossed; ++again) {
+    if (options_.progress != nullptr) options_.progress->total += work;
     *motion_ = start;
     motion_->stiffen(stiff);
     stage();
@@ -598,6 +601,8 @@ void Fitter::finish(BodyFit& fit) {
 std::uint64_t fit_work(const Mesh& source, const BodyFitOptions& options) {
   std::size_t steps = options.landmarks.empty() && options.map.empty() ? 2 : 30;
   for (const Level& level : kLevels) steps += options.surface ? static_cast<std::size_t>(level.rounds) : 0;
+  constexpr std::size_t kStepsOfGrowth = 6;
+  if (options.volume == FitVolume::free) steps += kStepsOfGrowth + 2 * static_cast<std::size_t>(kGrowthTrial.rounds);
   return source.vertex_count() * steps;
 }
 
