@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "fit/coarse_body.h"
+#include "fit/fit_align.h"
 #include "fit/fit_tips.h"
-#include "fit/rigid_map.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"

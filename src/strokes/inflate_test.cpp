@@ -97,6 +97,28 @@ TEST(Inflate, IsADiffeomorphismThatComesBack) {
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LE(norm(there[i] - points[i]), 1e-6);
 }
 
+// A ball is round about the place that grows: the grids leave no pattern that one would see in its shine.
+TEST(Inflate, IsAsSmoothAsTheShape) {
+  Inflated shape(make_shape(ShapeKind::sphere, 10242));
+  ASSERT_TRUE(shape.inflate({{{0, 0, 1}}, 0.45, 0.02}));
+  Flow flow;
+  for (const Stroke& part : shape.applied) flow.segments.push_back(flow_of(part).segments.front());
+  double highest = 0;
+  for (const double sine : {0.0, 0.1, 0.2}) {
+    std::vector<Vec3d> ring;
+    for (int i = 0; i < 64; ++i) {
+      const double angle = i * std::acos(-1) / 32;
+      ring.push_back({sine * std::cos(angle), sine * std::sin(angle), std::sqrt(1 - sine * sine)});
+    }
+    advect(flow, ring, {.tolerance = 1e-7, .precision = Precision::float64});
+    const auto [least, most] = std::minmax_element(ring.begin(), ring.end(),
+                                                   [](const Vec3d& a, const Vec3d& b) { return norm2(a) < norm2(b); });
+    highest = std::max(highest, norm(*most) - 1);
+    EXPECT_LT(norm(*most) - norm(*least), 0.015 * highest) << sine;
+  }
+  EXPECT_GT(highest, 0.09);
+}
+
 TEST(Inflate, GivesTheSameBitsForEveryNumberOfThreadsAndOrder) {
   const Mesh mesh = make_shape(ShapeKind::sphere, 2562);
   const InflateStroke stroke{{{0, 0, 1}}, 0.7, 0.05};
