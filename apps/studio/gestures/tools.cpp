@@ -104,7 +104,7 @@ const std::vector<StudioTool> kTools{
               {line, {0.1F, -0.25F, 0.7F, -0.95F}},
               {disc, {0.03F, -0.17F, 0.2F}}}},
     {.name = "Inflate",
-     .key = "U",
+     .key = "J",
      .use = ToolUse::inflate,
      .group = ToolGroup::shape,
      .tip = "Makes the shape grow by a volume along a line, or with Ctrl shrink.",

@@ -209,7 +209,7 @@ struct ToolSettings {
   double capsule_length = 1;  // half of it, relative to the radius
   double depth = 0.15;        // of paint, relative to the radius, > 0
   bool paint_in = false;      // paint presses in, inflate shrinks; Ctrl inverts
-  double growth = 0.1;        // of inflate: the volume, relative to the radius' cube, > 0
+  double growth = 0.06;       // of inflate: the volume, relative to the radius' cube, > 0
   int exponent = 8;           // of points and handles; even, 4 or more
   double stamp_size = 0.5;    // the tool's half extent, relative to the radius
   StampContact stamp_contact = StampContact::automatic;
