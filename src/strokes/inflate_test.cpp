@@ -60,7 +60,7 @@ TEST(Inflate, AddsTheVolumeThatIsTypedAndMovesNothingBeyondItsRadius) {
 
 TEST(Inflate, GrowsAlongAPathOnAnInsideOutSurfaceToo) {
   Mesh before = make_shape(ShapeKind::sphere, 10242);
-  const InflateStroke stroke{{{0, 0.3, 0.95}, {0, 0, 1}, {0.4, 0, 0.9}}, 0.4, 0.04};
+  const InflateStroke stroke{{{0, 0.1, 0.99}, {0.1, 0, 0.99}}, 0.4, 0.015};
   Inflated shape(before);
   ASSERT_TRUE(shape.inflate(stroke));
   EXPECT_NEAR(gain_of(before, shape.mesh) / stroke.volume, 1, 1e-4);
