@@ -1,5 +1,4 @@
-#include "knead/gl.h"
-
+// Opens contexts through EGL, as on Linux.
 #include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
@@ -7,6 +6,8 @@
 #include <array>
 #include <cstddef>
 #include <vector>
+
+#include "knead/gl.h"
 
 namespace knead::gl {
 
@@ -59,19 +60,7 @@ EGLContext create_context(EGLDisplay display, int least_version) {
   return EGL_NO_CONTEXT;
 }
 
-std::string text(GLenum name) {
-  const GLubyte* found = glGetString(name);
-  return found == nullptr ? std::string("unknown") : std::string(reinterpret_cast<const char*>(found));
-}
-
-std::string dotted(int version) { return std::to_string(version / 10) + "." + std::to_string(version % 10); }
-
 }  // namespace
-
-void Context::describe_current() {
-  is_software_ = gl::is_software();
-  description_ = text(GL_RENDERER) + ", OpenGL " + text(GL_VERSION);
-}
 
 Context Context::open(int version) {
   // Without it epoxy ends the program.
@@ -94,30 +83,15 @@ Context Context::open(int version) {
     if (!best.is_software_) break;
   }
   if (best.context_ == nullptr) {
-    throw GpuError("no GPU with OpenGL " + dotted(version) +
+    throw GpuError("no GPU with OpenGL " + std::to_string(version / 10) + "." + std::to_string(version % 10) +
                    " was found through EGL; install its driver, or Mesa's for the CPU");
   }
   return best;
 }
 
-Context Context::adopt_current(int version) {
-  require_version(version);
-  Context context;
-  context.describe_current();
-  return context;
-}
-
 // EGL displays are shared within a process, so only the context is ours to destroy.
 Context::~Context() {
   if (context_ != nullptr) eglDestroyContext(display_, context_);
-}
-
-Context& Context::operator=(Context&& other) noexcept {
-  std::swap(display_, other.display_);
-  std::swap(context_, other.context_);
-  std::swap(description_, other.description_);
-  std::swap(is_software_, other.is_software_);
-  return *this;
 }
 
 CurrentContext::CurrentContext(const Context& context)
@@ -141,21 +115,5 @@ CurrentContext::~CurrentContext() {
     eglMakeCurrent(before_display_, before_draw_, before_read_, before_context_);
   }
 }
-
-void require_version(int version) {
-  if (glGetString(GL_VERSION) == nullptr || epoxy_gl_version() < version) {
-    throw GpuError("the graphics driver has no OpenGL " + dotted(version) + "; install a newer driver");
-  }
-}
-
-bool is_software() {
-  const std::string renderer = text(GL_RENDERER);
-  for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader", "SWR"}) {
-    if (renderer.find(name) != std::string::npos) return true;
-  }
-  return false;
-}
-
-bool reports_loss() { return epoxy_gl_version() >= 45 || epoxy_has_gl_extension("GL_KHR_robustness"); }
 
 }  // namespace knead::gl
