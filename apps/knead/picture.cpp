@@ -275,7 +275,7 @@ class Film {
 }  // namespace
 
 void check_film_output(const std::string& output) {
-  if (kind_of(output) == "mp4" && !find_program("ffmpeg")) {
+  if (kind_of(output) == "mp4" && find_program("ffmpeg").empty()) {
     throw UsageError(fmt::format(
         "--output {}: needs the program ffmpeg, which is not installed; install it, or write a .gif or F_%04d.png",
         output));

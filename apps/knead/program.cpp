@@ -47,7 +47,8 @@ constexpr char kBetweenFolders = ':';
 constexpr const char* kProgramEnding = "";
 #endif
 
-// The file of a program on PATH; empty if there is none.
+}  // namespace
+
 std::filesystem::path find_program(const std::string& name) {
   const char* const path = std::getenv("PATH");
   std::istringstream folders(path == nullptr ? "" : path);
@@ -62,8 +63,6 @@ std::filesystem::path find_program(const std::string& name) {
   }
   return {};
 }
-
-}  // namespace
 
 #if defined(_WIN32)
 

@@ -41,6 +41,9 @@ void write_error_output(std::string_view text) noexcept;
 // The file of the program that runs; empty where the system does not say.
 std::filesystem::path own_program();
 
+// Returns the file of a program on PATH; empty if there is none.
+std::filesystem::path find_program(const std::string& name);
+
 // Becomes another program, found on PATH if it has no folder; words[0] is its name. Returns if there is no such
 // program.
 void become(const std::filesystem::path& program, std::vector<std::string> words);
