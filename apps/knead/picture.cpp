@@ -1,23 +1,11 @@
 // Draws pictures and writes films. A build without knead::render has neither, and says so.
-#ifdef KNEAD_HAS_RENDERER  // films go to another program
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-#endif
-
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
-#include <sstream>
 #include <string>
-#include <thread>
 
 #include "command.h"
 #include "deform.h"
@@ -25,6 +13,7 @@
 #include "knead/render.h"
 #include "knead/vec.h"
 #include "output.h"
+#include "program.h"
 #include "render.h"
 
 namespace knead::command {
@@ -185,122 +174,58 @@ std::string kind_of(const std::string& output) {
       output));
 }
 
-// The path of a program; nothing if there is none.
-std::optional<std::string> find_program(const std::string& name) {
-  const char* const path = std::getenv("PATH");
-  std::istringstream folders(path == nullptr ? "" : path);
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    const fs::path file = fs::path(folder) / name;
-    if (::access(file.c_str(), X_OK) == 0 && fs::is_regular_file(file)) return file.string();
-  }
-  return std::nullopt;
-}
-
 // ffmpeg, which makes a film of the pixels that it is given.
 class Encoder {
  public:
-  Encoder(int width, int height, double fps) {
-    const std::optional<std::string> program = find_program("ffmpeg");
-    std::array<int, 2> in{};
-    std::array<int, 2> out{};
-    if (!program || ::pipe2(in.data(), O_CLOEXEC) != 0 || ::pipe2(out.data(), O_CLOEXEC) != 0) {
+  Encoder(int width, int height, double fps)
+      : program_("ffmpeg", {"-loglevel",
+                            "quiet",
+                            "-f",
+                            "rawvideo",
+                            "-pixel_format",
+                            "rgba",
+                            "-video_size",
+                            fmt::format("{}x{}", width, height),
+                            "-framerate",
+                            fmt::format("{}", fps),
+                            "-i",
+                            "pipe:0",
+                            "-vf",
+                            "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                            "-c:v",
+                            "libx264",
+                            "-crf",
+                            "20",
+                            "-pix_fmt",
+                            "yuv420p",
+                            "-movflags",
+                            "frag_keyframe+empty_moov",
+                            "-f",
+                            "mp4",
+                            "pipe:1"}) {
+    if (!program_.is_running()) {
       throw std::runtime_error("ffmpeg cannot be started; write a .gif, or a pattern as F_%04d.png");
     }
-    std::signal(SIGPIPE, SIG_IGN);  // that it has ended is seen when it is waited for
-    start(*program, in, out,
-          {"ffmpeg",
-           "-loglevel",
-           "quiet",
-           "-f",
-           "rawvideo",
-           "-pixel_format",
-           "rgba",
-           "-video_size",
-           fmt::format("{}x{}", width, height),
-           "-framerate",
-           fmt::format("{}", fps),
-           "-i",
-           "pipe:0",
-           "-vf",
-           "pad=ceil(iw/2)*2:ceil(ih/2)*2",
-           "-c:v",
-           "libx264",
-           "-crf",
-           "20",
-           "-pix_fmt",
-           "yuv420p",
-           "-movflags",
-           "frag_keyframe+empty_moov",
-           "-f",
-           "mp4",
-           "pipe:1"});
-    input_ = in[1];
-    ::close(in[0]);
-    ::close(out[1]);
-    reader_ = std::thread([this, from = out[0]] {
-      std::array<char, 65536> block{};
-      for (ssize_t count = 0; (count = ::read(from, block.data(), block.size())) > 0;) {
-        film_.append(block.data(), static_cast<std::size_t>(count));
-      }
-      ::close(from);
-    });
   }
-  Encoder(const Encoder&) = delete;
-  Encoder& operator=(const Encoder&) = delete;
-  ~Encoder() { end(); }
 
-  // NOLINTNEXTLINE(readability-make-member-function-const): it changes the film
   void add(const render::Image& image) {
-    const std::uint8_t* at = image.pixels.data();
-    std::size_t left = image.pixels.size();
-    while (left > 0) {
-      const ssize_t count = ::write(input_, at, left);
-      if (count < 0) throw std::runtime_error("ffmpeg ended early; write a .gif, or a pattern as F_%04d.png");
-      at += count;
-      left -= static_cast<std::size_t>(count);
+    if (!program_.write(image.pixels.data(), image.pixels.size())) {
+      throw std::runtime_error("ffmpeg ended early; write a .gif, or a pattern as F_%04d.png");
     }
   }
 
   // Returns the bytes of the film.
   const std::string& finish() {
-    const int status = end();
-    if (status != 0 || film_.empty()) {
+    const int status = program_.finish();
+    if (status != 0 || program_.output().empty()) {
       throw std::runtime_error(fmt::format(
           "ffmpeg failed (status {}); it may lack libx264: write a .gif, or a pattern as F_%04d.png", status));
     }
-    return film_;
+    return program_.output();
   }
 
  private:
-  void start(const std::string& program, const std::array<int, 2>& in, const std::array<int, 2>& out,
-             std::vector<std::string> words) {
-    posix_spawn_file_actions_t actions{};
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, in[0], 0);
-    posix_spawn_file_actions_adddup2(&actions, out[1], 1);
-    std::vector<char*> arguments;
-    arguments.reserve(words.size() + 1);
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    const int error = ::posix_spawn(&process_, program.c_str(), &actions, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (error != 0) throw std::runtime_error("ffmpeg cannot be started; write a .gif, or a pattern as F_%04d.png");
-  }
-
-  int end() {
-    if (input_ < 0) return 0;
-    ::close(input_);
-    input_ = -1;
-    reader_.join();
-    int status = 0;
-    ::waitpid(process_, &status, 0);
-    return status;
-  }
-
-  pid_t process_ = 0;
-  int input_ = -1;
-  std::string film_;
-  std::thread reader_;
+  PipedProgram program_;
 };
 
 // Where the pictures go.
@@ -350,7 +275,7 @@ class Film {
 }  // namespace
 
 void check_film_output(const std::string& output) {
-  if (kind_of(output) == "mp4" && !find_program("ffmpeg")) {
+  if (kind_of(output) == "mp4" && find_program("ffmpeg").empty()) {
     throw UsageError(fmt::format(
         "--output {}: needs the program ffmpeg, which is not installed; install it, or write a .gif or F_%04d.png",
         output));

@@ -7,7 +7,9 @@
 #include <csignal>
 #include <cstdlib>
 #include <limits>
+#include <sstream>
 #include <system_error>
+#include <thread>
 
 #if defined(_WIN32)
 #define WIN32_LEAN_AND_MEAN
@@ -15,8 +17,12 @@
 #include <process.h>
 #include <windows.h>
 #else
+#include <spawn.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
+
+extern char** environ;  // macOS declares it nowhere
 #endif
 #if defined(__APPLE__)
 #include <mach-o/dyld.h>
@@ -33,7 +39,30 @@ bool is_able_terminal() noexcept {
   return term != nullptr && *term != '\0' && std::string_view(term) != "dumb";
 }
 
+#if defined(_WIN32)
+constexpr char kBetweenFolders = ';';
+constexpr const char* kProgramEnding = ".exe";
+#else
+constexpr char kBetweenFolders = ':';
+constexpr const char* kProgramEnding = "";
+#endif
+
 }  // namespace
+
+std::filesystem::path find_program(const std::string& name) {
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  for (std::string folder; std::getline(folders, folder, kBetweenFolders);) {
+    std::filesystem::path file = std::filesystem::path(folder) / (name + kProgramEnding);
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error)) continue;
+#if !defined(_WIN32)
+    if (::access(file.c_str(), X_OK) != 0) continue;
+#endif
+    return file;
+  }
+  return {};
+}
 
 #if defined(_WIN32)
 
@@ -127,6 +156,81 @@ void become(const std::filesystem::path& program, std::vector<std::string> words
   if (code >= 0) std::exit(static_cast<int>(code));
 }
 
+struct PipedProgram::State {
+  bool start(const std::filesystem::path& program, const std::string& name, const std::vector<std::string>& words);
+  void read();
+
+  HANDLE process = nullptr;
+  HANDLE input = nullptr;   // of the other program, to write
+  HANDLE output = nullptr;  // of the other program, to read
+  std::string written;
+  std::thread reader;
+};
+
+bool PipedProgram::State::start(const std::filesystem::path& program, const std::string& name,
+                                const std::vector<std::string>& words) {
+  SECURITY_ATTRIBUTES inherited{sizeof inherited, nullptr, TRUE};
+  HANDLE its_input = nullptr;
+  HANDLE its_output = nullptr;
+  if (::CreatePipe(&its_input, &input, &inherited, 0) == FALSE) return false;
+  if (::CreatePipe(&output, &its_output, &inherited, 0) == FALSE) return false;
+  ::SetHandleInformation(input, HANDLE_FLAG_INHERIT, 0);
+  ::SetHandleInformation(output, HANDLE_FLAG_INHERIT, 0);
+  std::wstring line = quoted(std::filesystem::path(name).native());
+  for (const std::string& word : words) line += L' ' + quoted(std::filesystem::path(word).native());
+  STARTUPINFOW start{};
+  start.cb = sizeof start;
+  start.dwFlags = STARTF_USESTDHANDLES;
+  start.hStdInput = its_input;
+  start.hStdOutput = its_output;
+  start.hStdError = ::GetStdHandle(STD_ERROR_HANDLE);
+  PROCESS_INFORMATION made{};
+  const BOOL started = ::CreateProcessW(program.c_str(), line.data(), nullptr, nullptr, TRUE, CREATE_NO_WINDOW, nullptr,
+                                        nullptr, &start, &made);
+  ::CloseHandle(its_input);
+  ::CloseHandle(its_output);
+  if (started == FALSE) {
+    ::CloseHandle(input);
+    ::CloseHandle(output);
+    return false;
+  }
+  ::CloseHandle(made.hThread);
+  process = made.hProcess;
+  return true;
+}
+
+void PipedProgram::State::read() {
+  std::string block(65536, '\0');
+  DWORD count = 0;
+  while (::ReadFile(output, block.data(), static_cast<DWORD>(block.size()), &count, nullptr) != FALSE && count > 0) {
+    written.append(block.data(), count);
+  }
+}
+
+bool PipedProgram::write(const void* bytes, std::size_t count) {
+  const auto* at = static_cast<const char*>(bytes);
+  while (count > 0) {
+    DWORD done = 0;
+    const DWORD most = count > (1U << 20) ? 1U << 20 : static_cast<DWORD>(count);
+    if (::WriteFile(state_->input, at, most, &done, nullptr) == FALSE) return false;
+    at += done;
+    count -= done;
+  }
+  return true;
+}
+
+int PipedProgram::finish() {
+  if (!is_running()) return 0;
+  ::CloseHandle(state_->input);
+  state_->reader.join();
+  ::CloseHandle(state_->output);
+  ::WaitForSingleObject(state_->process, INFINITE);
+  DWORD status = 0;
+  ::GetExitCodeProcess(state_->process, &status);
+  ::CloseHandle(state_->process);
+  return static_cast<int>(status);
+}
+
 #else
 
 int error_of_making_files_in(const std::filesystem::path& folder) {
@@ -200,6 +304,100 @@ void become(const std::filesystem::path& program, std::vector<std::string> words
   ::execvp(program.c_str(), arguments.data());
 }
 
+struct PipedProgram::State {
+  bool start(const std::filesystem::path& program, const std::string& name, std::vector<std::string> words);
+  void read();
+
+  pid_t process = 0;
+  int input = -1;   // of the other program, to write
+  int output = -1;  // of the other program, to read
+  std::string written;
+  std::thread reader;
+};
+
+namespace {
+
+// A pipe that no other program inherits.
+bool make_pipe(int (&ends)[2]) {
+  if (::pipe(ends) != 0) return false;
+  for (const int end : ends) ::fcntl(end, F_SETFD, FD_CLOEXEC);
+  return true;
+}
+
+}  // namespace
+
+bool PipedProgram::State::start(const std::filesystem::path& program, const std::string& name,
+                                std::vector<std::string> words) {
+  int in[2] = {-1, -1};
+  int out[2] = {-1, -1};
+  if (!make_pipe(in) || !make_pipe(out)) return false;
+  input = in[1];
+  output = out[0];
+  words.insert(words.begin(), name);
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions{};
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, in[0], 0);
+  posix_spawn_file_actions_adddup2(&actions, out[1], 1);
+  const int error = ::posix_spawn(&process, program.c_str(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  ::close(in[0]);
+  ::close(out[1]);
+  if (error != 0) {
+    ::close(input);
+    ::close(output);
+  }
+  return error == 0;
+}
+
+void PipedProgram::State::read() {
+  std::string block(65536, '\0');
+  for (ssize_t count = 0; (count = ::read(output, block.data(), block.size())) > 0;) {
+    written.append(block.data(), static_cast<std::size_t>(count));
+  }
+}
+
+bool PipedProgram::write(const void* bytes, std::size_t count) {
+  const auto* at = static_cast<const char*>(bytes);
+  while (count > 0) {
+    const ssize_t done = ::write(state_->input, at, count);
+    if (done < 0) return false;
+    at += done;
+    count -= static_cast<std::size_t>(done);
+  }
+  return true;
+}
+
+int PipedProgram::finish() {
+  if (!is_running()) return 0;
+  ::close(state_->input);
+  state_->reader.join();
+  ::close(state_->output);
+  int status = 0;
+  ::waitpid(state_->process, &status, 0);
+  return status;
+}
+
 #endif
+
+PipedProgram::PipedProgram(const std::string& name, const std::vector<std::string>& words) {
+  const std::filesystem::path program = find_program(name);
+  auto state = std::make_unique<State>();
+  if (program.empty() || !state->start(program, name, words)) return;
+#if !defined(_WIN32)
+  std::signal(SIGPIPE, SIG_IGN);  // that it has ended is seen where it is written to
+#endif
+  state_ = std::move(state);
+  state_->reader = std::thread(&State::read, state_.get());
+}
+
+PipedProgram::~PipedProgram() { finish(); }
+
+bool PipedProgram::is_running() const { return state_ != nullptr && state_->reader.joinable(); }
+
+const std::string& PipedProgram::output() const { return state_->written; }
 
 }  // namespace knead::command

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,8 +41,37 @@ void write_error_output(std::string_view text) noexcept;
 // The file of the program that runs; empty where the system does not say.
 std::filesystem::path own_program();
 
+// Returns the file of a program on PATH; empty if there is none.
+std::filesystem::path find_program(const std::string& name);
+
 // Becomes another program, found on PATH if it has no folder; words[0] is its name. Returns if there is no such
 // program.
 void become(const std::filesystem::path& program, std::vector<std::string> words);
+
+// Another program that runs beside this one and makes bytes of the bytes that it is given.
+class PipedProgram {
+ public:
+  // Starts a program that is found on PATH, with these words after its name.
+  PipedProgram(const std::string& name, const std::vector<std::string>& words);
+  ~PipedProgram();
+  PipedProgram(const PipedProgram&) = delete;
+  PipedProgram& operator=(const PipedProgram&) = delete;
+
+  // Whether it was started and has not been finished.
+  bool is_running() const;
+
+  // Gives bytes to its standard input. Returns false if it has ended.
+  bool write(const void* bytes, std::size_t count);
+
+  // Ends its input and waits for its end. Returns its status: 0 if it did its work, or was never started.
+  int finish();
+
+  // What it has written to its standard output; complete after finish().
+  const std::string& output() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;  // null: it was not started
+};
 
 }  // namespace knead::command

@@ -1,5 +1,4 @@
 // The program `knead-studio`.
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <fstream>
@@ -10,6 +9,7 @@
 
 #include "application.h"
 #include "knead/error.h"
+#include "platform/system.h"
 
 namespace {
 
@@ -25,7 +25,7 @@ constexpr const char* kHelp =
     "docs/studio.md has the lines).\n";
 
 int fail(int code, const char* message) {
-  std::fprintf(stderr, "knead-studio: %s\n", message);
+  knead::studio::show_failure(std::string("knead-studio: ") + message);
   return code;
 }
 
@@ -42,8 +42,7 @@ int run_script_file(const std::string& name, knead::studio::BackendChoice backen
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit on its size is an output that cannot be written
+  knead::studio::prepare_program();
   try {
     knead::studio::ApplicationOptions options;
     std::vector<std::string_view> files;

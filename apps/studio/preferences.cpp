@@ -15,6 +15,7 @@
 
 #include "knead/error.h"
 #include "knead/io.h"
+#include "platform/system.h"
 
 namespace knead::studio {
 
@@ -39,9 +40,9 @@ constexpr double kMaxUndoMemory = 1e6;  // MB
 
 fs::path folder_of(const char* variable, const char* under_home) {
   const char* const value = std::getenv(variable);
-  if (value != nullptr && value[0] == '/') return fs::path(value) / "knead";
-  const char* const home = std::getenv("HOME");
-  if (home != nullptr && home[0] == '/') return fs::path(home) / under_home / "knead";
+  if (value != nullptr && fs::path(value).is_absolute()) return fs::path(value) / "knead";
+  const fs::path home = home_folder();
+  if (!home.empty()) return home / under_home / "knead";
   return fs::temp_directory_path() / "knead";
 }
 
@@ -276,9 +277,9 @@ std::optional<Json> json_of(const WindowPlace& window) {
 
 }  // namespace
 
-fs::path config_folder() { return folder_of("XDG_CONFIG_HOME", ".config"); }
+fs::path config_folder() { return folder_of("XDG_CONFIG_HOME", kConfigUnderHome); }
 
-fs::path state_folder() { return folder_of("XDG_STATE_HOME", ".local/state"); }
+fs::path state_folder() { return folder_of("XDG_STATE_HOME", kStateUnderHome); }
 
 LoadedPreferences load_preferences(const fs::path& folder) {
   LoadedPreferences loaded;

@@ -1,25 +1,14 @@
 # Studio on a page. Dear ImGui comes as sources, which `./dev web` fetches; without them there is no page.
-set(KNEAD_IMGUI_SOURCES "" CACHE PATH "Dear ImGui's sources, for the page")
-set(KNEAD_STUDIO_FONT /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf CACHE FILEPATH "The font of the page's Studio")
-
-if(EXISTS ${KNEAD_IMGUI_SOURCES}/imgui.cpp)
-  set(KNEAD_IMGUI_FOUND TRUE)
-  add_library(knead_imgui STATIC
-              ${KNEAD_IMGUI_SOURCES}/imgui.cpp ${KNEAD_IMGUI_SOURCES}/imgui_draw.cpp ${KNEAD_IMGUI_SOURCES}/imgui_tables.cpp
-              ${KNEAD_IMGUI_SOURCES}/imgui_widgets.cpp ${KNEAD_IMGUI_SOURCES}/misc/cpp/imgui_stdlib.cpp
-              ${KNEAD_IMGUI_SOURCES}/backends/imgui_impl_opengl3.cpp)
-  target_compile_features(knead_imgui PUBLIC cxx_std_17)
+if(EXISTS ${KNEAD_SOURCES}/imgui)
+  knead_add_imgui(imgui_impl_opengl3.cpp)
   target_compile_definitions(knead_imgui PUBLIC IMGUI_IMPL_OPENGL_ES3)
-  target_include_directories(knead_imgui SYSTEM PUBLIC ${KNEAD_IMGUI_SOURCES} ${KNEAD_IMGUI_SOURCES}/misc/cpp
-                                                       ${KNEAD_IMGUI_SOURCES}/backends)
-  add_library(PkgConfig::KNEAD_IMGUI ALIAS knead_imgui)
 else()
-  message(STATUS "knead: no sources of Dear ImGui in KNEAD_IMGUI_SOURCES: building without Studio's page")
+  message(STATUS "knead: no sources of Dear ImGui in KNEAD_SOURCES: building without Studio's page")
 endif()
 
 # The program of the page, in bindings/web/page of the build.
 function(knead_studio_page)
-  if(NOT KNEAD_IMGUI_FOUND)
+  if(NOT TARGET knead_imgui)
     return()
   endif()
   add_executable(knead_studio_page)

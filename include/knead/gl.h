@@ -23,8 +23,9 @@ namespace knead::gl {
 // An OpenGL core context. It is current in a thread only while a CurrentContext of it exists there.
 class Context {
  public:
-  // Opens a new context through EGL, on a GPU if one is found, else on the CPU (Mesa's llvmpipe). Throws GpuError if no
-  // driver offers `version`.
+  // Opens a new context through EGL, on a GPU if one is found, else on the CPU (Mesa's llvmpipe); on Windows through
+  // WGL, with a window that is never shown, to be destroyed in the same thread. Throws GpuError if no driver offers
+  // `version`.
   static Context open(int version);
 
   // Uses the context that is current in this thread. It must be current whenever this object is used. Throws GpuError

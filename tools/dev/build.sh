@@ -28,7 +28,7 @@ configure() {
     if has_test_packages; then options+=(-DKNEAD_BUILD_TESTS=ON); else options+=(-DKNEAD_BUILD_TESTS=OFF); fi
   fi
   if have ccache; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
-  if [[ $1 == web* ]]; then options+=(-DKNEAD_IMGUI_SOURCES="$root/build/web/imgui"); fi
+  if [[ $1 == web* ]]; then options+=(-DKNEAD_SOURCES="$root/build/sources"); fi
   if [[ -x /usr/bin/python3 ]]; then options+=(-DPython_EXECUTABLE=/usr/bin/python3); fi # Debian's, not a shim
   if [[ $1 != web* ]] && have mold; then options+=(-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=mold); fi
   cmake --preset "$@" "${options[@]}" --log-level=NOTICE ||

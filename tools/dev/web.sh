@@ -4,27 +4,14 @@
 set -euo pipefail
 # shellcheck source=tools/dev/build.sh
 source "$(dirname "${BASH_SOURCE[0]}")/build.sh"
+# shellcheck source=tools/dev/sources.sh
+source tools/dev/sources.sh
 
 # What the tests take from the npm registry; false where it is not reached.
 web_test_packages() {
   cp bindings/web/package.json build/web
   npm install --prefix build/web --no-audit --no-fund --loglevel=error >build/web/npm.log 2>&1 || return 1
   ln -sfn ../npm build/web/node_modules/knead
-}
-
-# Dear ImGui's sources, which Debian's package of headers was made of.
-fetch_imgui() {
-  [[ ! -f build/web/imgui/imgui.cpp ]] || return 0
-  local folder=$root/build/web/imgui_source file
-  rm -rf "$folder" && mkdir -p "$folder/lists/partial" "$folder/parts"
-  # The system's own package servers, asked for sources.
-  for file in /etc/apt/sources.list /etc/apt/sources.list.d/*; do
-    if [[ -f $file ]]; then sed 's/^deb /deb-src /; s/^Types:.*/Types: deb-src/' "$file" >"$folder/parts/$(basename "$file")"; fi
-  done
-  local apt=(apt-get -qq -o Dir::Etc::sourcelist=- -o Dir::Etc::sourceparts="$folder/parts"
-    -o Dir::State::lists="$folder/lists" -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache=)
-  (cd "$folder" && { "${apt[@]}" update; "${apt[@]}" source imgui; }) >"$folder/log" 2>&1 || return 1
-  mv "$folder"/imgui-* build/web/imgui
 }
 
 # Puts the page together: what is served, and the list of it that is kept for later.
@@ -67,7 +54,7 @@ web() {
   export NODE_PATH=/usr/share/nodejs # where Debian has what emscripten needs
   mkdir -p build/web
   require web || say "building without Studio's page, which needs the packages above"
-  fetch_imgui || say "building without Studio's page: Dear ImGui's sources were not reached; see build/web/imgui_source/log"
+  fetch_sources imgui || say "building without Studio's page: Dear ImGui's sources were not reached; see build/sources/log"
   compile web
   rm -rf out/web build/web/site
   mkdir -p out/web

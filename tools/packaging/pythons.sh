@@ -12,9 +12,36 @@ python_packages=(
   3.14.3-1.5.13/{windows-x86_64,macosx-arm64,macosx-x86_64,linux-x86_64,linux-arm64}
 )
 
+# ARM's Pythons that run under QEMU and are in no such package: those of Debian's releases.
+python_suites=(bookworm/3.11 trixie/3.13)
+
+# Unpacks Debian's package of a Python for ARM with all that it needs into a folder, as the root of a system.
+python_of_debian() { # SUITE VERSION FOLDER
+  local work=$3.part apt package mirror
+  rm -rf "$work" && mkdir -p "$work"/{lists/partial,archives/partial,root,parts}
+  # shellcheck disable=SC2016  # a format of apt
+  mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' "Codename: $(. /etc/os-release && echo "$VERSION_CODENAME")" | head -1)
+  printf 'deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] %s %s main\n' "$mirror" "$1" >"$work/parts/of.list"
+  : >"$work/status"
+  apt=(apt-get -qq -o APT::Architecture=arm64 -o APT::Architectures::=arm64 -o Dir::Etc::sourcelist=-
+    -o "Dir::Etc::sourceparts=$work/parts" -o "Dir::State::lists=$work/lists" -o "Dir::State::status=$work/status"
+    -o "Dir::Cache=$work" -o APT::Install-Recommends=0 -o APT::Sandbox::User=root)
+  { "${apt[@]}" update && "${apt[@]}" install -y --download-only "python$2-minimal" "libpython$2-stdlib"; } >"$work/log" 2>&1 || return 1
+  for package in "$work"/archives/*.deb; do dpkg-deb -x "$package" "$work/root"; done
+  [[ -e $work/root/lib ]] || ln -s usr/lib "$work/root/lib"
+  mv "$work/root" "$3"
+  rm -rf "$work"
+}
+
 # Unpacks those packages, once.
 python_fetch() {
-  local package number system jar folder
+  local package number system jar folder suite
+  for suite in "${python_suites[@]}"; do
+    folder=$python_folder/${suite#*/}/linux-arm64
+    mkdir -p "$(dirname "$folder")"
+    [[ -d $folder ]] || python_of_debian "${suite%/*}" "${suite#*/}" "$folder" ||
+      zig_say "no Python ${suite#*/} of ARM from Debian's ${suite%/*}; see $folder.part/log"
+  done
   for package in "${python_packages[@]}"; do
     number=${package%%/*} system=${package##*/}
     folder=$python_folder/$(cut -d. -f1-2 <<<"$number")/$system
@@ -31,6 +58,19 @@ python_fetch() {
     rm -rf "$folder.part"
     if [[ -d $folder/bin ]]; then chmod -R u+x "$folder/bin"; fi
   done
+}
+
+# The program of another system's Python, where a package has one.
+python_there() { # TARGET VERSION
+  local folder program
+  folder=$python_folder/$2/$(python_system "$1")
+  for program in "$folder/usr/bin/python$2" "$folder/bin/python$2" "$folder/bin/python.exe"; do
+    if [[ -f $program ]]; then
+      printf '%s\n' "$program"
+      return
+    fi
+  done
+  return 1
 }
 
 # The program of this machine's Python of a version; fails where there is none with headers.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Puts all that is given to users into out/release:  release.sh [TARGET...]     (default: all targets of zig.sh)
-#   knead-VERSION-SYSTEM.tar.gz or .zip   the command, with the licences of all that is compiled in
+#   knead-VERSION-SYSTEM.tar.gz or .zip   the command, Studio, and the licences of all that is compiled in
 #   knead3d-*.whl, knead_extension.zip    the wheels and the extension that ./dev wheels and ./dev extension have made
 #   TESTED.md, SHA256SUMS                 what was tested where, and the checksums
 # The table in docs/packaging.md is renewed. The same sources give the same bytes.
@@ -38,13 +38,16 @@ pack() { # FOLDER ARCHIVE
 }
 
 command_of() { # TARGET: the archive of its command
-  local target=$1 suffix='' ending=.tar.gz name
+  local target=$1 suffix='' ending=.tar.gz name programs program
   if [[ $target == *-windows-* ]]; then suffix=.exe ending=.zip; fi
   name=knead-$version-$(system_of "$target")
   zig_configure "$target" >&2
-  cmake --build "build/cross/$target" --target knead >&2
+  programs=(knead)
+  if zig_has "$target" knead-studio; then programs+=(knead-studio); fi
+  cmake --build "build/cross/$target" --target "${programs[@]}" >&2
   mkdir -p "$scratch/$name"
-  cp "build/cross/$target/knead$suffix" README.md "$scratch/$name"
+  for program in "${programs[@]}"; do cp "build/cross/$target/$program$suffix" "$scratch/$name"; done
+  cp README.md "$scratch/$name"
   cp -r build/cross/licences_of_command "$scratch/$name/licences"
   pack "$name" "$name$ending"
 }

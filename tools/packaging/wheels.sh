@@ -47,18 +47,20 @@ build() { # TARGET VERSION SUFFIX
 
 # Runs README's example with the packages of a folder, by a Python of another system.
 run_elsewhere() { # TARGET VERSION FOLDER
-  local python
+  local python program system=/usr/aarch64-linux-gnu
+  program=$(python_there "$1" "$2")
   python=$python_folder/$2/$(python_system "$1")
   case $1 in
     *-windows-*)
       if [[ ! -d $WINEPREFIX ]]; then wineboot -i >/dev/null 2>&1; fi
       # The package has the program in another folder than its libraries and modules.
       (cd "$3" && PYTHONHOME=$python PYTHONPATH="$3;$python/lib" WINEPATH="$python;$python/lib" \
-        wine "$python/bin/python.exe" "$root/tools/packaging/try_wheel.py" </dev/null 2>&1 | cat)
+        wine "$program" "$root/tools/packaging/try_wheel.py" </dev/null 2>&1 | cat)
       ;;
     aarch64-*)
-      (cd "$3" && PYTHONPATH=$3 qemu-aarch64-static -L /usr/aarch64-linux-gnu -E "LD_LIBRARY_PATH=$python" \
-        "$python/bin/python$2" "$root/tools/packaging/try_wheel.py")
+      if [[ $program == "$python"/usr/* ]]; then system=$python; fi
+      (cd "$3" && PYTHONPATH=$3 qemu-aarch64-static -L "$system" -E "LD_LIBRARY_PATH=$python" "$program" \
+        "$root/tools/packaging/try_wheel.py")
       ;;
   esac
 }
@@ -93,8 +95,7 @@ try() { # TARGET VERSION WHEEL
     run_tests "$1" "$2" "$fresh/venv/bin" || return
     return
   fi
-  python=$python_folder/$2/$(python_system "$1")/bin/python
-  [[ -x $python$2 || -f $python.exe ]] || return 0
+  python_there "$1" "$2" >/dev/null || return 0
   local places=(--platform "manylinux2014_$system" --platform "manylinux_2_17_$system" --platform "manylinux_2_27_$system" --platform "manylinux_2_28_$system")
   if [[ $1 == *-windows-* ]]; then places=(--platform win_amd64) numpy=numpy==2.1.3; fi # newer ones need more than Wine 8 has
   "$zig_venv/bin/pip" install --quiet --disable-pip-version-check --target "$fresh" --only-binary :all: "${places[@]}" --python-version "$2" \

@@ -2,6 +2,8 @@
 # What the scripts for other systems share: zig from the Python index, and how a target is configured. Read with `source`
 # by scripts that have gone to the root of the source tree. Every target has one folder, build/cross/TARGET.
 
+# shellcheck source=tools/dev/sources.sh
+source tools/dev/sources.sh
 zig_version=0.17.1
 zig_venv=build/cross/tools
 zig_targets=(x86_64-linux-gnu.2.17 aarch64-linux-gnu.2.17 x86_64-windows-gnu aarch64-macos x86_64-macos)
@@ -29,13 +31,20 @@ zig_configure() {
     exit 2
   }
   if command -v ccache >/dev/null; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+  if [[ $target != *-macos ]]; then
+    fetch_sources imgui glfw3 libepoxy || zig_say "without renderer and Studio: their sources were not reached; see build/sources/log"
+    options+=("-DKNEAD_SOURCES=$PWD/build/sources")
+  fi
   if [[ -f /usr/src/googletest/CMakeLists.txt ]]; then options+=(-DKNEAD_BUILD_TESTS=ON); else options+=(-DKNEAD_BUILD_TESTS=OFF); fi
   ZIG_TARGET=$target cmake -S . -B "build/cross/$target" -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=NOTICE \
     -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/cross/zig.cmake" -DZIG_TARGET="$target" -DKNEAD_STD_THREADS=ON \
-    -DKNEAD_STRICT=OFF -DKNEAD_BUILD_BENCH=OFF -DKNEAD_BUILD_EXAMPLES=OFF -DKNEAD_BUILD_GPU=OFF \
-    -DKNEAD_BUILD_RENDER=OFF -DKNEAD_BUILD_STUDIO=OFF -DKNEAD_BUILD_PYTHON=OFF -DCMAKE_DISABLE_FIND_PACKAGE_draco=ON \
+    -DKNEAD_STRICT=OFF -DKNEAD_INSTALL=OFF -DKNEAD_BUILD_BENCH=OFF -DKNEAD_BUILD_EXAMPLES=OFF -DKNEAD_BUILD_GPU=ON \
+    -DKNEAD_BUILD_RENDER=ON -DKNEAD_BUILD_STUDIO=ON -DKNEAD_BUILD_PYTHON=OFF -DCMAKE_DISABLE_FIND_PACKAGE_draco=ON \
     -DCMAKE_DISABLE_FIND_PACKAGE_meshoptimizer=ON "${options[@]}" "$@"
 }
+
+# Whether a configured target of zig builds a program:  zig_has TARGET PROGRAM
+zig_has() { [[ $(cmake --build "build/cross/$1" --target help) == *$'\n'"$2: "* ]]; }
 
 # Notes what was found about an artefact, for the table:  zig_fact PLATFORM ARTEFACT built|started|tests|bits TEXT
 zig_fact() {
@@ -57,6 +66,11 @@ zig_licences() {
     cp "$zig_packages"/pybind11-*.dist-info/licenses/LICENSE "$1/pybind11.txt"
   else
     cp /usr/share/doc/libcli11-dev/copyright "$1/libcli11-dev.txt"
+    cp /usr/share/doc/fonts-dejavu-core/copyright "$1/fonts-dejavu-core.txt"
+    cp build/sources/imgui/LICENSE.txt "$1/imgui.txt"
+    cp build/sources/glfw3/LICENSE.md "$1/glfw3.txt"
   fi
+  cp build/sources/libepoxy/COPYING "$1/libepoxy.txt"
+  cp /usr/share/doc/libstb-dev/copyright "$1/libstb-dev.txt"
   find "$zig_packages/ziglang/lib/libc/mingw" -maxdepth 1 -iname 'COPYING*' -exec cp {} "$1/mingw-w64.txt" \;
 }

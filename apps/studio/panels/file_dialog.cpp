@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "knead/io.h"
 #include "panels/widgets.h"
 #include "platform/gui.h"
+#include "platform/system.h"
 
 namespace knead::studio {
 
@@ -149,9 +149,13 @@ void go_to(FileDialog& dialog, const fs::path& folder) {
 void draw_places(FileDialog& dialog) {
   if (ImGui::Button("Up")) go_to(dialog, dialog.folder.parent_path());
   ImGui::SameLine();
-  const char* const home = std::getenv("HOME");
-  if (home != nullptr && ImGui::Button("Home")) go_to(dialog, home);
-  if (home != nullptr) ImGui::SameLine();
+  const fs::path home = home_folder();
+  if (!home.empty() && ImGui::Button("Home")) go_to(dialog, home);
+  if (!home.empty()) ImGui::SameLine();
+  for (const fs::path& drive : drives()) {
+    if (ImGui::Button(drive.string().c_str())) go_to(dialog, drive);
+    ImGui::SameLine();
+  }
   if (!writes(dialog.use) && must_bring_files()) {
     if (ImGui::Button("From your computer...")) choose_files_to_bring();
     ImGui::SameLine();

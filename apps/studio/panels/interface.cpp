@@ -323,7 +323,8 @@ void item(Studio& studio, Action action, bool chosen = false, bool enabled = tru
 void draw_recent(Studio& studio, Dialogs& dialogs) {
   if (!ImGui::BeginMenu("Recent", !studio.document().recent().empty())) return;
   for (const std::filesystem::path& path : studio.document().recent()) {
-    if (ImGui::MenuItem(path.c_str())) do_or_ask(studio, dialogs, [&studio, path] { studio.document().open(path); });
+    if (ImGui::MenuItem(path.string().c_str()))
+      do_or_ask(studio, dialogs, [&studio, path] { studio.document().open(path); });
   }
   ImGui::EndMenu();
 }

@@ -206,7 +206,7 @@ void draw_help(Studio& studio, const Gui& gui) {
       draw_pointer_help(gui, studio.view().navigation().preset);
       ImGui::EndTable();
     }
-    ImGui::TextDisabled("Other keys: \"keys\" in %s", (config_folder() / "studio.json").c_str());
+    ImGui::TextDisabled("Other keys: \"keys\" in %s", (config_folder() / "studio.json").string().c_str());
   }
   ImGui::End();
   if (!open) studio.view().settings().help = false;

@@ -319,7 +319,7 @@ void draw_place(Reference& reference, UpAxis up, double diagonal) {
 bool draw_reference(Reference& reference, UpAxis up, double diagonal) {
   ImGui::Checkbox("##shown", &reference.is_shown);
   ImGui::SameLine();
-  ImGui::TextUnformatted(reference.file.filename().c_str());
+  ImGui::TextUnformatted(reference.file.filename().string().c_str());
   constexpr std::array planes{ReferencePlane::front, ReferencePlane::right, ReferencePlane::top};
   choose_one("Plane", reference.plane, planes, [](ReferencePlane plane) {
     return std::array{"Front", "Right", "Top"}[static_cast<std::size_t>(plane)];

@@ -70,11 +70,11 @@ bool draw_recent_files(Studio& studio, Dialogs& dialogs) {
   for (std::size_t i = 0; i < std::min(recent.size(), kRecentShown); ++i) {
     const std::filesystem::path path = recent[i];
     ImGui::PushID(static_cast<int>(i));
-    if (ImGui::Selectable(path.filename().c_str())) {
+    if (ImGui::Selectable(path.filename().string().c_str())) {
       is_chosen = true;
       do_or_ask(studio, dialogs, [&studio, path] { studio.document().open(path); });
     }
-    help_on_hover(path.c_str());
+    help_on_hover(path.string().c_str());
     ImGui::PopID();
   }
   return is_chosen;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <variant>
 
 #include "knead/render.h"
@@ -26,6 +27,15 @@ constexpr std::array<const char*, 6> kFonts{"/usr/share/fonts/truetype/dejavu/De
                                             "/usr/share/fonts/truetype/freefont/FreeSans.ttf",
                                             "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"};
 
+#if defined(KNEAD_FONT)
+// A font in the program itself.
+constexpr unsigned char kFont[] = {
+#embed KNEAD_FONT
+};
+#else
+constexpr std::array<unsigned char, 0> kFont{};
+#endif
+
 void load_font(float height) {
   ImFontConfig config;
   config.OversampleH = 2;
@@ -33,6 +43,12 @@ void load_font(float height) {
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
   // Latin, punctuation (dashes, quotes), arrows and the signs of mathematics.
   static constexpr std::array<ImWchar, 9> ranges{0x20, 0x24F, 0x2010, 0x205E, 0x2190, 0x21FF, 0x2200, 0x22FF, 0};
+  if (std::size(kFont) > 0) {
+    config.FontDataOwnedByAtlas = false;
+    fonts.AddFontFromMemoryTTF(const_cast<unsigned char*>(std::data(kFont)), static_cast<int>(std::size(kFont)),
+                               config.SizePixels, &config, ranges.data());
+    return;
+  }
   for (const char* file : kFonts) {
     std::error_code error;
     if (std::filesystem::exists(file, error) &&

@@ -1,5 +1,5 @@
-// The pressure of a pen: on X11 by raw events of XInput2, which come for the whole display, whatever window has them.
-// Elsewhere there is only a mouse.
+// The pressure of a pen: on X11 by raw events of XInput2, which come for the whole display, whatever window has them;
+// on Windows by the messages of Windows Ink. Elsewhere there is only a mouse.
 #include "platform/window.h"
 
 #ifdef KNEAD_HAS_XINPUT
@@ -132,6 +132,72 @@ double Pen::pressure() {
   }
   return state_->pressure;
 }
+
+}  // namespace knead::studio
+
+#elif defined(_WIN32)
+
+#include <algorithm>
+
+#define WIN32_LEAN_AND_MEAN
+#include <windows.h>
+
+namespace knead::studio {
+
+namespace {
+
+constexpr double kMostPressure = 1024;  // of Windows
+// How Windows marks what it sends as a mouse's but comes from a pen or a finger.
+constexpr LPARAM kPenMark = 0xFF515700;
+constexpr LPARAM kPenMask = 0xFFFFFF00;
+// Without this Windows waits with each press whether it becomes a right click.
+constexpr const wchar_t* kPenService = L"MicrosoftTabletPenServiceProperty";
+constexpr std::intptr_t kNoPressAndHold = 1;
+
+// Of the pen that moved last. One for the program: a hook of Windows knows no object.
+double pressure_now = 1;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+
+void take(const MSG& message) {
+  switch (message.message) {
+    case WM_POINTERENTER:
+      ::SetPropW(message.hwnd, kPenService, reinterpret_cast<HANDLE>(kNoPressAndHold));
+      break;
+    case WM_POINTERDOWN:
+    case WM_POINTERUPDATE: {
+      POINTER_PEN_INFO pen{};
+      if (::GetPointerPenInfo(GET_POINTERID_WPARAM(message.wParam), &pen) == FALSE) break;  // a finger
+      pressure_now = (pen.penMask & PEN_MASK_PRESSURE) != 0 ? std::clamp(pen.pressure / kMostPressure, 0.0, 1.0) : 1;
+      break;
+    }
+    case WM_MOUSEMOVE:
+    case WM_LBUTTONDOWN:
+      if ((::GetMessageExtraInfo() & kPenMask) != kPenMark) pressure_now = 1;
+      break;
+    default:
+      break;
+  }
+}
+
+// Sees each message of the thread before its window does.
+LRESULT CALLBACK on_message(int code, WPARAM is_removed, LPARAM message) {
+  if (code == HC_ACTION && is_removed == PM_REMOVE) take(*reinterpret_cast<const MSG*>(message));
+  return ::CallNextHookEx(nullptr, code, is_removed, message);
+}
+
+}  // namespace
+
+struct Pen::State {
+  HHOOK hook;
+};
+
+Pen::Pen()
+    : state_(std::make_unique<State>(::SetWindowsHookExW(WH_GETMESSAGE, on_message, nullptr, ::GetCurrentThreadId()))) {
+}
+
+Pen::~Pen() { ::UnhookWindowsHookEx(state_->hook); }
+
+// Windows Ink: the messages of a pointer come first, then the same as a mouse's, which GLFW reports.
+double Pen::pressure() { return pressure_now; }
 
 }  // namespace knead::studio
 

@@ -117,8 +117,9 @@ class Window {
   std::unique_ptr<WindowState> state_;
 };
 
-// The pressure of a pen. GLFW 3.3 does not report it; on X11 the extension XInput2 does (docs/decisions/0019).
-// Follows the devices of the display on a connection of its own. Without X11 or its extension there is no pen.
+// The pressure of a pen. GLFW 3.3 does not report it; on X11 the extension XInput2 does (docs/decisions/0019), on
+// Windows the messages of Windows Ink. On X11 it follows the devices of the display on a connection of its own.
+// Elsewhere, and without the extension, there is no pen.
 class Pen {
  public:
   Pen();
