@@ -82,13 +82,6 @@ class Target {
   int count_ = 1;
 };
 
-void check_report(const DeformOptions& options, const std::string& output) {
-  require_free_output(output, options.report == "-", "--report -");
-  if (options.report.empty() || options.report == "-") return;
-  for (const std::string& other : {options.shape, options.session, output}) require_different(other, options.report);
-  require_writable(options.report);
-}
-
 // Finds all problems with the outputs before the work begins.
 void check_outputs(const DeformOptions& options, const Target& target) {
   check_streams({options.shape, target.path(0)}, options.format);
@@ -145,6 +138,15 @@ std::string frames_line(const DeformOptions& options, const Target& target) {
                                : fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
 }
 
+}  // namespace
+
+void check_report(const DeformOptions& options, const std::string& output) {
+  require_free_output(output, options.report == "-", "--report -");
+  if (options.report.empty() || options.report == "-") return;
+  for (const std::string& other : {options.shape, options.session, output}) require_different(other, options.report);
+  require_writable(options.report);
+}
+
 void print_report(const DeformOptions& options, const std::string& output, const std::string& frames,
                   const Report& report) {
   const bool to_output = options.common.json || options.report == "-";
@@ -156,13 +158,11 @@ void print_report(const DeformOptions& options, const std::string& output, const
   }
 }
 
-// Measuring a large shape takes longer than writing it, so this is done only for a report that is printed or written.
 bool is_reported(const DeformOptions& options) {
   const bool is_printed = !options.common.quiet && !is_stream(options.output);
   return is_printed || options.common.json || !options.report.empty();
 }
 
-// Whether the report that follows the shape is asked for, so that it is worth an interruption.
 bool says_more(const DeformOptions& options) { return options.common.json || !options.report.empty(); }
 
 void require_flows(const Session& session) {
@@ -173,20 +173,22 @@ void require_flows(const Session& session) {
   }
 }
 
-// To go backwards, resolves strokes that read the surface on the shape that they were made on. The replay refuses
-// strokes that have no inverse.
 void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
   const bool reads = std::any_of(session.strokes.begin(), session.strokes.end(),
                                  [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
   const bool has_inverse = std::all_of(session.strokes.begin(), session.strokes.end(),
                                        [](const SessionStroke& stroke) { return is_flow(stroke.stroke); });
   if (!reads || !has_inverse || !session.mesh) return;
-  const std::filesystem::path path = std::filesystem::path(session.name).parent_path() / *session.mesh;
-  const ShapeFile shape = read_shape(path);
+  const std::filesystem::path folder = std::filesystem::path(session.name).parent_path();
+  const std::filesystem::path path = folder / *session.mesh;
+  Inputs own;
+  own.shape = read_shape(path);
+  for (const std::string& other : session.also) own.also.push_back(read_shape(folder / other));
+  if (!own.also.empty()) join(own);
   options.part = {};
   options.frames = {};
-  options.normals = shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
-  session.strokes = replay_watched(shape.mesh, session, options, quiet).resolved;
+  options.normals = normals_of_clouds(own);
+  session.strokes = replay_watched(own.mesh(), session, options, quiet).resolved;
   if (!quiet) print_message(fmt::format("note: {}: its strokes were resolved on {}", session.name, path.string()));
 }
 
@@ -196,6 +198,21 @@ void copy_materials(const DeformOptions& options, const ShapeFile& shape, const 
     if (!options.common.quiet) print_message(fmt::format("note: {}: the materials were copied too", path.string()));
   }
 }
+
+Report report_of(const Mesh& mesh, const Certified& certified, const ReportSeconds& seconds) {
+  Report report = make_report(mesh, certified.result, certified.options, seconds);
+  report.certificate = certified.certificate;
+  if (!report.certificate) return report;
+  report.self_intersections_before = report.certificate->crossings_before;
+  report.self_intersections_after = report.certificate->crossings_after;
+  return report;
+}
+
+bool bounds_crossings(const std::vector<Bound>& bounds) {
+  return std::any_of(bounds.begin(), bounds.end(), [](const Bound& bound) { return bound.name == kCrossingsBound; });
+}
+
+namespace {
 
 Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
   const bool quiet = options.common.quiet;
@@ -220,187 +237,6 @@ Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& rep
                                               : conversion_losses(path, inputs.shape);
   if (!quiet) print_notes(losses);
   return inputs;
-}
-
-Report report_of(const Mesh& mesh, const Certified& certified, const ReportSeconds& seconds) {
-  Report report = make_report(mesh, certified.result, certified.options, seconds);
-  report.certificate = certified.certificate;
-  if (!report.certificate) return report;
-  report.self_intersections_before = report.certificate->crossings_before;
-  report.self_intersections_after = report.certificate->crossings_after;
-  return report;
-}
-
-bool bounds_crossings(const std::vector<Bound>& bounds) {
-  return std::any_of(bounds.begin(), bounds.end(), [](const Bound& bound) { return bound.name == kCrossingsBound; });
-}
-
-// --- several shapes in one flow: --also
-
-// Returns a path in the folder --output for each shape. Finds all problems with them before the work begins.
-std::vector<std::string> outputs_together(const DeformOptions& options) {
-  namespace fs = std::filesystem;
-  if (options.frames.frames) throw UsageError("--also: --frames is for a single shape; leave one of them out");
-  const fs::path folder = options.output;
-  std::error_code error;
-  if (!fs::is_directory(folder, error) && (fs::exists(folder, error) || is_shape_file(folder))) {
-    throw UsageError(fmt::format("--output {}: with --also, give a folder; it takes all results", options.output));
-  }
-  std::vector<std::string> shapes{options.shape};
-  shapes.insert(shapes.end(), options.also.begin(), options.also.end());
-  std::vector<std::string> outputs;
-  for (const std::string& shape : shapes) {
-    if (is_stream(shape) || is_stream(options.output)) {
-      throw UsageError("--also: standard input and output hold one shape; give files, and a folder");
-    }
-    const std::string output = (folder / fs::path(shape).filename()).string();
-    if (std::ranges::find(outputs, output) != outputs.end()) {
-      throw UsageError(fmt::format("--also {}: another shape has this name, and both results go to {}; rename one",
-                                   shape, options.output));
-    }
-    require_shape_extension(output);
-    if (fs::is_directory(folder, error)) require_writable(output);
-    require_different(options.session, output);
-    check_report(options, output);
-    if (!options.report.empty() && options.report != "-") require_different(shape, options.report);
-    outputs.push_back(output);
-  }
-  if (!fs::is_directory(folder, error)) require_writable(folder);
-  return outputs;
-}
-
-// Makes strokes that read a surface read that of the first shape.
-void resolve_on_first(Inputs& inputs, ReplayOptions options, bool quiet) {
-  const auto reads = [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); };
-  const std::size_t count = inputs.session.strokes.size();
-  if (std::none_of(inputs.session.strokes.begin(), inputs.session.strokes.end(), reads)) return;
-  require_flows(inputs.session);
-  options.part = {};
-  options.may_cross = true;
-  options.normals = inputs.shape.mesh.face_count() == 0 ? vertex_normals_of(inputs.shape) : std::vector<Vec3d>{};
-  options.remesh.face_labels = face_labels(inputs.shape);
-  inputs.session.strokes = replay_watched(inputs.shape.mesh, inputs.session, options, quiet).resolved;
-  if (inputs.session.strokes.size() != count && options.part.until) {
-    throw UsageError(
-        "--until: strokes of this session read a surface; with --also, make it whole by knead resolve first");
-  }
-}
-
-// The normals of clouds, zero for all others; none if no cloud has some. One label for each face, if a file has some.
-void join_normals_and_labels(const Inputs& inputs, ReplayOptions& replay) {
-  bool has_normals = false;
-  bool has_labels = false;
-  const auto append = [&](const ShapeFile& shape) {
-    std::vector<Vec3d> normals = shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
-    has_normals = has_normals || !normals.empty();
-    normals.resize(shape.mesh.vertex_count());
-    replay.normals.insert(replay.normals.end(), normals.begin(), normals.end());
-    std::vector<std::uint32_t> labels = face_labels(shape);
-    has_labels = has_labels || !labels.empty();
-    labels.resize(shape.mesh.face_count());
-    replay.remesh.face_labels.insert(replay.remesh.face_labels.end(), labels.begin(), labels.end());
-  };
-  append(inputs.shape);
-  for (const ShapeFile& shape : inputs.also) append(shape);
-  if (!has_normals) replay.normals.clear();
-  if (!has_labels) replay.remesh.face_labels.clear();
-}
-
-Inputs read_together(const DeformOptions& options, const ReplayOptions& replay) {
-  const bool quiet = options.common.quiet;
-  Inputs inputs = read_inputs(options.shape, {}, options.session, quiet, options.set);
-  check_until(options, inputs.session);
-  for (const std::string& path : options.also) {
-    inputs.also.push_back(read_shape(path));
-    if (quiet) continue;
-    for (const std::string& note : inputs.also.back().notes) print_message(fmt::format("note: {}: {}", path, note));
-  }
-  if (options.inverse) {
-    resolve_on_own_shape(inputs.session, replay, quiet);
-  } else {
-    resolve_on_first(inputs, replay, quiet);
-  }
-  std::vector<const Mesh*> meshes{&inputs.shape.mesh};
-  for (const ShapeFile& shape : inputs.also) meshes.push_back(&shape.mesh);
-  inputs.joined.emplace(meshes);
-  return inputs;
-}
-
-// Writes what has become of one of the shapes.
-void write_part(const std::string& path, const ShapeFile& source, std::size_t part, const JoinedMeshes& joined,
-                const DeformedShape& shape, WriteOptions options) {
-  if (const Provenance* const from = shape.provenance()) {
-    const MeshPart found = joined.part_of(part, shape.to_mesh(), from->face_source, from->vertex_source);
-    if (source.mesh.face_count() > 0) return write_remeshed(path, source, found.mesh, found.face_source, options);
-    return write_shape(path, source, found.mesh.positions, options);
-  }
-  const std::vector<Vec3d> all = source.mesh.face_count() == 0 ? shape.normals() : std::vector<Vec3d>{};
-  if (!all.empty()) options.normals = joined.vertices_of(part, std::span<const Vec3d>(all));
-  write_shape(path, source, joined.vertices_of(part, std::span<const Vec3d>(shape.positions())), options);
-}
-
-// Nothing if there are too many to be counted.
-std::optional<std::uint64_t> crossings_between(const JoinedMeshes& joined, const DeformedShape& shape) {
-  const Mesh mesh = shape.to_mesh();
-  const std::vector<Triangle> triangles = triangulate(mesh);
-  std::vector<std::uint32_t> sources = triangle_faces(mesh);
-  if (const Provenance* const from = shape.provenance()) {
-    for (std::uint32_t& face : sources) face = from->face_source[face];
-  }
-  const SelfIntersections found = self_intersections(triangles, mesh.positions);
-  if (!found.complete) return std::nullopt;
-  return count_between(found, joined, sources);
-}
-
-void run_together(const DeformOptions& options) {
-  const Clock total;
-  ReplayOptions replay = replay_options(options);
-  const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};
-  replay.may_cross = bounds_crossings(bounds);
-  const std::vector<std::string> outputs = outputs_together(options);
-  const Digits digits = digits_of(options);
-  const bool quiet = options.common.quiet;
-  const ChosenBackend backend = choose_backend(options.backend, quiet);
-  replay.motion.backend = backend.move;
-  ReportSeconds seconds;
-  const Inputs inputs = read_together(options, replay);
-  seconds.read = total.seconds();
-  join_normals_and_labels(inputs, replay);
-  replay.motion.diagonal = reference_length(inputs.shape.mesh);
-
-  const auto source = [&](std::size_t part) -> const ShapeFile& {
-    return part == 0 ? inputs.shape : inputs.also[part - 1];
-  };
-  const bool remeshes = will_remesh(inputs.mesh(), inputs.session, replay);
-  std::vector<WriteOptions> writing;
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    const bool has_faces = source(i).mesh.face_count() > 0;
-    if (remeshes && has_faces && !quiet) print_notes(remesh_losses(outputs[i], source(i)));
-    writing.push_back(write_options_for(options, digits, source(i), outputs[i]));
-    if (stores_floats(outputs[i], source(i), writing[i])) replay.remesh.single_precision = true;
-  }
-  const Clock deforming;
-  const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
-  seconds.deform = deforming.seconds();
-
-  const Clock writing_clock;
-  std::filesystem::create_directories(options.output);
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    if (i + 1 == outputs.size()) end_after_last_shape(outputs[i], says_more(options));
-    write_part(outputs[i], source(i), i, *inputs.joined, certified.result.shape, writing[i]);
-    if (format_of(outputs[i]) == "obj") {
-      copy_materials(options, source(i), i == 0 ? options.shape : options.also[i - 1], outputs[i]);
-    }
-  }
-  seconds.write = writing_clock.seconds();
-  if (!is_reported(options)) return;
-  const Clock measuring;
-  Report report = report_of(inputs.mesh(), certified, seconds);
-  report.crossings_between = crossings_between(*inputs.joined, certified.result.shape);
-  report.seconds.measure = measuring.seconds();
-  report.seconds.total = total.seconds();
-  report.backend = backend.name();
-  print_report(options, options.output, "", report);
 }
 
 void run_deform(const DeformOptions& options) {

@@ -5,8 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "certified.h"
 #include "command.h"
 #include "inputs.h"
+#include "knead/certify.h"
 #include "knead/remesh.h"
 #include "knead/replay.h"
 
@@ -131,6 +133,51 @@ WriteOptions write_options_for(const DeformOptions& options, const Digits& digit
 // Writes one deformed shape.
 void write_frame(const std::string& path, const StreamFormat& format, const ShapeFile& source,
                  const DeformedShape& shape, WriteOptions options);
+
+// --- what deforming one shape and several together share
+// --------------------------------------------------------------------------------
+
+// Finds problems with the report before the work begins.
+void check_report(const DeformOptions& options, const std::string& output);
+
+// Returns whether a report is printed or written: measuring a large shape takes longer than writing it.
+bool is_reported(const DeformOptions& options);
+
+// Returns whether the report that follows the shape is asked for, so that it is worth an interruption.
+bool says_more(const DeformOptions& options);
+
+// Returns the report of a result.
+Report report_of(const Mesh& mesh, const Certified& certified, const ReportSeconds& seconds);
+
+// Prints or writes the report. `frames`: the line about them, if there are some.
+void print_report(const DeformOptions& options, const std::string& output, const std::string& frames,
+                  const Report& report);
+
+// Returns whether crossings are bounded.
+bool bounds_crossings(const std::vector<Bound>& bounds);
+
+// Throws InvalidInput with the line of a stroke that is no flow.
+void require_flows(const Session& session);
+
+// To go backwards, resolves strokes that read the surface on the shapes that they were made on. The replay refuses
+// strokes that have no inverse.
+void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet);
+
+// Copies the materials of an OBJ file from beside `source` to beside `target`.
+void copy_materials(const DeformOptions& options, const ShapeFile& shape, const std::string& source,
+                    const std::string& target);
+
+// --- several shapes in one flow: --also
+// ---------------------------------------------------------------------------------------------
+
+// Sets `joined` of inputs that have further shapes.
+void join(Inputs& inputs);
+
+// Returns the normals of clouds, zero for all other vertices; none if no cloud has some.
+std::vector<Vec3d> normals_of_clouds(const Inputs& inputs);
+
+// Deforms the shapes of SHAPE and --also, and puts all results in the folder -o, or none.
+void run_together(const DeformOptions& options);
 
 // --- a table of values: --table
 // ---------------------------------------------------------------------------------------

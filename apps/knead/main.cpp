@@ -24,11 +24,13 @@ struct StudioOptions {
   std::string backend;
   std::string shape;
   std::string session;
+  std::vector<std::string> also;
 };
 
 void run_studio(const StudioOptions& options) {
   std::vector<std::string> words;
   if (!options.backend.empty()) words.insert(words.end(), {"--backend", options.backend});
+  for (const std::string& shape : options.also) words.insert(words.end(), {"--also", shape});
   words.emplace_back("--");
   for (const std::string& file : {options.shape, options.session}) {
     if (!file.empty()) words.push_back(file);
@@ -61,7 +63,9 @@ Subcommand studio_command() {
             OptionKind::optional,
             {"cpu", "gpu"}},
            {"SHAPE", &options->shape, "The shape to open (default: a new sphere)"},
-           {"SESSION", &options->session, "The session to open: strokes that were made on this shape"}},
+           {"SESSION", &options->session, "The session to open: strokes that were made on this shape"},
+           {"--also", &options->also, "A further shape, such as clothes, which the same strokes move; may be repeated",
+            "FILE"}},
           "  knead studio\n"
           "  knead studio hand.ply bend.knead",
           [options] { run_studio(*options); }};

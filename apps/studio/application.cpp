@@ -183,6 +183,7 @@ class Application {
 
   bool follow_shape() {
     const DocumentState& shown = studio_.document().shown();
+    shape_.show(shown.objects);
     return shape_.follow(shown.state, studio_.pending(), shown.diagonal, view_);
   }
 
@@ -314,6 +315,7 @@ void begin(Studio& studio, const ApplicationOptions& options) {
   } else {
     studio.document().open_made(ShapeKind::sphere, kFirstVertices);
   }
+  for (const std::filesystem::path& shape : options.also) studio.document().add(shape);
   if (options.session) studio.document().open(*options.session);
 }
 

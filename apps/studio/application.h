@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "preferences.h"
 #include "studio.h"
@@ -14,6 +15,7 @@ namespace knead::studio {
 
 struct ApplicationOptions {
   std::optional<std::filesystem::path> shape;  // a sphere where there is none
+  std::vector<std::filesystem::path> also;     // further shapes
   std::optional<std::filesystem::path> session;
   std::optional<BackendChoice> backend;  // that of the preferences where there is none
 };

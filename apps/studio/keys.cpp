@@ -25,6 +25,7 @@ using enum Action;
 const std::vector<ActionInfo> kFixedActions{
     {new_shape, "new_shape", "New shape...", "File", {"Ctrl+N"}},
     {open, "open", "Open...", "File", {"Ctrl+O"}},
+    {add_shape, "add_shape", "Add a shape...", "File", {"Ctrl+Alt+O"}},
     {save, "save", "Save", "File", {"Ctrl+S"}},
     {save_as, "save_as", "Save as...", "File", {"Ctrl+Shift+S"}},
     {export_shape, "export", "Export...", "File", {"Ctrl+E"}},

@@ -15,6 +15,7 @@ namespace knead::studio {
 enum class Action {
   new_shape,
   open,
+  add_shape,
   save,
   save_as,
   export_shape,

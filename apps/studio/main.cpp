@@ -14,11 +14,13 @@
 namespace {
 
 constexpr const char* kHelp =
-    "usage: knead-studio [--backend cpu|gpu] [SHAPE] [SESSION]\n"
+    "usage: knead-studio [--backend cpu|gpu] [SHAPE] [SESSION] [--also SHAPE]...\n"
     "       knead-studio [--backend cpu|gpu] --script FILE\n"
     "\n"
     "Opens a window in which the shape (PLY, OBJ, GLB, STL, OFF or XYZ; a sphere if none is given) can be\n"
     "deformed, after the strokes of the session. H shows the keys.\n"
+    "\n"
+    "--also SHAPE: a further shape, such as clothes, which the same strokes move; may be repeated.\n"
     "\n"
     "--backend gpu: the GPU moves the shape during a drag (View > Deform on).\n"
     "--script needs no display: it does what the lines of FILE say, as a person would (- is standard input;\n"
@@ -64,6 +66,9 @@ int main(int argc, char** argv) {
         const std::string_view name = i + 1 < argc ? argv[++i] : "";
         if (name != "cpu" && name != "gpu") return fail(2, "--backend takes cpu or gpu");
         options.backend = name == "gpu" ? knead::studio::BackendChoice::gpu : knead::studio::BackendChoice::cpu;
+      } else if (!only_files && word == "--also") {
+        if (i + 1 == argc) return fail(2, "--also takes a shape");
+        options.also.emplace_back(argv[++i]);
       } else if (!only_files && word.starts_with('-')) {
         return fail(2, "unknown option; see knead-studio --help");
       } else {
@@ -71,6 +76,7 @@ int main(int argc, char** argv) {
       }
     }
     if (files.size() > 2) return fail(2, "give at most one shape and one session; see knead-studio --help");
+    if (!options.also.empty() && files.empty()) return fail(2, "--also adds to a shape; give that first");
     if (!files.empty()) options.shape = files[0];
     if (files.size() > 1) options.session = files[1];
     knead::studio::run_application(options);

@@ -490,10 +490,24 @@ class Script {
     fail(fmt::format("there is no shape to {}; open one before, or make one: {{\"new\": \"sphere\"}}", what));
   }
 
+  void change_object(const Json& line) {
+    if (line.at("object").is_null()) return studio_.document().make_active(std::nullopt);
+    const std::size_t object = line.at("object").whole();
+    if (object >= studio_.document().shown().objects.list.size()) fail(fmt::format("there is no object {}", object));
+    if (line.has("visible")) studio_.document().show_object(object, line.at("visible").flag());
+    if (member_or(line, "active", false).flag()) studio_.document().make_active(object);
+  }
+
   bool files(const Json& line) {
     const auto path = [&](const char* key) { return std::filesystem::path(line.at(key).text()); };
     if (line.has("open")) {
       studio_.document().open(path("open"));
+      settle();
+    } else if (line.has("add")) {
+      studio_.add_shape(path("add"));
+      settle();
+    } else if (line.has("object")) {
+      change_object(line);
       settle();
     } else if (line.has("new")) {
       studio_.document().open_made(shape_kind(line.at("new").text()), member_or(line, "vertices", 0U).whole());

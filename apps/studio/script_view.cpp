@@ -152,6 +152,7 @@ void write_picture(const Studio& studio, const std::filesystem::path& path, Back
     if (backend == BackendChoice::gpu) canvas->shape.use_gpu();
   }
   const DocumentState& shown = studio.document().shown();
+  canvas->shape.show(shown.objects);
   canvas->shape.follow(shown.state, studio.pending(), shown.diagonal, canvas->view);
   if (const auto influence = canvas->overlay.influence(studio)) canvas->view.set_influence(*influence);
   if (const auto mask = canvas->overlay.mask(studio)) canvas->view.set_mask(*mask);

@@ -115,7 +115,8 @@ bool Studio::is_beside_shape() const {
 // Other gestures ask where they go on the surface, too, as it was when they began.
 bool Studio::asks_hit_test() const {
   const bool asks_once = settings().tool->use == ToolUse::pull;
-  return hit_test_ && asks_once && settings().drag != DragMode::surface && !picker_is_right();
+  return hit_test_ && asks_once && shown().objects.are_all_met() && settings().drag != DragMode::surface &&
+         !picker_is_right();
 }
 
 const PendingStrokes* Studio::pending() const {
@@ -145,13 +146,25 @@ void Studio::handle(const Event& event) {
   std::visit(Handler{*this}, event);
 }
 
+// Of several shapes the first is opened, and the others are added to it.
 void Studio::drop_files(const std::vector<std::filesystem::path>& files) {
+  bool has_shape = false;
   for (const std::filesystem::path& file : files) {
     const std::string extension = file.extension().string();
-    const bool is_picture = extension == ".png" || extension == ".jpg" || extension == ".jpeg";
-    if (!is_picture) document_.open(file);
-    if (is_picture) view_.add_reference(file);
+    if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") {
+      view_.add_reference(file);
+    } else if (has_shape && extension != ".knead") {
+      add_shape(file);
+    } else {
+      has_shape = has_shape || extension != ".knead";
+      document_.open(file);
+    }
   }
+}
+
+void Studio::add_shape(const std::filesystem::path& path) {
+  interrupt();
+  document_.add(path);
 }
 
 // --- the pointer -----------------------------------------------------------------------------------------------------

@@ -70,6 +70,8 @@ class Studio {
   const Preferences& preferences() const { return preferences_.preferences; }
   void save_preferences() { preferences_.save(document_); }
 
+  // Adds a shape to those that are open; the history moves it, too.
+  void add_shape(const std::filesystem::path& path);
   // Changes the whole mask, as a stroke of its own.
   void change_mask(MaskEdit edit);
   // Moves the pin with this number in placed().pins as a drag does: by a stroke.

@@ -92,6 +92,18 @@ void StudioDocument::open_made(ShapeKind kind, std::size_t vertices) {
        "Making the shape");
 }
 
+void StudioDocument::add(const std::filesystem::path& path) {
+  post([path](Document& document, Progress& progress) { document.add_shape(path, progress); }, "Adding the shape");
+}
+
+void StudioDocument::show_object(std::size_t object, bool is_visible) {
+  post([object, is_visible](Document& document, Progress& /*progress*/) { document.show_object(object, is_visible); });
+}
+
+void StudioDocument::make_active(std::optional<std::size_t> object) {
+  post([object](Document& document, Progress& /*progress*/) { document.make_active(object); });
+}
+
 void StudioDocument::save(const std::filesystem::path& path) {
   post([path](Document& document, Progress& /*progress*/) { document.save(path); }, "Saving");
 }

@@ -57,6 +57,11 @@ class StudioDocument {
   // Files. `open` takes a session (.knead) or a shape.
   void open(const std::filesystem::path& path);
   void open_made(ShapeKind kind, std::size_t vertices);
+  // Adds a shape to those that are open.
+  void add(const std::filesystem::path& path);
+  // Shows or hides an object; makes one the active one.
+  void show_object(std::size_t object, bool is_visible);
+  void make_active(std::optional<std::size_t> object);
   void save(const std::filesystem::path& path);
   void export_shape(const std::filesystem::path& path, bool as_double = false);
   void export_frames(const std::filesystem::path& file, const FrameExport& how);

@@ -172,10 +172,11 @@ void StudioFit::run() {
   options.volume = settings_.grows ? FitVolume::free : FitVolume::keep;
   options.threads = threads_;
   document_.post(
-      [this, options, state = shown.state, target = target_](Document& document, Progress& progress) mutable {
+      [this, options, state = shown.state, objects = shown.objects, target = target_](Document& document,
+                                                                                      Progress& progress) mutable {
         try {
           options.progress = &progress;
-          BodyFit fit = fit_body(state.to_mesh(), *target->state.mesh, options);
+          BodyFit fit = fit_body(active_mesh(objects, state), *target->state.mesh, options);
           std::vector<SessionStroke> strokes(fit.strokes.size());
           for (std::size_t i = 0; i < strokes.size(); ++i) {
             strokes[i].stroke = std::move(fit.strokes[i]);

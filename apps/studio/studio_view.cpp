@@ -102,7 +102,7 @@ void StudioView::begin_document() {
 void StudioView::frame_all() {
   const DocumentState& shown = document_.shown();
   if (shown.opened == 0) return;
-  const Box box = shape_box(shown.state.to_mesh());
+  const Box box = shape_box(visible_mesh(shown.objects, shown.state));
   navigation_.view = framed(navigation_.view, box, {navigation_.width, navigation_.height, navigation_.covered});
   navigation_.home = box.empty() ? std::nullopt : std::optional(box.center());
 }

@@ -17,6 +17,7 @@ knead_test(knead_studio_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/studio_work_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/view/stretch_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/document/document_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/objects_test.cpp
   LIBRARIES knead_studio_core fmt::fmt)
 target_compile_definitions(knead_studio_test PRIVATE KNEAD_SOURCES="${PROJECT_SOURCE_DIR}")
 

@@ -252,12 +252,40 @@ class AtomicFile {
   // Syncs and closes the temporary file: nothing can be written after it. Throws IoError(write).
   void close();
 
-  // Closes the file, if that is not done, and puts it in place. Throws IoError(write).
+  // Closes the file, if that is not done, and puts it in place; while this thread has a FilesTogether, leaves that to
+  // it. Throws IoError(write).
   void finish();
 
  private:
   struct Parts;
   std::unique_ptr<Parts> parts_;
+
+  friend class FilesTogether;
+};
+
+// While it lives, files that this thread finishes wait, and take their places all together: of several results either
+// all are there or none. One at a time in a thread.
+class FilesTogether {
+ public:
+  FilesTogether();
+  FilesTogether(const FilesTogether&) = delete;
+  FilesTogether& operator=(const FilesTogether&) = delete;
+
+  // Without finish() before, the old files stay.
+  ~FilesTogether();
+
+  // Returns how many files wait.
+  std::size_t count() const { return waiting_.size(); }
+
+  // Puts all files in place, one right after the other; files that are finished afterwards do not wait. Throws
+  // IoError(write).
+  void finish();
+
+ private:
+  friend class AtomicFile;
+
+  std::vector<AtomicFile> waiting_;
+  std::filesystem::path first_;  // the temporary file that stays locked until the end
 };
 
 // Removes the temporary files of AtomicFile, and of calls of write_file_atomically that have not returned yet. A signal

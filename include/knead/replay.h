@@ -405,6 +405,22 @@ int frame_count(const FrameOptions& frames);
 std::function<void(const ReplayFrame&)> animation_writer(const std::filesystem::path& path, const ShapeFile& source,
                                                          bool is_remeshed, const AnimationOptions& options);
 
+// One of several shapes that are deformed as one: what became of it in a state of JoinedMeshes::mesh(), and its file.
+struct ShapePart {
+  const ShapeFile& source;
+  const JoinedMeshes& joined;
+  std::size_t number = 0;  // of the mesh in `joined`
+};
+
+// Writes what became of the part, with all else that its source has, as write_shape or write_remeshed. Throws as these.
+void write_part(const std::filesystem::path& path, const ShapePart& part, const ShapeState& state,
+                const WriteOptions& options = {});
+
+// Returns a function for FrameOptions::deliver that writes the frames of the part, as animation_writer does. The part's
+// source and `joined` must outlive it.
+std::function<void(const ReplayFrame&)> part_animation_writer(const std::filesystem::path& path, const ShapePart& part,
+                                                              const AnimationOptions& options);
+
 // Applies a session to a shape, which stays as it is. The result depends only on the mesh, the motion, the remesh
 // policy, the part and the normals, bit for bit. The last frame is the result, and every frame is the result of a
 // replay until that moment (with FrameOptions::same_faces, up to the tolerance and the faces).

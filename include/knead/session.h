@@ -75,6 +75,7 @@ struct Session {
   std::vector<SessionStroke> strokes;  // in effect, in order: without the strokes that undo took back
   std::vector<std::string> warnings;   // of reading, each with file and line
   std::vector<Parameter> parameters{};
+  std::vector<std::string> also{};  // further shapes that it was made on, as `mesh`; strokes read the surface of all
 
   friend bool operator==(const Session&, const Session&) = default;
 };
@@ -124,7 +125,7 @@ std::string serialize_session(const Session& session);
 // strokes these settings. Numbers have the shortest form that reads back as the same number; keys with their default
 // values are left out. A stroke's line has numbers where the session names parameters.
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note,
-                        std::span<const Parameter> parameters = {});
+                        std::span<const Parameter> parameters = {}, std::span<const std::string> also = {});
 std::string stroke_line(const Stroke& stroke);
 std::string stroke_line(const SessionStroke& stroke);  // with its name, off, strength, duration, mirror and new_entry
 

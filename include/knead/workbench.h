@@ -267,8 +267,8 @@ void set_strength(std::vector<SessionStroke>& gesture, double strength);
 
 // The crash journal: writes every stroke to the disk at once, and recovers the work after the program was killed.
 //
-// A journal is a folder with the shape as it was opened (shape.ply, shape.obj, ...) and session.knead, a session file
-// that only grows. A batch of lines takes effect as a whole: every line but the last ends in a blank, so that a reader
+// A journal is a folder with the shape as it was opened (shape.ply, shape.obj, ...), further ones (shape_2.ply, ...) and
+// session.knead, a session file that only grows. A batch of lines takes effect as a whole: every line but the last ends in a blank, so that a reader
 // recognises a batch that was cut off at any byte. To all other readers a blank at the end of a line means nothing.
 
 namespace io_detail {
@@ -285,9 +285,11 @@ class Journal {
   ~Journal();
 
   // Makes a new folder under root (which is made if it is missing), named after the time in UTC, the process and a
-  // number. It holds the bytes of the shape, or its mesh as PLY in doubles if it has none. title: the user's name for
-  // the work. The folder appears under its name once it is complete. Throws IoError(write).
-  static Journal create(const std::filesystem::path& root, const ShapeFile& shape, const std::string& title);
+  // number. It holds the bytes of the shape, or its mesh as PLY in doubles if it has none, and further shapes that the
+  // work is on. title: the user's name for the work. The folder appears under its name once it is complete. Throws
+  // IoError(write).
+  static Journal create(const std::filesystem::path& root, const ShapeFile& shape, const std::string& title,
+                        std::span<const std::shared_ptr<const ShapeFile>> also = {});
 
   // Continues a journal that a program left behind, after its last whole batch. Throws IoError, and InvalidInput if
   // another program uses it or it is no journal.
@@ -348,9 +350,10 @@ struct RecoveredWork {
   ShapeFile shape;
   Session session;  // its name is the path of the file, relative to which stamps name their meshes
   std::string title;
+  std::vector<ShapeFile> also{};  // as many as the session has
 };
 
-// Returns the shape as it was opened and the strokes up to the last whole batch. Changes nothing. Throws IoError(read)
+// Returns the shapes as they were opened and the strokes up to the last whole batch. Changes nothing. Throws IoError(read)
 // and InvalidInput, as read_shape and read_session do.
 RecoveredWork recover_journal(const std::filesystem::path& folder);
 

@@ -141,7 +141,10 @@ AbandonedJournal describe(const fs::path& folder, const Unheld& file) {
     if (session.note) journal.title = *session.note;
     journal.strokes = session.strokes.size();
     journal.entries = strokes_of_gestures(session.strokes).size();
-    if (!session.mesh || !fs::exists(folder / *session.mesh)) journal.problem = "the shape it was made on is missing";
+    const auto is_there = [&](const std::string& name) { return fs::exists(folder / name); };
+    if (!session.mesh || !is_there(*session.mesh) || !std::ranges::all_of(session.also, is_there)) {
+      journal.problem = "the shape it was made on is missing";
+    }
   } catch (const std::exception& error) {
     journal.problem = error.what();
   }
@@ -196,6 +199,7 @@ RecoveredWork recover_journal(const fs::path& folder) {
   }
   work.title = work.session.note.value_or(folder.filename().string());
   work.shape = read_shape(folder / *work.session.mesh);
+  for (const std::string& name : work.session.also) work.also.push_back(read_shape(folder / name));
   return work;
 }
 
@@ -257,10 +261,11 @@ NewFolder make_folder(const fs::path& root) {
   }
 }
 
-// Writes the shape, and returns the name of its file.
-std::string write_original(const fs::path& folder, const ShapeFile& shape) {
+// Writes the shape, and returns the name of its file. `number`: from 1.
+std::string write_original(const fs::path& folder, const ShapeFile& shape, std::size_t number) {
   const bool computed = shape.bytes.empty();
-  std::string name = "shape." + (computed ? "ply" : shape.format);
+  std::string name = fmt::format("shape{}.{}", number == 1 ? "" : fmt::format("_{}", number),
+                                 computed ? "ply" : shape.format);
   write_file_atomically(folder / name,
                         computed ? serialize_mesh("ply", shape.mesh, {.double_coordinates = true}) : shape.bytes);
   return name;
@@ -274,12 +279,15 @@ Journal::Journal(Journal&&) noexcept = default;
 Journal& Journal::operator=(Journal&&) noexcept = default;
 Journal::~Journal() = default;
 
-Journal Journal::create(const fs::path& root, const ShapeFile& shape, const std::string& title) {
+Journal Journal::create(const fs::path& root, const ShapeFile& shape, const std::string& title,
+                        std::span<const std::shared_ptr<const ShapeFile>> also) {
   const NewFolder made = make_folder(root);
   try {
-    const std::string name = write_original(made.hidden, shape);
+    const std::string name = write_original(made.hidden, shape, 1);
+    std::vector<std::string> others;
+    for (const auto& other : also) others.push_back(write_original(made.hidden, *other, others.size() + 2));
     auto file = std::make_unique<AppendFile>(made.hidden / kSessionFile);
-    file->append(header_line(name, title) + "\n");
+    file->append(header_line(name, title, {}, others) + "\n");
     if (const auto trouble = file->trouble()) {
       throw IoError(IoError::Operation::write, (made.folder / kSessionFile).string(),
                     "cannot be written (" + *trouble + "); free some space");

@@ -112,6 +112,31 @@ TEST_F(AtomicFile, WhatAKilledProgramLeftIsRemovedAndWhatARunningOneWritesStays)
   discard_abandoned_files(folder_ / "nothing");
 }
 
+TEST_F(AtomicFile, FilesTogetherTakeTheirPlacesAtOnceOrNotAtAll) {
+  write_file_atomically(folder_ / "a", "old");
+  {
+    const FilesTogether together;
+    write_file_atomically(folder_ / "a", "new");
+    write_file_atomically(folder_ / "b", "new");
+    EXPECT_EQ(together.count(), 2U);
+    EXPECT_EQ(file_bytes(folder_ / "a"), "old");
+    discard_abandoned_files(folder_);  // what waits stays
+    EXPECT_EQ(files(), 3U);
+  }
+  EXPECT_EQ(files(), 1U) << "given up";
+  {
+    FilesTogether together;
+    const fs::path names[] = {folder_ / "a", folder_ / "b"};
+    for (const fs::path& name : names) write_file_atomically(name, "new");
+    EXPECT_THROW(write_file_atomically(folder_ / "absent" / "file", "x"), IoError);
+    together.finish();
+    for (const fs::path& name : names) EXPECT_EQ(file_bytes(name), "new");
+    write_file_atomically(folder_ / "c", "at once");
+    EXPECT_EQ(file_bytes(folder_ / "c"), "at once");
+  }
+  EXPECT_EQ(files(), 3U);
+}
+
 TEST_F(AtomicFile, AnInterruptLeavesNothingUnfinished) {
   const fs::path path = folder_ / "target";
   write_file_atomically(path, "old");

@@ -338,8 +338,17 @@ struct AtomicFile::Parts {
   }
 };
 
+namespace {
+
+// Of this thread; null: files take their places as they are finished.
+thread_local FilesTogether* together = nullptr;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+
+}  // namespace
+
 AtomicFile::AtomicFile(const std::filesystem::path& path)
-    : parts_(std::make_unique<Parts>(path, std::filesystem::path())) {}
+    : parts_(std::make_unique<Parts>(path, together != nullptr ? together->first_ : std::filesystem::path())) {
+  if (together != nullptr && together->first_.empty()) together->first_ = parts_->temporary;
+}
 AtomicFile::AtomicFile(const std::filesystem::path& path, const AtomicFile& whole)
     : parts_(std::make_unique<Parts>(path, whole.parts_->temporary)) {}
 AtomicFile::~AtomicFile() = default;
@@ -356,6 +365,12 @@ void AtomicFile::close() {
 }
 
 void AtomicFile::finish() {
+  if (together != nullptr && !parts_->temporary.empty()) {
+    // The first one stays open: its lock says of all that they are not abandoned.
+    if (parts_->temporary != together->first_) close();
+    together->waiting_.push_back(std::move(*this));
+    return;
+  }
   close();
   if (parts_->temporary.empty()) {
     ++files_in_place;
@@ -364,6 +379,19 @@ void AtomicFile::finish() {
   if (::rename(parts_->temporary.c_str(), parts_->target.c_str()) != 0) fail(parts_->path, "cannot be replaced", errno);
   parts_->name->set_renamed();
   sync_folder(parts_->target.parent_path());
+}
+
+FilesTogether::FilesTogether() { together = this; }
+
+FilesTogether::~FilesTogether() {
+  if (together == this) together = nullptr;
+}
+
+void FilesTogether::finish() {
+  together = nullptr;
+  for (AtomicFile& file : waiting_) file.close();  // what cannot be written is found before any of them is in place
+  for (AtomicFile& file : waiting_) file.finish();
+  waiting_.clear();
 }
 
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes) {

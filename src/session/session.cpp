@@ -169,8 +169,11 @@ class SessionReader {
       throw InvalidInput(place_, fmt::format("\"knead\" must be {}, the format that this version reads, got {}",
                                              kFormatVersion, version));
     }
-    header.allow({"knead", "mesh", "note", "parameters"});
+    header.allow({"knead", "mesh", "also", "note", "parameters"});
     if (header.has("mesh")) session_.mesh = header.at("mesh").text();
+    if (header.has("also")) {
+      for (const JsonValue& shape : header.at("also").items()) session_.also.push_back(shape.text());
+    }
     if (header.has("note")) session_.note = header.at("note").text();
     if (header.has("parameters")) {
       session_.parameters = session_detail::read_parameters(header.at("parameters"), place_);
@@ -460,10 +463,11 @@ std::string text_of(const std::optional<RemeshSettings>& settings) {
 }  // namespace
 
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note,
-                        std::span<const Parameter> parameters) {
+                        std::span<const Parameter> parameters, std::span<const std::string> also) {
   LineWriter line;
   line.add("knead", 1);
   line.add_optional("mesh", mesh);
+  if (!also.empty()) line.add_text("also", text_of(std::vector<std::string>(also.begin(), also.end())));
   line.add_optional("note", note);
   if (parameters.empty()) return line.finish();
   LineWriter values;
@@ -571,7 +575,7 @@ std::string remesh_line(const std::optional<RemeshSettings>& settings) {
 }
 
 std::string serialize_session(const Session& session) {
-  std::string text = header_line(session.mesh, session.note, session.parameters) + "\n";
+  std::string text = header_line(session.mesh, session.note, session.parameters, session.also) + "\n";
   std::optional<RemeshSettings> remesh;
   for (const SessionStroke& stroke : session.strokes) {
     if (stroke.remesh != remesh) text += remesh_line(stroke.remesh) + "\n";

@@ -174,7 +174,8 @@ std::vector<double> corrective_weights(std::span<const Corrective> correctives, 
       Quaternion turn = nearest_rotation(joint_motion(parents, motions, bone).linear);
       if (turn.w < 0) turn = {-turn.w, -turn.v};
       const double angle = 2 * elementary::atan2(dot(turn.v, corrective.axes[j]), turn.w) * 180 / std::numbers::pi;
-      weight *= std::clamp(angle / corrective.angles_deg[j], 0.0, 1.0);
+      const double part = std::clamp(angle / corrective.angles_deg[j], 0.0, 1.0);
+      weight *= part * part;
     }
     weights.push_back(weight);
   }

@@ -19,8 +19,7 @@ constexpr double kSamePlace = 1e-4;  // and are moved by less, of the diagonal
 constexpr double kNextStage = 2.2;   // grids so many times as coarse are a stage of their own
 constexpr double kSqueezed = 0.4;    // what is left of the flesh's length inside a joint
 constexpr double kLongest = 2.5;     // of the radius: the bending length is no longer
-constexpr double kUsualDetail =
-    2.5;                             // spacing of the grids over the limbs' radius; 1.5 for fingers and the like, which
+constexpr double kUsualDetail = 2;   // spacing of the grids over the limbs' radius; 1.5 for fingers and the like, which
 constexpr double kThinDetail = 1.5;  // lie beside each other: limbs thinner than this part of the diagonal
 constexpr double kThin = 0.01;
 constexpr double kScaled = 0.02;          // a bone that scales by more is named
@@ -245,6 +244,7 @@ class Finder {
         first = limb.radius;
         const double usual = first < kThin * diagonal_ ? kThinDetail : kUsualDetail;
         joints_.spacing.push_back((detail > 0 ? detail : usual) * first);
+        joints_.is_thin.push_back(first < kThin * diagonal_);
       }
       limb.stage = joints_.spacing.size() - 1;
     }
@@ -351,6 +351,7 @@ using detail::VelocityRows;
 // Of a limb's rows together, in units of the mean diagonal of the strain times spacing^2, and of what holds.
 constexpr double kWeightOfLimb = 20000;
 constexpr double kWeightOfHold = 5000;
+constexpr double kWeightOfGrowth = 3;    // of the growth that is wanted, beside strain
 constexpr double kMaxCorrection = 0.25;  // of the spacing, in one step
 constexpr double kConflict = 0.35;       // what velocities of two limbs may differ by, over their distance
 constexpr double kSearched = 2;          // spacings: how far away another limb may be in conflict
@@ -358,7 +359,7 @@ constexpr double kTolerance = 1e-6;      // of the diagonal, for the body's own 
 
 class Motion {
  public:
-  explicit Motion(StageProblem problem) : problem_(std::move(problem)) {
+  explicit Motion(StageProblem& problem) : problem_(problem) {
     lattice_.spacing = problem_.spacing;
     for (const LimbPoints& limb : problem_.limbs) now_.push_back(limb.points);
     const std::vector<Rigid> first = problem_.motions(0);
@@ -371,6 +372,7 @@ class Motion {
       step(static_cast<double>(k) / count, static_cast<double>(k + 1) / count, unknowns);
     }
     step(1, 1, unknowns);
+    for (std::size_t i = 0; i < now_.size(); ++i) problem_.limbs[i].points = std::move(now_[i]);
     return std::move(flow_);
   }
 
@@ -457,7 +459,7 @@ class Motion {
     return wanted;
   }
 
-  // Points that another limb is so near that no smooth field meets both.
+  // Points that another limb is so near that no smooth field meets both. What rests holds, if it does not give way.
   std::vector<std::vector<bool>> conflicts(const std::vector<std::vector<Vec3d>>& wanted) const {
     std::vector<Vec3d> points;
     std::vector<Vec3d> velocities;
@@ -470,6 +472,7 @@ class Motion {
       result.emplace_back(now_[i].size(), false);
     }
     for (std::size_t i = 0; i < now_.size(); ++i) {
+      if (!problem_.limbs[i].moves && !problem_.rest_gives) continue;
       std::vector<Triangle> others;
       for (std::uint32_t p = 0; p < points.size(); ++p) {
         if (of[p] != i) others.push_back({p, p, p});
@@ -494,7 +497,7 @@ class Motion {
     advect(flow, points, options);
   }
 
-  StageProblem problem_;
+  StageProblem& problem_;
   Lattice lattice_;
   std::vector<std::vector<Vec3d>> now_;  // where the points of the limbs are
   std::vector<Rigid> back_;              // from the beginning of the stage to rest
@@ -504,6 +507,23 @@ class Motion {
 
 }  // namespace
 
-Flow stage_flow(StageProblem problem, std::size_t& unknowns) { return Motion(std::move(problem)).run(unknowns); }
+Flow stage_flow(StageProblem& problem, std::size_t& unknowns) { return Motion(problem).run(unknowns); }
+
+PotentialGrid growing_grid(const StageProblem& problem, std::vector<double> growth) {
+  std::vector<VelocityRows> rows;
+  for (const LimbPoints& limb : problem.limbs) {
+    VelocityRows& list = rows.emplace_back();
+    list.points = limb.points;
+    list.wanted.assign(limb.points.size(), Vec3d{0, 0, 0});
+    list.weight = kWeightOfHold / static_cast<double>(limb.points.size());
+    list.rests = true;
+  }
+  detail::BodySamples body = problem.body;
+  body.growth = std::move(growth);
+  body.growth_weight = kWeightOfGrowth;
+  Lattice lattice;
+  lattice.spacing = problem.spacing;
+  return NearRigidSystem(lattice, body, rows, problem.threads, problem.progress).solve(rows);
+}
 
 }  // namespace knead::skin_detail

@@ -41,6 +41,7 @@ struct Joints {
   Rigid base{};                     // how the whole shape moves besides
   std::size_t stages = 0;
   std::vector<double> spacing;  // of the grids of each stage, a length
+  std::vector<bool> is_thin;    // of each stage: it moves fingers and the like
   std::vector<std::string> notes;
 
   // The motion of each limb at a moment of a stage: limbs of earlier stages have moved, those of later ones have not.
@@ -74,6 +75,7 @@ struct StageProblem {
   detail::BodySamples body;
   std::vector<LimbPoints> limbs;
   std::function<std::vector<Rigid>(double part)> motions;  // of all limbs, from the shape at rest; part from 0 to 1
+  bool rest_gives = false;  // what rests is pressed flat, too, where limbs that move come near
   std::size_t steps = 1;
   double spacing = 0;
   double diagonal = 0;
@@ -84,6 +86,12 @@ struct StageProblem {
 // Returns the flow of a stage, a grid for each step and one more in which the limbs settle. Points of limbs that come
 // so near to another limb that both cannot be met ask for nothing there: the body is flattened between them. `unknowns`
 // becomes the most of a grid, if that is more. Throws InvalidInput where the equations cannot be solved, and Cancelled.
-Flow stage_flow(StageProblem problem, std::size_t& unknowns);
+// Afterwards the points of the body and the limbs are where the stage takes them.
+Flow stage_flow(StageProblem& problem, std::size_t& unknowns);
+
+// Returns the grid in which the body grows at these rates, one for each of its samples, while the limbs that are given
+// rest. Throws as
+// stage_flow.
+PotentialGrid growing_grid(const StageProblem& problem, std::vector<double> growth);
 
 }  // namespace knead::skin_detail

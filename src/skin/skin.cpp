@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -24,10 +25,13 @@ namespace {
 
 using detail::BodySamples;
 
-constexpr double kMaxAstray = 0.25;    // of the diagonal: where 95% of the rigid vertices are at most
-constexpr double kMaxStep = 1;         // spacings that a limb moves in a step
-constexpr double kNear = 4;            // spacings: what is farther from all that moves is no part of a stage
-constexpr std::size_t kInside = 3000;  // samples of the body
+constexpr double kMaxAstray = 0.25;       // of the diagonal: where 95% of the rigid vertices are at most
+constexpr double kMaxStep = 1;            // spacings that a limb moves in a step
+constexpr double kWorthGivingBack = 0.1;  // of what is lost and gained at edges: what is missing is given back
+constexpr double kTriedGrowth = 0.02;     // of the volume, at most at a sample
+constexpr double kMaxGrowth = 0.5;        // more is not given back: the triangles are too coarse
+constexpr double kNear = 4;               // spacings: what is farther from all that moves is no part of a stage
+constexpr std::size_t kInside = 3000;     // samples of the body
 
 double time_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -37,6 +41,8 @@ class Poser {
  public:
   Poser(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options)
       : options_(options), triangles_(triangulate(mesh)), rest_(mesh.positions), positions_(mesh.positions) {
+    const Measures measures = knead::measure(mesh);
+    has_volume_ = measures.closed() && measures.oriented() && measures.volume != 0;
     diagonal_ = shape_box(mesh).diagonal();
     if (!(diagonal_ > 0)) throw InvalidInput("the shape has no extent, so that nothing can be posed");
     joints_ = find_joints(rest_, triangles_, skin, pose, options.detail);
@@ -70,6 +76,7 @@ class Poser {
     StageProblem problem;
     problem.spacing = joints_.spacing[stage];
     problem.diagonal = diagonal_;
+    problem.rest_gives = joints_.is_thin[stage];  // a palm gives way to fingers, a chest holds against an arm
     problem.threads = options_.threads;
     problem.progress = options_.progress;
     problem.motions = [this, stage](double part) { return joints_.motions(stage, part); };
@@ -82,10 +89,108 @@ class Poser {
     mark_held(moving, problem.body);
     add_limbs(stage, moving, near, problem);
     problem.steps = steps_of(stage, problem);
-    Flow flow = stage_flow(std::move(problem), result_.report.unknowns);
+    const double volume = enclosed_volume();
+    Flow flow = stage_flow(problem, result_.report.unknowns);
+    const std::vector<EdgeLoss> losses = has_volume_ ? move_with_edges(flow, near) : std::vector<EdgeLoss>{};
+    if (!has_volume_) move(flow);
     result_.report.segments += flow.segments.size();
-    move(flow);
     for (Segment& segment : flow.segments) result_.strokes.emplace_back(GridStroke{std::move(segment.grid)});
+    give_back(losses, volume - enclosed_volume(), moving, problem);
+  }
+
+  // What the flat triangles at an edge lose of the volume below the surface that the flow makes of them. A flow keeps
+  // that volume, so that it is missing afterwards: a quarter as much where edges are half as long.
+  struct EdgeLoss {
+    Vec3d place;
+    double volume = 0;
+  };
+
+  // Moves the vertices, and finds what is lost at the edges of triangles that bend. Where the middle of an edge comes
+  // to says how far the surface is from the edge; through these places it is a quadric.
+  std::vector<EdgeLoss> move_with_edges(const Flow& flow, const std::vector<Triangle>& near) {
+    std::vector<Triangle> bending;
+    std::vector<Vec3d> middles;
+    for (const Triangle& t : near) {
+      const auto is_rigid = [&](std::uint32_t v) { return joints_.rigid_limb(v, options_.rigid_weight).has_value(); };
+      if (std::all_of(t.begin(), t.end(), is_rigid)) continue;
+      bending.push_back(t);
+      for (std::size_t k = 0; k < 3; ++k) middles.push_back((positions_[t[k]] + positions_[t[(k + 1) % 3]]) * 0.5);
+    }
+    move(flow);
+    move(flow, middles);
+    std::vector<EdgeLoss> losses;
+    for (std::size_t i = 0; i < middles.size(); ++i) {
+      const Triangle& t = bending[i / 3];
+      const std::array<Vec3d, 3> p{positions_[t[0]], positions_[t[1]], positions_[t[2]]};
+      const Vec3d area = cross(p[1] - p[0], p[2] - p[0]) * 0.5;
+      const Vec3d away = middles[i] - (p[i % 3] + p[(i + 1) % 3]) * 0.5;
+      losses.push_back({middles[i], dot(away, area) / 3});
+    }
+    return losses;
+  }
+
+  // Lets the flesh grow where volume was lost, by as much as is missing.
+  void give_back(const std::vector<EdgeLoss>& losses, double missing, const std::vector<bool>& moving,
+                 StageProblem& problem) {
+    double sum = 0;
+    for (const EdgeLoss& loss : losses) sum += std::abs(loss.volume);
+    if (!(std::abs(missing) > kWorthGivingBack * sum) || problem.body.points.empty()) return;
+    std::vector<Vec3d> places;
+    for (const EdgeLoss& loss : losses) places.push_back(loss.place);
+    const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(problem.body.points, places);
+    std::vector<double> growth(problem.body.points.size(), 0.0);
+    for (std::size_t i = 0; i < losses.size(); ++i) growth[nearest[i]] += losses[i].volume;
+    const double most = usual_size(growth);
+    for (double& rate : growth) rate = std::clamp(rate / most, -1.0, 1.0) * kTriedGrowth;
+    problem.body.held.clear();
+    mark_held(std::vector<bool>(joints_.limbs.size(), false), problem.body);
+    if (grow(growing_grid(problem, std::move(growth)), missing)) return;
+    // There is too little room between the limbs, as in a fist: all that moved grows a little.
+    problem.body.held.clear();
+    mark_held(moving, problem.body);
+    std::erase_if(problem.limbs, [](const LimbPoints& limb) { return limb.moves; });
+    growth.clear();
+    for (const bool is_held : problem.body.held) growth.push_back(is_held ? 0 : kTriedGrowth);
+    grow(growing_grid(problem, std::move(growth)), missing);
+  }
+
+  // Moves everything by the grid, as strongly as the missing volume asks for. Returns false if that would be too
+  // strong.
+  bool grow(PotentialGrid grid, double missing) {
+    const std::vector<Vec3d> before = positions_;
+    const double volume = enclosed_volume();
+    Flow flow;
+    flow.segments.emplace_back().grid = grid;
+    move(flow);
+    const double strength = missing / (enclosed_volume() - volume);  // the volume is nearly linear in it
+    positions_ = before;
+    if (!(std::abs(strength) * kTriedGrowth < kMaxGrowth)) return false;
+    flow.segments.front().grid = grid = multiplied(std::move(grid), strength);
+    move(flow);
+    result_.strokes.emplace_back(GridStroke{std::move(grid)});
+    ++result_.report.segments;
+    return true;
+  }
+
+  // The size that 95% of the numbers other than 0 have at most: one deep fold must not stand against all else.
+  static double usual_size(const std::vector<double>& numbers) {
+    std::vector<double> sizes;
+    for (const double number : numbers) {
+      if (number != 0) sizes.push_back(std::abs(number));
+    }
+    std::sort(sizes.begin(), sizes.end());
+    return sizes.empty() ? 1.0 : sizes[sizes.size() - 1 - sizes.size() / 20];
+  }
+
+  // The volume within the triangles.
+  double enclosed_volume() const {
+    double sum = 0;
+    if (!has_volume_) return sum;
+    const Vec3d& middle = positions_.front();
+    for (const Triangle& t : triangles_) {
+      sum += dot(positions_[t[0]] - middle, cross(positions_[t[1]] - middle, positions_[t[2]] - middle)) / 6;
+    }
+    return sum;
   }
 
   // So many that no limb turns by more than 10 degrees in one, or moves by more than a spacing.
@@ -186,14 +291,23 @@ class Poser {
     return false;
   }
 
-  // The most that a limb turns in a stage: all joints of a chain added up.
+  // The most that a limb turns in a stage: against the one before it, or by all joints of a chain together.
   double greatest_turn(std::size_t stage) const {
+    double most = 0;
+    const std::vector<Rigid> first = joints_.motions(stage, 0);
     std::vector<double> turns(joints_.limbs.size(), 0.0);
+    std::vector<Rigid> before = first;
+    constexpr int kPieces = 16;
+    for (int i = 1; i <= kPieces; ++i) {
+      const std::vector<Rigid> now = joints_.motions(stage, static_cast<double>(i) / kPieces);
+      for (std::size_t k = 1; k < turns.size(); ++k) turns[k] += angle_of((now[k] * inverse(before[k])).turn);
+      before = now;
+    }
     for (std::size_t i = 1; i < turns.size(); ++i) {
       const SkinLimb& limb = joints_.limbs[i];
-      turns[i] = turns[*limb.before] + (limb.stage == stage ? limb.screw.angle : 0.0);
+      most = std::max({most, turns[i], limb.stage == stage ? limb.screw.angle : 0.0});
     }
-    return *std::max_element(turns.begin(), turns.end());
+    return most;
   }
 
   // A sample rests if the nearest vertex rests.
@@ -205,12 +319,14 @@ class Poser {
     }
   }
 
-  void move(const Flow& flow) {
+  void move(const Flow& flow) { move(flow, positions_); }
+
+  void move(const Flow& flow, std::vector<Vec3d>& points) const {
     AdvectOptions options;
     options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal_);
     options.threads = options_.threads;
     options.progress = options_.progress;
-    if (advect(flow, positions_, options).status == AdvectStatus::cancelled) throw Cancelled();
+    if (advect(flow, points, options).status == AdvectStatus::cancelled) throw Cancelled();
   }
 
   // How far what should be rigid is from the place to which its limb goes.
@@ -268,6 +384,7 @@ class Poser {
   std::vector<Triangle> triangles_;
   std::vector<Vec3d> rest_;
   std::vector<Vec3d> positions_;  // where the vertices are by now
+  bool has_volume_ = false;       // the surface is closed
   double diagonal_ = 0;
   Joints joints_;
   SkinResult result_;

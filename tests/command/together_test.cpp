@@ -1,9 +1,20 @@
 // knead deform --also: several shapes in one flow; knead check --also.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <span>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "knead/io.h"
+#include "knead/replay.h"
+#include "knead/session.h"
 #include "process.h"
 
 namespace knead::command_test::together_test {
@@ -31,6 +42,15 @@ class TogetherTest : public CommandTest {
     write("paint.knead",
           "{\"knead\": 1}\n{\"tool\": \"paint\", \"path\": [[0, 0, 1], [0.3, 0, 0.95]], \"outer\": 0.4, \"depth\": "
           "0.1}\n");
+  }
+
+  std::vector<std::string> files_in(const std::string& name) const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(path(name))) {
+      names.push_back(entry.path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
   }
 
   Words together(const Words& more) const {
@@ -102,8 +122,87 @@ TEST_F(TogetherTest, GoesBackwards) {
   }
 }
 
+// One file for each frame, and one for all where the format can hold them; each frame as the shape alone has it.
+TEST_F(TogetherTest, FramesOfAllShapes) {
+  write_mesh(path("shirt.glb"), read_shape(path("skirt.ply")).mesh);
+  knead_ok(together({"--frames", "4", "--also", "shirt.glb"}));
+  EXPECT_EQ(files_in("posed"),
+            (std::vector<std::string>{"body_0000.ply", "body_0001.ply", "body_0002.ply", "body_0003.ply",
+                                      "eyes_0000.xyz", "eyes_0001.xyz", "eyes_0002.xyz", "eyes_0003.xyz", "shirt.glb",
+                                      "skirt_0000.ply", "skirt_0001.ply", "skirt_0002.ply", "skirt_0003.ply"}));
+  knead_ok({"deform", "body.ply", "pull.knead", "-o", "alone_%d.ply", "--frames", "4", "-q"});
+  for (const char* frame : {"0", "1", "2", "3"}) {
+    EXPECT_EQ(read(std::string("posed/body_000") + frame + ".ply"), read(std::string("alone_") + frame + ".ply"));
+  }
+  const std::string animation = read("posed/shirt.glb");
+  EXPECT_NE(animation.find("\"targets\""), std::string::npos);
+  knead_ok({"deform", "body.ply", "pull.knead", "--also", "shirt.glb", "--frames", "3", "--remesh", "--require",
+            "crossings=0", "-o", "refined", "-q"});
+  EXPECT_EQ(files_in("refined").size(), 4U);
+  EXPECT_GT(read_shape(path("refined/shirt.glb")).mesh.vertex_count(), 1002U);
+}
+
+// A file that cannot be written leaves no other, nor the folder.
+TEST_F(TogetherTest, AllResultsOrNone) {
+  rlimit old{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
+  rlimit small = old;
+  small.rlim_cur = 30'000;  // enough for the body, too little for the skirt with its colors
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  const Outcome outcome = knead(together({}));
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old), 0);
+  ASSERT_GT(read_shape(path("skirt.ply")).bytes.size(), 30'000U);
+  ASSERT_LT(read_shape(path("body.ply")).bytes.size(), 30'000U) << "the first result can be written";
+  expect_error(outcome, 5, "skirt.ply");
+  EXPECT_FALSE(std::filesystem::exists(path("posed")));
+  std::filesystem::create_directory(path("posed"));
+  write("posed/body.ply", "old");
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  EXPECT_EQ(knead(together({})).exit_code, 5);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old), 0);
+  EXPECT_EQ(files_in("posed"), std::vector<std::string>{"body.ply"});
+  EXPECT_EQ(read("posed/body.ply"), "old");
+}
+
+// However long it takes, an interruption leaves all results or none.
+TEST_F(TogetherTest, InterruptionsLeaveAllResultsOrNone) {
+  knead_ok({"make", "sphere", "-n", "40000", "-o", "large.ply", "-q"});
+  std::set<std::size_t> counts;
+  for (int delay = 0; delay < 400; delay += 25) {
+    std::filesystem::remove_all(path("posed"));
+    Process process({"deform", "body.ply", "pull.knead", "--also", "large.ply", "-o", "posed"}, folder());
+    std::this_thread::sleep_for(std::chrono::milliseconds(delay));
+    process.send(SIGINT);
+    process.wait();
+    counts.insert(std::filesystem::exists(path("posed")) ? files_in("posed").size() : 0);
+  }
+  for (const std::size_t count : counts) EXPECT_TRUE(count == 0 || count == 2) << count;
+}
+
+// A session that was made on several shapes reads the surface of all, as it did when it was made.
+TEST_F(TogetherTest, SessionOfSeveralShapesReadsAll) {
+  write("both.knead", "{\"knead\": 1, \"mesh\": \"body.ply\", \"also\": [\"skirt.ply\"]}\n" +
+                          read("paint.knead").substr(read("paint.knead").find('\n') + 1));
+  const Session session = read_session(path("both.knead"));
+  ASSERT_EQ(session.also, std::vector<std::string>{"skirt.ply"});
+  EXPECT_EQ(serialize_session(session), read("both.knead"));
+  const Words words{"deform", "body.ply", "both.knead", "--also", "skirt.ply", "-o", "posed", "-q"};
+  knead_ok(words);
+  const ShapeFile body = read_shape(path("body.ply"));
+  const ShapeFile skirt = read_shape(path("skirt.ply"));
+  const std::vector<const Mesh*> meshes{&body.mesh, &skirt.mesh};
+  const JoinedMeshes joined(meshes);
+  const ReplayResult expected = replay(joined.mesh(), session);
+  const std::span<const Vec3d> all = expected.shape.positions();
+  const Mesh found = read_shape(path("posed/skirt.ply")).mesh;
+  for (std::size_t v = 0; v < found.vertex_count(); ++v) {
+    ASSERT_LT(norm(found.positions[v] - joined.vertices_of(1, all)[v]), 1e-6) << v;
+  }
+  knead_ok({"deform", "body.ply", "paint.knead", "--also", "skirt.ply", "-o", "first", "-q"});
+  EXPECT_NE(read("first/skirt.ply"), read("posed/skirt.ply"));
+}
+
 TEST_F(TogetherTest, WrongWordsAreOneLine) {
-  expect_error(knead(together({"--frames", "3"})), 2, "--frames");
   expect_error(knead({"deform", "body.ply", "pull.knead", "--also", "skirt.ply", "-o", "posed.ply"}), 2, "folder");
   expect_error(knead({"deform", "body.ply", "pull.knead", "--also", "./body.ply", "-o", "posed"}), 2, "this name");
   expect_error(knead({"deform", "body.ply", "pull.knead", "--also", "none.ply", "-o", "posed"}), 3, "none.ply");

@@ -328,8 +328,30 @@ void Document::get_ready() {
   measure_volume();
   count_thin_triangles();
   if (journal_) journal_->sync();
-  shown_.picker = pickers_.make(history_->state());
+  shown_.picker = pickers_.make(history_->state(), met_faces(shown_.objects, history_->state()));
   show();
+}
+
+void Document::show_object(std::size_t object, bool is_visible) {
+  if (!history_ || object >= shown_.objects.list.size()) return;
+  shown_.objects.list[object].is_visible = is_visible;
+  see_objects();
+}
+
+void Document::make_active(std::optional<std::size_t> object) {
+  if (!history_ || object.value_or(0) >= shown_.objects.list.size()) return;
+  shown_.objects.active = object;
+  see_objects();
+}
+
+// After what the pointer meets has changed.
+void Document::see_objects() {
+  guarded(Subject::other, [&] {
+    pickers_ = {};
+    shown_.picker = pickers_.make(history_->state(), met_faces(shown_.objects, history_->state()));
+    picker_is_stale_ = false;
+    show();
+  });
 }
 
 void Document::count_crossings(Progress& progress) {
@@ -341,8 +363,16 @@ void Document::count_crossings(Progress& progress) {
     options.threads = options_.threads;
     options.progress = &progress;
     const SelfIntersections found = self_intersections(triangulate(*state.mesh), state.positions.copy(), options);
-    options_.tell({false, found.count == 1 ? "1 pair of triangles crosses."
-                                           : fmt::format("{} pairs of triangles cross.", found.count)});
+    std::string text =
+        found.count == 1 ? "1 pair of triangles crosses" : fmt::format("{} pairs of triangles cross", found.count);
+    if (shown_.objects.joined != nullptr && found.complete) {
+      std::vector<std::uint32_t> sources = triangle_faces(*state.mesh);
+      for (std::uint32_t& face : sources) {
+        if (state.provenance != nullptr) face = state.provenance->face_source[face];
+      }
+      text += fmt::format(", {} between objects", count_between(found, *shown_.objects.joined, sources));
+    }
+    options_.tell({false, text + "."});
   });
 }
 
@@ -440,7 +470,7 @@ void check_room_for_drawing(const Mesh& mesh) {
 
 // A shape and what is made of it, before it takes the place of the document.
 struct Opening {
-  std::shared_ptr<const ShapeFile> source;
+  DocumentObjects objects;
   std::optional<Journal> journal;
   std::optional<Workbench> history;
   std::shared_ptr<const Picker> picker;
@@ -448,20 +478,24 @@ struct Opening {
 };
 
 // Everything that can run out of memory is done here, while the document before it is still open.
-Opening prepare(ShapeFile source, const std::string& title, const DocumentOptions& options, PickerPool& pickers) {
+Opening prepare(std::vector<DocumentObject> list, const std::string& title, const DocumentOptions& options,
+                PickerPool& pickers) {
   Opening opening;
-  opening.source = std::make_shared<const ShapeFile>(std::move(source));
+  opening.objects.list = std::move(list);
+  join(opening.objects);
+  std::vector<std::shared_ptr<const ShapeFile>> sources;
+  for (const DocumentObject& object : opening.objects.list) sources.push_back(object.source);
   std::filesystem::path folder = std::filesystem::temp_directory_path();
   try {
-    opening.journal.emplace(Journal::create(options.journals, *opening.source, title));
+    opening.journal.emplace(Journal::create(options.journals, *sources.front(), title, std::span(sources).subspan(1)));
     folder = opening.journal->folder();
   } catch (const IoError& error) {
     options.tell(
         {true, fmt::format("The crash journal cannot be written, so a crash would lose work: {}", error.what())});
   }
   try {
-    const Mesh& mesh = opening.source->mesh;
-    opening.history.emplace(mesh, folder, face_labels(*opening.source), options.threads);
+    const Mesh& mesh = opening.objects.mesh();
+    opening.history.emplace(mesh, folder, face_labels(opening.objects), options.threads);
     opening.measures = measure(mesh);
     opening.picker = pickers.make(opening.history->state());
     opening.history->prepare();
@@ -473,6 +507,15 @@ Opening prepare(ShapeFile source, const std::string& title, const DocumentOption
   return opening;
 }
 
+// The stamps and the view of a journal, for the one that takes its place.
+void copy_folder(const std::filesystem::path& from, const std::filesystem::path& to) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;  // a view is not worth a failure, and a stamp that is missing is named where it is needed
+  for (const char* const name : {"stamps", kViewFile}) {
+    if (fs::exists(from / name, ignored)) fs::copy(from / name, to / name, fs::copy_options::recursive, ignored);
+  }
+}
+
 }  // namespace
 
 ShapeFile made_shape(ShapeKind kind, std::size_t vertices) {
@@ -480,13 +523,12 @@ ShapeFile made_shape(ShapeKind kind, std::size_t vertices) {
   return parse_shape(serialize_mesh("ply", make_shape(kind, vertices), {true, {}}), "ply", name);
 }
 
-void Document::open(ShapeFile source, const std::string& title, const std::filesystem::path& path) {
-  Opening opening = prepare(std::move(source), title, options_, pickers_);
+void Document::open(std::vector<DocumentObject> list, const std::string& title) {
+  Opening opening = prepare(std::move(list), title, options_, pickers_);
   close();
   for (const Subject subject : {Subject::saving, Subject::exporting, Subject::strokes, Subject::gesture}) {
     options_.tell({false, {}, subject});
   }
-  source_ = std::move(opening.source);
   history_.emplace(std::move(*opening.history));
   history_->limit_memory(undo_memory_);
   journal_ = std::move(opening.journal);
@@ -501,28 +543,84 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
   shown_.ended = ended;
   shown_.opened = opened + 1;
   shown_.title = title;
-  shown_.shape_path = path;
-  const double diagonal = shape_box(source_->mesh).diagonal();
+  shown_.objects = std::move(opening.objects);
+  shown_.shape_path = shown_.objects.list.front().path;
+  const double diagonal = shape_box(shown_.objects.mesh()).diagonal();
   shown_.diagonal = diagonal > 0 ? diagonal : 1;
   if (is_measurable_) shown_.volume_before = shown_.volume = opening.measures.volume;
   shown_.picker = std::move(opening.picker);
   picker_is_stale_ = false;
-  for (const std::string& note : source_->notes) options_.tell({false, fmt::format("{}: {}", title, note)});
+  for (const DocumentObject& object : shown_.objects.list) {
+    for (const std::string& note : object.source->notes) {
+      options_.tell({false, fmt::format("{}: {}", object.name, note)});
+    }
+  }
   show_state();
 }
 
 void Document::open_shape(const std::filesystem::path& path, Progress& progress) {
   guarded(Subject::opening, [&] {
-    ShapeFile file = read_shape(path);
+    DocumentObject object = read_object(path);
     stop_if_cancelled(&progress);
-    open(std::move(file), path.filename().string(), path);
+    open({std::move(object)}, path.filename().string());
+  });
+}
+
+DocumentObject read_object(const std::filesystem::path& path) {
+  return {path.filename().string(), path, std::make_shared<const ShapeFile>(read_shape(path))};
+}
+
+// The history is applied to all shapes from the beginning; until that is done the document is the one before.
+void Document::add_shape(const std::filesystem::path& path, Progress& progress) {
+  if (!history_) return open_shape(path, progress);
+  guarded(Subject::opening, [&] {
+    std::vector<DocumentObject> list = shown_.objects.list;
+    list.push_back(read_object(path));
+    stop_if_cancelled(&progress);
+    PickerPool pickers;
+    Opening opening = prepare(std::move(list), shown_.title, options_, pickers);
+    const auto give_up = [&] {
+      if (opening.journal) opening.journal->discard();
+    };
+    WorkResult result;
+    try {
+      if (opening.journal && journal_) copy_folder(journal_->folder(), opening.journal->folder());
+      result = opening.history->append(history_->strokes(), &progress);
+    } catch (...) {
+      give_up();
+      throw;
+    }
+    if (!tell_failure(result, "Adding the shape")) return give_up();
+    const DocumentObjects before = shown_.objects;
+    if (journal_) journal_->discard();
+    history_.emplace(std::move(*opening.history));
+    history_->limit_memory(undo_memory_);
+    journal_ = std::move(opening.journal);
+    pickers_ = std::move(pickers);
+    shown_.objects = std::move(opening.objects);
+    shown_.objects.active = before.active;
+    is_measurable_ = opening.measures.closed() && opening.measures.oriented();
+    shown_.volume_before.reset();
+    shown_.volume.reset();
+    if (is_measurable_) shown_.volume_before = opening.measures.volume;
+    const double diagonal = shape_box(shown_.objects.mesh()).diagonal();
+    shown_.diagonal = diagonal > 0 ? diagonal : 1;
+    journal(result.lines);
+    shown_.is_changed = true;
+    for (const std::string& note : shown_.objects.list.back().source->notes) {
+      options_.tell({false, fmt::format("{}: {}", shown_.objects.list.back().name, note)});
+    }
+    measure_volume();
+    picker_is_stale_ = true;
+    show_state();
   });
 }
 
 void Document::open_made(ShapeKind kind, std::size_t vertices, Progress& /*progress*/) {
   guarded(Subject::opening, [&] {
     const std::string name(shape_names()[static_cast<std::size_t>(kind)]);
-    open(made_shape(kind, vertices), "new " + name, {});
+    const std::string title = "new " + name;
+    open({{title, {}, std::make_shared<const ShapeFile>(made_shape(kind, vertices))}}, title);
   });
 }
 

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "document/objects.h"
 #include "gestures/picker.h"
 #include "gestures/tools.h"
 #include "knead/io.h"
@@ -41,14 +42,15 @@ struct DocumentState {
   std::uint64_t version = 0;  // grows with every change
   std::uint64_t opened = 0;   // grows when another shape is opened; 0: none is
   std::uint64_t ended = 0;    // gestures that were kept or given up, so far
-  ShapeState state;           // to be drawn
+  ShapeState state;           // of all objects, to be drawn
+  DocumentObjects objects;
   std::shared_ptr<const Picker> picker;
   bool picker_is_behind = false;  // the shape has changed since the picker was made
   std::vector<std::shared_ptr<const HistoryEntry>> history;
   std::vector<std::shared_ptr<const HistoryEntry>> redoable;  // next first
   std::optional<std::size_t> looked_at;                       // that many entries done, where the past is looked at
   std::string title;
-  std::filesystem::path shape_path;     // empty: the shape was made, not read
+  std::filesystem::path shape_path;     // of the first object; empty: the shape was made, not read
   std::filesystem::path session_path;   // empty: never saved
   bool is_changed = false;              // since it was saved
   double diagonal = 1;                  // of the box of the shape as it was opened
@@ -77,6 +79,12 @@ struct DocumentOptions {
   std::function<void(Notice)> tell;                // a notice for the person
   std::function<void(std::string)> name_work;      // says what is being done, for the progress bar; may be empty
 };
+
+// The file in a journal's folder that holds the view.
+inline constexpr const char* kViewFile = "view.script";
+
+// Reads a shape as an object. Throws as read_shape.
+DocumentObject read_object(const std::filesystem::path& path);
 
 // Returns a procedural shape, for new shapes and for stamps.
 ShapeFile made_shape(ShapeKind kind, std::size_t vertices);
@@ -126,6 +134,9 @@ class Document {
   void open_shape(const std::filesystem::path& path, Progress& progress);
   void open_session(const std::filesystem::path& path, Progress& progress);  // on the shape that is open, or its own
   void open_made(ShapeKind kind, std::size_t vertices, Progress& progress);
+  // Adds a shape to those that are open, or opens it. The whole history moves it, too. If it cannot be read, or a
+  // stroke cannot be applied to all, a notice says why and everything stays as it was.
+  void add_shape(const std::filesystem::path& path, Progress& progress);
   void recover(const std::filesystem::path& journal, Progress& progress);
 
   // As in Workbench; they also measure time and write the journal. Strokes name stamps by their file in stamp_folder().
@@ -141,7 +152,12 @@ class Document {
   void end_layer_drag(bool is_kept);
   void look_at(std::optional<std::size_t> entries, Progress& progress);
 
-  // Write files. A notice says when they are done.
+  // Shows or hides an object, or makes it the active one (nothing: none is). The shapes stay as they are.
+  void show_object(std::size_t object, bool is_visible);
+  void make_active(std::optional<std::size_t> object);
+
+  // Write files. A notice says when they are done. Of several objects each is exported to a file of its own
+  // (path_of_object); all files appear at once, or none.
   void save(const std::filesystem::path& path);
   void export_shape(const std::filesystem::path& path, bool as_double, Progress& progress);
   void export_frames(const std::filesystem::path& file, const FrameExport& how, Progress& progress);
@@ -175,7 +191,8 @@ class Document {
   void close();
 
  private:
-  void open(ShapeFile source, const std::string& title, const std::filesystem::path& path);
+  void open(std::vector<DocumentObject> list, const std::string& title);
+  void see_objects();
   void append(Session session, Progress& progress);
   bool take(const WorkResult& result, const char* what);
   bool tell_failure(const WorkResult& result, const char* what) const;
@@ -195,6 +212,12 @@ class Document {
   std::filesystem::path stamp_folder() const;
   Session to_session(const std::filesystem::path& path) const;
   Session history_session() const;
+  std::shared_ptr<const Mesh> base_mesh() const;
+  std::filesystem::path shape_for(const std::filesystem::path& session, std::size_t number) const;
+  std::vector<Vec3d> exported_normals(Progress& progress) const;
+  void write_objects(const std::filesystem::path& path, const ShapeState& state, const WriteOptions& options) const;
+  std::function<void(const ReplayFrame&)> animation_of(const std::filesystem::path& file,
+                                                       const AnimationOptions& animation, bool will_remesh) const;
   ReplayOptions motion_of(const FrameExport& how, Progress& progress) const;
   bool make_frames(const FrameExport& how, Progress& progress);
 
@@ -205,7 +228,6 @@ class Document {
   };
 
   DocumentOptions options_;
-  std::shared_ptr<const ShapeFile> source_;
   std::optional<Workbench> history_;
   std::vector<Parameter> parameters_;  // of the session that it begins with
   std::optional<Journal> journal_;

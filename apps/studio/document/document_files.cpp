@@ -27,8 +27,6 @@ std::string file_text(const std::filesystem::path& path) {
   return file.bytes;
 }
 
-constexpr const char* kViewFile = "view.script";
-
 // Empty for a file that cannot be read.
 std::string text_of_file(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -107,11 +105,16 @@ void Document::open_session(const std::filesystem::path& path, Progress& progres
   guarded(Subject::opening, [&] {
     Session session = read_session(path);
     const std::filesystem::path own = session.mesh ? path.parent_path() / *session.mesh : std::filesystem::path();
-    const bool fits = history_ && history_->done().empty();
+    const bool has_all = session.also.empty() || shown_.objects.list.size() == session.also.size() + 1;
+    const bool fits = history_ && history_->done().empty() && has_all;
     if (!fits && own.empty()) {
       throw InvalidInput(path.string() + ": the session names no shape; open the shape first, then the session");
     }
-    if (!fits) open(read_shape(own), own.filename().string(), own);
+    if (!fits) {
+      std::vector<DocumentObject> list{read_object(own)};
+      for (const std::string& other : session.also) list.push_back(read_object(path.parent_path() / other));
+      open(std::move(list), own.filename().string());
+    }
     append(std::move(session), progress);
     shown_.session_path = path;
     shown_.is_changed = false;
@@ -124,7 +127,14 @@ void Document::recover(const std::filesystem::path& journal, Progress& progress)
   guarded(Subject::opening, [&] {
     RecoveredWork work = recover_journal(journal);
     std::string view = text_of_file(journal / kViewFile);
-    open(std::move(work.shape), work.title, {});
+    const auto object_of = [](std::string name, ShapeFile file) {
+      return DocumentObject{std::move(name), {}, std::make_shared<const ShapeFile>(std::move(file))};
+    };
+    std::vector<DocumentObject> list{object_of(work.title, std::move(work.shape))};
+    for (std::size_t i = 0; i < work.also.size(); ++i) {
+      list.push_back(object_of(work.session.also[i], std::move(work.also[i])));
+    }
+    open(std::move(list), work.title);
     append(std::move(work.session), progress);
     shown_.recovered_view = std::move(view);
     shown_.is_changed = true;
@@ -143,15 +153,25 @@ void Document::remember_view(const std::string& view) const {
   std::filesystem::rename(next, path, ignored);
 }
 
-// The session as it is to be saved at a path: the shape and stamps named relative to it.
+// Where the shape of an object lies for a session: its file, or beside the session.
+std::filesystem::path Document::shape_for(const std::filesystem::path& session, std::size_t number) const {
+  const DocumentObject& object = shown_.objects.list[number];
+  if (!object.path.empty()) return object.path;
+  const std::string which = number == 0 ? "" : fmt::format("_{}", number + 1);
+  return session.parent_path() / fmt::format("{}_shape{}.{}", session.stem().string(), which, object.source->format);
+}
+
+// The session as it is to be saved at a path: the shapes and stamps named relative to it.
 Session Document::to_session(const std::filesystem::path& path) const {
   Session session;
   session.strokes = history_->strokes();
   session.parameters = parameters_;
-  std::filesystem::path shape = shown_.shape_path;
-  if (shape.empty()) shape = path.parent_path() / (path.stem().string() + "_shape." + source_->format);
   const auto parent = std::filesystem::absolute(path).parent_path();
-  session.mesh = std::filesystem::absolute(shape).lexically_relative(parent).generic_string();
+  const auto named = [&](std::size_t number) {
+    return std::filesystem::absolute(shape_for(path, number)).lexically_relative(parent).generic_string();
+  };
+  session.mesh = named(0);
+  for (std::size_t i = 1; i < shown_.objects.list.size(); ++i) session.also.push_back(named(i));
   for_each_stamp(session.strokes, [&](StampStroke& stamp) {
     stamp.mesh = (stamps_beside(path) / std::filesystem::path(stamp.mesh).filename()).generic_string();
   });
@@ -172,13 +192,16 @@ void Document::save(const std::filesystem::path& path) {
       std::filesystem::create_directories(to.parent_path());
       write_file_atomically(to, file_text(stamp_folder() / to.filename()));
     });
+    FilesTogether files;
     std::string made;
-    if (shown_.shape_path.empty()) {
-      const std::filesystem::path shape = path.parent_path() / *session.mesh;
-      write_file_atomically(shape, source_->bytes);
-      made = fmt::format(" The shape it begins with is in {}.", shape.filename().string());
+    for (std::size_t i = 0; i < shown_.objects.list.size(); ++i) {
+      if (!shown_.objects.list[i].path.empty()) continue;
+      const std::filesystem::path shape = shape_for(path, i);
+      write_file_atomically(shape, shown_.objects.list[i].source->bytes);
+      made += fmt::format(" The shape it begins with is in {}.", shape.filename().string());
     }
     write_file_atomically(path, serialize_session(session));
+    files.finish();
     shown_.session_path = path;
     shown_.is_changed = false;
     if (journal_) journal_->note_saved(path);
@@ -187,33 +210,61 @@ void Document::save(const std::filesystem::path& path) {
   });
 }
 
+// The normals that a single cloud is to be exported with; none for other shapes.
+std::vector<Vec3d> Document::exported_normals(Progress& progress) const {
+  const ShapeFile& source = *shown_.objects.list.front().source;
+  std::vector<Vec3d> normals;
+  if (source.mesh.face_count() == 0) normals = vertex_normals_of(source);
+  if (normals.empty()) return normals;
+  ReplayOptions options;
+  options.may_cross = true;
+  options.normals = std::move(normals);
+  options.progress = &progress;
+  return replay(base_mesh(), history_session(), options).shape.normals();
+}
+
+// Writes the shape, or each of several objects.
+void Document::write_objects(const std::filesystem::path& path, const ShapeState& state,
+                             const WriteOptions& options) const {
+  const DocumentObjects& objects = shown_.objects;
+  if (objects.joined != nullptr) {
+    for (std::size_t i = 0; i < objects.list.size(); ++i) {
+      write_part(path_of_object(objects, i, path), {*objects.list[i].source, *objects.joined, i}, state, options);
+    }
+    return;
+  }
+  const ShapeFile& source = *objects.list.front().source;
+  if (state.provenance != nullptr) {
+    write_remeshed(path, source, state.to_mesh(), state.provenance->face_source, options);
+  } else {
+    write_shape(path, source, state.positions.copy(), options);
+  }
+}
+
 void Document::export_shape(const std::filesystem::path& path, bool as_double, Progress& progress) {
   if (!history_) return;
   guarded(Subject::exporting, [&] {
     if (!settle(progress)) throw Cancelled();
     const ShapeState& state = history_->state();
-    const bool is_remeshed = state.mesh != history_->base().mesh;
-    if (is_remeshed) {
-      for (const std::string& loss : remesh_losses(path, *source_)) options_.tell({false, loss});
-      write_remeshed(path, *source_, state.to_mesh(), state.provenance->face_source, {as_double, {}});
-    } else {
-      for (const std::string& loss : conversion_losses(path, *source_)) options_.tell({false, loss});
-      std::vector<Vec3d> normals;
-      if (source_->mesh.face_count() == 0) normals = vertex_normals_of(*source_);
-      if (!normals.empty()) {
-        ReplayOptions options;
-        options.may_cross = true;
-        options.normals = std::move(normals);
-        options.progress = &progress;
-        normals = replay(borrow(source_->mesh), history_session(), options).shape.normals();
-      }
-      stop_if_cancelled(&progress);
-      write_shape(path, *source_, state.positions.copy(), {as_double, normals});
+    const DocumentObjects& objects = shown_.objects;
+    const bool is_remeshed = state.provenance != nullptr;
+    for (const DocumentObject& object : objects.list) {
+      const auto losses = is_remeshed ? remesh_losses(path, *object.source) : conversion_losses(path, *object.source);
+      for (const std::string& loss : losses) options_.tell({false, loss});
     }
-    if (format_of(path) == "obj" && !shown_.shape_path.empty()) {
-      copy_material_files(*source_, shown_.shape_path, path);
+    const std::vector<Vec3d> normals = is_remeshed ? std::vector<Vec3d>{} : exported_normals(progress);
+    stop_if_cancelled(&progress);
+    FilesTogether files;
+    write_objects(path, state, {as_double, normals});
+    for (std::size_t i = 0; i < objects.list.size() && format_of(path) == "obj"; ++i) {
+      const DocumentObject& object = objects.list[i];
+      if (!object.path.empty()) copy_material_files(*object.source, object.path, path_of_object(objects, i, path));
     }
-    options_.tell({false, fmt::format("Exported {}.", path.filename().string())});
+    files.finish();
+    const std::string first = path_of_object(objects, 0, path).filename().string();
+    options_.tell({false, objects.joined == nullptr
+                              ? fmt::format("Exported {}.", first)
+                              : fmt::format("Exported {} shapes: {} and others.", objects.list.size(), first)});
   });
 }
 
@@ -230,17 +281,40 @@ Session Document::history_session() const {
   return session;
 }
 
+// The shape that the history moves. Outlives the document.
+std::shared_ptr<const Mesh> Document::base_mesh() const {
+  const DocumentObjects& objects = shown_.objects;
+  if (objects.joined != nullptr) return {objects.joined, &objects.joined->mesh()};
+  return {objects.list.front().source, &objects.list.front().source->mesh};
+}
+
 // How the motion of the whole history is replayed.
 ReplayOptions Document::motion_of(const FrameExport& how, Progress& progress) const {
   ReplayOptions options;
   options.may_cross = true;  // as the strokes were kept when they were made
   options.progress = &progress;
   options.motion.threads = options_.threads;
-  options.remesh.face_labels = face_labels(*source_);
+  options.remesh.face_labels = face_labels(shown_.objects);
   options.frames.count = how.frames;
   options.frames.ease = how.is_smooth ? Ease::smooth : Ease::linear;
   options.frames.hold = how.hold;
   return options;
+}
+
+// What writes the frames of the shape, or of each object, to one file each.
+std::function<void(const ReplayFrame&)> Document::animation_of(const std::filesystem::path& file,
+                                                               const AnimationOptions& animation,
+                                                               bool will_remesh) const {
+  const DocumentObjects& objects = shown_.objects;
+  if (objects.joined == nullptr) return animation_writer(file, *objects.list.front().source, will_remesh, animation);
+  std::vector<std::function<void(const ReplayFrame&)>> writers;
+  for (std::size_t i = 0; i < objects.list.size(); ++i) {
+    writers.push_back(part_animation_writer(path_of_object(objects, i, file),
+                                            {*objects.list[i].source, *objects.joined, i}, animation));
+  }
+  return [writers](const ReplayFrame& frame) {
+    for (const auto& write : writers) write(frame);
+  };
 }
 
 void Document::export_frames(const std::filesystem::path& file, const FrameExport& how, Progress& progress) {
@@ -254,28 +328,28 @@ void Document::export_frames(const std::filesystem::path& file, const FrameExpor
     const std::size_t at = text.rfind(kNumber);
     options.frames.deliver = [&](const ReplayFrame& frame) {
       const std::string name = text.substr(0, at) + fmt::format("{:04}", frame.index) + text.substr(at + 4);
-      if (frame.shape.is_remeshed()) {
-        write_remeshed(name, *source_, frame.shape.to_mesh(), frame.shape.provenance()->face_source);
-      } else {
-        write_shape(name, *source_, frame.shape.positions());
-      }
+      write_objects(name, frame.shape.state(), {});
     };
+    const std::shared_ptr<const Mesh> mesh = base_mesh();
     if (is_one_file) {
       options.frames.deliver =
-          animation_writer(file, *source_, will_remesh(source_->mesh, session, options),
-                           {frame_count(options.frames), static_cast<double>(how.frames_per_second)});
+          animation_of(file, {frame_count(options.frames), static_cast<double>(how.frames_per_second)},
+                       will_remesh(*mesh, session, options));
     }
-    progress.total = total_work(source_->mesh, session, options);
-    const ReplayResult result = replay(borrow(source_->mesh), session, options);
-    options_.tell({false, result.status == AdvectStatus::done
-                              ? fmt::format("Exported {} frames.", frame_count(options.frames))
-                              : std::string("The export of frames was cancelled.")});
+    progress.total = total_work(*mesh, session, options);
+    std::optional<FilesTogether> files;
+    if (shown_.objects.joined != nullptr) files.emplace();
+    const ReplayResult result = replay(mesh, session, options);
+    const bool is_done = result.status == AdvectStatus::done;
+    if (files && is_done) files->finish();
+    options_.tell({false, is_done ? fmt::format("Exported {} frames.", frame_count(options.frames))
+                                  : std::string("The export of frames was cancelled.")});
   });
 }
 
 bool Document::make_frames(const FrameExport& how, Progress& progress) {
   constexpr std::size_t most_bytes = std::size_t{1} << 29;
-  const std::size_t bytes = sizeof(Vec3d) * std::max<std::size_t>(source_->mesh.vertex_count(), 1);
+  const std::size_t bytes = sizeof(Vec3d) * std::max<std::size_t>(shown_.objects.mesh().vertex_count(), 1);
   ReplayOptions options = motion_of(how, progress);
   options.frames.hold = 0;
   options.frames.count =
@@ -287,8 +361,9 @@ bool Document::make_frames(const FrameExport& how, Progress& progress) {
   options.frames.deliver = [&](const ReplayFrame& frame) {
     motion.frames.push_back(frame.shape.state(motion.frames.empty() ? ShapeState{} : motion.frames.back()));
   };
-  progress.total = total_work(source_->mesh, session, options);
-  if (replay(borrow(source_->mesh), session, options).status != AdvectStatus::done) return false;
+  const std::shared_ptr<const Mesh> mesh = base_mesh();
+  progress.total = total_work(*mesh, session, options);
+  if (replay(mesh, session, options).status != AdvectStatus::done) return false;
   motion_ = std::move(motion);
   return true;
 }
@@ -325,7 +400,7 @@ void Document::write_poster(const std::filesystem::path& file, const PosterScene
     stop_if_cancelled(&progress);
     constexpr std::uint64_t each = 1000;
     progress.total = each * static_cast<std::uint64_t>(pictures);
-    const Mesh mesh = history_->state().to_mesh();
+    const Mesh mesh = visible_mesh(shown_.objects, history_->state());
     render::Scene scene;
     render::Shape& shape = scene.shapes.emplace_back();
     shape.mesh = &mesh;

@@ -89,16 +89,24 @@ std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d
   return {1 - v - w, v, w};
 }
 
-Picker::Picker(const ShapeState& state)
+Picker::Picker(const ShapeState& state, const std::vector<bool>& faces)
     : mesh_(state.mesh),
-      links_(links_of(state)),
+      links_(links_of(state, faces)),
       followed_(state.positions),
       positions_(followed_.copy()),
       tree_(links_.triangles, positions_) {}
 
-Picker::Links Picker::links_of(const ShapeState& state) {
+Picker::Links Picker::links_of(const ShapeState& state, const std::vector<bool>& faces) {
   Links links;
   links.triangles = triangulate(*state.mesh);
+  if (!faces.empty()) {
+    const std::vector<std::uint32_t> sources = triangle_faces(*state.mesh);
+    std::size_t kept = 0;
+    for (std::size_t t = 0; t < sources.size(); ++t) {
+      if (faces[sources[t]]) links.triangles[kept++] = links.triangles[t];
+    }
+    links.triangles.resize(kept);
+  }
   links.first.assign(state.positions.size() + 1, 0);
   for (const Triangle& t : links.triangles) {
     for (const std::uint32_t v : t) ++links.first[v + 1];
@@ -184,7 +192,7 @@ std::optional<double> Picker::thickness(const SurfaceHit& hit, const ShapeState&
   return std::nullopt;
 }
 
-std::shared_ptr<const Picker> PickerPool::make(const ShapeState& state) {
+std::shared_ptr<const Picker> PickerPool::make(const ShapeState& state, const std::vector<bool>& faces) {
   std::unique_ptr<Picker> picker;
   {
     const std::lock_guard lock(shelf_->mutex);
@@ -193,7 +201,7 @@ std::shared_ptr<const Picker> PickerPool::make(const ShapeState& state) {
   if (picker && picker->fits(state)) {
     picker->follow(state);
   } else {
-    picker = std::make_unique<Picker>(state);
+    picker = std::make_unique<Picker>(state, faces);
   }
   Picker* const own = picker.release();
   return {own, [shelf = shelf_, own](const Picker* /*picker*/) {

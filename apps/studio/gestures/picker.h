@@ -69,8 +69,8 @@ std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d
 // change.
 class Picker {
  public:
-  // Takes about 0.2 us a triangle.
-  explicit Picker(const ShapeState& state);
+  // Takes about 0.2 us a triangle. `faces`: for each face whether it can be hit; empty: all can.
+  explicit Picker(const ShapeState& state, const std::vector<bool>& faces = {});
 
   // From now on searches the shape as it is in this state, which fits. Time: proportional to what differs from before.
   void follow(const ShapeState& state);
@@ -87,6 +87,7 @@ class Picker {
   // Returns how thick the shape is under a hit, against its normal; nothing where no surface is found there.
   std::optional<double> thickness(const SurfaceHit& hit, const ShapeState& now) const;
 
+  // Returns the triangles that can be hit.
   const std::vector<Triangle>& triangles() const { return links_.triangles; }
 
  private:
@@ -96,7 +97,7 @@ class Picker {
     std::vector<std::uint32_t> around;  // the triangles at each vertex
   };
 
-  static Links links_of(const ShapeState& state);
+  static Links links_of(const ShapeState& state, const std::vector<bool>& faces);
   Vec3d searched(const SurfaceHit& hit) const;
   Vec3d vertex_normal(std::uint32_t vertex, const Snapshot& positions) const;
 
@@ -107,10 +108,11 @@ class Picker {
   SurfaceTree tree_;
 };
 
-// Makes pickers for one shape after the other, and uses one again when nobody holds it any more.
+// Makes pickers for one shape after the other, and uses one again when nobody holds it any more. A pool makes all of
+// them for the same choice of faces.
 class PickerPool {
  public:
-  std::shared_ptr<const Picker> make(const ShapeState& state);
+  std::shared_ptr<const Picker> make(const ShapeState& state, const std::vector<bool>& faces = {});
 
  private:
   struct Shelf {

@@ -178,6 +178,9 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
     case Action::open:
       ask_for_file(FileUse::open);
       return true;
+    case Action::add_shape:
+      ask_for_file(studio.document().shown().opened != 0 ? FileUse::add : FileUse::open);
+      return true;
     case Action::save_as:
       ask_for_file(FileUse::save);
       return true;
@@ -232,6 +235,9 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
     switch (dialogs.file.use) {
       case FileUse::open:
         do_or_ask(studio, dialogs, [&studio, path = *file] { studio.document().open(path); });
+        break;
+      case FileUse::add:
+        studio.add_shape(*file);
         break;
       case FileUse::stamp:
         studio.tools().use_stamp(*file);

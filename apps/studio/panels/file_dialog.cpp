@@ -89,6 +89,7 @@ bool has_settings(FileUse use) { return writes(use) && use != FileUse::save && u
 
 const char* title_of(FileUse use) {
   constexpr std::array titles{"Open a shape or a session",
+                              "Add a shape to those that are open",
                               "Choose a closed shape as the stamp",
                               "Choose the shape to fit to",
                               "Choose a picture to model after",
@@ -116,6 +117,7 @@ std::string proposed_name(FileUse use, const fs::path& near) {
   const std::string stem = near.stem().empty() ? "shape" : near.stem().string();
   switch (use) {
     case FileUse::open:
+    case FileUse::add:
     case FileUse::stamp:
     case FileUse::target:
     case FileUse::reference:

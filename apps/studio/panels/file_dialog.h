@@ -37,7 +37,19 @@ std::string with_extension(const std::string& name, std::span<const std::string>
 // "417 bytes", "3.4 MB".
 std::string size_text(std::uintmax_t bytes);
 
-enum class FileUse { open, stamp, target, reference, save, export_shape, export_frames, picture, poster, turntable };
+enum class FileUse {
+  open,
+  add,
+  stamp,
+  target,
+  reference,
+  save,
+  export_shape,
+  export_frames,
+  picture,
+  poster,
+  turntable
+};
 
 struct FileDialog {
   FileUse use = FileUse::open;

@@ -333,6 +333,7 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
   const bool open = studio.document().shown().opened != 0;
   item(studio, Action::new_shape);
   item(studio, Action::open);
+  item(studio, Action::add_shape, false, open);
   draw_recent(studio, dialogs);
   item(studio, Action::recover, false, !studio.document().abandoned().empty());
   ImGui::Separator();

@@ -164,6 +164,8 @@ void draw_view_settings(Studio& studio, const Gui& gui);
 void draw_look_settings(Studio& studio, const Gui& gui);
 void draw_references(Studio& studio);
 void draw_history(Studio& studio, HistoryEditor& editor);
+// Several objects: which are seen, and which one the pointer meets.
+void draw_objects(Studio& studio);
 
 // The curve of a falloff.
 void draw_falloff(int falloff);

@@ -422,6 +422,9 @@ void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SideP
       draw_tool_settings(studio);
     }
     if (begin_part(studio, "view", "View")) draw_view_settings(studio, gui);
+    if (studio.document().shown().objects.list.size() > 1 && begin_part(studio, "objects", "Objects")) {
+      draw_objects(studio);
+    }
     if (!studio.view().references().empty() && begin_part(studio, "references", "Reference images"))
       draw_references(studio);
   });

@@ -62,7 +62,7 @@ bool GpuPreview::follow(const ShapeState& state, const PendingStrokes* pending, 
   const ShapeState& base = previews ? pending->start : state;
   bool has_changed = take_state(base);
   if (!has_view_) {
-    view.set_shape(base.to_mesh());
+    view.set_shape(visible_mesh(objects_, base));
     has_view_ = true;
     has_changed = true;
   }
@@ -238,10 +238,22 @@ void ShownShape::use_cpu() {
   state_ = {};
 }
 
+void GpuPreview::show(const DocumentObjects& objects) {
+  objects_ = objects;
+  has_view_ = false;
+}
+
+void ShownShape::show(const DocumentObjects& objects) {
+  if (objects.is_seen_as(objects_)) return;
+  objects_ = objects;
+  state_ = {};
+  if (gpu_) gpu_->show(objects_);
+}
+
 bool ShownShape::send(const ShapeState& state, render::LiveView& view) {
   if (state.mesh == nullptr) return false;
   if (state.mesh != state_.mesh || state.positions.size() != positions_.size()) {
-    const Mesh mesh = state.to_mesh();
+    const Mesh mesh = visible_mesh(objects_, state);
     view.set_shape(mesh);
     positions_ = mesh.positions;
     state_ = state;

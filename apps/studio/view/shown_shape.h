@@ -33,6 +33,9 @@ class GpuPreview {
   // anything has changed since the last call.
   bool follow(const ShapeState& state, const PendingStrokes* pending, double diagonal, render::LiveView& view);
 
+  // Shows only visible objects from now on.
+  void show(const DocumentObjects& objects);
+
   // Returns whether the picture shows strokes that the CPU has not applied.
   bool is_ahead() const { return !strokes_.empty(); }
 
@@ -68,18 +71,25 @@ class GpuPreview {
   std::vector<Box> boxes_;  // of the positions of state_, for each chunk of the snapshot
   Box reach_;               // of the tools of strokes_
   double distance_ = 0;     // that these move
+  DocumentObjects objects_;
   bool has_view_ = false;
 };
 
 // The shape that the live view shows: sent from the CPU, or moved on the GPU.
 class ShownShape {
  public:
+  // Shows only visible objects from now on.
+  void show(const DocumentObjects& objects);
+
   // Gives the view what it shows: from the CPU only what has changed. The arguments are those of GpuPreview::follow;
   // the CPU shows `state`. Returns whether anything has changed since the last call. Throws as GpuPreview.
   bool follow(const ShapeState& state, const PendingStrokes* pending, double diagonal, render::LiveView& view);
 
   // Throws as GpuPreview; the CPU then remains in use.
-  void use_gpu(const gpu::GpuOptions& options = {}) { gpu_.emplace(options); }
+  void use_gpu(const gpu::GpuOptions& options = {}) {
+    gpu_.emplace(options);
+    gpu_->show(objects_);
+  }
   void use_cpu();
   GpuPreview* gpu() { return gpu_ ? &*gpu_ : nullptr; }  // null: the CPU is in use
   const GpuPreview* gpu() const { return gpu_ ? &*gpu_ : nullptr; }
@@ -91,6 +101,7 @@ class ShownShape {
   bool send(const ShapeState& state, render::LiveView& view);
 
   std::optional<GpuPreview> gpu_;
+  DocumentObjects objects_;
   ShapeState state_;              // that was sent
   std::vector<Vec3d> positions_;  // the same
   std::size_t touched_ = 0;

@@ -77,7 +77,7 @@ class Correctives(Case):
         self.assertLess(abs(after), abs(before) / 5)
         self.assertIn("After: volume", obj.knead.report)
         self.bend(rig, 45)
-        self.assertAlmostEqual(key.value, 0.5, places=4)
+        self.assertAlmostEqual(key.value, 0.25, places=4)
         self.bend(rig, 0)
         self.assertAlmostEqual(key.value, 0, places=4)
         self.bend(rig, -30)

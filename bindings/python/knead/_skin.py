@@ -39,7 +39,8 @@ class Corrective:
     """A corrective shape and the joints that drive it.
 
     bones: the bone behind each joint; two: a combination of neighbours. axes: what each turns about, in the shape's
-    coordinates at rest. angles_deg: how far each turns at weight 1. offsets: what is added to each vertex at rest.
+    coordinates at rest. angles_deg: how far each turns at weight 1. offsets: what is added to each vertex at rest. The
+    weight at other angles: the square of the part of the angle, from 0 to 1; of two joints the product.
     problem: why the pose from which it was made is spoiled, as Posed.problem.
     """
 

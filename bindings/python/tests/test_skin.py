@@ -201,7 +201,7 @@ def test_the_command_poses_and_corrects_a_gltf_file(arm, tmp_path):
     channels = scene["animations"][0]["channels"]
     assert [c["target"]["path"] for c in channels] == ["rotation", "weights"]
     sampler = scene["animations"][0]["samplers"][channels[1]["sampler"]]
-    assert np.allclose(numbers(scene, blob, sampler["output"]).ravel(), [0, 0.25, 0.5, 0.75, 1], atol=1e-6)
+    assert np.allclose(numbers(scene, blob, sampler["output"]).ravel(), [0, 1 / 16, 1 / 4, 9 / 16, 1], atol=1e-6)
     target = numbers(scene, blob, mesh["primitives"][0]["targets"][0]["POSITION"])
     motion = posed(rest, 80) @ np.linalg.inv(rest)
     blend = np.einsum("vb,bij->vij", weights, motion)

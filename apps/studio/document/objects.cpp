@@ -1,0 +1,116 @@
+#include "document/objects.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "knead/error.h"
+
+namespace knead::studio {
+
+namespace {
+
+// For each face of a state whether its object is chosen.
+template <class Chosen>
+std::vector<bool> faces_of(const DocumentObjects& objects, const ShapeState& state, const Chosen& is_chosen) {
+  std::vector<bool> faces(state.mesh->face_count());
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
+    const std::uint32_t source = state.provenance != nullptr ? state.provenance->face_source[f] : f;
+    faces[f] = is_chosen(objects.joined->part_of_face(source));
+  }
+  return faces;
+}
+
+bool are_all_visible(const DocumentObjects& objects) {
+  return std::ranges::all_of(objects.list, &DocumentObject::is_visible);
+}
+
+Mesh with_faces(const Mesh& mesh, const std::vector<bool>& faces) {
+  Mesh result;
+  result.positions = mesh.positions;
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
+    if (!faces[f]) continue;
+    const auto face = mesh.face(f);
+    result.corner_vertex.insert(result.corner_vertex.end(), face.begin(), face.end());
+    result.face_begin.push_back(static_cast<std::uint32_t>(result.corner_vertex.size()));
+  }
+  return result;
+}
+
+}  // namespace
+
+bool DocumentObjects::is_seen_as(const DocumentObjects& other) const {
+  return joined == other.joined && active == other.active &&
+         std::ranges::equal(list, other.list, {}, &DocumentObject::is_visible, &DocumentObject::is_visible);
+}
+
+bool DocumentObjects::are_all_met() const { return joined == nullptr || (!active && are_all_visible(*this)); }
+
+void join(DocumentObjects& objects) {
+  objects.joined.reset();
+  if (objects.list.size() < 2) return;
+  std::vector<const Mesh*> meshes;
+  for (const DocumentObject& object : objects.list) {
+    if (object.source->mesh.face_count() == 0) {
+      throw InvalidInput(fmt::format("{}: a point cloud stands alone; open it by itself, or take a mesh", object.name));
+    }
+    meshes.push_back(&object.source->mesh);
+  }
+  objects.joined = std::make_shared<const JoinedMeshes>(meshes);
+}
+
+std::vector<std::uint32_t> face_labels(const DocumentObjects& objects) {
+  if (objects.joined == nullptr) return knead::face_labels(*objects.list.front().source);
+  std::vector<std::uint32_t> all;
+  bool has_labels = false;
+  for (const DocumentObject& object : objects.list) {
+    std::vector<std::uint32_t> labels = knead::face_labels(*object.source);
+    has_labels = has_labels || !labels.empty();
+    labels.resize(object.source->mesh.face_count());
+    all.insert(all.end(), labels.begin(), labels.end());
+  }
+  return has_labels ? all : std::vector<std::uint32_t>{};
+}
+
+std::vector<bool> met_faces(const DocumentObjects& objects, const ShapeState& state) {
+  if (objects.are_all_met()) return {};
+  return faces_of(objects, state, [&](std::size_t number) {
+    return objects.list[number].is_visible && objects.active.value_or(number) == number;
+  });
+}
+
+Mesh visible_mesh(const DocumentObjects& objects, const ShapeState& state) {
+  Mesh mesh = state.to_mesh();
+  if (objects.joined == nullptr) return mesh;
+  mesh.attributes.clear();
+  if (are_all_visible(objects)) return mesh;
+  return with_faces(mesh,
+                    faces_of(objects, state, [&](std::size_t number) { return objects.list[number].is_visible; }));
+}
+
+Mesh active_mesh(const DocumentObjects& objects, const ShapeState& state) {
+  const Mesh mesh = state.to_mesh();
+  if (objects.joined == nullptr || !objects.active) return mesh;
+  std::vector<std::uint32_t> faces(mesh.face_count());
+  std::vector<std::uint32_t> vertices(mesh.vertex_count());
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
+    faces[f] = state.provenance != nullptr ? state.provenance->face_source[f] : f;
+  }
+  for (std::uint32_t v = 0; v < vertices.size(); ++v) {
+    vertices[v] = state.provenance != nullptr ? state.provenance->vertex_source[v] : v;
+  }
+  return objects.joined->part_of(*objects.active, mesh, faces, vertices).mesh;
+}
+
+std::filesystem::path path_of_object(const DocumentObjects& objects, std::size_t number,
+                                     const std::filesystem::path& path) {
+  if (objects.joined == nullptr) return path;
+  const auto stem_of = [](const DocumentObject& object) { return std::filesystem::path(object.name).stem().string(); };
+  std::string name = stem_of(objects.list[number]);
+  const auto namesakes = std::ranges::count(objects.list, name, stem_of);
+  if (namesakes > 1) name += fmt::format("_{}", number + 1);
+  return path.parent_path() / fmt::format("{}_{}{}", path.stem().string(), name, path.extension().string());
+}
+
+}  // namespace knead::studio
