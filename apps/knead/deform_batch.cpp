@@ -205,7 +205,7 @@ class Batch {
     const std::string& name = variant.name;
     const bool is_plain =
         fs::path(name).filename() == name && name != "." && name != ".." && name.find('\\') == name.npos;
-    const fs::path file = name + fs::path(options_.shape).extension().string();
+    const fs::path file = name + shape_suffix(options_.shape);
     if (!is_plain || file == kResults) {
       throw InvalidInput(fmt::format("\"name\" must be that of a file, without folders, got {}", name));
     }

@@ -84,7 +84,7 @@ namespace {
 
 // Without the point, in lower case.
 std::string extension_of(const fs::path& path) {
-  std::string extension = path.extension().string();
+  std::string extension = shape_suffix(path);
   if (extension.empty()) return extension;
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
@@ -105,11 +105,16 @@ std::string require_extension(const fs::path& path, std::span<const std::string_
 }
 
 bool is_shape_file(const fs::path& path) {
+  constexpr std::string_view gzip = ".gz";
   const auto extensions = shape_extensions();
-  return std::find(extensions.begin(), extensions.end(), extension_of(path)) != extensions.end();
+  std::string extension = extension_of(path);
+  if (extension.ends_with(gzip)) extension.resize(extension.size() - gzip.size());
+  return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
 }
 
-void require_shape_extension(const std::filesystem::path& path) { require_extension(path, shape_extensions()); }
+void require_shape_extension(const std::filesystem::path& path) {
+  if (!is_shape_file(path)) require_extension(path, shape_extensions());
+}
 
 void require_writable(const fs::path& path) {
   const fs::path target = followed_link(path);

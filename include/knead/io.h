@@ -173,6 +173,10 @@ std::vector<std::string_view> format_names();
 // one that is the format's name first.
 std::vector<std::string_view> shape_extensions();
 
+// Returns the end of a file's name that names its format, as it is spelled: ".ply"; ".msh.gz" of a compressed file;
+// ".points" for OpenFOAM's files, which are named `points`. Empty if it has none.
+std::string shape_suffix(const std::filesystem::path& path);
+
 // Returns the format that a path's extension names. Throws InvalidInput that lists the known ones.
 std::string format_of(const std::filesystem::path& path);
 

@@ -201,8 +201,22 @@ std::span<const Format> formats();
 // Throws InvalidInput for a number of decimals that no double has.
 void check_decimals(const WriteOptions& options);
 
+// Files NAME.EXT.gz are compressed after RFC 1952.
+inline constexpr std::string_view kGzip = ".gz";
+bool is_gzip_name(const std::filesystem::path& path);
+
+// Returns what compressed bytes hold, of all members one after the other. Throws InvalidInput for damaged ones, and if
+// Knead was built without zlib.
+std::string unzipped(std::string_view bytes, const std::string& name);
+
+// Returns the bytes, compressed without a name or time. Throws InvalidInput if Knead was built without zlib.
+std::string zipped(std::string_view bytes, const std::string& name);
+
 // Writes a file in the source's own format, with the files beside it that belong to it.
 void write_own_format(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes);
+
+// Writes a file in another format than the source's.
+void write_new_file(const std::filesystem::path& path, const std::string& bytes);
 
 // The format whose files have that extension, without the point and in lower case. Throws InvalidInput that lists the
 // known ones and names `file`.

@@ -254,6 +254,14 @@ class Splice {
     replace(word, from, to, direction_decimals(decimals_));
   }
 
+  // Replaces a word, or bytes, by other ones.
+  void replace_text(std::string_view word, std::string_view text) {
+    const std::size_t begin = static_cast<std::size_t>(word.data() - source_.data());
+    result_.append(source_, copied_, begin - copied_);
+    result_ += text;
+    copied_ = begin + word.size();
+  }
+
  private:
   template <class NextWord>
   void replace_components(const Vec3d& from, const Vec3d& to, std::optional<int> decimals, NextWord next_word) {
@@ -271,10 +279,7 @@ class Splice {
     double rounded = to;
     if (decimals) parse_real(number_, rounded);
     if (rounded == from) return;
-    const std::size_t begin = static_cast<std::size_t>(word.data() - source_.data());
-    result_.append(source_, copied_, begin - copied_);
-    result_ += number_;
-    copied_ = begin + word.size();
+    replace_text(word, number_);
   }
 
   std::string_view source_;

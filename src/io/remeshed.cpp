@@ -99,7 +99,7 @@ void write_remeshed(const std::filesystem::path& path, const ShapeFile& source, 
   const std::string format = format_of(path);
   const std::string bytes = serialize_remeshed(format, source, mesh, face_source, options);
   if (format == source.format) return io_detail::write_own_format(path, source, bytes);
-  write_file_atomically(path, bytes);
+  io_detail::write_new_file(path, bytes);
 }
 
 std::vector<std::string> remesh_losses(const std::filesystem::path& path, const ShapeFile& source) {

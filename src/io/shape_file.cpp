@@ -16,6 +16,7 @@
 #include "io/obj/obj.h"
 #include "io/off/off.h"
 #include "io/ply/ply.h"
+#include "io/solver/solver.h"
 #include "io/stl/stl.h"
 #include "io/text.h"
 #include "knead/error.h"
@@ -32,7 +33,10 @@ bool never(const ShapeFile&) { return false; }
 
 constexpr std::array<std::string_view, 6> kPointExtensions = {"txt", "asc", "pts", "csv", "xyzn", "xyzrgb"};
 
-constexpr std::array<Format, 10> kFormats = {
+constexpr std::array<std::string_view, 1> kFoamExtensions = {"points"};
+constexpr std::array<std::string_view, 1> kNastranExtensions = {"nas"};
+
+constexpr std::array<Format, 15> kFormats = {
     {{"ply",
       ply::parse,
       nullptr,
@@ -67,8 +71,12 @@ constexpr std::array<Format, 10> kFormats = {
       nullptr, pcd::stores_floats, false, pcd::stores_floats, pcd::visit_coordinates},
      {"ptx", ptx::parse, nullptr, ptx::rewrite, ptx::generate, ptx::losses, ptx::source_losses, nullptr, nullptr,
       nullptr, never, false, never, ptx::visit_coordinates},
-     {"su2", su2::parse, nullptr, su2::rewrite, su2::generate, su2::losses, su2::source_losses, nullptr, nullptr,
-      nullptr, never, false, never, su2::visit_coordinates}}};
+     solver::format<solver::kSu2>(),
+     solver::format<solver::kGmsh>(),
+     solver::format<solver::kFoam>(kFoamExtensions),
+     solver::format<solver::kNastran>(kNastranExtensions),
+     solver::format<solver::kAbaqus>(),
+     solver::format<solver::kUnv>()}};
 
 bool has_extension(const Format& format, std::string_view extension) {
   return format.name == extension ||
@@ -87,6 +95,10 @@ void check_decimals(const WriteOptions& options) {
 
 void write_own_format(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes) {
   gltf::write_beside(path, source, bytes);
+}
+
+void write_new_file(const std::filesystem::path& path, const std::string& bytes) {
+  write_file_atomically(path, is_gzip_name(path) ? zipped(bytes, path.string()) : bytes);
 }
 
 const Format& format_with_extension(std::string_view extension, const std::string& file) {
@@ -212,6 +224,8 @@ using io_detail::SourceFile;
 
 namespace {
 
+constexpr std::string_view kFoamPoints = "points";  // the name of OpenFOAM's files, which have no extension
+
 bool is_device(const std::filesystem::path& path) {
   std::error_code error;
   const std::filesystem::file_type type = std::filesystem::status(path, error).type();
@@ -239,7 +253,7 @@ std::string read_bytes(const std::filesystem::path& path) {
   std::array<char, 1 << 16> block{};
   while ((count = std::fread(block.data(), 1, block.size(), file.get())) > 0) bytes.append(block.data(), count);
   if (std::ferror(file.get()) != 0) fail(errno);
-  return bytes;
+  return io_detail::is_gzip_name(path) ? io_detail::unzipped(bytes, path.string()) : bytes;
 }
 
 bool fits_floats(std::span<const Vec3d> positions) {
@@ -329,8 +343,14 @@ std::vector<std::string_view> shape_extensions() {
   return extensions;
 }
 
+std::string shape_suffix(const std::filesystem::path& path) {
+  if (io_detail::is_gzip_name(path)) return shape_suffix(path.stem()) + path.extension().string();
+  return path.filename() == kFoamPoints ? "." + std::string(kFoamPoints) : path.extension().string();
+}
+
 std::string format_of(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
+  std::string extension = shape_suffix(path);
+  if (io_detail::is_gzip_name(path)) extension.resize(extension.size() - io_detail::kGzip.size());
   if (!extension.empty()) extension.erase(0, 1);
   for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   return std::string(io_detail::format_with_extension(extension, path.string()).name);
@@ -340,7 +360,8 @@ ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& optio
   const Format& source = format_named(format_of(path), path.string());
   if (source.parse_beside != nullptr) return with_notes(source, source.parse_beside(read_bytes(path), path));
   std::error_code error;
-  const bool is_large = source.reads_again != nullptr && std::filesystem::is_regular_file(path, error) &&
+  const bool is_large = source.reads_again != nullptr && !io_detail::is_gzip_name(path) &&
+                        std::filesystem::is_regular_file(path, error) &&
                         std::filesystem::file_size(path, error) > options.most_kept_bytes && !error;
   if (!is_large) return parse_shape(read_bytes(path), source.name, path.string());
   const auto file = std::make_shared<const SourceFile>(path);
@@ -403,7 +424,7 @@ void write_shape(const std::filesystem::path& path, const ShapeFile& source, std
                  const WriteOptions& options) {
   const std::string format = format_of(path);
   const Format& target = format_named(format, path.string());
-  if (format == source.format && target.rewrite_in_pieces != nullptr) {
+  if (format == source.format && target.rewrite_in_pieces != nullptr && !io_detail::is_gzip_name(path)) {
     check(source, positions, options);
     std::optional<AtomicFile> file;  // from the first piece on: what is refused touches no file
     rewrite_in_pieces(target, source, positions, options, [&](std::string_view piece) {
@@ -414,11 +435,11 @@ void write_shape(const std::filesystem::path& path, const ShapeFile& source, std
   }
   const std::string bytes = serialize_shape(format, source, positions, options);
   if (format == source.format) return io_detail::write_own_format(path, source, bytes);
-  write_file_atomically(path, bytes);
+  io_detail::write_new_file(path, bytes);
 }
 
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {
-  write_file_atomically(path, serialize_mesh(format_of(path), mesh, options));
+  io_detail::write_new_file(path, serialize_mesh(format_of(path), mesh, options));
 }
 
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source) {

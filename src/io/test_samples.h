@@ -342,6 +342,86 @@ inline std::vector<Sample> su2_samples() {
           {"su2", "NDIME= 3\nNPOIN= 1\n1 2 3 0\nNELEM= 0\nFFD_NBOX= 1\nFFD_TAG= a\n"}};
 }
 
+inline std::vector<Sample> msh_samples() {
+  const std::string four = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
+  const std::string cells = "$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n";
+  const std::string binary_4 = "$MeshFormat\n4.1 1 8\n" + raw(std::vector<std::int32_t>{1}) +
+                               "\n$EndMeshFormat\n$Nodes\n" + raw(std::vector<std::uint64_t>{2, 3, 1, 3}) +
+                               raw(std::vector<std::int32_t>{0, 1, 0}) + raw(std::vector<std::uint64_t>{1, 1}) +
+                               raw(std::vector<double>{0, 0.5, 1}) + raw(std::vector<std::int32_t>{2, 1, 1}) +
+                               raw(std::vector<std::uint64_t>{2, 2, 3}) +
+                               raw(std::vector<double>{1, 2, 3, 0.5, 0.25, 4, 5, 6, 0, 1}) + "\n$EndNodes\n";
+  std::string binary_2 = "$MeshFormat\n2.2 1 8\n" + raw(std::vector<std::int32_t>{1}) + "\n$EndMeshFormat\n$Nodes\n2\n";
+  for (const int i : {1, 2}) {
+    binary_2 += raw(std::vector<std::int32_t>{i}) + raw(std::vector<double>{i * 1.0, 2.5, 0});
+  }
+  return {{"msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n2\n1 0 0 0\n2 1 2.50 3\n$EndNodes\n"},
+          {"msh", four + "$Nodes\n1 1 1 1\n0 1 0 1\n1\n0.5 1e0 2\n$EndNodes\n"},
+          {"msh", "$Comments\n$Nodes\n$EndComments\n" + four +
+                      "$Nodes\r\n2 4 1 4\r\n1 1 1 2\r\n1\r\n2\r\n0 0 0 0.5\r\n1 0 0 1\r\n3 1 0 2\n3\n4\n0 1.0 0\n"
+                      "0 0 1\n$EndNodes\n" +
+                      cells},
+          {"msh", binary_4},
+          {"msh", binary_2 + "\n$EndNodes\n" + cells}};
+}
+
+inline std::string foam_head(const std::string& entries) {
+  return "FoamFile\n{\n    version 2.0;\n    class vectorField;\n" + entries + "    object points;\n}\n// * //\n";
+}
+
+inline std::vector<Sample> foam_samples() {
+  std::string big;
+  for (const float number : {0.f, 1.f, 2.5f}) {
+    const std::string little = raw(std::vector<float>{number});
+    big.append(little.rbegin(), little.rend());
+  }
+  return {{"foam", "FoamFile{format ascii;}1((0 1 2.50))"},
+          {"foam", "/* made\nby hand */\n" + foam_head("format ascii;\n") +
+                       "\n2\n(\n(0 0 0)\n(1e0 0.5 2) // a\n)\n\n// *** //\n"},
+          {"foam", foam_head("format binary; arch \"LSB;label=32;scalar=64\";\n") + "2\n(" +
+                       raw(std::vector<double>{0, 1, 2, 3, 4, 5.5}) + ")\n"},
+          {"foam", foam_head("format binary;\narch \"LSB;label=64;scalar=32\";\n") + "2\n(" +
+                       raw(std::vector<float>{0, 1, 2, 3, 4, 5.5f}) + ")\n"},
+          {"foam", foam_head("format binary;\narch \"MSB;label=32;scalar=32\";\n") + "1(" + big + ")"}};
+}
+
+inline std::vector<Sample> bdf_samples() {
+  return {{"bdf", "GRID,1,,.5,1.0,2.\n"},
+          {"bdf", "GRID           1              .5      1.     2.0\n"},
+          {"bdf",
+           "SOL 101\nCEND\nGRID = ALL\nBEGIN BULK\n$ GRID    9       0       1.      1.      1.\n"
+           "GRID    1       0       0.00E+001.5+3   -1.0    \r\nGRID    2                       1.      2.      123\n"
+           "CTRIA3  1       1       1       2       3\nENDDATA\nGRID,9,,x\n"},
+          {"bdf",
+           "grid*   1               0               0.              1.\n*       2.5D0\n"
+           "GRID*                  2                             0.0 1.000000000E+00+A\n"
+           "*A                   -3.\n"},
+          {"bdf", "GRID*,3,,1.,2.\n*,3.\nGRID,4,0,,1.e-3,$\ngrid, 5 , 0 , 1. , -2. , .3 , 0\n"}};
+}
+
+inline std::vector<Sample> inp_samples() {
+  return {{"inp", "*NODE\n1,.5,1.0,2\n"},
+          {"inp", "*Node\n1, 0., 1e0\n2, , -1.,\n"},
+          {"inp",
+           "*HEADING\n made by hand, 1, 2\n** *NODE\n*NODE, NSET=all,\n SYSTEM=R\n      1,   0.,  0.5,   1.50\n"
+           "2, 1., 0., 0., 0., 0., 1.\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n*NODE\n3, 1D-1, 2, 3\n"
+           "*NODE OUTPUT\nU, RF\n"},
+          {"inp", "*Part, name=a\r\n*Node\r\n1,1,2,3\r\n*End Part\r\n*Instance, name=b, part=a\r\n*End Instance\r\n"},
+          {"inp", "*node,nset=n\n1,-0.12345678901234568,1.2345678901234567e-5,3"}};
+}
+
+inline std::vector<Sample> unv_samples() {
+  const std::string node = "         1         1         1        11\n";
+  const std::string end = "    -1\n";
+  return {{"unv", "-1\n2411\n1 1 1 1\n0 .5 1D0\n-1\n"},
+          {"unv", "-1\r\n2411\r\n1 1 1 1\r\n 0.0 5.E-1 1\r\n-1\r\n"},
+          {"unv", end + "   151\nmade by hand\n" + end + end + "  2411\n" + node +
+                      "   0.0000000000000000D+00   1.5000000000000000D+00  -1.0000000000000000D-10\n" + end + end +
+                      "  2412\n         1        11         1         1         7         1\n         1\n" + end},
+          {"unv", end + "  2411\n" + node + "   1.0D+00   2.0D+00   3.0D+00\n" + node + "4 5 6\n" + end},
+          {"unv", end + "  2411\n" + node + " 1 2 3\n" + end + end + "  2411\n" + node + " 4 5 6\n" + end}};
+}
+
 inline std::vector<Sample> samples_of(const std::string& format) {
   if (format == "ply") return ply_samples();
   if (format == "obj") return obj_samples();
@@ -351,6 +431,11 @@ inline std::vector<Sample> samples_of(const std::string& format) {
   if (format == "pcd") return pcd_samples();
   if (format == "ptx") return ptx_samples();
   if (format == "su2") return su2_samples();
+  if (format == "msh") return msh_samples();
+  if (format == "foam") return foam_samples();
+  if (format == "bdf") return bdf_samples();
+  if (format == "inp") return inp_samples();
+  if (format == "unv") return unv_samples();
   return format == "glb" ? glb_samples() : xyz_samples();
 }
 

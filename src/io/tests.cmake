@@ -17,6 +17,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/ply/ply_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/real_files_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/remeshed_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/solver/solver_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/source_bytes_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stl/stl_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/text_test.cpp

@@ -7,6 +7,7 @@
 
 #include "io/cloud/cloud.h"
 #include "io/gltf/gltf.h"
+#include "io/solver/solver.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
@@ -14,7 +15,8 @@
 
 namespace knead {
 
-inline constexpr const char* kEveryFormat[] = {"ply", "obj", "off", "xyz", "pcd", "ptx", "su2", "glb", "gltf", "stl"};
+inline constexpr const char* kEveryFormat[] = {"ply", "obj", "off", "xyz",  "pcd", "ptx", "glb", "gltf",
+                                               "stl", "su2", "msh", "foam", "bdf", "inp", "unv"};
 
 inline std::string broken_mesh(const Mesh& mesh) {
   if (mesh.face_begin.front() != 0 || mesh.face_begin.back() != mesh.corner_vertex.size()) return "face_begin";
@@ -40,6 +42,12 @@ inline std::string broken_mesh(const Mesh& mesh) {
   return measure(mesh).components > mesh.face_count() ? "more components than faces" : "";
 }
 
+// Whether a file of the format holds the elements of a solver's mesh, and so is written from one of its own alone.
+inline bool is_solver(const std::string& format) {
+  return format == "su2" || format == "msh" || format == "foam" || format == "bdf" || format == "inp" ||
+         format == "unv";
+}
+
 inline bool is_gltf(const std::string& format) { return format == "glb" || format == "gltf"; }
 
 // Whether the file holds coordinates as floats whatever the options.
@@ -56,6 +64,9 @@ inline std::vector<bool> held_positions(const ShapeFile& shape) {
     return held;
   }
   if (const auto* gltf = io_detail::find_layout<io_detail::gltf::Layout>(shape)) return held_positions(gltf->glb);
+  if (const auto* solver = io_detail::find_layout<io_detail::solver::Layout>(shape)) {
+    return std::vector<bool>(held.size(), !solver->rounds);
+  }
   const io_detail::glb::Layout* glb = io_detail::find_layout<io_detail::glb::Layout>(shape);
   if (glb == nullptr) return held;
   for (const io_detail::glb::Block& block : glb->blocks) {
@@ -89,7 +100,7 @@ inline std::string difference(const Mesh& mesh, const ShapeFile& back, bool as_f
     const Vec3d p = as_floats ? Vec3d(Vec3f(mesh.positions[i])) : mesh.positions[i];
     if (!(back.mesh.positions[i] == p)) return "the position of vertex " + std::to_string(i);
   }
-  const bool is_cloud = back.format == "xyz" || back.format == "pcd" || back.format == "ptx" || back.format == "su2";
+  const bool is_cloud = back.format == "xyz" || back.format == "pcd" || back.format == "ptx" || is_solver(back.format);
   return is_cloud || same_faces ? "" : "faces";
 }
 
@@ -169,7 +180,7 @@ inline std::string broken_promise(const ShapeFile& shape) {
   count_flipped(shape.mesh, shape.mesh.positions, moved.positions);
   for (const std::string format : kEveryFormat) {
     const bool is_own = format == shape.format;
-    const bool may_refuse = (format == "stl" && moved.face_count() == 0) || format == "ptx" || format == "su2";
+    const bool may_refuse = (format == "stl" && moved.face_count() == 0) || format == "ptx" || is_solver(format);
     if (may_refuse && !is_own) continue;
     const std::string bytes = serialize_shape(format, shape, moved.positions, {.double_coordinates = true});
     const bool as_floats = is_own ? holds_floats(shape) : format == "stl" || is_gltf(format);

@@ -179,36 +179,6 @@ void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
 
 }  // namespace knead::io_detail::ptx
 
-// The points of SU2's meshes: their row of the format table (formats.h). Elements, markers and all else stay as bytes.
-namespace knead::io_detail::su2 {
-
-// The lines of one NPOIN= section.
-struct Block {
-  std::size_t begin = 0;   // the byte after the line NPOIN=
-  std::size_t points = 0;  // lines that are no comments
-};
-
-struct Layout {
-  std::size_t dimensions = 0;  // 2 or 3; of two z = 0
-  std::vector<Block> blocks;   // one for each zone
-};
-
-// The points of all zones, without faces.
-ShapeFile parse(std::string bytes, const std::string& name);
-
-// Replaces the coordinates that moved. Throws InvalidInput where a point of a mesh of two dimensions has left its
-// plane.
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options);
-
-// Throws InvalidInput: other shapes have no elements of a solver.
-std::string generate(const Mesh& mesh, const WriteOptions& options);
-std::vector<std::string> losses(const Mesh& mesh);
-std::vector<std::string> source_losses(const ShapeFile& source);
-void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
-
-}  // namespace knead::io_detail::su2
-
 // PCD, the point files of the Point Cloud Library (PCD_V7), as text and binary: its row of the format table
 // (formats.h).
 namespace knead::io_detail::pcd {

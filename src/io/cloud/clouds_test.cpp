@@ -159,51 +159,6 @@ TEST(Ptx, ScansTogetherAndWhatIsRefused) {
   EXPECT_THROW(conversion_losses("a.ptx", parse_shape("0 0 0\n", "xyz", "a")), InvalidInput);
 }
 
-TEST(Su2, PointsMoveAndAllElseStays) {
-  const std::string text = su2_samples()[1].bytes;
-  const ShapeFile shape = parse_shape(text, "su2", "a.su2");
-  EXPECT_EQ(shape.mesh.positions, (std::vector<Vec3d>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}));
-  EXPECT_EQ(shape.mesh.face_count(), 0U);
-  EXPECT_NE(text_of(shape.notes).find("elements and markers stay as they are"), std::string::npos);
-  std::vector<Vec3d> positions = shape.mesh.positions;
-  positions[2].x = 0.25;
-  EXPECT_EQ(serialize_shape("su2", shape, positions), replaced(text, "0 1.0 0 2", "0.25 1.0 0 2"));
-  const ShapeFile zones = parse_shape(su2_samples()[3].bytes, "su2", "a.su2");
-  EXPECT_EQ(zones.mesh.vertex_count(), 8U);
-  positions = zones.mesh.positions;
-  positions[7] = {0, 0, 2};
-  const std::string moved = serialize_shape("su2", zones, positions);
-  EXPECT_EQ(moved.rfind("0 0 2 3"), su2_samples()[3].bytes.rfind("0 0 1e0 3"));
-  EXPECT_NE(moved.find("0 0 1e0 3"), std::string::npos);  // of the first zone
-}
-
-TEST(Su2, OfTwoDimensionsStaysFlat) {
-  const std::string text = "NDIME= 2\nNPOIN= 3\n0 0 0\n1.50 0 1\n0 1 2\nNMARK= 0\n";
-  const ShapeFile shape = parse_shape(text, "su2", "a.su2");
-  EXPECT_EQ(shape.mesh.positions, (std::vector<Vec3d>{{0, 0, 0}, {1.5, 0, 0}, {0, 1, 0}}));
-  std::vector<Vec3d> positions = shape.mesh.positions;
-  positions[1] = {1.5, 0.25, 1e-9};
-  EXPECT_EQ(serialize_shape("su2", shape, positions), replaced(text, "1.50 0 1", "1.50 0.25 1"));
-  positions[1].z = 0.01;
-  try {
-    serialize_shape("su2", shape, positions);
-    ADD_FAILURE() << "was written";
-  } catch (const InvalidInput& error) {
-    EXPECT_NE(std::string(error.what()).find("point 1 has left its plane"), std::string::npos) << error.what();
-  }
-}
-
-TEST(Su2, WhatIsRefused) {
-  EXPECT_NE(refusal("NPOIN= 1\n0 0 0\n", "su2", "a.su2").find("a.su2:1: NDIME= must come before NPOIN="),
-            std::string::npos);
-  EXPECT_NE(refusal("NDIME= 3\nNPOIN= 999\n0 0 0\n", "su2", "a.su2").find("cut short"), std::string::npos);
-  EXPECT_NE(refusal("NDIME= 3\nNPOIN= 2\n0 0 0\n0 1\n", "su2", "a.su2").find("a.su2:4: "), std::string::npos);
-  EXPECT_NE(refusal("NDIME= 4\n", "su2", "a.su2").find("a.su2:1: "), std::string::npos);
-  EXPECT_NE(refusal("% nothing\n", "su2", "a.su2").find("is it an SU2 mesh?"), std::string::npos);
-  EXPECT_NE(refusal("NDIME= 3\nNPOIN= 0\n", "su2", "a.su2").find("no points"), std::string::npos);
-  EXPECT_THROW(serialize_mesh("su2", parse_shape("0 0 0\n", "xyz", "a").mesh), InvalidInput);
-}
-
 TEST(PointFiles, Extensions) {
   for (const char* extension : {"txt", "asc", "pts", "csv", "xyzn", "xyzrgb", "XYZ"}) {
     EXPECT_EQ(format_of(std::string("scan.") + extension), "xyz");

@@ -182,6 +182,7 @@ CloudPieces::CloudPieces(const std::filesystem::path& path, std::size_t piece_by
   if (error || !reader.file) {
     throw IoError(IoError::Operation::read, path.string(), std::string("could not be opened: ") + std::strerror(errno));
   }
+  if (io_detail::is_gzip_name(path)) reader.refuse("it is compressed");
   if (reader.format == "ply") {
     reader.open_ply();
   } else if (reader.format == "xyz") {

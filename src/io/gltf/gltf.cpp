@@ -424,8 +424,8 @@ void write_beside(const std::filesystem::path& path, const ShapeFile& source, co
   const bool has_files =
       layout != nullptr && std::any_of(layout->buffers.begin(), layout->buffers.end(),
                                        [](const Buffer& buffer) { return buffer.kind == Buffer::Kind::file; });
-  if (!has_files) return write_file_atomically(path, bytes);
-  write_file_atomically(path, with_files_beside(path, *layout, source.format, bytes));
+  if (!has_files) return write_new_file(path, bytes);
+  write_new_file(path, with_files_beside(path, *layout, source.format, bytes));
 }
 
 }  // namespace knead::io_detail::gltf

@@ -1,0 +1,241 @@
+// Where the points of Nastran's, Abaqus' and universal files stand.
+#include <algorithm>
+
+#include "io/solver/solver.h"
+#include "knead/error.h"
+
+namespace knead::io_detail::solver {
+namespace {
+
+// The parts of a line between commas, with the blanks around them.
+std::vector<std::string_view> split_at_commas(std::string_view line) {
+  std::vector<std::string_view> parts;
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    parts.push_back(line.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+std::string_view part(const std::vector<std::string_view>& parts, std::size_t i) {
+  return i < parts.size() ? parts[i] : std::string_view();
+}
+
+// The part without the blanks around it. One that is empty keeps its place, so that a number can be put there.
+std::string_view tight(std::string_view text) {
+  const std::string_view word = trimmed(text);
+  return word.empty() ? text.substr(0, 0) : word;
+}
+
+// Nastran
+
+class NastranScan {
+ public:
+  NastranScan(std::string_view bytes, const std::string& name, const PointVisitor& visit)
+      : lines_(bytes, name), visit_(visit) {
+    has_sections_ = has_begin_bulk(Lines(bytes, name));
+  }
+
+  void run() {
+    bool is_bulk = !has_sections_;
+    while (lines_.next()) {
+      const std::string_view line = card();
+      if (!is_bulk) {
+        is_bulk = is_begin_bulk(line);
+        continue;
+      }
+      const std::string word = upper(trimmed(line.substr(0, std::min(line.find(','), std::size_t{8}))));
+      if (word == "ENDDATA") break;
+      if (word == "GRID" || word == "GRID*") read_grid(line, word == "GRID*");
+      if (word == "GRDSET" || word == "GRDSET*") require_basic(fields_of(line, word == "GRDSET*"), "GRDSET");
+    }
+  }
+
+ private:
+  static bool is_begin_bulk(std::string_view line) {
+    const std::string text = upper(trimmed(line));
+    if (!text.starts_with("BEGIN")) return false;
+    return trimmed(std::string_view(text).substr(5)).starts_with("BULK");
+  }
+
+  static bool has_begin_bulk(Lines lines) {
+    while (lines.next()) {
+      if (is_begin_bulk(lines.line())) return true;
+    }
+    return false;
+  }
+
+  // The line without its comment.
+  std::string_view card() const { return lines_.line().substr(0, lines_.line().find('$')); }
+
+  // The name of the card and the fields after it, with their blanks; those that the line does not reach are left out.
+  std::vector<std::string_view> fields_of(std::string_view line, bool is_large) {
+    if (line.find(',') != line.npos) return split_at_commas(line);
+    if (line.find('\t') != line.npos) lines_.fail("has tabs between its fields; replace them by blanks or commas");
+    std::vector<std::string_view> fields;
+    const std::size_t width = is_large ? 16 : 8;
+    for (std::size_t begin = 0; begin < line.size(); begin += fields.size() == 1 ? 8 : width) {
+      fields.push_back(line.substr(begin, fields.empty() ? 8 : width));
+      if (begin + fields.back().size() >= 72) break;  // the rest names the continuation
+    }
+    return fields;
+  }
+
+  // Coordinates are those of the basic system.
+  void require_basic(const std::vector<std::string_view>& fields, const char* card) {
+    const std::string_view system = trimmed(part(fields, 2));
+    if (system.empty() || system == "0") return;
+    lines_.fail(std::string(card) + " is in the coordinate system " + in_quotes(system) +
+                "; only the basic one, 0, can be deformed");
+  }
+
+  void read_grid(std::string_view line, bool is_large) {
+    const bool is_free = line.find(',') != line.npos;
+    std::vector<std::string_view> fields = fields_of(line, is_large);
+    require_basic(fields, "GRID");
+    if (is_large) {
+      fields.resize(std::min<std::size_t>(fields.size(), 5));
+      if (fields.size() < 5 || !lines_.next() || !card().starts_with('*')) {
+        lines_.fail("expected the line after GRID* that begins with * and holds the third coordinate");
+      }
+      const std::vector<std::string_view> more = fields_of(card(), true);
+      if (more.size() > 1) fields.push_back(more[1]);
+    }
+    PointSite site;
+    site.spelling = is_free ? Spelling::bulk_words : is_large ? Spelling::field_16 : Spelling::field_8;
+    site.dimensions = std::min<std::size_t>(fields.size() < 3 ? 0 : fields.size() - 3, 3);
+    if (site.dimensions == 0) lines_.fail("GRID has no coordinates");
+    for (std::size_t axis = 0; axis < site.dimensions; ++axis) {
+      site.words[axis] = is_free ? tight(fields[3 + axis]) : fields[3 + axis];
+    }
+    visit_(site);
+  }
+
+  Lines lines_;
+  const PointVisitor& visit_;
+  bool has_sections_ = false;  // a line BEGIN BULK stands before the cards
+};
+
+// Abaqus
+
+class AbaqusScan {
+ public:
+  AbaqusScan(std::string_view bytes, const std::string& name, const PointVisitor& visit)
+      : lines_(bytes, name), name_(name), visit_(visit) {}
+
+  void run() {
+    while (lines_.next()) {
+      const std::string_view line = trimmed(lines_.line());
+      if (line.empty() || line.starts_with("**")) continue;
+      if (line[0] == '*') {
+        read_keyword(line);
+      } else if (keyword_ == "NODE") {
+        read_node(line);
+      } else if (keyword_ == "INSTANCE") {
+        lines_.fail("moves an instance of a part; place the part where it stands");
+      }
+    }
+    if (!has_nodes_) throw InvalidInput(Place{name_}, "has no *NODE; is it a file of Abaqus?");
+  }
+
+ private:
+  void read_keyword(std::string_view line) {
+    const std::vector<std::string_view> parts = split_at_commas(line.substr(1));
+    keyword_ = upper(trimmed(parts[0]));
+    for (const char* const maker : {"NGEN", "NFILL", "NCOPY", "NMAP", "SYSTEM", "INCLUDE"}) {
+      if (keyword_ == maker) lines_.fail("*" + keyword_ + " is not understood; write all nodes out by *NODE");
+    }
+    while (trimmed(lines_.line()).ends_with(',') && lines_.next()) read_parameters(split_at_commas(lines_.line()));
+    read_parameters(parts);
+    has_nodes_ = has_nodes_ || keyword_ == "NODE";
+  }
+
+  void read_parameters(const std::vector<std::string_view>& parts) {
+    if (keyword_ != "NODE") return;
+    for (const std::string_view parameter : parts) {
+      const std::string text = upper(trimmed(parameter));
+      const std::string key(trimmed(std::string_view(text).substr(0, text.find('='))));
+      if (key == "INPUT") lines_.fail("the nodes lie in another file (INPUT=); name that file, or put them here");
+      const bool is_cartesian = key != "SYSTEM" || trimmed(std::string_view(text).substr(text.find('=') + 1)) == "R";
+      if (!is_cartesian) lines_.fail("the nodes are not in Cartesian coordinates (SYSTEM=)");
+    }
+  }
+
+  void read_node(std::string_view line) {
+    std::vector<std::string_view> parts = split_at_commas(line);
+    if (parts.size() > 1 && trimmed(parts.back()).empty()) parts.pop_back();  // after a comma at the end
+    PointSite site;
+    site.spelling = Spelling::short_words;
+    site.dimensions = std::min<std::size_t>(parts.size() - 1, 3);
+    if (site.dimensions == 0) lines_.fail("expected a number, a comma and the coordinates of a node");
+    for (std::size_t axis = 0; axis < site.dimensions; ++axis) site.words[axis] = tight(parts[1 + axis]);
+    visit_(site);
+  }
+
+  Lines lines_;
+  const std::string& name_;
+  const PointVisitor& visit_;
+  std::string keyword_;
+  bool has_nodes_ = false;
+};
+
+// Universal files
+
+constexpr std::string_view kDelimiter = "-1";
+
+void scan_unv_points(Lines& lines, const PointVisitor& visit) {
+  while (true) {
+    if (!lines.next()) lines.fail("dataset 2411 has no end, a line -1; the file is cut short");
+    if (trimmed(lines.line()) == kDelimiter) return;
+    if (!lines.next()) lines.fail("a node has no coordinates; the file is cut short");
+    const std::string_view line = lines.line();
+    PointSite site;
+    site.spelling = Spelling::columns;
+    std::size_t begin = 0;
+    for (std::string_view& word : site.words) {
+      std::size_t end = begin;
+      while (end < line.size() && is_blank(line[end])) ++end;
+      end = token_end(line, end);
+      word = line.substr(begin, end - begin);
+      if (trimmed(word).empty()) lines.fail("expected three coordinates of a node");
+      begin = end;
+    }
+    visit(site);
+  }
+}
+
+}  // namespace
+
+void scan_nastran(std::string_view bytes, const std::string& name, const PointVisitor& visit) {
+  NastranScan(bytes, name, visit).run();
+}
+
+void scan_abaqus(std::string_view bytes, const std::string& name, const PointVisitor& visit) {
+  AbaqusScan(bytes, name, visit).run();
+}
+
+void scan_unv(std::string_view bytes, const std::string& name, const PointVisitor& visit) {
+  Lines lines(bytes, name);
+  bool has_nodes = false;
+  while (lines.next()) {
+    if (trimmed(lines.line()).empty()) continue;
+    if (trimmed(lines.line()) != kDelimiter) lines.fail("expected a line -1, where a dataset begins");
+    if (!lines.next()) lines.fail("a dataset has no number; the file is cut short");
+    const std::string_view dataset = trimmed(lines.line());
+    if (dataset == "15" || dataset == "781") {
+      lines.fail("has its nodes in dataset " + std::string(dataset) + "; write them as 2411");
+    }
+    if (dataset == "2411") {
+      scan_unv_points(lines, visit);
+      has_nodes = true;
+      continue;
+    }
+    while (trimmed(lines.line()) != kDelimiter) {
+      if (!lines.next()) lines.fail("a dataset has no end, a line -1; the file is cut short");
+    }
+  }
+  if (!has_nodes) throw InvalidInput(Place{name}, "has no nodes (dataset 2411); is it a universal file?");
+}
+
+}  // namespace knead::io_detail::solver
