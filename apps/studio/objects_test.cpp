@@ -226,7 +226,7 @@ TEST_F(ObjectsTest, WhatCannotBeAddedLeavesTheDocument) {
   const std::vector<Vec3d> after = positions(studio);
   write_file_atomically(folder_ / "cloud.xyz", "0 0 0\n1 0 0\n0 1 0\n");
   run(studio, R"({"add": )" + file("cloud.xyz") + "}");
-  EXPECT_NE(errors(studio).find("point cloud stands alone"), std::string::npos);
+  EXPECT_NE(errors(studio).find("point cloud cannot be one of several"), std::string::npos);
   run(studio, R"({"add": )" + file("missing.ply") + "}");
   EXPECT_NE(errors(studio).find("missing.ply"), std::string::npos);
   EXPECT_EQ(studio.document().shown().objects.list.size(), 2U);

@@ -572,8 +572,14 @@ ReplayResult replay_same_faces(const std::shared_ptr<const Mesh>& mesh, const Se
   plain.part.direction = Direction::forwards;
   plain.frames = options.frames;
   const int end = frame_count(options.frames) - 1 - options.frames.hold;
+  const std::shared_ptr<const Provenance> provenance = result.shape.state().provenance;
   plain.frames.deliver = [&](const ReplayFrame& frame) {
-    options.frames.deliver({frame.index, frame.index < end ? frame.shape : result.shape});
+    if (frame.index >= end) return options.frames.deliver({frame.index, result.shape});
+    DeformedShape shape = frame.shape;
+    ShapeState state = shape.state();
+    state.provenance = provenance;  // its faces are those of the result
+    shape.restore(state);
+    options.frames.deliver({frame.index, shape});
   };
   result.status = Replay(std::make_shared<const Mesh>(std::move(first)), flows, plain).run().status;
   return result;

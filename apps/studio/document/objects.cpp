@@ -53,7 +53,8 @@ void join(DocumentObjects& objects) {
   std::vector<const Mesh*> meshes;
   for (const DocumentObject& object : objects.list) {
     if (object.source->mesh.face_count() == 0) {
-      throw InvalidInput(fmt::format("{}: a point cloud stands alone; open it by itself, or take a mesh", object.name));
+      throw InvalidInput(fmt::format(
+          "{}: a point cloud cannot be one of several objects; open it alone, or take a mesh", object.name));
     }
     meshes.push_back(&object.source->mesh);
   }
