@@ -25,15 +25,9 @@ Json member_or(const Json& object, std::string_view key, const Json& otherwise) 
 
 // The index of a word among the choices.
 std::size_t choice(const Json& value, std::initializer_list<std::string_view> choices) {
-  const std::string& word = value.text();
-  std::size_t index = 0;
-  std::string all;
-  for (const std::string_view each : choices) {
-    if (each == word) return index;
-    ++index;
-    all += (all.empty() ? "" : ", ") + std::string(each);
-  }
-  fail(fmt::format("'{}' is not one of {}", word, all));
+  const auto found = std::find(choices.begin(), choices.end(), value.text());
+  if (found == choices.end()) fail(fmt::format("'{}' is not one of {}", value.text(), fmt::join(choices, ", ")));
+  return static_cast<std::size_t>(found - choices.begin());
 }
 
 Vec3d vector_of(const Json& value) {

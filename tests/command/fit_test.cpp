@@ -93,8 +93,8 @@ TEST_F(FitTest, MeetsTheLandmarksAndSaysWhatItDid) {
 TEST_F(FitTest, BringsTheWholeSurfaceToTheTarget) {
   write_target();
   write_pairs();
-  const json report = json::parse(knead_ok({"fit", "source.ply", "target.ply", "--surface", "--landmarks", "pairs.csv",
-                                            "--json", "-o", "fit.knead"}));
+  const json report = json::parse(knead_ok(
+      {"fit", "source.ply", "target.ply", "--surface", "--landmarks", "pairs.csv", "--json", "-o", "fit.knead"}));
   EXPECT_GT(report["distance_before"]["mean"], 3e-3);
   EXPECT_LT(report["distance_after"]["mean"], 1e-3);
   EXPECT_LT(report["landmark_distance"], 2e-5);

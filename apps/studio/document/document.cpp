@@ -332,28 +332,6 @@ void Document::get_ready() {
   show();
 }
 
-void Document::show_object(std::size_t object, bool is_visible) {
-  if (!history_ || object >= shown_.objects.list.size()) return;
-  shown_.objects.list[object].is_visible = is_visible;
-  see_objects();
-}
-
-void Document::make_active(std::optional<std::size_t> object) {
-  if (!history_ || object.value_or(0) >= shown_.objects.list.size()) return;
-  shown_.objects.active = object;
-  see_objects();
-}
-
-// After what the pointer meets has changed.
-void Document::see_objects() {
-  guarded(Subject::other, [&] {
-    pickers_ = {};
-    shown_.picker = pickers_.make(history_->state(), met_faces(shown_.objects, history_->state()));
-    picker_is_stale_ = false;
-    show();
-  });
-}
-
 void Document::count_crossings(Progress& progress) {
   if (!history_) return;
   guarded(Subject::other, [&] {
@@ -564,10 +542,6 @@ void Document::open_shape(const std::filesystem::path& path, Progress& progress)
     stop_if_cancelled(&progress);
     open({std::move(object)}, path.filename().string());
   });
-}
-
-DocumentObject read_object(const std::filesystem::path& path) {
-  return {path.filename().string(), path, std::make_shared<const ShapeFile>(read_shape(path))};
 }
 
 // The history is applied to all shapes from the beginning; until that is done the document is the one before.

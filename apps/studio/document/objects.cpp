@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "document/document.h"
 #include "knead/error.h"
+#include "knead/io.h"
 
 namespace knead::studio {
 
@@ -112,6 +114,35 @@ std::filesystem::path path_of_object(const DocumentObjects& objects, std::size_t
   const auto namesakes = std::ranges::count(objects.list, name, stem_of);
   if (namesakes > 1) name += fmt::format("_{}", number + 1);
   return path.parent_path() / fmt::format("{}_{}{}", path.stem().string(), name, path.extension().string());
+}
+
+DocumentObject read_object(const std::filesystem::path& path) {
+  return {path.filename().string(), path, std::make_shared<const ShapeFile>(read_shape(path))};
+}
+
+// --- what the document does with them
+// -----------------------------------------------------------------------------------
+
+void Document::show_object(std::size_t object, bool is_visible) {
+  if (!history_ || object >= shown_.objects.list.size()) return;
+  shown_.objects.list[object].is_visible = is_visible;
+  see_objects();
+}
+
+void Document::make_active(std::optional<std::size_t> object) {
+  if (!history_ || object.value_or(0) >= shown_.objects.list.size()) return;
+  shown_.objects.active = object;
+  see_objects();
+}
+
+// After what the pointer meets has changed.
+void Document::see_objects() {
+  guarded(Subject::other, [&] {
+    pickers_ = {};
+    shown_.picker = pickers_.make(history_->state(), met_faces(shown_.objects, history_->state()));
+    picker_is_stale_ = false;
+    show();
+  });
 }
 
 }  // namespace knead::studio

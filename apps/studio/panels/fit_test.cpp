@@ -103,8 +103,9 @@ TEST_F(FitWindow, FitsAsOneEntryAndMeasures) {
   const double before = fit.mean_distance();
   EXPECT_GT(before, 0.01);
   // The ends of the axes alone; the library's tests bring whole surfaces together.
-  run(panels.studio, R"({"fit": ")" + (folder_ / "target.ply").string() +
-                         R"(", "pairs": [[0, 0], [1, 1], [2, 2], [3, 3], [4, 4], [5, 5], [6, 6], [7, 7], [8, 8], [9, 9], [10, 10], [11, 11]], "surface": false})");
+  run(panels.studio,
+      R"({"fit": ")" + (folder_ / "target.ply").string() +
+          R"(", "pairs": [[0, 0], [1, 1], [2, 2], [3, 3], [4, 4], [5, 5], [6, 6], [7, 7], [8, 8], [9, 9], [10, 10], [11, 11]], "surface": false})");
   panels.frame();
   ASSERT_TRUE(panels.click_item(kWindow, "Fit")) << errors(panels.studio);
   panels.frame();
