@@ -16,7 +16,6 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/tools.h"
-#include "knead/vec.h"
 
 namespace knead::studio {
 
