@@ -1,5 +1,6 @@
 # What tests of Studio at a true window share; to be sourced: Xvfb is the display, xdotool the hand. `studio` is the
-# program, `pictures` a folder for pictures or empty.
+# program, `pictures` a folder for pictures or empty. All places are those of Studio's picture; where the window's frame is
+# in the way, KNEAD_PICTURE_AT="X Y" says where on the display that begins.
 # shellcheck shell=bash
 
 need() {
@@ -16,6 +17,7 @@ work=$(mktemp -d)
 export HOME=$work XDG_STATE_HOME=$work/state XDG_CONFIG_HOME=$work/config LIBGL_ALWAYS_SOFTWARE=1
 server=
 window=
+read -r left top <<<"${KNEAD_PICTURE_AT:-0 0}"
 
 finish() {
   local status=$?
@@ -46,7 +48,7 @@ wait_for() {
 
 start_display() {
   : >"$work/number"
-  Xvfb -noreset -displayfd 9 -screen 0 1440x900x24 9>"$work/number" >/dev/null 2>&1 &
+  Xvfb -noreset -displayfd 9 -screen 0 "$((1440 + 2 * left))x$((900 + 2 * top))x24" 9>"$work/number" >/dev/null 2>&1 &
   server=$!
   for ((i = 0; i < 600; ++i)); do
     DISPLAY=:$(<"$work/number")
@@ -76,14 +78,14 @@ has_grown() { [[ $(journal_lines) -gt $1 ]]; }
 
 # drag X0 Y0 X1 Y1: with the left button.
 drag() {
-  xdotool mousemove "$1" "$2" sleep 0.3 mousedown 1 sleep 0.1
+  xdotool mousemove $(($1 + left)) $(($2 + top)) sleep 0.3 mousedown 1 sleep 0.1
   for ((k = 1; k <= 8; ++k)); do
-    xdotool mousemove $(($1 + ($3 - $1) * k / 8)) $(($2 + ($4 - $2) * k / 8)) sleep 0.03
+    xdotool mousemove $(($1 + ($3 - $1) * k / 8 + left)) $(($2 + ($4 - $2) * k / 8 + top)) sleep 0.03
   done
   xdotool sleep 0.1 mouseup 1 sleep 0.3
 }
 
-click() { xdotool mousemove "$1" "$2" sleep 0.3 click 1 sleep 0.6; }
+click() { xdotool mousemove $(($1 + left)) $(($2 + top)) sleep 0.3 click 1 sleep 0.6; }
 
 # press KEY: long enough to be seen in a picture, however slowly they follow each other.
 press() { xdotool keydown "$1" sleep 0.5 keyup "$1"; }
