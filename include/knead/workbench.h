@@ -267,9 +267,10 @@ void set_strength(std::vector<SessionStroke>& gesture, double strength);
 
 // The crash journal: writes every stroke to the disk at once, and recovers the work after the program was killed.
 //
-// A journal is a folder with the shape as it was opened (shape.ply, shape.obj, ...), further ones (shape_2.ply, ...) and
-// session.knead, a session file that only grows. A batch of lines takes effect as a whole: every line but the last ends in a blank, so that a reader
-// recognises a batch that was cut off at any byte. To all other readers a blank at the end of a line means nothing.
+// A journal is a folder with the shape as it was opened (shape.ply, shape.obj, ...), further ones (shape_2.ply, ...)
+// and session.knead, a session file that only grows. A batch of lines takes effect as a whole: every line but the last
+// ends in a blank, so that a reader recognises a batch that was cut off at any byte. To all other readers a blank at
+// the end of a line means nothing.
 
 namespace io_detail {
 class AppendFile;
@@ -353,8 +354,8 @@ struct RecoveredWork {
   std::vector<ShapeFile> also{};  // as many as the session has
 };
 
-// Returns the shapes as they were opened and the strokes up to the last whole batch. Changes nothing. Throws IoError(read)
-// and InvalidInput, as read_shape and read_session do.
+// Returns the shapes as they were opened and the strokes up to the last whole batch. Changes nothing. Throws
+// IoError(read) and InvalidInput, as read_shape and read_session do.
 RecoveredWork recover_journal(const std::filesystem::path& folder);
 
 // Removes a journal; does nothing if another program uses it.

@@ -264,8 +264,8 @@ NewFolder make_folder(const fs::path& root) {
 // Writes the shape, and returns the name of its file. `number`: from 1.
 std::string write_original(const fs::path& folder, const ShapeFile& shape, std::size_t number) {
   const bool computed = shape.bytes.empty();
-  std::string name = fmt::format("shape{}.{}", number == 1 ? "" : fmt::format("_{}", number),
-                                 computed ? "ply" : shape.format);
+  std::string name =
+      fmt::format("shape{}.{}", number == 1 ? "" : fmt::format("_{}", number), computed ? "ply" : shape.format);
   write_file_atomically(folder / name,
                         computed ? serialize_mesh("ply", shape.mesh, {.double_coordinates = true}) : shape.bytes);
   return name;
