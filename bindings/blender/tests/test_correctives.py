@@ -83,6 +83,52 @@ class Correctives(Case):
         self.bend(rig, -30)
         self.assertAlmostEqual(key.value, 0, places=4)
 
+    def sleeve(self, arm, rig):
+        """An open tube about the arm, scaled and moved as an object, with the arm's weights."""
+        rings, turns = 33, 24
+        angle = 2 * np.pi * (np.arange(turns) + 0.5) / turns
+        x = np.repeat(np.linspace(-2, 2, rings), turns)
+        v = np.stack([x, np.tile(0.56 * np.cos(angle), rings), np.tile(0.56 * np.sin(angle), rings)], axis=1)
+        faces = [[r * turns + k, r * turns + (k + 1) % turns, (r + 1) * turns + (k + 1) % turns, (r + 1) * turns + k] for r in range(rings - 1) for k in range(turns)]
+        mesh = bpy.data.meshes.new("sleeve")
+        mesh.from_pydata((v / 2 - [1, 0, 0]).tolist(), [], faces)
+        obj = bpy.data.objects.new("sleeve", mesh)
+        obj.scale, obj.location = (2, 2, 2), (2, 0, 0)
+        bpy.context.collection.objects.link(obj)
+        for name, values in (("upper", np.clip(0.5 - v[:, 0] / 1.2, 0, 1)), ("lower", np.clip(0.5 + v[:, 0] / 1.2, 0, 1))):
+            group = obj.vertex_groups.new(name=name)
+            for i, w in enumerate(values):
+                group.add([i], float(w), "REPLACE")
+        obj.modifiers.new("Armature", "ARMATURE").object = rig
+        bpy.context.view_layer.update()
+        return obj, faces
+
+    def test_clothes_go_along_and_nothing_comes_through(self):
+        from knead_blender.native import knead
+
+        obj, rig, faces = self.arm()
+        sleeve, sleeve_faces = self.sleeve(obj, rig)
+        both = faces + [[v + len(obj.data.vertices) for v in face] for face in sleeve_faces]
+
+        def crossings():
+            world = np.array(sleeve.matrix_world)
+            return len(knead.crossings(np.concatenate([self.shown(obj), self.shown(sleeve) @ world[:3, :3].T + world[:3, 3]]), both))
+
+        self.assertEqual(crossings(), 0)
+        self.bend(rig, 110)
+        self.assertGreater(crossings(), 10)
+        for each in bpy.context.selected_objects:
+            each.select_set(False)
+        for each in (sleeve, obj):
+            each.select_set(True)
+        bpy.context.view_layer.objects.active = obj
+        self.assertEqual(bpy.ops.knead.make_corrective(), {"FINISHED"})
+        self.assertEqual([k.name for k in sleeve.data.shape_keys.key_blocks], ["Basis", "Knead lower"])
+        bpy.context.view_layer.update()
+        self.assertAlmostEqual(sleeve.data.shape_keys.key_blocks[1].value, 1, places=4)
+        self.assertEqual(crossings(), 0)
+        self.assertIn("0 new crossings in 2 meshes", obj.knead.report)
+
     def test_refusals_change_nothing(self):
         obj, rig, _ = self.arm()
         refuses(self, bpy.ops.knead.make_corrective, "No joint turns")
