@@ -169,12 +169,13 @@ class SessionReader {
       throw InvalidInput(place_, fmt::format("\"knead\" must be {}, the format that this version reads, got {}",
                                              kFormatVersion, version));
     }
-    header.allow({"knead", "mesh", "note", "parameters"});
+    header.allow({"knead", "mesh", "note", "parameters", "walls"});
     if (header.has("mesh")) session_.mesh = header.at("mesh").text();
     if (header.has("note")) session_.note = header.at("note").text();
     if (header.has("parameters")) {
       session_.parameters = session_detail::read_parameters(header.at("parameters"), place_);
     }
+    if (header.has("walls")) session_.walls = session_detail::read_walls(header.at("walls"), place_);
   }
 
   void read_event(const JsonValue& line) {
@@ -303,6 +304,7 @@ std::string text_of(const SharedList<T>& items) {
 
 std::string text_of(const PoseItem& item);
 std::string text_of(const MirrorPlane& plane);
+std::string text_of(const Wall& wall);
 std::string text_of(const PoseStiffness& region);
 
 template <class T>
@@ -387,6 +389,14 @@ std::string text_of(const PoseStiffness& region) {
   return object.finish();
 }
 
+std::string text_of(const Wall& wall) {
+  LineWriter object;
+  object.add("patch", wall.patch);
+  object.add_text(wall.slides ? "slide" : "hold", "true");
+  object.add_optional("width", wall.width);
+  return object.finish();
+}
+
 std::string text_of(bool value) { return value ? "true" : "false"; }
 
 // The identity with zeros of either sign is written as the identity.
@@ -460,11 +470,12 @@ std::string text_of(const std::optional<RemeshSettings>& settings) {
 }  // namespace
 
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note,
-                        std::span<const Parameter> parameters) {
+                        std::span<const Parameter> parameters, std::span<const Wall> walls) {
   LineWriter line;
   line.add("knead", 1);
   line.add_optional("mesh", mesh);
   line.add_optional("note", note);
+  if (!walls.empty()) line.add("walls", std::vector<Wall>(walls.begin(), walls.end()));
   if (parameters.empty()) return line.finish();
   LineWriter values;
   for (const Parameter& parameter : parameters) {
@@ -571,7 +582,7 @@ std::string remesh_line(const std::optional<RemeshSettings>& settings) {
 }
 
 std::string serialize_session(const Session& session) {
-  std::string text = header_line(session.mesh, session.note, session.parameters) + "\n";
+  std::string text = header_line(session.mesh, session.note, session.parameters, session.walls) + "\n";
   std::optional<RemeshSettings> remesh;
   for (const SessionStroke& stroke : session.strokes) {
     if (stroke.remesh != remesh) text += remesh_line(stroke.remesh) + "\n";

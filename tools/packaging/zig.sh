@@ -34,7 +34,7 @@ zig_configure() {
     -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/cross/zig.cmake" -DZIG_TARGET="$target" -DKNEAD_STD_THREADS=ON \
     -DKNEAD_STRICT=OFF -DKNEAD_BUILD_BENCH=OFF -DKNEAD_BUILD_EXAMPLES=OFF -DKNEAD_BUILD_GPU=OFF \
     -DKNEAD_BUILD_RENDER=OFF -DKNEAD_BUILD_STUDIO=OFF -DKNEAD_BUILD_PYTHON=OFF -DCMAKE_DISABLE_FIND_PACKAGE_draco=ON \
-    -DCMAKE_DISABLE_FIND_PACKAGE_meshoptimizer=ON "${options[@]}" "$@"
+    -DCMAKE_DISABLE_FIND_PACKAGE_meshoptimizer=ON -DCMAKE_DISABLE_FIND_PACKAGE_ZLIB=ON "${options[@]}" "$@"
 }
 
 # Notes what was found about an artefact, for the table:  zig_fact PLATFORM ARTEFACT built|started|tests|bits TEXT
