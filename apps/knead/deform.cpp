@@ -47,7 +47,7 @@ void write_frame(const std::string& path, const StreamFormat& format, const Inpu
     if (inputs.session.walls.empty()) return write_shape_or_stream(path, format, source, shape.positions(), options);
     std::vector<Vec3d> positions = shape.positions();
     const double distance = put_on_walls(inputs.session, positions);
-    if (distance > kToldDistance * shape_box(source.mesh).diagonal()) {
+    if (!inputs.quiet && distance > kToldDistance * shape_box(source.mesh).diagonal()) {
       print_message(fmt::format("note: {}: points were put back onto walls by up to {:.2g}", path, distance));
     }
     write_shape_or_stream(path, format, source, positions, options);
@@ -318,6 +318,9 @@ void join_normals_and_labels(const Inputs& inputs, ReplayOptions& replay) {
 Inputs read_together(const DeformOptions& options, const ReplayOptions& replay) {
   const bool quiet = options.common.quiet;
   Inputs inputs = read_inputs(options.shape, {}, options.session, quiet, options.set);
+  if (!inputs.session.walls.empty()) {
+    throw InvalidInput(Place{options.session, 1}, "walls are those of one mesh; deform it alone");
+  }
   check_until(options, inputs.session);
   for (const std::string& path : options.also) {
     inputs.also.push_back(read_shape(path));

@@ -131,6 +131,7 @@ Session read_session_with(const std::string& path, const std::vector<std::string
 Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet,
                    const std::vector<std::string>& set) {
   Inputs inputs;
+  inputs.quiet = quiet;
   inputs.session =
       without_off(read_session_with(session, set));  // first: it is the shorter, and the one that people mistype
   inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});

@@ -45,7 +45,7 @@ struct ParameterUse {
 
 // A patch of a volume mesh that stays where it is, or slides in its plane.
 struct Wall {
-  std::string patch;                    // its name in the mesh
+  std::string patch;                    // its name in the mesh; empty: a mesh of two dimensions as a whole
   bool slides = false;                  // false: it is held
   std::optional<double> width{};        // of a wall that is held: how far from it the mesh is free; above 0
   std::vector<std::uint32_t> points{};  // of a mesh: set by on_walls()
@@ -108,9 +108,9 @@ std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const
 
 // Returns the session for the mesh that has these patches and points. A wall that is held becomes a mask of its points,
 // which every other mask gets, too: they keep their bits. In the plane of one that slides all strokes are mirrored, so
-// that nothing leaves it. The default width is a twentieth of the diagonal. Throws InvalidInput for a patch that the
-// mesh lacks or that slides and is not plane to 1e-7 of the diagonal, planes that are not at right angles, and masks by
-// vertices beside walls that are held.
+// that nothing leaves it. A mesh of two dimensions slides in its own plane. The default width is a twentieth of the
+// diagonal. Throws InvalidInput for a patch that the mesh lacks or that slides and is not plane to 1e-7 of the
+// diagonal, planes that are not at right angles, and masks by vertices beside walls that are held.
 Session on_walls(Session session, std::span<const Patch> patches, std::span<const Vec3d> points);
 
 // Puts the points of walls that slide into their planes, which rounding, or the mask of a wall that is held, may leave

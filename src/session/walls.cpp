@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
+#include <optional>
 
 #include "session/stroke_json.h"
 #include "strokes/mirror.h"
@@ -110,6 +111,13 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
     }
     for (const std::uint32_t i : patch.points) held.push_back(points[i]);
     if (wall.width) width = *wall.width;
+  }
+  if (!session.walls.empty() && box.min.z == box.max.z) {  // of two dimensions: the plane of the mesh is a wall, too
+    Wall& flat = session.walls.emplace_back(Wall{"", true});
+    flat.plane = MirrorPlane{{0, 0, 1}, {0, 0, box.min.z}};
+    flat.points.resize(points.size());
+    std::iota(flat.points.begin(), flat.points.end(), 0U);
+    mirror.push_back(*flat.plane);
   }
   try {
     validate(mirror);

@@ -114,6 +114,16 @@ TEST(Walls, OneIsHeldAndOneSlides) {
   EXPECT_GT(greatest_motion(cube, moved), 0.1);
 }
 
+TEST(Walls, AMeshOfTwoDimensionsStaysFlat) {
+  Cube cube;
+  for (Vec3d& p : cube.points) p.z = 0.25;
+  const Session session = on_walls(session_of(R"({"patch": "left", "hold": true})"), cube.patches, cube.points);
+  const std::vector<Vec3d> moved = deformed(cube, session);
+  for (const Vec3d& p : moved) EXPECT_EQ(p.z, 0.25);
+  for (const std::uint32_t i : cube.patches[0].points) EXPECT_EQ(moved[i], cube.points[i]) << i;
+  EXPECT_GT(greatest_motion(cube, moved), 0.05);
+}
+
 std::string refusal(const std::string& walls, std::initializer_list<const char*> strokes = {kPull}) {
   try {
     const Cube cube;
