@@ -22,6 +22,8 @@
 
 namespace knead::command {
 
+constexpr double kToldDistance = 1e-9;  // of the diagonal: more than rounding
+
 WriteOptions write_options_for(const DeformOptions& options, const Digits& digits, const ShapeFile& shape,
                                const std::string& output) {
   WriteOptions result;
@@ -34,14 +36,21 @@ WriteOptions write_options_for(const DeformOptions& options, const Digits& digit
   return result;
 }
 
-void write_frame(const std::string& path, const StreamFormat& format, const ShapeFile& source,
-                 const DeformedShape& shape, WriteOptions options) {
+void write_frame(const std::string& path, const StreamFormat& format, const Inputs& inputs, const DeformedShape& shape,
+                 WriteOptions options) {
+  const ShapeFile& source = inputs.shape;
   if (shape.is_remeshed()) {
     write_remeshed_or_stream(path, format, source, shape.to_mesh(), shape.provenance()->face_source, options);
   } else {
     const std::vector<Vec3d> normals = shape.normals();
     options.normals = normals;
-    write_shape_or_stream(path, format, source, shape.positions(), options);
+    if (inputs.session.walls.empty()) return write_shape_or_stream(path, format, source, shape.positions(), options);
+    std::vector<Vec3d> positions = shape.positions();
+    const double distance = put_on_walls(inputs.session, positions);
+    if (!inputs.quiet && distance > kToldDistance * shape_box(source.mesh).diagonal()) {
+      print_message(fmt::format("note: {}: points were put back onto walls by up to {:.2g}", path, distance));
+    }
+    write_shape_or_stream(path, format, source, positions, options);
   }
 }
 
@@ -279,7 +288,7 @@ void run_deform(const DeformOptions& options) {
       add_to_animation(frame);
     } else {
       if (is_last) end_after_last_shape(target.last_path(), says_more(options));
-      write_frame(target.path(frame.index), options.format, inputs.shape, frame.shape, write_options);
+      write_frame(target.path(frame.index), options.format, inputs, frame.shape, write_options);
     }
     seconds.write += clock.seconds();
   };

@@ -131,8 +131,8 @@ WriteOptions write_options_for(const DeformOptions& options, const Digits& digit
                                const std::string& output);
 
 // Writes one deformed shape.
-void write_frame(const std::string& path, const StreamFormat& format, const ShapeFile& source,
-                 const DeformedShape& shape, WriteOptions options);
+void write_frame(const std::string& path, const StreamFormat& format, const Inputs& inputs, const DeformedShape& shape,
+                 WriteOptions options);
 
 // --- what deforming one shape and several together share
 // --------------------------------------------------------------------------------

@@ -303,7 +303,7 @@ class Batch {
 
   void make(Variant& variant) {
     const ReplayResult result = deform(variant);
-    write_frame(variant.output, {}, inputs_.shape, result.shape, write_options_);
+    write_frame(variant.output, {}, inputs_, result.shape, write_options_);
     const Report report = make_report(inputs_.shape.mesh, result, replay_, {});
     const auto text = [](const std::optional<double>& number) { return number ? fmt::format("{}", *number) : ""; };
     variant.result = {fs::path(variant.output).filename().string(),

@@ -134,6 +134,9 @@ std::vector<std::uint32_t> labels_together(const Inputs& inputs) {
 Inputs read_together(const DeformOptions& options, const ReplayOptions& replay) {
   const bool quiet = options.common.quiet;
   Inputs inputs = read_inputs(options.shape, {}, options.session, quiet, options.set);
+  if (!inputs.session.walls.empty()) {
+    throw InvalidInput(Place{options.session, 1}, "walls are those of one mesh; deform it alone");
+  }
   check_until(options, inputs.session);
   for (const std::string& path : options.also) {
     inputs.also.push_back(read_shape(path));

@@ -131,9 +131,14 @@ Session read_session_with(const std::string& path, const std::vector<std::string
 Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet,
                    const std::vector<std::string>& set) {
   Inputs inputs;
+  inputs.quiet = quiet;
   inputs.session =
       without_off(read_session_with(session, set));  // first: it is the shorter, and the one that people mistype
   inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});
+  if (!inputs.session.walls.empty()) {
+    inputs.session =
+        on_walls(std::move(inputs.session), read_patches(shape, inputs.shape), inputs.shape.mesh.positions);
+  }
   if (!quiet) {
     print_notes(inputs.session.warnings);
     for (const std::string& note : inputs.shape.notes) print_message(fmt::format("note: {}: {}", shape, note));

@@ -69,6 +69,7 @@ void write_remeshed_or_stream(const std::string& path, const StreamFormat& forma
 struct Inputs {
   ShapeFile shape;
   Session session;
+  bool quiet = false;                    // no notes
   std::vector<ShapeFile> also{};         // further shapes that move along
   std::optional<JoinedMeshes> joined{};  // of `shape` and these, if there are some
 

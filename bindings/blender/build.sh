@@ -19,7 +19,7 @@ rm -rf "$package/lib/knead/__pycache__"
 "$python" "$here/icons.py" "$package/icons"
 cp "$here/LICENSE" "$package" # of the add-on's own files
 cp "$here/../../LICENSE" "$package/licences/knead.txt"
-for library in libtbb12 libfmt9 libepoxy0 libdraco7 libmeshoptimizer2d libeigen3-dev libxsimd-dev nlohmann-json3-dev \
+for library in libtbb12 libfmt9 libepoxy0 libdraco7 libmeshoptimizer2d zlib1g libeigen3-dev libxsimd-dev nlohmann-json3-dev \
   pybind11-dev; do
   if [[ -f /usr/share/doc/$library/copyright ]]; then
     cp "/usr/share/doc/$library/copyright" "$package/licences/$library.txt"

@@ -177,6 +177,19 @@ std::vector<std::string_view> shape_extensions();
 // ".points" for OpenFOAM's files, which are named `points`. Empty if it has none.
 std::string shape_suffix(const std::filesystem::path& path);
 
+// A named part of the boundary of a solver's mesh.
+struct Patch {
+  std::string name;
+  std::vector<std::uint32_t> points;  // numbers of the shape's vertices, ascending
+
+  friend bool operator==(const Patch&, const Patch&) = default;
+};
+
+// Returns the patches of the file that a shape was read from: physical groups of gmsh of every dimension (those without
+// a name have their number), markers of SU2, and patches of OpenFOAM, whose files `boundary` and `faces` lie beside
+// `points`. Empty for other formats. Throws as read_shape.
+std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFile& shape);
+
 // Returns the format that a path's extension names. Throws InvalidInput that lists the known ones.
 std::string format_of(const std::filesystem::path& path);
 

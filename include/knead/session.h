@@ -43,6 +43,17 @@ struct ParameterUse {
   friend bool operator==(const ParameterUse&, const ParameterUse&) = default;
 };
 
+// A patch of a volume mesh that stays where it is, or slides in its plane.
+struct Wall {
+  std::string patch;                    // its name in the mesh; empty: a mesh of two dimensions as a whole
+  bool slides = false;                  // false: it is held
+  std::optional<double> width{};        // of a wall that is held: how far from it the mesh is free; above 0
+  std::vector<std::uint32_t> points{};  // of a mesh: set by on_walls()
+  std::optional<MirrorPlane> plane{};   // in which it slides: set by on_walls()
+
+  friend bool operator==(const Wall&, const Wall&) = default;
+};
+
 // A stroke of a session, or an event that is kept and undone as strokes are (a mask, a relax), how far it is applied,
 // and how the mesh follows it.
 struct SessionStroke {
@@ -76,6 +87,7 @@ struct Session {
   std::vector<std::string> warnings;   // of reading, each with file and line
   std::vector<Parameter> parameters{};
   std::vector<std::string> also{};  // further shapes that it was made on, as `mesh`; strokes read the surface of all
+  std::vector<Wall> walls{};
 
   friend bool operator==(const Session&, const Session&) = default;
 };
@@ -94,6 +106,17 @@ Flow flow_of(const SessionStroke& stroke);
 // in all of them stays as it is; relaxing has its points mirrored instead, and a mask stays as it is. Throws
 // InvalidInput for planes that are not valid together.
 std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const Mirror& mirror);
+
+// Returns the session for the mesh that has these patches and points. A wall that is held becomes a mask of its points,
+// which every other mask gets, too: they keep their bits. In the plane of one that slides all strokes are mirrored, so
+// that nothing leaves it. A mesh of two dimensions slides in its own plane. The default width is a twentieth of the
+// diagonal. Throws InvalidInput for a patch that the mesh lacks or that slides and is not plane to 1e-7 of the
+// diagonal, planes that are not at right angles, and masks by vertices beside walls that are held.
+Session on_walls(Session session, std::span<const Patch> patches, std::span<const Vec3d> points);
+
+// Puts the points of walls that slide into their planes, which rounding, or the mask of a wall that is held, may leave
+// them beside. Returns the greatest distance. The session is one of on_walls().
+double put_on_walls(const Session& session, std::span<Vec3d> points);
 
 // Returns the session without the strokes that are off. It deforms every shape in the same way.
 Session without_off(Session session);
@@ -125,7 +148,8 @@ std::string serialize_session(const Session& session);
 // strokes these settings. Numbers have the shortest form that reads back as the same number; keys with their default
 // values are left out. A stroke's line has numbers where the session names parameters.
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note,
-                        std::span<const Parameter> parameters = {}, std::span<const std::string> also = {});
+                        std::span<const Parameter> parameters = {}, std::span<const std::string> also = {},
+                        std::span<const Wall> walls = {});
 std::string stroke_line(const Stroke& stroke);
 std::string stroke_line(const SessionStroke& stroke);  // with its name, off, strength, duration, mirror and new_entry
 

@@ -132,6 +132,12 @@ bool has_settings(const Session& session, const ReplayOptions& options) {
 
 Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   advect_options(options.motion, 1);
+  for (const Wall& wall : session.walls) {
+    if (!wall.points.empty()) continue;
+    throw InvalidInput(Place{session.name, 1},
+                       "the session has walls; they need a mesh that names its patches, such as "
+                       "those of gmsh, SU2 and OpenFOAM, and knead deform");
+  }
   const double until = checked_until(session, options);
   const bool backwards = is_backwards(options);
   const std::vector<const SessionStroke*> strokes = strokes_on(session);

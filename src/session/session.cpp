@@ -169,7 +169,7 @@ class SessionReader {
       throw InvalidInput(place_, fmt::format("\"knead\" must be {}, the format that this version reads, got {}",
                                              kFormatVersion, version));
     }
-    header.allow({"knead", "mesh", "also", "note", "parameters"});
+    header.allow({"knead", "mesh", "also", "note", "parameters", "walls"});
     if (header.has("mesh")) session_.mesh = header.at("mesh").text();
     if (header.has("also")) {
       for (const JsonValue& shape : header.at("also").items()) session_.also.push_back(shape.text());
@@ -178,6 +178,7 @@ class SessionReader {
     if (header.has("parameters")) {
       session_.parameters = session_detail::read_parameters(header.at("parameters"), place_);
     }
+    if (header.has("walls")) session_.walls = session_detail::read_walls(header.at("walls"), place_);
   }
 
   void read_event(const JsonValue& line) {
@@ -306,6 +307,7 @@ std::string text_of(const SharedList<T>& items) {
 
 std::string text_of(const PoseItem& item);
 std::string text_of(const MirrorPlane& plane);
+std::string text_of(const Wall& wall);
 std::string text_of(const PoseStiffness& region);
 
 template <class T>
@@ -390,6 +392,14 @@ std::string text_of(const PoseStiffness& region) {
   return object.finish();
 }
 
+std::string text_of(const Wall& wall) {
+  LineWriter object;
+  object.add("patch", wall.patch);
+  object.add_text(wall.slides ? "slide" : "hold", "true");
+  object.add_optional("width", wall.width);
+  return object.finish();
+}
+
 std::string text_of(bool value) { return value ? "true" : "false"; }
 
 // The identity with zeros of either sign is written as the identity.
@@ -463,12 +473,14 @@ std::string text_of(const std::optional<RemeshSettings>& settings) {
 }  // namespace
 
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note,
-                        std::span<const Parameter> parameters, std::span<const std::string> also) {
+                        std::span<const Parameter> parameters, std::span<const std::string> also,
+                        std::span<const Wall> walls) {
   LineWriter line;
   line.add("knead", 1);
   line.add_optional("mesh", mesh);
   if (!also.empty()) line.add_text("also", text_of(std::vector<std::string>(also.begin(), also.end())));
   line.add_optional("note", note);
+  if (!walls.empty()) line.add("walls", std::vector<Wall>(walls.begin(), walls.end()));
   if (parameters.empty()) return line.finish();
   LineWriter values;
   for (const Parameter& parameter : parameters) {
@@ -575,7 +587,8 @@ std::string remesh_line(const std::optional<RemeshSettings>& settings) {
 }
 
 std::string serialize_session(const Session& session) {
-  std::string text = header_line(session.mesh, session.note, session.parameters, session.also) + "\n";
+  std::string text =
+      header_line(session.mesh, session.note, session.parameters, session.also, session.walls) + "\n";
   std::optional<RemeshSettings> remesh;
   for (const SessionStroke& stroke : session.strokes) {
     if (stroke.remesh != remesh) text += remesh_line(stroke.remesh) + "\n";

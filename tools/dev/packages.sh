@@ -4,7 +4,7 @@
 
 declare -A packages=(
   [build]="g++ cmake ninja-build libfmt-dev nlohmann-json3-dev libcli11-dev libtbb-dev libxsimd-dev libeigen3-dev
-    libdraco-dev libmeshoptimizer-dev"
+    libdraco-dev libmeshoptimizer-dev zlib1g-dev"
   [test]="libgtest-dev libboost-dev libcgal-dev"
   [render]="libepoxy-dev libegl-dev libegl1 libgl1-mesa-dri libstb-dev pkg-config"
   [studio]="libglfw3-dev libimgui-dev libx11-dev libxi-dev fonts-dejavu-core"

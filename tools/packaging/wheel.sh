@@ -11,7 +11,7 @@ require python wheel || die "the wheel needs the packages above"
 venv=build/wheel/venv
 rm -rf build/wheel out/wheel
 mkdir -p build/wheel/licences
-for library in libtbb12 libfmt9 libepoxy0 libdraco7 libmeshoptimizer2d libeigen3-dev libxsimd-dev nlohmann-json3-dev; do
+for library in libtbb12 libfmt9 libepoxy0 libdraco7 libmeshoptimizer2d zlib1g libeigen3-dev libxsimd-dev nlohmann-json3-dev; do
   if [[ -f /usr/share/doc/$library/copyright ]]; then
     cp "/usr/share/doc/$library/copyright" "build/wheel/licences/$library.txt"
   fi

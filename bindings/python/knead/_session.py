@@ -103,6 +103,8 @@ class Session(collections.abc.MutableSequence):
         return _stroke_with(value, self._parameters)
 
     def _take(self, native):
+        if native.has_walls:
+            raise _knead.InvalidInput(f"{native.name}: the session has walls, which need the command: knead deform")
         self.mesh, self.note, self._parameters = native.mesh, native.note, native.parameters
         self._strokes = [_wrap(s) for s in native.strokes]
         return self

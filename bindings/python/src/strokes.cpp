@@ -154,6 +154,7 @@ void add_strokes(py::module_& module) {
       .def_readwrite("note", &Session::note)
       .def_readonly("strokes", &Session::strokes)
       .def_readonly("parameters", &Session::parameters)
+      .def_property_readonly("has_walls", [](const Session& s) { return !s.walls.empty(); })
       .def("with_values", &with_values)
       .def_readonly("warnings", &Session::warnings)
       .def("text", &serialize_session)

@@ -243,6 +243,17 @@ std::string upper(std::string_view text) {
   return result;
 }
 
+PointSite words_from(std::string_view first, std::size_t dimensions, TextCursor& text) {
+  PointSite site;
+  site.dimensions = dimensions;
+  site.words[0] = first;
+  for (std::size_t axis = 0; axis < dimensions; ++axis) {
+    if (axis > 0) site.words[axis] = text.next_on_line();
+    if (site.words[axis].empty()) text.coordinate({});  // fails
+  }
+  return site;
+}
+
 void require_room(std::size_t points, std::size_t left, std::size_t bytes_for_each, const TextCursor& text) {
   if (points <= left / bytes_for_each + 1) return;
   text.fail(std::to_string(points) + " points are declared, but only " + std::to_string(left) +

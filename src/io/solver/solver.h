@@ -137,6 +137,15 @@ class Lines {
 std::string_view trimmed(std::string_view text);
 std::string upper(std::string_view text);
 
+// Returns the words of a line whose first one is given. Throws InvalidInput if it has fewer.
+PointSite words_from(std::string_view first, std::size_t dimensions, TextCursor& text);
+
+// Return the named patches, whose points may repeat.
+std::vector<Patch> su2_patches(std::string_view bytes, const std::string& name, std::size_t points);
+std::vector<Patch> gmsh_patches(std::string_view bytes, const std::string& name);
+// `name` is the folder's; the bytes are those of its files `boundary` and `faces`.
+std::vector<Patch> foam_patches(std::string_view boundary, std::string_view faces, const std::string& name);
+
 // Throws InvalidInput if the bytes that follow cannot hold so many points.
 void require_room(std::size_t points, std::size_t left, std::size_t bytes_for_each, const TextCursor& text);
 

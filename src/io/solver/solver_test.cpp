@@ -191,6 +191,54 @@ TEST(Nastran, OtherSectionsAndCardsStay) {
   EXPECT_NE(text.find("GRID,4,0,7.,1.e-3,1.-20$"), std::string::npos) << text;
 }
 
+// The tetrahedron that gmsh wrote has the same groups in every version.
+TEST(Patches, HaveTheNamesAndPointsOfTheirFiles) {
+  const std::filesystem::path corpus = KNEAD_FUZZ_CORPUS;
+  const std::vector<Patch> surfaces{{"symmetry", {0, 1, 2}}, {"inlet", {0, 1, 3}}, {"wall", {0, 1, 2, 3}}};
+  for (const char* name : {"22t", "22b", "22tp", "22bp", "41t", "41b"}) {
+    const std::filesystem::path path = corpus / "fuzz_msh" / ("gmsh_" + std::string(name) + ".msh");
+    std::vector<Patch> all = surfaces;
+    all.push_back({"fluid", {0, 1, 2, 3}});
+    EXPECT_EQ(read_patches(path, read_shape(path)), all) << name;
+  }
+  const std::filesystem::path su2 = corpus / "fuzz_su2/gmsh_tet.su2";
+  EXPECT_EQ(read_patches(su2, read_shape(su2)), surfaces);
+  for (const char* folder : {"polyMesh", "polyMesh_text"}) {
+    const std::filesystem::path path = corpus.parent_path().parent_path() / "tests/support" / folder / "points";
+    const ShapeFile shape = read_shape(path);
+    const std::vector<Patch> patches = read_patches(path, shape);
+    ASSERT_EQ(patches.size(), 4U);
+    EXPECT_EQ(patches[2].name, "symmetry");
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t i = 0; i < shape.mesh.vertex_count(); ++i) {
+      if (shape.mesh.positions[i].z == 0) expected.push_back(i);
+    }
+    EXPECT_EQ(patches[2].points, expected);
+  }
+  EXPECT_TRUE(read_patches("a.bdf", parse_shape(bdf_samples()[0].bytes, "bdf", "a")).empty());
+}
+
+TEST(Patches, DamagedFilesAreRefusedOrRead) {
+  for (const char* name : {"fuzz_msh/gmsh_41t.msh", "fuzz_msh/gmsh_41b.msh", "fuzz_msh/gmsh_22t.msh",
+                           "fuzz_msh/gmsh_22b.msh", "fuzz_su2/gmsh_tet.su2"}) {
+    const std::filesystem::path path = std::filesystem::path(KNEAD_FUZZ_CORPUS) / name;
+    const std::string sound = bytes_of(path);
+    for (std::size_t i = 0; i < sound.size(); i += 3) {
+      for (const char value : {'\0', '9', '\xff', ' '}) {
+        ShapeFile shape = read_shape(path);
+        shape.bytes[i] = value;
+        try {
+          for (const Patch& patch : read_patches(path, shape)) {
+            EXPECT_TRUE(patch.points.empty() || patch.points.back() < shape.mesh.vertex_count());
+          }
+        } catch (const InvalidInput& error) {
+          EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+        }
+      }
+    }
+  }
+}
+
 std::string refusal_of(const std::string& format, const std::string& text) {
   return refusal(text, format, "a." + format);
 }
