@@ -587,8 +587,7 @@ std::string remesh_line(const std::optional<RemeshSettings>& settings) {
 }
 
 std::string serialize_session(const Session& session) {
-  std::string text =
-      header_line(session.mesh, session.note, session.parameters, session.also, session.walls) + "\n";
+  std::string text = header_line(session.mesh, session.note, session.parameters, session.also, session.walls) + "\n";
   std::optional<RemeshSettings> remesh;
   for (const SessionStroke& stroke : session.strokes) {
     if (stroke.remesh != remesh) text += remesh_line(stroke.remesh) + "\n";
