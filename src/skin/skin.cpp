@@ -8,6 +8,9 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <span>
+#include <utility>
 
 #include "knead/error.h"
 #include "knead/flow.h"
@@ -37,12 +40,42 @@ double time_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+// Returns for each vertex whether it is of a closed piece: each side of a triangle there has one neighbour, which goes
+// along it the other way. A body is closed, clothes on it may be open.
+std::vector<bool> closed_pieces(std::span<const Triangle> triangles, std::size_t vertices) {
+  using Side = std::pair<std::uint32_t, std::uint32_t>;
+  std::vector<Side> sides;
+  std::vector<std::uint32_t> piece(vertices);
+  std::iota(piece.begin(), piece.end(), 0U);
+  const auto root = [&](std::uint32_t v) {
+    while (piece[v] != v) v = piece[v] = piece[piece[v]];
+    return v;
+  };
+  for (const Triangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      sides.emplace_back(t[k], t[(k + 1) % 3]);
+      piece[root(t[k])] = root(t[(k + 1) % 3]);
+    }
+  }
+  std::sort(sides.begin(), sides.end());
+  std::vector<bool> is_open(vertices, false);
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const bool is_twice = i > 0 && sides[i] == sides[i - 1];
+    const bool has_other = std::binary_search(sides.begin(), sides.end(), Side{sides[i].second, sides[i].first});
+    if (is_twice || !has_other) is_open[root(sides[i].first)] = true;
+  }
+  std::vector<bool> is_closed(vertices);
+  for (std::uint32_t v = 0; v < vertices; ++v) is_closed[v] = !is_open[root(v)];
+  return is_closed;
+}
+
 class Poser {
  public:
   Poser(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options)
       : options_(options), triangles_(triangulate(mesh)), rest_(mesh.positions), positions_(mesh.positions) {
-    const Measures measures = knead::measure(mesh);
-    has_volume_ = measures.closed() && measures.oriented() && measures.volume != 0;
+    is_closed_ = closed_pieces(triangles_, mesh.positions.size());
+    has_volume_ =
+        std::any_of(triangles_.begin(), triangles_.end(), [&](const Triangle& t) { return is_closed_[t[0]]; });
     diagonal_ = shape_box(mesh).diagonal();
     if (!(diagonal_ > 0)) throw InvalidInput("the shape has no extent, so that nothing can be posed");
     joints_ = find_joints(rest_, triangles_, skin, pose, options.detail);
@@ -112,7 +145,7 @@ class Poser {
     std::vector<Vec3d> middles;
     for (const Triangle& t : near) {
       const auto is_rigid = [&](std::uint32_t v) { return joints_.rigid_limb(v, options_.rigid_weight).has_value(); };
-      if (std::all_of(t.begin(), t.end(), is_rigid)) continue;
+      if (!is_closed_[t[0]] || std::all_of(t.begin(), t.end(), is_rigid)) continue;
       bending.push_back(t);
       for (std::size_t k = 0; k < 3; ++k) middles.push_back((positions_[t[k]] + positions_[t[(k + 1) % 3]]) * 0.5);
     }
@@ -182,12 +215,13 @@ class Poser {
     return sizes.empty() ? 1.0 : sizes[sizes.size() - 1 - sizes.size() / 20];
   }
 
-  // The volume within the triangles.
+  // The volume within the closed pieces.
   double enclosed_volume() const {
     double sum = 0;
     if (!has_volume_) return sum;
     const Vec3d& middle = positions_.front();
     for (const Triangle& t : triangles_) {
+      if (!is_closed_[t[0]]) continue;
       sum += dot(positions_[t[0]] - middle, cross(positions_[t[1]] - middle, positions_[t[2]] - middle)) / 6;
     }
     return sum;
@@ -384,7 +418,8 @@ class Poser {
   std::vector<Triangle> triangles_;
   std::vector<Vec3d> rest_;
   std::vector<Vec3d> positions_;  // where the vertices are by now
-  bool has_volume_ = false;       // the surface is closed
+  std::vector<bool> is_closed_;   // for each vertex whether its piece of the surface is
+  bool has_volume_ = false;       // a piece is
   double diagonal_ = 0;
   Joints joints_;
   SkinResult result_;
