@@ -391,7 +391,8 @@ std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFi
     const auto beside = [&](const char* name) {
       const std::filesystem::path file = path.parent_path() / name;
       std::error_code error;
-      return read_bytes(std::filesystem::exists(file, error) ? file : file.string() + std::string(io_detail::kGzip));
+      const bool is_plain = std::filesystem::exists(file, error);
+      return read_bytes(is_plain ? file : std::filesystem::path(file.string() + std::string(io_detail::kGzip)));
     };
     patches = io_detail::solver::foam_patches(beside("boundary"), beside("faces"), path.parent_path().string());
   }
