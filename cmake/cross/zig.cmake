@@ -8,6 +8,7 @@ if(ZIG_TARGET MATCHES "windows")
 elseif(ZIG_TARGET MATCHES "macos")
   set(CMAKE_SYSTEM_NAME Darwin)
   set(CMAKE_OSX_SYSROOT "")
+  set(CMAKE_INSTALL_NAME_TOOL /bin/true)  # asked for, and not used: nothing is installed
 else()
   set(CMAKE_SYSTEM_NAME Linux)
 endif()

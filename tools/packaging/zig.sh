@@ -35,7 +35,7 @@ zig_configure() {
     fetch_sources imgui glfw3 libepoxy || zig_say "without renderer and Studio: their sources were not reached; see build/sources/log"
     options+=("-DKNEAD_SOURCES=$PWD/build/sources")
   fi
-  if [[ -f /usr/src/googletest/CMakeLists.txt ]]; then options+=(-DKNEAD_BUILD_TESTS=ON); else options+=(-DKNEAD_BUILD_TESTS=OFF); fi
+  if [[ $target != *-macos && -f /usr/src/googletest/CMakeLists.txt ]]; then options+=(-DKNEAD_BUILD_TESTS=ON); else options+=(-DKNEAD_BUILD_TESTS=OFF); fi
   ZIG_TARGET=$target cmake -S . -B "build/cross/$target" -G Ninja -DCMAKE_BUILD_TYPE=Release --log-level=NOTICE \
     -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/cross/zig.cmake" -DZIG_TARGET="$target" -DKNEAD_STD_THREADS=ON \
     -DKNEAD_STRICT=OFF -DKNEAD_INSTALL=OFF -DKNEAD_BUILD_BENCH=OFF -DKNEAD_BUILD_EXAMPLES=OFF -DKNEAD_BUILD_GPU=ON \
@@ -46,10 +46,11 @@ zig_configure() {
 # Whether a configured target of zig builds a program:  zig_has TARGET PROGRAM
 zig_has() { [[ $(cmake --build "build/cross/$1" --target help) == *$'\n'"$2: "* ]]; }
 
-# Notes what was found about an artefact, for the table:  zig_fact PLATFORM ARTEFACT built|started|tests|bits TEXT
+# Notes what was found about an artefact of the commit that is checked out, for the table:  zig_fact PLATFORM ARTEFACT built|started|tests|bits TEXT
 zig_fact() {
   mkdir -p "build/cross/facts/$1/$2"
   printf '%s\n' "$4" >"build/cross/facts/$1/$2/$3"
+  git rev-parse --short=8 HEAD >"build/cross/facts/$1/$2/sources"
   zig_say "$1, $2, $3: $4"
 }
 
