@@ -142,7 +142,7 @@ AbandonedJournal describe(const fs::path& folder, const Unheld& file) {
     journal.strokes = session.strokes.size();
     journal.entries = strokes_of_gestures(session.strokes).size();
     const auto is_there = [&](const std::string& name) { return fs::exists(folder / name); };
-    if (!session.mesh || !is_there(*session.mesh) || !std::ranges::all_of(session.also, is_there)) {
+    if (!session.mesh || !is_there(*session.mesh) || !std::all_of(session.also.begin(), session.also.end(), is_there)) {
       journal.problem = "the shape it was made on is missing";
     }
   } catch (const std::exception& error) {

@@ -25,7 +25,7 @@ std::vector<bool> faces_of(const DocumentObjects& objects, const ShapeState& sta
 }
 
 bool are_all_visible(const DocumentObjects& objects) {
-  return std::ranges::all_of(objects.list, &DocumentObject::is_visible);
+  return std::all_of(objects.list.begin(), objects.list.end(), [](const DocumentObject& o) { return o.is_visible; });
 }
 
 Mesh with_faces(const Mesh& mesh, const std::vector<bool>& faces) {
@@ -44,7 +44,8 @@ Mesh with_faces(const Mesh& mesh, const std::vector<bool>& faces) {
 
 bool DocumentObjects::is_seen_as(const DocumentObjects& other) const {
   return joined == other.joined && active == other.active &&
-         std::ranges::equal(list, other.list, {}, &DocumentObject::is_visible, &DocumentObject::is_visible);
+         std::equal(list.begin(), list.end(), other.list.begin(), other.list.end(),
+                    [](const DocumentObject& a, const DocumentObject& b) { return a.is_visible == b.is_visible; });
 }
 
 bool DocumentObjects::are_all_met() const { return joined == nullptr || (!active && are_all_visible(*this)); }
@@ -111,7 +112,8 @@ std::filesystem::path path_of_object(const DocumentObjects& objects, std::size_t
   if (objects.joined == nullptr) return path;
   const auto stem_of = [](const DocumentObject& object) { return std::filesystem::path(object.name).stem().string(); };
   std::string name = stem_of(objects.list[number]);
-  const auto namesakes = std::ranges::count(objects.list, name, stem_of);
+  const auto namesakes = std::count_if(objects.list.begin(), objects.list.end(),
+                                       [&](const DocumentObject& object) { return stem_of(object) == name; });
   if (namesakes > 1) name += fmt::format("_{}", number + 1);
   return path.parent_path() / fmt::format("{}_{}{}", path.stem().string(), name, path.extension().string());
 }
