@@ -23,11 +23,6 @@
 namespace knead::command {
 namespace {
 
-// With --surface, the greatest mean distance of the surfaces that is no failure, in diagonals.
-constexpr double kMeanDistance = 3e-3;
-// Volumes that differ by more than this fraction hinder a fit.
-constexpr double kVolumeDifference = 1e-3;
-
 struct FitOptions {
   std::string source;
   std::string target;
@@ -104,19 +99,6 @@ BodyFit watched(const FitOptions& options, const Mesh& source, const Mesh& targe
   }
 }
 
-void require_fit(const FitOptions& options, const BodyFitOptions& fit, const BodyFitReport& report) {
-  const std::string complaint = complaint_about(report, fit);
-  if (!complaint.empty()) throw QualityError(options.output + ": " + complaint);
-  if (options.surface && report.after.mean > kMeanDistance) {
-    const bool differs = std::abs(report.volume_difference.value_or(0)) > kVolumeDifference;
-    throw QualityError(
-        fmt::format("{}: the surfaces are still {:.2g}% of the diagonal apart; give more pairs of "
-                    "landmarks{}",
-                    options.output, 100 * report.after.mean,
-                    differs ? ", or --scale or --volume free, for the volumes differ" : ""));
-  }
-}
-
 std::string note_of(const FitOptions& options, const BodyFitReport& report) {
   std::string note = options.surface ? "a fit of surfaces" : "a fit";
   if (report.landmarks > 0) note += fmt::format(" by {} of landmarks", counted(report.landmarks, "pair"));
@@ -139,32 +121,6 @@ LandmarkPairs pairs_of(const FitOptions& options, const Mesh& source, const Mesh
                                                  : read_pairs(*options.landmarks, source, target);
   check_frames(pairs, *options.landmarks, reference_length(source));
   return pairs;
-}
-
-// A target that is inside out has the normals of no source.
-void turn_outward(const FitOptions& options, Mesh& target, std::vector<std::string>& notes) {
-  const Measures m = measure(target);
-  if (!m.closed() || !m.oriented() || m.volume >= 0) return;
-  for (std::size_t f = 0; f < target.face_count(); ++f) {
-    const auto begin = target.corner_vertex.begin() + target.face_begin[f];
-    std::reverse(begin, target.corner_vertex.begin() + target.face_begin[f + 1]);
-  }
-  target.attributes.clear();  // those of corners are in another order now
-  notes.push_back(options.target + ": the faces look inward and are turned");
-}
-
-// Without landmarks, surfaces find each other only where they lie near each other.
-void check_apart(const FitOptions& options, const Mesh& source, const Mesh& target) {
-  if (options.landmarks) return;
-  const Box a = shape_box(source);
-  const Box b = shape_box(target);
-  const double gap = a.empty() || b.empty() ? 0 : norm(b.center() - a.center());
-  if (gap <= a.diagonal() + b.diagonal()) return;
-  const Vec3d shift = b.center() - a.center();
-  throw InvalidInput(Place{options.target},
-                     fmt::format("lies {:.3g} away from the source; move the source by ({:.6g}, {:.6g}, {:.6g}) first, "
-                                 "or give landmarks",
-                                 gap, shift.x, shift.y, shift.z));
 }
 
 void check_options(const FitOptions& options) {
@@ -203,10 +159,8 @@ void write_scaled(const FitOptions& options, const ShapeFile& source, double sca
 void run_fit(const FitOptions& options) {
   check_options(options);
   const ShapeFile source = read_shape(options.source);
-  ShapeFile target = read_shape(options.target);
+  const ShapeFile target = read_shape(options.target);
   LandmarkPairs pairs = pairs_of(options, source.mesh, target.mesh);
-  turn_outward(options, target.mesh, pairs.notes);
-  if (options.align == "never") check_apart(options, source.mesh, target.mesh);
   if (options.scales()) {
     require_volume(options.target, target.mesh);
     require_volume(options.source, source.mesh);
@@ -239,7 +193,8 @@ void run_fit(const FitOptions& options) {
   } else if (!options.common.quiet) {
     print(summary(options, report));
   }
-  require_fit(options, wanted, report);
+  const std::string complaint = complaint_about(report, wanted);
+  if (!complaint.empty()) throw QualityError(options.output + ": " + complaint);
 }
 
 }  // namespace

@@ -100,6 +100,8 @@ class Reader {
         read_panels(value);
       } else if (key == "window") {
         read_window(value);
+      } else if (key == "desktop_dialogs" && value.is_flag()) {
+        loaded_.preferences.desktop_dialogs = value.flag();
       } else if (key == "welcome" && value.is_flag()) {
         loaded_.preferences.welcome = value.flag();
       } else if (key == "interface_scale") {
@@ -109,7 +111,8 @@ class Reader {
       } else if (!read_look(key, value)) {
         complain(fmt::format(
             "\"{}\" is not a setting; the settings are keys, navigation, up, backend, unit, pen_pressure, outer_ring, "
-            "inner_ring, panels, window, welcome, interface_scale, undo_memory_mb, shading, matcap, cavity, occlusion, "
+            "inner_ring, panels, window, welcome, desktop_dialogs, interface_scale, undo_memory_mb, shading, matcap, "
+            "cavity, occlusion, "
             "background, "
             "projection and "
             "field_of_view_deg",
@@ -319,6 +322,7 @@ std::vector<OwnMember> own_members(const Preferences& preferences) {
           {"panels", json_of(preferences.panels)},
           {"window", json_of(preferences.window)},
           member("welcome", preferences.welcome, plain.welcome, preferences.welcome),
+          member("desktop_dialogs", preferences.desktop_dialogs, plain.desktop_dialogs, preferences.desktop_dialogs),
           member("interface_scale", preferences.interface_scale, plain.interface_scale, preferences.interface_scale),
           member("undo_memory_mb", preferences.undo_memory_mb, plain.undo_memory_mb, preferences.undo_memory_mb),
           member("shading", look.material, plain.look.material,

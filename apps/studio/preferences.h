@@ -64,6 +64,7 @@ struct Preferences {
   WindowPlace window;
   Look look;
   bool welcome = true;           // the sheet at the start
+  bool desktop_dialogs = true;   // the desktop's own dialog asks for files, where there is one
   double interface_scale = 1;    // of texts and panels beyond what the display asks for, from 0.5 to 3
   double undo_memory_mb = 1024;  // of the states that undo reaches at once, from 0 to 1e6; older ones are made again
 };

@@ -267,6 +267,8 @@ class Script {
       to.inner_ratio = value.number();
     } else if (key == "depth") {
       to.depth = value.number();
+    } else if (key == "growth") {
+      to.growth = value.number();
     } else if (key == "capsule_length") {
       to.capsule_length = value.number();
     } else if (key == "stamp_size") {

@@ -54,8 +54,9 @@ const char* word_of(PoseMode mode) {
 }
 
 std::string settings_line(const ToolSettings& to) {
-  std::string text = fmt::format(R"({{"set": {{"radius": {}, "inner_ratio": {}, "depth": {}, "capsule_length": {}, )",
-                                 to.radius, to.inner_ratio, to.depth, to.capsule_length);
+  std::string text =
+      fmt::format(R"({{"set": {{"radius": {}, "inner_ratio": {}, "depth": {}, "growth": {}, "capsule_length": {}, )",
+                  to.radius, to.inner_ratio, to.depth, to.growth, to.capsule_length);
   text += fmt::format(R"("stamp_size": {}, "exponent": {}, "drag": "{}", "axis": {}, "handle": "{}", )", to.stamp_size,
                       to.exponent, word_of(to.drag), text_of(to.axis), word_of(to.handle));
   text += fmt::format(R"("start": "{}", "paint_in": {}, "limit_cylinder": {}, "mirror": [{}, {}, {}], "remesh": {})",

@@ -49,6 +49,11 @@ struct Mesh {
   // Returns the number of faces.
   std::size_t face_count() const { return face_begin.size() - 1; }
 
+  // Returns the number of elements of a kind.
+  std::size_t element_count(Domain domain) const {
+    return domain == Domain::vertex ? vertex_count() : domain == Domain::corner ? corner_vertex.size() : face_count();
+  }
+
   // Returns the vertices of face f, in order.
   std::span<const std::uint32_t> face(std::size_t f) const {
     return {corner_vertex.data() + face_begin[f], face_begin[f + 1] - face_begin[f]};

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "fit/rigid_map.h"
+#include "fit/fit_align.h"
 #include "fit/surface_matches.h"
 #include "knead/error.h"
 #include "knead/mesh.h"

@@ -191,6 +191,7 @@ Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& opt
   diagonal_ = shape_box(source, rest_).diagonal();
   require(diagonal_ > 1e-15 && diagonal_ < 1e18,
           fmt::format("the source is {:.3g} long; scale it to between 1e-15 and 1e18", diagonal_));
+  if (options.align == FitAlign::never && landmarks_.empty()) require_near(shape_box(source, rest_), shape_box(target));
   require_apart(landmarks_, diagonal_);
   for (const auto& pairs : {landmarks_, map_}) require_no_mirror(pairs, diagonal_);
   motion_ = std::make_unique<FitMotion>(rest_, triangles_, diagonal_, options.threads, options.progress);
@@ -505,14 +506,7 @@ Fitter::Result Fitter::look(std::string stage) const {
   const SelfIntersections crossings = crossings_of(positions);
   result.crossings = crossings.count;
   result.crossings_new = count_new(crossings, crossings_before_);
-  std::vector<std::array<std::uint32_t, 2>> added;
-  std::set_difference(crossings.pairs.begin(), crossings.pairs.end(), crossings_before_.pairs.begin(),
-                      crossings_before_.pairs.end(), std::back_inserter(added));
-  for (const auto& pair : added) {
-    for (const std::uint32_t t : pair) {
-      result.crossed.insert(result.crossed.end(), triangles_[t].begin(), triangles_[t].end());
-    }
-  }
+  result.crossed = crossed_anew(crossings, crossings_before_, triangles_);
   result.is_sound = result.crossings_new == 0 && result.stretch <= options_.max_stretch;
   return result;
 }
@@ -580,18 +574,8 @@ void Fitter::finish(BodyFit& fit) {
     report_.det_greatest = greatest;
   }
   report_.landmark_excess = std::max(0.0, motion_->miss()) / diagonal_;
-  double sum = 0;
-  const std::vector<Vec3d> at = motion_->marks_at();
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    const double distance = norm(at[i] - landmarks_[i].target) / diagonal_;
-    report_.landmark_distance = std::max(report_.landmark_distance, distance);
-    sum += distance * distance;
-  }
-  if (!at.empty()) report_.landmark_rms = std::sqrt(sum / static_cast<double>(at.size()));
-  std::vector<double> of_map;
-  for (std::size_t i = 0; i < map_.size(); ++i) of_map.push_back(norm(motion_->followers()[i] - map_[i].target));
-  std::sort(of_map.begin(), of_map.end());
-  if (!of_map.empty()) report_.map_distance = of_map[of_map.size() / 2] / diagonal_;
+  add_landmarks(motion_->marks_at(), landmarks_, diagonal_, report_);
+  report_.map_distance = median_distance(motion_->followers(), map_) / diagonal_;
   report_.is_sound = complaint_about(report_, options_).empty();
   fit.report = std::move(report_);
 }

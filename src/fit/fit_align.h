@@ -1,15 +1,49 @@
-// Moving a shape as a whole to where it is fitted from. Internal to the fit module.
+// Rigid maps, and moving a shape as a whole to where it is fitted from. Internal to the fit module.
 #pragma once
 
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "fit/rigid_map.h"
 #include "fit/surface_matches.h"
 #include "knead/fit.h"
+#include "knead/vec.h"
 
 namespace knead::fit_detail {
+
+// A rotation: a unit quaternion.
+struct Turn {
+  double w = 1;
+  Vec3d v{0, 0, 0};  // the axis times the sine of half the angle
+};
+
+// Returns a after b.
+Turn operator*(const Turn& a, const Turn& b);
+// Returns the turn back.
+inline Turn inverse(const Turn& turn) { return {turn.w, -turn.v}; }
+// Returns the turned vector.
+Vec3d operator*(const Turn& turn, const Vec3d& p);
+// Returns the part of a turn by less than 180 degrees; part 0: none, 1: all of it. About right in between.
+Turn part_of(const Turn& turn, double part);
+// Returns the greatest eigenvalue's unit vector of the quaternions' matrix for sum = sum of w_i to_i from_i^T: the
+// rotation that takes `from` nearest to `to`. Never a mirror image.
+Turn nearest_turn(const Mat3d& sum);
+
+// p -> turn * (p - from) + to.
+struct RigidMap {
+  Turn turn{};
+  Vec3d from{0, 0, 0};
+  Vec3d to{0, 0, 0};
+
+  Vec3d operator()(const Vec3d& p) const { return turn * (p - from) + to; }
+};
+
+// Returns the rigid map that takes points nearest to their places, by weighted least squares. There is at least one
+// point, as many of each list, and weights above 0; empty: all 1.
+RigidMap nearest_rigid(std::span<const Vec3d> from, std::span<const Vec3d> to, std::span<const double> weights = {});
+
+// Returns the root mean square of the distances that are left.
+double rms_of(const RigidMap& map, std::span<const Vec3d> from, std::span<const Vec3d> to);
 
 // Throws InvalidInput for options that cannot be used, whatever the shapes are.
 void require_usable(const BodyFitOptions& options);
@@ -19,6 +53,9 @@ void require_apart(std::span<const FitPair> landmarks, double diagonal);
 
 // Throws InvalidInput where the places of the pairs are the mirror image of their points.
 void require_no_mirror(std::span<const FitPair> pairs, double diagonal);
+
+// Throws InvalidInput where boxes of the shapes lie so far apart that their surfaces cannot find each other.
+void require_near(const Box& source, const Box& target);
 
 // Returns the rigid map that brings the pairs together; pairs that disagree with the others count little. Nothing for
 // fewer than three.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "knead/error.h"
 #include "knead/tools.h"
@@ -75,6 +76,35 @@ double mean_edge(std::span<const Triangle> triangles, std::span<const Vec3d> pos
   return sum / (3 * static_cast<double>(triangles.size()));
 }
 
+std::vector<std::uint32_t> crossed_anew(const SelfIntersections& now, const SelfIntersections& before,
+                                        std::span<const Triangle> triangles) {
+  std::vector<std::array<std::uint32_t, 2>> added;
+  std::set_difference(now.pairs.begin(), now.pairs.end(), before.pairs.begin(), before.pairs.end(),
+                      std::back_inserter(added));
+  std::vector<std::uint32_t> corners;
+  for (const auto& pair : added) {
+    for (const std::uint32_t t : pair) corners.insert(corners.end(), triangles[t].begin(), triangles[t].end());
+  }
+  return corners;
+}
+
+void add_landmarks(std::span<const Vec3d> at, std::span<const FitPair> pairs, double diagonal, BodyFitReport& report) {
+  double sum = 0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const double distance = norm(at[i] - pairs[i].target) / diagonal;
+    report.landmark_distance = std::max(report.landmark_distance, distance);
+    sum += distance * distance;
+  }
+  if (!at.empty()) report.landmark_rms = std::sqrt(sum / static_cast<double>(at.size()));
+}
+
+double median_distance(std::span<const Vec3d> at, std::span<const FitPair> pairs) {
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < pairs.size(); ++i) distances.push_back(norm(at[i] - pairs[i].target));
+  std::sort(distances.begin(), distances.end());
+  return distances.empty() ? 0 : distances[distances.size() / 2];
+}
+
 GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3d>& points,
                          const Measuring& measuring) {
   Flow flow;
@@ -101,6 +131,11 @@ GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3
 
 namespace knead {
 
+// Of the diagonal: the greatest mean distance of surfaces that count as fitted.
+constexpr double kMaxMeanDistance = 3e-3;
+// Volumes that differ by more than this fraction hinder a fit.
+constexpr double kMaxVolumeDifference = 1e-3;
+
 std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& options) {
   if (report.crossings_new > 0) {
     return fmt::format(
@@ -119,6 +154,12 @@ std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& o
         "a landmark is {:.2g} of the diagonal from its place; give fewer pairs, pairs that are farther "
         "apart, or a tolerance",
         report.landmark_distance);
+  }
+  if (options.surface && report.after.mean > kMaxMeanDistance) {
+    const bool differs =
+        options.volume == FitVolume::keep && std::abs(report.volume_difference.value_or(0)) > kMaxVolumeDifference;
+    return fmt::format("the surfaces are still {:.2g}% of the diagonal apart; give more pairs of landmarks{}",
+                       100 * report.after.mean, differs ? ", or let the volume change, for the volumes differ" : "");
   }
   return {};
 }

@@ -45,6 +45,16 @@ std::optional<double> relative(const std::optional<double>& now, const std::opti
 // Returns the mean length of the edges; there is at least one triangle.
 double mean_edge(std::span<const Triangle> triangles, std::span<const Vec3d> positions);
 
+// Returns the corners of the triangles that cross now and did not before.
+std::vector<std::uint32_t> crossed_anew(const SelfIntersections& now, const SelfIntersections& before,
+                                        std::span<const Triangle> triangles);
+
+// Adds how far landmarks are from their places: `at`, one for each pair, is where they are.
+void add_landmarks(std::span<const Vec3d> at, std::span<const FitPair> pairs, double diagonal, BodyFitReport& report);
+
+// Returns the median distance of points from the places of their pairs; 0 without pairs.
+double median_distance(std::span<const Vec3d> at, std::span<const FitPair> pairs);
+
 // The least and greatest factor by which volumes change.
 struct GrowthRange {
   double least = 1;

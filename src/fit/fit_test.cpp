@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "fit/coarse_body.h"
+#include "fit/fit_align.h"
 #include "fit/fit_tips.h"
-#include "fit/rigid_map.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
@@ -120,7 +120,7 @@ TEST(Fit, GrowsAsAWholeWhereVolumesMayChange) {
   Mesh target = source;
   for (Vec3d& p : target.positions) p = p * 1.25 + Vec3d{0.1, 0.05, 0};
   for (const bool has_landmarks : {false, true}) {
-    BodyFitOptions options{.align = FitAlign::never, .volume = FitVolume::free};
+    BodyFitOptions options{.surface = !has_landmarks, .align = FitAlign::never, .volume = FitVolume::free};
     if (has_landmarks) options.landmarks = far_pairs(source, target, 6);
     const BodyFit fit = fit_body(source, target, options);
     EXPECT_EQ(fit.report.crossings_new, 0);
@@ -174,7 +174,7 @@ TEST(Fit, TurnsAndMovesTheSourceFirst) {
   Mesh target = source;
   for (Vec3d& p : target.positions) p = map(p);
   for (const bool has_landmarks : {false, true}) {
-    BodyFitOptions options;
+    BodyFitOptions options{.surface = !has_landmarks};
     if (has_landmarks) options.landmarks = far_pairs(source, target, 5);
     const BodyFit fit = fit_body(source, target, options);
     EXPECT_TRUE(fit.report.is_aligned);

@@ -10,18 +10,6 @@ namespace knead {
 
 namespace {
 
-std::size_t elements_of(const Mesh& mesh, Domain domain) {
-  switch (domain) {
-    case Domain::vertex:
-      return mesh.vertex_count();
-    case Domain::corner:
-      return mesh.corner_vertex.size();
-    case Domain::face:
-      return mesh.face_count();
-  }
-  return 0;
-}
-
 // The attribute with 0 at `before` elements in front of its own, and as many in all as `count`.
 Attribute widened(const Attribute& attribute, std::size_t before, std::size_t count) {
   Attribute result{attribute.name, attribute.domain, attribute.type, attribute.components, {}};
@@ -71,8 +59,8 @@ JoinedMeshes::JoinedMeshes(std::span<const Mesh* const> meshes) {
     const Begin& begin = begins_[part];
     const std::array<std::size_t, 3> before{begin.vertex, mesh_.face_begin[begin.face], begin.face};
     for (const Attribute& attribute : meshes[part]->attributes) {
-      mesh_.attributes.push_back(
-          widened(attribute, before[static_cast<std::size_t>(attribute.domain)], elements_of(mesh_, attribute.domain)));
+      mesh_.attributes.push_back(widened(attribute, before[static_cast<std::size_t>(attribute.domain)],
+                                         mesh_.element_count(attribute.domain)));
     }
   }
 }

@@ -44,18 +44,6 @@ void check_places(std::span<const Vec3d> positions) {
   }
 }
 
-std::size_t elements(const Mesh& mesh, Domain domain) {
-  switch (domain) {
-    case Domain::vertex:
-      return mesh.vertex_count();
-    case Domain::corner:
-      return mesh.corner_vertex.size();
-    case Domain::face:
-      break;
-  }
-  return mesh.face_count();
-}
-
 }  // namespace
 
 void require_faces(const Mesh& mesh, std::span<const Vec3d> positions) {
@@ -74,7 +62,7 @@ void require_sound(const Mesh& mesh, std::span<const Vec3d> positions) {
 void validate(const Mesh& mesh) {
   require_sound(mesh, mesh.positions);
   for (const Attribute& attribute : mesh.attributes) {
-    const std::size_t count = elements(mesh, attribute.domain);
+    const std::size_t count = mesh.element_count(attribute.domain);
     if (attribute.components > 0 && attribute.values.size() == count * static_cast<std::size_t>(attribute.components)) {
       continue;
     }

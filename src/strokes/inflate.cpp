@@ -28,11 +28,11 @@ constexpr double kSpacingsOfRadius = 9;   // of the grid, in the radius; fewer w
 constexpr double kMinSpacings = 7;        // these
 constexpr std::size_t kUnknowns = 12000;  // that count as many
 constexpr double kFull = 0.8;             // of the radius: farther away the body does not grow
-constexpr double kCellsOfBody = 0.75;     // the samples' spacing, in that of the grid
-constexpr double kSkinStiffness = 4;
-constexpr double kGrowthWeight = 3;  // of the growth that is wanted, beside strain
-constexpr double kStepLength = 1;    // of the grid's spacing, at most
-constexpr double kStepGrowth = 0.4;  // of log det J, at most
+constexpr double kCellsOfBody = 0.6;      // the samples' spacing, in that of the grid
+constexpr double kGrowthWeight = 3;       // of the growth that is wanted, beside strain
+constexpr double kStepLength = 1;         // of the grid's spacing, at most
+constexpr double kStepGrowth = 0.4;       // of log det J, at most
+constexpr std::size_t kMinSteps = 3;      // each with the grid elsewhere, so that no pattern of its nodes is seen
 constexpr std::size_t kMaxSteps = 60;
 constexpr double kVolumeTolerance = 1e-6;  // of path lines, of the radius
 constexpr double kMaxTaken = 0.5;          // of the volume that grows
@@ -195,7 +195,11 @@ class Inflation {
     double left = stroke_.volume;
     std::size_t steps = 1;
     for (std::size_t i = 0; i < steps; ++i) {
-      if (i > 0) find_body();
+      if (i > 0) {
+        const double part = static_cast<double>(i) / static_cast<double>(steps);
+        lattice_.origin = stroke_.points.front() + Vec3d{1, 1, 1} * (part * lattice_.spacing);
+        find_body();
+      }
       PotentialGrid grid = NearRigidSystem(lattice_, body_, {}, threads_, surface_.progress).solve({});
       const std::vector<Vec3d> v = velocities(flow_of(grid), moved_.points, 0);
       const double flux = moved_.flux(v);
@@ -265,7 +269,6 @@ class Inflation {
       const double distance = tool_.distance(body.points[i]);
       if (distance > stroke_.radius) continue;
       body_.points.push_back(body.points[i]);
-      body_.stiffness.push_back(i < body.inside ? 1 : kSkinStiffness);
       body_.growth.push_back(tool_.rate(distance));
       if (i < body.inside) inside_ += apart * apart * apart * body_.growth.back();
     }
@@ -293,8 +296,9 @@ class Inflation {
   std::size_t count_steps(double by, double speed) {
     if (by * stroke_.volume < 0) orientation_ = -1;  // the triangles look inward
     const double greatest = *std::max_element(body_.growth.begin(), body_.growth.end());
-    const double steps = std::max({1.0, std::ceil(std::abs(by) * speed / (kStepLength * lattice_.spacing)),
-                                   std::ceil(std::abs(by) * greatest / kStepGrowth)});
+    const double steps =
+        std::max({static_cast<double>(kMinSteps), std::ceil(std::abs(by) * speed / (kStepLength * lattice_.spacing)),
+                  std::ceil(std::abs(by) * greatest / kStepGrowth)});
     if (steps <= static_cast<double>(kMaxSteps)) return static_cast<std::size_t>(steps);
     throw InvalidInput(
         fmt::format("\"volume\": at most about {:.2g} can grow here at once, got {:.3g}; make \"radius\" larger",

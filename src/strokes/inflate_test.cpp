@@ -60,7 +60,7 @@ TEST(Inflate, AddsTheVolumeThatIsTypedAndMovesNothingBeyondItsRadius) {
 
 TEST(Inflate, GrowsAlongAPathOnAnInsideOutSurfaceToo) {
   Mesh before = make_shape(ShapeKind::sphere, 10242);
-  const InflateStroke stroke{{{0, 0.3, 0.95}, {0, 0, 1}, {0.4, 0, 0.9}}, 0.4, 0.04};
+  const InflateStroke stroke{{{0, 0.1, 0.99}, {0.1, 0, 0.99}}, 0.4, 0.015};
   Inflated shape(before);
   ASSERT_TRUE(shape.inflate(stroke));
   EXPECT_NEAR(gain_of(before, shape.mesh) / stroke.volume, 1, 1e-4);
@@ -95,6 +95,28 @@ TEST(Inflate, IsADiffeomorphismThatComesBack) {
   advect(flow, there, options);
   advect(inverse(flow), there, options);
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LE(norm(there[i] - points[i]), 1e-6);
+}
+
+// A ball is round about the place that grows: the grids leave no pattern that one would see in its shine.
+TEST(Inflate, IsAsSmoothAsTheShape) {
+  Inflated shape(make_shape(ShapeKind::sphere, 10242));
+  ASSERT_TRUE(shape.inflate({{{0, 0, 1}}, 0.45, 0.02}));
+  Flow flow;
+  for (const Stroke& part : shape.applied) flow.segments.push_back(flow_of(part).segments.front());
+  double highest = 0;
+  for (const double sine : {0.0, 0.1, 0.2}) {
+    std::vector<Vec3d> ring;
+    for (int i = 0; i < 64; ++i) {
+      const double angle = i * std::acos(-1) / 32;
+      ring.push_back({sine * std::cos(angle), sine * std::sin(angle), std::sqrt(1 - sine * sine)});
+    }
+    advect(flow, ring, {.tolerance = 1e-7, .precision = Precision::float64});
+    const auto [least, most] = std::minmax_element(ring.begin(), ring.end(),
+                                                   [](const Vec3d& a, const Vec3d& b) { return norm2(a) < norm2(b); });
+    highest = std::max(highest, norm(*most) - 1);
+    EXPECT_LT(norm(*most) - norm(*least), 0.02 * highest) << sine;
+  }
+  EXPECT_GT(highest, 0.09);
 }
 
 TEST(Inflate, GivesTheSameBitsForEveryNumberOfThreadsAndOrder) {

@@ -18,13 +18,17 @@ blender() {
   fi
 }
 
-# The core is built again, without OpenGL: the plugin is a build of its own.
+# The plugin is a project of its own, because only it needs ParaView; it takes the library as any program does that finds
+# it installed.
 paraview() {
   require build
   require python paraview || die "the plugin needs the packages above"
   compile release knead knead_python
   local options=()
   if have ccache; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+  cmake --install build/release --component development --prefix "$root/build/release/installed" >/dev/null ||
+    die "could not install the library for the plugin"
+  options+=(-Dknead_ROOT="$root/build/release/installed")
   cmake -S bindings/paraview -B build/paraview -G Ninja -DCMAKE_BUILD_TYPE=Release "${options[@]}" --log-level=NOTICE ||
     die "could not configure the plugin"
   cmake --build build/paraview || die "the build of the plugin failed; the first 'error:' above says where"

@@ -149,6 +149,10 @@ struct WordsOf {
     }
     return most > 0 ? "Pose " + length(most) : "Pose";
   }
+  std::string operator()(const InflateStroke& s) const {
+    const std::string cubes = unit.empty() ? "" : " " + unit + "\u00b3";
+    return fmt::format("{} by {:.2g}{}", s.volume < 0 ? "Shrink" : "Grow", std::abs(s.volume), cubes);
+  }
   std::string operator()(const RelaxStroke& s) const {
     return s.points.size() == 1 ? "Relax 1 place" : fmt::format("Relax {} places", s.points.size());
   }

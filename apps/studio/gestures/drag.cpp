@@ -443,12 +443,23 @@ void end_lasso(const GestureContext& around, const LassoGesture& gesture, Placed
   }
 }
 
-// --- Shift with any tool: the surface is relaxed along the pointer's path --------------------------------------------
+// --- places along the pointer's path: inflate, and with Shift any tool, which then relaxes the surface ---------------
 
 namespace {
 
 constexpr double kSpacing = 0.3;  // of the places, in radii
 constexpr int kMaxPlaces = 200;   // between two places of the pointer
+
+// Goes from the last of the points on to where the pointer is on the surface.
+void extend_on_surface(const Pointer& pointer, const GestureContext& around, double spacing, Vec3d& last,
+                       std::vector<Vec3d>& points) {
+  const auto end = hit_at(pointer, around);
+  if (!end) return;
+  const Vec3d from = last;
+  const int pieces = std::clamp(static_cast<int>(norm(end->point - from) / spacing), 0, kMaxPlaces);
+  for (int i = 1; i <= pieces; ++i) points.push_back(from + (end->point - from) * (static_cast<double>(i) / pieces));
+  if (pieces > 0) last = end->point;
+}
 
 }  // namespace
 
@@ -464,15 +475,21 @@ std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureCon
 }
 
 void move_relax(const Pointer& pointer, const GestureContext& around, RelaxGesture& gesture) {
-  const auto end = hit_at(pointer, around);
-  if (!end) return;
-  const double spacing = kSpacing * gesture.stroke.radius;
-  const Vec3d from = gesture.last_point;
-  const int pieces = std::clamp(static_cast<int>(norm(end->point - from) / spacing), 0, kMaxPlaces);
-  for (int i = 1; i <= pieces; ++i) {
-    gesture.stroke.points.push_back(from + (end->point - from) * (static_cast<double>(i) / pieces));
-  }
-  if (pieces > 0) gesture.last_point = end->point;
+  extend_on_surface(pointer, around, kSpacing * gesture.stroke.radius, gesture.last_point, gesture.stroke.points);
+}
+
+std::optional<InflateGesture> begin_inflate(const Pointer& pointer, const GestureContext& around) {
+  const auto hit = hit_at(pointer, around);
+  if (!hit) return std::nullopt;
+  const ToolSettings& settings = around.settings;
+  const double cube = settings.radius * settings.radius * settings.radius;
+  const bool shrinks = settings.paint_in != pointer.modifiers.ctrl;
+  return InflateGesture{{{hit->point}, settings.radius, settings.growth * cube * (shrinks ? -1 : 1)}, hit->point};
+}
+
+void move_inflate(const Pointer& pointer, const GestureContext& around, InflateGesture& gesture) {
+  if (pointer.typed) gesture.stroke.volume = *pointer.typed;
+  extend_on_surface(pointer, around, kSpacing * gesture.stroke.radius, gesture.last_point, gesture.stroke.points);
 }
 
 }  // namespace knead::studio

@@ -94,6 +94,9 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
       return Gesture{begin_implicit(pointer, around)};
     case ToolUse::paint:
       return Gesture{begin_paint(pointer, around)};
+    case ToolUse::inflate:
+      if (around.state.mesh->face_count() == 0) return in_trouble("A point cloud has no surface to inflate.");
+      return made(begin_inflate(pointer, around));
     case ToolUse::points:
     case ToolUse::curve:
       if (is_near(placed, pointer, around)) return Gesture{begin_points(pointer, around, placed)};
@@ -137,6 +140,7 @@ void move_gesture(const Pointer& pointer, const GestureContext& around, PlacedTo
     void operator()(HandlesGesture& g) const { move_handles(pointer, around, g); }
     void operator()(PinsGesture& g) const { move_pins(pointer, around, g); }
     void operator()(RelaxGesture& g) const { move_relax(pointer, around, g); }
+    void operator()(InflateGesture& g) const { move_inflate(pointer, around, g); }
     void operator()(PartGesture& g) const { move_part(pointer, around, g); }
     void operator()(PartPaintGesture& g) const { move_part_paint(pointer, around, g, placed); }
     void operator()(GizmoGesture& g) const { placed.placement = move_gizmo(pointer, around, g); }
@@ -151,6 +155,7 @@ void end_gesture(const Pointer& pointer, const GestureContext& around, PlacedToo
     end_paint(*paint->paint);
   }
   if (auto* draw = std::get_if<DrawGesture>(&gesture.kind)) end_draw(*draw, placed);
+  if (auto* inflate = std::get_if<InflateGesture>(&gesture.kind)) inflate->has_ended = true;
   if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) {
     const bool is_of_pins = around.settings.tool->use == ToolUse::pose;
     if (lasso->selects) select_pins(around, lasso->line, placed.pins);
@@ -194,6 +199,10 @@ struct StrokesOf {
     return {g.stroke};
   }
   std::vector<Stroke> operator()(const RelaxGesture& g) const { return {g.stroke}; }
+  std::vector<Stroke> operator()(const InflateGesture& g) const {
+    if (!g.has_ended || g.stroke.volume == 0) return {};
+    return {g.stroke};
+  }
   std::vector<Stroke> operator()(const PinsGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const TurnGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const DrawGesture& /*g*/) const { return {}; }
@@ -287,6 +296,7 @@ std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& sett
       if (g.part == GizmoPart::center) return std::nullopt;
       return Amount{turns(g.part) ? AmountKind::angle : AmountKind::length, g.amount};
     }
+    Result operator()(const InflateGesture& g) const { return Amount{AmountKind::volume, g.stroke.volume}; }
     Result operator()(const PaintGesture& /*g*/) const { return std::nullopt; }
     Result operator()(const DrawGesture& /*g*/) const { return std::nullopt; }
     Result operator()(const HandlePaintGesture& /*g*/) const { return std::nullopt; }

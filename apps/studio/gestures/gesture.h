@@ -91,6 +91,13 @@ struct RelaxGesture {
   Vec3d last_point;
 };
 
+// A line drawn on the surface, along which the shape grows by a volume when the drag ends: that takes a while.
+struct InflateGesture {
+  InflateStroke stroke;
+  Vec3d last_point;
+  bool has_ended = false;
+};
+
 // A line drawn on the surface, to be moved later; a click sets a point.
 struct DrawGesture {
   std::vector<Vec3d> points;
@@ -195,7 +202,8 @@ struct GizmoGesture {
 
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, HandlePaintGesture,
-               LassoGesture, HandlesGesture, PinsGesture, GizmoGesture, RelaxGesture, PartGesture, PartPaintGesture>
+               LassoGesture, HandlesGesture, PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PartGesture,
+               PartPaintGesture>
       kind;
   ShapeState start{};     // the shape as it was
   std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person
@@ -216,8 +224,9 @@ std::vector<SessionStroke> lines_of(const Gesture& gesture, const ToolSettings& 
 // where tools are.
 std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
 
-// The number that a person sees at the pointer and may type: a length in the mesh's units, degrees, or percent.
-enum class AmountKind { length, angle, percent };
+// The number that a person sees at the pointer and may type: a length in the mesh's units, a volume in their cubes,
+// degrees, or percent.
+enum class AmountKind { length, volume, angle, percent };
 struct Amount {
   AmountKind kind = AmountKind::length;
   double value = 0;

@@ -25,6 +25,9 @@ void move_paint(const Pointer& pointer, const GestureContext& around, PaintGestu
 std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureContext& around);
 void move_relax(const Pointer& pointer, const GestureContext& around, RelaxGesture& gesture);
 
+std::optional<InflateGesture> begin_inflate(const Pointer& pointer, const GestureContext& around);
+void move_inflate(const Pointer& pointer, const GestureContext& around, InflateGesture& gesture);
+
 inline constexpr double kClick = 4;  // pixels that a click may move
 inline constexpr double kNear = 12;  // pixels from what is placed, to take hold of it
 

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "document/layers.h"
 #include "gestures/gestures_fixture.h"
 #include "knead/mesh.h"
 #include "view/overlay.h"
@@ -114,6 +115,74 @@ TEST_F(GesturesTest, ADragAlongALineFollowsThePointerWithinBoundsAtEveryAngle) {
     EXPECT_EQ(drag.at({400, 300}, around), drag.start);
   }
   EXPECT_NEAR(before, 1, 0.01) << "seen from the side, the point stays under the pointer";
+}
+
+// --- inflate: a line on the surface, and then the shape grows --------------------------------------------------------
+
+double volume_of(const Studio& studio) { return measure(studio.document().shown().state.to_mesh()).volume; }
+
+constexpr const char* kInflate = R"({"tool": "inflate"}
+{"set": {"radius": 0.5, "growth": 0.06}}
+)";
+
+TEST_F(GesturesTest, AnInflatedShapeGainsTheVolumeThatIsSetAndNothingBeyondTheRadiusMoves) {
+  Studio studio(options());
+  run(studio, ball() + kInflate);
+  const std::vector<Vec3d> start = positions(studio);
+  const double before = volume_of(studio);
+  run(studio, R"({"drag": [[0, 0, 1], [0.3, 0, 0.95]]})");
+  ASSERT_EQ(studio.document().shown().history.size(), 1u);
+  EXPECT_EQ(errors(studio), "");
+  const double volume = 0.06 * 0.125;
+  EXPECT_NEAR(volume_of(studio), before + volume, 1e-4 * volume);
+  const InflateStroke stroke = std::get<InflateStroke>(last_strokes(studio).front());
+  EXPECT_GT(stroke.points.size(), 1u);
+  EXPECT_EQ(words_of(studio.document().shown().history.back()->strokes, "mm"), "Grow by 0.0075 mm\u00b3");
+  const std::vector<Vec3d> now = positions(studio);
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const bool is_far = std::all_of(stroke.points.begin(), stroke.points.end(),
+                                    [&](const Vec3d& p) { return norm(p - start[i]) > 0.5; });
+    EXPECT_TRUE(!is_far || now[i] == start[i]);
+  }
+  EXPECT_EQ(saved_and_replayed(studio).shape.positions(), positions(studio));
+}
+
+TEST_F(GesturesTest, InflateShrinksWithCtrlAndTakesATypedVolume) {
+  Studio studio(options());
+  run(studio, ball() + kInflate);
+  const double before = volume_of(studio);
+  run(studio, R"({"drag": [[0, 0, 1], [0.2, 0, 0.97]], "modifiers": ["ctrl"]})");
+  EXPECT_NEAR(volume_of(studio), before - 0.0075, 1e-5);
+  run(studio, R"({"key": "Ctrl+Z"}
+{"press": [0, 0, 1]}
+{"key": "0"}
+{"key": "."}
+{"key": "0"}
+{"key": "1"})");
+  EXPECT_EQ(numbers_at_pointer(studio).front(), "Volume 0.01_");
+  run(studio, R"({"release": [0, 0, 1]})");
+  EXPECT_NEAR(volume_of(studio), before + 0.01, 1e-5);
+  run(studio, R"({"key": "Ctrl+Z"}
+{"key": "I"}
+{"click": [0, 0, 1]})");
+  EXPECT_NEAR(volume_of(studio), before - 0.0075, 1e-5) << "\"Shrink\" is set";
+}
+
+TEST_F(GesturesTest, AnInflatedShapeWithAMirrorGrowsOnBothSides) {
+  Studio studio(options());
+  run(studio, ball() + kInflate + R"({"set": {"mirror": [true, false, false]}}
+{"click": [0.7, 0, 0.7]})");
+  EXPECT_EQ(errors(studio), "");
+  const std::vector<Vec3d> after = positions(studio);
+  const auto farthest = [&](double side) {
+    double most = 0;
+    for (const Vec3d& p : after) {
+      if (p.x * side > 0) most = std::max(most, norm(p));
+    }
+    return most;
+  };
+  EXPECT_GT(farthest(1), 1.03);
+  EXPECT_NEAR(farthest(1), farthest(-1), 0.01);
 }
 
 // --- hints -----------------------------------------------------------------------------------------------------------

@@ -103,6 +103,20 @@ const std::vector<StudioTool> kTools{
               {wave, {0, 0.1F, 0.5F, 0.1F, 0.3F, 0.8F, 1, 0.8F}},
               {line, {0.1F, -0.25F, 0.7F, -0.95F}},
               {disc, {0.03F, -0.17F, 0.2F}}}},
+    {.name = "Inflate",
+     .key = "J",
+     .use = ToolUse::inflate,
+     .group = ToolGroup::shape,
+     .tip = "Makes the shape grow by a volume along a line, or with Ctrl shrink.",
+     .sliders = {{"Volume", &ToolSettings::growth, 0.005, 0.5,
+                  "what the shape gains by a stroke; it grows with the radius", true}},
+     .hint = "Draw a line on the shape, or click: it grows there by the volume. Type another one while you draw.",
+     .second_hint = "Draw a line on the shape, or click: it shrinks there by the volume; Ctrl makes it grow.",
+     .icon = {{wave, {-1, 0.8F, -0.4F, 0.8F, -0.75F, -0.2F, 0, -0.2F}},
+              {wave, {0, -0.2F, 0.75F, -0.2F, 0.4F, 0.8F, 1, 0.8F}},
+              {arrow, {0, 0.5F, 0, 0.05F}},
+              {arrow, {-0.25F, 0.6F, -0.62F, 0.2F}},
+              {arrow, {0.25F, 0.6F, 0.62F, 0.2F}}}},
     {.name = "Points",
      .key = "4",
      .use = ToolUse::points,
@@ -239,7 +253,7 @@ const StudioTool* studio_tool(std::string_view word) {
 
 bool blends(const ToolSettings& settings) {
   const ToolUse use = settings.tool->use;
-  return use != ToolUse::mask && use != ToolUse::pose &&
+  return use != ToolUse::mask && use != ToolUse::pose && use != ToolUse::inflate &&
          (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick);
 }
 
@@ -381,7 +395,7 @@ std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, Tur
     std::string hint = pose_hint(settings.pose, placed);
     if (!hint.empty()) return hint;
   }
-  const bool is_placed = (tool.use == ToolUse::paint && settings.paint_in) ||
+  const bool is_placed = ((tool.use == ToolUse::paint || tool.use == ToolUse::inflate) && settings.paint_in) ||
                          (tool.use == ToolUse::points && !placed.points.empty()) ||
                          (tool.use == ToolUse::curve && !placed.curves.empty()) ||
                          ((tool.use == ToolUse::stamp || tool.use == ToolUse::turn) && placed.placement) ||

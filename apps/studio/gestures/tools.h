@@ -92,6 +92,7 @@ struct Placement {
 enum class ToolUse {
   pull,     // a drag carries it along a path
   paint,    // a drag sets dabs on the surface
+  inflate,  // a drag draws a line on the surface, along which the shape then grows by a volume
   points,   // clicks set points on the surface; a drag of one moves all
   curve,    // a drag draws a curve on the surface; another drag moves it
   stamp,    // a click places it; a drag of its middle presses it in
@@ -125,14 +126,15 @@ struct Turning {
                    const CylinderPlacement* limit_cylinder) = nullptr;
 };
 
-// A length of the tool's own. It is kept, and limited, relative to the radius; a person sees and sets the length
-// itself.
+// A length or a volume of the tool's own. It is kept, and limited, relative to the radius or its cube; a person sees
+// and sets the length or the volume itself.
 struct ToolSlider {
   const char* label;
   double ToolSettings::*value;
   double least;
   double most;
   const char* help;
+  bool is_volume = false;
 };
 
 enum class IconShape { line, circle, disc, halo, box, wave, arc, arrow, arrow_head };
@@ -157,7 +159,7 @@ struct StudioTool {
   bool is_long = false;    // of ToolUse::pull: a capsule across the view instead of a ball
   std::vector<ToolSlider> sliders{};
   const char* hint;         // what to do first
-  const char* second_hint;  // once something is placed; for ToolUse::paint, when it presses in
+  const char* second_hint;  // once something is placed; for ToolUse::paint and inflate, when paint_in is set
   std::vector<IconPart> icon;
   Turning turning{};  // of ToolUse::turn
 };
@@ -206,7 +208,8 @@ struct ToolSettings {
   PullStart start = PullStart::inside;
   double capsule_length = 1;  // half of it, relative to the radius
   double depth = 0.15;        // of paint, relative to the radius, > 0
-  bool paint_in = false;      // else out; Ctrl inverts
+  bool paint_in = false;      // paint presses in, inflate shrinks; Ctrl inverts
+  double growth = 0.06;       // of inflate: the volume, relative to the radius' cube, > 0
   int exponent = 8;           // of points and handles; even, 4 or more
   double stamp_size = 0.5;    // the tool's half extent, relative to the radius
   StampContact stamp_contact = StampContact::automatic;

@@ -168,7 +168,9 @@ void do_or_ask(Studio& studio, Dialogs& dialogs, std::function<void()> what) {
 }
 
 bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
-  const auto ask_for_file = [&](FileUse use) { open_file_dialog(dialogs.file, use, nearby(studio, use)); };
+  const auto ask_for_file = [&](FileUse use) {
+    open_file_dialog(dialogs.file, use, nearby(studio, use), studio.preferences().desktop_dialogs);
+  };
   switch (action) {
     case Action::new_shape:
       dialogs.is_new_shape_open = true;

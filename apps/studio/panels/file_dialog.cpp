@@ -84,6 +84,9 @@ namespace {
 
 bool writes(FileUse use) { return use > FileUse::reference; }
 
+// Whether more is set in the dialog than a file.
+bool has_settings(FileUse use) { return writes(use) && use != FileUse::save && use != FileUse::picture; }
+
 const char* title_of(FileUse use) {
   constexpr std::array titles{"Open a shape or a session",
                               "Choose a closed shape as the stamp",
@@ -227,7 +230,7 @@ bool draw_choice(FileDialog& dialog, bool chosen) {
 
 }  // namespace
 
-void open_file_dialog(FileDialog& dialog, FileUse use, const fs::path& near) {
+void open_file_dialog(FileDialog& dialog, FileUse use, const fs::path& near, bool by_desktop) {
   dialog.use = use;
   dialog.is_open = true;
   dialog.name = proposed_name(use, near);
@@ -237,6 +240,9 @@ void open_file_dialog(FileDialog& dialog, FileUse use, const fs::path& near) {
   if (folder.empty() || !fs::is_directory(folder, error)) folder = dialog.folder;
   if (folder.empty()) folder = fs::current_path(error);
   go_to(dialog, folder);
+  dialog.desktop.reset();
+  if (!by_desktop || has_settings(use)) return;
+  dialog.desktop = DesktopDialog::ask({title_of(use), dialog.folder / dialog.name, extensions_of(use), writes(use)});
 }
 
 namespace {
@@ -309,12 +315,45 @@ float rows_below(FileUse use) {
 
 }  // namespace
 
+namespace {
+
+// While the desktop asks, Studio waits.
+std::optional<fs::path> draw_desktop_dialog(FileDialog& dialog) {
+  const char* const title = title_of(dialog.use);
+  if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
+  ImGui::SetNextWindowPos(ImGui::GetMainViewport()->GetCenter(), ImGuiCond_Always, {0.5F, 0.5F});
+  constexpr int kSheet = ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize;
+  if (!ImGui::BeginPopupModal(title, nullptr, kSheet)) return std::nullopt;
+  ImGui::TextUnformatted("Choose the file in the window that has opened.");
+  std::optional<fs::path> answer = dialog.desktop->answer();
+  if (ImGui::Button("Cancel") || escape_pressed()) answer.emplace();
+  if (answer) {
+    dialog.desktop.reset();
+    dialog.is_open = false;
+    ImGui::CloseCurrentPopup();
+  }
+  ImGui::EndPopup();
+  if (!answer || answer->empty()) return std::nullopt;
+  dialog.folder = answer->parent_path();
+  dialog.name = answer->filename().string();
+  const fs::path chosen = chosen_path(dialog);
+  std::error_code error;
+  if (chosen == *answer || !fs::exists(chosen, error)) return chosen;
+  // With its extension the name is that of a file that the desktop has not asked about.
+  go_to(dialog, dialog.folder);
+  dialog.is_open = true;
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   const char* const title = title_of(dialog.use);
   // The shape is seen as it is while a frame of it is looked at. Dear ImGui reads this colour at the end of the
   // picture.
   ImGui::GetStyle().Colors[ImGuiCol_ModalWindowDimBg].w = dialog.is_open && dialog.frame > 0 ? 0 : kDimmed;
   if (!dialog.is_open) return std::nullopt;
+  if (dialog.desktop) return draw_desktop_dialog(dialog);
   if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
   if (!begin_dialog(title, gui, dialog.use == FileUse::export_frames)) return std::nullopt;
   // Also where a file was chosen by the mouse; in a field the key is the field's.

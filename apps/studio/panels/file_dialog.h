@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "document/document.h"
+#include "platform/desktop_dialog.h"
 #include "platform/gui.h"
 
 namespace knead::studio {
@@ -41,6 +42,7 @@ enum class FileUse { open, stamp, target, reference, save, export_shape, export_
 struct FileDialog {
   FileUse use = FileUse::open;
   bool is_open = false;
+  std::optional<DesktopDialog> desktop;  // asks in its place
   std::filesystem::path folder;
   std::string typed_folder;
   std::string name;
@@ -53,8 +55,9 @@ struct FileDialog {
   Poster poster;           // of poster
 };
 
-// `near`: a file or folder to begin at; its name is proposed for what is written.
-void open_file_dialog(FileDialog& dialog, FileUse use, const std::filesystem::path& near);
+// `near`: a file or folder to begin at; its name is proposed for what is written. With `by_desktop` the desktop's own
+// dialog asks where there is one, unless there is more to be set than a file.
+void open_file_dialog(FileDialog& dialog, FileUse use, const std::filesystem::path& near, bool by_desktop);
 
 // Draws it while it is open. Returns the file once the person has chosen one.
 std::optional<std::filesystem::path> draw_file_dialog(FileDialog& dialog, const Gui& gui);

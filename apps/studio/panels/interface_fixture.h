@@ -20,6 +20,7 @@ class ShownPanels {
  public:
   ShownPanels(const StudioOptions& options, int width, int height, double unit = 1)
       : studio(options), gui(unit), interface(studio, gui, {}) {
+    studio.preferences().desktop_dialogs = false;
     ImGuiIO& io = ImGui::GetIO();
     io.DeltaTime = 1.0F / 60;
     for (std::size_t i = 0; i < kKeys.size(); ++i) io.KeyMap[kKeys[i].second] = static_cast<int>(i);

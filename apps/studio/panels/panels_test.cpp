@@ -1,11 +1,17 @@
-// The list of pins in the panel.
+// The list of pins, files and the dialogs that ask for them.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
 
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <optional>
 #include <string>
+#include <thread>
 #include <tuple>
 
 #include "panels/file_dialog.h"
@@ -199,6 +205,116 @@ TEST(FileList, SizesAreShort) {
   EXPECT_EQ(size_text(41'700), "42 KB");
   EXPECT_EQ(size_text(999'700), "1.0 MB");
   EXPECT_EQ(size_text(3'400'000'000), "3.4 GB");
+}
+
+// --- the desktop's own dialog: here a script in the place of zenity
+// ---------------------------------------------------
+
+class DesktopDialogTest : public StudioTest {
+ protected:
+  void SetUp() override {
+    StudioTest::SetUp();
+    ::setenv("DISPLAY", ":0", 1);
+    ::unsetenv("XDG_CURRENT_DESKTOP");
+    ::setenv("PATH", (path("bin").string() + ":/usr/bin:/bin").c_str(), 1);
+    fs::create_directory(path("bin"));
+  }
+  void TearDown() override {
+    restore("DISPLAY", display_);
+    restore("XDG_CURRENT_DESKTOP", desktop_);
+    restore("PATH", path_);
+    StudioTest::TearDown();
+  }
+
+  fs::path path(const std::string& name) const { return folder_ / name; }
+
+  // A desktop that answers with what the lines of the script write.
+  void answer(const std::string& lines) const {
+    const fs::path file = path("bin") / "zenity";
+    std::ofstream(file) << "#!/bin/sh\nprintf '%s\\n' \"$@\" > " << path("asked").string() << "\n" << lines << "\n";
+    fs::permissions(file, fs::perms::owner_all);
+  }
+
+  // Presses the keys, and shows pictures until nothing is asked.
+  static void ask(ShownPanels& panels, const std::string& keys) {
+    panels.studio.preferences().desktop_dialogs = true;
+    panels.key(keys);
+    for (int i = 0; i < 1000 && panels.interface.is_asking(); ++i) {
+      panels.frame();
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    run(panels.studio, "");
+    panels.frame();
+  }
+
+  std::string asked() const {
+    std::ifstream file(path("asked"));
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+ private:
+  static std::optional<std::string> value_of(const char* name) {
+    const char* const value = std::getenv(name);
+    return value == nullptr ? std::nullopt : std::optional<std::string>(value);
+  }
+  static void restore(const char* name, const std::optional<std::string>& value) {
+    if (value) {
+      ::setenv(name, value->c_str(), 1);
+    } else {
+      ::unsetenv(name);
+    }
+  }
+
+  std::optional<std::string> display_ = value_of("DISPLAY");
+  std::optional<std::string> desktop_ = value_of("XDG_CURRENT_DESKTOP");
+  std::optional<std::string> path_ = value_of("PATH");
+};
+
+TEST_F(DesktopDialogTest, OpensAndSavesWhatTheDesktopAnswers) {
+  ShownPanels panels(options(), 1280, 800);
+  const Mesh ball = make_shape(ShapeKind::sphere, 500);
+  write_mesh(path("ball.ply"), ball, {});
+  answer("echo " + path("ball.ply").string());
+  ask(panels, "Ctrl+O");
+  EXPECT_EQ(panels.studio.document().shown().state.positions.size(), ball.vertex_count());
+  EXPECT_NE(asked().find("--file-filter=*.ply"), std::string::npos) << asked();
+  EXPECT_EQ(asked().find("--save"), std::string::npos);
+
+  answer("echo " + path("mine").string());
+  ask(panels, "Ctrl+Shift+S");
+  EXPECT_TRUE(fs::exists(path("mine.knead"))) << "the extension is added";
+  EXPECT_NE(asked().find("--save"), std::string::npos);
+}
+
+TEST_F(DesktopDialogTest, ACancelledDialogChangesNothing) {
+  ShownPanels panels(options(), 1280, 800);
+  answer("exit 1");
+  ask(panels, "Ctrl+O");
+  EXPECT_FALSE(panels.interface.is_asking());
+  EXPECT_EQ(panels.studio.document().shown().opened, 0u);
+}
+
+TEST_F(DesktopDialogTest, EscapeClosesTheDesktopsDialog) {
+  ShownPanels panels(options(), 1280, 800);
+  answer("exec sleep 100");
+  panels.studio.preferences().desktop_dialogs = true;
+  panels.key("Ctrl+O");
+  panels.frame();
+  EXPECT_TRUE(panels.interface.is_asking());
+  panels.key("Escape");
+  panels.frame();
+  EXPECT_FALSE(panels.interface.is_asking());
+}
+
+TEST_F(DesktopDialogTest, WithoutADesktopStudioAsks) {
+  ShownPanels panels(options(), 1280, 800);
+  ::setenv("PATH", path("bin").c_str(), 1);
+  panels.studio.preferences().desktop_dialogs = true;
+  panels.key("Ctrl+O");
+  panels.frame();
+  EXPECT_TRUE(panels.interface.is_asking());
+  ASSERT_NE(ImGui::FindWindowByName("Open a shape or a session"), nullptr);
+  panels.key("Escape");
 }
 
 }  // namespace

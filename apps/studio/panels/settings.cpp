@@ -28,7 +28,9 @@ constexpr float kBeforeNumbers = 3.2F;
 constexpr float kAroundNumbers = 5.2F;
 const ImVec4 kSelected{0.95F, 0.55F, 0.10F, 1};  // pins
 
-bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn && use != ToolUse::mask; }
+bool goes_along_a_drag(ToolUse use) {
+  return use != ToolUse::paint && use != ToolUse::inflate && use != ToolUse::turn && use != ToolUse::mask;
+}
 
 void draw_drag(ToolSettings& settings) {
   if (settings.drag == DragMode::axis) {
@@ -198,6 +200,7 @@ void draw_own_settings(Studio& studio) {
   const StudioTool& tool = *settings.tool;
   if (tool.use == ToolUse::stamp) draw_stamp(studio);
   if (tool.use == ToolUse::paint) ImGui::Checkbox("Press in", &settings.paint_in);
+  if (tool.use == ToolUse::inflate) ImGui::Checkbox("Shrink", &settings.paint_in);
   if (tool.use == ToolUse::points || tool.use == ToolUse::curve) {
     ImGui::TextDisabled("%zu points, %zu curves", studio.tools().placed().points.size(),
                         studio.tools().placed().curves.size());

@@ -12,6 +12,7 @@
 
 #include "panels/panels.h"
 #include "panels/widgets.h"
+#include "view/overlay.h"
 
 namespace knead::studio {
 
@@ -203,13 +204,15 @@ void draw_hand_radius(Studio& studio, float width) {
   studio.tools().settings().radius = radius;
 }
 
-void draw_hand_length(Studio& studio, const ToolSlider& slider, float width) {
+void draw_hand_amount(Studio& studio, const ToolSlider& slider, float width) {
   ToolSettings& settings = studio.tools().settings();
-  const double before = settings.*slider.value * settings.radius;
-  double length = before;
-  slide(slider.label, length, {slider.least * settings.radius, slider.most * settings.radius}, slider.help,
-        {text_of(studio.preferences().unit), width});
-  if (length != before) settings.*slider.value = length / settings.radius;
+  const double unit = slider.is_volume ? settings.radius * settings.radius * settings.radius : settings.radius;
+  const std::string sign =
+      sign_of(slider.is_volume ? AmountKind::volume : AmountKind::length, studio.preferences().unit);
+  const double before = settings.*slider.value * unit;
+  double amount = before;
+  slide(slider.label, amount, {slider.least * unit, slider.most * unit}, slider.help, {sign.c_str(), width});
+  if (amount != before) settings.*slider.value = amount / unit;
 }
 
 void draw_hand_inner(Studio& studio, float width) {
@@ -243,7 +246,7 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   if (has_mode(studio)) all.push_back({130, [&](float width) { draw_mode(studio, width); }});
   if (has_radius(settings)) all.push_back({kSliderWidth, [&](float width) { draw_hand_radius(studio, width); }});
   for (const ToolSlider& slider : tool.sliders) {
-    all.push_back({kSliderWidth, [&](float width) { draw_hand_length(studio, slider, width); }});
+    all.push_back({kSliderWidth, [&](float width) { draw_hand_amount(studio, slider, width); }});
   }
   if (tool.has_inner) all.push_back({110, [&](float width) { draw_hand_inner(studio, width); }});
   if (blends(settings)) {
@@ -349,7 +352,7 @@ void draw_tools_popup(Studio& studio, const Gui& gui, const Area& bar) {
 // The strength of the tool, or what comes nearest to it.
 void draw_strength_of_tool(Studio& studio, float width) {
   const StudioTool& tool = *studio.tools().settings().tool;
-  if (!tool.sliders.empty() && tool.use != ToolUse::pull) return draw_hand_length(studio, tool.sliders.front(), width);
+  if (!tool.sliders.empty() && tool.use != ToolUse::pull) return draw_hand_amount(studio, tool.sliders.front(), width);
   if (tool.has_inner) return draw_hand_inner(studio, width);
   if (has_mode(studio)) return draw_mode(studio, width);
   int& falloff = studio.tools().settings().falloff;

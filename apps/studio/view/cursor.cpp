@@ -1,4 +1,4 @@
-// What is drawn at the pointer and on the shape: rings, numbers, the colours of influence and stretch.
+// What is drawn at the pointer and on the shape: rings, pins, pairs, numbers, the colours of influence and stretch.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,6 +22,7 @@ constexpr double kThickest = 3;     // of that: the inner ring of a tool at full
 constexpr double kDotPixels = 4.5;  // radius of the dot at a mirror image
 constexpr double kNearest = 0.5;    // of the way to the eye: rings come no nearer
 constexpr std::size_t kMaxImages = 32;
+constexpr double kHalfOfGrowth = 0.363;  // of the radius: there a body inflates half as fast (docs/mathematics.md)
 
 // The radii of the rings, and how strong the tool is, from 0 to 1.
 struct Radii {
@@ -48,6 +49,8 @@ std::optional<Radii> radii_of(const Studio& studio) {
       const double pressure = is_pressed ? studio.pointer().pressure : 1;
       return Radii{settings.radius, half_radius(settings, 0), std::clamp(settings.depth * pressure, 0.0, 1.0)};
     }
+    case ToolUse::inflate:
+      return Radii{settings.radius, kHalfOfGrowth * settings.radius};
     case ToolUse::points:
     case ToolUse::curve:
       return Radii{settings.radius, half_radius(settings, 0)};
@@ -165,6 +168,8 @@ const char* word_of(const Amount& amount, bool is_adjusting) {
   switch (amount.kind) {
     case AmountKind::length:
       return is_adjusting ? "Radius" : "Distance";
+    case AmountKind::volume:
+      return "Volume";
     case AmountKind::angle:
       return "Angle";
     case AmountKind::percent:
@@ -173,20 +178,8 @@ const char* word_of(const Amount& amount, bool is_adjusting) {
   return "";
 }
 
-const char* sign_of(AmountKind kind, LengthUnit unit) {
-  switch (kind) {
-    case AmountKind::length:
-      return text_of(unit);
-    case AmountKind::angle:
-      return "\u00b0";
-    case AmountKind::percent:
-      return "%";
-  }
-  return "";
-}
-
 std::string with_sign(const std::string& number, AmountKind kind, LengthUnit unit) {
-  const bool is_apart = kind == AmountKind::length && unit != LengthUnit::none;
+  const bool is_apart = (kind == AmountKind::length || kind == AmountKind::volume) && unit != LengthUnit::none;
   return number + (is_apart ? " " : "") + sign_of(kind, unit);
 }
 
@@ -214,11 +207,26 @@ std::optional<InArrow> in_arrow(const Studio& studio) {
   return InArrow{from, from + along};
 }
 
+std::string sign_of(AmountKind kind, LengthUnit unit) {
+  switch (kind) {
+    case AmountKind::length:
+      return text_of(unit);
+    case AmountKind::volume:
+      return unit == LengthUnit::none ? "" : text_of(unit) + std::string("\u00b3");
+    case AmountKind::angle:
+      return "\u00b0";
+    case AmountKind::percent:
+      return "%";
+  }
+  return "";
+}
+
 std::string text_of(const Amount& amount, LengthUnit unit) {
   // No more digits than four, and no minus before zero.
   const double value = std::abs(amount.value) < 1e-12 ? 0 : amount.value;
-  const std::string number =
-      amount.kind == AmountKind::length ? fmt::format("{:.4g}", value) : fmt::format("{:.1f}", value);
+  const std::string number = amount.kind == AmountKind::length || amount.kind == AmountKind::volume
+                                 ? fmt::format("{:.4g}", value)
+                                 : fmt::format("{:.1f}", value);
   return with_sign(number, amount.kind, unit);
 }
 
@@ -394,6 +402,77 @@ std::vector<float> influence_of(const PinsStroke& stroke, const Snapshot& positi
     result[i] = static_cast<float>(std::min(norm(after[i] - before[i]) / longest, 1.0));
   }
   return result;
+}
+
+namespace {
+
+constexpr double kNominalPart = 0.05;  // of the radius: how far a pin is moved to show what it takes along
+constexpr double kPinPixels = 5;
+constexpr double kFitPointPixels = 6;
+constexpr render::Color kHeldPin{0.16f, 0.40f, 0.78f, 1};
+constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
+
+}  // namespace
+
+render::Color color_of_pair(std::size_t pair) {
+  constexpr std::array<render::Color, 6> colors{{{0.90f, 0.30f, 0.20f, 1},
+                                                 {0.20f, 0.50f, 0.90f, 1},
+                                                 {0.25f, 0.70f, 0.30f, 1},
+                                                 {0.95f, 0.75f, 0.15f, 1},
+                                                 {0.65f, 0.35f, 0.80f, 1},
+                                                 {0.20f, 0.75f, 0.75f, 1}}};
+  return colors[pair % colors.size()];
+}
+
+void add_fit_points(const Studio& studio, bool of_target, const Screen& screen, std::vector<render::Line>& lines) {
+  const StudioFit& fit = studio.fit();
+  const Snapshot& positions = of_target ? fit.target().positions : studio.document().shown().state.positions;
+  for (std::size_t i = 0; i < fit.pairs().size(); ++i) {
+    const std::optional<std::uint32_t> vertex = of_target ? fit.pairs()[i].target : fit.pairs()[i].source;
+    if (!vertex || *vertex >= positions.size()) continue;
+    const Vec3d& place = positions[*vertex];
+    const double radius = kFitPointPixels * pixel_size(screen, place);
+    lines.push_back(
+        {.points = {place, place + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = color_of_pair(i)});
+  }
+}
+
+void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
+  if (studio.tools().settings().tool->use != ToolUse::pose || studio.document().shown().looked_at) return;
+  const auto* const drag = studio.gesture() ? std::get_if<PinsGesture>(&studio.gesture()->kind) : nullptr;
+  std::vector<Pin> pins = drag != nullptr ? drag->pins : studio.tools().placed().pins;
+  const std::optional<std::size_t> lit = studio.pointed_pin();
+  const Screen screen = studio.view().screen();
+  const auto add = [&](const Vec3d& place, double pixels, const render::Color& color) {
+    const double radius = pixels * pixel_size(screen, place);
+    lines.push_back({.points = {place, place + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = color});
+  };
+  const std::vector<SymmetryImage> images = images_of(studio.tools().settings());
+  if (drag != nullptr) {
+    for (const PinGoal& goal : pin_goals(drag->pins, drag->dragged, drag->to, studio.tools().settings())) {
+      const Vec3d from = std::exchange(pins[goal.pin].place, goal.to);
+      pins[goal.pin].is_selected = true;
+      const double radius = 0.25 * kPinPixels * pixel_size(screen, from);
+      if (!(from == goal.to)) lines.push_back({.points = {from, goal.to}, .radius = radius, .color = kPlaced});
+    }
+  }
+  for (std::size_t i = 0; i < pins.size(); ++i) {
+    const bool is_lit = drag == nullptr && i == lit;
+    const render::Color color = is_lit                ? kLitHandle
+                                : pins[i].is_selected ? kPlaced
+                                : pins[i].holds       ? kHeldPin
+                                                      : kFreePin;
+    add(pins[i].place, kPinPixels, color);
+    for (const SymmetryImage& image : images) add(image.motion(pins[i].place), 0.6 * kPinPixels, color);
+  }
+}
+
+std::optional<PinsStroke> hovering_pins(const Studio& studio) {
+  const std::vector<Pin>& pins = studio.tools().placed().pins;
+  if (pins.empty()) return std::nullopt;
+  const std::size_t pin = studio.pointed_pin().value_or(pins.size() - 1);
+  const Vec3d by = render::camera_frame(studio.view().screen().camera).up * (kNominalPart * studio.tools().radius());
+  return pins_stroke(pins, pin, pins[pin].place + by, studio.tools().settings());
 }
 
 }  // namespace knead::studio

@@ -23,6 +23,7 @@ constexpr render::Color kMirrorLine{0.25f, 0.45f, 0.85f, 1};
 constexpr render::Color kRadialAxis{0.30f, 0.35f, 0.45f, 1};
 constexpr float kFaded = 0.4F;  // of the opacity of a region, while it is dragged
 constexpr double kInArrowRadius = 0.03;
+constexpr double kDrawnPixels = 2.5;              // half the width of a line that is drawn on the surface
 constexpr double kSameImage = 1e-9;               // of the radius: images that differ by less are one
 constexpr std::size_t kStretchedAtOnce = 60'000;  // vertices of a shape that is coloured at every step of a drag
 constexpr float kZeroHandleShade = 0.35f;         // shown in the outer region's green
@@ -30,7 +31,6 @@ constexpr float kZeroHandleShade = 0.35f;         // shown in the outer region's
 constexpr float kSelectedShade = 1;
 constexpr std::array kPartShades{0.30f, 0.50f, 0.40f, 0.60f};
 constexpr float kFreePart = 0.6f;
-constexpr double kFitPointPixels = 6;
 
 Box box_of(const DocumentState& shown) {
   Box box;
@@ -106,6 +106,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
     case ToolUse::turn:
       if (const auto& at = studio.tools().placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
       break;
+    case ToolUse::inflate:
     case ToolUse::stamp:
     case ToolUse::handles:
     case ToolUse::mask:
@@ -283,7 +284,8 @@ void add_symmetry(const Studio& studio, const Box& box, render::LiveScene& scene
 // The tools at the pointer and in a drag are seen by the cursor; their regions only on demand, and fainter in a drag.
 bool shows_region(const Studio& studio) {
   const ToolUse use = studio.tools().settings().tool->use;
-  const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::pose;
+  const bool has_cursor =
+      use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::inflate || use == ToolUse::pose;
   return !has_cursor || studio.view().settings().region || studio.document().shown().looked_at.has_value();
 }
 
@@ -298,8 +300,19 @@ void fade(render::Scene& parts) {
   for (render::TranslucentSurface& surface : parts.surfaces) surface.color.alpha *= kFaded;
 }
 
-// The line that is being drawn round a part, as a curve in front of the shape.
+// The line that is being drawn: on the surface, or as a curve in front of the shape round a part.
 void add_drawn_line(const Studio& studio, std::vector<render::Line>& lines) {
+  if (studio.gesture()) {
+    const auto* const inflate = std::get_if<InflateGesture>(&studio.gesture()->kind);
+    const auto* const draw = std::get_if<DrawGesture>(&studio.gesture()->kind);
+    std::vector<Vec3d> points;
+    if (inflate != nullptr) points = inflate->stroke.points;
+    if (draw != nullptr) points = draw->points;
+    if (points.size() > 1) {
+      const double radius = kDrawnPixels * pixel_size(studio.view().screen(), points.back());
+      lines.push_back({.points = std::move(points), .radius = radius, .color = kPlaced});
+    }
+  }
   std::vector<Pixel> line = studio.masks().line();
   const auto* const lasso = studio.gesture() ? std::get_if<LassoGesture>(&studio.gesture()->kind) : nullptr;
   if (lasso != nullptr) line = lasso->line;
@@ -377,20 +390,6 @@ render::LiveScene empty_scene(const Studio& studio) {
   scene.show_influence =
       view.influence || studio.tools().settings().tool->use == ToolUse::handles || shows_parts(studio);
   return scene;
-}
-
-// The clicked points of one of the two shapes of a fit.
-void add_fit_points(const Studio& studio, bool of_target, const Screen& screen, std::vector<render::Line>& lines) {
-  const StudioFit& fit = studio.fit();
-  const Snapshot& positions = of_target ? fit.target().positions : studio.document().shown().state.positions;
-  for (std::size_t i = 0; i < fit.pairs().size(); ++i) {
-    const std::optional<std::uint32_t> vertex = of_target ? fit.pairs()[i].target : fit.pairs()[i].source;
-    if (!vertex || *vertex >= positions.size()) continue;
-    const Vec3d& place = positions[*vertex];
-    const double radius = kFitPointPixels * pixel_size(screen, place);
-    lines.push_back(
-        {.points = {place, place + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = color_of_pair(i)});
-  }
 }
 
 void add_part_gizmo(const Studio& studio, render::LiveScene& scene) {
@@ -581,63 +580,6 @@ std::string Overlay::placement_problem(const Studio& studio) {
       !placement || !placement->limit_cylinder)
     return {};
   return placement->limit_cylinder->problem;
-}
-
-namespace {
-
-constexpr double kNominalPart = 0.05;  // of the radius: how far a pin is moved to show what it takes along
-constexpr double kPinPixels = 5;
-constexpr render::Color kHeldPin{0.16f, 0.40f, 0.78f, 1};
-constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
-
-}  // namespace
-
-render::Color color_of_pair(std::size_t pair) {
-  constexpr std::array<render::Color, 6> colors{{{0.90f, 0.30f, 0.20f, 1},
-                                                 {0.20f, 0.50f, 0.90f, 1},
-                                                 {0.25f, 0.70f, 0.30f, 1},
-                                                 {0.95f, 0.75f, 0.15f, 1},
-                                                 {0.65f, 0.35f, 0.80f, 1},
-                                                 {0.20f, 0.75f, 0.75f, 1}}};
-  return colors[pair % colors.size()];
-}
-
-void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
-  if (studio.tools().settings().tool->use != ToolUse::pose || studio.document().shown().looked_at) return;
-  const auto* const drag = studio.gesture() ? std::get_if<PinsGesture>(&studio.gesture()->kind) : nullptr;
-  std::vector<Pin> pins = drag != nullptr ? drag->pins : studio.tools().placed().pins;
-  const std::optional<std::size_t> lit = studio.pointed_pin();
-  const Screen screen = studio.view().screen();
-  const auto add = [&](const Vec3d& place, double pixels, const render::Color& color) {
-    const double radius = pixels * pixel_size(screen, place);
-    lines.push_back({.points = {place, place + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = color});
-  };
-  const std::vector<SymmetryImage> images = images_of(studio.tools().settings());
-  if (drag != nullptr) {
-    for (const PinGoal& goal : pin_goals(drag->pins, drag->dragged, drag->to, studio.tools().settings())) {
-      const Vec3d from = std::exchange(pins[goal.pin].place, goal.to);
-      pins[goal.pin].is_selected = true;
-      const double radius = 0.25 * kPinPixels * pixel_size(screen, from);
-      if (!(from == goal.to)) lines.push_back({.points = {from, goal.to}, .radius = radius, .color = kPlaced});
-    }
-  }
-  for (std::size_t i = 0; i < pins.size(); ++i) {
-    const bool is_lit = drag == nullptr && i == lit;
-    const render::Color color = is_lit                ? kLitHandle
-                                : pins[i].is_selected ? kPlaced
-                                : pins[i].holds       ? kHeldPin
-                                                      : kFreePin;
-    add(pins[i].place, kPinPixels, color);
-    for (const SymmetryImage& image : images) add(image.motion(pins[i].place), 0.6 * kPinPixels, color);
-  }
-}
-
-std::optional<PinsStroke> hovering_pins(const Studio& studio) {
-  const std::vector<Pin>& pins = studio.tools().placed().pins;
-  if (pins.empty()) return std::nullopt;
-  const std::size_t pin = studio.pointed_pin().value_or(pins.size() - 1);
-  const Vec3d by = render::camera_frame(studio.view().screen().camera).up * (kNominalPart * studio.tools().radius());
-  return pins_stroke(pins, pin, pins[pin].place + by, studio.tools().settings());
 }
 
 }  // namespace knead::studio

@@ -49,6 +49,7 @@ class Overlay {
  private:
   std::optional<std::vector<float>> stretch(const Studio& studio);
   std::optional<std::vector<float>> parts(const Studio& studio);
+  std::optional<std::vector<float>> distances(const Studio& studio);
 
   std::vector<Stroke> drawn_;  // strokes whose regions are in parts_
   render::Scene parts_;
@@ -63,8 +64,6 @@ class Overlay {
   bool has_mask_ = false;
   std::vector<float> part_shades_;
   std::shared_ptr<const Mesh> part_mesh_;
-  std::optional<std::vector<float>> distances(const Studio& studio);
-
   std::uint64_t measured_ = 0;                // StudioFit::measured() of the distances that are shown; 0: none are
   StretchView stretched_ = StretchView::off;  // what has_influence_ is about, if not the tool
   bool knows_stretch_ = false;
@@ -96,6 +95,9 @@ struct InArrow {
 // begin at the pointer. Nothing for other drags.
 std::optional<InArrow> in_arrow(const Studio& studio);
 
+// Returns what stands after a number: "mm", "mm\u00b3", "\u00b0", "%".
+std::string sign_of(AmountKind kind, LengthUnit unit);
+
 // Returns a number as a person reads it: "12.5 mm", "45\u00b0", "30%".
 std::string text_of(const Amount& amount, LengthUnit unit);
 
@@ -111,6 +113,9 @@ inline constexpr render::Color kLitHandle{1.0f, 0.85f, 0.25f, 1};  // what the p
 
 // The colour of a pair of points of a fit.
 render::Color color_of_pair(std::size_t pair);
+
+// The clicked points of one of the two shapes of a fit.
+void add_fit_points(const Studio& studio, bool of_target, const Screen& screen, std::vector<render::Line>& lines);
 
 // Blue pins hold, white ones are free, selected and dragged ones are orange; images are smaller.
 void add_pins(const Studio& studio, std::vector<render::Line>& lines);

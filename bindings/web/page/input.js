@@ -28,9 +28,11 @@ const left = 0;
 const middle = 1;
 const buttons = [left, middle, 2]; // a browser's, as Studio's MouseButton
 const shift = 1;
+const ctrl = 2;
 const doublePress = { ms: 400, pixels: 6 };
 const touchSlop = 6; // CSS pixels: a finger that has moved less may still become one of two
 const touchWait = 130; // ms
+const tapTime = 350; // ms from the first finger's press to the last one's release
 const zoomOfStep = 1.15; // of Studio's wheel
 
 export class Input {
@@ -122,12 +124,14 @@ export class Input {
     return event.pointerType === 'pen' && event.pressure > 0 ? event.pressure : 1;
   }
 
-  // One finger is the left button. Two orbit and pinch, three pan. The press of a first finger waits a moment: if a
+  // One finger is the left button. Two orbit and pinch, three pan; a tap of two undoes, of three redoes. The press of a first finger waits a moment: if a
   // second one comes, Studio never gets it. If the second one comes later, Studio gives up what the first has begun,
   // unless it has moved.
   fingerDown(event) {
     const [x, y] = this.place(event);
-    this.fingers.set(event.pointerId, { x, y });
+    this.fingers.set(event.pointerId, { x, y, x0: x, y0: y });
+    if (this.fingers.size === 1) this.tap = { since: event.timeStamp, fingers: 1, isStill: true };
+    this.tap.fingers = Math.max(this.tap.fingers, this.fingers.size);
     if (this.fingers.size === 1) {
       this.move(x, y, 1, modifiersOf(event));
       const first = { x, y, isDouble: this.isSecondPress(event, x, y), modifiers: modifiersOf(event) };
@@ -189,6 +193,7 @@ export class Input {
     const finger = this.fingers.get(event.pointerId);
     if (!finger) return;
     [finger.x, finger.y] = this.place(event);
+    if (Math.hypot(finger.x - finger.x0, finger.y - finger.y0) > touchSlop * this.scale) this.tap.isStill = false;
     if (this.view) return this.moveView();
     const waiting = this.waiting;
     if (waiting && Math.hypot(finger.x - waiting.x, finger.y - waiting.y) > touchSlop * this.scale) this.sendFirst();
@@ -217,5 +222,11 @@ export class Input {
       this.first = null;
     }
     if (this.fingers.size < 2) this.endView();
+    if (this.fingers.size === 0 && event.type === 'pointerup') this.endTap(event.timeStamp);
+  }
+
+  endTap(now) {
+    if (!this.tap.isStill || this.tap.fingers < 2 || now - this.tap.since > tapTime) return;
+    for (const down of [1, 0]) this.sendKey('Z', down, this.tap.fingers === 2 ? ctrl : ctrl | shift);
   }
 }

@@ -155,6 +155,18 @@ describe('the page of Studio', { skip }, () => {
       await picture(tab, `pinched_${late}`);
       assert.deepEqual(strokes(await save(tab, `pinched_${late}`)), finger, `the second finger ${late} ms later`);
     }
+    const tap = async (fingers) => {
+      const begin = Date.now() / 1000; // the browser's clock of the events: this machine may be slow
+      const points = [500, 560, 620].slice(0, fingers).map((x, i) => ({ x, y: 400, id: i + 1 }));
+      const send = (type, touchPoints, timestamp) => client.send('Input.dispatchTouchEvent', { type, touchPoints, timestamp });
+      for (let i = 1; i <= fingers; ++i) await send('touchStart', points.slice(0, i), begin + 0.02 * i);
+      await send('touchEnd', [], begin + 0.15);
+      await settle(tab);
+    };
+    await tap(2);
+    assert.deepEqual(strokes(await save(tab, 'undone')), [], 'two fingers undo');
+    await tap(3);
+    assert.deepEqual(strokes(await save(tab, 'redone')), finger, 'three fingers redo');
     assert.deepEqual(tab.problems, []);
   });
 
