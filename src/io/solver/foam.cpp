@@ -133,7 +133,9 @@ class FoamScan {
     for (std::string_view key = next(); key != "}"; key = next()) {
       if (key.empty()) text_.fail("a list of entries has no end");
       const std::size_t begin = skip_gap(text_.position());
-      const std::size_t end = bytes_.find(';', begin);
+      // A text in quotes, as that of arch, may hold semicolons.
+      const bool is_quoted = begin < bytes_.size() && bytes_[begin] == '"';
+      const std::size_t end = bytes_.find(';', is_quoted ? bytes_.find('"', begin + 1) : begin);
       if (end == bytes_.npos) text_.fail("expected ';' after " + in_quotes(key));
       read(key, bytes_.substr(begin, end - begin));
       text_.take(end, end + 1);
