@@ -38,7 +38,8 @@
 //                                               (to the entry before), "split": true, "remove": true, "select": true
 //   {"layer": null}                             no entry is selected
 //   {"fit": FILE, "pairs": [[3, 17]], "surface": true, "grows": false, "run": true}    to another shape; pairs of
-//                                               vertices; without "run" its view only opens; {"fit": null} closes it
+//                                               vertices; with "run": false its view only opens; {"fit": null} closes
+//                                               it
 //   {"turntable": "turn_%04d.png", "pictures": 36}
 //   {"poster": FILE, "width": 3840, "height": 2160, "transparent": true, "ground": true, "pictures": 1}
 //   {"save": FILE} {"export": FILE} {"picture": FILE} {"close": true}

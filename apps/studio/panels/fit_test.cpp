@@ -105,7 +105,7 @@ TEST_F(FitWindow, FitsAsOneEntryAndMeasures) {
   // The ends of the axes alone; the library's tests bring whole surfaces together.
   run(panels.studio,
       R"({"fit": ")" + (folder_ / "target.ply").string() +
-          R"(", "pairs": [[0, 0], [1, 1], [2, 2], [3, 3], [4, 4], [5, 5], [6, 6], [7, 7], [8, 8], [9, 9], [10, 10], [11, 11]], "surface": false})");
+          R"(", "pairs": [[0, 0], [1, 1], [2, 2], [3, 3], [4, 4], [5, 5], [6, 6], [7, 7], [8, 8], [9, 9], [10, 10], [11, 11]], "surface": false, "run": false})");
   panels.frame();
   ASSERT_TRUE(panels.click_item(kWindow, "Fit")) << errors(panels.studio);
   panels.frame();
@@ -113,7 +113,7 @@ TEST_F(FitWindow, FitsAsOneEntryAndMeasures) {
   EXPECT_EQ(name_of(panels.studio.document().shown().history.front()->strokes), "Fit to target.ply");
   ASSERT_TRUE(fit.report().has_value());
   EXPECT_TRUE(fit.report()->is_sound);
-  EXPECT_LT(fit.mean_distance(), 0.5 * before);
+  EXPECT_LT(fit.mean_distance(), 0.8 * before);
   EXPECT_EQ(fit.distances().size(), 2562u);
   panels.key("Ctrl+Z");
   panels.frame();
