@@ -161,8 +161,6 @@ std::vector<Vec3d> turntable_points(std::span<const Vec3d> positions, const Vec3
 
 namespace {
 
-namespace fs = std::filesystem;
-
 std::string kind_of(const std::string& output) {
   constexpr std::string_view kinds[] = {"gif", "mp4", "png", "jpg", "jpeg"};
   std::string kind = require_extension(output, kinds);
