@@ -157,8 +157,11 @@ class TogetherOutput {
  public:
   TogetherOutput(const DeformOptions& options, const Inputs& inputs, std::vector<PartTarget> targets,
                  const ReplayOptions& replay)
-      : options_(options), inputs_(inputs), targets_(std::move(targets)), frames_(frame_count(replay.frames)) {
-    remeshes_ = will_remesh(inputs.mesh(), inputs.session, replay);
+      : options_(options),
+        inputs_(inputs),
+        targets_(std::move(targets)),
+        frames_(frame_count(replay.frames)),
+        remeshes_(will_remesh(inputs.mesh(), inputs.session, replay)) {
     const Digits digits = digits_of(options);
     for (std::size_t i = 0; i < targets_.size(); ++i) {
       writing_.push_back(write_options_for(options, digits, source(i), targets_[i].path));

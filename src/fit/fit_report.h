@@ -33,7 +33,7 @@ struct Measuring {
 FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const SurfaceTree& of_b,
                         const Measuring& measuring);
 
-// Turns faces that look inward. Returns whether it did.
+// Reverses the triangles of a closed mesh whose faces look inward. Returns true if it reversed them.
 bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles);
 
 // Returns the volume of a mesh with these positions; nothing unless it is closed and oriented.

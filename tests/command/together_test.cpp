@@ -122,7 +122,8 @@ TEST_F(TogetherTest, GoesBackwards) {
   }
 }
 
-// One file for each frame, and one for all where the format can hold them; each frame as the shape alone has it.
+// A format that holds an animation gives one file, any other a file for each frame. Each frame is that of the shape
+// alone.
 TEST_F(TogetherTest, FramesOfAllShapes) {
   write_mesh(path("shirt.glb"), read_shape(path("skirt.ply")).mesh);
   knead_ok(together({"--frames", "4", "--also", "shirt.glb"}));

@@ -14,7 +14,6 @@
 #include "knead/io.h"
 #include "panels/widgets.h"
 #include "platform/gui.h"
-#include "platform/system.h"
 
 namespace knead::studio {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "document/document.h"
-#include "platform/desktop_dialog.h"
 #include "platform/gui.h"
+#include "platform/system.h"
 
 namespace knead::studio {
 

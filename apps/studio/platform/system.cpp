@@ -1,8 +1,20 @@
 #include "platform/system.h"
 
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <utility>
+
+#if defined(__unix__) && !defined(__EMSCRIPTEN__)
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+extern char** environ;
+#endif
 
 #if defined(_WIN32)
 #define WIN32_LEAN_AND_MEAN
@@ -73,5 +85,122 @@ void prepare_program() noexcept {
 void show_failure(const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); }
 
 #endif
+
+// --- the file dialog of the desktop ----------------------------------------------------------------------------------
+
+#if defined(__unix__) && !defined(__EMSCRIPTEN__)
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+bool is_program(const std::string& name) {
+  const std::string path = variable("PATH");
+  for (std::size_t begin = 0; begin < path.size();) {
+    const std::size_t end = std::min(path.find(':', begin), path.size());
+    if (end > begin && ::access((path.substr(begin, end - begin) + "/" + name).c_str(), X_OK) == 0) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+// The dialog's command; empty: there is none.
+std::vector<std::string> command_of(const FileQuestion& question) {
+  if (variable("DISPLAY").empty() && variable("WAYLAND_DISPLAY").empty()) return {};
+  std::string patterns;
+  for (const std::string& extension : question.extensions) patterns += (patterns.empty() ? "*" : " *") + extension;
+  const bool is_kde = variable("XDG_CURRENT_DESKTOP").find("KDE") != std::string::npos;
+  if (is_program("kdialog") && (is_kde || !is_program("zenity"))) {
+    const char* const use = question.writes ? "--getsavefilename" : "--getopenfilename";
+    return {"kdialog", "--title", question.title, use, question.start.string(), patterns};
+  }
+  if (!is_program("zenity")) return {};
+  std::vector<std::string> command{"zenity",
+                                   "--file-selection",
+                                   "--title=" + question.title,
+                                   "--filename=" + question.start.string(),
+                                   "--file-filter=" + patterns,
+                                   "--file-filter=*"};
+  if (question.writes) command.insert(command.begin() + 2, {"--save", "--confirm-overwrite"});
+  return command;
+}
+
+}  // namespace
+
+struct DesktopDialog::State {
+  pid_t process = 0;   // 0: it has ended
+  int output = -1;     // what it writes
+  std::string text{};  // read so far
+
+  State(pid_t of_process, int of_output) : process(of_process), output(of_output) {}
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    ::close(output);
+    if (process == 0) return;
+    ::kill(process, SIGTERM);
+    ::waitpid(process, nullptr, 0);
+  }
+
+  void read_on() {
+    std::array<char, 4096> bytes{};
+    for (ssize_t count = 0; (count = ::read(output, bytes.data(), bytes.size())) > 0;) {
+      text.append(bytes.data(), static_cast<std::size_t>(count));
+    }
+  }
+};
+
+std::optional<DesktopDialog> DesktopDialog::ask(const FileQuestion& question) {
+  std::vector<std::string> command = command_of(question);
+  std::array<int, 2> pipe{};
+  if (command.empty() || ::pipe2(pipe.data(), O_CLOEXEC) != 0) return std::nullopt;
+  std::vector<char*> arguments;
+  for (std::string& word : command) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions{};
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, pipe[1], 1);
+  pid_t process = 0;
+  const int error = ::posix_spawnp(&process, arguments.front(), &actions, nullptr, arguments.data(), environ);
+  ::posix_spawn_file_actions_destroy(&actions);
+  ::close(pipe[1]);
+  if (error != 0) {
+    ::close(pipe[0]);
+    return std::nullopt;
+  }
+  ::fcntl(pipe[0], F_SETFL, O_NONBLOCK);
+  return DesktopDialog(std::make_unique<State>(process, pipe[0]));
+}
+
+std::optional<fs::path> DesktopDialog::answer() {
+  state_->read_on();
+  int status = 0;
+  if (state_->process == 0 || ::waitpid(state_->process, &status, WNOHANG) == 0) return std::nullopt;
+  state_->process = 0;
+  state_->read_on();  // what came since
+  std::string& text = state_->text;
+  while (text.ends_with('\n')) text.pop_back();
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? fs::path(text) : fs::path();
+}
+
+#else
+
+struct DesktopDialog::State {};
+
+std::optional<DesktopDialog> DesktopDialog::ask(const FileQuestion& /*question*/) { return std::nullopt; }
+
+std::optional<std::filesystem::path> DesktopDialog::answer() { return std::filesystem::path(); }
+
+#endif
+
+DesktopDialog::DesktopDialog(std::unique_ptr<State> state) : state_(std::move(state)) {}
+DesktopDialog::~DesktopDialog() = default;
+DesktopDialog::DesktopDialog(DesktopDialog&& other) noexcept = default;
+DesktopDialog& DesktopDialog::operator=(DesktopDialog&& other) noexcept = default;
 
 }  // namespace knead::studio

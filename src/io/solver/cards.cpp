@@ -69,7 +69,7 @@ class NastranScan {
   // The line without its comment.
   std::string_view card() const { return lines_.line().substr(0, lines_.line().find('$')); }
 
-  // The name of the card and the fields after it, with their blanks; those that the line does not reach are left out.
+  // Returns the card's name and its fields, blanks included. Leaves out fields beyond the end of the line.
   std::vector<std::string_view> fields_of(std::string_view line, bool is_large) {
     if (line.find(',') != line.npos) return split_at_commas(line);
     if (line.find('\t') != line.npos) lines_.fail("has tabs between its fields; replace them by blanks or commas");
