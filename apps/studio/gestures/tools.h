@@ -129,11 +129,11 @@ struct Turning {
 // A length or a volume of the tool's own. It is kept, and limited, relative to the radius or its cube; a person sees
 // and sets the length or the volume itself.
 struct ToolSlider {
-  const char* label;
-  double ToolSettings::*value;
-  double least;
-  double most;
-  const char* help;
+  const char* label = nullptr;
+  double ToolSettings::*value = nullptr;
+  double least = 0;
+  double most = 0;
+  const char* help = nullptr;
   bool is_volume = false;
 };
 

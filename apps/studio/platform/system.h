@@ -47,6 +47,8 @@ class DesktopDialog {
 
   // Closes the dialog if it is still open.
   ~DesktopDialog();
+  DesktopDialog(const DesktopDialog&) = delete;
+  DesktopDialog& operator=(const DesktopDialog&) = delete;
   DesktopDialog(DesktopDialog&& other) noexcept;
   DesktopDialog& operator=(DesktopDialog&& other) noexcept;
 
