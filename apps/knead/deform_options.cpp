@@ -94,8 +94,10 @@ ReplayOptions replay_options(const DeformOptions& options) {
   return replay;
 }
 
-std::vector<Option> describe(DeformOptions& options) {
-  std::vector<Option> result{
+namespace {
+
+std::vector<Option> describe_motion(DeformOptions& options) {
+  return {
       {"SHAPE", &options.shape, "A mesh or point cloud, such as a PLY, OBJ, STL, OFF, glTF or XYZ file", "",
        OptionKind::required},
       {"SESSION", &options.session, "The strokes: a .knead file", "", OptionKind::required},
@@ -129,6 +131,12 @@ std::vector<Option> describe(DeformOptions& options) {
       {"--threads", &options.threads, "Number of threads (default: all); does not change the result", "N"},
       {"--inverse", &options.inverse, "Apply the session backwards, which restores a deformed shape"},
   };
+}
+
+}  // namespace
+
+std::vector<Option> describe(DeformOptions& options) {
+  std::vector<Option> result = describe_motion(options);
   add_set_option(result, options.set);
   result.push_back({"--table", &options.table,
                     "A CSV file whose first line names parameters: one deformed shape for each further line, in the "

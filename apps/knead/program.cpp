@@ -21,11 +21,11 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-extern char** environ;  // macOS declares it nowhere
 #endif
 #if defined(__APPLE__)
 #include <mach-o/dyld.h>
+
+extern char** environ;  // declared nowhere
 #endif
 
 namespace knead::command {

@@ -138,15 +138,15 @@ void require_sound(const SkinFlags& flags, const std::vector<std::pair<std::stri
   }
 }
 
-// The work with a progress that is shown, and that Ctrl-C ends.
+// Does the work, which takes options, with a progress that is shown, and that Ctrl-C ends.
 template <class Work>
-auto watched(const SkinFlags& flags, SkinOptions& options, const Work& work) {
+auto watched(const SkinFlags& flags, SkinOptions options, const Work& work) {
   Progress progress;
   const CancelOnInterruption cancel(progress);
   options.progress = &progress;
   const ProgressBar bar(progress, 0, !flags.common.quiet);
   try {
-    return work();
+    return work(options);
   } catch (const Cancelled&) {
     throw Interrupted{};
   }
@@ -169,8 +169,8 @@ void write_correctives(const SkinFlags& flags, const ShapeFile& source, const Sk
   std::vector<SkinPose> poses{pose};
   for (const double time : times) poses.push_back(file.at(time));
   const SkinPose widest = widest_pose(file.skin, poses);
-  const std::vector<Corrective> correctives =
-      watched(flags, options, [&] { return make_correctives(source.mesh, file.skin, widest, options); });
+  const std::vector<Corrective> correctives = watched(
+      flags, options, [&](const SkinOptions& own) { return make_correctives(source.mesh, file.skin, widest, own); });
   if (correctives.empty())
     throw InvalidInput(Place{flags.file}, "no joint turns by 5 degrees; give --pose, --time, or an animation");
   MorphTargets targets;
@@ -215,8 +215,9 @@ void write_frames(const SkinFlags& flags, const ShapeFile& source, const SkinFil
   }
   std::vector<std::pair<std::string, SkinMeasures>> results;
   for (std::size_t i = 0; i < times.size(); ++i) {
-    const SkinResult result =
-        watched(flags, options, [&] { return pose_skin(source.mesh, file.skin, file.at(times[i]), options, false); });
+    const SkinResult result = watched(flags, options, [&](const SkinOptions& own) {
+      return pose_skin(source.mesh, file.skin, file.at(times[i]), own, false);
+    });
     results.emplace_back(fmt::format("frame {}: ", i), result.report.flow);
     if (pattern) {
       write_shape(frame_path(*pattern, static_cast<int>(i)), source, result.positions);
@@ -247,7 +248,8 @@ void run_skin(const SkinFlags& flags) {
   if (flags.frames) return write_frames(flags, source, file, options);
   require_shape_extension(flags.output);
   if (!flags.common.quiet) print_notes(conversion_losses(flags.output, source));
-  SkinResult result = watched(flags, options, [&] { return pose_skin(source.mesh, file.skin, pose, options); });
+  SkinResult result =
+      watched(flags, options, [&](const SkinOptions& own) { return pose_skin(source.mesh, file.skin, pose, own); });
   if (!flags.common.quiet) print_notes(result.report.notes);
   write_shape(flags.output, source, result.positions);
   if (flags.session) {

@@ -1,7 +1,9 @@
 #include "scenes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <utility>
 
 #include "knead/error.h"
@@ -105,6 +107,36 @@ BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points) {
   BenchScene scene = scene_of(name, "ball", std::move(points));
   const Vec3d c = bounding_box(scene.points).center();
   scene.flow = flow_of(ImplicitStroke{path_of(c, 0.25 * scene.size), 0.071 * scene.size, 0.965 * scene.size});
+  return scene;
+}
+
+BenchScene grid_scene(const std::string& name, std::vector<Vec3d> points) {
+  constexpr int kGrids = 10;
+  constexpr int kMargin = 3;  // nodes
+  BenchScene scene = scene_of(name, "grid", std::move(points));
+  const Box box = bounding_box(scene.points);
+  PotentialGrid grid;
+  grid.spacing = 0.05 * scene.size;
+  grid.origin = box.min - Vec3d{1, 1, 1} * (kMargin * grid.spacing);
+  const Vec3d extent = box.max - box.min;
+  const auto nodes = [&](double length) { return static_cast<int>(length / grid.spacing) + 2 * kMargin + 1; };
+  grid.counts = {nodes(extent.x), nodes(extent.y), nodes(extent.z)};
+  const double wave = 2 * std::numbers::pi / scene.size;
+  const double height = 0.1 * scene.size / kGrids / wave;
+  std::vector<Vec3d> coefficients;
+  for (int k = 0; k < grid.counts[2]; ++k) {
+    for (int j = 0; j < grid.counts[1]; ++j) {
+      for (int i = 0; i < grid.counts[0]; ++i) {
+        coefficients.push_back(Vec3d{std::sin(wave * grid.spacing * j), std::sin(wave * grid.spacing * k),
+                                     std::sin(wave * grid.spacing * i)} *
+                               height);
+      }
+    }
+  }
+  grid.coefficients = SharedVectors(std::move(coefficients));
+  Segment segment;
+  segment.grid = std::move(grid);
+  scene.flow.segments.assign(kGrids, segment);
   return scene;
 }
 

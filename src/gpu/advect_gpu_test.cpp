@@ -405,7 +405,8 @@ TEST_F(GpuTest, LoopsThatTheDriverCutsShortAreNoticedAndTheCpuDoesThem) {
   std::string failure;
   const Backend backend = gpu::backend_or_cpu([&](const std::string& why) { failure = why; });
   EXPECT_EQ(backend(bend_without_end(), found, default_options(1)).status, AdvectStatus::done);
-  EXPECT_LT(test::greatest_distance(found, moved(bend_without_end(), at, default_options(1))), 1e-2);
+  const double allowed = gpu().is_software() ? 1e-2 : 5e-2;  // a card goes all steps itself, and rounds otherwise
+  EXPECT_LT(test::greatest_distance(found, moved(bend_without_end(), at, default_options(1))), allowed);
   EXPECT_EQ(failure.find("the graphics driver stops loops") == 0, gpu().is_software());
 }
 

@@ -87,6 +87,7 @@ std::string layout_defines() {
                                                {"kBounds", kBounds},
                                                {"kFirstSet", kFirstSet},
                                                {"kSecondSet", kSecondSet},
+                                               {"kFieldNumbers", kFieldNumbers},
                                                {"kFieldEntries", kFieldEntries},
                                                {"kNodeNumbers", kNodeNumbers},
                                                {"kNodeEntries", kNodeEntries},
@@ -105,8 +106,8 @@ std::string layout_defines() {
                                                {"kDegree", kDegree},
                                                {"kFirstTurn", kFirstTurn},
                                                {"kTurns", kTurns},
-                                               {"kPerSpacing", kPerSpacing},
-                                               {"kEndOfTime", kEndOfTime},
+                                               {"kBegin", kBegin},
+                                               {"kEnd", kEnd},
                                                {"kRow", kRow},
                                                {"kPlane", kPlane},
                                                {"kFirstNode", kFirstNode},
@@ -127,7 +128,6 @@ std::string layout_defines() {
                                                {"kHalfSpace", kHalfSpace},
                                                {"kSet", kSet},
                                                {"kHandles", kHandles},
-                                               {"kRigidCore", kRigidCore},
                                                {"kTurningBall", kTurningBall},
                                                {"kParallelTwist", kParallelTwist},
                                                {"kTurningSpace", kTurningSpace},
@@ -211,11 +211,14 @@ layout(std430, binding = 1) restrict buffer Steps { uint steps[]; };
 layout(std430, binding = 2) restrict readonly buffer Bounds { double bounds[]; };
 layout(std430, binding = 3) restrict buffer Radii { uint radii[]; };
 layout(std430, binding = 4) restrict readonly buffer Numbers { R n[]; };
+layout(std430, binding = 4) restrict readonly buffer Quads { R4 quads[]; };  // the same
 layout(std430, binding = 5) restrict readonly buffer Places { double e[]; };
 layout(std430, binding = 6) restrict readonly buffer Table { int table[]; };
 layout(std430, binding = 7) restrict buffer Counts { uint counts[]; };
 uniform uint point_count;
 uniform int segment_count;
+uniform bool counts_steps;
+uniform int four;  // which compilers do not know, so that they keep a loop
 
 const R kNever = R(1e30);
 
@@ -228,9 +231,11 @@ bool carries;
 R3 displacement;
 R3 tool_velocity;
 R tool_speed;
+R greatest_reach;
 R tolerance;
+R least_motion;
+int segment_places;
 dvec3 centre;
-dvec3 exact_displacement;
 
 // The path line.
 uint accepted = 0u;
@@ -238,15 +243,39 @@ uint rejected = 0u;
 uint evaluations = 0u;
 bool complete = true;
 
+// How a segment moves a point: by `moved`, and with the tool for as long as `carried`.
+struct Motion { R3 moved; R carried; };
+
 int field_table(int f) { return first_field + f * kFieldEntries; }
 int field_numbers(int f) { return table[field_table(f) + kFieldBegin]; }
 R3 part(int i) { return R3(n[i], n[i + 1], n[i + 2]); }
+dvec3 place(int i) { return dvec3(e[i], e[i + 1], e[i + 2]); }
+dvec3 exact_displacement() { return place(segment_places + 3); }
+
+// The k-th number of field f. Those of a single field are read once a segment.
+#ifdef SINGLE_FIELD
+R of_field[kFieldNumbers];
+#define NUMBER(f, k) of_field[k]
+#else
+#define NUMBER(f, k) n[field_numbers(f) + (k)]
+#endif
+#define PART(f, k) R3(NUMBER(f, k), NUMBER(f, (k) + 1), NUMBER(f, (k) + 2))
 )";
+
+// Reads the numbers of the only field, four at a time.
+std::string read_field() {
+  std::string text = "void open_field() {\n  int first = field_numbers(0) / 4;\n";
+  for (int i = 0; i < layout::kFieldNumbers; ++i) {
+    text += fmt::format("  of_field[{}] = quads[first + {}].{};\n", i, i / 4, "xyzw"[i % 4]);
+  }
+  return text + "}\n";
+}
 
 std::string fields_source(const ShaderKind& kind) {
   if (kind.pins) return kGlslPins;
   if (kind.grid) return kGlslGrid;
-  return kind_function("motion_kind", "kMotionKind", kind.motions) +
+  return (kind.single ? read_field() : "void open_field() {}\n") +
+         kind_function("motion_kind", "kMotionKind", kind.motions) +
          kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField + kGlslPowers + kGlslTrees + kGlslSets +
          kGlslVelocity + kGlslContact + kGlslClosedForm;
 }
@@ -296,7 +325,7 @@ R capsule_contact(R3 half_axis, R3 d, R3 velocity, R outer) {
 #if defined(REGION_HALF_SPACE) || defined(REGION_SET)
 // How far x may move, or how much time may pass, before r can be below outer.
 R safe_advance(int f, R3 d, R r, R speed) {
-  R outer = n[field_numbers(f) + kOuter];
+  R outer = NUMBER(f, kOuter);
 #ifdef REGION_SET
   if (region_kind(f) == kSet) {
     int set = field_table(f) + kFirstSet;
@@ -304,14 +333,13 @@ R safe_advance(int f, R3 d, R r, R speed) {
     return factor * sqrt(nearest_squared(set, d)) * (R(1) - outer / r) / max(speed, R(1e-30));
   }
 #endif
-  int at = field_numbers(f) + kRegion;
-  R turning = abs(n[at + 6]) * length(cross(part(at + 3), d));
+  R turning = abs(NUMBER(f, kRegion + 6)) * length(cross(PART(f, kRegion + 3), d));
   return (r - outer) / max(speed + turning, R(1e-30));
 }
 
 R traced_contact(int f, R3 d, R3 velocity, R t, R direction, R left) {
-  R outer = n[field_numbers(f) + kOuter];
-  R slack = R(1e-4) / n[field_numbers(f) + kInverseWidth];
+  R outer = NUMBER(f, kOuter);
+  R slack = R(1e-4) / NUMBER(f, kInverseWidth);
   R speed = length(velocity);
   R s = R(0);
   for (int i = 0; i < 4096 && s <= left; ++i) {
@@ -326,14 +354,14 @@ R traced_contact(int f, R3 d, R3 velocity, R t, R direction, R left) {
 
 R contact_of(int f, R3 d, R3 velocity, R t, R direction, R left) {
   int kind = region_kind(f);
-  R outer = n[field_numbers(f) + kOuter];
+  R outer = NUMBER(f, kOuter);
 #ifdef REGION_BALL
   if (kind == kBall) return length(d) < outer ? R(0) : sphere_contact(d, velocity, outer);
 #endif
 #ifdef REGION_CAPSULE
   if (kind == kCapsule) {
     if (region_at(f, d, R(0)).value < outer) return R(0);
-    return capsule_contact(part(field_numbers(f) + kRegion), d, velocity, outer);
+    return capsule_contact(PART(f, kRegion), d, velocity, outer);
   }
 #endif
 #if defined(REGION_HALF_SPACE) || defined(REGION_SET)
@@ -363,33 +391,54 @@ R next_contact(R3 at, R t, R end) {
 )";
 
 // grid.h and kernel_grid.h for the GPU, in the place of all other fields. The numbers of a grid's nodes stand in
-// n[] as GridNodes has them, with the empty nodes around; packed_flow.cpp puts them there. Lines of nodes loop: written
-// out, shaders take Mesa on the CPU half a minute to compile.
+// n[] as GridNodes has them, with the empty nodes around and a fourth number; packed_flow.cpp puts them there.
 const char* const kGlslGrid = R"(
-double per_spacing;
+double exact_per_spacing;
+R per_spacing;
+int row;
+int plane;
+int first_node;
+ivec3 first_cell;
+ivec3 last_cell;
+int used_cells;
+int nodes;
+#ifdef GRID_CHANGES
+int end_nodes;
+#endif
 
 ivec3 three(int i) { return ivec3(table[i], table[i + 1], table[i + 2]); }
 
-// The cell's first node, counted from the grid's first one.
-int node_of(ivec3 cell) {
-  ivec3 own = clamp(cell, three(first_field + kFirstCell), three(first_field + kLastCell));
-  return table[first_field + kFirstNode] + own.x + table[first_field + kRow] * own.y + table[first_field + kPlane] * own.z;
+void open_field() {
+  exact_per_spacing = e[segment_places + 8];
+  per_spacing = R(exact_per_spacing);
+  row = table[first_field + kRow];
+  plane = table[first_field + kPlane];
+  first_node = table[first_field + kFirstNode];
+  first_cell = three(first_field + kFirstCell);
+  last_cell = three(first_field + kLastCell);
+  used_cells = table[first_field + kUsed];
+  nodes = field_numbers(0) / 4;
+#ifdef GRID_CHANGES
+  end_nodes = table[first_field + kEndNumbers] / 4;
+#endif
 }
 
-bool is_used(int node) { return (table[table[first_field + kUsed] + (node >> 5)] >> (node & 31) & 1) != 0; }
+// The cell's first node, counted from the grid's first one.
+int node_of(ivec3 cell) {
+  ivec3 own = clamp(cell, first_cell, last_cell);
+  return first_node + own.x + row * own.y + plane * own.z;
+}
+
+bool is_used(int node) { return (table[used_cells + (node >> 5)] >> (node & 31) & 1) != 0; }
 
 // The cell of a place that is relative to the middle node, `at` in spacings.
 ivec3 cell_of(R3 at) {
-  R3 first = R3(three(first_field + kFirstCell));
-  R3 last = R3(three(first_field + kLastCell));
-  return ivec3(roundEven(clamp(at, first, last + R(1)) - R(0.5)));
+  return ivec3(roundEven(clamp(at, R3(first_cell), R3(last_cell) + R(1)) - R(0.5)));
 }
 
 // Whether a grid can be felt at the exact place, as the CPU decides it.
 bool is_felt(dvec3 from) {
-  dvec3 first = dvec3(three(first_field + kFirstCell));
-  dvec3 last = dvec3(three(first_field + kLastCell));
-  precise dvec3 at = clamp(from * per_spacing, first, last + 1.0) - 0.5;
+  precise dvec3 at = clamp(from * exact_per_spacing, dvec3(first_cell), dvec3(last_cell) + 1.0) - 0.5;
   return is_used(node_of(ivec3(roundEven(at))));
 }
 
@@ -404,18 +453,19 @@ Weights weights_at(R u) {
                  R4(R(-3) * q2, u * (R(9) * u - R(12)), q * (R(12) - R(9) * q), R(3) * u2));
 }
 
-// The coefficient of the node whose numbers begin `offset` after those of the first one.
-R3 node_at(int offset, R t) {
-  R3 a = part(field_numbers(0) + offset);
+// The coefficient of a node.
+R3 node_at(int node, R t) {
+  R3 a = quads[nodes + node].xyz;
 #ifdef GRID_CHANGES
-  a += (part(table[first_field + kEndNumbers] + offset) - a) * t;
+  a += (quads[end_nodes + node].xyz - a) * t;
 #endif
   return a;
 }
 
-// v = curl A: each line of four nodes along x is summed, and its derivative.
+// v = curl A: lines of four nodes along x are summed, then planes of four lines, each with its derivatives. The loop over
+// planes stays a loop, since written out it is slower (docs/performance.md).
 R3 grid_velocity(R3 at, R t) {
-  R3 place = at * n[segment_numbers + kPerSpacing];
+  R3 place = at * per_spacing;
   ivec3 cell = cell_of(place);
   int node = node_of(cell);
   if (!is_used(node)) return R3(0);
@@ -424,19 +474,30 @@ R3 grid_velocity(R3 at, R t) {
   Weights y = weights_at(within.y);
   Weights z = weights_at(within.z);
   R3 v = R3(0);
-  for (int line = 0; line < 16; ++line) {
-    int j = line & 3;
-    int k = line >> 2;
-    int offset = 3 * (node + table[first_field + kRow] * j + table[first_field + kPlane] * k);
-    R3 a = node_at(offset, t);
-    R3 b = node_at(offset + 3, t);
-    R3 c = node_at(offset + 6, t);
-    R3 d = node_at(offset + 9, t);
-    R3 value = a * x.value.x + b * x.value.y + c * x.value.z + d * x.value.w;
-    R3 slope = a * x.slope.x + b * x.slope.y + c * x.slope.z + d * x.slope.w;
-    R3 by_z = value * (y.value[j] * z.slope[k]);
-    R3 by_y = value * (y.slope[j] * z.value[k]);
-    R3 by_x = slope * (y.value[j] * z.value[k]);
+  for (int k = 0; k < four; ++k) {
+    R zv = k == 0 ? z.value.x : k == 1 ? z.value.y : k == 2 ? z.value.z : z.value.w;
+    R zs = k == 0 ? z.slope.x : k == 1 ? z.slope.y : k == 2 ? z.slope.z : z.slope.w;
+    int from = node + plane * k;
+    R3 value = R3(0);
+    R3 along_x = R3(0);
+    R3 along_y = R3(0);
+    for (int j = 0; j < 4; ++j) {
+      R yv = j == 0 ? y.value.x : j == 1 ? y.value.y : j == 2 ? y.value.z : y.value.w;
+      R ys = j == 0 ? y.slope.x : j == 1 ? y.slope.y : j == 2 ? y.slope.z : y.slope.w;
+      R3 a = node_at(from, t);
+      R3 b = node_at(from + 1, t);
+      R3 c = node_at(from + 2, t);
+      R3 d = node_at(from + 3, t);
+      from += row;
+      R3 sum = a * x.value.x + b * x.value.y + c * x.value.z + d * x.value.w;
+      R3 slope = a * x.slope.x + b * x.slope.y + c * x.slope.z + d * x.slope.w;
+      value += sum * yv;
+      along_y += sum * ys;
+      along_x += slope * yv;
+    }
+    R3 by_z = value * zs;
+    R3 by_y = along_y * zv;
+    R3 by_x = along_x * zv;
     v += R3(by_y.z - by_z.y, by_z.x - by_x.z, by_x.y - by_y.x);
   }
   return v;
@@ -450,7 +511,7 @@ R3 velocity_at(R3 at, R t) {
 // Where v depends on the time it may still grow: up to what it is at the segment's end.
 R hidden_speed(R3 at, R t) {
 #ifdef GRID_CHANGES
-  return length(grid_velocity(at, n[segment_numbers + kEndOfTime]));
+  return length(grid_velocity(at, n[segment_numbers + kEnd]));
 #else
   return R(0);
 #endif
@@ -460,7 +521,7 @@ R local_width(R3 at, R t) { return kNever; }
 
 // A point that rests in a cell in use may be moved later.
 R next_contact(R3 at, R t, R end) {
-  int node = node_of(cell_of(at * n[segment_numbers + kPerSpacing]));
+  int node = node_of(cell_of(at * per_spacing));
   return t != end && is_used(node) ? t : kNever;
 }
 )";

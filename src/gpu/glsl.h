@@ -29,7 +29,7 @@ inline constexpr int kInverseWidth = 5;
 inline constexpr int kMotion = 6;
 inline constexpr int kRegion = 18;
 inline constexpr int kFalloff = 25;
-inline constexpr int kFieldNumbers = 26;
+inline constexpr int kFieldNumbers = 28;  // in fours, as they are read
 // Of a field, in table[].
 inline constexpr int kFieldBegin = 0;  // where it begins in n[]
 inline constexpr int kMotionKind = 1;
@@ -46,12 +46,14 @@ inline constexpr int kSegmentEntries = 4;  // how many fields, where their entri
 inline constexpr int kCarries = 1;         // flags
 inline constexpr int kHasCylinder = 2;
 inline constexpr int kClosedForm = 4;  // from here on
-// Of a segment, in n[]: displacement, its length, and these.
+// Of a segment, in n[]: displacement, its length, and these; in fours, as they are read.
 inline constexpr int kReach = 4;
 inline constexpr int kTolerance = 5;
 inline constexpr int kMin = 6;
 inline constexpr int kStrain = 7;
-inline constexpr int kSegmentNumbers = 16;
+inline constexpr int kBegin = 16;
+inline constexpr int kEnd = 17;
+inline constexpr int kSegmentNumbers = 20;
 // Of a part of a pinned segment's time, in the place of a strain: 1 / radius, the part's middle, 1 / half of its
 // length.
 inline constexpr int kPerRadius = 7;
@@ -65,11 +67,9 @@ inline constexpr int kPowers = 6;
 inline constexpr int kDegree = 4;
 inline constexpr int kFirstTurn = 5;
 inline constexpr int kTurns = 6;
-// Of a segment with a grid, in n[], in the place of a strain: 1 / spacing, and the segment's end.
-inline constexpr int kPerSpacing = 7;
-inline constexpr int kEndOfTime = 8;
-// Of a grid, in table[], in the place of a set, as GridView has them: of its nodes; the cells' least and greatest
-// indices; where the numbers at t = 1 begin in n[]; where the bits of the cells in use begin in table[].
+// Of a grid, whose nodes have four numbers each in n[], in table[], in the place of a set, as GridView has them: of its
+// nodes; the cells' least and greatest indices; where the numbers at t = 1 begin in n[]; where the bits of the cells in
+// use begin in table[].
 inline constexpr int kRow = 4;
 inline constexpr int kPlane = 5;
 inline constexpr int kFirstNode = 6;
@@ -77,8 +77,8 @@ inline constexpr int kFirstCell = 7;
 inline constexpr int kLastCell = 10;
 inline constexpr int kEndNumbers = 13;
 inline constexpr int kUsed = 14;
-// Of a segment, in e[]: centre, displacement, begin, end; the limit cylinder's point, direction, squared radius;
-// of a grid 1 / spacing in the limit cylinder's place.
+// Of a segment, in e[]: centre, displacement; the limit cylinder's point, direction, squared radius; of a grid
+// 1 / spacing in the limit cylinder's place.
 inline constexpr int kSegmentPlaces = 16;
 // Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal.
 // Of a grid's: the box of the cells in use.
@@ -95,7 +95,6 @@ enum RegionKind : int { kBall, kCapsule, kHalfSpace, kSet, kHandles };
 // How a segment's path lines may be known without integration.
 enum ClosedForm : int {
   kNoClosedForm,
-  kRigidCore,
   kTurningBall,
   kParallelTwist,
   kTurningSpace,

@@ -3,8 +3,8 @@
 namespace knead::gpu {
 
 // What stands in flow and field as templates over the scalar, again for the GPU: field.h, field.h, region.h,
-// vec.h, field.h. R is float or double, R3 its vector. The numbers of field f begin at field_numbers(f) in n[]; how
-// they lie there says packed_flow.cpp.
+// vec.h, field.h. R is float or double, R3 its vector. NUMBER(f, k) is the k-th number of field f; how
+// they lie in n[] says packed_flow.cpp.
 const char* const kGlslField = R"(
 struct SinCos { R s; R c; };
 struct Region { R value; R3 gradient; };
@@ -52,13 +52,12 @@ R3 turned(R3 v, R3 axis, SinCos by) {
 
 // w and dw/dr; exactly 1 and 0 inside, 0 and 0 outside.
 R2 blend_weight(int f, R r) {
-  int at = field_numbers(f);
-  R outer = n[at + kOuter];
-  R inverse = n[at + kInverseWidth];
+  R outer = NUMBER(f, kOuter);
+  R inverse = NUMBER(f, kInverseWidth);
   precise R rest = clamp((outer - r) * inverse, R(0), R(1));
   precise R s = R(1) - rest;
 #ifdef FALLOFF
-  R degree = n[at + kFalloff];
+  R degree = NUMBER(f, kFalloff);
   if (degree == R(3)) {
     precise R c = rest * (rest * (rest - R(3)) + R(3));
     return R2(c * c * c, c * c * (s * s) * (R(-9) * inverse));
@@ -77,37 +76,38 @@ R2 blend_weight(int f, R r) {
 
 // u and A of d = x - c.
 void motion_at(int f, R3 d, out R3 u, out R3 a) {
-  int at = field_numbers(f) + kMotion;
   int kind = motion_kind(f);
   u = R3(0);
   a = R3(0);
 #ifdef MOTION_TRANSLATION
   if (kind == kTranslation) {
-    u = part(at);
-    a = cross(part(at + 3), d) + part(at + 6) * dot(part(at + 9), d);
+    u = PART(f, kMotion);
+    a = cross(PART(f, kMotion + 3), d) + PART(f, kMotion + 6) * dot(PART(f, kMotion + 9), d);
   }
 #endif
 #ifdef MOTION_ROTATION
   if (kind == kRotation) {
-    R3 axis = part(at);
+    R3 axis = PART(f, kMotion);
     R height = dot(axis, d);
     R3 across = d - axis * height;
-    u = cross(axis, d) * n[at + 3];
-    a = across * (n[at + 4] * height) + axis * (n[at + 5] * dot(across, across) + n[at + 6] * height * height);
+    u = cross(axis, d) * NUMBER(f, kMotion + 3);
+    a = across * (NUMBER(f, kMotion + 4) * height) +
+        axis * (NUMBER(f, kMotion + 5) * dot(across, across) + NUMBER(f, kMotion + 6) * height * height);
   }
 #endif
 #ifdef MOTION_TWIST
   if (kind == kTwist) {
-    R3 axis = part(at);
+    R3 axis = PART(f, kMotion);
     R height = dot(axis, d);
     R3 across = d - axis * height;
-    u = cross(axis, d) * (n[at + 3] * height);
-    a = across * (n[at + 4] * height * height) + axis * (n[at + 5] * dot(across, across) * height);
+    u = cross(axis, d) * (NUMBER(f, kMotion + 3) * height);
+    a = across * (NUMBER(f, kMotion + 4) * height * height) +
+        axis * (NUMBER(f, kMotion + 5) * dot(across, across) * height);
   }
 #endif
 #ifdef MOTION_STRAIN
   if (kind == kStrainMotion) {
-    u = R3(dot(part(at), d), dot(part(at + 3), d), dot(part(at + 6), d));
+    u = R3(dot(PART(f, kMotion), d), dot(PART(f, kMotion + 3), d), dot(PART(f, kMotion + 6), d));
     a = cross(u, d) * R(1.0lf / 3.0lf);
   }
 #endif
@@ -120,10 +120,10 @@ Region distance_to_origin(R3 d) {
 
 // n(t) of a half-space.
 R3 normal_at(int f, R t) {
-  int at = field_numbers(f) + kRegion;
-  R angle = n[at + 6];
-  if (angle == R(0)) return part(at);
-  return turned(part(at), part(at + 3), sincos_of(angle * t));
+  R angle = NUMBER(f, kRegion + 6);
+  R3 normal = PART(f, kRegion);
+  if (angle == R(0)) return normal;
+  return turned(normal, PART(f, kRegion + 3), sincos_of(angle * t));
 }
 )";
 
@@ -137,9 +137,8 @@ Region region_at(int f, R3 d, R t) {
 #endif
 #ifdef REGION_CAPSULE
   if (kind == kCapsule) {
-    int at = field_numbers(f) + kRegion;
-    R3 half_axis = part(at);
-    return distance_to_origin(d - half_axis * clamp(dot(half_axis, d) * n[at + 3], R(-1), R(1)));
+    R3 half_axis = PART(f, kRegion);
+    return distance_to_origin(d - half_axis * clamp(dot(half_axis, d) * NUMBER(f, kRegion + 3), R(-1), R(1)));
   }
 #endif
 #ifdef REGION_HALF_SPACE
@@ -149,7 +148,7 @@ Region region_at(int f, R3 d, R t) {
   }
 #endif
 #ifdef REGION_SET
-  if (kind == kSet) return set_distance(field_table(f) + kFirstSet, d, n[field_numbers(f) + kOuter]);
+  if (kind == kSet) return set_distance(field_table(f) + kFirstSet, d, NUMBER(f, kOuter));
 #endif
 #ifdef REGION_HANDLES
   if (kind == kHandles) return handles_at(f, d, t);
@@ -172,7 +171,7 @@ R3 at_field(int f, R3 at) {
 #ifdef SINGLE_FIELD
   return at;
 #else
-  return at - part(field_numbers(f));
+  return at - PART(f, 0);
 #endif
 }
 
@@ -204,10 +203,9 @@ R hidden_speed(R3 at, R t) {
     d -= displacement * t;
     int kind = region_kind(f);
     if (kind != kHalfSpace && kind != kHandles) continue;
-    int region = field_numbers(f) + kRegion;
-    R angle = n[region + 6];
+    R angle = NUMBER(f, kRegion + 6);
     if (angle == R(0)) continue;
-    R3 axis = part(region + 3);
+    R3 axis = PART(f, kRegion + 3);
     R speed = kind == kHandles ? length(cross(axis, d)) : abs(dot(cross(axis, normal_at(f, t)), d));
     greatest = max(greatest, abs(angle) * speed);
 #endif
@@ -435,10 +433,9 @@ Region set_distance(int set, R3 d, R scale) {
 #ifdef REGION_HANDLES
 // D_full where whole is true, else D_zero, at d = x - c(t). One place for both, as the sums are long.
 Region handles_distance(int f, bool full, R3 d, R t, SinCos forth) {
-  int at = field_numbers(f) + kRegion;
-  R3 axis = part(at + 3);
-  bool turns = full && n[at + 6] != R(0);
-  R3 there = full ? d : d + part(at) * t;
+  R3 axis = PART(f, kRegion + 3);
+  bool turns = full && NUMBER(f, kRegion + 6) != R(0);
+  R3 there = full ? d : d + PART(f, kRegion) * t;
   if (turns) there = turned(d, axis, SinCos(-forth.s, forth.c));
   Region result = set_distance(field_table(f) + (full ? kFirstSet : kSecondSet), there, R(0));
   if (turns) result.gradient = turned(result.gradient, axis, forth);
@@ -446,7 +443,7 @@ Region handles_distance(int f, bool full, R3 d, R t, SinCos forth) {
 }
 
 Region handles_at(int f, R3 d, R t) {
-  SinCos forth = sincos_of(t * n[field_numbers(f) + kRegion + 6]);
+  SinCos forth = sincos_of(t * NUMBER(f, kRegion + 6));
   Region of[2];
   for (int k = 0; k < 2; ++k) of[k] = handles_distance(f, k == 0, d, t, forth);
   R sum = of[0].value + of[1].value;
@@ -458,7 +455,7 @@ Region handles_at(int f, R3 d, R t) {
 }
 
 R handles_width(int f, R3 d, R t) {
-  SinCos forth = sincos_of(t * n[field_numbers(f) + kRegion + 6]);
+  SinCos forth = sincos_of(t * NUMBER(f, kRegion + 6));
   R sum = R(0);
   for (int k = 0; k < 2; ++k) sum += handles_distance(f, k == 0, d, t, forth).value;
   return sum;
@@ -466,9 +463,9 @@ R handles_width(int f, R3 d, R t) {
 
 // Whether the point is one of the full set as it lies at the time t.
 bool is_of_full_set(int f, R3 d, R t) {
-  int at = field_numbers(f) + kRegion;
-  SinCos forth = sincos_of(t * n[at + 6]);
-  R3 there = n[at + 6] != R(0) ? turned(d, part(at + 3), SinCos(-forth.s, forth.c)) : d;
+  R angle = NUMBER(f, kRegion + 6);
+  SinCos forth = sincos_of(t * angle);
+  R3 there = angle != R(0) ? turned(d, PART(f, kRegion + 3), SinCos(-forth.s, forth.c)) : d;
   return nearest_squared(field_table(f) + kFirstSet, there) == R(0);
 }
 #endif

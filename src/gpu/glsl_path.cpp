@@ -27,53 +27,45 @@ R greatest_over_turn(R3 normal, R3 axis, R3 d, R phi0, R phi1) {
   return level + max(cosine * low.c + sine * low.s, cosine * high.c + sine * high.s);
 }
 
-// Whether the displacement of the point from `begin` to `end` is known; d is x - c(begin).
-bool is_known(R3 d, R begin, R end, out dvec3 by) {
-  by = dvec3(0);
-  int at = field_numbers(0);
+// Whether the motion of the point from `begin` to `end` is known; d is x - c(begin).
+bool is_known(R3 d, R begin, R end, out Motion by) {
+  by = Motion(R3(0), R(0));
   R duration = end - begin;
-  R inner = n[at + kInner];
-#if !defined(REGION_HANDLES) && !defined(REGION_SET)
-  if (closed_form == kRigidCore) {
-    if (region_at(0, d, begin).value >= inner) return false;
-    by = exact_displacement * double(duration);
-    return true;
-  }
-#endif
+  R inner = NUMBER(0, kInner);
 #if defined(MOTION_ROTATION) && defined(REGION_BALL)
   if (closed_form == kTurningBall) {
-    R3 axis = part(at + kMotion);
+    R3 axis = PART(0, kMotion);
     R r = length(d);
     R2 w = blend_weight(0, r);
     R height = dot(axis, d);
     R3 across = d - axis * height;
-    R gauge = n[at + kMotion + 7];
+    R gauge = NUMBER(0, kMotion + 7);
     R counter = r > R(0) ? gauge * w.y * (height * height + R(0.5) * dot(across, across)) / (R(2) * r) : R(0);
-    by = dvec3(turn_displacement(d, axis, n[at + kMotion + 3] * (w.x + counter) * duration));
+    by.moved = turn_displacement(d, axis, NUMBER(0, kMotion + 3) * (w.x + counter) * duration);
     return true;
   }
 #endif
 #if defined(MOTION_TWIST) && defined(REGION_HALF_SPACE)
   if (closed_form == kParallelTwist) {
-    R3 axis = part(at + kMotion);
-    R3 normal = part(at + kRegion);
+    R3 axis = PART(0, kMotion);
+    R3 normal = PART(0, kRegion);
     R height = dot(axis, d);
     R2 w = blend_weight(0, dot(normal, d));
-    R counter = R(0.25) * n[at + kMotion + 7] * w.y * dot(normal, axis) * height;
-    by = dvec3(turn_displacement(d, axis, n[at + kMotion + 3] * height * (w.x + counter) * duration));
+    R counter = R(0.25) * NUMBER(0, kMotion + 7) * w.y * dot(normal, axis) * height;
+    by.moved = turn_displacement(d, axis, NUMBER(0, kMotion + 3) * height * (w.x + counter) * duration);
     return true;
   }
 #endif
 #if (defined(MOTION_ROTATION) || defined(MOTION_TWIST)) && defined(REGION_HALF_SPACE)
   if (closed_form == kTurningSpace) {
-    R3 axis = part(at + kMotion);
-    R rate = n[at + kMotion + 3];
+    R3 axis = PART(0, kMotion);
+    R rate = NUMBER(0, kMotion + 3);
     if (motion_kind(0) == kTwist) rate *= dot(axis, d);
-    R turn = n[at + kRegion + 6] * (dot(part(at + kRegion + 3), axis) > R(0) ? R(1) : R(-1));
+    R turn = NUMBER(0, kRegion + 6) * (dot(PART(0, kRegion + 3), axis) > R(0) ? R(1) : R(-1));
     R phi0 = begin * turn;
     R phi1 = phi0 + duration * (turn - rate);
-    if (greatest_over_turn(part(at + kRegion), axis, d, phi0, phi1) >= inner) return false;
-    by = dvec3(turn_displacement(d, axis, rate * duration));
+    if (greatest_over_turn(PART(0, kRegion), axis, d, phi0, phi1) >= inner) return false;
+    by.moved = turn_displacement(d, axis, rate * duration);
     return true;
   }
 #endif
@@ -82,18 +74,19 @@ bool is_known(R3 d, R begin, R end, out dvec3 by) {
     int m = segment_numbers + kStrain;
     R3 moved = R3(dot(part(m), d), dot(part(m + 3), d), dot(part(m + 6), d));
     if (length(d) >= inner || length(moved) >= inner) return false;
-    by = dvec3(moved - d);
+    by.moved = moved - d;
     return true;
   }
 #endif
 #if defined(REGION_HANDLES)
   if (closed_form == kHandlesPoint) {
-    R3 at_zero = d + part(at + kRegion) * begin;
+    R3 at_zero = d + PART(0, kRegion) * begin;
     if (nearest_squared(field_table(0) + kSecondSet, at_zero) == R(0)) return true;
     if (!is_of_full_set(0, d, begin)) return false;
-    by = exact_displacement * double(duration);
-    if (n[at + kRegion + 6] != R(0)) {
-      by = dvec3(turn_displacement(d, part(at + kRegion + 3), n[at + kRegion + 6] * duration));
+    if (NUMBER(0, kRegion + 6) != R(0)) {
+      by.moved = turn_displacement(d, PART(0, kRegion + 3), NUMBER(0, kRegion + 6) * duration);
+    } else {
+      by.carried = duration;
     }
     return true;
   }
@@ -107,7 +100,7 @@ const char* const kGlslPath = R"(
 R speed_at(R3 at, R3 slope, R t) { return max(length(slope - tool_velocity), tool_speed) + hidden_speed(at, t); }
 
 // How far a step may pass.
-R reach_at(R3 at, R t) { return min(n[segment_numbers + kReach], R(kHandlesReach) * local_width(at, t)); }
+R reach_at(R3 at, R t) { return min(greatest_reach, R(kHandlesReach) * local_width(at, t)); }
 
 // The longest step that jumps over nothing.
 R longest_step_at(R speed, R reach, R t) {
@@ -153,7 +146,7 @@ bool crosses_in_one_step(R3 base, R t, R end, R3 k0, R speed, R reach, R longest
 }
 
 // From the time t on.
-dvec3 run(R3 base, R t, R end) {
+Motion run(R3 base, R t, R end) {
   R direction = end >= t ? R(1) : R(-1);
   R3 moved = R3(0);
   R3 slope = R3(0);
@@ -173,14 +166,14 @@ dvec3 run(R3 base, R t, R end) {
       continue;
     }
     at_contact = false;
-    if (carries && slope == tool_velocity) return dvec3(moved) + exact_displacement * double(end - t);
+    if (carries && slope == tool_velocity) return Motion(moved, end - t);
     R speed = speed_at(base + moved, slope, t);
     R reach = reach_at(base + moved, t);
     R longest = longest_step_at(speed, reach, t);
     if (at_beginning) {
       at_beginning = false;
       R3 whole;
-      if (crosses_in_one_step(base, t, end, slope, speed, reach, longest, whole)) return dvec3(whole);
+      if (crosses_in_one_step(base, t, end, slope, speed, reach, longest, whole)) return Motion(whole, R(0));
     }
     R remaining = abs(end - t);
     R shortest = shortest_step(longest, kShortestPart);
@@ -208,24 +201,22 @@ dvec3 run(R3 base, R t, R end) {
     slope = last;
     have_slope = kFirstSameAsLast;
   }
-  return dvec3(moved);
+  return Motion(moved, R(0));
 }
 
-// The displacement of the point that is at x at the time `begin` of the segment.
-dvec3 displacement_of(dvec3 x, R begin, R end) {
+// The motion of the point that is at x at the time `begin` of the segment.
+Motion motion_of(dvec3 x, R begin, R end) {
   precise dvec3 from = x - centre;
   R3 base = R3(from);
 #ifdef WITH_GRID
-  if (!is_felt(from)) return dvec3(0);
+  if (!is_felt(from)) return Motion(R3(0), R(0));
 #endif
 #if defined(SINGLE_FIELD) && !defined(BLENDED)
-  dvec3 known;
+  Motion known;
   if (closed_form != 0 && is_known(base - displacement * begin, begin, end, known)) return known;
 #endif
   return run(base, begin, end);
 }
-
-dvec3 place(int i) { return dvec3(e[i], e[i + 1], e[i + 2]); }
 
 void open_segment(int s) {
   int entry = s * kSegmentEntries;
@@ -234,20 +225,22 @@ void open_segment(int s) {
   carries = (table[entry + 2] & kCarries) != 0;
   closed_form = table[entry + 2] / kClosedForm;
   segment_numbers = table[entry + 3];
-  displacement = part(segment_numbers);
+  segment_places = s * kSegmentPlaces;
+  R4 way = quads[segment_numbers / 4];
+  R4 rule = quads[segment_numbers / 4 + 1];
+  displacement = way.xyz;
 #ifdef BLENDED
   tool_velocity = R3(0);
   tool_speed = R(0);
 #else
   tool_velocity = displacement;
-  tool_speed = n[segment_numbers + 3];
+  tool_speed = way.w;
 #endif
-  tolerance = n[segment_numbers + kTolerance];
-  centre = place(s * kSegmentPlaces);
-#ifdef WITH_GRID
-  per_spacing = e[s * kSegmentPlaces + 8];
-#endif
-  exact_displacement = place(s * kSegmentPlaces + 3);
+  greatest_reach = rule.x;
+  tolerance = rule.y;
+  least_motion = rule.z;
+  centre = place(segment_places);
+  open_field();
 }
 
 // Whether no point of the ball is in the support of a field at any time of the segment.
@@ -279,8 +272,8 @@ bool misses(int s, dvec3 at, double radius) {
 #endif
 
 #ifdef WITH_CYLINDER
-bool is_within(int s, dvec3 x) {
-  int at = s * kSegmentPlaces + 8;
+bool is_within(dvec3 x) {
+  int at = segment_places + 8;
   precise dvec3 d = x - place(at);
   dvec3 direction = place(at + 3);
   precise dvec3 across = d - direction * dot(direction, d);
@@ -294,32 +287,40 @@ void count(uint at, uint number) {
   if (before + number < before) atomicAdd(counts[at + 1u], 1u);
 }
 
-// The point's displacement through one segment.
-dvec3 move(int s, dvec3 x) {
+// Whether the segment moves the point at x, which it then does.
+bool is_moved_by(int s, inout dvec3 x) {
   open_segment(s);
-  R begin = R(e[s * kSegmentPlaces + 6]);
-  R end = R(e[s * kSegmentPlaces + 7]);
+  R begin = n[segment_numbers + kBegin];
+  R end = n[segment_numbers + kEnd];
 #ifdef WITH_CYLINDER
   // Members are those within the limit cylinder at t = 0: from elsewhere, the point is taken back there first.
   bool asks = (table[s * kSegmentEntries + 2] & kHasCylinder) != 0;
-  if (asks && begin == R(0) && !is_within(s, x)) return dvec3(0);
-  dvec3 by = dvec3(0);
+  if (asks && begin == R(0) && !is_within(x)) return false;
+  Motion by = Motion(R3(0), R(0));
   for (int pass = asks && begin != R(0) ? 0 : 1; pass < 2; ++pass) {
     uvec3 before = uvec3(accepted, rejected, evaluations);
-    by = displacement_of(x, begin, pass == 0 ? R(0) : end);
+    by = motion_of(x, begin, pass == 0 ? R(0) : end);
     if (pass == 1) break;
     accepted = before.x;
     rejected = before.y;
     evaluations = before.z;
-    if (!is_within(s, x + by)) return dvec3(0);
+    if (!is_within(x + dvec3(by.moved) + exact_displacement() * double(by.carried))) return false;
   }
 #else
-  dvec3 by = displacement_of(x, begin, end);
+  Motion by = motion_of(x, begin, end);
 #endif
   // The rounding of a point at the rim, which is to keep its bits.
-  dvec3 size = abs(by);
-  if (max(size.x, max(size.y, size.z)) <= double(n[segment_numbers + kMin])) return dvec3(0);
-  return by;
+  R3 about = by.moved + displacement * by.carried;
+  if (max(abs(about.x), max(abs(about.y), abs(about.z))) <= least_motion) return false;
+  dvec3 exactly = dvec3(by.moved);
+  if (by.carried != R(0)) exactly += exact_displacement() * double(by.carried);
+  // Not the sum of all: -0 is to stay -0.
+  precise dvec3 to = x;
+  if (about.x != R(0)) to.x += exactly.x;
+  if (about.y != R(0)) to.y += exactly.y;
+  if (about.z != R(0)) to.z += exactly.z;
+  x = to;
+  return true;
 }
 
 void main() {
@@ -331,16 +332,10 @@ void main() {
   int s = 0;
   while (s < segment_count && misses(s, middle, radius)) ++s;
   if (s == segment_count) return;
-  precise dvec3 x = dvec3(points[3u * i], points[3u * i + 1u], points[3u * i + 2u]);
+  dvec3 x = dvec3(points[3u * i], points[3u * i + 1u], points[3u * i + 2u]);
   bool is_moved = false;
   for (; s < segment_count && complete; ++s) {
-    dvec3 by = move(s, x);
-    if (by == dvec3(0)) continue;
-    is_moved = true;
-    // Not the sum of all: -0 is to stay -0.
-    if (by.x != 0.0) x.x += by.x;
-    if (by.y != 0.0) x.y += by.y;
-    if (by.z != 0.0) x.z += by.z;
+    if (is_moved_by(s, x)) is_moved = true;
   }
   if (is_moved) {
     points[3u * i] = x.x;
@@ -348,7 +343,7 @@ void main() {
     points[3u * i + 2u] = x.z;
     atomicMax(radii[group], floatBitsToUint(float(distance(x, middle)) * 1.000001));
   }
-  steps[i] += accepted;
+  if (counts_steps) steps[i] += accepted;
   // Some drivers stop all loops after so many rounds (Mesa's on the CPU after 65535 in all), and then this one, too.
   int rounds = 0;
   while (rounds < segment_count + 1) ++rounds;
@@ -366,6 +361,8 @@ void main() {
 // in n[], as packed_tree.cpp puts them; lengths are in radii. Pins are gone through four at a time, and their powers
 // without a loop, since some drivers count the rounds of loops. Turns, which are fewer, loop: that compiles faster.
 const char* const kGlslPins = R"(
+void open_field() {}
+
 // Psi a of the pin whose numbers begin at `pin`, for y from the pin and y.y < 1.
 R3 velocity_of_pin(int pin, int degree, R3 y, R square, R s) {
   int powers = pin + kPowers;

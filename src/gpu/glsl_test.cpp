@@ -44,7 +44,7 @@ TEST(Glsl, HasTheStepRuleAndItsConstantsFromTheFlowRoom) {
 // What is written out here are orders, and the coefficients of the methods that are tried on a whole segment.
 TEST(Glsl, HasNoNumberOfTheStepRuleOfItsOwn) {
   const std::string path = kGlslPath;
-  const std::size_t end = path.find("// The displacement of the point that is at x");
+  const std::size_t end = path.find("// The motion of the point that is at x");
   ASSERT_NE(end, std::string::npos);
   EXPECT_EQ(numbers_in(path.substr(0, end)), (std::set<std::string>{"0", "0.25", "0.5", "1", "2.0", "3.0"}));
   EXPECT_EQ(numbers_in(kStepRuleText), (std::set<std::string>{"1", "2"}));

@@ -29,14 +29,18 @@ struct Balls {
   std::vector<double> bounds;
   std::vector<float> radii;
 
-  explicit Balls(std::span<const Vec3d> points) {
-    for (std::size_t first = 0; first < points.size(); first += kGroup) {
-      const Box box = bounding_box(points.subspan(first, std::min(kGroup, points.size() - first)));
-      const Vec3d center = box.center();
-      bounds.insert(bounds.end(), {center.x, center.y, center.z, 0.0});
-      const auto radius = static_cast<float>(0.5 * box.diagonal() * (1 + 1e-6));
-      radii.push_back(std::max(radius, std::numeric_limits<float>::min()));
-    }
+  explicit Balls(std::span<const Vec3d> points)
+      : bounds((points.size() + kGroup - 1) / kGroup * 4), radii(bounds.size() / 4) {
+    parallel_for(radii.size(), 4096, 0, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t group = begin; group < end; ++group) {
+        const Box box = bounding_box(points.subspan(group * kGroup, std::min(kGroup, points.size() - group * kGroup)));
+        const Vec3d center = box.center();
+        const std::array<double, 4> ball{center.x, center.y, center.z, 0};
+        std::copy(ball.begin(), ball.end(), bounds.begin() + static_cast<std::ptrdiff_t>(4 * group));
+        const auto radius = static_cast<float>(0.5 * box.diagonal() * (1 + 1e-6));
+        radii[group] = std::max(radius, std::numeric_limits<float>::min());
+      }
+    });
   }
 };
 
@@ -176,6 +180,8 @@ struct Calls {
     const gl::Program& program = gpu.program_of(kind);
     glUseProgram(program.get());
     glUniform1i(uniform(program, "segment_count"), packed.count);
+    glUniform1i(uniform(program, "counts_steps"), options.steps.empty() ? 0 : 1);
+    glUniform1i(uniform(program, "four"), 4);
     gl::bind_storage(4, buffers.numbers);
     gl::bind_storage(5, buffers.places);
     gl::bind_storage(6, buffers.table);
@@ -196,8 +202,11 @@ struct Calls {
   }
 };
 
-void clear_counts(GpuPoints::State& points) {
-  for (const Range& range : points.ranges) gl::clear_storage(range.steps);
+// The points' own only where they are asked for.
+void clear_counts(GpuPoints::State& points, const AdvectOptions& options = {}) {
+  if (!options.steps.empty()) {
+    for (const Range& range : points.ranges) gl::clear_storage(range.steps);
+  }
   gl::clear_storage(points.counts);
 }
 
@@ -279,7 +288,7 @@ AdvectResult Gpu::advect(const Flow& flow, GpuPoints& points, const AdvectOption
   check(flow, options, points.size());
   const gl::CurrentContext current(state_->context);
   const Calls calls{*state_, options};
-  clear_counts(*points.state_);
+  clear_counts(*points.state_, options);
   std::span<const Segment> rest = flow.segments;
   AdvectResult result;
   while (!rest.empty() && result.status == AdvectStatus::done) {
@@ -305,6 +314,7 @@ void Gpu::enqueue(const Flow& flow, GpuPoints& points, const AdvectOptions& opti
   const gl::CurrentContext current(state_->context);
   AdvectOptions own = options;
   own.progress = nullptr;
+  own.steps = {};
   const Calls calls{*state_, own, false};
   for (std::span<const Segment> rest = flow.segments; !rest.empty();) {
     const std::size_t length = pack_length(rest, options);

@@ -19,7 +19,7 @@ namespace {
 using namespace layout;
 using detail::GridCells;
 
-// Segments to a call of a shader: some drivers stop loops after 65535 rounds, and an evaluation takes 16.
+// Segments to a call of a shader: some drivers stop loops after 65535 rounds, and an evaluation takes 20.
 constexpr std::size_t kMaxGrids = 16;
 
 // Nodes to a call, with the empty ones around the grids: their numbers take 24 bytes each.
@@ -60,12 +60,10 @@ class GridPacker {
     numbers[kReach] = detail::reach_of_step(segment);
     numbers[kTolerance] = detail::kErrorShare * options_.tolerance;
     numbers[kMin] = kMinMotion * segment.grid.spacing;
-    numbers[kPerSpacing] = 1 / segment.grid.spacing;
-    numbers[kEndOfTime] = segment.end;
+    numbers[kBegin] = segment.begin;
+    numbers[kEnd] = segment.end;
     const std::size_t places = i * kSegmentPlaces;
     put(packed_.places, places, cells.center());
-    packed_.places[places + 6] = segment.begin;
-    packed_.places[places + 7] = segment.end;
     packed_.places[places + 8] = 1 / segment.grid.spacing;
     std::int32_t* const entries = packed_.table.data() + i * kSegmentEntries;
     entries[0] = 1;
@@ -97,7 +95,10 @@ class GridPacker {
   std::size_t put_numbers(const GridCells& cells, const SharedVectors& coefficients) {
     const std::size_t begin = packed_.numbers.size();
     const std::vector<double> numbers = cells.numbers<double>(coefficients);
-    packed_.numbers.insert(packed_.numbers.end(), numbers.begin(), numbers.end());
+    packed_.numbers.resize(begin + numbers.size() / 3 * 4);
+    for (std::size_t node = 0; node < numbers.size() / 3; ++node) {
+      std::copy_n(numbers.data() + 3 * node, 3, packed_.numbers.data() + begin + 4 * node);
+    }
     return begin;
   }
 
@@ -179,11 +180,8 @@ bool is_parallel(const Vec3d& a, const Vec3d& b) { return norm2(cross(a, b)) <= 
 
 // As closed_form.cpp chooses.
 ClosedForm form_of(const Translation<double>& motion, const Field& field, const Segment& segment) {
-  if (motion.velocity != segment.displacement) return kNoClosedForm;
-  if (std::holds_alternative<Handles<double>>(field.region)) return kHandlesPoint;
-  if (std::holds_alternative<PointSet<double>>(field.region)) return kNoClosedForm;  // r would take too long
-  const bool is_distance = !std::holds_alternative<HalfSpace<double>>(field.region);
-  return is_distance && field.thresholds.inner <= 0 ? kNoClosedForm : kRigidCore;
+  const bool known = motion.velocity == segment.displacement && std::holds_alternative<Handles<double>>(field.region);
+  return known ? kHandlesPoint : kNoClosedForm;  // a tool that carries its points needs none
 }
 
 ClosedForm form_of(const Rotation<double>& motion, const Field& field, const Segment& segment) {
@@ -288,6 +286,8 @@ class Packer {
     packed_.numbers[numbers + kReach] = std::min(detail::reach_of_step(segment), 1e30);
     packed_.numbers[numbers + kTolerance] = detail::kErrorShare * options_.tolerance;
     packed_.numbers[numbers + kMin] = least_motion(segment);
+    packed_.numbers[numbers + kBegin] = segment.begin;
+    packed_.numbers[numbers + kEnd] = segment.end;
     const ClosedForm form = form_of(segment);
     if (form == kStretchedCore) {
       const Mat3d& m = std::get<Strain<double>>(segment.fields.front().motion).matrix;
@@ -296,8 +296,6 @@ class Packer {
     const std::size_t places = i * kSegmentPlaces;
     put(packed_.places, places, segment.fields.front().center);
     put(packed_.places, places + 3, segment.displacement);
-    packed_.places[places + 6] = segment.begin;
-    packed_.places[places + 7] = segment.end;
     if (segment.limit_cylinder) {
       put(packed_.places, places + 8, segment.limit_cylinder->center);
       put(packed_.places, places + 11, segment.limit_cylinder->axis);

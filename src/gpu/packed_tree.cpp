@@ -129,10 +129,10 @@ class PinPacker {
     numbers[kMin] = kMinMotion * pins.field.radius;
     numbers[kPerRadius] = pins.field.per_radius;
     numbers[kMiddle] = pins.field.middle;
+    numbers[kBegin] = part.begin;
+    numbers[kEnd] = part.end;
     numbers[kPerHalf] = pins.field.per_half;
     put(packed_.places, i * kSegmentPlaces, middle_);
-    packed_.places[i * kSegmentPlaces + 6] = part.begin;
-    packed_.places[i * kSegmentPlaces + 7] = part.end;
     std::int32_t* const entries = packed_.table.data() + i * kSegmentEntries;
     entries[0] = static_cast<std::int32_t>(pins_);
     entries[1] = static_cast<std::int32_t>(table);

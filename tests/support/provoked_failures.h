@@ -26,11 +26,17 @@ inline void lose_display_at_call(int n) {
 // There is no memory, truly, for buffers of so many bytes and more. On a driver that runs on the CPU.
 inline void starve_buffers(GLsizeiptr bytes) {
   static GLsizeiptr least = 0;
-  static const auto real = reinterpret_cast<PFNGLBUFFERDATAPROC>(eglGetProcAddress("glBufferData"));
+  static const auto data_of = reinterpret_cast<PFNGLBUFFERDATAPROC>(eglGetProcAddress("glBufferData"));
+  static const auto storage_of = reinterpret_cast<PFNGLBUFFERSTORAGEPROC>(eglGetProcAddress("glBufferStorage"));
   least = bytes;
   epoxy_glBufferData = [](GLenum target, GLsizeiptr size, const void* data, GLenum usage) {
     if (size >= least) limit_memory(1 << 20);
-    real(target, size, data, usage);
+    data_of(target, size, data, usage);
+    if (size >= least) lift_memory_limit();
+  };
+  epoxy_glBufferStorage = [](GLenum target, GLsizeiptr size, const void* data, GLbitfield flags) {
+    if (size >= least) limit_memory(1 << 20);
+    storage_of(target, size, data, flags);
     if (size >= least) lift_memory_limit();
   };
 }

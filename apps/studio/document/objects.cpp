@@ -94,7 +94,7 @@ Mesh visible_mesh(const DocumentObjects& objects, const ShapeState& state) {
 }
 
 Mesh active_mesh(const DocumentObjects& objects, const ShapeState& state) {
-  const Mesh mesh = state.to_mesh();
+  Mesh mesh = state.to_mesh();
   if (objects.joined == nullptr || !objects.active) return mesh;
   std::vector<std::uint32_t> faces(mesh.face_count());
   std::vector<std::uint32_t> vertices(mesh.vertex_count());

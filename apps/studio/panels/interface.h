@@ -125,7 +125,7 @@ class Interface {
 
  private:
   void arrange();
-  void send(const Event& event);
+  void send(const Event& given);
   void note_right_click(const Event& event, bool was_free);
   bool is_idle_repeat(const Event& event);
   bool send_to_target(const Event& event);

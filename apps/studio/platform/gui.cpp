@@ -44,7 +44,8 @@ void load_font(float height) {
   // Latin, punctuation (dashes, quotes), arrows and the signs of mathematics.
   static constexpr std::array<ImWchar, 9> ranges{0x20, 0x24F, 0x2010, 0x205E, 0x2190, 0x21FF, 0x2200, 0x22FF, 0};
   if (std::size(kFont) > 0) {
-    config.FontDataOwnedByAtlas = false;
+    config.FontDataOwnedByAtlas = false;  // then nothing writes to it
+    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast)
     fonts.AddFontFromMemoryTTF(const_cast<unsigned char*>(std::data(kFont)), static_cast<int>(std::size(kFont)),
                                config.SizePixels, &config, ranges.data());
     return;

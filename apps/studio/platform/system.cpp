@@ -12,8 +12,9 @@
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-extern char** environ;
+#endif
+#if defined(__APPLE__)
+extern char** environ;  // declared nowhere
 #endif
 
 #if defined(_WIN32)
@@ -160,6 +161,7 @@ std::optional<DesktopDialog> DesktopDialog::ask(const FileQuestion& question) {
   std::array<int, 2> pipe{};
   if (command.empty() || ::pipe2(pipe.data(), O_CLOEXEC) != 0) return std::nullopt;
   std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
   for (std::string& word : command) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions{};

@@ -16,7 +16,7 @@ namespace knead::studio {
 namespace {
 
 constexpr int kPoints = 64;         // of a ring; a multiple of 2 kDash
-constexpr int kDash = 2;            // steps of a dash, and of a gap
+constexpr std::size_t kDash = 2;    // steps of a dash, and of a gap
 constexpr double kThickness = 1.1;  // half, in pixels
 constexpr double kThickest = 3;     // of that: the inner ring of a tool at full strength
 constexpr double kDotPixels = 4.5;  // radius of the dot at a mirror image

@@ -65,7 +65,7 @@ describe('the page of Studio', { skip }, () => {
       stretch: { key: '8', act: () => turn(tab, { x: at.x + 30, y: at.y + 60 }) },
       twist: { key: '9', act: () => turn(tab, { x: at.x + 60, y: at.y + 100 }) },
       bend: { key: '0', act: () => turn(tab, { x: at.x + 60, y: at.y + 60 }) },
-      pins: { key: 'p', act: () => drag(tab, { x: at.x + 20, y: at.y + 120 }, { x: at.x - 10, y: at.y + 150 }) },
+      pose: { key: 'p', act: () => drag(tab, { x: at.x + 20, y: at.y + 120 }, { x: at.x - 10, y: at.y + 150 }) },
     };
     let before = [];
     let text = '';
