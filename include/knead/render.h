@@ -36,6 +36,8 @@ struct Camera {
   double height = 2;
   double shift_x = 0;  // where the target is seen, from -1, the left side, to 1
   double shift_y = 0;  // from -1, the bottom, to 1
+
+  friend bool operator==(const Camera&, const Camera&) = default;
 };
 
 // The unit vectors of the picture: right, up, and forward (from the eye into the scene).
@@ -211,6 +213,12 @@ struct Shape {
 struct TranslucentSurface {
   Mesh mesh;
   Color color = kInnerRed;
+
+  // Of what is drawn: the mesh's attributes are not.
+  friend bool operator==(const TranslucentSurface& a, const TranslucentSurface& b) {
+    return a.mesh.positions == b.mesh.positions && a.mesh.corner_vertex == b.mesh.corner_vertex &&
+           a.mesh.face_begin == b.mesh.face_begin && a.color == b.color;
+  }
 };
 
 // A solid arrow; its length includes the head. It shines faintly through shapes that hide it. Nothing is drawn if its
@@ -220,6 +228,8 @@ struct Arrow {
   Vec3d to;
   double radius = 0.01;  // of the shaft; the head is 2.4 times as wide
   Color color{0.20f, 0.25f, 0.85f, 1};
+
+  friend bool operator==(const Arrow&, const Arrow&) = default;
 };
 
 // A round rod along a polyline (an axis, a path, a ring). It shines through shapes like an arrow.
@@ -228,6 +238,8 @@ struct Line {
   double radius = 0.005;
   bool closed = false;
   Color color{0.15f, 0.15f, 0.20f, 1};
+
+  friend bool operator==(const Line&, const Line&) = default;
 };
 
 // Removes the side dot(normal, x) > offset. The cut through a closed shape is a plane with its own colour.
@@ -235,6 +247,8 @@ struct Clip {
   Vec3d normal{1, 0, 0};
   double offset = 0;
   Color color{0.86f, 0.42f, 0.30f, 1};
+
+  friend bool operator==(const Clip&, const Clip&) = default;
 };
 
 // What a picture shows.
@@ -419,6 +433,8 @@ struct PlacedImage {
   Vec3d right;  // from the centre to the middle of the right side
   Vec3d up;     // and of the upper side
   float opacity = 1;
+
+  friend bool operator==(const PlacedImage&, const PlacedImage&) = default;
 };
 // The colours of stretches, from none to the strongest, evenly spaced; they also differ in lightness.
 inline constexpr std::array<Color, 5> kStretchColors{{{0.86f, 0.86f, 0.84f, 1},
@@ -447,6 +463,8 @@ struct LiveScene {
   std::vector<Line> lines;
   Color background_top{0.86f, 0.87f, 0.89f, 1};
   Color background_bottom{0.66f, 0.68f, 0.71f, 1};
+
+  friend bool operator==(const LiveScene&, const LiveScene&) = default;
 };
 
 // The data that the last call of LiveView::move sent to the GPU.

@@ -388,6 +388,7 @@ std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchor
     right[root] += (rest_[root] * (1 - time) + places_[root] * time) * pin.weight;
     const std::vector<Vec3d> places = solve(factor, right);
     std::vector<Vec3d> at;
+    at.reserve(held.size());
     for (const Held& h : held) at.push_back(places[h.node] + turns[h.node] * h.offset);
     return at;
   };

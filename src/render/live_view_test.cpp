@@ -7,8 +7,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <numbers>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -184,6 +186,70 @@ TEST_F(LiveViewTest, DrawsIntoAPartOfTheFramebuffer) {
   glReadPixels(kLeft - 1, kBottom - 1, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, beside.data());
   EXPECT_EQ(beside[0], 255);
   EXPECT_EQ(beside[1], 0) << "what is around the picture stays";
+}
+
+// What does not change is not drawn again: whatever changes must be seen. A picture forgets what was drawn.
+TEST_F(LiveViewTest, WhatChangesIsDrawnAgain) {
+  Mesh hand = make_shape(ShapeKind::hand, 5000);
+  view_->set_shape(hand);
+  LiveScene scene = scene_of(hand);
+  const gl::Texture color = gl::make_texture(kWidth, kHeight, GL_RGBA8);
+  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
+  const auto shown = [&] {
+    glClearColor(1, 0, 1, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+    view_->draw(scene, kWidth, kHeight);
+    std::vector<std::uint8_t> pixels(std::size_t{4} * kWidth * kHeight);
+    glReadPixels(0, 0, kWidth, kHeight, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+    return pixels;
+  };
+  const VertexRange all{0, static_cast<std::uint32_t>(hand.vertex_count())};
+  const std::vector<float> half(hand.vertex_count(), 0.5f);
+  const std::vector<std::pair<const char*, std::function<void()>>> changes{
+      {"camera", [&] { scene.camera.height *= 1.5; }},
+      {"material", [&] { scene.material = Material::matcap; }},
+      {"relief", [&] { scene.relief.cavity = true; }},
+      {"wires", [&] { scene.wireframe = true; }},
+      {"cut",
+       [&] {
+         scene.clip = Clip{{1, 0, 0}, 0};
+       }},
+      {"line",
+       [&] {
+         scene.lines.push_back({{{-1, 0, 0}, {1, 0, 0}}, 0.05});
+       }},
+      {"arrow",
+       [&] {
+         scene.arrows.push_back({{0, -1, 0}, {0, 1, 0}, 0.05});
+       }},
+      {"surface", [&] { scene.surfaces.push_back({sphere({}, 0.5)}); }},
+      {"surface moved",
+       [&] {
+         scene.surfaces[0].mesh.positions[0] = {0, 2, 0};
+       }},
+      {"background",
+       [&] {
+         scene.background_top = {0, 1, 0, 1};
+       }},
+      {"mask", [&] { view_->set_mask(half); }},
+      {"values", [&] { view_->set_influence(half); }},
+      {"influence", [&] { scene.show_influence = true; }},
+      {"move",
+       [&] {
+         for (Vec3d& p : hand.positions) p.x += 0.1;
+         view_->move(hand.positions, {&all, 1});
+       }},
+      {"shape", [&] { view_->set_shape(sphere({}, 0.7)); }}};
+  for (const auto& [name, change] : changes) {
+    const auto before = shown();
+    change();
+    const auto after = shown();
+    EXPECT_TRUE(shown() == after) << name;
+    view_->picture(scene, 8, 8);
+    EXPECT_TRUE(shown() == after) << name;
+    const bool is_seen = std::string_view(name) != "values";
+    EXPECT_EQ(after != before, is_seen) << name;
+  }
 }
 
 TEST_F(LiveViewTest, SamplesSmoothTheOutline) {

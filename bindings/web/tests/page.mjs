@@ -28,6 +28,7 @@ export async function startPage(start = startBrowser) {
     tab.on('console', (message) => {
       if (message.type() === 'error' || /GL_INVALID|INVALID_/.test(message.text())) tab.problems.push(message.text());
     });
+    await tab.addInitScript(keepNotices);
     await tab.goto(url);
     await tab.waitForFunction(() => window.kneadStudio).catch(() => assert.fail(tab.problems.join('\n')));
     await settle(tab);
@@ -39,6 +40,15 @@ export async function startPage(start = startBrowser) {
     server.close();
   }
   return { browser, open, close };
+}
+
+// Before the page's own scripts: what the page says, which it takes away again after seconds.
+function keepNotices() {
+  window.notices = [];
+  document.addEventListener('DOMContentLoaded', () => {
+    const notice = document.getElementById('notice');
+    new MutationObserver(() => window.notices.push(notice.textContent)).observe(notice, { childList: true });
+  });
 }
 
 // Until so many pictures were drawn.
@@ -118,7 +128,7 @@ async function keptDownload(tab, ending) {
 
 async function browserDownload(tab, ending) {
   const predicate = (download) => download.suggestedFilename().endsWith(ending);
-  const download = await tab.waitForEvent('download', { predicate, timeout: 20_000 });
+  const download = await tab.waitForEvent('download', { predicate, timeout: 60_000 });
   return readFileSync(await download.path());
 }
 

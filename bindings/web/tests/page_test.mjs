@@ -189,7 +189,8 @@ describe('the page of Studio', { skip }, () => {
       const tab = await open(test, context, `http://127.0.0.1:${plain.address().port}/`);
       const hasThreads = serviceWorkers === 'allow';
       assert.equal(await tab.evaluate(() => window.crossOriginIsolated), hasThreads);
-      assert.equal(/one thread only/.test(await tab.textContent('#notice')), !hasThreads);
+      const said = await tab.evaluate(() => window.notices.join('\n'));
+      assert.equal(/one thread only/.test(said), !hasThreads);
       await drag(tab, middle, { x: middle.x + 100, y: middle.y });
       assert.ok(strokes(await save(tab, 'pulled')).length > 0);
       assert.deepEqual(tab.problems, []);

@@ -262,7 +262,7 @@ class Collector {
   std::string bin_;
 };
 
-ShapeFile wrapped(std::string bytes, const char* format, const std::string& name, Collector& collector) {
+ShapeFile wrapped(const std::string& bytes, const char* format, const std::string& name, Collector& collector) {
   Layout layout;
   std::string plain = collector.run(layout);
   ShapeFile shape;
@@ -274,7 +274,7 @@ ShapeFile wrapped(std::string bytes, const char* format, const std::string& name
   const auto full =
       std::count_if(layout.buffers.begin(), layout.buffers.end(), [](const Buffer& b) { return b.size > 0; });
   if (full > 1) shape.notes.push_back(std::to_string(full) + " buffers are written as one if a vertex moves");
-  shape.bytes = std::move(bytes);
+  shape.bytes = bytes;
   set_layout(shape, std::move(layout));
   return shape;
 }

@@ -33,9 +33,7 @@ std::string_view tight(std::string_view text) {
 class NastranScan {
  public:
   NastranScan(std::string_view bytes, const std::string& name, const PointVisitor& visit)
-      : lines_(bytes, name), visit_(visit) {
-    has_sections_ = has_begin_bulk(Lines(bytes, name));
-  }
+      : lines_(bytes, name), visit_(visit), has_sections_(has_begin_bulk(Lines(bytes, name))) {}
 
   void run() {
     bool is_bulk = !has_sections_;

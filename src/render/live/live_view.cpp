@@ -41,17 +41,6 @@ struct Glass {
   }
 };
 
-bool same(const Arrow& a, const Arrow& b) {
-  return a.from == b.from && a.to == b.to && a.radius == b.radius && a.color == b.color;
-}
-bool same(const Line& a, const Line& b) {
-  return a.points == b.points && a.radius == b.radius && a.closed == b.closed && a.color == b.color;
-}
-template <class T>
-bool all_same(const std::vector<T>& a, const std::vector<T>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const T& x, const T& y) { return same(x, y); });
-}
-
 void extend(Box& box, const Box& other) {
   if (other.empty()) return;
   box.extend(other.min);
@@ -76,6 +65,15 @@ struct ShownImage {
   gl::Texture texture;
 };
 
+// What the targets show, so that it need not be drawn again.
+struct Drawn {
+  LiveScene scene;
+  int width = 0;
+  int height = 0;
+
+  friend bool operator==(const Drawn&, const Drawn&) = default;
+};
+
 // Arrows and lines with what they look like.
 struct Rods {
   std::vector<Arrow> arrows;
@@ -84,7 +82,7 @@ struct Rods {
   Box box;
 
   void show(const LiveScene& scene, const Placement& placement) {
-    if (all_same(arrows, scene.arrows) && all_same(lines, scene.lines)) return;
+    if (arrows == scene.arrows && lines == scene.lines) return;
     arrows = scene.arrows;
     lines = scene.lines;
     DrawSurface surface;
@@ -118,6 +116,7 @@ struct LiveView::State {
   LiveTargets targets;
   LiveTargets other_targets;
   UploadCounts counts;
+  std::optional<Drawn> drawn;  // none where the shape or its colours have changed since
 
   // Of the scene's images; those that it does not have any more are forgotten.
   std::vector<LiveImage> show_images(const LiveScene& scene) {
@@ -247,11 +246,13 @@ void LiveView::set_shape(const Mesh& mesh) {
   s.counts = {};
   s.compute.reset();
   s.box_on_gpu.reset();
+  s.drawn.reset();
 }
 
 void LiveView::move(std::span<const Vec3d> positions, std::span<const VertexRange> changed, int threads) {
   State& s = *state_;
   const VertexRange all{0, static_cast<std::uint32_t>(positions.size())};
+  s.drawn.reset();
   const bool is_elsewhere = s.box_on_gpu.has_value();
   s.counts = update(s.buffers, s.mesh, s.mesh.move(positions, is_elsewhere ? std::span(&all, 1) : changed, threads));
   s.box_on_gpu.reset();
@@ -268,6 +269,7 @@ void LiveView::move_on_gpu(std::span<const PointBuffer> points, const Box& box) 
     throw InvalidInput("live view: the buffers hold " + std::to_string(next) + " places for a shape of " +
                        std::to_string(s.mesh.vertex_count()) + " vertices; set the shape anew");
   }
+  s.drawn.reset();
   if (!s.compute) s.compute.emplace(s.mesh);
   s.compute->move(points, s.placement, s.buffers);
   s.counts = {};
@@ -289,6 +291,7 @@ void LiveView::set_influence(std::span<const float> per_vertex) {
     s.colors[d][3] = byte;
     different = {std::min(different.begin, d), std::max(different.end, d + 1)};
   });
+  if (different.begin < different.end) s.drawn.reset();
   update_colors(s.buffers, s.colors, different);
 }
 
@@ -311,6 +314,7 @@ void LiveView::set_mask(std::span<const float> per_vertex) {
     s.colors[d] = color;
     different = {std::min(different.begin, d), std::max(different.end, d + 1)};
   });
+  if (different.begin < different.end) s.drawn.reset();
   update_colors(s.buffers, s.colors, different);
 }
 
@@ -352,7 +356,12 @@ void make_picture(LiveView::State& s, const LiveScene& scene, int width, int hei
 void LiveView::draw(const LiveScene& scene, int width, int height, int left, int bottom) {
   if (width < 1 || height < 1) return;
   const FramebufferGuard caller;
-  make_picture(*state_, scene, width, height);
+  const Drawn wanted{scene, width, height};
+  if (state_->drawn != wanted) {
+    state_->drawn.reset();
+    make_picture(*state_, scene, width, height);
+    state_->drawn = wanted;
+  }
   caller.bind();
   present_live(state_->programs, state_->targets, left, bottom);
 }
@@ -360,6 +369,7 @@ void LiveView::draw(const LiveScene& scene, int width, int height, int left, int
 Image LiveView::picture(const LiveScene& scene, int width, int height) {
   if (width < 1 || height < 1) throw InvalidInput("live view: a picture without pixels; give a width and a height");
   const FramebufferGuard caller;
+  state_->drawn.reset();
   make_picture(*state_, scene, width, height);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, state_->targets.one.get());
   const std::size_t row = 4 * static_cast<std::size_t>(width);
