@@ -56,10 +56,16 @@ coverage() {
 
 bench() {
   require_programs
-  require bench
-  compile release knead knead_benchmarks
   local program name=${1:-}
   if [[ $# -gt 0 ]]; then shift; fi
+  if [[ $name == waits ]]; then
+    require test
+    compile release knead remesh_survey
+    python3 bench/waits.py "$@"
+    return
+  fi
+  require bench
+  compile release knead knead_benchmarks
   for program in build/release/bench/${name:-*}_bench; do
     [[ -x $program ]] || die "no such benchmark was built: $program; see bench/CMakeLists.txt"
     "$program" "$@"
