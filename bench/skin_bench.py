@@ -48,7 +48,7 @@ def poses(b):
         return {k: v for s in SIDES for k, v in limb(s, degrees).items()}
 
     fingers = {
-        f"finger{f}-{k}.L": (b.hinge(f"finger{f}-1.L", f"finger{f}-2.L", f"finger{f}-3.L"), 45) for f in (2, 3, 4, 5) for k in (1, 2, 3)
+        f"finger{f}-{k}.L": (b.own_hinge(f"finger{f}-{k}.L"), 45) for f in (2, 3, 4, 5) for k in (1, 2, 3)
     }
     spine = {name: (X, 20) for name in ("spine04", "spine03", "spine02", "spine01")}
     twist = {"lowerarm01.L": (b.direction("lowerarm01.L", "wrist.L"), 60), "lowerarm02.L": (b.direction("lowerarm01.L", "wrist.L"), 60)}
