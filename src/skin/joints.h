@@ -29,7 +29,7 @@ struct SkinLimb {
   double radius = 0;                  // of the limb there; 0: no flesh bends
   std::size_t stage = 0;              // when it moves
 
-  // How far along the limb the flesh has to bend, so that it is not squeezed to less than 0.4.
+  // How far along the limb the flesh has to bend, so that it is not squeezed to less than 0.6.
   double bending_length() const;
 };
 
@@ -75,7 +75,8 @@ struct StageProblem {
   detail::BodySamples body;
   std::vector<LimbPoints> limbs;
   std::function<std::vector<Rigid>(double part)> motions;  // of all limbs, from the shape at rest; part from 0 to 1
-  bool rest_gives = false;  // what rests is pressed flat, too, where limbs that move come near
+  bool has_no_room = false;  // a limb would end within another: they give way to each other from farther away
+  bool rest_gives = false;   // what rests is pressed flat, too, where limbs that move come near
   std::size_t steps = 1;
   double spacing = 0;
   double diagonal = 0;
