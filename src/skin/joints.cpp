@@ -354,8 +354,7 @@ constexpr double kWeightOfHold = 5000;
 constexpr double kWeightOfGrowth = 3;    // of the growth that is wanted, beside strain
 constexpr double kMaxCorrection = 0.25;  // of the spacing, in one step
 constexpr double kConflict = 0.25;       // what velocities of two limbs may differ by, over their distance
-constexpr double kSearched = 1;          // spacings: how far away another limb may be in conflict,
-constexpr double kSearchedInside = 2;    // and where a limb would end within another
+constexpr double kSearched = 2;          // spacings: how far away another limb may be in conflict
 constexpr double kTolerance = 1e-6;      // of the diagonal, for the body's own points
 
 class Motion {
@@ -480,9 +479,8 @@ class Motion {
       }
       if (others.empty()) continue;
       const SurfaceTree tree(others, points);
-      const double far = (problem_.has_no_room ? kSearchedInside : kSearched) * problem_.spacing;
       for (std::size_t k = 0; k < now_[i].size(); ++k) {
-        const std::optional<SurfacePoint> near = tree.closest(now_[i][k], far);
+        const std::optional<SurfacePoint> near = tree.closest(now_[i][k], kSearched * problem_.spacing);
         if (!near) continue;
         const std::uint32_t other = others[near->triangle][0];
         result[i][k] = norm(velocities[other] - wanted[i][k]) > kConflict * near->distance;

@@ -75,8 +75,7 @@ struct StageProblem {
   detail::BodySamples body;
   std::vector<LimbPoints> limbs;
   std::function<std::vector<Rigid>(double part)> motions;  // of all limbs, from the shape at rest; part from 0 to 1
-  bool has_no_room = false;  // a limb would end within another: they give way to each other from farther away
-  bool rest_gives = false;   // what rests is pressed flat, too, where limbs that move come near
+  bool rest_gives = false;  // what rests is pressed flat, too, where limbs that move come near
   std::size_t steps = 1;
   double spacing = 0;
   double diagonal = 0;

@@ -35,8 +35,6 @@ constexpr double kTriedGrowth = 0.02;     // of the volume, at most at a sample
 constexpr double kMaxGrowth = 0.5;        // more is not given back: the triangles are too coarse
 constexpr double kNear = 4;               // spacings: what is farther from all that moves is no part of a stage
 constexpr std::size_t kInside = 3000;     // samples of the body
-constexpr double kMaxInside = 0.1;        // of a limb's points: with more of them in another limb it has no room
-constexpr double kBelow = 0.7;            // cosine: how straight below the nearest triangle such a point is
 
 double time_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -123,7 +121,6 @@ class Poser {
     problem.body = tool_detail::body_of(surface, problem.spacing, kInside, options_.threads, warnings);
     mark_held(moving, problem.body);
     add_limbs(stage, moving, near, problem);
-    problem.has_no_room = ends_inside(stage, near, problem);
     problem.steps = steps_of(stage, problem);
     const double volume = enclosed_volume();
     Flow flow = stage_flow(problem, result_.report.unknowns);
@@ -314,36 +311,6 @@ class Poser {
       if (points[i].empty()) continue;
       problem.limbs.push_back({i, moving[i], tool_detail::part_of(points[i], problem.spacing).points});
     }
-  }
-
-  // Whether a limb that moves would end within another one.
-  bool ends_inside(std::size_t stage, const std::vector<Triangle>& near, const StageProblem& problem) const {
-    const std::vector<Rigid> first = joints_.motions(stage, 0);
-    const std::vector<Rigid> last = joints_.motions(stage, 1);
-    const auto motion = [&](std::size_t limb) { return last[limb] * inverse(first[limb]); };
-    std::vector<std::size_t> limbs;
-    std::vector<Vec3d> places;
-    for (std::size_t v = 0; v < positions_.size(); ++v) {
-      limbs.push_back(joints_.main_limb(v));
-      places.push_back(motion(limbs[v])(positions_[v]));
-    }
-    return std::any_of(problem.limbs.begin(), problem.limbs.end(), [&](const LimbPoints& limb) {
-      std::vector<Triangle> others;
-      for (const Triangle& t : near) {
-        const bool is_whole = limbs[t[0]] == limbs[t[1]] && limbs[t[0]] == limbs[t[2]];
-        if (is_closed_[t[0]] && is_whole && limbs[t[0]] != limb.limb) others.push_back(t);
-      }
-      if (!limb.moves || others.empty()) return false;
-      const SurfaceTree tree(others, places);
-      const auto inside = std::count_if(limb.points.begin(), limb.points.end(), [&](const Vec3d& p) {
-        const SurfacePoint closest = *tree.closest(motion(limb.limb)(p));
-        const Triangle& t = others[closest.triangle];
-        const Vec3d normal = cross(places[t[1]] - places[t[0]], places[t[2]] - places[t[0]]);
-        // Limbs are open where others go on: beyond the rim the closest triangle is not straight above.
-        return dot(motion(limb.limb)(p) - closest.point, normal) < -kBelow * closest.distance * norm(normal);
-      });
-      return static_cast<double>(inside) > kMaxInside * static_cast<double>(limb.points.size());
-    });
   }
 
   // Whether a vertex is so near to a joint that turns in this stage that the flesh has to bend there.
