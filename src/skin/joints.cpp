@@ -16,9 +16,9 @@ namespace {
 
 constexpr double kSameTurn = 5e-3;   // radians: bones that turn less against each other move alike,
 constexpr double kSamePlace = 1e-4;  // and are moved by less, of the diagonal
-constexpr double kNextStage = 2.2;   // grids so many times as coarse are a stage of their own
-constexpr double kSqueezed = 0.4;    // what is left of the flesh's length inside a joint
-constexpr double kLongest = 2.5;     // of the radius: the bending length is no longer
+constexpr double kNextStage = 3;     // grids so many times as coarse are a stage of their own
+constexpr double kSqueezed = 0.6;    // what is left of the flesh's length inside a joint
+constexpr double kLongest = 3;       // of the radius: the bending length is no longer
 constexpr double kUsualDetail = 2;   // spacing of the grids over the limbs' radius; 1.5 for fingers and the like, which
 constexpr double kThinDetail = 1.5;  // lie beside each other: limbs thinner than this part of the diagonal
 constexpr double kThin = 0.01;
@@ -353,7 +353,7 @@ constexpr double kWeightOfLimb = 20000;
 constexpr double kWeightOfHold = 5000;
 constexpr double kWeightOfGrowth = 3;    // of the growth that is wanted, beside strain
 constexpr double kMaxCorrection = 0.25;  // of the spacing, in one step
-constexpr double kConflict = 0.35;       // what velocities of two limbs may differ by, over their distance
+constexpr double kConflict = 0.25;       // what velocities of two limbs may differ by, over their distance
 constexpr double kSearched = 2;          // spacings: how far away another limb may be in conflict
 constexpr double kTolerance = 1e-6;      // of the diagonal, for the body's own points
 

@@ -29,7 +29,7 @@ struct SkinLimb {
   double radius = 0;                  // of the limb there; 0: no flesh bends
   std::size_t stage = 0;              // when it moves
 
-  // How far along the limb the flesh has to bend, so that it is not squeezed to less than 0.4.
+  // How far along the limb the flesh has to bend, so that it is not squeezed to less than 0.6.
   double bending_length() const;
 };
 

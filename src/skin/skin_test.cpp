@@ -94,6 +94,31 @@ TEST(Skin, AnOpenSleeveLeavesTheVolumeOfTheArm) {
   EXPECT_EQ(result.report.flow.crossings_new, 0U);
 }
 
+// A tapered bar: joints of one limb, whose thickness is 2.5 times as much at one of them, turn together.
+TEST(Skin, JointsOfSimilarSizeTurnTogether) {
+  Arm arm;
+  for (Vec3d& p : arm.mesh.positions) {
+    const double thickness = 0.7 - 0.2 * p.x;
+    p = {p.x, thickness * p.y, thickness * p.z};
+  }
+  arm.skin.rest = {{{}, {-3, 0, 0}}, {{}, {-1.5, 0, 0}}, {{}, {1.5, 0, 0}}};
+  arm.skin.parents = {-1, 0, 1};
+  arm.skin.begin = {0};
+  arm.skin.weights.clear();
+  for (const Vec3d& p : arm.mesh.positions) {
+    const double first = std::clamp(0.5 + 0.5 * (p.x + 1.5) / 0.4, 0.0, 1.0);
+    const double second = std::clamp(0.5 + 0.5 * (p.x - 1.5) / 0.4, 0.0, 1.0);
+    arm.skin.weights.push_back({0, 1 - first});
+    arm.skin.weights.push_back({1, first - second});
+    arm.skin.weights.push_back({2, second});
+    arm.skin.begin.push_back(arm.skin.weights.size());
+  }
+  const std::vector<BoneTurn> turns{{1, {0, 0, 1}, 10}, {2, {0, 0, 1}, 10}};
+  const SkinResult result = pose_skin(arm.mesh, arm.skin, turned_pose(arm.skin, turns), {}, false);
+  EXPECT_EQ(result.report.bones, 2U);
+  EXPECT_EQ(result.report.stages, 1U);
+}
+
 TEST(Skin, AtRestNothingMoves) {
   const Arm arm;
   const SkinResult result = pose_skin(arm.mesh, arm.skin, arm.skin.rest);
