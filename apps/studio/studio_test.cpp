@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <fstream>
+#include <numbers>
 
 #include "knead/mesh.h"
 #include "studio_fixture.h"
@@ -342,6 +344,34 @@ TEST_F(StudioTest, ALimitCylinderIsFoundWhicheverWayThePartPoints) {
     EXPECT_EQ(placement.limit_cylinder->problem, "");
     EXPECT_NEAR(placement.z.x, sign, 0.01) << "the tip is at the bar's nearer end";
   }
+}
+
+// The fingers of the hand, the oblique thumb among them, at their sides and tips as well as in the middle.
+TEST_F(StudioTest, ABendLiesAlongTheLimbThatIsClicked) {
+  Studio studio(options());
+  run(studio, R"({"size": [800, 600]}
+{"new": "hand", "vertices": 8000}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
+{"tool": "bend"})");
+  const std::vector<Vec3d> shape = positions(studio);
+  const std::vector<Triangle> triangles = triangulate(*studio.document().shown().state.mesh);
+  int clicks = 0;
+  int along = 0;
+  for (std::uint32_t v = 0; v < shape.size(); v += 97) {
+    const Limb limb = find_limb(shape, triangles, v);
+    const bool is_finger = limb.has_neck && limb.vertices.size() < shape.size() / 6;
+    if (!is_finger || shape[v].z < 0.03) continue;  // what is seen
+    studio.tools().clear_placed();
+    run(studio, fmt::format(R"({{"click": [{}, {}, {}]}})", shape[v].x, shape[v].y, shape[v].z));
+    const auto& placement = studio.tools().placed().placement;
+    if (!placement) continue;  // beside the outline
+    ASSERT_TRUE(placement->limit_cylinder);
+    ++clicks;
+    const bool is_along = dot(limb.direction, placement->z) > std::cos(15 * std::numbers::pi / 180);
+    if (is_along && placement->limit_cylinder->problem.empty()) ++along;
+  }
+  EXPECT_GE(clicks, 20);
+  EXPECT_GE(along, 0.8 * clicks) << "of " << clicks;
 }
 
 TEST_F(StudioTest, RadiusAndRatioFollowKeysAndWheel) {

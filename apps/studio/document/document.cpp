@@ -371,6 +371,25 @@ Placement turned(Placement placement, double angle) {
   return placement;
 }
 
+// Placements along the limb on which this one lies, from there back to the joint; none where there is no limb.
+std::vector<Placement> along_limb(const Placement& placement, std::span<const Vec3d> positions,
+                                  std::span<const Triangle> triangles) {
+  const auto nearer = [&](const Vec3d& a, const Vec3d& b) {
+    return norm2(a - placement.center) < norm2(b - placement.center);
+  };
+  const auto nearest = std::min_element(positions.begin(), positions.end(), nearer);
+  if (nearest == positions.end()) return {};
+  const Limb limb = find_limb(positions, triangles, static_cast<std::uint32_t>(nearest - positions.begin()));
+  if (!limb.has_neck) return {};
+  // What is clicked at its side is still turned about its middle.
+  const double along = std::max(dot(placement.center - limb.joint, limb.direction), 0.0);
+  std::vector<Placement> places;
+  for (const double part : {1.0, 0.75, 0.5, 0.25, 0.0}) {
+    places.push_back(frame_about(limb.joint + limb.direction * (part * along), limb.direction, placement.x));
+  }
+  return places;
+}
+
 double tip_of(const CylinderPlacement& limit_cylinder, const Vec3d& from, std::span<const Vec3d> positions) {
   double most = 0;
   for (const Vec3d& p : positions) {
@@ -413,18 +432,27 @@ Placement Document::with_limit_cylinder(const Placement& placement, bool bends, 
   // After remeshing, the picker is that of the mesh before until there is time for another.
   const bool fits = shown_.picker->fits(state);
   const std::vector<Triangle> triangles = fits ? shown_.picker->triangles() : triangulate(*state.mesh);
-  std::vector<FoundCylinder> found;
-  for (int i = 0; i < (may_turn ? kDirections : 1); ++i) {
-    // 0, then to both sides in turn.
-    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
-    Placement here = turned(placement, 2 * std::numbers::pi * step / kDirections);
-    if (i == 0) here = placement;
+  const auto place = [&](Placement& here) {
     CylinderQuery query{here.center, here.z};
     if (bends) {
       query.axis = here.x;
       query.angle_deg = kBendAngle;
     }
     here.limit_cylinder = place_limit_cylinder(query, positions, triangles, &progress);
+  };
+  if (may_turn) {
+    for (Placement& here : along_limb(placement, positions, triangles)) {
+      place(here);
+      if (here.limit_cylinder->problem.empty()) return here;
+    }
+  }
+  std::vector<FoundCylinder> found;
+  for (int i = 0; i < (may_turn ? kDirections : 1); ++i) {
+    // 0, then to both sides in turn.
+    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
+    Placement here = turned(placement, 2 * std::numbers::pi * step / kDirections);
+    if (i == 0) here = placement;
+    place(here);
     if (i == 0) result = here;
     if (here.limit_cylinder->problem.empty())
       found.push_back({here, tip_of(*here.limit_cylinder, here.center, positions)});

@@ -241,6 +241,9 @@ const Drag* drag_of(const Gesture& gesture);
 // Returns how a drag beside the gizmo turns the tool.
 TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const PlacedTools& placed);
 
+// Returns the placement along the unit vector z whose x is as near as possible to the given direction.
+Placement frame_about(const Vec3d& center, const Vec3d& z, const Vec3d& towards_x);
+
 // The stroke of a tool that turns, by an amount as in TurnGesture. Nothing for an amount that does nothing, and for a
 // twist or bend with a limit cylinder where none was found.
 std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount);

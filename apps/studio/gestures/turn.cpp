@@ -38,13 +38,6 @@ double amount_of_typed(double typed, const Turning& turning) {
   return 100 * std::log1p(std::max(typed, kMinPercent) / 100);
 }
 
-// Three unit vectors, z given.
-Placement frame_about(const Vec3d& center, const Vec3d& z, const Vec3d& towards_x) {
-  const Vec3d flat = towards_x - z * dot(z, towards_x);
-  const Vec3d x = norm(flat) > 1e-6 ? normalized(flat) : any_orthogonal(z);
-  return {center, x, cross(z, x), z};
-}
-
 double half_extent(const Mesh& mesh) {
   double most = 0;
   for (const Vec3d& p : mesh.positions) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
@@ -69,6 +62,12 @@ Mat3d pose_of(const Placement& placement, double scale) {
 }
 
 }  // namespace
+
+Placement frame_about(const Vec3d& center, const Vec3d& z, const Vec3d& towards_x) {
+  const Vec3d flat = towards_x - z * dot(z, towards_x);
+  const Vec3d x = norm(flat) > 1e-6 ? normalized(flat) : any_orthogonal(z);
+  return {center, x, cross(z, x), z};
+}
 
 StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement) {
   StampStroke stroke;
