@@ -28,7 +28,8 @@ BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points);
 // Returns the same on a procedural knot of about `vertices` vertices. Throws InvalidInput as make_shape does.
 BenchScene paper_knot(std::size_t vertices);
 
-// Returns ten segments of a grid of potentials, as poses have them, that moves all points by a tenth of the box diagonal.
+// Returns ten segments of a grid of potentials, as poses have them, that moves all points by a tenth of the box
+// diagonal.
 BenchScene grid_scene(const std::string& name, std::vector<Vec3d> points);
 
 // Returns scenes on one shape: the paper's benchmark, a local brush, and one stroke of each other tool.

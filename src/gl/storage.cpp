@@ -36,7 +36,7 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
   ~Window() {
-    for (const GLsync fence : fences_) glDeleteSync(fence);
+    for (GLsync fence : fences_) glDeleteSync(fence);
   }
 
   const Buffer& buffer() const { return buffer_; }

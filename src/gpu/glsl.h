@@ -93,14 +93,7 @@ enum MotionKind : int { kTranslation, kRotation, kTwist, kStrainMotion };
 enum RegionKind : int { kBall, kCapsule, kHalfSpace, kSet, kHandles };
 
 // How a segment's path lines may be known without integration.
-enum ClosedForm : int {
-  kNoClosedForm,
-  kTurningBall,
-  kParallelTwist,
-  kTurningSpace,
-  kStretchedCore,
-  kHandlesPoint
-};
+enum ClosedForm : int { kNoClosedForm, kTurningBall, kParallelTwist, kTurningSpace, kStretchedCore, kHandlesPoint };
 
 // The kind of a segment: one shader moves all segments of a kind.
 struct ShaderKind {

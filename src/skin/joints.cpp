@@ -222,6 +222,7 @@ class Finder {
     }
     if (norm(along) > 0) limb.direction = normalized(along);
     std::vector<double> radii;
+    radii.reserve(flesh.size());
     for (const std::size_t v : flesh) radii.push_back(norm(cross(positions_[v] - limb.center, limb.direction)));
     std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
     limb.radius = radii[radii.size() / 2];
