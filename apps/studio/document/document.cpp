@@ -358,6 +358,7 @@ namespace {
 constexpr double kBendAngle = 90;  // degrees: the bend that a limit cylinder is placed for
 constexpr int kDirections = 8;     // that are tried about the place of a click
 constexpr double kAsThin = 1.15;   // of the thinnest
+constexpr double kNearly = 0.96;   // cosine of the angle between directions that a person takes for one
 
 struct FoundCylinder {
   Placement placement;
@@ -371,7 +372,8 @@ Placement turned(Placement placement, double angle) {
   return placement;
 }
 
-// Placements along the limb on which this one lies, from there back to the joint; none where there is no limb.
+// Placements along the limb on which this one lies; none where there is no limb. In the plane of the picture if the
+// limb nearly is, else along the limb itself, from there back to the joint.
 std::vector<Placement> along_limb(const Placement& placement, std::span<const Vec3d> positions,
                                   std::span<const Triangle> triangles) {
   const auto nearer = [&](const Vec3d& a, const Vec3d& b) {
@@ -384,10 +386,31 @@ std::vector<Placement> along_limb(const Placement& placement, std::span<const Ve
   // What is clicked at its side is still turned about its middle.
   const double along = std::max(dot(placement.center - limb.joint, limb.direction), 0.0);
   std::vector<Placement> places;
+  for (int step = 0; step < kDirections; ++step) {
+    const Placement here = step == 0 ? placement : turned(placement, 2 * std::numbers::pi * step / kDirections);
+    if (dot(here.z, limb.direction) > kNearly) places.push_back(here);
+  }
   for (const double part : {1.0, 0.75, 0.5, 0.25, 0.0}) {
     places.push_back(frame_about(limb.joint + limb.direction * (part * along), limb.direction, placement.x));
   }
   return places;
+}
+
+// Returns the place from the point towards the tip that is good whichever way the part is bent; if there is none, one
+// that is good one way.
+CylinderPlacement place_both_ways(CylinderQuery query, std::span<const Vec3d> positions,
+                                  std::span<const Triangle> triangles, const Progress& progress) {
+  constexpr int kRounds = 8;
+  CylinderPlacement found;
+  for (int round = 0, good = 0; round < kRounds && good < 2; ++round) {
+    const CylinderPlacement next = place_limit_cylinder(query, positions, triangles, &progress);
+    if (round == 0 || next.problem.empty()) found = next;
+    if (!next.problem.empty()) break;
+    good = next.center == query.point ? good + 1 : 0;
+    query.point = next.center;
+    query.angle_deg = -query.angle_deg;
+  }
+  return found;
 }
 
 double tip_of(const CylinderPlacement& limit_cylinder, const Vec3d& from, std::span<const Vec3d> positions) {
@@ -432,17 +455,17 @@ Placement Document::with_limit_cylinder(const Placement& placement, bool bends, 
   // After remeshing, the picker is that of the mesh before until there is time for another.
   const bool fits = shown_.picker->fits(state);
   const std::vector<Triangle> triangles = fits ? shown_.picker->triangles() : triangulate(*state.mesh);
-  const auto place = [&](Placement& here) {
+  const auto query_at = [&](const Placement& here) {
     CylinderQuery query{here.center, here.z};
     if (bends) {
       query.axis = here.x;
       query.angle_deg = kBendAngle;
     }
-    here.limit_cylinder = place_limit_cylinder(query, positions, triangles, &progress);
+    return query;
   };
   if (may_turn) {
     for (Placement& here : along_limb(placement, positions, triangles)) {
-      place(here);
+      here.limit_cylinder = place_both_ways(query_at(here), positions, triangles, progress);
       if (here.limit_cylinder->problem.empty()) return here;
     }
   }
@@ -452,7 +475,7 @@ Placement Document::with_limit_cylinder(const Placement& placement, bool bends, 
     const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
     Placement here = turned(placement, 2 * std::numbers::pi * step / kDirections);
     if (i == 0) here = placement;
-    place(here);
+    here.limit_cylinder = place_limit_cylinder(query_at(here), positions, triangles, &progress);
     if (i == 0) result = here;
     if (here.limit_cylinder->problem.empty())
       found.push_back({here, tip_of(*here.limit_cylinder, here.center, positions)});
