@@ -23,7 +23,8 @@ std::uint64_t morton_code(const std::array<float, 3>& point) {
   for (const float x : point) {
     constexpr float cells = 1 << 21;
     const float place = (x * 0.5F + 0.5F) * cells;
-    code = code << 1 | spread(static_cast<std::uint64_t>(std::clamp(place, 0.0F, cells - 1)));
+    const float cell = place > 0 ? std::min(place, cells - 1) : 0;  // also where it is no number
+    code = code << 1 | spread(static_cast<std::uint64_t>(cell));
   }
   return code;
 }
