@@ -13,7 +13,7 @@ namespace knead::gl {
 namespace {
 
 // What the host sees of large buffers: two halves of a buffer of its own, which the GPU copies from or to while the
-// host works on the other. Drivers take two to three times as long to copy large buffers by themselves.
+// host works on the other. NVIDIA's driver takes longer to copy large buffers by itself (docs/decisions/0013-gpu.md).
 class Window {
  public:
   static constexpr std::size_t kHalf = std::size_t{8} << 20;
