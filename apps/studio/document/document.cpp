@@ -353,93 +353,6 @@ void Document::count_crossings(Progress& progress) {
   });
 }
 
-namespace {
-
-constexpr double kBendAngle = 90;  // degrees: the bend that a limit cylinder is placed for
-constexpr int kDirections = 8;     // that are tried about the place of a click
-constexpr double kAsThin = 1.15;   // of the thinnest
-constexpr double kNearly = 0.96;   // cosine of the angle between directions that a person takes for one
-
-struct FoundCylinder {
-  Placement placement;
-  double tip = 0;  // how far it goes
-};
-
-Placement turned(Placement placement, double angle) {
-  const SinCos<double> by = sincos(angle);
-  placement.y = normalized(rotate(placement.y, placement.x, by));
-  placement.z = normalized(rotate(placement.z, placement.x, by));
-  return placement;
-}
-
-// Placements along the limb on which this one lies; none where there is no limb. In the plane of the picture if the
-// limb nearly is, else along the limb itself, from there back to the joint.
-std::vector<Placement> along_limb(const Placement& placement, std::span<const Vec3d> positions,
-                                  std::span<const Triangle> triangles) {
-  const auto nearer = [&](const Vec3d& a, const Vec3d& b) {
-    return norm2(a - placement.center) < norm2(b - placement.center);
-  };
-  const auto nearest = std::min_element(positions.begin(), positions.end(), nearer);
-  if (nearest == positions.end()) return {};
-  const Limb limb = find_limb(positions, triangles, static_cast<std::uint32_t>(nearest - positions.begin()));
-  if (!limb.has_neck) return {};
-  // What is clicked at its side is still turned about its middle.
-  const double along = std::max(dot(placement.center - limb.joint, limb.direction), 0.0);
-  std::vector<Placement> places;
-  for (int step = 0; step < kDirections; ++step) {
-    const Placement here = step == 0 ? placement : turned(placement, 2 * std::numbers::pi * step / kDirections);
-    if (dot(here.z, limb.direction) > kNearly) places.push_back(here);
-  }
-  for (const double part : {1.0, 0.75, 0.5, 0.25, 0.0}) {
-    places.push_back(frame_about(limb.joint + limb.direction * (part * along), limb.direction, placement.x));
-  }
-  return places;
-}
-
-// Returns the place from the point towards the tip that is good whichever way the part is bent; if there is none, one
-// that is good one way.
-CylinderPlacement place_both_ways(CylinderQuery query, std::span<const Vec3d> positions,
-                                  std::span<const Triangle> triangles, const Progress& progress) {
-  constexpr int kRounds = 8;
-  CylinderPlacement found;
-  for (int round = 0, good = 0; round < kRounds && good < 2; ++round) {
-    const CylinderPlacement next = place_limit_cylinder(query, positions, triangles, &progress);
-    if (round == 0 || next.problem.empty()) found = next;
-    if (!next.problem.empty()) break;
-    good = next.center == query.point ? good + 1 : 0;
-    query.point = next.center;
-    query.angle_deg = -query.angle_deg;
-  }
-  return found;
-}
-
-double tip_of(const CylinderPlacement& limit_cylinder, const Vec3d& from, std::span<const Vec3d> positions) {
-  double most = 0;
-  for (const Vec3d& p : positions) {
-    const double along = dot(from - p, limit_cylinder.normal);
-    const Vec3d d = p - limit_cylinder.center;
-    const Vec3d across = d - limit_cylinder.normal * dot(d, limit_cylinder.normal);
-    if (along > most && norm(across) <= limit_cylinder.radius) most = along;
-  }
-  return most;
-}
-
-// The thinnest; of about as thin ones that with the nearest tip; the first where these agree, too.
-const Placement& best_of(const std::vector<FoundCylinder>& found) {
-  const auto thinner = [](const FoundCylinder& a, const FoundCylinder& b) {
-    return a.placement.limit_cylinder->thickness < b.placement.limit_cylinder->thickness;
-  };
-  const double least = std::min_element(found.begin(), found.end(), thinner)->placement.limit_cylinder->thickness;
-  const FoundCylinder* best = nullptr;
-  for (const FoundCylinder& one : found) {
-    if (one.placement.limit_cylinder->thickness > kAsThin * least) continue;
-    if (best == nullptr || one.tip < (1 - 1e-6) * best->tip) best = &one;
-  }
-  return best->placement;
-}
-
-}  // namespace
-
 std::shared_ptr<const ZoneProfile> Document::profile(const ToolSettings& settings, const Placement& placement) const {
   return history_ ? profile_at(settings, placement, history_->state()) : nullptr;
 }
@@ -455,32 +368,7 @@ Placement Document::with_limit_cylinder(const Placement& placement, bool bends, 
   // After remeshing, the picker is that of the mesh before until there is time for another.
   const bool fits = shown_.picker->fits(state);
   const std::vector<Triangle> triangles = fits ? shown_.picker->triangles() : triangulate(*state.mesh);
-  const auto query_at = [&](const Placement& here) {
-    CylinderQuery query{here.center, here.z};
-    if (bends) {
-      query.axis = here.x;
-      query.angle_deg = kBendAngle;
-    }
-    return query;
-  };
-  if (may_turn) {
-    for (Placement& here : along_limb(placement, positions, triangles)) {
-      here.limit_cylinder = place_both_ways(query_at(here), positions, triangles, progress);
-      if (here.limit_cylinder->problem.empty()) return here;
-    }
-  }
-  std::vector<FoundCylinder> found;
-  for (int i = 0; i < (may_turn ? kDirections : 1); ++i) {
-    // 0, then to both sides in turn.
-    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
-    Placement here = turned(placement, 2 * std::numbers::pi * step / kDirections);
-    if (i == 0) here = placement;
-    here.limit_cylinder = place_limit_cylinder(query_at(here), positions, triangles, &progress);
-    if (i == 0) result = here;
-    if (here.limit_cylinder->problem.empty())
-      found.push_back({here, tip_of(*here.limit_cylinder, here.center, positions)});
-  }
-  return found.empty() ? result : best_of(found);
+  return on_part(placement, bends, may_turn, positions, triangles, &progress);
 }
 
 // --- how the document opens a shape ----------------------------------------------------------------------------------

@@ -241,8 +241,10 @@ const Drag* drag_of(const Gesture& gesture);
 // Returns how a drag beside the gizmo turns the tool.
 TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const PlacedTools& placed);
 
-// Returns the placement along the unit vector z whose x is as near as possible to the given direction.
-Placement frame_about(const Vec3d& center, const Vec3d& z, const Vec3d& towards_x);
+// Returns the placement of a twist or bend with the limit cylinder of the part on which it lies, or why there is none.
+// If it may turn, it lies along the part: in the plane of the picture where the part nearly does. Throws Cancelled.
+Placement on_part(const Placement& placement, bool bends, bool may_turn, std::span<const Vec3d> positions,
+                  std::span<const Triangle> triangles, const Progress* progress);
 
 // The stroke of a tool that turns, by an amount as in TurnGesture. Nothing for an amount that does nothing, and for a
 // twist or bend with a limit cylinder where none was found.

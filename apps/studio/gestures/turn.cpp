@@ -38,6 +38,13 @@ double amount_of_typed(double typed, const Turning& turning) {
   return 100 * std::log1p(std::max(typed, kMinPercent) / 100);
 }
 
+// Three unit vectors, z given.
+Placement frame_about(const Vec3d& center, const Vec3d& z, const Vec3d& towards_x) {
+  const Vec3d flat = towards_x - z * dot(z, towards_x);
+  const Vec3d x = norm(flat) > 1e-6 ? normalized(flat) : any_orthogonal(z);
+  return {center, x, cross(z, x), z};
+}
+
 double half_extent(const Mesh& mesh) {
   double most = 0;
   for (const Vec3d& p : mesh.positions) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
@@ -62,12 +69,6 @@ Mat3d pose_of(const Placement& placement, double scale) {
 }
 
 }  // namespace
-
-Placement frame_about(const Vec3d& center, const Vec3d& z, const Vec3d& towards_x) {
-  const Vec3d flat = towards_x - z * dot(z, towards_x);
-  const Vec3d x = norm(flat) > 1e-6 ? normalized(flat) : any_orthogonal(z);
-  return {center, x, cross(z, x), z};
-}
 
 StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement) {
   StampStroke stroke;
@@ -102,6 +103,104 @@ std::optional<Placement> placement_at(const Pointer& pointer, const GestureConte
   const Vec3d middle = around.picker->middle(ray, around.state).value_or(hit->point);
   // Up in the picture, away from the shape's middle where that is down: towards the tip of what was clicked.
   return frame_about(middle, frame.up, frame.forward);
+}
+
+namespace {
+
+constexpr double kBendAngle = 90;  // degrees: the bend that a limit cylinder is placed for
+constexpr int kDirections = 8;     // that are tried about the place of a click
+constexpr double kAsThin = 1.15;   // of the thinnest
+constexpr double kNearly = 0.96;   // cosine of the angle between directions that a person takes for one
+
+struct FoundCylinder {
+  Placement placement;
+  double tip = 0;  // how far it goes
+};
+
+Placement turned(Placement placement, double angle) {
+  const SinCos<double> by = sincos(angle);
+  placement.y = normalized(rotate(placement.y, placement.x, by));
+  placement.z = normalized(rotate(placement.z, placement.x, by));
+  return placement;
+}
+
+// Placements along the limb on which this one lies; none where there is no limb. In the plane of the picture if the
+// limb nearly is, else along the limb itself, from there back to the joint.
+std::vector<Placement> along_limb(const Placement& placement, std::span<const Vec3d> positions,
+                                  std::span<const Triangle> triangles) {
+  const auto nearer = [&](const Vec3d& a, const Vec3d& b) {
+    return norm2(a - placement.center) < norm2(b - placement.center);
+  };
+  const auto nearest = std::min_element(positions.begin(), positions.end(), nearer);
+  if (nearest == positions.end()) return {};
+  const Limb limb = find_limb(positions, triangles, static_cast<std::uint32_t>(nearest - positions.begin()));
+  if (!limb.has_neck) return {};
+  // What is clicked at its side is still turned about its middle.
+  const double along = std::max(dot(placement.center - limb.joint, limb.direction), 0.0);
+  std::vector<Placement> places;
+  for (int step = 0; step < kDirections; ++step) {
+    const Placement here = step == 0 ? placement : turned(placement, 2 * std::numbers::pi * step / kDirections);
+    if (dot(here.z, limb.direction) > kNearly) places.push_back(here);
+  }
+  for (const double part : {1.0, 0.75, 0.5, 0.25, 0.0}) {
+    places.push_back(frame_about(limb.joint + limb.direction * (part * along), limb.direction, placement.x));
+  }
+  return places;
+}
+
+double tip_of(const CylinderPlacement& limit_cylinder, const Vec3d& from, std::span<const Vec3d> positions) {
+  double most = 0;
+  for (const Vec3d& p : positions) {
+    const double along = dot(from - p, limit_cylinder.normal);
+    const Vec3d d = p - limit_cylinder.center;
+    const Vec3d across = d - limit_cylinder.normal * dot(d, limit_cylinder.normal);
+    if (along > most && norm(across) <= limit_cylinder.radius) most = along;
+  }
+  return most;
+}
+
+// The thinnest; of about as thin ones that with the nearest tip; the first where these agree, too.
+const Placement& best_of(const std::vector<FoundCylinder>& found) {
+  const auto thinner = [](const FoundCylinder& a, const FoundCylinder& b) {
+    return a.placement.limit_cylinder->thickness < b.placement.limit_cylinder->thickness;
+  };
+  const double least = std::min_element(found.begin(), found.end(), thinner)->placement.limit_cylinder->thickness;
+  const FoundCylinder* best = nullptr;
+  for (const FoundCylinder& one : found) {
+    if (one.placement.limit_cylinder->thickness > kAsThin * least) continue;
+    if (best == nullptr || one.tip < (1 - 1e-6) * best->tip) best = &one;
+  }
+  return best->placement;
+}
+
+}  // namespace
+
+Placement on_part(const Placement& placement, bool bends, bool may_turn, std::span<const Vec3d> positions,
+                  std::span<const Triangle> triangles, const Progress* progress) {
+  const auto place = [&](Placement& here) {
+    CylinderQuery query{here.center, here.z};
+    if (bends) {
+      query.axis = here.x;
+      query.angle_deg = kBendAngle;
+    }
+    here.limit_cylinder = place_limit_cylinder(query, positions, triangles, progress);
+    return here.limit_cylinder->problem.empty();
+  };
+  if (may_turn) {
+    for (Placement& here : along_limb(placement, positions, triangles)) {
+      if (place(here)) return here;
+    }
+  }
+  Placement result = placement;
+  std::vector<FoundCylinder> found;
+  for (int i = 0; i < (may_turn ? kDirections : 1); ++i) {
+    // 0, then to both sides in turn.
+    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
+    Placement here = i == 0 ? placement : turned(placement, 2 * std::numbers::pi * step / kDirections);
+    if (place(here)) found.push_back({here, tip_of(*here.limit_cylinder, here.center, positions)});
+    if (i == 0) result = here;
+  }
+  return found.empty() ? result : best_of(found);
 }
 
 namespace {
