@@ -2,7 +2,6 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -15,6 +14,7 @@
 #include "knead/mesh.h"
 #include "knead/session.h"
 #include "knead/workbench.h"
+#include "math/system.h"
 
 namespace knead::test {
 

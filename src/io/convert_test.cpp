@@ -1,6 +1,5 @@
 // From one format to the other and back.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +8,7 @@
 #include "io/test_samples.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "math/system.h"
 #include "support/shape_text.h"
 #include "support/test_meshes.h"
 

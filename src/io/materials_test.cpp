@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 
 #include "knead/io.h"
+#include "math/system.h"
 #include "support/test_meshes.h"
 
 namespace knead::materials_test {
@@ -38,7 +38,7 @@ class Materials : public testing::Test {
     for (const fs::path& path : copy_material_files(shape, folder_ / "in" / "a.obj", folder_ / "out" / "b.obj")) {
       EXPECT_EQ(path.parent_path(), folder_ / "out");
       EXPECT_EQ(file_bytes(path), file_bytes(folder_ / "in" / path.filename()));
-      names.push_back(path.filename());
+      names.push_back(path.filename().string());
     }
     return names;
   }

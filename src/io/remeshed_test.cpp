@@ -1,13 +1,13 @@
 #include "knead/io.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "io/formats.h"
 #include "io/obj/obj.h"
 #include "io/off/off.h"
 #include "io/test_samples.h"
 #include "knead/error.h"
+#include "math/system.h"
 #include "support/remade_files.h"
 #include "support/shape_promises.h"
 #include "support/shape_text.h"

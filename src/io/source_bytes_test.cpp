@@ -1,6 +1,5 @@
 // Shapes whose bytes are freed after reading and read again for writing.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,6 +9,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "math/system.h"
 #include "support/split_faces.h"
 
 namespace knead::source_bytes_test {

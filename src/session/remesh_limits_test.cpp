@@ -1,7 +1,6 @@
 // Strokes whose remesh would need more vertices or work than the limits allow.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -15,6 +14,7 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
+#include "math/system.h"
 
 namespace knead::remesh_limits_test {
 namespace {

@@ -20,6 +20,11 @@ extern char** environ;  // declared nowhere
 #if defined(_WIN32)
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
+// after it
+#include <commdlg.h>
+
+#include <chrono>
+#include <future>
 #endif
 
 namespace knead::studio {
@@ -188,6 +193,81 @@ std::optional<fs::path> DesktopDialog::answer() {
   std::string& text = state_->text;
   while (text.ends_with('\n')) text.pop_back();
   return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? fs::path(text) : fs::path();
+}
+
+#elif defined(_WIN32)
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Asks in the thread that calls; empty: the person chose nothing.
+fs::path ask_windows(const FileQuestion& question, HWND owner) {
+  // Pairs of a name and its patterns, each with a zero at its end, and a zero after the last pair.
+  std::wstring filter = L"Files for this";
+  filter += L'\0';
+  for (const std::string& extension : question.extensions) {
+    if (filter.back() != L'\0') filter += L';';
+    filter += L"*" + fs::path(extension).wstring();
+  }
+  filter += std::wstring(L"\0All files\0*.*\0\0", 16);
+  const std::wstring title = fs::path(question.title).wstring();
+  const std::wstring folder = question.start.parent_path().make_preferred().wstring();
+  constexpr std::size_t longest = 32'768;  // of Windows' names
+  std::wstring file = question.start.filename().wstring();
+  file.resize(longest);
+  OPENFILENAMEW dialog{};
+  dialog.lStructSize = sizeof(dialog);
+  dialog.hwndOwner = owner;
+  dialog.lpstrFilter = filter.c_str();
+  dialog.lpstrFile = file.data();
+  dialog.nMaxFile = longest;
+  dialog.lpstrInitialDir = folder.c_str();
+  dialog.lpstrTitle = title.c_str();
+  dialog.Flags = OFN_EXPLORER | OFN_NOCHANGEDIR | OFN_HIDEREADONLY | OFN_PATHMUSTEXIST |
+                 (question.writes ? OFN_OVERWRITEPROMPT : OFN_FILEMUSTEXIST);
+  const BOOL chosen = question.writes ? ::GetSaveFileNameW(&dialog) : ::GetOpenFileNameW(&dialog);
+  return chosen != FALSE ? fs::path(file.c_str()) : fs::path();
+}
+
+// Cancels a dialog of the thread whose number is `thread`.
+BOOL CALLBACK cancel_dialog(HWND window, LPARAM /*unused*/) {
+  ::PostMessageW(window, WM_COMMAND, IDCANCEL, 0);
+  return TRUE;
+}
+
+}  // namespace
+
+struct DesktopDialog::State {
+  std::promise<DWORD> started{};
+  std::future<fs::path> chosen{};
+
+  explicit State(const FileQuestion& question) {
+    chosen = std::async(std::launch::async, [this, question, owner = ::GetActiveWindow()] {
+      started.set_value(::GetCurrentThreadId());
+      return ask_windows(question, owner);
+    });
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    const DWORD thread = started.get_future().get();
+    while (chosen.valid() && chosen.wait_for(std::chrono::milliseconds(10)) != std::future_status::ready) {
+      ::EnumThreadWindows(thread, cancel_dialog, 0);
+      MSG ignored{};
+      ::PeekMessageW(&ignored, nullptr, 0, 0,
+                     PM_NOREMOVE);  // the dialog tells its owner that it ends, and waits for that
+    }
+  }
+};
+
+std::optional<DesktopDialog> DesktopDialog::ask(const FileQuestion& question) {
+  return DesktopDialog(std::make_unique<State>(question));
+}
+
+std::optional<fs::path> DesktopDialog::answer() {
+  if (state_->chosen.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return std::nullopt;
+  return state_->chosen.get();
 }
 
 #else

@@ -39,7 +39,8 @@ struct FileQuestion {
   bool writes = false;
 };
 
-// The file dialog of the desktop, where it has one: zenity, or kdialog on KDE. It runs in a process of its own.
+// The file dialog of the desktop, where it has one: zenity, or kdialog on KDE, in a process of its own, or that of
+// Windows, in a thread of its own.
 class DesktopDialog {
  public:
   // Opens the dialog. Returns nothing where the desktop has none, or it cannot be started.

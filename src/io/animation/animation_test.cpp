@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "io/text.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
+#include "math/system.h"
 #include "support/test_meshes.h"
 
 namespace knead::animation_test {

@@ -1,6 +1,5 @@
 // PCD and PTX, and the extensions of point files.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
@@ -9,6 +8,7 @@
 #include "io/test_samples.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "math/system.h"
 #include "support/shape_text.h"
 
 namespace knead::clouds_test {

@@ -1,6 +1,5 @@
 // .gltf files, and buffers outside of the binary chunk.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -9,6 +8,7 @@
 #include "io/test_samples.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "math/system.h"
 #include "support/shape_text.h"
 #include "support/split_faces.h"
 

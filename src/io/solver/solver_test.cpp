@@ -1,6 +1,5 @@
 // The files of solvers: points move, and all else stays.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include "io/test_samples.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "math/system.h"
 #include "support/shape_text.h"
 
 namespace knead::solver_test {
