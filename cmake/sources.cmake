@@ -91,4 +91,5 @@ if(EXISTS ${KNEAD_SOURCES}/glfw3 AND EXISTS ${KNEAD_SOURCES}/imgui AND (WIN32 OR
   knead_add_glfw()
   knead_add_imgui(imgui_impl_glfw.cpp imgui_impl_opengl3.cpp)
   target_link_libraries(knead_imgui PUBLIC glfw)
+  target_compile_definitions(knead_imgui PRIVATE GLFW_INCLUDE_NONE)
 endif()

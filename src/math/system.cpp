@@ -101,13 +101,31 @@ bool rename_as_posix(const wchar_t* from, const std::wstring& to) {
   return done;
 }
 
+// Where the drive's format (FAT) cannot do that, the old file leaves its name first, and goes once nobody has it open.
+bool rename_past_old(const wchar_t* from, const wchar_t* to) {
+  const std::wstring aside = std::wstring(to) + L".knead-old";
+  if (::MoveFileExW(to, aside.c_str(), MOVEFILE_REPLACE_EXISTING) == 0) return false;
+  if (::MoveFileExW(from, to, MOVEFILE_WRITE_THROUGH) == 0) {
+    const DWORD error = ::GetLastError();
+    ::MoveFileExW(aside.c_str(), to, MOVEFILE_REPLACE_EXISTING);
+    ::SetLastError(error);
+    return false;
+  }
+  ::DeleteFileW(aside.c_str());
+  return true;
+}
+
 }  // namespace
 
 int rename(const wchar_t* from, const wchar_t* to) {
   std::error_code error;
   const std::filesystem::path whole = std::filesystem::absolute(to, error);
   if (!error && rename_as_posix(from, whole.native())) return 0;
-  return ::MoveFileExW(from, to, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) ? 0 : fail();
+  if (::MoveFileExW(from, to, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0) return 0;
+  const bool is_open = ::GetLastError() == ERROR_ACCESS_DENIED || ::GetLastError() == ERROR_SHARING_VIOLATION;
+  const DWORD attributes = ::GetFileAttributesW(to);
+  const bool may_go = (attributes & (FILE_ATTRIBUTE_DIRECTORY | FILE_ATTRIBUTE_READONLY)) == 0;  // nor is it missing
+  return is_open && may_go && rename_past_old(from, to) ? 0 : fail();
 }
 
 }  // namespace knead::windows

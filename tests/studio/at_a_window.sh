@@ -90,10 +90,20 @@ click() { xdotool mousemove $(($1 + left)) $(($2 + top)) sleep 0.3 click 1 sleep
 # press KEY: long enough to be seen in a picture, however slowly they follow each other.
 press() { xdotool keydown "$1" sleep 0.5 keyup "$1"; }
 
-# answer KEY FILE: the file dialog that the key opens.
+# answer KEY FILE [desktop]: the file dialog that the key opens. `desktop`: under Wine it is that of Windows, whose field for
+# the name is at KNEAD_NAME_FIELD="X Y"; without a window manager it has the keys only once it is clicked.
 answer() {
+  local name=$2
   xdotool key "$1" sleep 2
-  xdotool key ctrl+a sleep 0.3 type --delay 60 "$2"
+  if [[ ${3:-} == desktop && -n ${KNEAD_NAME_FIELD:-} ]]; then
+    # shellcheck disable=SC2086  # two words
+    click $KNEAD_NAME_FIELD
+    xdotool key Home sleep 0.1 key shift+End
+    name=Z:${name//\//\\}
+  else
+    xdotool key ctrl+a
+  fi
+  xdotool sleep 0.3 type --delay 60 "$name"
   xdotool sleep 1
   press Return
   wait_for "$2" test -s "$2"

@@ -99,7 +99,7 @@ answer ctrl+e "$work/recovered.ply"
 picture recovered
 cmp "$work/made.ply" "$work/recovered.ply" || die "the recovered work gives another shape than the one before"
 
-answer ctrl+s "$work/again.knead"
+answer ctrl+s "$work/again.knead" desktop
 wait_for "the title of the saved session" has_title '^again.knead - '
 picture saved
 "$knead" deform "$work/hand.ply" "$work/again.knead" -o "$work/replayed.ply" -q

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <random>
 #include <vector>
 
@@ -14,7 +15,11 @@ class Random {
   explicit Random(unsigned seed) : engine_(seed) {}
 
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
-  int integer(int low, int high) { return std::uniform_int_distribution<int>(low, high)(engine_); }
+  // Not by std::uniform_int_distribution, which gives other numbers in each C++ library.
+  int integer(int low, int high) {
+    const auto count = static_cast<std::uint64_t>(high - low + 1);
+    return low + static_cast<int>(std::uint64_t{engine_()} * count >> 32);
+  }
   Vec3d in_box(double size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
   Vec3d unit() {
     for (;;) {

@@ -14,7 +14,7 @@ declare -A packages=(
   [wheel]="python3-venv"
   [studio_test]="xvfb xdotool imagemagick apitrace xserver-xorg-core xserver-xorg-video-dummy"
   [cross]="python3-venv libgtest-dev qemu-user-static libc6-arm64-cross wine wine64 libstb-dev fonts-dejavu-core dpkg-dev
-    libegl-dev libx11-dev libxi-dev xvfb xdotool"
+    libegl-dev libx11-dev libxi-dev libxcursor-dev libxrandr-dev libxinerama-dev xvfb xdotool"
   [clang]="clang-14 libclang-rt-14-dev llvm-14"
   [lint]="clang-format-14 clang-tidy-14 shellcheck"
   [coverage]="gcovr"

@@ -44,7 +44,7 @@ zig_configure() {
 }
 
 # Whether a configured target of zig builds a program:  zig_has TARGET PROGRAM
-zig_has() { [[ $(cmake --build "build/cross/$1" --target help) == *$'\n'"$2: "* ]]; }
+zig_has() { ninja -C "build/cross/$1" -t query "$2" >/dev/null 2>&1; }
 
 # Notes what was found about an artefact of the commit that is checked out, for the table:  zig_fact PLATFORM ARTEFACT built|started|tests|bits TEXT
 zig_fact() {

@@ -203,14 +203,14 @@ namespace fs = std::filesystem;
 
 // Asks in the thread that calls; empty: the person chose nothing.
 fs::path ask_windows(const FileQuestion& question, HWND owner) {
-  // Pairs of a name and its patterns, each with a zero at its end, and a zero after the last pair.
-  std::wstring filter = L"Files for this";
-  filter += L'\0';
+  std::wstring patterns;
   for (const std::string& extension : question.extensions) {
-    if (filter.back() != L'\0') filter += L';';
-    filter += L"*" + fs::path(extension).wstring();
+    if (!patterns.empty()) patterns += L';';
+    patterns += L"*" + fs::path(extension).wstring();
   }
-  filter += std::wstring(L"\0All files\0*.*\0\0", 16);
+  // Pairs of a name and its patterns, each with a zero at its end, and a zero after the last pair.
+  const std::wstring zero(1, L'\0');
+  const std::wstring filter = patterns + zero + patterns + zero + L"All files" + zero + L"*.*" + zero + zero;
   const std::wstring title = fs::path(question.title).wstring();
   const std::wstring folder = question.start.parent_path().make_preferred().wstring();
   constexpr std::size_t longest = 32'768;  // of Windows' names

@@ -206,7 +206,9 @@ TEST_F(GltfFiles, MissingFilesAndLinksAreRefused) {
     return std::string("none");
   };
   EXPECT_NE(refused().find("is not there; put it beside this one"), std::string::npos);
-  fs::create_symlink("elsewhere.bin", folder_ / "square.bin");
+  std::error_code error;
+  fs::create_symlink("elsewhere.bin", folder_ / "square.bin", error);
+  if (error || !fs::is_symlink(folder_ / "square.bin")) GTEST_SKIP() << "no links here";
   EXPECT_NE(refused().find("is no regular file"), std::string::npos);
 }
 
