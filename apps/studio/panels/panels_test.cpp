@@ -207,6 +207,44 @@ TEST(FileList, SizesAreShort) {
   EXPECT_EQ(size_text(3'400'000'000), "3.4 GB");
 }
 
+// --- keys and text between two frames
+
+constexpr int kControl = 1;
+constexpr int kShift = 2;
+constexpr int kHome = 3;
+Typed goes_down(int key) { return {Typed::What::down, key, key == kShift}; }
+Typed goes_up(int key) { return {Typed::What::up, key, key == kShift}; }
+
+// The counts of the frames in which it is told.
+std::vector<std::size_t> frames_of(std::span<const Typed> typed) {
+  std::vector<std::size_t> counts;
+  while (!typed.empty()) {
+    counts.push_back(typed_in_a_frame(typed));
+    typed = typed.subspan(counts.back());
+  }
+  return counts;
+}
+
+TEST(Typed, TextComesInOneFrame) {
+  std::vector<Typed> typed;
+  for (const int key : {10, 11, 12}) {
+    typed.push_back(goes_down(kShift));
+    typed.insert(typed.end(), {goes_down(key), Typed{}, goes_up(key), goes_up(kShift)});
+  }
+  EXPECT_EQ(frames_of(typed), (std::vector<std::size_t>{15}));
+}
+
+TEST(Typed, AKeyIsSeenWhileItIsDownAndBeforeWhatFollows) {
+  const std::vector<Typed> typed{goes_down(kControl), goes_down(9),  goes_up(9),  goes_up(kControl),  // select all
+                                 goes_down(10),       Typed{},       goes_up(10),                     // replace it
+                                 goes_down(kHome),    goes_up(kHome)};
+  EXPECT_EQ(frames_of(typed), (std::vector<std::size_t>{2, 5, 1, 1}));
+  const std::vector<Typed> selects{goes_down(kShift), goes_down(kHome), goes_up(kHome), goes_up(kShift)};
+  EXPECT_EQ(frames_of(selects), (std::vector<std::size_t>{2, 2}));
+  const std::vector<Typed> places{goes_down(kHome), goes_down(10), Typed{}, goes_up(10), goes_up(kHome)};
+  EXPECT_EQ(frames_of(places), (std::vector<std::size_t>{1, 4}));
+}
+
 // --- the desktop's own dialog: here a script in the place of zenity
 // ---------------------------------------------------
 

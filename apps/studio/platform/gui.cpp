@@ -216,4 +216,27 @@ void choose_files_to_bring() {}
 
 #endif
 
+std::size_t typed_in_a_frame(std::span<const Typed> typed) {
+  std::vector<int> down;  // keys that write nothing, and must be seen while they are down
+  bool has_text = false;
+  for (std::size_t i = 0; i < typed.size(); ++i) {
+    const Typed& each = typed[i];
+    const bool writes = i + 1 < typed.size() && typed[i + 1].what == Typed::What::text;
+    switch (each.what) {
+      case Typed::What::text:
+        has_text = true;
+        break;
+      case Typed::What::up:
+        if (each.is_shift ? !down.empty() : std::find(down.begin(), down.end(), each.key) != down.end()) return i;
+        break;
+      case Typed::What::down:
+        if (each.is_shift) break;
+        if (writes ? !down.empty() : has_text) return i;
+        if (!writes) down.push_back(each.key);
+        break;
+    }
+  }
+  return typed.size();
+}
+
 }  // namespace knead::studio

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -62,6 +64,20 @@ class Gui {
   std::vector<MouseButton> buttons_;               // held since they were pressed outside of the panels
   std::vector<std::string> keys_;
 };
+
+// What was typed, in its order: a key that went down (its repeats, too) or up, or the text that the key before it
+// wrote.
+struct Typed {
+  enum class What { down, up, text };
+  What what = What::text;
+  int key = 0;
+  bool is_shift = false;
+};
+
+// Dear ImGui 1.86 looks at the keys once a frame, and takes text before keys. Returns how many of these, from the first
+// on, one frame may have, so that none is missed or overtaken however slowly frames follow each other; at least 1 of
+// any.
+std::size_t typed_in_a_frame(std::span<const Typed> typed);
 
 // Where Studio cannot read the computer's files, as on a page: the person brings files, and the page downloads what
 // Studio writes.

@@ -15,6 +15,8 @@
 #include <utility>
 #include <variant>
 
+#include "platform/gui.h"
+
 namespace knead::studio {
 
 // --- keys
@@ -148,9 +150,15 @@ std::string key_name(int glfw_key, int scancode) {
 // What the callbacks of GLFW fill.
 struct WindowState {
   std::vector<Event> events;
-  // Dear ImGui looks at the keys once a frame: one that went down and up between two frames goes up for it in the next.
-  std::vector<int> pressed;
-  std::vector<int> released_later;
+  // What was typed and Dear ImGui has not been told yet: for each the arguments of GLFW's call.
+  struct Call {
+    int key = 0;  // or the character
+    int scancode = 0;
+    int action = 0;
+    int mods = 0;
+  };
+  std::vector<Typed> typed;
+  std::vector<Call> calls;
   double x = 0;  // of the pointer, in pixels of the picture
   double y = 0;
   Pen pen;
@@ -268,15 +276,34 @@ void on_wheel(GLFWwindow* window, double x, double y) {
 
 void on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
   WindowState& state = state_of(window);
-  if (action == GLFW_PRESS) state.pressed.push_back(key);
-  if (action == GLFW_RELEASE && std::find(state.pressed.begin(), state.pressed.end(), key) != state.pressed.end()) {
-    state.released_later.push_back(key);
-  } else {
-    ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, mods);
-  }
+  state.typed.push_back({action == GLFW_RELEASE ? Typed::What::up : Typed::What::down, key,
+                         key == GLFW_KEY_LEFT_SHIFT || key == GLFW_KEY_RIGHT_SHIFT});
+  state.calls.push_back({key, scancode, action, mods});
   const std::string name = key_name(key, scancode);
   if (name.empty()) return;
   state.events.emplace_back(KeyChanged{name, action != GLFW_RELEASE, modifiers_of(mods)});
+}
+
+void on_text(GLFWwindow* window, unsigned character) {
+  WindowState& state = state_of(window);
+  state.typed.push_back({});
+  state.calls.push_back({static_cast<int>(character)});
+}
+
+// Tells Dear ImGui what was typed, as much as one frame may have.
+void tell_typed(GLFWwindow* window) {
+  WindowState& state = state_of(window);
+  const std::size_t count = typed_in_a_frame(state.typed);
+  for (std::size_t i = 0; i < count; ++i) {
+    const WindowState::Call& call = state.calls[i];
+    if (state.typed[i].what == Typed::What::text) {
+      ImGui_ImplGlfw_CharCallback(window, static_cast<unsigned>(call.key));
+    } else {
+      ImGui_ImplGlfw_KeyCallback(window, call.key, call.scancode, call.action, call.mods);
+    }
+  }
+  state.typed.erase(state.typed.begin(), state.typed.begin() + static_cast<std::ptrdiff_t>(count));
+  state.calls.erase(state.calls.begin(), state.calls.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
 void on_size(GLFWwindow* window, int width, int height) {
@@ -294,7 +321,7 @@ void listen(GLFWwindow* window) {
   glfwSetMouseButtonCallback(window, on_button);
   glfwSetScrollCallback(window, on_wheel);
   glfwSetKeyCallback(window, on_key);
-  glfwSetCharCallback(window, ImGui_ImplGlfw_CharCallback);
+  glfwSetCharCallback(window, on_text);
   glfwSetWindowFocusCallback(window, ImGui_ImplGlfw_WindowFocusCallback);
   glfwSetCursorEnterCallback(window, ImGui_ImplGlfw_CursorEnterCallback);
   glfwSetFramebufferSizeCallback(window, on_size);
@@ -335,15 +362,12 @@ Window::~Window() {
 }
 
 std::vector<Event> Window::events(double wait_seconds) {
-  state_->pressed.clear();
-  for (const int key : std::exchange(state_->released_later, {})) {
-    ImGui_ImplGlfw_KeyCallback(window_, key, 0, GLFW_RELEASE, 0);
-  }
-  if (wait_seconds > 0) {
+  if (wait_seconds > 0 && state_->typed.empty()) {
     glfwWaitEventsTimeout(wait_seconds);
   } else {
     glfwPollEvents();
   }
+  tell_typed(window_);
   return std::exchange(state_->events, {});
 }
 
