@@ -145,4 +145,23 @@ void LatticeNodes::add_ranks(const std::array<int, kCellNodes>& numbers) {
   }
 }
 
+std::vector<CellPoint> sorted_by_cells(std::vector<CellPoint> points) {
+  std::sort(points.begin(), points.end(), [](const CellPoint& a, const CellPoint& b) {
+    if (a.cell != b.cell) return before(a.cell, b.cell);
+    return std::pair(a.list, a.number) < std::pair(b.list, b.number);
+  });
+  return points;
+}
+
+std::vector<std::span<const CellPoint>> runs_of(const std::vector<CellPoint>& points) {
+  std::vector<std::span<const CellPoint>> runs;
+  for (std::size_t begin = 0; begin < points.size();) {
+    std::size_t end = begin + 1;
+    while (end < points.size() && points[end].cell == points[begin].cell) ++end;
+    runs.emplace_back(points.data() + begin, end - begin);
+    begin = end;
+  }
+  return runs;
+}
+
 }  // namespace knead::detail

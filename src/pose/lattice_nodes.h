@@ -126,6 +126,19 @@ class SplineBasis {
   std::array<Weights, 3> weights_{};  // by axis
 };
 
+// A point of one list, by its number there.
+struct CellPoint {
+  LatticeCell cell{};
+  std::uint32_t list = 0;
+  std::uint32_t number = 0;
+};
+
+// Returns points sorted by cells; of one cell, by list and number.
+std::vector<CellPoint> sorted_by_cells(std::vector<CellPoint> points);
+
+// Returns the runs of sorted points that share a cell.
+std::vector<std::span<const CellPoint>> runs_of(const std::vector<CellPoint>& points);
+
 // The nodes of a lattice that count in some cells, and which of them meet. Internal to the pose module.
 
 // The box of some nodes.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <utility>
 
@@ -128,35 +129,6 @@ struct CellSum {
   }
 };
 
-// A point of one list, by its number there.
-struct CellPoint {
-  LatticeCell cell{};
-  std::uint32_t list = 0;
-  std::uint32_t number = 0;
-};
-
-// Points sorted by cells; of one cell, by list and number.
-std::vector<CellPoint> sorted_by_cells(std::vector<CellPoint> points) {
-  std::sort(points.begin(), points.end(), [](const CellPoint& a, const CellPoint& b) {
-    if (a.cell != b.cell)
-      return std::lexicographical_compare(a.cell.rbegin(), a.cell.rend(), b.cell.rbegin(), b.cell.rend());
-    return std::pair(a.list, a.number) < std::pair(b.list, b.number);
-  });
-  return points;
-}
-
-// The runs of points that share a cell.
-std::vector<std::span<const CellPoint>> runs_of(const std::vector<CellPoint>& points) {
-  std::vector<std::span<const CellPoint>> runs;
-  for (std::size_t begin = 0; begin < points.size();) {
-    std::size_t end = begin + 1;
-    while (end < points.size() && points[end].cell == points[begin].cell) ++end;
-    runs.emplace_back(points.data() + begin, end - begin);
-    begin = end;
-  }
-  return runs;
-}
-
 Vec3d mean_of(const std::vector<Vec3d>& points) {
   Vec3d sum{0, 0, 0};
   for (const Vec3d& p : points) sum += p - points.front();
@@ -183,7 +155,7 @@ struct NearRigidSystem::Equations {
   std::size_t components = kComponents;
   double mean_diagonal = 0;  // of the strain
   SparseCholesky factor;
-  std::vector<double> growth{};  // the right side of what div v is wanted to be, of the nodes; or empty
+  std::vector<double> wanted{};  // the right side of the strain and growth that are wanted, of the nodes; or empty
 };
 
 namespace {
@@ -236,19 +208,24 @@ class Assembly {
     });
   }
 
-  // Returns the right side of the growth that is wanted; empty if none is.
-  std::vector<double> growth_side(const LatticeNodes& nodes) const {
-    if (std::all_of(body_.growth.begin(), body_.growth.end(), [](double g) { return g == 0; })) return {};
+  // Returns the right side of the strain and the growth that are wanted; empty if none are.
+  std::vector<double> wanted_side(const LatticeNodes& nodes) const {
+    const bool grows = std::any_of(body_.growth.begin(), body_.growth.end(), [](double g) { return g != 0; });
+    if (body_.strain.empty() && !grows) return {};
     std::vector<double> side(components * nodes.size());
     for (const CellPoint& point : samples_) {
       if (point.list == kCellMiddle) continue;
       const SplineBasis basis(body_.points[point.number] - lattice_.origin, lattice_.spacing);
-      const NodeWeights row = divergence_row(basis);
+      Row sum{};
+      if (!body_.strain.empty()) add_strain(basis, body_.strain[point.number], stiffness_of(point), sum);
+      if constexpr (components > kComponents) {
+        if (grows) add_growth(basis, stiffness_of(point) * body_.growth_weight * body_.growth[point.number], sum);
+      }
       const std::array<int, kCellNodes> numbers = nodes.of_cell(basis.cell());
-      const double by = stiffness_of(point) * body_.growth_weight * body_.growth[point.number];
       for (std::size_t node = 0; node < kCellNodes; ++node) {
-        if (numbers[node] >= 0)
-          side[components * static_cast<std::size_t>(numbers[node]) + kComponents] += row[node] * by;
+        for (std::size_t axis = 0; axis < components && numbers[node] >= 0; ++axis) {
+          side[components * static_cast<std::size_t>(numbers[node]) + axis] += sum[components * node + axis];
+        }
       }
     }
     return side;
@@ -279,6 +256,22 @@ class Assembly {
   CellPoint point_at(const Vec3d& p, std::size_t list, std::size_t number) const {
     return {SplineBasis(p - lattice_.origin, lattice_.spacing).cell(), static_cast<std::uint32_t>(list),
             static_cast<std::uint32_t>(number)};
+  }
+
+  // Adds the rows of the strain, each times what is wanted of it and a number.
+  void add_strain(const SplineBasis& basis, const Mat3d& wanted, double by, Row& sum) const {
+    constexpr double kRoot = std::numbers::sqrt2;
+    const std::array<double, 6> of_row{wanted.row0.x,         wanted.row1.y,         wanted.row2.z,
+                                       kRoot * wanted.row0.y, kRoot * wanted.row0.z, kRoot * wanted.row1.z};
+    const auto rows = strain_rows<components>(basis, body_.growth_weight, by);
+    for (std::size_t r = 0; r < of_row.size(); ++r) {
+      for (std::size_t i = 0; i < kRowNumbers; ++i) sum[i] += rows[r][i] * of_row[r];
+    }
+  }
+
+  static void add_growth(const SplineBasis& basis, double by, Row& sum) {
+    const NodeWeights row = divergence_row(basis);
+    for (std::size_t node = 0; node < kCellNodes; ++node) sum[components * node + kComponents] += row[node] * by;
   }
 
   static void sort_cells(std::vector<LatticeCell>& cells) {
@@ -552,7 +545,7 @@ NearRigidSystem::NearRigidSystem(const Lattice& lattice, const BodySamples& body
                       "make it larger, or move the parts less",
                       unknowns, kMaxUnknowns));
     }
-    if constexpr (components > kComponents) equations->growth = assembly.growth_side(equations->nodes);
+    equations->wanted = assembly.wanted_side(equations->nodes);
     return assembly.fill(equations->nodes, equations->mean_diagonal);
   });
   if (!equations->factor.factorize(matrix, threads, progress)) {
@@ -573,7 +566,7 @@ PotentialGrid NearRigidSystem::solve(std::span<const VelocityRows> rows) const {
   const auto first = static_cast<std::size_t>(spins.back());
   const double unit = e.mean_diagonal * e.lattice.spacing * e.lattice.spacing;
   std::vector<double> right(first + e.components * e.nodes.size());
-  std::copy(e.growth.begin(), e.growth.end(), right.begin() + static_cast<std::ptrdiff_t>(first));
+  std::copy(e.wanted.begin(), e.wanted.end(), right.begin() + static_cast<std::ptrdiff_t>(first));
   with_components(e.components, [&]<std::size_t components>() {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       add_wanted<components>(rows[k], e.lattice, e.nodes, rows[k].weight * unit, static_cast<std::size_t>(spins[k]),

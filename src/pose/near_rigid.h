@@ -7,6 +7,7 @@
 // Where all that is near rests the coefficients are 0: a fine grid costs only what it moves.
 // Where volumes may change v = curl A + grad p, |sym grad v|^2 is that of its traceless part, and
 // stiffness growth_weight (div v - growth)^2 is added.
+// A body that is elastic wants its strain back: |sym grad v - strain|^2.
 // A rigid motion has no strain, so the flow moves rigidly wherever it can. A third of the unknowns is nearly free
 // (adding a gradient to A changes no v): the ridge takes care of that.
 #pragma once
@@ -35,6 +36,8 @@ struct BodySamples {
   // Not empty: volumes may change; as many rates, what div v is wanted to be.
   std::vector<double> growth{};
   double growth_weight = 1.0 / 3;  // of div v; above 0. With 1/3 and a growth of 0 all of the strain counts
+  // Not empty: as many symmetric matrices, the strains that the field is wanted to make there in place of none.
+  std::vector<Mat3d> strain{};
   // If given, v is exactly 0 outside of boxes that it accepts: only nodes with such a support are unknown.
   std::function<bool(const Box&)> reach{};
 };

@@ -175,6 +175,24 @@ TEST(NearRigidSystem, ABodyMovesRigidlyWithAFewPoints) {
   EXPECT_LT(greatest, 0.01);  // of a speed of 0.6: what the ridge takes
 }
 
+// A strain that is wanted, here one that a field without divergence can have everywhere, is made.
+TEST(NearRigidSystem, MakesTheStrainThatIsWanted) {
+  const std::vector<Vec3d> bar = bar_points();
+  const Mat3d wanted{{0.1, 0.03, -0.02}, {0.03, -0.06, 0.05}, {-0.02, 0.05, -0.04}};
+  BodySamples body{bar, {}};
+  body.strain.assign(bar.size(), wanted);
+  VelocityRows hold{{{0, 0, 0}}, {Vec3d{0, 0, 0}}, 1};
+  const NearRigidSystem system({{0, 0, 0}, 0.15}, body, std::span(&hold, 1));
+  const Flow flow = flow_of(system.solve(std::span(&hold, 1)));
+  for (const Vec3d& p : {Vec3d{0.3, 0.02, 0.01}, Vec3d{-0.5, 0, 0.05}}) {
+    const Mat3d g = gradient_at(flow, p);
+    const Mat3d symmetric{{g.row0.x, 0.5 * (g.row0.y + g.row1.x), 0.5 * (g.row0.z + g.row2.x)},
+                          {0.5 * (g.row0.y + g.row1.x), g.row1.y, 0.5 * (g.row1.z + g.row2.y)},
+                          {0.5 * (g.row0.z + g.row2.x), 0.5 * (g.row1.z + g.row2.y), g.row2.z}};
+    EXPECT_LT(strain(symmetric + wanted * -1.0), 0.02 * strain(wanted));
+  }
+}
+
 TEST(NearRigidSystem, APatchThatSpinsTurnsWithTheBody) {
   const std::vector<Vec3d> bar = bar_points();
   VelocityRows hold{where(bar, [](const Vec3d& p) { return p.x < -0.8; }), {}, 20};
