@@ -357,10 +357,13 @@ constexpr double kMaxCorrection = 0.25;  // of the spacing, in one step
 constexpr double kConflict = 0.25;       // what velocities of two limbs may differ by, over their distance
 constexpr double kSearched = 2;          // spacings: how far away another limb may be in conflict
 constexpr double kTolerance = 1e-6;      // of the diagonal, for the body's own points
+constexpr double kMostTakenBack = 0.25;  // strain that a step wants back at most, as a norm: fields with more break
+constexpr double kStiffening = 0.3;      // of flesh by the square of its strain
 
 class Motion {
  public:
-  explicit Motion(StageProblem& problem) : problem_(problem) {
+  explicit Motion(StageProblem& problem)
+      : problem_(problem), stiffness_(problem.body.stiffness), deformations_(problem.body.points.size()) {
     lattice_.spacing = problem_.spacing;
     for (const LimbPoints& limb : problem_.limbs) now_.push_back(limb.points);
     const std::vector<Rigid> first = problem_.motions(0);
@@ -373,6 +376,8 @@ class Motion {
       step(static_cast<double>(k) / count, static_cast<double>(k + 1) / count, unknowns);
     }
     step(1, 1, unknowns);
+    problem_.body.strain.clear();
+    problem_.body.stiffness = std::move(stiffness_);
     for (std::size_t i = 0; i < now_.size(); ++i) problem_.limbs[i].points = std::move(now_[i]);
     return std::move(flow_);
   }
@@ -382,6 +387,7 @@ class Motion {
     stop_if_cancelled(problem_.progress);
     const std::vector<VelocityRows> rows = rows_of(from, to);
     detail::find_surroundings(problem_.body, before_, rows, problem_.spacing);
+    want_shape_back();
     const NearRigidSystem system(lattice_, problem_.body, rows, problem_.threads, problem_.progress);
     unknowns = std::max(unknowns, system.unknowns());
     Segment segment;
@@ -389,9 +395,32 @@ class Motion {
     Flow one;
     one.segments.push_back(segment);
     flow_.segments.push_back(std::move(segment));
+    deform(one);
     move(one, problem_.body.points);
     for (std::vector<Vec3d>& points : now_) move(one, points);
     if (problem_.progress != nullptr) problem_.progress->done += kWorkOfStage / (problem_.steps + 1);
+  }
+
+  // The body is elastic, and the stiffer the more it is strained: each step wants back the strain that those before it
+  // made. A body that only flows is strained ever more where the first step did.
+  void want_shape_back() {
+    problem_.body.strain.clear();
+    for (std::size_t i = 0; i < deformations_.size(); ++i) {
+      const Mat3d& deformation = deformations_[i];
+      const Quaternion turn = nearest_rotation(deformation);
+      const Mat3d stretch{turn * deformation.row0, turn * deformation.row1, turn * deformation.row2};
+      const Mat3d strain = (stretch + inverse(stretch) * -1.0) * 0.5;  // the logarithm, to third order
+      const double square =
+          dot(strain.row0, strain.row0) + dot(strain.row1, strain.row1) + dot(strain.row2, strain.row2);
+      problem_.body.stiffness[i] = stiffness_[i] * (1 + kStiffening * square);
+      problem_.body.strain.push_back(strain * -std::min(1.0, kMostTakenBack / std::sqrt(square)));
+    }
+  }
+
+  // Adds a step to the deformation of each sample of the body.
+  void deform(const Flow& step) {
+    const std::vector<Mat3d> now = jacobians(step, problem_.body.points, tolerance());
+    for (std::size_t i = 0; i < now.size(); ++i) deformations_[i] = now[i] * deformations_[i];
   }
 
   // What each limb's points want: the rate of the limb, and what is missing from their place.
@@ -490,12 +519,14 @@ class Motion {
     return result;
   }
 
-  void move(const Flow& flow, std::vector<Vec3d>& points) const {
+  void move(const Flow& flow, std::vector<Vec3d>& points) const { advect(flow, points, tolerance()); }
+
+  AdvectOptions tolerance() const {
     AdvectOptions options;
     options.tolerance = kTolerance * problem_.diagonal;
     options.precision = Precision::float64;
     options.threads = problem_.threads;
-    advect(flow, points, options);
+    return options;
   }
 
   StageProblem& problem_;
@@ -503,6 +534,8 @@ class Motion {
   std::vector<std::vector<Vec3d>> now_;  // where the points of the limbs are
   std::vector<Rigid> back_;              // from the beginning of the stage to rest
   std::vector<Vec3d> before_;            // where the body's points were a step ago
+  std::vector<double> stiffness_;        // of the body's samples without strain
+  std::vector<Mat3d> deformations_;      // of the body's samples since the stage began
   Flow flow_;
 };
 

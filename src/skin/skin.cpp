@@ -35,6 +35,7 @@ constexpr double kTriedGrowth = 0.02;     // of the volume, at most at a sample
 constexpr double kMaxGrowth = 0.5;        // more is not given back: the triangles are too coarse
 constexpr double kNear = 4;               // spacings: what is farther from all that moves is no part of a stage
 constexpr std::size_t kInside = 3000;     // samples of the body
+constexpr double kStiffnessOfBone = 3;    // of samples in limbs that move, beside that of flesh
 
 double time_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -120,6 +121,7 @@ class Poser {
     std::vector<std::string> warnings;
     problem.body = tool_detail::body_of(surface, problem.spacing, kInside, options_.threads, warnings);
     mark_held(moving, problem.body);
+    if (!joints_.is_thin[stage]) stiffen_bones(moving, problem.body);  // fingers beside each other need to give way
     add_limbs(stage, moving, near, problem);
     problem.steps = steps_of(stage, problem);
     const double volume = enclosed_volume();
@@ -350,6 +352,15 @@ class Poser {
     for (const std::uint32_t v : nearest) {
       const std::optional<std::size_t> limb = joints_.rigid_limb(v, options_.rigid_weight);
       body.held.push_back(limb && !moving[*limb]);
+    }
+  }
+
+  // A limb that moves is stiffer than flesh, so that what presses on it does not flatten it.
+  void stiffen_bones(const std::vector<bool>& moving, BodySamples& body) const {
+    const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(positions_, body.points);
+    for (std::size_t i = 0; i < nearest.size(); ++i) {
+      const std::optional<std::size_t> limb = joints_.rigid_limb(nearest[i], options_.rigid_weight);
+      if (limb && moving[*limb]) body.stiffness[i] *= kStiffnessOfBone;
     }
   }
 
