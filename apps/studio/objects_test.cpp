@@ -120,6 +120,32 @@ TEST_F(ObjectsTest, TheHistoryMovesAShapeThatIsAddedLater) {
   EXPECT_TRUE(positions(late) == together().positions);
 }
 
+TEST_F(ObjectsTest, TheOthersStayAsTheyAreWhenOneIsRemoved) {
+  for (const bool has_worker : {false, true}) {
+    Studio studio(options(has_worker));
+    run(studio, open() + kPull + R"({"object": 1, "active": true})");
+    const std::vector<Vec3d> both = positions(studio);
+    run(studio, R"({"object": 0, "remove": true})");
+    EXPECT_EQ(errors(studio), "");
+    const DocumentState& shown = studio.document().shown();
+    ASSERT_EQ(shown.objects.list.size(), 1U);
+    EXPECT_EQ(shown.objects.list.front().name, "shirt.obj");
+    EXPECT_EQ(shown.objects.active, 0U);
+    ASSERT_EQ(shown.history.size(), 1U);
+    const std::vector<Vec3d> shirt = positions(studio);
+    EXPECT_TRUE(std::equal(shirt.begin(), shirt.end(), both.begin() + 2562, both.end()));
+    run(studio, R"({"save": )" + file("shirt.knead") + "}");
+    const Session session = read_session(folder_ / "shirt.knead");
+    EXPECT_EQ(session.mesh, "shirt.obj");
+    EXPECT_TRUE(session.also.empty());
+    run(studio, R"({"object": 0, "remove": true})");  // the only one
+    EXPECT_EQ(shown.objects.list.size(), 1U);
+    run(studio, R"({"add": )" + file("body.ply") + "}");
+    EXPECT_EQ(positions(studio).size(), both.size());
+    studio.document().close();
+  }
+}
+
 TEST_F(ObjectsTest, ThePointerMeetsWhatIsVisibleOrActive) {
   Studio studio(options());
   run(studio, open());

@@ -490,6 +490,7 @@ class Script {
     if (object >= studio_.document().shown().objects.list.size()) fail(fmt::format("there is no object {}", object));
     if (line.has("visible")) studio_.document().show_object(object, line.at("visible").flag());
     if (member_or(line, "active", false).flag()) studio_.document().make_active(object);
+    if (member_or(line, "remove", false).flag()) studio_.remove_object(object);
   }
 
   bool files(const Json& line) {

@@ -29,9 +29,8 @@
 //   {"show": {"matcap": "red-wax", "cavity": true, "occlusion": true, "background": "dark"}}
 //   {"reference": FILE, "plane": "front" | "right" | "top", "opacity": 0.5, "height": 2, "center": [0, 0, 0],
 //    "every_view": false}                      a picture behind the shape; {"reference": null} removes all
-//   {"add": FILE}                               a further shape; {"object": 1, "visible": false}, {"object": 1,
-//   "active":
-//                                               true}; {"object": null}: none is active
+//   {"add": FILE}                               a further shape
+//   {"object": 1, "visible": false}             also "active": true, "remove": true; {"object": null}: none is active
 //   {"stamp": "letter-y" | FILE} {"edit": 0, "strokes": [{"tool": ...}]} {"look_at": 1} {"look_at": null}
 //   {"layer": 0, "name": "Horn"}                an entry of the history, counted from 0; also "off": true, "strength":
 //                                               0.5, "drag_strength": [0.9, 0.5] (a slider), "move_to": 2, "join": true

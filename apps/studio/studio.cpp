@@ -167,6 +167,11 @@ void Studio::add_shape(const std::filesystem::path& path) {
   document_.add(path);
 }
 
+void Studio::remove_object(std::size_t object) {
+  interrupt();
+  document_.remove(object);
+}
+
 // --- the pointer -----------------------------------------------------------------------------------------------------
 
 // Keeps the pressure and what was typed.

@@ -72,6 +72,8 @@ class Studio {
 
   // Adds a shape to those that are open; the history moves it, too.
   void add_shape(const std::filesystem::path& path);
+  // Takes one of several objects away.
+  void remove_object(std::size_t object);
   // Changes the whole mask, as a stroke of its own.
   void change_mask(MaskEdit edit);
   // Moves the pin with this number in placed().pins as a drag does: by a stroke.

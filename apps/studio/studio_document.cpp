@@ -104,6 +104,11 @@ void StudioDocument::make_active(std::optional<std::size_t> object) {
   post([object](Document& document, Progress& /*progress*/) { document.make_active(object); });
 }
 
+void StudioDocument::remove(std::size_t object) {
+  post([object](Document& document, Progress& progress) { document.remove_object(object, progress); },
+       "Removing the shape");
+}
+
 void StudioDocument::save(const std::filesystem::path& path) {
   post([path](Document& document, Progress& /*progress*/) { document.save(path); }, "Saving");
 }

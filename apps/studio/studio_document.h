@@ -62,6 +62,8 @@ class StudioDocument {
   // Shows or hides an object; makes one the active one.
   void show_object(std::size_t object, bool is_visible);
   void make_active(std::optional<std::size_t> object);
+  // Takes one of several objects away.
+  void remove(std::size_t object);
   void save(const std::filesystem::path& path);
   void export_shape(const std::filesystem::path& path, bool as_double = false);
   void export_frames(const std::filesystem::path& file, const FrameExport& how);

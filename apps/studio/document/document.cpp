@@ -482,50 +482,74 @@ void Document::open_shape(const std::filesystem::path& path, Progress& progress)
   });
 }
 
-// The history is applied to all shapes from the beginning; until that is done the document is the one before.
 void Document::add_shape(const std::filesystem::path& path, Progress& progress) {
   if (!history_) return open_shape(path, progress);
   guarded(Subject::opening, [&] {
     std::vector<DocumentObject> list = shown_.objects.list;
     list.push_back(read_object(path));
     stop_if_cancelled(&progress);
-    PickerPool pickers;
-    Opening opening = prepare(std::move(list), shown_.title, options_, pickers);
-    const auto give_up = [&] {
-      if (opening.journal) opening.journal->discard();
-    };
-    WorkResult result;
-    try {
-      if (opening.journal && journal_) copy_folder(journal_->folder(), opening.journal->folder());
-      result = opening.history->append(history_->strokes(), &progress);
-    } catch (...) {
-      give_up();
-      throw;
-    }
-    if (!tell_failure(result, "Adding the shape")) return give_up();
-    const DocumentObjects before = shown_.objects;
-    if (journal_) journal_->discard();
-    history_.emplace(std::move(*opening.history));
-    history_->limit_memory(undo_memory_);
-    journal_ = std::move(opening.journal);
-    pickers_ = std::move(pickers);
-    shown_.objects = std::move(opening.objects);
-    shown_.objects.active = before.active;
-    is_measurable_ = opening.measures.closed() && opening.measures.oriented();
-    shown_.volume_before.reset();
-    shown_.volume.reset();
-    if (is_measurable_) shown_.volume_before = opening.measures.volume;
-    const double diagonal = shape_box(shown_.objects.mesh()).diagonal();
-    shown_.diagonal = diagonal > 0 ? diagonal : 1;
-    journal(result.lines);
-    shown_.is_changed = true;
+    if (!put_objects(std::move(list), shown_.objects.active, "Adding the shape", progress)) return;
     for (const std::string& note : shown_.objects.list.back().source->notes) {
       options_.tell({false, fmt::format("{}: {}", shown_.objects.list.back().name, note)});
     }
-    measure_volume();
-    picker_is_stale_ = true;
-    show_state();
   });
+}
+
+void Document::remove_object(std::size_t object, Progress& progress) {
+  guarded(Subject::opening, [&] {
+    std::vector<DocumentObject> list = shown_.objects.list;
+    if (list.size() < 2 || object >= list.size()) return;
+    const std::string name = list[object].name;
+    list.erase(list.begin() + static_cast<std::ptrdiff_t>(object));
+    std::optional<std::size_t> active = shown_.objects.active;
+    if (active == object) {
+      active.reset();
+    } else if (active && *active > object) {
+      --*active;
+    }
+    if (!put_objects(std::move(list), active, "Removing the shape", progress)) return;
+    options_.tell({false, fmt::format("Removed {}. File > Add a shape brings it back.", name), Subject::opening});
+  });
+}
+
+// The history is applied to all shapes from the beginning; until that is done the document is the one before.
+bool Document::put_objects(std::vector<DocumentObject> list, std::optional<std::size_t> active, const char* doing,
+                           Progress& progress) {
+  PickerPool pickers;
+  Opening opening = prepare(std::move(list), shown_.title, options_, pickers);
+  const auto give_up = [&] {
+    if (opening.journal) opening.journal->discard();
+    return false;
+  };
+  WorkResult result;
+  try {
+    if (opening.journal && journal_) copy_folder(journal_->folder(), opening.journal->folder());
+    result = opening.history->append(history_->strokes(), &progress);
+  } catch (...) {
+    give_up();
+    throw;
+  }
+  if (!tell_failure(result, doing)) return give_up();
+  if (journal_) journal_->discard();
+  history_.emplace(std::move(*opening.history));
+  history_->limit_memory(undo_memory_);
+  journal_ = std::move(opening.journal);
+  pickers_ = std::move(pickers);
+  shown_.objects = std::move(opening.objects);
+  shown_.objects.active = active;
+  shown_.shape_path = shown_.objects.list.front().path;
+  is_measurable_ = opening.measures.closed() && opening.measures.oriented();
+  shown_.volume_before.reset();
+  shown_.volume.reset();
+  if (is_measurable_) shown_.volume_before = opening.measures.volume;
+  const double diagonal = shape_box(shown_.objects.mesh()).diagonal();
+  shown_.diagonal = diagonal > 0 ? diagonal : 1;
+  journal(result.lines);
+  shown_.is_changed = true;
+  measure_volume();
+  picker_is_stale_ = true;
+  show_state();
+  return true;
 }
 
 void Document::open_made(ShapeKind kind, std::size_t vertices, Progress& /*progress*/) {

@@ -137,6 +137,8 @@ class Document {
   // Adds a shape to those that are open, or opens it. The whole history moves it, too. If it cannot be read, or a
   // stroke cannot be applied to all, a notice says why and everything stays as it was.
   void add_shape(const std::filesystem::path& path, Progress& progress);
+  // Takes one of several objects away; the whole history moves the others. Failures are as in add_shape.
+  void remove_object(std::size_t object, Progress& progress);
   void recover(const std::filesystem::path& journal, Progress& progress);
 
   // As in Workbench; they also measure time and write the journal. Strokes name stamps by their file in stamp_folder().
@@ -193,6 +195,8 @@ class Document {
  private:
   void open(std::vector<DocumentObject> list, const std::string& title);
   void see_objects();
+  bool put_objects(std::vector<DocumentObject> list, std::optional<std::size_t> active, const char* doing,
+                   Progress& progress);
   void append(Session session, Progress& progress);
   bool take(const WorkResult& result, const char* what);
   bool tell_failure(const WorkResult& result, const char* what) const;

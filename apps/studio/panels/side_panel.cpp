@@ -239,14 +239,19 @@ void draw_objects(Studio& studio) {
   const DocumentObjects& objects = studio.document().shown().objects;
   std::optional<std::size_t> switched_object;
   std::optional<std::size_t> clicked;
+  std::optional<std::size_t> removed;
   for (std::size_t i = 0; i < objects.list.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
     bool is_visible = objects.list[i].is_visible;
     if (ImGui::Checkbox("##visible", &is_visible)) switched_object = i;
     help_on_hover("shown or hidden; the strokes move it in both cases");
     ImGui::SameLine();
-    if (ImGui::Selectable((objects.list[i].name + "###name").c_str(), objects.active == i)) clicked = i;
+    const float room = ImGui::GetContentRegionAvail().x - ImGui::GetFrameHeightWithSpacing();
+    if (ImGui::Selectable((objects.list[i].name + "###name").c_str(), objects.active == i, 0, {room, 0})) clicked = i;
     help_on_hover("Click: the pointer meets this one only, also behind others. Click again: it meets all.");
+    ImGui::SameLine();
+    if (ImGui::SmallButton("x")) removed = i;
+    help_on_hover("takes it out of the list; the strokes stay and move the others");
     ImGui::PopID();
   }
   // Without a worker the list changes at once.
@@ -254,6 +259,8 @@ void draw_objects(Studio& studio) {
     studio.document().show_object(*switched_object, !objects.list[*switched_object].is_visible);
   } else if (clicked) {
     studio.document().make_active(objects.active == clicked ? std::nullopt : clicked);
+  } else if (removed) {
+    studio.remove_object(*removed);
   }
 }
 
