@@ -156,7 +156,7 @@ TEST(WriteMesh, PolygonsOfManyCorners) {
       face.push_back(i);
     }
     mesh.add_face(face);
-    std::vector<double> uv(2 * corners);
+    std::vector<double> uv(std::size_t{2} * corners);
     for (std::size_t i = 0; i < uv.size(); ++i) uv[i] = static_cast<double>(i);
     mesh.attributes.push_back({"uv", Domain::corner, NumberType::float32, 2, uv});
     for (const char* format : {"ply", "obj"}) {

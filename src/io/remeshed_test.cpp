@@ -174,7 +174,8 @@ TEST(Remeshed, PlyKeepsItsHeader) {
 TEST(Remeshed, PlyIndicesGetTheTypeThatTheyNeed) {
   Mesh strip;
   for (std::uint32_t i = 0; i < 200; ++i) {
-    strip.positions.push_back({static_cast<double>(i / 2), static_cast<double>(i % 2), 0});
+    const std::uint32_t column = i / 2;
+    strip.positions.push_back({static_cast<double>(column), static_cast<double>(i % 2), 0});
     if (i >= 2) strip.add_face(std::vector<std::uint32_t>{i, i - 1 - i % 2, i - 2 + i % 2});
   }
   std::string bytes =

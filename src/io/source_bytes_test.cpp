@@ -22,7 +22,7 @@ class FreedBytes : public testing::Test {
   FreedBytes() : folder_(fs::temp_directory_path() / ("knead_freed_" + std::to_string(::getpid()))) {
     fs::create_directory(folder_);
   }
-  ~FreedBytes() override { fs::remove_all(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
 
   fs::path path(const std::string& name) const { return folder_ / name; }
   fs::path write(const std::string& name, const std::string& bytes) const {

@@ -34,7 +34,7 @@ class System : public testing::Test {
 
 // Where files have a text mode, it turns \n into \r\n and ends a file at \x1a.
 TEST_F(System, BytesStayAsTheyAre) {
-  const std::string bytes("a\r\nb\nc\x1a\0d\n", 11);
+  const std::string bytes("a\r\nb\nc\x1a\0d\n", 10);
   write_file_atomically(folder_ / "bytes", bytes);
   EXPECT_EQ(file_bytes(folder_ / "bytes"), bytes);
   std::string read(bytes.size(), ' ');

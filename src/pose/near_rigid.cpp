@@ -497,10 +497,10 @@ auto with_components(std::size_t components, const Body& body) {
 
 std::size_t components_of(const BodySamples& body) { return kComponents + (body.growth.empty() ? 0 : 1); }
 
-// Adds what the rows want to the right side.
+// Adds what the rows want to the right sides of the spin, if they have one, and of the nodes.
 template <std::size_t components>
 void add_wanted(const VelocityRows& list, const Lattice& lattice, const LatticeNodes& nodes, double weight,
-                std::size_t spin, std::span<double> right, std::size_t first) {
+                std::span<double> spin, std::span<double> side) {
   const Vec3d middle = list.spins ? mean_of(list.points) : Vec3d{};
   for (std::size_t i = 0; i < list.points.size(); ++i) {
     const SplineBasis basis(list.points[i] - lattice.origin, lattice.spacing);
@@ -512,13 +512,13 @@ void add_wanted(const VelocityRows& list, const Lattice& lattice, const LatticeN
     for (std::size_t node = 0; node < kCellNodes; ++node) {
       for (std::size_t axis = 0; axis < components && numbers[node] >= 0; ++axis) {
         const std::size_t at = components * node + axis;
-        right[first + components * static_cast<std::size_t>(numbers[node]) + axis] +=
+        side[components * static_cast<std::size_t>(numbers[node]) + axis] +=
             v[0][at] * wanted.x + v[1][at] * wanted.y + v[2][at] * wanted.z;
       }
     }
     if (!list.spins) continue;
     const Vec3d torque = cross(list.points[i] - middle, wanted);
-    for (std::size_t axis = 0; axis < 3; ++axis) right[spin + axis] -= torque[axis];
+    for (std::size_t axis = 0; axis < 3; ++axis) spin[axis] -= torque[axis];
   }
 }
 
@@ -569,8 +569,9 @@ PotentialGrid NearRigidSystem::solve(std::span<const VelocityRows> rows) const {
   std::copy(e.wanted.begin(), e.wanted.end(), right.begin() + static_cast<std::ptrdiff_t>(first));
   with_components(e.components, [&]<std::size_t components>() {
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      add_wanted<components>(rows[k], e.lattice, e.nodes, rows[k].weight * unit, static_cast<std::size_t>(spins[k]),
-                             right, first);
+      const std::span<double> all(right);
+      const std::span<double> spin = rows[k].spins ? all.subspan(static_cast<std::size_t>(spins[k]), 3) : all.first(0);
+      add_wanted<components>(rows[k], e.lattice, e.nodes, rows[k].weight * unit, spin, all.subspan(first));
     }
   });
   e.factor.solve(right);

@@ -73,10 +73,13 @@ std::vector<bool> closed_pieces(std::span<const Triangle> triangles, std::size_t
 class Poser {
  public:
   Poser(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options)
-      : options_(options), triangles_(triangulate(mesh)), rest_(mesh.positions), positions_(mesh.positions) {
-    is_closed_ = closed_pieces(triangles_, mesh.positions.size());
-    has_volume_ =
-        std::any_of(triangles_.begin(), triangles_.end(), [&](const Triangle& t) { return is_closed_[t[0]]; });
+      : options_(options),
+        triangles_(triangulate(mesh)),
+        rest_(mesh.positions),
+        positions_(mesh.positions),
+        is_closed_(closed_pieces(triangles_, mesh.positions.size())),
+        has_volume_(
+            std::any_of(triangles_.begin(), triangles_.end(), [&](const Triangle& t) { return is_closed_[t[0]]; })) {
     diagonal_ = shape_box(mesh).diagonal();
     if (!(diagonal_ > 0)) throw InvalidInput("the shape has no extent, so that nothing can be posed");
     joints_ = find_joints(rest_, triangles_, skin, pose, options.detail);
@@ -171,6 +174,7 @@ class Poser {
     for (const EdgeLoss& loss : losses) sum += std::abs(loss.volume);
     if (!(std::abs(missing) > kWorthGivingBack * sum) || problem.body.points.empty()) return;
     std::vector<Vec3d> places;
+    places.reserve(losses.size());
     for (const EdgeLoss& loss : losses) places.push_back(loss.place);
     const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(problem.body.points, places);
     std::vector<double> growth(problem.body.points.size(), 0.0);

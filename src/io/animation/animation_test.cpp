@@ -26,7 +26,7 @@ class Animation : public testing::Test {
   Animation() : folder_(fs::temp_directory_path() / fmt::format("knead_animation_{}", ::getpid())) {
     fs::create_directories(folder_);
   }
-  ~Animation() override { fs::remove_all(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
 
   // Of a shape: it rests, moves for three frames from one vertex on, and rests again.
   static std::vector<std::vector<Vec3d>> frames_of(const ShapeFile& shape, std::size_t first_moved) {
@@ -259,7 +259,7 @@ TEST_F(Animation, ParaViewsSeriesHoldsEveryFrame) {
     const std::string bytes = file_bytes(folder_ / fmt::format("a_{:04}.vtp", k));
     const std::size_t points = bytes.find("Name=\"Points\"");
     const std::size_t offset = std::stoul(bytes.substr(bytes.find("offset=\"", points) + 8));
-    const std::size_t data = bytes.find("_", bytes.find("<AppendedData")) + 1 + offset;
+    const std::size_t data = bytes.find('_', bytes.find("<AppendedData")) + 1 + offset;
     std::uint64_t size = 0;
     std::memcpy(&size, bytes.data() + data, sizeof size);
     ASSERT_EQ(size, frames[k].size() * sizeof(Vec3d));

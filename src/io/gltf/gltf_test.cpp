@@ -29,7 +29,7 @@ class GltfFiles : public testing::Test {
     folder_ = fs::temp_directory_path() / ("knead_gltf_" + std::string(test->name()) + std::to_string(::getpid()));
     fs::create_directories(folder_ / "other");
   }
-  ~GltfFiles() override { fs::remove_all(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
 
   fs::path write(const std::string& name, const std::string& bytes) const {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
