@@ -26,7 +26,7 @@ python_of_debian() { # SUITE VERSION FOLDER
   apt=(apt-get -qq -o APT::Architecture=arm64 -o APT::Architectures::=arm64 -o Dir::Etc::sourcelist=-
     -o "Dir::Etc::sourceparts=$work/parts" -o "Dir::State::lists=$work/lists" -o "Dir::State::status=$work/status"
     -o "Dir::Cache=$work" -o APT::Install-Recommends=0 -o APT::Sandbox::User=root)
-  { "${apt[@]}" update && "${apt[@]}" install -y --download-only "python$2-minimal" "libpython$2-stdlib"; } >"$work/log" 2>&1 || return 1
+  { "${apt[@]}" update && "${apt[@]}" install -y --download-only "python$2-minimal" "libpython$2-stdlib" libstdc++6; } >"$work/log" 2>&1 || return 1
   for package in "$work"/archives/*.deb; do dpkg-deb -x "$package" "$work/root"; done
   [[ -e $work/root/lib ]] || ln -s usr/lib "$work/root/lib"
   mv "$work/root" "$3"
@@ -130,7 +130,8 @@ python_headers() { # TARGET VERSION
   esac
 }
 
-# Prints the import library of Windows' Python. Where a version has none, its names are those of the next.
+# Prints the import library of Windows' Python. Where a version has none, its names are those of 3.13, and one that 3.13 has
+# renamed.
 python_library() { # VERSION
   local number=${1/./} library made next=$python_folder/3.13/windows-x86_64/libs/python313.lib
   library=$python_folder/$1/windows-x86_64/libs/python$number.lib
@@ -140,7 +141,7 @@ python_library() { # VERSION
   else
     [[ -f $next ]] || return 1
     {
-      printf 'LIBRARY python%s.dll\nEXPORTS\n' "$number"
+      printf 'LIBRARY python%s.dll\nEXPORTS\n_PyThreadState_UncheckedGet\n' "$number"
       nm -A "$next" 2>/dev/null | sed -nE 's/^.* T (_?Py[A-Za-z0-9_]*)$/\1/p' | LC_ALL=C sort -u
       nm -A "$next" 2>/dev/null | sed -nE 's/^.* [A-Z] __imp_(_?Py[A-Za-z0-9_]*)$/\1/p' | LC_ALL=C sort -u
     } | awk '!seen[$0]++' >"$made.def"

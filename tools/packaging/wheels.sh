@@ -47,7 +47,7 @@ build() { # TARGET VERSION SUFFIX
 
 # Runs README's example with the packages of a folder, by a Python of another system.
 run_elsewhere() { # TARGET VERSION FOLDER
-  local python program system=/usr/aarch64-linux-gnu
+  local python program system=$python_folder/3.13/linux-arm64 # of Debian, with libraries that others need
   program=$(python_there "$1" "$2")
   python=$python_folder/$2/$(python_system "$1")
   case $1 in
