@@ -82,7 +82,7 @@ run_studio() {
     program=$root/$folder/studio_under_wine.sh
     export KNEAD_PICTURE_AT="4 23" # the frame that Wine leaves room for
     export KNEAD_NAME_FIELD="312 281"
-    wineserver -k || true # what is left of programs without a display has a screen of another size
+    wineserver -k || true # Wine keeps the screen size of its first program, which had no display
   fi
   mkdir -p "$pictures"
   tests/studio/window_test.sh "$ours" "$program" "$pictures"

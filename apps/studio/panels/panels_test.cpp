@@ -215,7 +215,7 @@ constexpr int kHome = 3;
 Typed goes_down(int key) { return {Typed::What::down, key, key == kShift}; }
 Typed goes_up(int key) { return {Typed::What::up, key, key == kShift}; }
 
-// The counts of the frames in which it is told.
+// Returns how many of these each frame gets.
 std::vector<std::size_t> frames_of(std::span<const Typed> typed) {
   std::vector<std::size_t> counts;
   while (!typed.empty()) {

@@ -74,9 +74,8 @@ struct Typed {
   bool is_shift = false;
 };
 
-// Dear ImGui 1.86 looks at the keys once a frame, and takes text before keys. Returns how many of these, from the first
-// on, one frame may have, so that none is missed or overtaken however slowly frames follow each other; at least 1 of
-// any.
+// Returns how many of these, from the first on, one frame may get; at least 1 unless there are none. Dear ImGui 1.86
+// looks at the keys once a frame, and reads text before keys. So a key that goes down and up needs two frames.
 std::size_t typed_in_a_frame(std::span<const Typed> typed);
 
 // Where Studio cannot read the computer's files, as on a page: the person brings files, and the page downloads what
