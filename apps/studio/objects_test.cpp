@@ -146,6 +146,16 @@ TEST_F(ObjectsTest, TheOthersStayAsTheyAreWhenOneIsRemoved) {
   }
 }
 
+TEST_F(ObjectsTest, WhatHasNoFileIsNotRemoved) {
+  Studio studio(options());
+  run(studio, R"({"new": "sphere", "vertices": 2562}
+{"add": )" + file("shirt.obj") +
+                  "}");
+  run(studio, R"({"object": 0, "remove": true})");
+  EXPECT_NE(errors(studio).find("has no file"), std::string::npos) << errors(studio);
+  EXPECT_EQ(studio.document().shown().objects.list.size(), 2U);
+}
+
 TEST_F(ObjectsTest, ThePointerMeetsWhatIsVisibleOrActive) {
   Studio studio(options());
   run(studio, open());

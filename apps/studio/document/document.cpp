@@ -500,6 +500,10 @@ void Document::remove_object(std::size_t object, Progress& progress) {
     std::vector<DocumentObject> list = shown_.objects.list;
     if (list.size() < 2 || object >= list.size()) return;
     const std::string name = list[object].name;
+    if (list[object].path.empty()) {  // it was made or recovered
+      throw InvalidInput(name + " has no file to bring it back from; save the session and open it, then remove " +
+                         name);
+    }
     list.erase(list.begin() + static_cast<std::ptrdiff_t>(object));
     std::optional<std::size_t> active = shown_.objects.active;
     if (active == object) {
