@@ -72,7 +72,7 @@ class Studio {
 
   // Adds a shape to those that are open; the history moves it, too.
   void add_shape(const std::filesystem::path& path);
-  // Takes one of several objects away.
+  // Removes one of several objects.
   void remove_object(std::size_t object);
   // Changes the whole mask, as a stroke of its own.
   void change_mask(MaskEdit edit);

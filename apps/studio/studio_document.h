@@ -62,7 +62,7 @@ class StudioDocument {
   // Shows or hides an object; makes one the active one.
   void show_object(std::size_t object, bool is_visible);
   void make_active(std::optional<std::size_t> object);
-  // Takes one of several objects away.
+  // Removes one of several objects.
   void remove(std::size_t object);
   void save(const std::filesystem::path& path);
   void export_shape(const std::filesystem::path& path, bool as_double = false);

@@ -137,7 +137,8 @@ class Document {
   // Adds a shape to those that are open, or opens it. The whole history moves it, too. If it cannot be read, or a
   // stroke cannot be applied to all, a notice says why and everything stays as it was.
   void add_shape(const std::filesystem::path& path, Progress& progress);
-  // Takes one of several objects away; the whole history moves the others. Failures are as in add_shape.
+  // Removes one of several objects; the whole history moves the others. Refuses one that has no file, because nothing
+  // could bring it back. Other failures are as in add_shape.
   void remove_object(std::size_t object, Progress& progress);
   void recover(const std::filesystem::path& journal, Progress& progress);
 

@@ -251,7 +251,7 @@ void draw_objects(Studio& studio) {
     help_on_hover("Click: the pointer meets this one only, also behind others. Click again: it meets all.");
     ImGui::SameLine();
     if (ImGui::SmallButton("x")) removed = i;
-    help_on_hover("takes it out of the list; the strokes stay and move the others");
+    help_on_hover("removes it; the strokes stay and move the others");
     ImGui::PopID();
   }
   // Without a worker the list changes at once.
