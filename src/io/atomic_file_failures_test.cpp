@@ -29,6 +29,7 @@ struct Failure {
   int at = 0;
   int calls = 0;
   const char* last = "";  // the call that failed
+  int random = -1;        // the file of /dev/urandom, which some C++ libraries read: its calls do not count
 
   bool strikes(const char* name) {
     if (!armed || ++calls != at) return false;
@@ -54,9 +55,11 @@ int open(const char* path, int flags, ...) {
   va_start(arguments, flags);
   const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(arguments, mode_t) : 0;
   va_end(arguments);
-  const bool is_random = std::string_view(path) == "/dev/urandom";  // which some C++ libraries read
+  const bool is_random = std::string_view(path) == "/dev/urandom";
   if (!is_random && failure.strikes("open")) return errno = EACCES, -1;
-  return system_call<int(const char*, int, ...)>("open")(path, flags, mode);
+  const int file = system_call<int(const char*, int, ...)>("open")(path, flags, mode);
+  if (is_random) failure.random = file;
+  return file;
 }
 
 // While armed it writes a little at a time, so that a file takes many calls, as on a slow or nearly full disk.
@@ -74,6 +77,10 @@ int fsync(int file) {
 
 int close(int file) {
   const int result = system_call<int(int)>("close")(file);
+  if (file == failure.random) {
+    failure.random = -1;
+    return result;
+  }
   if (failure.strikes("close")) return errno = EIO, -1;
   return result;
 }

@@ -141,13 +141,14 @@ TEST_F(AtomicFile, AnInterruptLeavesNothingUnfinished) {
   const fs::path path = folder_ / "target";
   write_file_atomically(path, "old");
   const std::string bytes(200'000, 'x');
+  // Set before the child begins, which may be late: a program in the background ignores the signal until then.
+  const auto before = ::signal(SIGINT, [](int) {
+    discard_unfinished_files();
+    ::_exit(130);
+  });
   for (useconds_t delay = 300; delay < 20'000; delay += 700) {
     const pid_t child = ::fork();
     if (child == 0) {
-      ::signal(SIGINT, [](int) {
-        discard_unfinished_files();
-        ::_exit(130);
-      });
       for (;;) write_file_atomically(path, bytes);
     }
     ::usleep(delay);
@@ -157,6 +158,7 @@ TEST_F(AtomicFile, AnInterruptLeavesNothingUnfinished) {
     const std::string now = file_bytes(path);
     EXPECT_TRUE(now == "old" || now == bytes);
   }
+  ::signal(SIGINT, before);
 }
 
 }  // namespace
