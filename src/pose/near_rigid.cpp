@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -28,12 +29,13 @@ constexpr double kStiffnessAround = 1e-3;
 constexpr double kGrowthAround = 1.0 / 3;  // weight of div v there: that of any other strain
 constexpr std::uint32_t kCellMiddle = 1;   // in the place of a list
 constexpr std::size_t kRowsAtOnce = 6;     // those of a sample's strain
+constexpr std::size_t kAlignment = 64;     // bytes, of the widest registers
 // So many cells are assembled side by side before their sums are added up, in order.
 constexpr std::size_t kCellsAtOnce = 32;
 
 // A row over a cell's 64 nodes, each with its components.
 template <std::size_t components>
-using DenseRow = std::array<double, components * kCellNodes>;
+struct alignas(kAlignment) DenseRow : std::array<double, components * kCellNodes> {};
 
 // The six rows of the strain, as SplineBasis has them, and that of div v times sqrt(weight).
 template <std::size_t components>
@@ -90,27 +92,42 @@ std::array<DenseRow<components>, kStrainRows<components>> strain_rows(const Spli
   }
 }
 
-// Adds the products of each row's numbers to the upper triangle of a matrix.
-template <std::size_t kRowNumbers>
-[[gnu::always_inline]] inline void sum_products(const double* __restrict rows, double* __restrict products) {
+// Adds the products of each row's numbers to the upper triangle of a matrix, or sets it to them. What is below is not
+// used; some of it is written, so that all begins where a register's numbers do.
+template <std::size_t kRowNumbers, bool is_first>
+[[gnu::always_inline]] inline void sum_products(const double* __restrict unaligned_rows,
+                                                double* __restrict unaligned_products) {
+  constexpr std::size_t kAligned = kAlignment / sizeof(double);
+  const double* __restrict const rows = std::assume_aligned<kAlignment>(unaligned_rows);
+  double* __restrict const products = std::assume_aligned<kAlignment>(unaligned_products);
   for (std::size_t a = 0; a < kRowNumbers; ++a) {
     double by[kRowsAtOnce];
     for (std::size_t r = 0; r < kRowsAtOnce; ++r) by[r] = rows[r * kRowNumbers + a];
     double* const to = products + a * kRowNumbers;
-    for (std::size_t b = a; b < kRowNumbers; ++b) {
-      double sum = to[b];
-      for (std::size_t r = 0; r < kRowsAtOnce; ++r) sum += by[r] * rows[r * kRowNumbers + b];
-      to[b] = sum;
+    for (std::size_t b = a / kAligned * kAligned; b < kRowNumbers; b += kAligned) {
+      for (std::size_t i = b; i < b + kAligned; ++i) {
+        double sum = is_first ? 0 : to[i];
+        for (std::size_t r = 0; r < kRowsAtOnce; ++r) sum += by[r] * rows[r * kRowNumbers + i];
+        to[i] = sum;
+      }
     }
   }
 }
 
+KNEAD_CLONES void set_products(const double* __restrict rows, double* __restrict products) {
+  sum_products<kComponents * kCellNodes, true>(rows, products);
+}
+
 KNEAD_CLONES void add_products(const double* __restrict rows, double* __restrict products) {
-  sum_products<kComponents * kCellNodes>(rows, products);
+  sum_products<kComponents * kCellNodes, false>(rows, products);
+}
+
+KNEAD_CLONES void set_growing_products(const double* __restrict rows, double* __restrict products) {
+  sum_products<(kComponents + 1) * kCellNodes, true>(rows, products);
 }
 
 KNEAD_CLONES void add_growing_products(const double* __restrict rows, double* __restrict products) {
-  sum_products<(kComponents + 1) * kCellNodes>(rows, products);
+  sum_products<(kComponents + 1) * kCellNodes, false>(rows, products);
 }
 
 // The upper triangle of a cell's sum of products.
@@ -118,14 +135,13 @@ template <std::size_t components>
 struct CellSum {
   static constexpr std::size_t kRowNumbers = components * kCellNodes;
 
-  std::array<double, kRowNumbers * kRowNumbers> products;
+  alignas(kAlignment) std::array<double, kRowNumbers * kRowNumbers> products;
 
-  void clear() { products.fill(0); }
-
-  // Adds the products of rows, in their order. Their number is a multiple of kRowsAtOnce.
-  void add(std::span<const DenseRow<components>> rows) {
+  // Sums the products of rows, in their order. Their number is a multiple of kRowsAtOnce.
+  void set(std::span<const DenseRow<components>> rows) {
+    constexpr auto kSet = components == kComponents ? &set_products : &set_growing_products;
     constexpr auto kAdd = components == kComponents ? &add_products : &add_growing_products;
-    for (std::size_t r = 0; r < rows.size(); r += kRowsAtOnce) kAdd(rows[r].data(), products.data());
+    for (std::size_t r = 0; r < rows.size(); r += kRowsAtOnce) (r == 0 ? kSet : kAdd)(rows[r].data(), products.data());
   }
 };
 
@@ -401,8 +417,7 @@ class Assembly {
           rows.clear();
           append(runs[begin + i], rows);
           while (rows.size() % kRowsAtOnce != 0) rows.push_back(Row{});
-          sums[i].clear();
-          sums[i].add(rows);
+          sums[i].set(rows);
         }
       });
       for (std::size_t i = 0; i < count; ++i) add(runs[begin + i].front().cell, sums[i]);
