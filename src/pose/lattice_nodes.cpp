@@ -1,6 +1,8 @@
 #include "pose/lattice_nodes.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <utility>
 
 #include "knead/error.h"
@@ -12,6 +14,7 @@ namespace {
 constexpr double kMaxBox = 16e6;        // nodes in the box
 constexpr std::size_t kUndivided = 24;  // so few nodes are not divided any more
 constexpr int kSeparator = 3;           // layers: nodes that share a cell are at most 3 apart
+constexpr int kBlock = 3;               // cells along an axis: no node counts in a block and the next but one
 
 bool before(const LatticeCell& a, const LatticeCell& b) {
   return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
@@ -153,15 +156,25 @@ std::vector<CellPoint> sorted_by_cells(std::vector<CellPoint> points) {
   return points;
 }
 
-std::vector<std::span<const CellPoint>> runs_of(const std::vector<CellPoint>& points) {
-  std::vector<std::span<const CellPoint>> runs;
+std::array<std::vector<CellBlock>, 8> blocks_of(const std::vector<CellPoint>& points) {
+  std::array<std::map<LatticeCell, CellBlock>, 8> lists;  // by which numbers of a block are odd
   for (std::size_t begin = 0; begin < points.size();) {
     std::size_t end = begin + 1;
     while (end < points.size() && points[end].cell == points[begin].cell) ++end;
-    runs.emplace_back(points.data() + begin, end - begin);
+    LatticeCell block;
+    std::size_t list = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      block[axis] = static_cast<int>(std::floor(static_cast<double>(points[begin].cell[axis]) / kBlock));
+      list = 2 * list + static_cast<std::size_t>(block[axis] & 1);
+    }
+    lists[list][block].emplace_back(points.data() + begin, end - begin);
     begin = end;
   }
-  return runs;
+  std::array<std::vector<CellBlock>, 8> result;
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    for (auto& [place, block] : lists[i]) result[i].push_back(std::move(block));
+  }
+  return result;
 }
 
 }  // namespace knead::detail

@@ -136,8 +136,11 @@ struct CellPoint {
 // Returns points sorted by cells; of one cell, by list and number.
 std::vector<CellPoint> sorted_by_cells(std::vector<CellPoint> points);
 
-// Returns the runs of sorted points that share a cell.
-std::vector<std::span<const CellPoint>> runs_of(const std::vector<CellPoint>& points);
+// The cells of a cube, each by the run of its points.
+using CellBlock = std::vector<std::span<const CellPoint>>;
+
+// Divides sorted points into blocks of cells, and these into lists: no node counts in two blocks of a list.
+std::array<std::vector<CellBlock>, 8> blocks_of(const std::vector<CellPoint>& points);
 
 // The nodes of a lattice that count in some cells, and which of them meet. Internal to the pose module.
 
