@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t kPanel = 8;           // columns that are taken from the others together
 constexpr std::size_t kWidePanel = 32;      // columns that are taken from the others before the next are factorised
 constexpr std::size_t kColumnsAtOnce = 4;   // from which a panel is taken
+constexpr std::size_t kAligned = 8;         // numbers of the widest registers
 constexpr std::size_t kGroupsOfThread = 8;  // of these, at least
 constexpr std::size_t kWideEnough = 16;     // narrower fronts are joined with their parent where that adds few zeros
 constexpr double kMaxZeros = 0.15;          // of the joined front
@@ -29,32 +30,18 @@ struct Columns {
   double by[kColumnsAtOnce][kPanel]{};
 };
 
-// Takes the panel's columns, which lie `stride` apart, from columns of `count` numbers.
-KNEAD_CLONES void subtract_panel(const double* __restrict panel, std::size_t stride, std::size_t count,
-                                 const Columns& from) {
-  static_assert(kColumnsAtOnce == 4);
-  double* __restrict const a = from.columns[0];
-  double* __restrict const b = from.columns[1];
-  double* __restrict const c = from.columns[2];
-  double* __restrict const d = from.columns[3];
-  double by[kColumnsAtOnce][kPanel];
-  std::copy_n(&from.by[0][0], kColumnsAtOnce * kPanel, &by[0][0]);
-  for (std::size_t i = 0; i < count; ++i) {
-    double of_a = a[i];
-    double of_b = b[i];
-    double of_c = c[i];
-    double of_d = d[i];
+// Takes the panel's columns, which lie `stride` apart, from columns of `count` numbers. All begin where a register's
+// numbers do, and count is a multiple of these.
+KNEAD_CLONES void subtract_panel(const double* panel, std::size_t stride, std::size_t count, const Columns& from) {
+  using Numbers [[gnu::vector_size(kAligned * sizeof(double))]] = double;
+  for (std::size_t i = 0; i < count; i += kAligned) {
+    Numbers of[kColumnsAtOnce];
+    for (std::size_t c = 0; c < kColumnsAtOnce; ++c) of[c] = *reinterpret_cast<const Numbers*>(from.columns[c] + i);
     for (std::size_t k = 0; k < kPanel; ++k) {
-      const double number = panel[k * stride + i];
-      of_a -= number * by[0][k];
-      of_b -= number * by[1][k];
-      of_c -= number * by[2][k];
-      of_d -= number * by[3][k];
+      const Numbers numbers = *reinterpret_cast<const Numbers*>(panel + k * stride + i);
+      for (std::size_t c = 0; c < kColumnsAtOnce; ++c) of[c] -= numbers * from.by[c][k];
     }
-    a[i] = of_a;
-    b[i] = of_b;
-    c[i] = of_c;
-    d[i] = of_d;
+    for (std::size_t c = 0; c < kColumnsAtOnce; ++c) *reinterpret_cast<Numbers*>(from.columns[c] + i) = of[c];
   }
 }
 
@@ -62,16 +49,23 @@ KNEAD_CLONES void subtract_column(const double* __restrict column, std::size_t c
   for (std::size_t i = 0; i < count; ++i) c[i] -= column[i] * by;
 }
 
-// A dense symmetric matrix whose first columns are eliminated; only its lower triangle is used, and begins as 0.
-struct DenseFront {
-  explicit DenseFront(std::size_t rows) : size(rows), numbers(std::make_unique_for_overwrite<double[]>(rows * rows)) {
-    for (std::size_t j = 0; j < size; ++j) std::fill(column(j) + j, column(j) + size, 0.0);
+// A dense symmetric matrix whose first columns are eliminated; only its lower triangle is used, and begins as 0. Some
+// of what is above is written, so that all begins where a register's numbers do.
+class DenseFront {
+ public:
+  explicit DenseFront(std::size_t rows)
+      : size(rows),
+        stride_((rows + kAligned - 1) / kAligned * kAligned),
+        numbers_(std::make_unique_for_overwrite<double[]>(stride_ * size + kAligned)) {
+    void* first = numbers_.get();
+    std::size_t space = (stride_ * size + kAligned) * sizeof(double);
+    first_ = static_cast<double*>(std::align(kAligned * sizeof(double), stride_ * size * sizeof(double), first, space));
+    for (std::size_t j = 0; j < size; ++j) std::fill(column(j) + aligned(j), column(j) + stride_, 0.0);
   }
 
   std::size_t size;
-  std::unique_ptr<double[]> numbers;  // by columns
 
-  double* column(std::size_t j) { return numbers.get() + j * size; }
+  double* column(std::size_t j) { return first_ + j * stride_; }
 
   // Factorises the columns from `begin` to `end`, which nothing before them changes any more.
   bool factorize_panel(std::size_t begin, std::size_t end) {
@@ -109,28 +103,27 @@ struct DenseFront {
   }
 
  private:
+  static std::size_t aligned(std::size_t row) { return row / kAligned * kAligned; }
+
   // Takes the columns from `begin` to `end`, a panel at most, from those from `first` to `last`.
   void take_panel(std::size_t begin, std::size_t end, std::size_t first, std::size_t last) {
     std::size_t j = first;
-    for (; end - begin == kPanel && j + kColumnsAtOnce <= last; j += kColumnsAtOnce) take_from_group(begin, j);
-    for (; j < last; ++j) take_from_one(begin, end, j, size);
-  }
-
-  // From a column's rows above `rows`.
-  void take_from_one(std::size_t begin, std::size_t end, std::size_t j, std::size_t rows) {
-    for (std::size_t k = begin; k < end; ++k) subtract_column(column(k) + j, rows - j, column(k)[j], column(j) + j);
-  }
-
-  void take_from_group(std::size_t begin, std::size_t j) {
-    const std::size_t common = j + kColumnsAtOnce - 1;  // the first row that all of them have
-    Columns group;
-    for (std::size_t c = 0; c < kColumnsAtOnce; ++c) {
-      take_from_one(begin, begin + kPanel, j + c, common);
-      group.columns[c] = column(j + c) + common;
-      for (std::size_t k = 0; k < kPanel; ++k) group.by[c][k] = column(begin + k)[j + c];
+    for (; end - begin == kPanel && j + kColumnsAtOnce <= last; j += kColumnsAtOnce) {
+      Columns columns;
+      for (std::size_t c = 0; c < kColumnsAtOnce; ++c) {
+        columns.columns[c] = column(j + c) + aligned(j);
+        for (std::size_t k = 0; k < kPanel; ++k) columns.by[c][k] = column(begin + k)[j + c];
+      }
+      subtract_panel(column(begin) + aligned(j), stride_, stride_ - aligned(j), columns);
     }
-    subtract_panel(column(begin) + common, size, size - common, group);
+    for (; j < last; ++j) {
+      for (std::size_t k = begin; k < end; ++k) subtract_column(column(k) + j, size - j, column(k)[j], column(j) + j);
+    }
   }
+
+  std::size_t stride_;  // from column to column
+  std::unique_ptr<double[]> numbers_;
+  double* first_ = nullptr;
 };
 
 // Rows below the diagonal of a column, as bits.
@@ -309,7 +302,10 @@ class SparseCholesky::Elimination {
       }
       for (const std::size_t child : front.children) add_rest(child, place, dense);
       if (!dense.eliminate(width, threads)) return false;
-      front.columns.assign(dense.column(0), dense.column(width));
+      front.columns.clear();
+      for (std::size_t k = 0; k < width; ++k) {
+        front.columns.insert(front.columns.end(), dense.column(k), dense.column(k) + dense.size);
+      }
       if (width < dense.size) rests_[f].emplace(std::move(dense));
     }
     return true;
