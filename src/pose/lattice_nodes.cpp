@@ -59,7 +59,7 @@ void dissect(std::span<LatticeCell> nodes) {
 }  // namespace
 
 LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others,
-                           const std::function<bool(const LatticeCell&)>& is_kept) {
+                           const std::function<bool(const LatticeCell&)>& is_kept, int threads) {
   std::sort(cells.begin(), cells.end(), before);
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   find_box(cells);
@@ -79,7 +79,7 @@ LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<Lat
   }
   dissect(nodes_);
   for (std::size_t i = 0; i < nodes_.size(); ++i) number_at_[index_of(nodes_[i])] = static_cast<int>(i);
-  find_neighbors(cells, others);
+  find_neighbors(cells, others, threads);
 }
 
 void LatticeNodes::find_box(const std::vector<LatticeCell>& cells) {
@@ -114,26 +114,32 @@ std::array<int, kCellNodes> LatticeNodes::of_cell(const LatticeCell& cell) const
   return numbers;
 }
 
-void LatticeNodes::find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others) {
+void LatticeNodes::find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others,
+                                  int threads) {
   rank_.assign(kOffsets * nodes_.size(), -1);
   for (const auto* list : {&cells, &others}) {
     for (const LatticeCell& cell : *list) add_ranks(of_cell(cell));
   }
   begin_.assign(1, 0);
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
-    int* const table = rank_.data() + kOffsets * node;
-    const std::size_t first = neighbors_.size();
-    for (std::size_t i = 0; i < kOffsets; ++i) {
-      if (table[i] >= 0) neighbors_.push_back(table[i]);
-    }
-    std::sort(neighbors_.begin() + static_cast<std::ptrdiff_t>(first), neighbors_.end());
-    for (std::size_t i = 0; i < kOffsets; ++i) {
-      if (table[i] < 0) continue;
-      const auto place =
-          std::lower_bound(neighbors_.begin() + static_cast<std::ptrdiff_t>(first), neighbors_.end(), table[i]);
-      table[i] = static_cast<int>(place - neighbors_.begin()) - static_cast<int>(first);
-    }
-    begin_.push_back(neighbors_.size());
+    const int* const table = rank_.data() + kOffsets * node;
+    begin_.push_back(begin_.back() + kOffsets - static_cast<std::size_t>(std::count(table, table + kOffsets, -1)));
+  }
+  neighbors_.resize(begin_.back());
+  constexpr std::size_t kNodesOfThread = 64;
+  parallel_for(nodes_.size(), kNodesOfThread, threads, [&](std::size_t from, std::size_t to) {
+    for (std::size_t node = from; node < to; ++node) rank_neighbors(node);
+  });
+}
+
+// Replaces the numbers of a node's neighbours by their ranks.
+void LatticeNodes::rank_neighbors(std::size_t node) {
+  int* const table = rank_.data() + kOffsets * node;
+  int* const first = neighbors_.data() + begin_[node];
+  int* const end = std::copy_if(table, table + kOffsets, first, [](int number) { return number >= 0; });
+  std::sort(first, end);
+  for (std::size_t i = 0; i < kOffsets; ++i) {
+    if (table[i] >= 0) table[i] = static_cast<int>(std::lower_bound(first, end, table[i]) - first);
   }
 }
 

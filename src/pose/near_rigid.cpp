@@ -214,12 +214,15 @@ class Assembly {
   }
 
   LatticeNodes find_nodes() const {
-    if (!body_.reach) return LatticeNodes(cells_, touched_);
-    return LatticeNodes(cells_, touched_, [this](const LatticeCell& node) {
-      const Vec3d place = lattice_.origin + Vec3d(node[0], node[1], node[2]) * lattice_.spacing;
-      const Vec3d support = Vec3d{2, 2, 2} * lattice_.spacing;
-      return body_.reach(Box{place - support, place + support});
-    });
+    if (!body_.reach) return LatticeNodes(cells_, touched_, {}, threads_);
+    return LatticeNodes(
+        cells_, touched_,
+        [this](const LatticeCell& node) {
+          const Vec3d place = lattice_.origin + Vec3d(node[0], node[1], node[2]) * lattice_.spacing;
+          const Vec3d support = Vec3d{2, 2, 2} * lattice_.spacing;
+          return body_.reach(Box{place - support, place + support});
+        },
+        threads_);
   }
 
   // Returns the matrix; sets the mean diagonal of the strain, and the right side of the strain and the growth that are
@@ -249,7 +252,7 @@ class Assembly {
 
  private:
   CellPoint point_at(const Vec3d& p, std::size_t list, std::size_t number) const {
-    return {SplineBasis(p - lattice_.origin, lattice_.spacing).cell(), static_cast<std::uint32_t>(list),
+    return {cell_of(p - lattice_.origin, lattice_.spacing), static_cast<std::uint32_t>(list),
             static_cast<std::uint32_t>(number)};
   }
 
@@ -323,7 +326,7 @@ class Assembly {
   std::vector<int> nodes_about(const std::vector<Vec3d>& points) const {
     std::vector<int> near;
     for (const Vec3d& p : points) {
-      const auto of_cell = nodes_->of_cell(SplineBasis(p - lattice_.origin, lattice_.spacing).cell());
+      const auto of_cell = nodes_->of_cell(cell_of(p - lattice_.origin, lattice_.spacing));
       std::copy_if(of_cell.begin(), of_cell.end(), std::back_inserter(near), [](int node) { return node >= 0; });
     }
     std::sort(near.begin(), near.end());
