@@ -85,9 +85,9 @@ class DenseFront {
     for (std::size_t begin = 0; begin < width; begin += kWidePanel) {
       const std::size_t end = std::min(begin + kWidePanel, width);
       for (std::size_t panel = begin; panel < end; panel += kPanel) {
-        const std::size_t panel_end = std::min(panel + kPanel, end);
-        if (!factorize_panel(panel, panel_end)) return false;
-        take_panel(panel, panel_end, panel_end, end);
+        const std::size_t next = std::min(panel + kPanel, end);
+        if (!factorize_panel(panel, next)) return false;
+        take_panel(panel, next, next, end);
       }
       const std::size_t groups = (size - end + kColumnsAtOnce - 1) / kColumnsAtOnce;
       parallel_for(groups, kGroupsOfThread, threads, [&](std::size_t first, std::size_t last) {

@@ -134,12 +134,12 @@ void LatticeNodes::find_neighbors(const std::vector<LatticeCell>& cells, const s
 
 // Replaces the numbers of a node's neighbours by their ranks.
 void LatticeNodes::rank_neighbors(std::size_t node) {
-  int* const table = rank_.data() + kOffsets * node;
-  int* const first = neighbors_.data() + begin_[node];
-  int* const end = std::copy_if(table, table + kOffsets, first, [](int number) { return number >= 0; });
-  std::sort(first, end);
-  for (std::size_t i = 0; i < kOffsets; ++i) {
-    if (table[i] >= 0) table[i] = static_cast<int>(std::lower_bound(first, end, table[i]) - first);
+  const std::span<int> table = std::span(rank_).subspan(kOffsets * node, kOffsets);
+  const auto begin = neighbors_.begin() + static_cast<std::ptrdiff_t>(begin_[node]);
+  const auto end = std::copy_if(table.begin(), table.end(), begin, [](int number) { return number >= 0; });
+  std::sort(begin, end);
+  for (int& number : table) {
+    if (number >= 0) number = static_cast<int>(std::lower_bound(begin, end, number) - begin);
   }
 }
 
