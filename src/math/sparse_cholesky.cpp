@@ -87,14 +87,14 @@ class DenseFront {
       for (std::size_t panel = begin; panel < end; panel += kPanel) {
         const std::size_t next = std::min(panel + kPanel, end);
         if (!factorize_panel(panel, next)) return false;
-        take_panel(panel, next, next, end);
+        take_panel(panel, next - panel, next, end);
       }
       const std::size_t groups = (size - end + kColumnsAtOnce - 1) / kColumnsAtOnce;
       parallel_for(groups, kGroupsOfThread, threads, [&](std::size_t first, std::size_t last) {
         for (std::size_t group = first; group < last; ++group) {
           const std::size_t j = end + kColumnsAtOnce * group;
           for (std::size_t panel = begin; panel < end; panel += kPanel) {
-            take_panel(panel, std::min(panel + kPanel, end), j, std::min(j + kColumnsAtOnce, size));
+            take_panel(panel, std::min(kPanel, end - panel), j, std::min(j + kColumnsAtOnce, size));
           }
         }
       });
@@ -105,10 +105,10 @@ class DenseFront {
  private:
   static std::size_t aligned(std::size_t row) { return row / kAligned * kAligned; }
 
-  // Takes the columns from `begin` to `end`, a panel at most, from those from `first` to `last`.
-  void take_panel(std::size_t begin, std::size_t end, std::size_t first, std::size_t last) {
+  // Takes `width` columns from `begin` on, a panel at most, from those from `first` to `last`.
+  void take_panel(std::size_t begin, std::size_t width, std::size_t first, std::size_t last) {
     std::size_t j = first;
-    for (; end - begin == kPanel && j + kColumnsAtOnce <= last; j += kColumnsAtOnce) {
+    for (; width == kPanel && j + kColumnsAtOnce <= last; j += kColumnsAtOnce) {
       Columns columns;
       for (std::size_t c = 0; c < kColumnsAtOnce; ++c) {
         columns.columns[c] = column(j + c) + aligned(j);
@@ -117,7 +117,9 @@ class DenseFront {
       subtract_panel(column(begin) + aligned(j), stride_, stride_ - aligned(j), columns);
     }
     for (; j < last; ++j) {
-      for (std::size_t k = begin; k < end; ++k) subtract_column(column(k) + j, size - j, column(k)[j], column(j) + j);
+      for (std::size_t k = begin; k < begin + width; ++k) {
+        subtract_column(column(k) + j, size - j, column(k)[j], column(j) + j);
+      }
     }
   }
 
