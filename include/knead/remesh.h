@@ -126,6 +126,8 @@ struct RemeshCounts {
   std::size_t flips = 0;
   std::size_t crossings = 0;         // pairs of crossing triangles in the result, at least one of them touched
   std::size_t crossings_before = 0;  // the same before the deformation; 0 if none cross in the result
+  std::size_t curves = 0;            // sets of these pairs that hang together
+  std::size_t curves_before = 0;     // the same before the deformation; 0 if none cross in the result
   std::size_t faces = 0;             // that were touched, after refinement: the work grows with it
   bool stopped = false;              // as RemeshOptions::stop_where_crossed says
   double missing_volume = 0;         // true volume minus the volume of the refined mesh

@@ -1,7 +1,13 @@
 #include "math/sparse_cholesky.h"
 
 #include <algorithm>
+#include <atomic>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "knead/error.h"
@@ -11,36 +17,31 @@ namespace knead::detail {
 namespace {
 
 constexpr std::size_t kPanel = 8;           // columns that are taken from the others together
-constexpr std::size_t kPairsOfThread = 64;  // of columns, at least
+constexpr std::size_t kWidePanel = 32;      // columns that are taken from the others before the next are factorised
+constexpr std::size_t kColumnsAtOnce = 4;   // from which a panel is taken
+constexpr std::size_t kAligned = 8;         // numbers of the widest registers
+constexpr std::size_t kGroupsOfThread = 8;  // of these, at least
 constexpr std::size_t kWideEnough = 16;     // narrower fronts are joined with their parent where that adds few zeros
 constexpr double kMaxZeros = 0.15;          // of the joined front
 
-// Two columns, and the factors with which a panel's columns are taken from them.
-struct TwoColumns {
-  double* c = nullptr;
-  double* d = nullptr;
-  double by_c[kPanel]{};
-  double by_d[kPanel]{};
+// Columns, and the factors with which a panel's columns are taken from them.
+struct Columns {
+  double* columns[kColumnsAtOnce]{};
+  double by[kColumnsAtOnce][kPanel]{};
 };
 
-// Takes the panel's columns, which lie `stride` apart, from two columns of `count` numbers.
-KNEAD_CLONES void subtract_panel(const double* __restrict panel, std::size_t stride, std::size_t count,
-                                 const TwoColumns& from) {
-  double* __restrict const c = from.c;
-  double* __restrict const d = from.d;
-  double by_c[kPanel];
-  double by_d[kPanel];
-  std::copy_n(from.by_c, kPanel, by_c);
-  std::copy_n(from.by_d, kPanel, by_d);
-  for (std::size_t i = 0; i < count; ++i) {
-    double of_c = c[i];
-    double of_d = d[i];
+// Takes the panel's columns, which lie `stride` apart, from columns of `count` numbers. All begin where a register's
+// numbers do, and count is a multiple of these.
+KNEAD_CLONES void subtract_panel(const double* panel, std::size_t stride, std::size_t count, const Columns& from) {
+  using Numbers [[gnu::vector_size(kAligned * sizeof(double))]] = double;
+  for (std::size_t i = 0; i < count; i += kAligned) {
+    Numbers of[kColumnsAtOnce];
+    for (std::size_t c = 0; c < kColumnsAtOnce; ++c) of[c] = *reinterpret_cast<const Numbers*>(from.columns[c] + i);
     for (std::size_t k = 0; k < kPanel; ++k) {
-      of_c -= panel[k * stride + i] * by_c[k];
-      of_d -= panel[k * stride + i] * by_d[k];
+      const Numbers numbers = *reinterpret_cast<const Numbers*>(panel + k * stride + i);
+      for (std::size_t c = 0; c < kColumnsAtOnce; ++c) of[c] -= numbers * from.by[c][k];
     }
-    c[i] = of_c;
-    d[i] = of_d;
+    for (std::size_t c = 0; c < kColumnsAtOnce; ++c) *reinterpret_cast<Numbers*>(from.columns[c] + i) = of[c];
   }
 }
 
@@ -48,12 +49,23 @@ KNEAD_CLONES void subtract_column(const double* __restrict column, std::size_t c
   for (std::size_t i = 0; i < count; ++i) c[i] -= column[i] * by;
 }
 
-// A dense symmetric matrix whose first columns are eliminated; only its lower triangle is used.
-struct DenseFront {
-  std::size_t size = 0;
-  std::vector<double> numbers;  // by columns
+// A dense symmetric matrix whose first columns are eliminated; only its lower triangle is used, and begins as 0. Some
+// of what is above is written, so that all begins where a register's numbers do.
+class DenseFront {
+ public:
+  explicit DenseFront(std::size_t rows)
+      : size(rows),
+        stride_((rows + kAligned - 1) / kAligned * kAligned),
+        numbers_(std::make_unique_for_overwrite<double[]>(stride_ * size + kAligned)) {
+    void* first = numbers_.get();
+    std::size_t space = (stride_ * size + kAligned) * sizeof(double);
+    first_ = static_cast<double*>(std::align(kAligned * sizeof(double), stride_ * size * sizeof(double), first, space));
+    for (std::size_t j = 0; j < size; ++j) std::fill(column(j) + aligned(j), column(j) + stride_, 0.0);
+  }
 
-  double* column(std::size_t j) { return numbers.data() + j * size; }
+  std::size_t size;
+
+  double* column(std::size_t j) { return first_ + j * stride_; }
 
   // Factorises the columns from `begin` to `end`, which nothing before them changes any more.
   bool factorize_panel(std::size_t begin, std::size_t end) {
@@ -70,57 +82,112 @@ struct DenseFront {
   }
 
   bool eliminate(std::size_t width, int threads) {
-    for (std::size_t begin = 0; begin < width; begin += kPanel) {
-      const std::size_t end = std::min(begin + kPanel, width);
-      if (!factorize_panel(begin, end)) return false;
-      const std::size_t pairs = end - begin == kPanel ? (size - end) / 2 : 0;
-      parallel_for(pairs, kPairsOfThread, threads, [&](std::size_t first, std::size_t last) {
-        for (std::size_t pair = first; pair < last; ++pair) take_panel_from_two(begin, end + 2 * pair);
-      });
-      for (std::size_t j = end + 2 * pairs; j < size; ++j) {
-        for (std::size_t k = begin; k < end; ++k) subtract_column(column(k) + j, size - j, column(k)[j], column(j) + j);
+    for (std::size_t begin = 0; begin < width; begin += kWidePanel) {
+      const std::size_t end = std::min(begin + kWidePanel, width);
+      for (std::size_t panel = begin; panel < end; panel += kPanel) {
+        const std::size_t next = std::min(panel + kPanel, end);
+        if (!factorize_panel(panel, next)) return false;
+        take_panel(panel, next - panel, next, end);
       }
+      const std::size_t groups = (size - end + kColumnsAtOnce - 1) / kColumnsAtOnce;
+      parallel_for(groups, kGroupsOfThread, threads, [&](std::size_t first, std::size_t last) {
+        for (std::size_t group = first; group < last; ++group) {
+          const std::size_t j = end + kColumnsAtOnce * group;
+          for (std::size_t panel = begin; panel < end; panel += kPanel) {
+            take_panel(panel, std::min(kPanel, end - panel), j, std::min(j + kColumnsAtOnce, size));
+          }
+        }
+      });
     }
     return true;
   }
 
  private:
-  void take_panel_from_two(std::size_t begin, std::size_t j) {
-    TwoColumns two;
-    for (std::size_t k = 0; k < kPanel; ++k) {
-      two.by_c[k] = column(begin + k)[j];
-      two.by_d[k] = column(begin + k)[j + 1];
+  static std::size_t aligned(std::size_t row) { return row / kAligned * kAligned; }
+
+  // Takes `width` columns from `begin` on, a panel at most, from those from `first` to `last`.
+  void take_panel(std::size_t begin, std::size_t width, std::size_t first, std::size_t last) {
+    std::size_t j = first;
+    for (; width == kPanel && j + kColumnsAtOnce <= last; j += kColumnsAtOnce) {
+      Columns columns;
+      for (std::size_t c = 0; c < kColumnsAtOnce; ++c) {
+        columns.columns[c] = column(j + c) + aligned(j);
+        for (std::size_t k = 0; k < kPanel; ++k) columns.by[c][k] = column(begin + k)[j + c];
+      }
+      subtract_panel(column(begin) + aligned(j), stride_, stride_ - aligned(j), columns);
     }
-    double above[1] = {0};  // the second column has no number in the first one's row
-    two.c = column(j) + j;
-    two.d = above;
-    subtract_panel(column(begin) + j, size, 1, two);
-    two.c = column(j) + j + 1;
-    two.d = column(j + 1) + j + 1;
-    subtract_panel(column(begin) + j + 1, size, size - j - 1, two);
+    for (; j < last; ++j) {
+      for (std::size_t k = begin; k < begin + width; ++k) {
+        subtract_column(column(k) + j, size - j, column(k)[j], column(j) + j);
+      }
+    }
   }
+
+  std::size_t stride_;  // from column to column
+  std::unique_ptr<double[]> numbers_;
+  double* first_ = nullptr;
 };
 
-// The rows of each column of L below the diagonal, ascending.
-std::vector<std::vector<int>> rows_of_factor(const SymmetricMatrix& matrix) {
-  const std::size_t size = matrix.size();
-  std::vector<std::vector<int>> rows(size);
-  std::vector<std::vector<int>> children(size);
-  std::vector<int> mark(size, -1);
-  for (std::size_t j = 0; j < size; ++j) {
-    std::vector<int>& own = rows[j];
-    const int column = static_cast<int>(j);
-    const auto add = [&](int row) {
-      if (row <= column || mark[static_cast<std::size_t>(row)] == column) return;
-      mark[static_cast<std::size_t>(row)] = column;
-      own.push_back(row);
-    };
-    for (std::size_t i = matrix.begin[j]; i < matrix.begin[j + 1]; ++i) add(matrix.rows[i]);
-    for (const int child : children[j]) {
-      for (const int row : rows[static_cast<std::size_t>(child)]) add(row);
+// Rows below the diagonal of a column, as bits.
+class RowBits {
+ public:
+  RowBits(std::size_t column, std::size_t size)
+      : first_word_(column / kBits), words_((size + kBits - 1) / kBits - first_word_) {}
+
+  void add(std::size_t row) { words_[row / kBits - first_word_] |= std::uint64_t{1} << row % kBits; }
+  void remove(std::size_t row) { words_[row / kBits - first_word_] &= ~(std::uint64_t{1} << row % kBits); }
+
+  // Adds those of a column before this one.
+  void add(const RowBits& other) {
+    const std::uint64_t* const from = other.words_.data() + (first_word_ - other.first_word_);
+    for (std::size_t i = 0; i < words_.size(); ++i) words_[i] |= from[i];
+  }
+
+  std::size_t count() const {
+    std::size_t sum = 0;
+    for (const std::uint64_t word : words_) sum += static_cast<std::size_t>(std::popcount(word));
+    return sum;
+  }
+
+  // Calls visit(row) for each row, ascending, until that returns false.
+  template <class Visit>
+  void visit(const Visit& visit) const {
+    for (std::size_t i = 0; i < words_.size(); ++i) {
+      for (std::uint64_t word = words_[i]; word != 0; word &= word - 1) {
+        if (!visit(kBits * (first_word_ + i) + static_cast<std::size_t>(std::countr_zero(word)))) return;
+      }
     }
-    std::sort(own.begin(), own.end());
-    if (!own.empty()) children[static_cast<std::size_t>(own.front())].push_back(column);
+  }
+
+  std::optional<std::size_t> first() const {
+    std::optional<std::size_t> result;
+    visit([&](std::size_t row) {
+      result = row;
+      return false;
+    });
+    return result;
+  }
+
+ private:
+  static constexpr std::size_t kBits = 64;
+
+  std::size_t first_word_;
+  std::vector<std::uint64_t> words_;
+};
+
+// The rows of each column of L below the diagonal.
+std::vector<RowBits> rows_of_factor(const SymmetricMatrix& matrix) {
+  const std::size_t size = matrix.size();
+  std::vector<RowBits> rows;
+  std::vector<std::vector<std::size_t>> children(size);
+  rows.reserve(size);
+  for (std::size_t j = 0; j < size; ++j) {
+    RowBits& own = rows.emplace_back(j, size);
+    for (std::size_t i = matrix.begin[j]; i < matrix.begin[j + 1]; ++i)
+      own.add(static_cast<std::size_t>(matrix.rows[i]));
+    for (const std::size_t child : children[j]) own.add(rows[child]);
+    own.remove(j);
+    if (const std::optional<std::size_t> parent = own.first()) children[*parent].push_back(j);
   }
   return rows;
 }
@@ -128,25 +195,26 @@ std::vector<std::vector<int>> rows_of_factor(const SymmetricMatrix& matrix) {
 }  // namespace
 
 void SparseCholesky::find_fronts(const SymmetricMatrix& matrix) {
-  const std::vector<std::vector<int>> rows = rows_of_factor(matrix);
+  const std::vector<RowBits> rows = rows_of_factor(matrix);
   fronts_.clear();
   // A column joins the one before it if that has the same rows below, or nearly so.
   double zeros = 0;
+  std::size_t count_before = 0;
   for (std::size_t j = 0; j < rows.size(); ++j) {
-    const int column = static_cast<int>(j);
-    Front* const last = fronts_.empty() ? nullptr : &fronts_.back();
-    const bool is_parent = last != nullptr && !rows[j - 1].empty() && rows[j - 1].front() == column;
-    if (is_parent) {
-      const auto missing = static_cast<double>(rows[j].size() + 1 - rows[j - 1].size());
-      const double more = zeros + missing * last->width;
-      const double entries = (last->width + 1.0) * static_cast<double>(rows[j].size() + 1);
-      if (missing == 0 || (last->width < static_cast<int>(kWideEnough) && more < kMaxZeros * entries)) {
-        ++last->width;
+    const std::size_t count = rows[j].count();
+    const std::size_t before = std::exchange(count_before, count);
+    if (j > 0 && rows[j - 1].first() == j) {
+      Front& last = fronts_.back();
+      const auto missing = static_cast<double>(count + 1 - before);
+      const double more = zeros + missing * last.width;
+      const double entries = (last.width + 1.0) * static_cast<double>(count + 1);
+      if (missing == 0 || (last.width < static_cast<int>(kWideEnough) && more < kMaxZeros * entries)) {
+        ++last.width;
         zeros = more;
         continue;
       }
     }
-    fronts_.push_back({column, 1, {}, {}, {}});
+    fronts_.push_back({static_cast<int>(j), 1, {}, {}, {}});
     zeros = 0;
   }
   std::vector<std::size_t> front_of(rows.size());
@@ -156,8 +224,10 @@ void SparseCholesky::find_fronts(const SymmetricMatrix& matrix) {
       front.rows.push_back(front.first + k);
       front_of[static_cast<std::size_t>(front.rows.back())] = f;
     }
-    const std::vector<int>& below = rows[static_cast<std::size_t>(front.first + front.width - 1)];
-    front.rows.insert(front.rows.end(), below.begin(), below.end());
+    rows[static_cast<std::size_t>(front.rows.back())].visit([&](std::size_t row) {
+      front.rows.push_back(static_cast<int>(row));
+      return true;
+    });
   }
   for (std::size_t f = 0; f < fronts_.size(); ++f) {
     const Front& front = fronts_[f];
@@ -166,47 +236,119 @@ void SparseCholesky::find_fronts(const SymmetricMatrix& matrix) {
   }
 }
 
+// The fronts of a matrix while they are factorised, each after its children.
+class SparseCholesky::Elimination {
+ public:
+  Elimination(const SymmetricMatrix& matrix, std::vector<Front>& fronts, const Progress* progress)
+      : matrix_(matrix), fronts_(fronts), rests_(fronts.size()), progress_(progress) {}
+
+  // Subtrees beside each other, then what is above them.
+  bool run(int threads) {
+    const std::vector<std::vector<std::size_t>> parts = divided();
+    std::atomic<bool> is_definite = true;
+    parallel_for(parts.size() - 1, 1, threads, [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) {
+        if (!eliminate(parts[i], 1)) is_definite = false;
+      }
+    });
+    return is_definite && eliminate(parts.back(), threads);
+  }
+
+ private:
+  // What is left of a front for its parent: the columns from its width on.
+  using Rest = std::optional<DenseFront>;
+
+  // The fronts of subtrees that are small beside the whole; last, those above them. All ascend.
+  std::vector<std::vector<std::size_t>> divided() const {
+    std::vector<double> work(fronts_.size());
+    std::vector<bool> is_child(fronts_.size(), false);
+    for (std::size_t f = 0; f < fronts_.size(); ++f) {
+      const auto size = static_cast<double>(fronts_[f].rows.size());
+      work[f] += size * size * fronts_[f].width;
+      for (const std::size_t child : fronts_[f].children) {
+        work[f] += work[child];
+        is_child[child] = true;
+      }
+    }
+    double whole = 0;
+    for (std::size_t f = 0; f < fronts_.size(); ++f) whole += is_child[f] ? 0 : work[f];
+    std::vector<std::vector<std::size_t>> parts;
+    std::vector<std::size_t> part_of(fronts_.size(), kAbove);
+    for (std::size_t f = fronts_.size(); f-- > 0;) {
+      if (part_of[f] == kAbove && work[f] < kSmall * whole) {
+        part_of[f] = parts.size();
+        parts.emplace_back();
+      }
+      for (const std::size_t child : fronts_[f].children) part_of[child] = part_of[f];
+    }
+    parts.emplace_back();
+    for (std::size_t f = 0; f < fronts_.size(); ++f) {
+      (part_of[f] == kAbove ? parts.back() : parts[part_of[f]]).push_back(f);
+    }
+    return parts;
+  }
+
+  bool eliminate(const std::vector<std::size_t>& part, int threads) {
+    std::vector<std::size_t> place(matrix_.size());  // of a row in the front
+    for (const std::size_t f : part) {
+      stop_if_cancelled(progress_);
+      Front& front = fronts_[f];
+      const auto width = static_cast<std::size_t>(front.width);
+      DenseFront dense(front.rows.size());
+      for (std::size_t i = 0; i < dense.size; ++i) place[static_cast<std::size_t>(front.rows[i])] = i;
+      for (std::size_t k = 0; k < width; ++k) {
+        const std::size_t j = static_cast<std::size_t>(front.first) + k;
+        for (std::size_t i = matrix_.begin[j]; i < matrix_.begin[j + 1]; ++i) {
+          dense.column(k)[place[static_cast<std::size_t>(matrix_.rows[i])]] += matrix_.values[i];
+        }
+      }
+      for (const std::size_t child : front.children) add_rest(child, place, dense);
+      if (!dense.eliminate(width, threads)) return false;
+      front.columns.clear();
+      for (std::size_t k = 0; k < width; ++k) {
+        front.columns.insert(front.columns.end(), dense.column(k), dense.column(k) + dense.size);
+      }
+      if (width < dense.size) rests_[f].emplace(std::move(dense));
+    }
+    return true;
+  }
+
+  void add_rest(std::size_t child, const std::vector<std::size_t>& place, DenseFront& to) {
+    DenseFront& from = *rests_[child];
+    const auto width = static_cast<std::size_t>(fronts_[child].width);
+    std::vector<std::size_t> at;
+    for (const int row : fronts_[child].rows) at.push_back(place[static_cast<std::size_t>(row)]);
+    // Rows that follow each other in both.
+    std::vector<std::size_t> ends(from.size);
+    for (std::size_t i = from.size; i-- > width;) {
+      ends[i] = i + 1 < from.size && at[i + 1] == at[i] + 1 ? ends[i + 1] : i + 1;
+    }
+    for (std::size_t j = width; j < from.size; ++j) {
+      const double* const column = from.column(j);
+      for (std::size_t i = j; i < from.size; i = ends[i]) {
+        double* const place_of_run = to.column(at[j]) + at[i];
+        for (std::size_t k = i; k < ends[i]; ++k) place_of_run[k - i] += column[k];
+      }
+    }
+    rests_[child].reset();
+  }
+
+  static constexpr double kSmall = 0.1;  // of the whole work
+  static constexpr std::size_t kAbove = std::numeric_limits<std::size_t>::max();
+
+  const SymmetricMatrix& matrix_;
+  std::vector<Front>& fronts_;
+  std::vector<Rest> rests_;
+  const Progress* progress_;
+};
+
 bool SparseCholesky::factorize(const SymmetricMatrix& matrix, int threads, const Progress* progress) {
   if (matrix.begin != begin_ || matrix.rows != rows_) {
     find_fronts(matrix);
     begin_ = matrix.begin;
     rows_ = matrix.rows;
   }
-  std::vector<DenseFront> rests(fronts_.size());  // what each front leaves to its parent
-  std::vector<std::size_t> place(matrix.size());  // of a row in the front
-  DenseFront dense;
-  for (std::size_t f = 0; f < fronts_.size(); ++f) {
-    stop_if_cancelled(progress);
-    Front& front = fronts_[f];
-    const auto width = static_cast<std::size_t>(front.width);
-    dense.size = front.rows.size();
-    dense.numbers.assign(dense.size * dense.size, 0.0);
-    for (std::size_t i = 0; i < dense.size; ++i) place[static_cast<std::size_t>(front.rows[i])] = i;
-    for (std::size_t k = 0; k < width; ++k) {
-      const std::size_t j = static_cast<std::size_t>(front.first) + k;
-      for (std::size_t i = matrix.begin[j]; i < matrix.begin[j + 1]; ++i) {
-        dense.column(k)[place[static_cast<std::size_t>(matrix.rows[i])]] += matrix.values[i];
-      }
-    }
-    for (const std::size_t child : front.children) {
-      const int* const rows = fronts_[child].rows.data() + fronts_[child].width;
-      DenseFront& rest = rests[child];
-      for (std::size_t j = 0; j < rest.size; ++j) {
-        double* const to = dense.column(place[static_cast<std::size_t>(rows[j])]);
-        for (std::size_t i = j; i < rest.size; ++i) to[place[static_cast<std::size_t>(rows[i])]] += rest.column(j)[i];
-      }
-      rest = {};
-    }
-    if (!dense.eliminate(width, threads)) return false;
-    front.columns.assign(dense.column(0), dense.column(0) + width * dense.size);
-    DenseFront& rest = rests[f];
-    rest.size = dense.size - width;
-    rest.numbers.resize(rest.size * rest.size);
-    for (std::size_t j = 0; j < rest.size; ++j) {
-      std::copy_n(dense.column(width + j) + width, rest.size, rest.column(j));
-    }
-  }
-  return true;
+  return Elimination(matrix, fronts_, progress).run(threads);
 }
 
 void SparseCholesky::solve(std::vector<double>& b) const {

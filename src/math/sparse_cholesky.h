@@ -54,6 +54,8 @@ class SparseCholesky {
     std::vector<std::size_t> children;
   };
 
+  class Elimination;
+
   void find_fronts(const SymmetricMatrix& matrix);
 
   std::vector<Front> fronts_;

@@ -1,6 +1,8 @@
 #include "pose/lattice_nodes.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <utility>
 
 #include "knead/error.h"
@@ -12,6 +14,7 @@ namespace {
 constexpr double kMaxBox = 16e6;        // nodes in the box
 constexpr std::size_t kUndivided = 24;  // so few nodes are not divided any more
 constexpr int kSeparator = 3;           // layers: nodes that share a cell are at most 3 apart
+constexpr int kBlock = 3;               // cells along an axis: no node counts in a block and the next but one
 
 bool before(const LatticeCell& a, const LatticeCell& b) {
   return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
@@ -56,7 +59,7 @@ void dissect(std::span<LatticeCell> nodes) {
 }  // namespace
 
 LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others,
-                           const std::function<bool(const LatticeCell&)>& is_kept) {
+                           const std::function<bool(const LatticeCell&)>& is_kept, int threads) {
   std::sort(cells.begin(), cells.end(), before);
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   find_box(cells);
@@ -76,7 +79,7 @@ LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<Lat
   }
   dissect(nodes_);
   for (std::size_t i = 0; i < nodes_.size(); ++i) number_at_[index_of(nodes_[i])] = static_cast<int>(i);
-  find_neighbors(cells, others);
+  find_neighbors(cells, others, threads);
 }
 
 void LatticeNodes::find_box(const std::vector<LatticeCell>& cells) {
@@ -111,26 +114,32 @@ std::array<int, kCellNodes> LatticeNodes::of_cell(const LatticeCell& cell) const
   return numbers;
 }
 
-void LatticeNodes::find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others) {
+void LatticeNodes::find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others,
+                                  int threads) {
   rank_.assign(kOffsets * nodes_.size(), -1);
   for (const auto* list : {&cells, &others}) {
     for (const LatticeCell& cell : *list) add_ranks(of_cell(cell));
   }
   begin_.assign(1, 0);
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
-    int* const table = rank_.data() + kOffsets * node;
-    const std::size_t first = neighbors_.size();
-    for (std::size_t i = 0; i < kOffsets; ++i) {
-      if (table[i] >= 0) neighbors_.push_back(table[i]);
-    }
-    std::sort(neighbors_.begin() + static_cast<std::ptrdiff_t>(first), neighbors_.end());
-    for (std::size_t i = 0; i < kOffsets; ++i) {
-      if (table[i] < 0) continue;
-      const auto place =
-          std::lower_bound(neighbors_.begin() + static_cast<std::ptrdiff_t>(first), neighbors_.end(), table[i]);
-      table[i] = static_cast<int>(place - neighbors_.begin()) - static_cast<int>(first);
-    }
-    begin_.push_back(neighbors_.size());
+    const int* const table = rank_.data() + kOffsets * node;
+    begin_.push_back(begin_.back() + kOffsets - static_cast<std::size_t>(std::count(table, table + kOffsets, -1)));
+  }
+  neighbors_.resize(begin_.back());
+  constexpr std::size_t kNodesOfThread = 64;
+  parallel_for(nodes_.size(), kNodesOfThread, threads, [&](std::size_t from, std::size_t to) {
+    for (std::size_t node = from; node < to; ++node) rank_neighbors(node);
+  });
+}
+
+// Replaces the numbers of a node's neighbours by their ranks.
+void LatticeNodes::rank_neighbors(std::size_t node) {
+  const std::span<int> table = std::span(rank_).subspan(kOffsets * node, kOffsets);
+  const auto begin = neighbors_.begin() + static_cast<std::ptrdiff_t>(begin_[node]);
+  const auto end = std::copy_if(table.begin(), table.end(), begin, [](int number) { return number >= 0; });
+  std::sort(begin, end);
+  for (int& number : table) {
+    if (number >= 0) number = static_cast<int>(std::lower_bound(begin, end, number) - begin);
   }
 }
 
@@ -153,15 +162,25 @@ std::vector<CellPoint> sorted_by_cells(std::vector<CellPoint> points) {
   return points;
 }
 
-std::vector<std::span<const CellPoint>> runs_of(const std::vector<CellPoint>& points) {
-  std::vector<std::span<const CellPoint>> runs;
+std::array<std::vector<CellBlock>, 8> blocks_of(const std::vector<CellPoint>& points) {
+  std::array<std::map<LatticeCell, CellBlock>, 8> lists;  // by which numbers of a block are odd
   for (std::size_t begin = 0; begin < points.size();) {
     std::size_t end = begin + 1;
     while (end < points.size() && points[end].cell == points[begin].cell) ++end;
-    runs.emplace_back(points.data() + begin, end - begin);
+    LatticeCell block;
+    std::size_t list = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      block[axis] = static_cast<int>(std::floor(static_cast<double>(points[begin].cell[axis]) / kBlock));
+      list = 2 * list + static_cast<std::size_t>(block[axis] & 1);
+    }
+    lists[list][block].emplace_back(points.data() + begin, end - begin);
     begin = end;
   }
-  return runs;
+  std::array<std::vector<CellBlock>, 8> result;
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    for (auto& [place, block] : lists[i]) result[i].push_back(std::move(block));
+  }
+  return result;
 }
 
 }  // namespace knead::detail

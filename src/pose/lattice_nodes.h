@@ -22,6 +22,12 @@ inline constexpr std::size_t kCellNodes = 64;
 // A cell of the lattice, named by its lowest corner. The nodes from `cell - 1` to `cell + 2` count in it.
 using LatticeCell = std::array<int, 3>;
 
+// Returns the cell that a place is in.
+inline LatticeCell cell_of(const Vec3d& place, double spacing) {
+  const auto along = [&](std::size_t axis) { return static_cast<int>(std::floor(place[axis] / spacing)); };
+  return {along(0), along(1), along(2)};
+}
+
 // The values, or the products of derivatives, of the 64 basis functions at a point.
 using NodeWeights = std::array<double, kCellNodes>;
 
@@ -136,8 +142,11 @@ struct CellPoint {
 // Returns points sorted by cells; of one cell, by list and number.
 std::vector<CellPoint> sorted_by_cells(std::vector<CellPoint> points);
 
-// Returns the runs of sorted points that share a cell.
-std::vector<std::span<const CellPoint>> runs_of(const std::vector<CellPoint>& points);
+// The cells of a cube, each by the run of its points.
+using CellBlock = std::vector<std::span<const CellPoint>>;
+
+// Divides sorted points into blocks of cells, and these into lists: no node counts in two blocks of a list.
+std::array<std::vector<CellBlock>, 8> blocks_of(const std::vector<CellPoint>& points);
 
 // The nodes of a lattice that count in some cells, and which of them meet. Internal to the pose module.
 
@@ -159,10 +168,11 @@ struct NodeBox {
 class LatticeNodes {
  public:
   LatticeNodes() = default;
-  // The nodes that count in one of the cells, and are kept; nodes also meet in the others. Throws InvalidInput where
+  // The nodes that count in one of the cells, and are kept; nodes also meet in the others. threads as for parallel_for.
+  // Throws InvalidInput where
   // the cells are too far apart for a grid.
   explicit LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others = {},
-                        const std::function<bool(const LatticeCell&)>& is_kept = {});
+                        const std::function<bool(const LatticeCell&)>& is_kept = {}, int threads = 0);
 
   std::size_t size() const { return nodes_.size(); }
 
@@ -224,7 +234,8 @@ class LatticeNodes {
 
   void find_box(const std::vector<LatticeCell>& cells);
   void set_box(const NodeBox& box);
-  void find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others);
+  void find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others, int threads);
+  void rank_neighbors(std::size_t node);
 
   void add_ranks(const std::array<int, kCellNodes>& numbers);
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -28,12 +29,11 @@ constexpr double kStiffnessAround = 1e-3;
 constexpr double kGrowthAround = 1.0 / 3;  // weight of div v there: that of any other strain
 constexpr std::uint32_t kCellMiddle = 1;   // in the place of a list
 constexpr std::size_t kRowsAtOnce = 6;     // those of a sample's strain
-// So many cells are assembled side by side before their sums are added up, in order.
-constexpr std::size_t kCellsAtOnce = 32;
+constexpr std::size_t kAlignment = 64;     // bytes, of the widest registers
 
 // A row over a cell's 64 nodes, each with its components.
 template <std::size_t components>
-using DenseRow = std::array<double, components * kCellNodes>;
+struct alignas(kAlignment) DenseRow : std::array<double, components * kCellNodes> {};
 
 // The six rows of the strain, as SplineBasis has them, and that of div v times sqrt(weight).
 template <std::size_t components>
@@ -90,27 +90,42 @@ std::array<DenseRow<components>, kStrainRows<components>> strain_rows(const Spli
   }
 }
 
-// Adds the products of each row's numbers to the upper triangle of a matrix.
-template <std::size_t kRowNumbers>
-[[gnu::always_inline]] inline void sum_products(const double* __restrict rows, double* __restrict products) {
+// Adds the products of each row's numbers to the upper triangle of a matrix, or sets it to them. What is below is not
+// used; some of it is written, so that all begins where a register's numbers do.
+template <std::size_t kRowNumbers, bool is_first>
+[[gnu::always_inline]] inline void sum_products(const double* __restrict unaligned_rows,
+                                                double* __restrict unaligned_products) {
+  constexpr std::size_t kAligned = kAlignment / sizeof(double);
+  const double* __restrict const rows = std::assume_aligned<kAlignment>(unaligned_rows);
+  double* __restrict const products = std::assume_aligned<kAlignment>(unaligned_products);
   for (std::size_t a = 0; a < kRowNumbers; ++a) {
     double by[kRowsAtOnce];
     for (std::size_t r = 0; r < kRowsAtOnce; ++r) by[r] = rows[r * kRowNumbers + a];
     double* const to = products + a * kRowNumbers;
-    for (std::size_t b = a; b < kRowNumbers; ++b) {
-      double sum = to[b];
-      for (std::size_t r = 0; r < kRowsAtOnce; ++r) sum += by[r] * rows[r * kRowNumbers + b];
-      to[b] = sum;
+    for (std::size_t b = a / kAligned * kAligned; b < kRowNumbers; b += kAligned) {
+      for (std::size_t i = b; i < b + kAligned; ++i) {
+        double sum = is_first ? 0 : to[i];
+        for (std::size_t r = 0; r < kRowsAtOnce; ++r) sum += by[r] * rows[r * kRowNumbers + i];
+        to[i] = sum;
+      }
     }
   }
 }
 
+KNEAD_CLONES void set_products(const double* __restrict rows, double* __restrict products) {
+  sum_products<kComponents * kCellNodes, true>(rows, products);
+}
+
 KNEAD_CLONES void add_products(const double* __restrict rows, double* __restrict products) {
-  sum_products<kComponents * kCellNodes>(rows, products);
+  sum_products<kComponents * kCellNodes, false>(rows, products);
+}
+
+KNEAD_CLONES void set_growing_products(const double* __restrict rows, double* __restrict products) {
+  sum_products<(kComponents + 1) * kCellNodes, true>(rows, products);
 }
 
 KNEAD_CLONES void add_growing_products(const double* __restrict rows, double* __restrict products) {
-  sum_products<(kComponents + 1) * kCellNodes>(rows, products);
+  sum_products<(kComponents + 1) * kCellNodes, false>(rows, products);
 }
 
 // The upper triangle of a cell's sum of products.
@@ -118,14 +133,13 @@ template <std::size_t components>
 struct CellSum {
   static constexpr std::size_t kRowNumbers = components * kCellNodes;
 
-  std::array<double, kRowNumbers * kRowNumbers> products;
+  alignas(kAlignment) std::array<double, kRowNumbers * kRowNumbers> products;
 
-  void clear() { products.fill(0); }
-
-  // Adds the products of rows, in their order. Their number is a multiple of kRowsAtOnce.
-  void add(std::span<const DenseRow<components>> rows) {
+  // Sums the products of rows, in their order. Their number is a multiple of kRowsAtOnce.
+  void set(std::span<const DenseRow<components>> rows) {
+    constexpr auto kSet = components == kComponents ? &set_products : &set_growing_products;
     constexpr auto kAdd = components == kComponents ? &add_products : &add_growing_products;
-    for (std::size_t r = 0; r < rows.size(); r += kRowsAtOnce) kAdd(rows[r].data(), products.data());
+    for (std::size_t r = 0; r < rows.size(); r += kRowsAtOnce) (r == 0 ? kSet : kAdd)(rows[r].data(), products.data());
   }
 };
 
@@ -200,48 +214,32 @@ class Assembly {
   }
 
   LatticeNodes find_nodes() const {
-    if (!body_.reach) return LatticeNodes(cells_, touched_);
-    return LatticeNodes(cells_, touched_, [this](const LatticeCell& node) {
-      const Vec3d place = lattice_.origin + Vec3d(node[0], node[1], node[2]) * lattice_.spacing;
-      const Vec3d support = Vec3d{2, 2, 2} * lattice_.spacing;
-      return body_.reach(Box{place - support, place + support});
-    });
+    if (!body_.reach) return LatticeNodes(cells_, touched_, {}, threads_);
+    return LatticeNodes(
+        cells_, touched_,
+        [this](const LatticeCell& node) {
+          const Vec3d place = lattice_.origin + Vec3d(node[0], node[1], node[2]) * lattice_.spacing;
+          const Vec3d support = Vec3d{2, 2, 2} * lattice_.spacing;
+          return body_.reach(Box{place - support, place + support});
+        },
+        threads_);
   }
 
-  // Returns the right side of the strain and the growth that are wanted; empty if none are.
-  std::vector<double> wanted_side(const LatticeNodes& nodes) const {
-    const bool grows = std::any_of(body_.growth.begin(), body_.growth.end(), [](double g) { return g != 0; });
-    if (body_.strain.empty() && !grows) return {};
-    std::vector<double> side(components * nodes.size());
-    for (const CellPoint& point : samples_) {
-      if (point.list == kCellMiddle) continue;
-      const SplineBasis basis(body_.points[point.number] - lattice_.origin, lattice_.spacing);
-      Row sum{};
-      if (!body_.strain.empty()) add_strain(basis, body_.strain[point.number], stiffness_of(point), sum);
-      if constexpr (components > kComponents) {
-        if (grows) add_growth(basis, stiffness_of(point) * body_.growth_weight * body_.growth[point.number], sum);
-      }
-      const std::array<int, kCellNodes> numbers = nodes.of_cell(basis.cell());
-      for (std::size_t node = 0; node < kCellNodes; ++node) {
-        for (std::size_t axis = 0; axis < components && numbers[node] >= 0; ++axis) {
-          side[components * static_cast<std::size_t>(numbers[node]) + axis] += sum[components * node + axis];
-        }
-      }
-    }
-    return side;
-  }
-
-  // Returns the matrix without the ridge; sets the mean diagonal of the strain.
-  SymmetricMatrix fill(const LatticeNodes& nodes, double& mean_diagonal) {
+  // Returns the matrix; sets the mean diagonal of the strain, and the right side of the strain and the growth that are
+  // wanted: empty if none are.
+  SymmetricMatrix fill(const LatticeNodes& nodes, double& mean_diagonal, std::vector<double>& wanted) {
     nodes_ = &nodes;
     spins_ = spin_numbers(rows_);
     make_pattern();
-    add_runs(runs_of(samples_), [this](std::span<const CellPoint> run, std::vector<Row>& rows) {
+    const bool grows = std::any_of(body_.growth.begin(), body_.growth.end(), [](double g) { return g != 0; });
+    wanted.assign(body_.strain.empty() && !grows ? 0 : components * nodes.size(), 0.0);
+    add_runs(samples_, [&](std::span<const CellPoint> run, std::vector<Row>& rows) {
       for (const CellPoint& point : run) append_strain(point, rows);
+      if (!wanted.empty()) add_wanted_strain(run, rows, wanted);
     });
     mean_diagonal = mean_of_diagonal();
     unit_ = mean_diagonal * lattice_.spacing * lattice_.spacing;
-    add_runs(runs_of(wanted_), [this](std::span<const CellPoint> run, std::vector<Row>& rows) {
+    add_runs(wanted_, [this](std::span<const CellPoint> run, std::vector<Row>& rows) {
       for (const CellPoint& point : run) append_velocity(point, rows);
     });
     for (std::size_t list = 0; list < rows_.size(); ++list) {
@@ -254,24 +252,8 @@ class Assembly {
 
  private:
   CellPoint point_at(const Vec3d& p, std::size_t list, std::size_t number) const {
-    return {SplineBasis(p - lattice_.origin, lattice_.spacing).cell(), static_cast<std::uint32_t>(list),
+    return {cell_of(p - lattice_.origin, lattice_.spacing), static_cast<std::uint32_t>(list),
             static_cast<std::uint32_t>(number)};
-  }
-
-  // Adds the rows of the strain, each times what is wanted of it and a number.
-  void add_strain(const SplineBasis& basis, const Mat3d& wanted, double by, Row& sum) const {
-    constexpr double kRoot = std::numbers::sqrt2;
-    const std::array<double, 6> of_row{wanted.row0.x,         wanted.row1.y,         wanted.row2.z,
-                                       kRoot * wanted.row0.y, kRoot * wanted.row0.z, kRoot * wanted.row1.z};
-    const auto rows = strain_rows<components>(basis, body_.growth_weight, by);
-    for (std::size_t r = 0; r < of_row.size(); ++r) {
-      for (std::size_t i = 0; i < kRowNumbers; ++i) sum[i] += rows[r][i] * of_row[r];
-    }
-  }
-
-  static void add_growth(const SplineBasis& basis, double by, Row& sum) {
-    const NodeWeights row = divergence_row(basis);
-    for (std::size_t node = 0; node < kCellNodes; ++node) sum[components * node + kComponents] += row[node] * by;
   }
 
   static void sort_cells(std::vector<LatticeCell>& cells) {
@@ -344,7 +326,7 @@ class Assembly {
   std::vector<int> nodes_about(const std::vector<Vec3d>& points) const {
     std::vector<int> near;
     for (const Vec3d& p : points) {
-      const auto of_cell = nodes_->of_cell(SplineBasis(p - lattice_.origin, lattice_.spacing).cell());
+      const auto of_cell = nodes_->of_cell(cell_of(p - lattice_.origin, lattice_.spacing));
       std::copy_if(of_cell.begin(), of_cell.end(), std::back_inserter(near), [](int node) { return node >= 0; });
     }
     std::sort(near.begin(), near.end());
@@ -369,6 +351,33 @@ class Assembly {
     rows.insert(rows.end(), strain.begin(), strain.end());
   }
 
+  // Adds what is wanted of the rows of a cell's samples to the right side.
+  void add_wanted_strain(std::span<const CellPoint> run, std::span<const Row> rows, std::vector<double>& side) const {
+    constexpr double kRoot = std::numbers::sqrt2;
+    Row sum{};
+    const auto add = [&](const Row& row, double by) {
+      for (std::size_t i = 0; i < kRowNumbers; ++i) sum[i] += row[i] * by;
+    };
+    for (std::size_t i = 0; i < run.size(); ++i) {
+      if (run[i].list == kCellMiddle) continue;
+      const std::span<const Row> own = rows.subspan(kStrainRows<components> * i, kStrainRows<components>);
+      const double by = std::sqrt(stiffness_of(run[i]));
+      if (!body_.strain.empty()) {
+        const Mat3d& strain = body_.strain[run[i].number];
+        const std::array<double, 6> of_row{strain.row0.x,         strain.row1.y,         strain.row2.z,
+                                           kRoot * strain.row0.y, kRoot * strain.row0.z, kRoot * strain.row1.z};
+        for (std::size_t r = 0; r < of_row.size(); ++r) add(own[r], of_row[r] * by);
+      }
+      if (!body_.growth.empty()) add(own.back(), std::sqrt(body_.growth_weight) * body_.growth[run[i].number] * by);
+    }
+    const std::array<int, kCellNodes> numbers = nodes_->of_cell(run.front().cell);
+    for (std::size_t node = 0; node < kCellNodes; ++node) {
+      for (std::size_t axis = 0; axis < components && numbers[node] >= 0; ++axis) {
+        side[components * static_cast<std::size_t>(numbers[node]) + axis] += sum[components * node + axis];
+      }
+    }
+  }
+
   Vec3d middle_of(const LatticeCell& cell) const {
     return Vec3d(cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5) * lattice_.spacing;
   }
@@ -388,24 +397,24 @@ class Assembly {
     rows.push_back(along);
   }
 
-  // Sums the products of each run's rows on all threads, and adds the sums to the matrix in order.
+  // Adds the products of the rows at each cell's points to the matrix, blocks that share no node side by side.
   template <class Append>
-  void add_runs(const std::vector<std::span<const CellPoint>>& runs, const Append& append) {
-    std::vector<CellSum<components>> sums(std::min(kCellsAtOnce, runs.size()));
-    for (std::size_t begin = 0; begin < runs.size(); begin += kCellsAtOnce) {
-      stop_if_cancelled(progress_);
-      const std::size_t count = std::min(kCellsAtOnce, runs.size() - begin);
-      parallel_for(count, 1, threads_, [&](std::size_t from, std::size_t to) {
+  void add_runs(const std::vector<CellPoint>& points, const Append& append) {
+    for (const std::vector<CellBlock>& blocks : blocks_of(points)) {
+      parallel_for(blocks.size(), 1, threads_, [&](std::size_t from, std::size_t to) {
+        const auto sum = std::make_unique_for_overwrite<CellSum<components>>();
         std::vector<Row> rows;
         for (std::size_t i = from; i < to; ++i) {
-          rows.clear();
-          append(runs[begin + i], rows);
-          while (rows.size() % kRowsAtOnce != 0) rows.push_back(Row{});
-          sums[i].clear();
-          sums[i].add(rows);
+          stop_if_cancelled(progress_);
+          for (const std::span<const CellPoint>& run : blocks[i]) {
+            rows.clear();
+            append(run, rows);
+            while (rows.size() % kRowsAtOnce != 0) rows.push_back(Row{});
+            sum->set(rows);
+            add(run.front().cell, *sum);
+          }
         }
       });
-      for (std::size_t i = 0; i < count; ++i) add(runs[begin + i].front().cell, sums[i]);
     }
   }
 
@@ -545,8 +554,7 @@ NearRigidSystem::NearRigidSystem(const Lattice& lattice, const BodySamples& body
                       "make it larger, or move the parts less",
                       unknowns, kMaxUnknowns));
     }
-    equations->wanted = assembly.wanted_side(equations->nodes);
-    return assembly.fill(equations->nodes, equations->mean_diagonal);
+    return assembly.fill(equations->nodes, equations->mean_diagonal, equations->wanted);
   });
   if (!equations->factor.factorize(matrix, threads, progress)) {
     throw InvalidInput("the pose cannot be solved: its equations are singular; make \"detail\" larger");

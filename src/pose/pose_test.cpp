@@ -107,11 +107,30 @@ TEST(SparseCholesky, SolvesWhatItFactorised) {
   }
 }
 
+TEST(SparseCholesky, HasTheSameBitsForEveryThreadCount) {
+  std::mt19937 random(3);
+  const SymmetricMatrix matrix = spring_matrix(13, random);
+  const std::vector<double> right(matrix.size(), 1.0);
+  std::vector<double> one = right;
+  SparseCholesky factor;
+  ASSERT_TRUE(factor.factorize(matrix, 1));
+  factor.solve(one);
+  for (const int threads : {2, 3, 8}) {
+    std::vector<double> found = right;
+    SparseCholesky other;
+    ASSERT_TRUE(other.factorize(matrix, threads));
+    other.solve(found);
+    EXPECT_EQ(found, one) << threads;
+  }
+}
+
 TEST(SparseCholesky, SaysThatAMatrixIsNotPositiveDefinite) {
   std::mt19937 random(2);
-  SymmetricMatrix matrix = spring_matrix(5, random);
-  matrix.values[matrix.begin[60]] = -1;
-  EXPECT_FALSE(SparseCholesky().factorize(matrix));
+  for (const std::size_t column : {0UL, 60UL, 124UL}) {  // within a subtree, and above them
+    SymmetricMatrix matrix = spring_matrix(5, random);
+    matrix.values[matrix.begin[column]] = -1;
+    EXPECT_FALSE(SparseCholesky().factorize(matrix)) << column;
+  }
 }
 
 TEST(LatticeNodes, NeighboursAreThoseThatShareACell) {

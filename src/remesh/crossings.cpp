@@ -34,6 +34,26 @@ Box search_box(const Surface& s) {
   return box;
 }
 
+// Returns how many sets of pairs hang together: those that share a vertex do.
+std::size_t count_curves(const SelfIntersections& found, std::span<const Triangle> triangles, std::size_t vertices) {
+  if (found.pairs.empty()) return 0;
+  std::vector<std::uint32_t> next(vertices);  // towards the first vertex of the set
+  std::iota(next.begin(), next.end(), 0U);
+  const auto first = [&](std::uint32_t v) {
+    while (next[v] != v) v = next[v] = next[next[v]];
+    return v;
+  };
+  for (const auto& [t, u] : found.pairs) {
+    for (const std::uint32_t other : {t, u}) {
+      for (const std::uint32_t v : triangles[other]) next[first(v)] = first(triangles[t][0]);
+    }
+  }
+  std::vector<std::uint32_t> sets;
+  for (const auto& pair : found.pairs) sets.push_back(first(triangles[pair[0]][0]));
+  std::sort(sets.begin(), sets.end());
+  return static_cast<std::size_t>(std::unique(sets.begin(), sets.end()) - sets.begin());
+}
+
 }  // namespace
 
 CrossingSearch::CrossingSearch(const Mesh& before, const Patch& patch, bool single_precision, int threads,
@@ -113,6 +133,7 @@ Crossings CrossingSearch::find(const Patch& patch) const {
   const SelfIntersections found = self_intersections(searched.triangles, searched.positions, options);
   Crossings crossings;
   if (!found.complete) crossings.pairs = found.count;
+  crossings.curves = found.complete ? count_curves(found, searched.triangles, searched.positions.size()) : found.count;
   std::vector<bool> crosses(found.pairs.empty() ? 0 : searched.triangles.size(), false);
   for (const auto& [t, u] : found.pairs) {
     ++crossings.pairs;

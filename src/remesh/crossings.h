@@ -25,6 +25,7 @@ inline PlacedFace placed(const Surface& s, const Triangle& vertices) {
 
 struct Crossings {
   std::size_t pairs = 0;
+  std::size_t curves = 0;            // sets of pairs that hang together by vertices
   std::vector<std::uint32_t> faces;  // of the patch, ascending
 };
 

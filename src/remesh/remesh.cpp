@@ -184,9 +184,14 @@ class Remesher {
     spread_volume(surface(), std::exchange(volume_, 0), {});
     Crossings found = search_.find(patch_);
     end_step();
-    if (found.pairs > 0) counts_.crossings_before = crossings_before(refined);
+    if (found.pairs > 0) {
+      const Crossings before = crossings_before(refined);
+      counts_.crossings_before = before.pairs;
+      counts_.curves_before = before.curves;
+    }
     if (!is_last_try && found.pairs > counts_.crossings_before) found = end_crossings(std::move(found), refined);
     counts_.crossings = found.pairs;
+    counts_.curves = found.curves;
     for (const std::uint32_t f : found.faces) crossing_places_.push_back(centre_of(f));
   }
 
@@ -337,14 +342,14 @@ class Remesher {
     return before;
   }
 
-  // Returns the number of pairs that cross on the undeformed surface.
-  std::size_t crossings_before(const Surface& refined) {
+  // Returns what crosses on the undeformed surface.
+  Crossings crossings_before(const Surface& refined) {
     Surface improved = std::move(surface());
     surface() = refined;
     surface().after = refined.before;
-    const std::size_t pairs = search_.find(patch_).pairs;
+    Crossings found = search_.find(patch_);
     surface() = std::move(improved);
-    return pairs;
+    return found;
   }
 
   // Splits faces that cross until none does or splitting does not help. Returns the crossings that remain.

@@ -152,6 +152,8 @@ void add(const RemeshCounts& more, RemeshCounts& counts) {
   counts.flips += more.flips;
   counts.crossings = more.crossings;
   counts.crossings_before = more.crossings_before;
+  counts.curves = more.curves;
+  counts.curves_before = more.curves_before;
   counts.missing_volume += more.missing_volume;
   counts.compensated_volume += more.compensated_volume;
   counts.complete = counts.complete && more.complete;

@@ -398,6 +398,38 @@ TEST(ReplayRemeshed, AStrokeAfterWhichTrianglesCrossIsRemeshedInHalves) {
   }
 }
 
+// Two spheres, of radius 1 and 0.97, cross in curves. Pulls split the triangles there: more pairs lie along these
+// curves.
+TEST(ReplayRemeshed, CurvesInWhichTheShapeCrossedMayHaveMorePairs) {
+  Mesh both = make_shape(ShapeKind::sphere, 642);
+  const Mesh other = both;
+  const auto first = static_cast<std::uint32_t>(both.vertex_count());
+  for (const Vec3d& p : other.positions) both.positions.push_back(p * 0.97 + Vec3d{0.03, 0, 0});
+  for (std::size_t f = 0; f < other.face_count(); ++f) {
+    std::vector<std::uint32_t> face(other.face(f).begin(), other.face(f).end());
+    for (std::uint32_t& v : face) v += first;
+    both.add_face(face);
+  }
+  const auto pull = [](const Vec3d& from, const Vec3d& to) {
+    ImplicitStroke stroke;
+    stroke.path = {from, to};
+    stroke.inner = 0.2;
+    stroke.outer = 0.5;
+    return stroke;
+  };
+  const Session session = session_of(
+      {pull({-0.0443, -0.999, 0.1}, {-0.071, -1.598, 0.13}), pull({0.7508, 0.6606, 0.1}, {0.976, 1.0569, 0.16})});
+  bool has_more = false;
+  ReplayOptions options = remeshing();
+  options.on_stroke = [&](const AppliedStroke& stroke) {
+    const RemeshCounts& counts = stroke.remeshed->counts;
+    has_more = has_more || counts.crossings > counts.crossings_before;
+    EXPECT_LE(counts.curves, counts.curves_before);
+  };
+  EXPECT_NO_THROW(replay(both, session, options));
+  EXPECT_TRUE(has_more);
+}
+
 // A thin box is pressed until floats do not tell its two sides apart: no remeshing can end that.
 TEST(ReplayRemeshed, WhatCrossesWithoutRemedyIsRefusedUnlessItIsAllowed) {
   Mesh thin = make_shape(ShapeKind::box, shape_counts(ShapeKind::box).minimum);

@@ -74,7 +74,7 @@ void draw(const SurfaceBuffers& surface) {
 }
 
 void draw_full_screen(const Pass& pass) {
-  constexpr int band_pixels = 1 << 20;
+  constexpr int band_pixels = 1 << 18;
   glBindVertexArray(pass.programs.nothing.get());
   std::array<GLint, 4> target{};
   glGetIntegerv(GL_VIEWPORT, target.data());
