@@ -56,7 +56,7 @@ class DenseFront {
   explicit DenseFront(std::size_t rows)
       : size(rows),
         stride_((rows + kAligned - 1) / kAligned * kAligned),
-        numbers_(std::make_unique_for_overwrite<double[]>(stride_ * size + kAligned)) {
+        numbers_(new double[stride_ * size + kAligned]) {
     void* first = numbers_.get();
     std::size_t space = (stride_ * size + kAligned) * sizeof(double);
     first_ = static_cast<double*>(std::align(kAligned * sizeof(double), stride_ * size * sizeof(double), first, space));

@@ -402,7 +402,7 @@ class Assembly {
   void add_runs(const std::vector<CellPoint>& points, const Append& append) {
     for (const std::vector<CellBlock>& blocks : blocks_of(points)) {
       parallel_for(blocks.size(), 1, threads_, [&](std::size_t from, std::size_t to) {
-        const auto sum = std::make_unique_for_overwrite<CellSum<components>>();
+        const std::unique_ptr<CellSum<components>> sum(new CellSum<components>);  // not cleared
         std::vector<Row> rows;
         for (std::size_t i = from; i < to; ++i) {
           stop_if_cancelled(progress_);
