@@ -108,7 +108,7 @@ class Application {
   void draw_frame(const std::vector<Event>& events) {
     const Clock::time_point began = Clock::now();
     backend_.begin_frame(window_);
-    gui_.begin_frame();
+    gui_.begin_frame(events);
     interface_.handle(events);
     if (window_.is_closing()) {
       window_.set_closing(false);

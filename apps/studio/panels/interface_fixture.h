@@ -32,7 +32,7 @@ class ShownPanels {
   // One picture, after events that happened before it.
   void frame(const std::vector<Event>& events = {}) {
     for (const Event& event : events) tell_imgui(event);
-    gui.begin_frame();
+    gui.begin_frame(events);
     interface.handle(events);
     studio.refresh();
     interface.draw({}, {});
@@ -156,14 +156,7 @@ class ShownPanels {
 
   static void tell_imgui(const Event& event) {
     ImGuiIO& io = ImGui::GetIO();
-    const auto point_at = [&](double x, double y) { io.MousePos = {static_cast<float>(x), static_cast<float>(y)}; };
-    if (const auto* moved = std::get_if<PointerMoved>(&event)) {
-      point_at(moved->x, moved->y);
-    } else if (const auto* button = std::get_if<ButtonChanged>(&event)) {
-      point_at(button->x, button->y);
-      constexpr std::array order{0, 2, 1};
-      io.MouseDown[order[static_cast<std::size_t>(button->button)]] = button->down;
-    } else if (const auto* wheel = std::get_if<WheelTurned>(&event)) {
+    if (const auto* wheel = std::get_if<WheelTurned>(&event)) {
       io.MouseWheel += static_cast<float>(wheel->steps);
     } else if (const auto* key = std::get_if<KeyChanged>(&event)) {
       io.KeyCtrl = key->modifiers.ctrl;

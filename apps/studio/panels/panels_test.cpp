@@ -245,6 +245,17 @@ TEST(Typed, AKeyIsSeenWhileItIsDownAndBeforeWhatFollows) {
   EXPECT_EQ(frames_of(places), (std::vector<std::size_t>{1, 4}));
 }
 
+TEST(TakeFrame, AButtonChangesOnceInAFrameAndThePointerStaysThen) {
+  const ButtonChanged down{MouseButton::left, true, 1, 1};
+  const ButtonChanged up{MouseButton::left, false, 1, 1};
+  std::vector<Event> events{PointerMoved{1, 1}, down, WheelTurned{1},     up, KeyChanged{"A", true},
+                            PointerMoved{2, 2}, down, PointerMoved{3, 3}, up};
+  std::vector<std::size_t> counts;
+  while (!events.empty()) counts.push_back(take_frame(events).size());
+  EXPECT_EQ(counts, (std::vector<std::size_t>{3, 2, 2, 2}));
+  EXPECT_TRUE(take_frame(events).empty());
+}
+
 // --- the desktop's own dialog: here a script in the place of zenity
 // ---------------------------------------------------
 

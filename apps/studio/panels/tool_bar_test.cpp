@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "document/layers.h"
 #include "knead/workbench.h"
@@ -42,6 +44,29 @@ class ToolBarTest : public StudioTest {
     panels.frame();
   }
 };
+
+// A picture may be so late that the pointer is elsewhere by then, and the button let go.
+TEST_F(ToolBarTest, AClickCountsWhereItWas) {
+  ShownPanels panels(options(), 1280, 800);
+  open_ball(panels);
+  const auto middle = middle_of(panels.studio);
+  const Area bar = panels.interface.layout().tool_bar;
+  const double x = 0.5 * (bar.left + bar.right);
+  std::vector<const StudioTool*> by_hand;
+  std::vector<const StudioTool*> late;
+  for (double y = bar.top + 12; y < bar.bottom; y += 12) {
+    panels.click(x, y);
+    by_hand.push_back(panels.studio.tools().settings().tool);
+  }
+  for (double y = bar.top + 12; y < bar.bottom; y += 12) {
+    std::vector<Event> events{PointerMoved{x, y}, ButtonChanged{MouseButton::left, true, x, y},
+                              ButtonChanged{MouseButton::left, false, x, y}, PointerMoved{middle.x, middle.y}};
+    while (!events.empty()) panels.frame(take_frame(events));
+    late.push_back(panels.studio.tools().settings().tool);
+  }
+  EXPECT_EQ(late, by_hand);
+  EXPECT_GT(std::set<const StudioTool*>(late.begin(), late.end()).size(), 10U);
+}
 
 TEST_F(ToolBarTest, LengthsAreAbsolute) {
   ShownPanels panels(options(), 1280, 800);

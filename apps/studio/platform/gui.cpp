@@ -157,7 +157,24 @@ void Gui::begin_heading() { ImGui::PushFont(ImGui::GetIO().Fonts->Fonts[1]); }
 
 void Gui::end_heading() { ImGui::PopFont(); }
 
-void Gui::begin_frame() { ImGui::NewFrame(); }
+void Gui::begin_frame(const std::vector<Event>& events) {
+  ImGuiIO& io = ImGui::GetIO();
+  const auto point_at = [&](double x, double y) {
+    io.MousePos = {static_cast<float>(x) / io.DisplayFramebufferScale.x,
+                   static_cast<float>(y) / io.DisplayFramebufferScale.y};
+  };
+  for (const Event& event : events) {
+    if (const auto* moved = std::get_if<PointerMoved>(&event)) {
+      point_at(moved->x, moved->y);
+    } else if (const auto* button = std::get_if<ButtonChanged>(&event)) {
+      constexpr std::array order{0, 2, 1};  // Dear ImGui counts the right one before the middle one
+      point_at(button->x, button->y);
+      down_[static_cast<std::size_t>(order[static_cast<std::size_t>(button->button)])] = button->down;
+    }
+  }
+  std::copy(down_.begin(), down_.end(), io.MouseDown);
+  ImGui::NewFrame();
+}
 
 void Gui::end_frame() { ImGui::Render(); }
 
@@ -215,6 +232,19 @@ bool must_bring_files() { return false; }
 void choose_files_to_bring() {}
 
 #endif
+
+std::vector<Event> take_frame(std::vector<Event>& events) {
+  bool has_changed = false;
+  const auto end = std::find_if(events.begin(), events.end(), [&](const Event& event) {
+    const bool changes = std::holds_alternative<ButtonChanged>(event);
+    if (has_changed && (changes || std::holds_alternative<PointerMoved>(event))) return true;
+    has_changed = has_changed || changes;
+    return false;
+  });
+  std::vector<Event> frame(std::make_move_iterator(events.begin()), std::make_move_iterator(end));
+  events.erase(events.begin(), end);
+  return frame;
+}
 
 std::size_t typed_in_a_frame(std::span<const Typed> typed) {
   std::vector<int> down;  // keys that write nothing, and must be seen while they are down

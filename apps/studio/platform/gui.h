@@ -23,8 +23,8 @@ class Gui {
   Gui(const Gui&) = delete;
   Gui& operator=(const Gui&) = delete;
 
-  // Between these two the panels are made.
-  void begin_frame();
+  // Between these two the panels are made. The events are those of this frame (take_frame).
+  void begin_frame(const std::vector<Event>& events);
   void end_frame();
 
   // After begin_frame: the events that are not for a panel. What is pressed outside of the panels is let go there too.
@@ -61,9 +61,14 @@ class Gui {
   float unit_ = 1;
   bool is_menu_open_ = false;
   std::array<int, render::kMatcapCount> balls_{};  // in the font's texture
+  std::array<bool, 3> down_{};                     // Dear ImGui's buttons
   std::vector<MouseButton> buttons_;               // held since they were pressed outside of the panels
   std::vector<std::string> keys_;
 };
+
+// Takes away as many events, from the first on, as one frame may get. Dear ImGui 1.86 looks at the pointer once a
+// frame: what is pressed or let go must be seen where that happens, however late the frame is.
+std::vector<Event> take_frame(std::vector<Event>& events);
 
 // What was typed, in its order: a key that went down (its repeats, too) or up, or the text that the key before it
 // wrote.

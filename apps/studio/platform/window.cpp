@@ -259,7 +259,6 @@ bool note_press(WindowState& state) {
 }
 
 void on_button(GLFWwindow* window, int button, int action, int mods) {
-  ImGui_ImplGlfw_MouseButtonCallback(window, button, action, mods);
   if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
   WindowState& state = state_of(window);
   constexpr std::array<MouseButton, 3> buttons{MouseButton::left, MouseButton::right, MouseButton::middle};
@@ -362,13 +361,14 @@ Window::~Window() {
 }
 
 std::vector<Event> Window::events(double wait_seconds) {
-  if (wait_seconds > 0 && state_->typed.empty()) {
+  if (wait_seconds > 0 && state_->typed.empty() && state_->events.empty()) {
     glfwWaitEventsTimeout(wait_seconds);
   } else {
     glfwPollEvents();
   }
-  tell_typed(window_);
-  return std::exchange(state_->events, {});
+  std::vector<Event> frame = take_frame(state_->events);
+  if (state_->events.empty()) tell_typed(window_);  // else what is typed may be for what will be clicked
+  return frame;
 }
 
 bool Window::is_closing() const { return glfwWindowShouldClose(window_) == GLFW_TRUE; }

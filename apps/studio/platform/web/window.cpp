@@ -44,12 +44,8 @@ struct KeyInput {
   bool down = false;
 };
 
-// Since the last picture, but for the pointer's place and what is held.
+// What Dear ImGui has not been told yet.
 struct PageInput {
-  double x = -1;
-  double y = -1;
-  std::array<bool, 3> held{};     // left, right, middle
-  std::array<bool, 3> pressed{};  // however short
   double wheel = 0;
   Modifiers modifiers;
   std::deque<KeyInput> keys;
@@ -99,7 +95,7 @@ Window::Window(const std::string& title, const WindowPlace&) {
 
 Window::~Window() = default;
 
-std::vector<Event> Window::events(double) { return std::exchange(the_state().events, {}); }
+std::vector<Event> Window::events(double) { return take_frame(the_state().events); }
 
 bool Window::is_closing() const { return the_state().is_closing; }
 
@@ -187,15 +183,14 @@ void GuiBackend::begin_frame(const Window& window) {
   io.DeltaTime = std::clamp(std::chrono::duration<float>(now - std::exchange(last, now)).count(), 1e-4F, 0.5F);
   io.DisplaySize = {static_cast<float>(window.width()), static_cast<float>(window.height())};
   PageInput& input = the_state().input;
-  io.MousePos = {static_cast<float>(input.x), static_cast<float>(input.y)};
-  for (std::size_t i = 0; i < input.held.size(); ++i) io.MouseDown[i] = input.held[i] || input.pressed[i];
-  input.pressed = {};
   io.MouseWheel += static_cast<float>(std::exchange(input.wheel, 0));
   io.KeyShift = input.modifiers.shift;
   io.KeyCtrl = input.modifiers.ctrl;
   io.KeyAlt = input.modifiers.alt;
-  take_keys(io, input);
-  for (const unsigned code : std::exchange(input.text, {})) io.AddInputCharacter(code);
+  if (the_state().events.empty()) {  // else what is typed may be for what will be clicked
+    take_keys(io, input);
+    for (const unsigned code : std::exchange(input.text, {})) io.AddInputCharacter(code);
+  }
   ImGui_ImplOpenGL3_NewFrame();
 }
 
@@ -223,8 +218,6 @@ EMSCRIPTEN_KEEPALIVE void studio_resize(int width, int height, double scale) {
 
 EMSCRIPTEN_KEEPALIVE void studio_pointer(double x, double y, double pressure, int modifiers) {
   WindowState& state = the_state();
-  state.input.x = x;
-  state.input.y = y;
   state.input.modifiers = modifiers_of(modifiers);
   const PointerMoved moved{x, y, pressure, modifiers_of(modifiers)};
   if (!state.events.empty() && std::holds_alternative<PointerMoved>(state.events.back())) {
@@ -237,10 +230,6 @@ EMSCRIPTEN_KEEPALIVE void studio_pointer(double x, double y, double pressure, in
 EMSCRIPTEN_KEEPALIVE void studio_button(int button, int down, double x, double y, int modifiers, int is_double) {
   if (button < 0 || button > 2) return;
   WindowState& state = the_state();
-  constexpr std::array<std::size_t, 3> gui_button{0, 2, 1};  // Dear ImGui counts the right one before the middle one
-  const std::size_t index = gui_button[static_cast<std::size_t>(button)];
-  state.input.held[index] = down != 0;
-  if (down != 0) state.input.pressed[index] = true;
   state.input.modifiers = modifiers_of(modifiers);
   state.events.emplace_back(
       ButtonChanged{static_cast<MouseButton>(button), down != 0, x, y, modifiers_of(modifiers), is_double != 0});
