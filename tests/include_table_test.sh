@@ -16,7 +16,7 @@ field:    math | field region
 flow:     math field | flow
 mesh:     math | mesh
 cells:    math mesh | cells
-io:       math mesh | io animation
+io:       math mesh cells | io animation
 remesh:   math mesh cells | remesh
 pose:     math field flow |
 strokes:  math field flow mesh pose | stroke tools

@@ -301,13 +301,22 @@ Complaint angle_below(double bound, const std::optional<double>& angle) {
                                                  *angle, bound));
 }
 
+constexpr const char* kNoCells = "no cells; give a volume mesh of gmsh, SU2 or OpenFOAM";
+
+Complaint cells_above(const std::optional<CellCheck>& cells, double CellCheck::*value, double bound, const char* what) {
+  if (!cells) return kNoCells;
+  return complain_if(!((*cells).*value <= bound),
+                     fmt::format("a cell has the {} {:.4g}, more than {}", what, (*cells).*value, bound));
+}
+
 struct RequirementKind {
   std::string_view word;
   Complaint (*unmet)(const SurfaceCheck& check, double bound);
+  std::string_view number{};  // what follows "="; empty: nothing does
+  double most = kInfinity;    // what it may be at most; it is above 0
 };
 
 constexpr std::string_view kNoFlipped = "no-flipped";
-constexpr std::string_view kMinAngle = "min-angle";
 
 constexpr std::array kRequirementKinds{
     RequirementKind{"closed", [](const SurfaceCheck& f, double) { return not_closed(f.info.measures); }},
@@ -333,8 +342,31 @@ constexpr std::array kRequirementKinds{
                       return complain_if(count > 0, fmt::format("{} flipped; refine the shape or deform it less",
                                                                 counted(count, "triangle")));
                     }},
-    RequirementKind{kMinAngle, [](const SurfaceCheck& f,
-                                  double bound) { return angle_below(bound, f.info.measures.smallest_angle_deg); }},
+    RequirementKind{
+        "min-angle",
+        [](const SurfaceCheck& f, double bound) { return angle_below(bound, f.info.measures.smallest_angle_deg); },
+        "DEGREES", 60},
+    RequirementKind{"no-inverted-cells",
+                    [](const SurfaceCheck& f, double) {
+                      if (!f.cells) return Complaint(kNoCells);
+                      return complain_if(f.cells->inverted > 0,
+                                         fmt::format("{} inverted; deform less", counted(f.cells->inverted, "cell")));
+                    }},
+    RequirementKind{"max-non-orthogonality",
+                    [](const SurfaceCheck& f, double bound) {
+                      return cells_above(f.cells, &CellCheck::max_non_orthogonality_deg, bound, "non-orthogonality");
+                    },
+                    "DEGREES", 180},
+    RequirementKind{"max-skewness",
+                    [](const SurfaceCheck& f, double bound) {
+                      return cells_above(f.cells, &CellCheck::max_skewness, bound, "skewness");
+                    },
+                    "NUMBER"},
+    RequirementKind{"max-aspect-ratio",
+                    [](const SurfaceCheck& f, double bound) {
+                      return cells_above(f.cells, &CellCheck::max_aspect_ratio, bound, "aspect ratio");
+                    },
+                    "NUMBER"},
 };
 
 const RequirementKind* find_kind(std::string_view word) {
@@ -346,19 +378,21 @@ const RequirementKind* find_kind(std::string_view word) {
 Requirement parse_requirement(std::string_view item, bool has_before) {
   const std::size_t equals = item.find('=');
   const std::string_view word = item.substr(0, equals);
-  if (find_kind(word) == nullptr || (equals != std::string_view::npos && word != kMinAngle)) {
+  const RequirementKind* const kind = find_kind(word);
+  if (kind == nullptr || (equals != std::string_view::npos && kind->number.empty())) {
     throw UsageError(fmt::format("--require: no requirement '{}'; choose from {}", item, known_requirements()));
   }
   if (word == kNoFlipped && !has_before) {
     throw UsageError("--require no-flipped: compares two shapes; give the other with --before FILE");
   }
   Requirement requirement{std::string(word), 0};
-  if (word == kMinAngle) {
+  if (!kind->number.empty()) {
     const std::string_view number = equals == std::string_view::npos ? "" : item.substr(equals + 1);
     const char* const end = number.data() + number.size();
     const auto [stop, error] = std::from_chars(number.data(), end, requirement.bound);
-    if (error != std::errc() || stop != end || !(requirement.bound > 0 && requirement.bound <= 60)) {
-      throw UsageError(fmt::format("--require {}: say min-angle=DEGREES, above 0 and at most 60", item));
+    if (error != std::errc() || stop != end || !(requirement.bound > 0 && requirement.bound <= kind->most)) {
+      throw UsageError(fmt::format("--require {}: say {}={}, above 0{}", item, word, kind->number,
+                                   kind->most < kInfinity ? fmt::format(" and at most {}", kind->most) : ""));
     }
   }
   return requirement;
@@ -369,7 +403,8 @@ Requirement parse_requirement(std::string_view item, bool has_before) {
 std::string known_requirements() {
   std::string words;
   for (const RequirementKind& kind : kRequirementKinds) {
-    words += fmt::format("{}{}{}", words.empty() ? "" : ", ", kind.word, kind.word == kMinAngle ? "=DEGREES" : "");
+    words += fmt::format("{}{}{}", words.empty() ? "" : ", ", kind.word,
+                         kind.number.empty() ? "" : fmt::format("={}", kind.number));
   }
   return words;
 }

@@ -67,7 +67,7 @@ std::string line_of(const Certificate& certificate);
 // One item of the list; its word is a known one.
 struct Requirement {
   std::string word;
-  double bound = 0;  // of min-angle
+  double bound = 0;  // the number, if it has one
 };
 
 // Returns all words, separated by commas.

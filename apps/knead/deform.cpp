@@ -46,9 +46,17 @@ void write_frame(const std::string& path, const StreamFormat& format, const Inpu
     options.normals = normals;
     if (inputs.session.walls.empty()) return write_shape_or_stream(path, format, source, shape.positions(), options);
     std::vector<Vec3d> positions = shape.positions();
-    const double distance = put_on_walls(inputs.session, positions);
+    const double distance = std::max(put_on_walls(inputs.session, positions), shape.put_back());
     if (!inputs.quiet && distance > kToldDistance * shape_box(source.mesh).diagonal()) {
       print_message(fmt::format("note: {}: points were put back onto walls by up to {:.2g}", path, distance));
+    }
+    const std::size_t inverted =
+        inputs.cells ? count_new_inversions(*inputs.cells, source.mesh.positions, positions) : 0;
+    if (inverted > 0) {
+      throw QualityError(
+          fmt::format("{}: {} would be inverted beside the walls; deform less, or give them another "
+                      "\"width\"",
+                      inputs.session.name, counted(inverted, "cell")));
     }
     write_shape_or_stream(path, format, source, positions, options);
   }

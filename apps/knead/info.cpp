@@ -158,6 +158,17 @@ std::string table_of_check(const SurfaceCheck& check) {
   text += row("folded edges", fmt::format("{}", check.folded_edges));
   if (check.crossings_between) text += row("crossings between", fmt::format("{}", *check.crossings_between));
   if (check.flipped_triangles) text += row("flipped triangles", fmt::format("{}", *check.flipped_triangles));
+  if (const std::optional<CellCheck>& cells = check.cells) {
+    text += row("cells", fmt::format("{}", cells->cells));
+    text += row("inverted cells", fmt::format("{}", cells->inverted));
+    if (cells->least_scaled_jacobian) {
+      text += row("least scaled Jacobian", fmt::format("{:.6g}", *cells->least_scaled_jacobian));
+    }
+    text += row("non-orthogonality", fmt::format("{:.6g} degrees at most, {:.6g} on average",
+                                                 cells->max_non_orthogonality_deg, cells->mean_non_orthogonality_deg));
+    text += row("skewness", fmt::format("{:.6g}", cells->max_skewness));
+    text += row("aspect ratio", fmt::format("{:.6g}", cells->max_aspect_ratio));
+  }
   return text + table_of_notes(check.info.notes);
 }
 
@@ -196,6 +207,8 @@ void run_check(const CheckOptions& options) {
   if (!options.before.empty()) flipped = count_flipped_since(options, file.mesh);
   SurfaceCheck check = options.also.empty() ? check_surface(file.mesh, describe(file)) : check_together(options, file);
   check.flipped_triangles = flipped;
+  const VolumeCells cells = is_stream(options.shape) ? VolumeCells{} : read_cells(options.shape, file);
+  if (cells.size() > 0) check.cells = check_cells(cells, file.mesh.positions);
   if (options.common.json) {
     print(to_json(check));
   } else if (!options.common.quiet) {

@@ -138,6 +138,7 @@ Inputs read_inputs(const std::string& shape, const StreamFormat& format, const s
   if (!inputs.session.walls.empty()) {
     inputs.session =
         on_walls(std::move(inputs.session), read_patches(shape, inputs.shape), inputs.shape.mesh.positions);
+    if (inputs.session.sliding) inputs.cells = read_cells(shape, inputs.shape);
   }
   if (!quiet) {
     print_notes(inputs.session.warnings);

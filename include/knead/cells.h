@@ -53,6 +53,24 @@ struct Cells {
   void add(CellKind kind, std::span<const std::uint32_t> numbers);
 };
 
+// Returns the edges of a cell of this kind: pairs of corners, in the order in which VTK has the middle nodes of cells
+// of the second order.
+std::span<const std::array<std::uint8_t, 2>> edges_of(CellKind kind);
+
+// The middle nodes of some cells, which are of the second order.
+struct MiddleNodes {
+  std::vector<std::size_t> cells;     // their numbers, ascending
+  std::vector<std::size_t> first{0};  // where the nodes of each begin, and after the last their number
+  std::vector<std::uint32_t> points;  // one for each of edges_of() the cell
+};
+
+// Returns for each of these cells the least scaled Jacobian of the map of the second order at its corners and middle
+// nodes, without a pyramid's apex: 1 at most, 0 or less where the cell is folded. A cell whose middle nodes are in the
+// middle of straight edges has nearly the value of cell_quality(). Nodes in the middle of faces and cells are not
+// looked at. Throws InvalidInput for a number that is no point.
+std::vector<double> middle_jacobians(const Cells& cells, const MiddleNodes& middles, std::span<const Vec3d> points,
+                                     int threads = 0);
+
 // What compare_cells() finds.
 enum class CellValues { all, inversions };
 
@@ -80,6 +98,11 @@ struct CellFaceQuality {
   // How far that line passes by the face's centre, beside the size of the face in that direction; at the boundary the
   // line is along the normal. From 0; checkMesh complains above 4 inside, and above 20 at the boundary.
   std::vector<double> skewness;
+  // Of each cell: how unequal the areas are that it shows along x, y and z; or a sixth of their sum over the volume's
+  // 2/3 power, if that is more. A cube has 1; checkMesh complains above 1000.
+  std::vector<double> aspect_ratio;
+  // The angle whose cosine is the mean of the cosines at all faces between two cells.
+  double mean_non_orthogonality_deg = 0;
 };
 
 // Returns these values for the cells, then for the polyhedra (each as polyhedron_volume() takes it). Cells are

@@ -16,6 +16,7 @@
 #include <variant>
 #include <vector>
 
+#include "knead/cells.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
@@ -181,6 +182,7 @@ std::string shape_suffix(const std::filesystem::path& path);
 struct Patch {
   std::string name;
   std::vector<std::uint32_t> points;  // numbers of the shape's vertices, ascending
+  std::vector<Triangle> faces{};      // cut into triangles; an edge of a mesh of two dimensions has its end twice
 
   friend bool operator==(const Patch&, const Patch&) = default;
 };
@@ -189,6 +191,22 @@ struct Patch {
 // a name have their number), markers of SU2, and patches of OpenFOAM, whose files `boundary` and `faces` lie beside
 // `points`. Empty for other formats. Throws as read_shape.
 std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFile& shape);
+
+// The cells of a volume mesh.
+struct VolumeCells {
+  Cells cells;          // linear, or the corners of cells of the second order
+  MiddleNodes middles;  // of those
+  // Of OpenFOAM all cells, each as polyhedron_volume() takes it.
+  std::vector<std::vector<std::uint32_t>> polyhedra;
+
+  // Returns the number of all cells.
+  std::size_t size() const { return cells.size() + polyhedra.size(); }
+};
+
+// Returns the cells of the file that a shape was read from: those of gmsh and SU2 of the first and second order, and of
+// OpenFOAM, whose files `faces`, `owner` and `neighbour` lie beside `points`. Empty for other formats, and for meshes
+// of two dimensions. Throws as read_shape.
+VolumeCells read_cells(const std::filesystem::path& path, const ShapeFile& shape);
 
 // Returns the format that a path's extension names. Throws InvalidInput that lists the known ones.
 std::string format_of(const std::filesystem::path& path);

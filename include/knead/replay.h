@@ -215,6 +215,11 @@ class DeformedShape {
   const Mask& mask() const { return mask_; }
   void set_mask(Mask mask) { mask_ = std::move(mask); }
 
+  // Keeps points on walls (Session::sliding) in all moves that follow; null: none. The shape has no faces.
+  void set_walls(std::shared_ptr<const SlidingWalls> walls) { walls_ = std::move(walls); }
+  // Returns the greatest distance by which a point was put back onto a wall.
+  double put_back() const { return put_back_; }
+
   // Returns how strokes move vertices.
   const MotionOptions& motion() const { return motion_; }
   // Returns the length that relative tolerances refer to, of the shape at the start.
@@ -268,6 +273,7 @@ class DeformedShape {
   void start_normals(std::vector<Vec3d> normals);
   void lay_out(bool sorted);
   AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
+  AdvectResult move_on_walls(const Flow& flow, const AdvectOptions& options);
   std::uint64_t carry(const Flow& flow, Progress* progress, std::span<Vec3d> points, std::uint64_t most);
   RemeshOptions remesh_options(const RemeshSettings& settings, const std::vector<std::uint32_t>& labels) const;
   // A part of a stroke that the mesh follows.
@@ -313,6 +319,8 @@ class DeformedShape {
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
   std::optional<session_detail::TransportedNormals> normals_;
   Mask mask_;
+  std::shared_ptr<const SlidingWalls> walls_;
+  double put_back_ = 0;
   AdvectResult work_;
   std::uint64_t dabs_ = 0;
 };

@@ -43,13 +43,14 @@ struct ParameterUse {
   friend bool operator==(const ParameterUse&, const ParameterUse&) = default;
 };
 
-// A patch of a volume mesh that stays where it is, or slides in its plane.
+// A patch of a volume mesh that stays where it is, slides on its surface, or moves as another patch does.
 struct Wall {
   std::string patch;                    // its name in the mesh; empty: a mesh of two dimensions as a whole
-  bool slides = false;                  // false: it is held
-  std::optional<double> width{};        // of a wall that is held: how far from it the mesh is free; above 0
+  bool slides = false;                  // false: it is held, or periodic
+  std::optional<double> width{};        // how far from it the mesh is free of it; above 0
+  std::string periodic{};               // the patch that it moves as; empty: none
   std::vector<std::uint32_t> points{};  // of a mesh: set by on_walls()
-  std::optional<MirrorPlane> plane{};   // in which it slides: set by on_walls()
+  std::optional<MirrorPlane> plane{};   // in which all strokes are mirrored: set by on_walls()
 
   friend bool operator==(const Wall&, const Wall&) = default;
 };
@@ -78,6 +79,8 @@ struct SessionStroke {
   friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
 };
 
+class SlidingWalls;
+
 // A session: its header, and the strokes in effect.
 struct Session {
   std::string name;                 // of the file, for messages
@@ -88,6 +91,7 @@ struct Session {
   std::vector<Parameter> parameters{};
   std::vector<std::string> also{};  // further shapes that it was made on, as `mesh`; strokes read the surface of all
   std::vector<Wall> walls{};
+  std::shared_ptr<const SlidingWalls> sliding{};  // of walls that mirroring does not keep: set by on_walls()
 
   friend bool operator==(const Session&, const Session&) = default;
 };
@@ -107,15 +111,21 @@ Flow flow_of(const SessionStroke& stroke);
 // InvalidInput for planes that are not valid together.
 std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const Mirror& mirror);
 
-// Returns the session for the mesh that has these patches and points. A wall that is held becomes a mask of its points,
-// which every other mask gets, too: they keep their bits. In the plane of one that slides all strokes are mirrored, so
-// that nothing leaves it. A mesh of two dimensions slides in its own plane. The default width is a twentieth of the
-// diagonal. Throws InvalidInput for a patch that the mesh lacks or that slides and is not plane to 1e-7 of the
-// diagonal, planes that are not at right angles, and masks by vertices beside walls that are held.
+// Returns the session for the mesh that has these patches and points.
+// - A wall that is held becomes a mask of its points, which every other mask gets, too: they keep their bits.
+// - In the plane of a wall that slides all strokes are mirrored, so that nothing leaves it, if the planes before it are
+//   at right angles to it. A mesh of two dimensions slides in its own plane.
+// - All other walls go to Session::sliding: planes at other angles, cylinders and spheres (to 1e-5 of their radius),
+//   any other surface, and periodic patches.
+// The default width of what is held is a twentieth of the diagonal; of a wall in `sliding` a tenth, and at most 3/4 of
+// how far the mesh goes from it. Throws InvalidInput for a patch that the mesh lacks, a patch without faces that slides
+// and is not plane, a periodic patch that is no shifted copy of the other one, and masks by vertices beside walls that
+// are held.
 Session on_walls(Session session, std::span<const Patch> patches, std::span<const Vec3d> points);
 
-// Puts the points of walls that slide into their planes, which rounding, or the mask of a wall that is held, may leave
-// them beside. Returns the greatest distance. The session is one of on_walls().
+// Puts the points of walls that slide in the planes of mirrors into these, which rounding, the mask of a wall that is
+// held, or a wall in Session::sliding may leave them beside. Returns the greatest distance. The session is one of
+// on_walls().
 double put_on_walls(const Session& session, std::span<Vec3d> points);
 
 // Returns the session without the strokes that are off. It deforms every shape in the same way.

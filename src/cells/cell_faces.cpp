@@ -158,7 +158,8 @@ FacePlace place_of(std::span<const std::uint32_t> corners, std::span<const Vec3d
 struct Places {
   std::vector<FacePlace> faces;
   std::vector<Vec3d> centers;
-  double volume = 0;  // of the cells whose faces look outward
+  std::vector<double> volumes;  // of the cells
+  double volume = 0;            // of the cells whose faces look outward
 };
 
 // The centre of a cell is the mean of those of the pyramids over its faces. Returns the volume.
@@ -182,18 +183,18 @@ double find_center(std::span<FacePlace> faces, bool looks_outward, Vec3d& center
 }
 
 Places places_of(const Faces& faces, std::span<const Vec3d> points, int threads) {
-  Places places{std::vector<FacePlace>(faces.size()), std::vector<Vec3d>(faces.cells())};
-  std::vector<double> volumes(faces.cells());
+  Places places{std::vector<FacePlace>(faces.size()), std::vector<Vec3d>(faces.cells()),
+                std::vector<double>(faces.cells())};
   parallel_for(faces.cells(), kCellsAtATime, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t first = faces.first_of_cell[i];
       const std::size_t last = faces.first_of_cell[i + 1];
       for (std::size_t f = first; f < last; ++f) places.faces[f] = place_of(faces.corners_of(f), points);
-      volumes[i] =
+      places.volumes[i] =
           find_center(std::span(places.faces).subspan(first, last - first), i < faces.linear, places.centers[i]);
     }
   });
-  for (std::size_t i = 0; i < faces.linear; ++i) places.volume += volumes[i];
+  for (std::size_t i = 0; i < faces.linear; ++i) places.volume += places.volumes[i];
   return places;
 }
 
@@ -212,6 +213,24 @@ double skewness_of(const FacePlace& face, std::span<const std::uint32_t> corners
   return length / size;
 }
 
+// As checkMesh has it for a mesh of three dimensions.
+double aspect_ratio_of(std::span<const FacePlace> faces, double volume) {
+  Vec3d shown{};
+  for (const FacePlace& face : faces) {
+    shown += {std::abs(face.area.x), std::abs(face.area.y), std::abs(face.area.z)};
+  }
+  const double least = std::min({shown.x, shown.y, shown.z});
+  const double greatest = std::max({shown.x, shown.y, shown.z});
+  if (!(least > 0 && volume > 0)) return greatest > 0 ? std::numeric_limits<double>::infinity() : 1;
+  const double root = elementary::cbrt(volume);
+  return std::max(greatest / least, (shown.x + shown.y + shown.z) / (6 * root * root));
+}
+
+double cosine_between(const Vec3d& a, const Vec3d& b) {
+  const double lengths = norm(a) * norm(b);
+  return lengths > 0 ? dot(a, b) / lengths : 0;
+}
+
 double degrees_between(const Vec3d& a, const Vec3d& b) {
   return elementary::atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
 }
@@ -228,11 +247,16 @@ CellFaceQuality cell_face_quality(const Cells& cells, std::span<const Vec3d> poi
     std::fill(cell_of.begin() + static_cast<std::ptrdiff_t>(faces.first_of_cell[i]),
               cell_of.begin() + static_cast<std::ptrdiff_t>(faces.first_of_cell[i + 1]), i);
   }
-  CellFaceQuality result{std::vector<double>(faces.cells()), std::vector<double>(faces.cells())};
+  CellFaceQuality result{std::vector<double>(faces.cells()), std::vector<double>(faces.cells()),
+                         std::vector<double>(faces.cells())};
+  std::vector<double> cosines(faces.cells());      // sums of those of the faces that a cell owns
   const double side = places.volume < 0 ? -1 : 1;  // a mesh whose cells are all left-handed
   parallel_for(faces.cells(), kCellsAtATime, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3d& own = places.centers[i];
+      const std::size_t first = faces.first_of_cell[i];
+      result.aspect_ratio[i] = aspect_ratio_of(
+          std::span(places.faces).subspan(first, faces.first_of_cell[i + 1] - first), std::abs(places.volumes[i]));
       for (std::size_t f = faces.first_of_cell[i]; f < faces.first_of_cell[i + 1]; ++f) {
         const std::size_t other = opposites[f];
         // Of both cells at a face the first one's area and centre count, so that they have the same value.
@@ -249,13 +273,19 @@ CellFaceQuality cell_face_quality(const Cells& cells, std::span<const Vec3d> poi
           const Vec3d d = places.centers[cell_of[std::max(f, other)]] - start;
           const double turned = cell_of[owner] < faces.linear ? side : 1.0;
           skewness = skewness_of(face, faces.corners_of(owner), points, start, d, 0.2);
-          result.non_orthogonality_deg[i] =
-              std::max(result.non_orthogonality_deg[i], degrees_between(d, face.area * turned));
+          const double angle = degrees_between(d, face.area * turned);
+          if (f == owner) cosines[i] += cosine_between(d, face.area * turned);
+          result.non_orthogonality_deg[i] = std::max(result.non_orthogonality_deg[i], angle);
         }
         result.skewness[i] = std::max(result.skewness[i], skewness);
       }
     }
   });
+  const auto paired = std::count_if(opposites.begin(), opposites.end(), [](std::size_t f) { return f != kNoFace; });
+  double mean = 0;
+  for (const double cosine : cosines) mean += cosine;
+  mean = paired > 0 ? std::min(1.0, mean / (0.5 * static_cast<double>(paired))) : 1;
+  result.mean_non_orthogonality_deg = elementary::atan2(std::sqrt(1 - mean * mean), mean) * 180 / std::numbers::pi;
   return result;
 }
 

@@ -113,6 +113,20 @@ std::string to_json(const ShapeSummary& summary) {
                                {"notes", summary.notes}});
 }
 
+namespace {
+
+Json json_of(const CellCheck& check) {
+  return Json{{"cells", check.cells},
+              {"inverted", check.inverted},
+              {"least_scaled_jacobian", check.least_scaled_jacobian},
+              {"max_non_orthogonality_deg", check.max_non_orthogonality_deg},
+              {"mean_non_orthogonality_deg", check.mean_non_orthogonality_deg},
+              {"max_skewness", check.max_skewness},
+              {"max_aspect_ratio", check.max_aspect_ratio}};
+}
+
+}  // namespace
+
 std::string to_json(const SurfaceCheck& check) {
   const Measures& m = check.info.measures;
   Json json = json_of(check.info);
@@ -126,6 +140,7 @@ std::string to_json(const SurfaceCheck& check) {
   json.set("folded_edges", check.folded_edges);
   json.set("flipped_triangles", check.flipped_triangles);
   if (check.crossings_between) json.set("crossings_between", *check.crossings_between);
+  if (check.cells) json.set("volume_cells", json_of(*check.cells));
   return to_indented_text(json);
 }
 

@@ -203,6 +203,9 @@ void check_decimals(const WriteOptions& options);
 
 // Files NAME.EXT.gz are compressed after RFC 1952.
 inline constexpr std::string_view kGzip = ".gz";
+
+// Returns what is in a file, without its compression by gzip. Throws IoError(read).
+std::string bytes_of_file(const std::filesystem::path& path);
 bool is_gzip_name(const std::filesystem::path& path);
 
 // Returns what compressed bytes hold, of all members one after the other. Throws InvalidInput for damaged ones, and if

@@ -381,29 +381,7 @@ ShapeFile parse_shape(std::string bytes, std::string_view format, const std::str
   return with_notes(source, source.parse(std::move(bytes), name));
 }
 
-std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFile& shape) {
-  std::vector<Patch> patches;
-  if (shape.format == io_detail::solver::kSu2.format) {
-    patches = io_detail::solver::su2_patches(shape.bytes, path.string(), shape.mesh.vertex_count());
-  } else if (shape.format == io_detail::solver::kGmsh.format) {
-    patches = io_detail::solver::gmsh_patches(shape.bytes, path.string());
-  } else if (shape.format == io_detail::solver::kFoam.format) {
-    const auto beside = [&](const char* name) {
-      const std::filesystem::path file = path.parent_path() / name;
-      std::error_code error;
-      const bool is_plain = std::filesystem::exists(file, error);
-      return read_bytes(is_plain ? file : std::filesystem::path(file.string() + std::string(io_detail::kGzip)));
-    };
-    patches = io_detail::solver::foam_patches(beside("boundary"), beside("faces"), path.parent_path().string());
-  }
-  for (Patch& patch : patches) {
-    std::sort(patch.points.begin(), patch.points.end());
-    patch.points.erase(std::unique(patch.points.begin(), patch.points.end()), patch.points.end());
-    if (patch.points.empty() || patch.points.back() < shape.mesh.vertex_count()) continue;
-    throw InvalidInput(Place{path.string()}, "the patch " + patch.name + " has points that the mesh lacks");
-  }
-  return patches;
-}
+std::string io_detail::bytes_of_file(const std::filesystem::path& path) { return read_bytes(path); }
 
 ShapeSummary read_summary(const std::filesystem::path& path) {
   const Format& source = format_named(format_of(path), path.string());

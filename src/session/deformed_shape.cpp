@@ -11,6 +11,7 @@
 #include "math/system.h"
 #include "remesh/relax.h"
 #include "session/deformed_shape_detail.h"
+#include "session/sliding_walls.h"
 
 namespace knead::session_detail {
 
@@ -135,6 +136,8 @@ constexpr double kNormalReach = 1e-4;
 // yet on shapes of 3e-17, on shapes of 1e-18 it does.
 constexpr double kLargestShape = 1e18;
 constexpr double kSmallestShape = 1e-15;
+
+constexpr int kMaxWallParts = 64;  // of a segment
 
 // To sort the vertices takes longer than it saves for fewer segments.
 constexpr std::size_t kSegmentsWorthSorting = 4;
@@ -273,7 +276,7 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   if (flow.segments.empty()) return AdvectStatus::done;
   AdvectOptions options = advect_options(motion_, reference_length_);
   options.progress = progress;
-  AdvectResult result = move_vertices(flow, options);
+  AdvectResult result = walls_ ? move_on_walls(flow, options) : move_vertices(flow, options);
   if (result.status == AdvectStatus::done && normals_ && !normals_->vertex.empty()) {
     options.tolerance = kNormalTolerance * reference_length_;
     options.integrator = Integrator::tsitouras;
@@ -284,6 +287,38 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   }
   work_ += result;
   return std::exchange(work_.status, AdvectStatus::done);
+}
+
+// In so many parts that what each moves off the walls is small.
+AdvectResult DeformedShape::move_on_walls(const Flow& flow, const AdvectOptions& options) {
+  AdvectResult all;
+  for (std::size_t segment = 0; segment < flow.segments.size(); ++segment) {
+    const std::vector<Vec3d> start = positions_;
+    const auto begin = static_cast<double>(segment);
+    bool fits = false;
+    for (int parts = 1; !fits; parts *= 2) {
+      fits = true;
+      double greatest = 0;
+      for (int part = 0; part < parts && fits; ++part) {
+        const std::vector<Vec3d> before = positions_;
+        all += move_vertices(flow_between(flow, begin + static_cast<double>(part) / parts,
+                                          begin + static_cast<double>(part + 1) / parts),
+                             options);
+        if (all.status != AdvectStatus::done) return all;
+        earlier_steps_ = steps();
+        blocks_.reset();
+        const WallCorrection correction = walls_->put_back(before, positions_, motion_.threads);
+        greatest = std::max(greatest, correction.greatest);
+        fits = correction.is_small || parts == kMaxWallParts;
+      }
+      if (fits) {
+        put_back_ = std::max(put_back_, greatest);
+      } else {
+        positions_ = start;
+      }
+    }
+  }
+  return all;
 }
 
 // A backend does not know the blocks, which would be out of date after it.

@@ -130,6 +130,13 @@ bool has_settings(const Session& session, const ReplayOptions& options) {
   return false;
 }
 
+void require_flow_alone(const Session& session) {
+  if (!session.sliding) return;
+  throw InvalidInput(Place{session.name, 1},
+                     "points are put back onto walls that are curved, periodic or planes at other than right angles, "
+                     "which is no flow: it has no inverse, no certificate, and cannot be resolved");
+}
+
 Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   advect_options(options.motion, 1);
   for (const Wall& wall : session.walls) {
@@ -140,6 +147,7 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
   }
   const double until = checked_until(session, options);
   const bool backwards = is_backwards(options);
+  if (backwards || options.on_stroke) require_flow_alone(session);
   const std::vector<const SessionStroke*> strokes = strokes_on(session);
   Plan plan;
   Mask mask;  // backwards; forwards the shape has it
@@ -200,6 +208,7 @@ bool needs_faces(const Session& session) {
 
 Flow flow_of(const Session& session, const SessionPart& part, int threads) {
   using namespace session_detail;
+  require_flow_alone(session);
   for (const SessionStroke& stroke : session.strokes) at_line(session, stroke, [&] { require_flow(stroke); });
   ReplayOptions options;
   options.part = part;
@@ -291,6 +300,11 @@ class Replay {
         shape_(mesh, options.motion, options.remesh, options.normals),
         points_(points_moved(*mesh, plan_, options)) {
     if (plan_.strokes_on_reference > 0) reference_ = reference_shape(mesh, options);
+    if (session.sliding) {
+      if (mesh->face_count() > 0) throw InvalidInput(Place{session.name, 1}, "walls need a mesh without faces");
+      shape_.set_walls(session.sliding);
+      if (reference_) reference_->set_walls(session.sliding);
+    }
     for (const PlannedStroke& planned : plan_.strokes) {
       const SessionStroke& source = *planned.stroke.source;
       const std::optional<RemeshSettings> settings = shape_.settings_of(source);

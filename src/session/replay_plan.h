@@ -30,6 +30,9 @@ struct Plan {
 // that cannot be applied: one that reads the surface, backwards; a stamp whose tool cannot be used.
 Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& options);
 
+// Throws InvalidInput if walls of the session are kept by more than its flow.
+void require_flow_alone(const Session& session);
+
 // Returns the strokes that are not off.
 std::vector<const SessionStroke*> strokes_on(const Session& session);
 

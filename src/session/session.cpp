@@ -395,7 +395,11 @@ std::string text_of(const PoseStiffness& region) {
 std::string text_of(const Wall& wall) {
   LineWriter object;
   object.add("patch", wall.patch);
-  object.add_text(wall.slides ? "slide" : "hold", "true");
+  if (wall.periodic.empty()) {
+    object.add_text(wall.slides ? "slide" : "hold", "true");
+  } else {
+    object.add("periodic", wall.periodic);
+  }
   object.add_optional("width", wall.width);
   return object.finish();
 }

@@ -2,16 +2,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <memory>
 #include <numeric>
 #include <optional>
 
+#include "session/sliding_walls.h"
 #include "session/stroke_json.h"
 #include "strokes/mirror.h"
 
 namespace knead {
 namespace {
 
+constexpr double kAlike = 1e-6;      // of the diagonal: how far periodic patches differ at most
 constexpr double kFlat = 1e-7;       // of the diagonal of the shape: how far a plane patch leaves its plane
 constexpr double kBorder = 0.05;     // of the diagonal: the width around what is held, where none is given
 constexpr double kAlongAxis = 1e-9;  // a normal this near to an axis is that axis
@@ -62,19 +67,118 @@ const Patch& patch_named(const std::string& name, std::span<const Patch> patches
   throw InvalidInput(place, fmt::format("no patch \"{}\"; {}", name, known));
 }
 
-MirrorPlane plane_of_wall(const Patch& patch, std::span<const Vec3d> points, double diagonal, const Place& place) {
+// The plane of the patch; nothing if it is not plane.
+std::optional<MirrorPlane> plane_of_wall(const Patch& patch, std::span<const Vec3d> points, double diagonal,
+                                         const Place& place) {
   const std::optional<MirrorPlane> plane = plane_of(patch.points, points, kFlat * diagonal);
   if (!plane) throw InvalidInput(place, fmt::format("the patch \"{}\" is a point, and cannot slide", patch.name));
-  double distance = 0;
-  for (const std::uint32_t i : patch.points) {
-    distance = std::max(distance, std::abs(dot(points[i] - plane->point, plane->normal)));
-  }
-  if (distance <= kFlat * diagonal) return *plane;
-  throw InvalidInput(place,
-                     fmt::format("the patch \"{}\" is not plane: a point is {:.3g} off; a patch that slides must be "
-                                 "plane, so hold it",
-                                 patch.name, distance));
+  const bool is_plane = std::all_of(patch.points.begin(), patch.points.end(), [&](std::uint32_t i) {
+    return std::abs(dot(points[i] - plane->point, plane->normal)) <= kFlat * diagonal * norm(plane->normal);
+  });
+  return is_plane ? plane : std::nullopt;
 }
+
+bool are_valid(const Mirror& mirror) {
+  try {
+    validate(mirror);
+    return true;
+  } catch (const InvalidInput&) {
+    return false;
+  }
+}
+
+// The walls of a session that mirroring does not keep, as they are found.
+class SlidingWallsFinder {
+ public:
+  SlidingWallsFinder(std::span<const Vec3d> points, double diagonal, const Place& place)
+      : points_(points), diagonal_(diagonal), place_(place) {}
+
+  void add_held(const Patch& patch) {
+    std::vector<Triangle> faces = patch.faces;
+    for (const std::uint32_t i : patch.points) {
+      if (patch.faces.empty()) faces.push_back({i, i, i});
+    }
+    held_.push_back({WallSurface(Form::fixed, patch.points, faces, points_)});
+  }
+
+  // A plane at another angle than the mirrors', or a curved patch.
+  void add_slide(const Patch& patch, const Wall& wall, const std::optional<MirrorPlane>& plane) {
+    require_faces(patch, "slide on");
+    const std::optional<RoundForm> round = plane ? std::nullopt : session_detail::round_form_of(patch.faces, points_);
+    const Form form = plane ? Form::plane : round ? Form::round : Form::polygons;
+    SlidingWall& added =
+        walls_.emplace_back(SlidingWall{WallSurface(form, patch.points, patch.faces, points_), wall.width});
+    if (plane) added.surface.set_plane(plane->normal / norm(plane->normal));
+    if (round) added.surface.set_round(*round);
+  }
+
+  void add_periodic(const Patch& patch, const Patch& other, const Wall& wall) {
+    for (const Patch* const side : {&patch, &other}) {
+      require_faces(*side, "be periodic by");
+      walls_.push_back({WallSurface(Form::open, side->points, side->faces, points_), wall.width});
+    }
+    add_pairs(patch, other);
+  }
+
+  // Returns null if there are no such walls. The mirrors' walls keep what these have in common with them.
+  std::shared_ptr<const SlidingWalls> find(std::span<const Wall> walls) {
+    if (walls_.empty()) return nullptr;
+    std::vector<std::uint8_t> slides(points_.size());
+    for (const SlidingWall& wall : walls_) {
+      for (const std::uint32_t i : wall.surface.numbers()) slides[i] = 1;
+    }
+    for (const Wall& wall : walls) {
+      if (!wall.plane) continue;
+      std::vector<std::uint32_t> common;
+      std::copy_if(wall.points.begin(), wall.points.end(), std::back_inserter(common),
+                   [&](std::uint32_t i) { return slides[i] != 0; });
+      if (common.empty()) continue;
+      SlidingWall& mirror = walls_.emplace_back(SlidingWall{WallSurface(Form::plane, common, {}, points_)});
+      mirror.surface.set_plane(wall.plane->normal / norm(wall.plane->normal));
+      mirror.is_followed = false;
+    }
+    std::move(held_.begin(), held_.end(), std::back_inserter(walls_));
+    return std::make_shared<const SlidingWalls>(std::move(walls_), std::move(pairs_), points_, diagonal_);
+  }
+
+ private:
+  using WallSurface = session_detail::WallSurface;
+  using RoundForm = session_detail::RoundForm;
+  using Form = WallSurface::Form;
+
+  void require_faces(const Patch& patch, const char* what) const {
+    if (!patch.faces.empty()) return;
+    throw InvalidInput(place_, fmt::format("the patch \"{}\" is not plane, and has no faces to {}", patch.name, what));
+  }
+
+  // Both patches' points in the order of their places, which a shift nearly keeps: each is paired with the nearest one.
+  void add_pairs(const Patch& patch, const Patch& other) {
+    const double near = kAlike * diagonal_;
+    const Vec3d shift = mean_of(other.points, points_) - mean_of(patch.points, points_);
+    std::vector<Triangle> places;
+    for (const std::uint32_t i : other.points) places.push_back({i, i, i});
+    const SurfaceTree tree(places, points_);
+    std::vector<std::uint8_t> is_taken(points_.size());
+    for (const std::uint32_t i : patch.points) {
+      const auto found = tree.closest(points_[i] + shift, near);
+      const std::uint32_t twin = found ? other.points[found->triangle] : 0;
+      if (!found || is_taken[twin] != 0 || patch.points.size() != other.points.size()) {
+        throw InvalidInput(place_, fmt::format("the patch \"{}\" is not a shifted copy of \"{}\", to 1e-6 of the "
+                                               "diagonal; periodic patches must be",
+                                               other.name, patch.name));
+      }
+      is_taken[twin] = 1;
+      pairs_.push_back({i, twin});
+    }
+  }
+
+  std::span<const Vec3d> points_;
+  double diagonal_;
+  Place place_;
+  std::vector<SlidingWall> walls_;
+  std::vector<SlidingWall> held_;
+  std::vector<std::array<std::uint32_t, 2>> pairs_;
+};
 
 // Adds the held places and their mirror images to each mask, and begins with a mask of them.
 void hold(Session& session, std::span<const Vec3d> held, double width) {
@@ -101,26 +205,42 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
   std::vector<Vec3d> held;
   Mirror mirror;
   double width = kBorder * box.diagonal();
+  SlidingWallsFinder sliding(points, box.diagonal(), place);
+  if (!session.walls.empty() && box.min.z == box.max.z) {  // of two dimensions: the plane of the mesh is a wall, too
+    mirror.push_back({{0, 0, 1}, {0, 0, box.min.z}});
+  }
   for (Wall& wall : session.walls) {
     const Patch& patch = patch_named(wall.patch, patches, place);
     wall.points = patch.points;
-    if (wall.slides) {
-      wall.plane = plane_of_wall(patch, points, box.diagonal(), place);
-      if (std::find(mirror.begin(), mirror.end(), *wall.plane) == mirror.end()) mirror.push_back(*wall.plane);
-      continue;
+    if (patch.points.empty()) throw InvalidInput(place, fmt::format("the patch \"{}\" has no points", patch.name));
+    if (!wall.periodic.empty()) {
+      sliding.add_periodic(patch, patch_named(wall.periodic, patches, place), wall);
+    } else if (wall.slides) {
+      const std::optional<MirrorPlane> plane = plane_of_wall(patch, points, box.diagonal(), place);
+      Mirror more = mirror;
+      if (plane) more.push_back(*plane);
+      if (plane && std::find(mirror.begin(), mirror.end(), *plane) != mirror.end()) {
+        wall.plane = plane;
+      } else if (plane && are_valid(more)) {
+        wall.plane = plane;
+        mirror = std::move(more);
+      } else {
+        sliding.add_slide(patch, wall, plane);
+      }
+    } else {
+      for (const std::uint32_t i : patch.points) held.push_back(points[i]);
+      sliding.add_held(patch);
+      if (wall.width) width = *wall.width;
     }
-    for (const std::uint32_t i : patch.points) held.push_back(points[i]);
-    if (wall.width) width = *wall.width;
   }
-  if (!session.walls.empty() && box.min.z == box.max.z) {  // of two dimensions: the plane of the mesh is a wall, too
+  if (!session.walls.empty() && box.min.z == box.max.z) {
     Wall& flat = session.walls.emplace_back(Wall{"", true});
-    flat.plane = MirrorPlane{{0, 0, 1}, {0, 0, box.min.z}};
+    flat.plane = mirror.front();
     flat.points.resize(points.size());
     std::iota(flat.points.begin(), flat.points.end(), 0U);
-    mirror.push_back(*flat.plane);
   }
+  session.sliding = sliding.find(session.walls);
   try {
-    validate(mirror);
     session.strokes = mirrored_in(std::move(session.strokes), mirror);
   } catch (const InvalidInput& error) {
     throw InvalidInput(place, std::string("walls that slide: ") + error.what());
@@ -159,17 +279,18 @@ std::vector<Wall> read_walls(const JsonValue& value, const Place& place) {
   std::vector<Wall> walls;
   for (const JsonValue& item : value.items()) {
     const JsonObject object(item, place, "a wall");
-    object.allow({"patch", "hold", "slide", "width"});
+    object.allow({"patch", "hold", "slide", "periodic", "width"});
     Wall wall{object.at("patch").text()};
     const bool holds = object.has("hold") && object.at("hold").flag();
     wall.slides = object.has("slide") && object.at("slide").flag();
-    if (holds == wall.slides) {
-      throw InvalidInput(place, fmt::format("the wall \"{}\" needs \"hold\": true or \"slide\": true", wall.patch));
+    if (object.has("periodic")) wall.periodic = object.at("periodic").text();
+    if (int{holds} + int{wall.slides} + int{!wall.periodic.empty()} != 1 || wall.periodic == wall.patch) {
+      throw InvalidInput(place, fmt::format("the wall \"{}\" needs one of \"hold\": true, \"slide\": true and "
+                                            "\"periodic\": \"another patch\"",
+                                            wall.patch));
     }
     wall.width = object.optional_number("width");
-    if (wall.width && (wall.slides || !(*wall.width > 0))) {
-      object.at("width").fail("a length greater than 0, of a wall that is held");
-    }
+    if (wall.width && !(*wall.width > 0)) object.at("width").fail("a length greater than 0");
     walls.push_back(std::move(wall));
   }
   return walls;

@@ -229,7 +229,7 @@ std::string CloudPieces::rows(const ShapeFile& piece, std::span<const Vec3d> pos
 namespace knead::io_detail::pcd {
 namespace {
 
-constexpr bool kSwapped = std::endian::native == std::endian::big;
+constexpr bool kIsBigEndian = std::endian::native == std::endian::big;
 
 bool is_color(const Attribute& a) { return a.name == "color" && (a.components == 3 || a.components == 4); }
 bool is_normal(const Attribute& a) { return a.name == "normal" && a.components == 3; }
@@ -288,7 +288,7 @@ void append_values(std::string& bytes, const Attribute& attribute, std::size_t i
   const double* values = attribute.values.data() + i * n;
   if (is_normal(attribute)) {
     for (std::size_t c = 0; c < 3; ++c) {
-      append_binary(bytes, StoredType::float32, nearest_of(StoredType::float32, values[c]), kSwapped);
+      append_binary(bytes, StoredType::float32, nearest_of(StoredType::float32, values[c]), kIsBigEndian);
     }
   } else if (is_color(attribute)) {
     std::uint32_t bits = 0;
@@ -296,10 +296,10 @@ void append_values(std::string& bytes, const Attribute& attribute, std::size_t i
     for (std::size_t c = 0; c < n; ++c) {
       bits |= static_cast<std::uint32_t>(as_byte(values[c], attribute.type)) << shifts[c];
     }
-    append_binary(bytes, StoredType::uint32, bits, kSwapped);
+    append_binary(bytes, StoredType::uint32, bits, kIsBigEndian);
   } else {
     const StoredType type = stored_type(attribute.type);
-    append_binary(bytes, type, nearest_of(type, values[0]), kSwapped);
+    append_binary(bytes, type, nearest_of(type, values[0]), kIsBigEndian);
   }
 }
 
@@ -318,7 +318,8 @@ std::string generate(const Mesh& mesh, const WriteOptions& options) {
                       "\n" + lines.types + "\n" + lines.counts + "\nWIDTH " + count +
                       "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n";
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) append_binary(bytes, coordinate, mesh.positions[i][axis], kSwapped);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      append_binary(bytes, coordinate, mesh.positions[i][axis], kIsBigEndian);
     for (const Attribute& attribute : mesh.attributes) {
       if (is_held(attribute)) append_values(bytes, attribute, i);
     }

@@ -60,6 +60,20 @@ class FoamScan {
     return faces;
   }
 
+  // The cell of each face.
+  std::vector<std::uint64_t> read_cells_of_faces() {
+    read_head("labelList");
+    if (is_binary_) return read_labels();
+    const std::size_t count = text_.whole(next(), kMaxElements, "the number of labels");
+    std::vector<std::uint64_t> labels;
+    if (count == 0) return labels;
+    expect("(");
+    require_room(count, bytes_.size() - text_.position(), 2, text_);
+    for (std::size_t i = 0; i < count; ++i) labels.push_back(text_.whole(next(), kMaxElements, "the number of a cell"));
+    expect(")");
+    return labels;
+  }
+
   // A patch of the boundary, and the faces of it.
   struct BoundaryPatch {
     std::string name;
@@ -215,10 +229,40 @@ std::vector<Patch> foam_patches(std::string_view boundary, std::string_view face
     }
     Patch& patch = patches.emplace_back(Patch{from.name, {}});
     for (std::size_t i = 0; i < from.faces; ++i) {
-      patch.points.insert(patch.points.end(), all[from.first + i].begin(), all[from.first + i].end());
+      const std::vector<std::uint32_t>& face = all[from.first + i];
+      patch.points.insert(patch.points.end(), face.begin(), face.end());
+      for (std::size_t k = 2; k < face.size(); ++k) patch.faces.push_back({face[0], face[k - 1], face[k]});
     }
   }
   return patches;
+}
+
+VolumeCells foam_cells(std::string_view faces, std::string_view owner, std::string_view neighbour,
+                       const std::string& name) {
+  const std::string faces_name = name + "/faces";
+  const std::string owner_name = name + "/owner";
+  const std::string neighbour_name = name + "/neighbour";
+  const std::vector<std::vector<std::uint32_t>> all = FoamScan(faces, faces_name).read_faces();
+  const std::vector<std::uint64_t> owners = FoamScan(owner, owner_name).read_cells_of_faces();
+  const std::vector<std::uint64_t> neighbours = FoamScan(neighbour, neighbour_name).read_cells_of_faces();
+  if (owners.size() != all.size() || neighbours.size() > all.size()) {
+    throw InvalidInput(Place{owner_name}, "has not one cell for each face; the mesh is damaged");
+  }
+  VolumeCells cells;
+  for (const std::uint64_t cell : owners) {
+    if (cell > all.size()) throw InvalidInput(Place{owner_name}, "has more cells than faces; the mesh is damaged");
+    cells.polyhedra.resize(std::max<std::size_t>(cells.polyhedra.size(), cell + 1));
+  }
+  for (std::size_t f = 0; f < all.size(); ++f) {
+    const auto add = [&](std::uint64_t cell, auto begin, auto end) {
+      if (cell >= cells.polyhedra.size()) throw InvalidInput(Place{neighbour_name}, "names a cell without an owner");
+      cells.polyhedra[cell].push_back(static_cast<std::uint32_t>(all[f].size()));
+      cells.polyhedra[cell].insert(cells.polyhedra[cell].end(), begin, end);
+    };
+    add(owners[f], all[f].begin(), all[f].end());
+    if (f < neighbours.size()) add(neighbours[f], all[f].rbegin(), all[f].rend());
+  }
+  return cells;
 }
 
 }  // namespace knead::io_detail::solver

@@ -23,7 +23,13 @@ struct GmshGroups {
   std::map<Key, std::string> names;
   std::map<Key, std::vector<std::int64_t>> of_entity;
   std::map<Key, std::vector<std::int64_t>> members;  // gmsh's numbers of points, with repetitions
+  std::map<Key, std::vector<std::int64_t>> faces;    // of faces and edges: the type, then the points
+  std::vector<std::int64_t> cells;                   // the type, then the points
 };
+
+// By gmsh's number of the type, from 1.
+constexpr std::array<std::uint8_t, 21> kElementPoints = {2,  3,  4,  4, 8, 6,  5,  3,  6, 9, 10,
+                                                         27, 18, 14, 1, 8, 20, 15, 13, 9, 10};
 
 // What stands between $MeshFormat and its end.
 struct GmshHead {
@@ -239,20 +245,23 @@ class GmshScan {
   }
 
   std::size_t element_points(std::int64_t type) const {
-    // By gmsh's number of the type, from 1.
-    constexpr std::array<std::uint8_t, 21> kPoints = {2,  3,  4,  4, 8, 6,  5,  3,  6, 9, 10,
-                                                      27, 18, 14, 1, 8, 20, 15, 13, 9, 10};
-    if (type < 1 || type > static_cast<std::int64_t>(kPoints.size())) {
+    if (type < 1 || type > static_cast<std::int64_t>(kElementPoints.size())) {
       text_.fail("elements of the type " + std::to_string(type) + " are not known");
     }
-    return kPoints[static_cast<std::size_t>(type - 1)];
+    return kElementPoints[static_cast<std::size_t>(type - 1)];
   }
 
   template <class T>
-  void read_element_points(std::size_t count, std::span<const std::int64_t> groups, std::int64_t dimension) {
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::int64_t point = number<T>();
-      for (const std::int64_t group : groups) groups_->members[{dimension, group}].push_back(point);
+  void read_element_points(std::int64_t type, std::span<const std::int64_t> groups, std::int64_t dimension) {
+    std::vector<std::int64_t> element{type};
+    for (std::size_t k = element_points(type); k > 0; --k) element.push_back(number<T>());
+    if (dimension == 3) groups_->cells.insert(groups_->cells.end(), element.begin(), element.end());
+    for (const std::int64_t group : groups) {
+      std::vector<std::int64_t>& members = groups_->members[{dimension, group}];
+      members.insert(members.end(), element.begin() + 1, element.end());
+      if (dimension == 3) continue;
+      std::vector<std::int64_t>& faces = groups_->faces[{dimension, group}];
+      faces.insert(faces.end(), element.begin(), element.end());
     }
   }
 
@@ -262,11 +271,11 @@ class GmshScan {
     for (std::int64_t block = 0; block < blocks; ++block) {
       const std::int64_t dimension = small();
       const std::int64_t entity = small();
-      const std::size_t size = element_points(small());
+      const std::int64_t type = small();
       const std::vector<std::int64_t> groups = groups_->of_entity[{dimension, entity}];
       for (std::int64_t left = large(); left > 0; --left) {
         large();  // the number of the element
-        read_element_points<std::int64_t>(size, groups, dimension);
+        read_element_points<std::int64_t>(type, groups, dimension);
       }
     }
   }
@@ -285,7 +294,6 @@ class GmshScan {
       const std::int64_t type = small();
       const std::int64_t equal = is_binary_ ? small() : 1;
       const std::int64_t tags = small();
-      const std::size_t size = element_points(type);
       for (std::int64_t k = 0; k < equal; ++k) {
         if (is_binary_) small();
         std::vector<std::int64_t> groups;
@@ -293,7 +301,7 @@ class GmshScan {
           const std::int64_t value = small();
           if (tag == 0) groups.push_back(value);
         }
-        read_element_points<std::int32_t>(size, groups, dimension_of(type));
+        read_element_points<std::int32_t>(type, groups, dimension_of(type));
       }
       i += std::max<std::int64_t>(equal, 1);
     }
@@ -321,25 +329,76 @@ void scan_gmsh(std::string_view bytes, const std::string& name, const PointVisit
   GmshScan(bytes, name, visit).run();
 }
 
-std::vector<Patch> gmsh_patches(std::string_view bytes, const std::string& name) {
+namespace {
+
+// gmsh's numbers of points as numbers from 0.
+class PointIndex {
+ public:
+  PointIndex(const std::vector<std::int64_t>& points, const std::string& name) : name_(name) {
+    for (const std::int64_t number : points) index_.emplace(number, static_cast<std::uint32_t>(index_.size()));
+  }
+
+  std::uint32_t operator()(std::int64_t number) const {
+    const auto found = index_.find(number);
+    if (found == index_.end()) throw InvalidInput(Place{name_}, "an element names a point that the mesh lacks");
+    return found->second;
+  }
+
+ private:
+  const std::string& name_;
+  std::unordered_map<std::int64_t, std::uint32_t> index_;
+};
+
+// Calls use(type, points) for elements that stand one after the other.
+template <class Use>
+void for_each_element(const std::vector<std::int64_t>& elements, const PointIndex& index, const Use& use) {
+  std::vector<std::uint32_t> points;
+  for (std::size_t i = 0; i < elements.size();) {
+    const std::int64_t type = elements[i++];
+    points.clear();
+    for (std::size_t k = kElementPoints[static_cast<std::size_t>(type - 1)]; k > 0; --k) {
+      points.push_back(index(elements[i++]));
+    }
+    use(type, points);
+  }
+}
+
+GmshGroups groups_of(std::string_view bytes, const std::string& name) {
   GmshGroups groups;
   GmshScan(
       bytes, name, [](const PointSite&) {}, &groups)
       .run();
-  std::unordered_map<std::int64_t, std::uint32_t> index;
-  for (const std::int64_t number : groups.points) index.emplace(number, static_cast<std::uint32_t>(index.size()));
+  return groups;
+}
+
+}  // namespace
+
+std::vector<Patch> gmsh_patches(std::string_view bytes, const std::string& name) {
+  const GmshGroups groups = groups_of(bytes, name);
+  const PointIndex index(groups.points, name);
   std::vector<Patch> patches;
   for (const auto& [key, members] : groups.members) {
     const auto named = groups.names.find(key);
     Patch patch{named == groups.names.end() ? std::to_string(key.second) : named->second, {}};
-    for (const std::int64_t number : members) {
-      const auto found = index.find(number);
-      if (found == index.end()) throw InvalidInput(Place{name}, "an element names a point that the mesh lacks");
-      patch.points.push_back(found->second);
+    for (const std::int64_t number : members) patch.points.push_back(index(number));
+    const auto faces = groups.faces.find(key);
+    if (faces != groups.faces.end()) {
+      for_each_element(faces->second, index, [&](std::int64_t type, std::span<const std::uint32_t> points) {
+        add_faces(type, points, patch.faces);
+      });
     }
     patches.push_back(std::move(patch));
   }
   return patches;
+}
+
+VolumeCells gmsh_cells(std::string_view bytes, const std::string& name) {
+  const GmshGroups groups = groups_of(bytes, name);
+  const PointIndex index(groups.points, name);
+  VolumeCells cells;
+  for_each_element(groups.cells, index,
+                   [&](std::int64_t type, std::span<const std::uint32_t> points) { add_cell(type, points, cells); });
+  return cells;
 }
 
 }  // namespace knead::io_detail::solver

@@ -140,11 +140,23 @@ std::string upper(std::string_view text);
 // Returns the words of a line whose first one is given. Throws InvalidInput if it has fewer.
 PointSite words_from(std::string_view first, std::size_t dimensions, TextCursor& text);
 
+// Appends the triangles of a face, or an edge, of an element of gmsh's type; none for a point or a cell.
+void add_faces(std::int64_t type, std::span<const std::uint32_t> points, std::vector<Triangle>& faces);
+
+// Appends a cell of gmsh's type, with its nodes in gmsh's order; nothing for other elements.
+void add_cell(std::int64_t type, std::span<const std::uint32_t> points, VolumeCells& cells);
+
 // Return the named patches, whose points may repeat.
 std::vector<Patch> su2_patches(std::string_view bytes, const std::string& name, std::size_t points);
 std::vector<Patch> gmsh_patches(std::string_view bytes, const std::string& name);
 // `name` is the folder's; the bytes are those of its files `boundary` and `faces`.
 std::vector<Patch> foam_patches(std::string_view boundary, std::string_view faces, const std::string& name);
+
+// Return the cells. Of foam_cells the bytes are those of the files `faces`, `owner` and `neighbour`.
+VolumeCells su2_cells(std::string_view bytes, const std::string& name);
+VolumeCells gmsh_cells(std::string_view bytes, const std::string& name);
+VolumeCells foam_cells(std::string_view faces, std::string_view owner, std::string_view neighbour,
+                       const std::string& name);
 
 // Throws InvalidInput if the bytes that follow cannot hold so many points.
 void require_room(std::size_t points, std::size_t left, std::size_t bytes_for_each, const TextCursor& text);

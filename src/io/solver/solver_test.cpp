@@ -191,6 +191,12 @@ TEST(Nastran, OtherSectionsAndCardsStay) {
   EXPECT_NE(text.find("GRID,4,0,7.,1.e-3,1.-20$"), std::string::npos) << text;
 }
 
+// Faces only where the test is not of them.
+std::vector<Patch> without_faces(std::vector<Patch> patches) {
+  for (Patch& patch : patches) patch.faces.clear();
+  return patches;
+}
+
 // The tetrahedron that gmsh wrote has the same groups in every version.
 TEST(Patches, HaveTheNamesAndPointsOfTheirFiles) {
   const std::filesystem::path corpus = KNEAD_FUZZ_CORPUS;
@@ -199,10 +205,16 @@ TEST(Patches, HaveTheNamesAndPointsOfTheirFiles) {
     const std::filesystem::path path = corpus / "fuzz_msh" / ("gmsh_" + std::string(name) + ".msh");
     std::vector<Patch> all = surfaces;
     all.push_back({"fluid", {0, 1, 2, 3}});
-    EXPECT_EQ(read_patches(path, read_shape(path)), all) << name;
+    const ShapeFile shape = read_shape(path);
+    EXPECT_EQ(without_faces(read_patches(path, shape)), all) << name;
+    EXPECT_EQ(read_patches(path, shape)[2].faces.size(), 2U) << name;  // the wall
+    const VolumeCells cells = read_cells(path, shape);
+    ASSERT_EQ(cells.size(), 1U) << name;
+    EXPECT_EQ(cells.cells.kinds.front(), CellKind::tetrahedron);
   }
   const std::filesystem::path su2 = corpus / "fuzz_su2/gmsh_tet.su2";
-  EXPECT_EQ(read_patches(su2, read_shape(su2)), surfaces);
+  EXPECT_EQ(without_faces(read_patches(su2, read_shape(su2))), surfaces);
+  EXPECT_EQ(read_cells(su2, read_shape(su2)).size(), 1U);
   for (const char* folder : {"polyMesh", "polyMesh_text"}) {
     const std::filesystem::path path = corpus.parent_path().parent_path() / "tests/support" / folder / "points";
     const ShapeFile shape = read_shape(path);
@@ -228,6 +240,9 @@ TEST(Patches, DamagedFilesAreRefusedOrRead) {
         ShapeFile shape = source;
         shape.bytes[i] = value;
         try {
+          for (const std::uint32_t corner : read_cells(path, shape).cells.corners) {
+            EXPECT_LT(corner, shape.mesh.vertex_count());
+          }
           for (const Patch& patch : read_patches(path, shape)) {
             EXPECT_TRUE(patch.points.empty() || patch.points.back() < shape.mesh.vertex_count());
           }

@@ -1,5 +1,6 @@
 // SU2's meshes: where their points stand, and their markers.
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "io/mesh_builder.h"
@@ -57,11 +58,44 @@ void read_marker(std::size_t count, std::size_t first, std::size_t end, TextCurs
     if (!text.next_line()) text.fail("a marker is cut short");
     const std::size_t size = points_of_vtk_type(text.whole(next_line_word(text), 99, "the type of an element"));
     if (size == 0) text.fail("the elements of a marker must be points, lines, triangles or quadrilaterals");
+    std::array<std::uint32_t, 4> points{};
     for (std::size_t k = 0; k < size; ++k) {
       const std::size_t point = first + text.whole(text.next_on_line(), kMaxElements, "the number of a point");
       if (point >= end) text.fail("a marker names a point that the mesh lacks");
-      patch.points.push_back(static_cast<std::uint32_t>(point));
+      points[k] = static_cast<std::uint32_t>(point);
+      patch.points.push_back(points[k]);
     }
+    constexpr std::array<std::int64_t, 5> types{0, 15, 1, 2, 3};  // of gmsh
+    add_faces(types[size], std::span(points).first(size), patch.faces);
+  }
+}
+
+// gmsh's type of a cell's type in VTK; 0: no cell.
+std::int64_t gmsh_type_of(std::size_t type) {
+  switch (type) {
+    case 10:
+      return 4;
+    case 12:
+      return 5;
+    case 13:
+      return 6;
+    default:
+      return type == 14 ? 7 : 0;
+  }
+}
+
+void read_elements(std::size_t count, std::size_t first, TextCursor& text, VolumeCells& cells) {
+  constexpr std::array<std::size_t, 8> sizes{0, 0, 0, 0, 4, 8, 6, 5};
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!text.next_line()) text.fail("the elements are cut short");
+    const std::int64_t type = gmsh_type_of(text.whole(next_line_word(text), 99, "the type of an element"));
+    std::array<std::uint32_t, 8> points{};
+    const std::size_t size = sizes[static_cast<std::size_t>(type)];
+    for (std::size_t k = 0; k < size; ++k) {
+      const std::size_t point = first + text.whole(text.next_on_line(), kMaxElements, "the number of a point");
+      points[k] = static_cast<std::uint32_t>(std::min<std::size_t>(point, kMaxElements));
+    }
+    add_cell(type, std::span(points).first(size), cells);
   }
 }
 
@@ -104,6 +138,23 @@ std::vector<Patch> su2_patches(std::string_view bytes, const std::string& name, 
     if (!text.next_line()) break;
   }
   return patches;
+}
+
+VolumeCells su2_cells(std::string_view bytes, const std::string& name) {
+  TextCursor text(bytes, name, text_begin(bytes, name));
+  VolumeCells cells;
+  std::size_t first = 0;  // point of the zone
+  std::size_t read = 0;
+  for (std::string_view word = next_line_word(text); !word.empty(); word = next_line_word(text)) {
+    const std::optional<KeyLine> line = key_line(bytes, text.word_begin());
+    if (line && line->key == "IZONE") first = read;
+    if (line && line->key == "NPOIN") read += text.whole(line->value, kMaxElements, "the number of points");
+    if (line && line->key == "NELEM") {
+      read_elements(text.whole(line->value, kMaxElements, "the number of elements"), first, text, cells);
+    }
+    if (!text.next_line()) break;
+  }
+  return cells;
 }
 
 }  // namespace knead::io_detail::solver

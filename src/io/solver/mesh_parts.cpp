@@ -1,0 +1,160 @@
+// The patches and cells of solvers' meshes.
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "io/formats.h"
+#include "io/solver/solver.h"
+#include "knead/cells.h"
+#include "knead/error.h"
+#include "knead/io.h"
+
+namespace knead::io_detail::solver {
+
+void add_faces(std::int64_t type, std::span<const std::uint32_t> p, std::vector<Triangle>& faces) {
+  const auto add = [&](std::initializer_list<std::array<std::size_t, 3>> triangles) {
+    for (const auto& t : triangles) faces.push_back({p[t[0]], p[t[1]], p[t[2]]});
+  };
+  switch (type) {
+    case 1:
+      return add({{0, 1, 1}});
+    case 2:
+      return add({{0, 1, 2}});
+    case 3:
+      return add({{0, 1, 2}, {0, 2, 3}});
+    case 8:
+      return add({{0, 2, 2}, {2, 1, 1}});
+    case 9:
+      return add({{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}});
+    case 10:
+      return add({{0, 4, 8}, {4, 1, 8}, {1, 5, 8}, {5, 2, 8}, {2, 6, 8}, {6, 3, 8}, {3, 7, 8}, {7, 0, 8}});
+    case 16:
+      return add({{0, 4, 7}, {4, 1, 5}, {5, 2, 6}, {6, 3, 7}, {4, 5, 7}, {5, 6, 7}});
+    default:
+      return;
+  }
+}
+
+namespace {
+
+using Edge = std::array<std::uint8_t, 2>;
+
+// What a cell of gmsh is. Its corners are those of VTK, but wedges look to the other side.
+struct GmshCell {
+  std::int64_t type;
+  CellKind kind;
+  std::span<const Edge> middles;  // the edges of the middle nodes, in gmsh's order; empty: of the first order
+};
+
+constexpr std::array<Edge, 6> kTetrahedron{{{0, 1}, {1, 2}, {2, 0}, {3, 0}, {2, 3}, {1, 3}}};
+constexpr std::array<Edge, 12> kHexahedron{
+    {{0, 1}, {0, 3}, {0, 4}, {1, 2}, {1, 5}, {2, 3}, {2, 6}, {3, 7}, {4, 5}, {4, 7}, {5, 6}, {6, 7}}};
+constexpr std::array<Edge, 9> kWedge{{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 4}, {2, 5}, {3, 4}, {3, 5}, {4, 5}}};
+constexpr std::array<Edge, 8> kPyramid{{{0, 1}, {0, 3}, {0, 4}, {1, 2}, {1, 4}, {2, 3}, {2, 4}, {3, 4}}};
+
+constexpr std::array kGmshCells{GmshCell{4, CellKind::tetrahedron, {}},
+                                GmshCell{5, CellKind::hexahedron, {}},
+                                GmshCell{6, CellKind::wedge, {}},
+                                GmshCell{7, CellKind::pyramid, {}},
+                                GmshCell{11, CellKind::tetrahedron, kTetrahedron},
+                                GmshCell{12, CellKind::hexahedron, kHexahedron},
+                                GmshCell{13, CellKind::wedge, kWedge},
+                                GmshCell{14, CellKind::pyramid, kPyramid},
+                                GmshCell{17, CellKind::hexahedron, kHexahedron},
+                                GmshCell{18, CellKind::wedge, kWedge},
+                                GmshCell{19, CellKind::pyramid, kPyramid}};
+
+// gmsh's number of a corner.
+std::uint8_t gmsh_corner(CellKind kind, std::uint8_t corner) {
+  constexpr std::array<std::uint8_t, 6> wedge{0, 2, 1, 3, 5, 4};
+  return kind == CellKind::wedge ? wedge[corner] : corner;
+}
+
+}  // namespace
+
+void add_cell(std::int64_t type, std::span<const std::uint32_t> points, VolumeCells& cells) {
+  const auto* const found =
+      std::find_if(kGmshCells.begin(), kGmshCells.end(), [&](const GmshCell& cell) { return cell.type == type; });
+  if (found == kGmshCells.end()) return;
+  std::array<std::uint32_t, 8> corners{};
+  const std::size_t count = corner_count(found->kind);
+  for (std::uint8_t k = 0; k < count; ++k) corners[k] = points[gmsh_corner(found->kind, k)];
+  cells.cells.add(found->kind, std::span(corners).first(count));
+  if (found->middles.empty()) return;
+  MiddleNodes& middles = cells.middles;
+  middles.cells.push_back(cells.cells.size() - 1);
+  for (const Edge& edge : edges_of(found->kind)) {
+    const std::uint8_t a = gmsh_corner(found->kind, edge[0]);
+    const std::uint8_t b = gmsh_corner(found->kind, edge[1]);
+    const auto at = std::find_if(found->middles.begin(), found->middles.end(), [&](const Edge& other) {
+      return std::minmax(a, b) == std::minmax(other[0], other[1]);
+    });
+    middles.points.push_back(points[count + static_cast<std::size_t>(at - found->middles.begin())]);
+  }
+  middles.first.push_back(middles.points.size());
+}
+
+}  // namespace knead::io_detail::solver
+
+namespace knead {
+
+namespace {
+
+namespace solver = io_detail::solver;
+
+// Returns the bytes of a file beside another one, which may be compressed.
+std::string read_beside(const std::filesystem::path& path, const char* name) {
+  const std::filesystem::path file = path.parent_path() / name;
+  std::error_code error;
+  const bool is_plain = std::filesystem::exists(file, error);
+  return io_detail::bytes_of_file(is_plain ? file
+                                           : std::filesystem::path(file.string() + std::string(io_detail::kGzip)));
+}
+
+void require_points(std::span<const std::uint32_t> numbers, std::size_t points, const std::string& path,
+                    const std::string& what) {
+  if (std::all_of(numbers.begin(), numbers.end(), [&](std::uint32_t i) { return i < points; })) return;
+  throw InvalidInput(Place{path}, what + " has points that the mesh lacks");
+}
+
+}  // namespace
+
+std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFile& shape) {
+  std::vector<Patch> patches;
+  if (shape.format == solver::kSu2.format) {
+    patches = solver::su2_patches(shape.bytes, path.string(), shape.mesh.vertex_count());
+  } else if (shape.format == solver::kGmsh.format) {
+    patches = solver::gmsh_patches(shape.bytes, path.string());
+  } else if (shape.format == solver::kFoam.format) {
+    patches =
+        solver::foam_patches(read_beside(path, "boundary"), read_beside(path, "faces"), path.parent_path().string());
+  }
+  for (Patch& patch : patches) {
+    std::sort(patch.points.begin(), patch.points.end());
+    patch.points.erase(std::unique(patch.points.begin(), patch.points.end()), patch.points.end());
+    require_points(patch.points, shape.mesh.vertex_count(), path.string(), "the patch " + patch.name);
+  }
+  return patches;
+}
+
+VolumeCells read_cells(const std::filesystem::path& path, const ShapeFile& shape) {
+  VolumeCells cells;
+  if (shape.format == solver::kSu2.format) {
+    cells = solver::su2_cells(shape.bytes, path.string());
+  } else if (shape.format == solver::kGmsh.format) {
+    cells = solver::gmsh_cells(shape.bytes, path.string());
+  } else if (shape.format == solver::kFoam.format) {
+    cells = solver::foam_cells(read_beside(path, "faces"), read_beside(path, "owner"), read_beside(path, "neighbour"),
+                               path.parent_path().string());
+  }
+  require_points(cells.cells.corners, shape.mesh.vertex_count(), path.string(), "a cell");
+  require_points(cells.middles.points, shape.mesh.vertex_count(), path.string(), "a cell");
+  for (const std::vector<std::uint32_t>& faces : cells.polyhedra) {
+    for (std::size_t at = 0; at < faces.size(); at += faces[at] + std::size_t{1}) {
+      require_points(std::span(faces).subspan(at + 1, faces[at]), shape.mesh.vertex_count(), path.string(), "a cell");
+    }
+  }
+  return cells;
+}
+
+}  // namespace knead

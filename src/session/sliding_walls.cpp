@@ -1,0 +1,228 @@
+#include "session/sliding_walls.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "knead/error.h"
+
+namespace knead {
+
+using session_detail::WallSurface;
+
+namespace {
+
+constexpr double kWidth = 0.1;         // of the diagonal
+constexpr double kDepth = 0.75;        // of how far the mesh goes from the wall
+constexpr double kSmall = 0.125;       // of the width: a correction that the mesh beside the wall follows well
+constexpr int kRounds = 16;            // over points that are kept by several walls
+constexpr double kSame = 1e-13;        // of the diagonal
+constexpr std::size_t kPoints = 1024;  // that one thread looks at together
+
+bool is_fixed(const SlidingWall& wall) { return wall.surface.form() == WallSurface::Form::fixed; }
+
+// 1 at the wall, 0 at the width; smooth at both.
+double fade(double distance, double width) {
+  const double t = distance / width;
+  return t < 1 ? (1 - t * t) * (1 - t * t) : 0;
+}
+
+// The vector, turned as one unit normal is turned into another by the shortest way.
+Vec3d turned(const Vec3d& v, const Vec3d& from, const Vec3d& to) {
+  const double cosine = dot(from, to);
+  if (!(cosine > -0.5)) return v;
+  const Vec3d axis = cross(from, to);
+  const Vec3d once = cross(axis, v);
+  return v + once + cross(axis, once) / (1 + cosine);
+}
+
+}  // namespace
+
+struct SlidingWalls::Turns {
+  std::vector<Vec3d> before;
+  std::vector<Vec3d> after;
+};
+
+SlidingWalls::SlidingWalls(std::vector<SlidingWall> walls, std::vector<std::array<std::uint32_t, 2>> pairs,
+                           std::span<const Vec3d> points, double diagonal)
+    : walls_(std::move(walls)),
+      pairs_(std::move(pairs)),
+      kept_(points.size()),
+      is_fixed_(points.size()),
+      diagonal_(diagonal) {
+  for (const SlidingWall& wall : walls_) {
+    for (const std::uint32_t i : wall.surface.numbers()) {
+      on_wall_.push_back(i);
+      if (kept_[i] < 255) ++kept_[i];
+      if (is_fixed(wall)) is_fixed_[i] = 1;
+    }
+  }
+  for (const auto& [first, second] : pairs_) {
+    shifts_.push_back(points[second] - points[first]);
+    for (const std::uint32_t i : {first, second}) kept_[i] = std::max<std::uint8_t>(kept_[i], 2);
+  }
+  std::sort(on_wall_.begin(), on_wall_.end());
+  on_wall_.erase(std::unique(on_wall_.begin(), on_wall_.end()), on_wall_.end());
+  for (SlidingWall& wall : walls_) wall.width = width_of(wall, points, diagonal);
+  find_links(points);
+}
+
+double SlidingWalls::width_of(const SlidingWall& wall, std::span<const Vec3d> points, double diagonal) const {
+  if (wall.width || !wall.is_followed) return wall.width.value_or(kInfinity);
+  const double most = kWidth * diagonal;
+  std::atomic<bool> goes_far{false};
+  std::vector<double> greatest((points.size() + kPoints - 1) / kPoints);
+  parallel_for(points.size(), kPoints, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !goes_far; ++i) {
+      const auto found = wall.surface.tree().closest(points[i], most / kDepth);
+      if (!found) goes_far = true;
+      if (found) greatest[begin / kPoints] = std::max(greatest[begin / kPoints], found->distance);
+    }
+  });
+  if (goes_far) return most;
+  const double depth = *std::max_element(greatest.begin(), greatest.end());
+  return depth > 0 ? std::min(most, kDepth * depth) : most;
+}
+
+// Where several walls are near, the nearer one has the greater share, and at a wall all of it.
+void SlidingWalls::find_links(std::span<const Vec3d> points) {
+  const auto is_on = [&](std::uint32_t wall, std::uint32_t i) {
+    const std::vector<std::uint32_t>& numbers = walls_[wall].surface.numbers();
+    return std::binary_search(numbers.begin(), numbers.end(), i);
+  };
+  std::vector<std::vector<Link>> parts((points.size() + kPoints - 1) / kPoints);
+  parallel_for(points.size(), kPoints, 0, [&](std::size_t begin, std::size_t end) {
+    std::vector<Link>& own = parts[begin / kPoints];
+    for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
+      if (is_fixed_[i] != 0) continue;
+      const std::size_t first = own.size();
+      double sum = 0;
+      for (std::uint32_t w = 0; w < walls_.size(); ++w) {
+        if (!walls_[w].is_followed || (kept_[i] != 0 && is_on(w, i))) continue;
+        const auto found = walls_[w].surface.tree().closest(points[i], *walls_[w].width);
+        if (!found) continue;
+        const double near = std::max(found->distance, 1e-15 * diagonal_);
+        const double faded = fade(near, *walls_[w].width);
+        const double weight = faded / (near * near);
+        sum += weight;
+        own.push_back({i, w, walls_[w].surface.faces()[found->triangle], found->barycentric, faded * weight});
+      }
+      for (std::size_t k = first; k < own.size(); ++k) own[k].share = sum > 0 ? own[k].share / sum : 0;
+    }
+    std::erase_if(own, [&](const Link& link) { return !(link.share > 0) || is_fixed(walls_[link.wall]); });
+  });
+  for (const std::vector<Link>& part : parts) {
+    for (const Link& link : part) (kept_[link.point] == 0 ? links_ : wall_links_).push_back(link);
+  }
+}
+
+// Both points of a pair make the mean of their motions.
+void SlidingWalls::move_pairs(std::span<const Vec3d> before, std::span<Vec3d> after) const {
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    const auto [first, second] = pairs_[k];
+    if (after[first] == before[first] && after[second] == before[second]) continue;
+    const bool stays = is_fixed_[first] != 0 || is_fixed_[second] != 0;
+    const Vec3d motion = (after[first] - before[first]) * 0.5 + (after[second] - before[second]) * 0.5;
+    after[first] = stays ? before[first] : before[first] + motion;
+    after[second] = stays ? before[second] : after[first] + shifts_[k];
+  }
+}
+
+void SlidingWalls::put_points_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const {
+  double change = kInfinity;
+  for (int round = 0; round < kRounds && change > kSame * diagonal_; ++round) {
+    std::vector<Vec3d> last;
+    if (round > 0) {
+      for (const std::uint32_t i : on_wall_) last.push_back(after[i]);
+    }
+    for (const SlidingWall& wall : walls_) {
+      const std::vector<std::uint32_t>& numbers = wall.surface.numbers();
+      parallel_for(numbers.size(), kPoints, threads, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+          const std::uint32_t i = numbers[k];
+          const bool is_done = round > 0 && kept_[i] == 1;
+          if (is_done || after[i] == before[i]) continue;
+          after[i] = is_fixed_[i] != 0 ? before[i] : wall.surface.put_back(k, after[i]);
+        }
+      });
+    }
+    move_pairs(before, after);
+    if (round == 0) continue;
+    change = 0;
+    for (std::size_t k = 0; k < on_wall_.size(); ++k) change = std::max(change, norm(after[on_wall_[k]] - last[k]));
+  }
+}
+
+// Where the wall takes a point beside it.
+Vec3d SlidingWalls::beside(const Link& link, const Turns& turns, std::span<const Vec3d> before,
+                           std::span<const Vec3d> after) const {
+  const std::vector<std::uint32_t>& numbers = walls_[link.wall].surface.numbers();
+  Vec3d foot{};
+  Vec3d foot_after{};
+  bool has_moved = false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t i = numbers[link.corners[k]];
+    foot += before[i] * link.weights[k];
+    foot_after += after[i] * link.weights[k];
+    has_moved = has_moved || before[i] != after[i] || turns.before[link.corners[k]] != turns.after[link.corners[k]];
+  }
+  const Vec3d& p = before[link.point];
+  if (!has_moved) return p;
+  Vec3d arm{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    arm += turned(p - foot, turns.before[link.corners[k]], turns.after[link.corners[k]]) * link.weights[k];
+  }
+  return foot_after + arm;
+}
+
+std::vector<SlidingWalls::Turns> SlidingWalls::turns_of(std::span<const Vec3d> before,
+                                                        std::span<const Vec3d> after) const {
+  std::vector<Turns> turns(walls_.size());
+  for (std::size_t w = 0; w < walls_.size(); ++w) {
+    if (is_fixed(walls_[w]) || !walls_[w].is_followed) continue;
+    std::vector<Vec3d> old;
+    std::vector<Vec3d> now;
+    for (const std::uint32_t i : walls_[w].surface.numbers()) {
+      old.push_back(before[i]);
+      now.push_back(after[i]);
+    }
+    turns[w] = {walls_[w].surface.normals(old), walls_[w].surface.normals(now)};
+  }
+  return turns;
+}
+
+void SlidingWalls::follow(const std::vector<Link>& links, std::span<const Vec3d> before, std::span<const Vec3d> flowed,
+                          std::span<Vec3d> after, int threads) const {
+  const std::vector<Turns> turns = turns_of(before, after);
+  std::vector<Vec3d> changes(links.size());
+  parallel_for(links.size(), kPoints, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      changes[k] = (beside(links[k], turns[links[k].wall], before, after) - flowed[links[k].point]) * links[k].share;
+    }
+  });
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const std::uint32_t i = links[k].point;
+    if (k == 0 || links[k - 1].point != i) after[i] = flowed[i];
+    after[i] += changes[k];
+  }
+}
+
+WallCorrection SlidingWalls::put_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const {
+  const std::vector<Vec3d> flowed(after.begin(), after.end());
+  put_points_back(before, after, threads);
+  follow(wall_links_, before, flowed, after, threads);
+  put_points_back(before, after, threads);
+  follow(links_, before, flowed, after, threads);
+  WallCorrection correction;
+  for (const SlidingWall& wall : walls_) {
+    for (const std::uint32_t i : wall.surface.numbers()) {
+      const double distance = norm(after[i] - flowed[i]);
+      correction.greatest = std::max(correction.greatest, distance);
+      if (wall.is_followed && distance > kSmall * *wall.width) correction.is_small = false;
+    }
+  }
+  return correction;
+}
+
+}  // namespace knead
