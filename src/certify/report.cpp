@@ -190,7 +190,7 @@ void add_measures(const Mesh& mesh, const DeformedShape& result, int threads, Re
                                                         : count_flipped(mesh, mesh.positions, result.positions());
       },
       [&] { report.greatest_stretch = greatest_stretch_of(mesh, result); },
-      [&] { has_volume = is_closed_and_oriented(mesh); },
+      [&] { has_volume = is_closed_and_oriented(mesh, threads); },
       [&] { before = measure_volume_and_area(mesh, mesh.positions); },
       [&] { deformed = measure_volume_and_area(result.mesh(), result.positions()); },
   };

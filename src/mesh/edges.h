@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <numeric>
 #include <span>
 #include <vector>
@@ -20,18 +21,55 @@ struct EdgeUse {
   bool upward = false;  // the face runs from low to high
 };
 
-// Returns true if measure(mesh) is closed() and oriented(), in less time.
-bool is_closed_and_oriented(const Mesh& mesh);
+// A corner of a face, and those before and after it.
+struct StarCorner {
+  std::uint32_t corner = 0;
+  std::uint32_t next = 0;
+  std::uint32_t previous = 0;
+  std::uint32_t next_vertex = 0;
+  std::uint32_t previous_vertex = 0;
+};
+
+// The corners of a mesh by their vertices, in parts that may be read at the same time: a part has the corners at some
+// thousand consecutive vertices.
+class CornerParts {
+ public:
+  // Time: linear. Memory: 4 bytes for each corner. The mesh must outlive the parts. threads as for parallel_for.
+  CornerParts(const Mesh& mesh, int threads);
+
+  std::size_t count() const { return begin_.size() - 1; }
+
+  // Calls visit(vertex, star) for each vertex of the part in order, with the corners at it in their order.
+  void visit_stars(std::size_t part,
+                   const std::function<void(std::uint32_t, std::span<const StarCorner>)>& visit) const;
+
+  // Calls visit(uses) once for each edge whose smaller vertex is in the part, as for_each_edge() does.
+  void visit_edges(std::size_t part, const std::function<void(std::span<const EdgeUse>)>& visit) const;
+
+ private:
+  const Mesh& mesh_;
+  std::vector<std::uint32_t> begin_;          // of each part, in corners_
+  std::unique_ptr<std::uint32_t[]> corners_;  // in the order of parts, then ascending
+};
+
+// Returns true if measure(mesh) is closed() and oriented(), in less time. threads as for parallel_for.
+bool is_closed_and_oriented(const Mesh& mesh, int threads = 0);
 
 // Calls visit(uses) once for each edge, with all its uses in the order of corners; edges come in the order of their
 // smaller, then their larger vertex. A corner followed by the same vertex has no edge. Time: linear, plus a sort of the
-// few uses at each vertex. Memory: of an eighth of all uses, or of a million if that is more.
+// few uses at each vertex. Memory: 4 bytes for each corner.
 void for_each_edge(const Mesh& mesh, const std::function<void(std::span<const EdgeUse>)>& visit);
 
 // Disjoint sets of the numbers from 0 to count - 1. Method: union by smaller number, path halving.
 class DisjointSets {
  public:
-  explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  explicit DisjointSets(std::size_t count = 0) { reset(count); }
+
+  // Makes each number a set of its own.
+  void reset(std::size_t count) {
+    parent_.resize(count);
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
 
   // Returns the smallest number in the set of i.
   std::uint32_t find(std::uint32_t i) {

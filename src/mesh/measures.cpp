@@ -1,12 +1,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <numbers>
+#include <utility>
 #include <vector>
 #include "math/elementary.h"
 
+#include "knead/error.h"
 #include "knead/mesh.h"
 #include "mesh/edges.h"
 
@@ -136,55 +140,119 @@ void count_triangles(const Mesh& mesh, Measures& m) {
   if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = elementary::atan(tangent) * 180 / std::numbers::pi;
 }
 
-// Puts the corners at a vertex that belong to one fan into one set. A fan continues across edges that have two faces.
-void join_fans(std::span<const EdgeUse> edge, DisjointSets& fans) {
-  const auto corner_at_low = [](const EdgeUse& use) { return use.upward ? use.corner : use.next_corner; };
-  const auto corner_at_high = [](const EdgeUse& use) { return use.upward ? use.next_corner : use.corner; };
-  if (edge.size() != 2) return;
-  fans.join(corner_at_low(edge[0]), corner_at_low(edge[1]));
-  fans.join(corner_at_high(edge[0]), corner_at_high(edge[1]));
-}
+// An end of a boundary edge, which is named by the corner where its face begins it. A fan is named by its first corner.
+struct BoundaryEnd {
+  std::uint32_t edge = 0;
+  std::uint32_t fan = 0;
+  friend auto operator<=>(const BoundaryEnd&, const BoundaryEnd&) = default;
+};
 
-// Counts boundary loops: boundary edges that meet in one fan belong to the same loop.
-std::size_t count_boundary_loops(std::span<const EdgeUse> boundary, DisjointSets& fans) {
-  std::vector<std::uint32_t> ends;  // the fans that boundary edges meet
-  for (const EdgeUse& edge : boundary) {
-    ends.push_back(fans.find(edge.corner));
-    ends.push_back(fans.find(edge.next_corner));
+// What the vertices of one part have.
+struct StarCounts {
+  std::size_t unused_vertices = 0;
+  std::size_t nonmanifold_vertices = 0;
+  std::size_t edges = 0;
+  std::size_t boundary_edges = 0;
+  std::size_t nonmanifold_edges = 0;
+  std::size_t misoriented_edges = 0;
+  std::vector<BoundaryEnd> boundary;
+};
+
+// Counts the edges and fans at vertices. A fan continues across edges that have two faces.
+class StarCounter {
+ public:
+  explicit StarCounter(StarCounts& counts) : counts_(counts) {}
+
+  void add(std::uint32_t vertex, std::span<const StarCorner> star) {
+    counts_.unused_vertices += star.empty() ? 1 : 0;
+    read_uses(vertex, star);
+    fans_.reset(star.size());
+    alone_.clear();
+    std::size_t next = 0;
+    for (std::size_t begin = 0; begin < uses_.size(); begin = next) {
+      while (next < uses_.size() && uses_[next].other == uses_[begin].other) ++next;
+      const std::span<const Use> edge(uses_.data() + begin, next - begin);
+      if (vertex < edge[0].other) count_edge(edge);
+      if (edge.size() == 2) fans_.join(edge[0].place, edge[1].place);
+      if (edge.size() == 1) alone_.push_back(edge[0]);
+    }
+    std::size_t fans = 0;
+    for (std::uint32_t i = 0; i < star.size(); ++i) fans += fans_.find(i) == i ? 1 : 0;
+    counts_.nonmanifold_vertices += fans > 1 ? 1 : 0;
+    for (const Use& use : alone_) {
+      const std::uint32_t edge = use.leaves ? star[use.place].corner : star[use.place].previous;
+      counts_.boundary.push_back({edge, star[fans_.find(use.place)].corner});
+    }
   }
-  std::vector<std::uint32_t> sorted = ends;
-  std::sort(sorted.begin(), sorted.end());
-  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
-  const auto place = [&](std::uint32_t fan) {
-    return static_cast<std::uint32_t>(std::lower_bound(sorted.begin(), sorted.end(), fan) - sorted.begin());
+
+ private:
+  // Of an edge by a face at the vertex.
+  struct Use {
+    std::uint32_t other = 0;  // the other vertex
+    std::uint32_t place = 0;  // in the star
+    bool leaves = false;      // the face runs from the vertex to the other
   };
-  DisjointSets loops(sorted.size());
-  for (std::size_t i = 0; i < ends.size(); i += 2) loops.join(place(ends[i]), place(ends[i + 1]));
+
+  void read_uses(std::uint32_t vertex, std::span<const StarCorner> star) {
+    uses_.clear();
+    for (std::uint32_t i = 0; i < star.size(); ++i) {
+      if (star[i].next_vertex != vertex) uses_.push_back({star[i].next_vertex, i, true});
+      if (star[i].previous_vertex != vertex) uses_.push_back({star[i].previous_vertex, i, false});
+    }
+    std::sort(uses_.begin(), uses_.end(), [](const Use& a, const Use& b) { return a.other < b.other; });
+  }
+
+  void count_edge(std::span<const Use> edge) {
+    ++counts_.edges;
+    if (edge.size() == 1) ++counts_.boundary_edges;
+    const std::ptrdiff_t leaving = std::count_if(edge.begin(), edge.end(), [](const Use& use) { return use.leaves; });
+    if (std::abs(2 * leaving - std::ssize(edge)) > 1) ++counts_.misoriented_edges;
+    if (edge.size() > 2) ++counts_.nonmanifold_edges;
+  }
+
+  StarCounts& counts_;
+  std::vector<Use> uses_;
+  std::vector<Use> alone_;  // of boundary edges
+  DisjointSets fans_;       // of the corners of the star
+};
+
+// Counts boundary loops: boundary edges that meet in one fan belong to the same loop. `ends`: two of each edge.
+std::size_t count_boundary_loops(std::vector<BoundaryEnd> ends) {
+  std::sort(ends.begin(), ends.end());
+  std::vector<std::uint32_t> fans;
+  fans.reserve(ends.size());
+  for (const BoundaryEnd& end : ends) fans.push_back(end.fan);
+  std::sort(fans.begin(), fans.end());
+  fans.erase(std::unique(fans.begin(), fans.end()), fans.end());
+  const auto place = [&](std::uint32_t fan) {
+    return static_cast<std::uint32_t>(std::lower_bound(fans.begin(), fans.end(), fan) - fans.begin());
+  };
+  DisjointSets loops(fans.size());
+  for (std::size_t i = 0; i < ends.size(); i += 2) loops.join(place(ends[i].fan), place(ends[i + 1].fan));
   std::size_t count = 0;
-  for (std::uint32_t i = 0; i < sorted.size(); ++i) count += loops.find(i) == i ? 1 : 0;
+  for (std::uint32_t i = 0; i < fans.size(); ++i) count += loops.find(i) == i ? 1 : 0;
   return count;
 }
 
-void count_edge(std::span<const EdgeUse> edge, Measures& m) {
-  ++m.edges;
-  if (edge.size() == 1) ++m.boundary_edges;
-  const std::ptrdiff_t upward = std::count_if(edge.begin(), edge.end(), [](const EdgeUse& use) { return use.upward; });
-  if (std::abs(2 * upward - std::ssize(edge)) > 1) ++m.misoriented_edges;
-  if (edge.size() > 2) ++m.nonmanifold_edges;
-}
-
-void count_vertices(const Mesh& mesh, DisjointSets& fans, Measures& m) {
-  constexpr std::uint32_t none = 0xffffffffu;
-  std::vector<std::uint32_t> first_fan(mesh.vertex_count(), none);
-  std::vector<bool> nonmanifold(mesh.vertex_count(), false);
-  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
-    const std::uint32_t v = mesh.corner_vertex[c];
-    const std::uint32_t fan = fans.find(static_cast<std::uint32_t>(c));
-    if (first_fan[v] == none) first_fan[v] = fan;
-    if (first_fan[v] != fan) nonmanifold[v] = true;
+// Counts edges, vertices and boundary loops.
+void count_stars(const Mesh& mesh, Measures& m) {
+  const CornerParts parts(mesh, 0);
+  std::vector<StarCounts> counts(parts.count());
+  parallel_for(parts.count(), 1, 0, [&](std::size_t part, std::size_t) {
+    StarCounter counter(counts[part]);
+    parts.visit_stars(part, [&](std::uint32_t vertex, std::span<const StarCorner> star) { counter.add(vertex, star); });
+  });
+  std::vector<BoundaryEnd> boundary;
+  for (const StarCounts& of_part : counts) {
+    m.unused_vertices += of_part.unused_vertices;
+    m.nonmanifold_vertices += of_part.nonmanifold_vertices;
+    m.edges += of_part.edges;
+    m.boundary_edges += of_part.boundary_edges;
+    m.nonmanifold_edges += of_part.nonmanifold_edges;
+    m.misoriented_edges += of_part.misoriented_edges;
+    boundary.insert(boundary.end(), of_part.boundary.begin(), of_part.boundary.end());
   }
-  m.unused_vertices = static_cast<std::size_t>(std::count(first_fan.begin(), first_fan.end(), none));
-  m.nonmanifold_vertices = static_cast<std::size_t>(std::count(nonmanifold.begin(), nonmanifold.end(), true));
+  m.boundary_loops = count_boundary_loops(std::move(boundary));
 }
 
 std::size_t count_components(const Mesh& mesh, std::size_t unused_vertices) {
@@ -201,8 +269,7 @@ std::string counted(std::size_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
-VolumeAndArea volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions) {
-  const Box box = shape_box(mesh, positions);
+VolumeAndArea volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions, const Box& box) {
   const Vec3d origin = box.empty() ? Vec3d{} : box.center();
   double volume6 = 0;
   double area2 = 0;
@@ -217,13 +284,11 @@ VolumeAndArea volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions
 }
 
 // Adds what depends on the positions to the measures of the faces.
-Measures with_sizes(const Mesh& mesh, Measures m) {
-  m.box = shape_box(mesh);
-  count_triangles(mesh, m);
-  const VolumeAndArea sums = volume_and_area(mesh, mesh.positions);
+void add_sizes(const Mesh& mesh, Measures& m) {
+  m.box = m.unused_vertices > 0 ? shape_box(mesh) : bounding_box(mesh.positions);
+  const VolumeAndArea sums = volume_and_area(mesh, mesh.positions, m.box);
   m.volume = sums.volume;
   m.area = sums.area;
-  return m;
 }
 
 }  // namespace
@@ -238,29 +303,26 @@ Measures measure(const Mesh& mesh) {
   Measures m;
   m.vertices = mesh.vertex_count();
   m.faces = mesh.face_count();
-  DisjointSets fans(mesh.corner_vertex.size());
-  std::vector<EdgeUse> boundary;
-  for_each_edge(mesh, [&](std::span<const EdgeUse> edge) {
-    count_edge(edge, m);
-    join_fans(edge, fans);
-    if (edge.size() == 1) boundary.push_back(edge[0]);
-  });
-  count_vertices(mesh, fans, m);
-  m.boundary_loops = count_boundary_loops(boundary, fans);
-  m.components = count_components(mesh, m.unused_vertices);
+  count_stars(mesh, m);
+  const std::array<std::function<void()>, 3> rest{[&] { m.components = count_components(mesh, m.unused_vertices); },
+                                                  [&] { count_triangles(mesh, m); }, [&] { add_sizes(mesh, m); }};
+  parallel_for(rest.size(), 1, 0, [&](std::size_t i, std::size_t) { rest[i](); });
   m.euler = static_cast<std::int64_t>(m.vertices - m.unused_vertices) - static_cast<std::int64_t>(m.edges) +
             static_cast<std::int64_t>(m.faces);
-  return with_sizes(mesh, m);
+  return m;
 }
 
 Measures measure(const Mesh& mesh, const Measures& same_faces) {
   require_sound(mesh, mesh.positions);
-  return with_sizes(mesh, same_faces);
+  Measures m = same_faces;
+  const std::array<std::function<void()>, 2> rest{[&] { count_triangles(mesh, m); }, [&] { add_sizes(mesh, m); }};
+  parallel_for(rest.size(), 1, 0, [&](std::size_t i, std::size_t) { rest[i](); });
+  return m;
 }
 
 VolumeAndArea measure_volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions) {
   require_sound(mesh, positions);
-  return volume_and_area(mesh, positions);
+  return volume_and_area(mesh, positions, shape_box(mesh, positions));
 }
 
 std::vector<std::string> describe_defects(const Measures& m) {

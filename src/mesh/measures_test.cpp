@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <random>
+#include <set>
 
 #include "knead/io.h"
 #include "mesh/edges.h"
@@ -170,6 +173,104 @@ TEST(Measures, ClosedAndOrientedWithoutTheRest) {
   }
   EXPECT_GT(sound, 20u);
   EXPECT_TRUE(is_closed_and_oriented(quad_torus(20, 10)));
+}
+
+// A torus of triangles and quads in no order, of which some corners went astray: with holes, pinched vertices, edges of
+// many faces, and faces that repeat a vertex.
+Mesh damaged_torus(std::mt19937& random, unsigned rate) {
+  const Mesh torus = quad_torus(120, 80);  // several parts
+  Mesh mesh;
+  mesh.positions = torus.positions;
+  std::vector<std::size_t> order(torus.face_count());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::shuffle(order.begin(), order.end(), random);
+  for (const std::size_t f : order) {
+    std::vector<std::uint32_t> face(torus.face(f).begin(), torus.face(f).end());
+    for (std::uint32_t& v : face) {
+      if (random() % 1000 < rate) v = static_cast<std::uint32_t>(random() % mesh.positions.size());
+      if (random() % 1000 < rate) v = face[0];
+    }
+    if (random() % 1000 < rate) std::reverse(face.begin(), face.end());
+    if (random() % 1000 < 5 * rate) face.resize(random() % 5);
+    mesh.add_face(face);
+  }
+  return mesh;
+}
+
+using Edges = std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<EdgeUse>>;
+
+Edges edges_of(const Mesh& mesh) {
+  Edges edges;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    for (std::uint32_t c = mesh.face_begin[f]; c < mesh.face_begin[f + 1]; ++c) {
+      const std::uint32_t next = c + 1 < mesh.face_begin[f + 1] ? c + 1 : mesh.face_begin[f];
+      const auto [low, high] = std::minmax(mesh.corner_vertex[c], mesh.corner_vertex[next]);
+      if (low < high) edges[{low, high}].push_back({low, high, c, next, mesh.corner_vertex[c] == low});
+    }
+  }
+  return edges;
+}
+
+bool same(const EdgeUse& a, const EdgeUse& b) {
+  return a.low == b.low && a.high == b.high && a.corner == b.corner && a.next_corner == b.next_corner &&
+         a.upward == b.upward;
+}
+
+TEST(Edges, ComeInTheirOrderWithAllUses) {
+  std::mt19937 random(2);
+  for (const unsigned rate : {0U, 1U, 20U, 200U}) {
+    const Mesh mesh = damaged_torus(random, rate);
+    const Edges edges = edges_of(mesh);
+    auto expected = edges.begin();
+    for_each_edge(mesh, [&](std::span<const EdgeUse> uses) {
+      ASSERT_NE(expected, edges.end());
+      EXPECT_TRUE(std::equal(uses.begin(), uses.end(), expected->second.begin(), expected->second.end(), same));
+      ++expected;
+    });
+    EXPECT_EQ(expected, edges.end());
+  }
+}
+
+// The slow way: one set of all corners for the fans, and one of all fans for the boundary loops.
+TEST(Measures, CountsOfEdgesFansAndLoopsAreThoseOfAllCornersAtOnce) {
+  std::mt19937 random(3);
+  std::size_t loops = 0;
+  for (const unsigned rate : {0U, 1U, 5U, 20U, 200U}) {
+    const Mesh mesh = damaged_torus(random, rate);
+    const Edges edges = edges_of(mesh);
+    DisjointSets fans(mesh.corner_vertex.size());
+    std::size_t boundary = 0;
+    std::size_t many = 0;
+    for (const auto& [ends, uses] : edges) {
+      boundary += uses.size() == 1 ? 1 : 0;
+      many += uses.size() > 2 ? 1 : 0;
+      if (uses.size() != 2) continue;
+      const bool same_way = uses[0].upward == uses[1].upward;
+      fans.join(uses[0].corner, same_way ? uses[1].corner : uses[1].next_corner);
+      fans.join(uses[0].next_corner, same_way ? uses[1].next_corner : uses[1].corner);
+    }
+    DisjointSets looped = fans;
+    std::set<std::uint32_t> found;
+    for (const auto& [ends, uses] : edges) {
+      if (uses.size() == 1) looped.join(uses[0].corner, uses[0].next_corner);
+    }
+    for (const auto& [ends, uses] : edges) {
+      if (uses.size() == 1) found.insert(looped.find(uses[0].corner));
+    }
+    std::vector<std::set<std::uint32_t>> fans_of(mesh.vertex_count());
+    for (std::uint32_t c = 0; c < mesh.corner_vertex.size(); ++c) fans_of[mesh.corner_vertex[c]].insert(fans.find(c));
+    const Measures m = measure(mesh);
+    EXPECT_EQ(m.edges, edges.size());
+    EXPECT_EQ(m.boundary_edges, boundary);
+    EXPECT_EQ(m.nonmanifold_edges, many);
+    EXPECT_EQ(m.boundary_loops, found.size());
+    EXPECT_EQ(m.unused_vertices,
+              std::count_if(fans_of.begin(), fans_of.end(), [](const auto& f) { return f.empty(); }));
+    EXPECT_EQ(m.nonmanifold_vertices,
+              std::count_if(fans_of.begin(), fans_of.end(), [](const auto& f) { return f.size() > 1; }));
+    loops += found.size();
+  }
+  EXPECT_GT(loops, 100u);
 }
 
 TEST(Measures, NothingAtAll) {

@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 #include <string>
+#include <utility>
 
 #include "knead/error.h"
 #include "knead/mesh.h"
@@ -227,111 +230,123 @@ void check_triangles(std::span<const Triangle> triangles, std::span<const Vec3d>
 
 namespace {
 
-// Calls visit(use) for every use of an edge, in the order of corners.
-template <class Visit>
-void for_each_use(const Mesh& mesh, Visit visit) {
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const std::uint32_t begin = mesh.face_begin[f];
-    const std::uint32_t end = mesh.face_begin[f + 1];
-    for (std::uint32_t corner = begin; corner < end; ++corner) {
-      const std::uint32_t next = corner + 1 < end ? corner + 1 : begin;
-      const std::uint32_t a = mesh.corner_vertex[corner];
-      const std::uint32_t b = mesh.corner_vertex[next];
-      if (a != b) visit(EdgeUse{std::min(a, b), std::max(a, b), corner, next, a < b});
-    }
+constexpr std::uint32_t kVerticesOfPart = 4096;  // their corners fit into a cache
+constexpr std::size_t kChunks = 32;              // of all corners
+
+// Finds the faces of ascending corners.
+class FaceCursor {
+ public:
+  explicit FaceCursor(const Mesh& mesh) : begin_(mesh.face_begin) {}
+
+  StarCorner neighbours(const Mesh& mesh, std::uint32_t corner) {
+    if (corner >= begin_[face_ + 1]) advance(corner);
+    const std::uint32_t next = corner + 1 < begin_[face_ + 1] ? corner + 1 : begin_[face_];
+    const std::uint32_t previous = (corner > begin_[face_] ? corner : begin_[face_ + 1]) - 1;
+    return {corner, next, previous, mesh.corner_vertex[next], mesh.corner_vertex[previous]};
   }
-}
 
-// A use of an edge at a given smaller vertex: twice the larger vertex, plus 1 if the face runs from small to large.
-using HalfUse = std::uint64_t;
-
-// Uses that are sorted together at least; of large meshes an eighth.
-constexpr std::size_t kMaxHalfUses = std::size_t{1} << 24;  // 134 MB
-constexpr std::size_t kMaxEdgeUses = 1'000'000;
-
-// Calls visit(uses, ends) for parts of the vertices, as long as it returns true: make(use) for each use at each of them
-// as the smaller vertex, in the order of vertices, then of corners; and where the uses of each vertex end.
-template <class Use, class Make, class Visit>
-void visit_parts(const Mesh& mesh, std::size_t least, const Make& make, const Visit& visit) {
-  std::vector<std::uint32_t> end(mesh.vertex_count(), 0);  // of the uses at each smaller vertex
-  for_each_use(mesh, [&](const EdgeUse& use) { ++end[use.low]; });
-  std::partial_sum(end.begin(), end.end(), end.begin());
-  const std::size_t all = end.empty() ? 0 : end.back();
-  const std::size_t most = std::max(all / 8, least);
-  std::vector<Use> uses;
-  for (std::size_t first = 0, done = 0; done < all;) {
-    // The vertices from `first` on whose uses fit into a part, at least one.
-    const auto after = std::upper_bound(end.begin() + static_cast<std::ptrdiff_t>(first) + 1, end.end(), done + most);
-    const auto last = static_cast<std::size_t>(after - end.begin());  // not among them
-    std::vector<std::uint32_t> cursor(last - first);
-    for (std::size_t v = first; v < last; ++v) {
-      cursor[v - first] = static_cast<std::uint32_t>((v == 0 ? 0 : end[v - 1]) - done);
-    }
-    uses.resize(end[last - 1] - done);
-    for_each_use(mesh, [&](const EdgeUse& use) {
-      if (first <= use.low && use.low < last) uses[cursor[use.low - first]++] = make(use);
-    });
-    if (!visit(std::span<Use>(uses), std::span<const std::uint32_t>(cursor))) return;
-    done = end[last - 1];
-    first = last;
+ private:
+  void advance(std::uint32_t corner) {
+    std::size_t low = face_ + 1;  // begins at the corner or before
+    std::size_t step = 1;
+    for (; low + step < begin_.size() && begin_[low + step] <= corner; step *= 2) low += step;
+    const auto begin = begin_.begin() + static_cast<std::ptrdiff_t>(low);
+    const auto end = begin_.begin() + static_cast<std::ptrdiff_t>(std::min(low + step, begin_.size()));
+    face_ = static_cast<std::size_t>(std::upper_bound(begin, end, corner) - begin_.begin()) - 1;
   }
-}
 
-// Returns true if each edge is used more than once, and its uses in the two directions differ by at most one.
-bool all_balanced(std::span<HalfUse> uses) {
-  std::sort(uses.begin(), uses.end());
-  for (std::size_t begin = 0; begin < uses.size();) {
-    std::ptrdiff_t upward = 0;
-    std::size_t end = begin;
-    for (; end < uses.size() && uses[end] / 2 == uses[begin] / 2; ++end) upward += uses[end] % 2 == 1 ? 1 : -1;
-    if (end - begin == 1 || std::abs(upward) > 1) return false;
-    begin = end;
-  }
-  return true;
-}
+  std::span<const std::uint32_t> begin_;
+  std::size_t face_ = 0;
+};
 
-// Sorts the uses at each smaller vertex, which are together, by edge, then by corner; visits each edge.
-void visit_edges(std::span<EdgeUse> uses, const std::function<void(std::span<const EdgeUse>)>& visit) {
-  const auto earlier = [](const EdgeUse& a, const EdgeUse& b) {
-    return a.high != b.high ? a.high < b.high : a.corner < b.corner;
-  };
-  for (std::size_t begin = 0; begin < uses.size();) {
-    std::size_t end = begin;
-    while (end < uses.size() && uses[end].low == uses[begin].low) ++end;
-    std::sort(uses.begin() + static_cast<std::ptrdiff_t>(begin), uses.begin() + static_cast<std::ptrdiff_t>(end),
-              earlier);
-    while (begin < end) {
-      std::size_t next = begin + 1;
-      while (next < end && uses[next].high == uses[begin].high) ++next;
-      visit(uses.subspan(begin, next - begin));
-      begin = next;
-    }
+// Adds the uses of the edges to larger vertices.
+void add_uses(std::uint32_t vertex, std::span<const StarCorner> star, std::vector<EdgeUse>& uses) {
+  for (const StarCorner& at : star) {
+    if (vertex < at.next_vertex) uses.push_back({vertex, at.next_vertex, at.corner, at.next, true});
+    if (vertex < at.previous_vertex) uses.push_back({vertex, at.previous_vertex, at.previous, at.corner, false});
   }
 }
 
 }  // namespace
 
-bool is_closed_and_oriented(const Mesh& mesh) {
-  bool balanced = true;
-  const auto half_use = [](const EdgeUse& use) { return HalfUse{use.high} * 2 + (use.upward ? 1 : 0); };
-  visit_parts<HalfUse>(mesh, kMaxHalfUses, half_use, [&](std::span<HalfUse> uses, std::span<const std::uint32_t> ends) {
-    std::size_t begin = 0;
-    for (const std::uint32_t end : ends) {
-      balanced = balanced && all_balanced(uses.subspan(begin, end - begin));
-      begin = end;
+CornerParts::CornerParts(const Mesh& mesh, int threads) : mesh_(mesh) {
+  const std::size_t count = mesh.corner_vertex.size();
+  const std::size_t parts = mesh.vertex_count() / kVerticesOfPart + 1;
+  const std::size_t grain = count / kChunks + 1;
+  std::vector<std::vector<std::uint32_t>> places((count + grain - 1) / grain);  // of each chunk: the next in each part
+  parallel_for(count, grain, threads, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t>& place = places[begin / grain];
+    place.assign(parts, 0);
+    for (std::size_t c = begin; c < end; ++c) ++place[mesh.corner_vertex[c] / kVerticesOfPart];
+  });
+  std::uint32_t sum = 0;
+  begin_.reserve(parts + 1);
+  for (std::size_t part = 0; part < parts; ++part) {
+    begin_.push_back(sum);
+    for (std::vector<std::uint32_t>& place : places) sum += std::exchange(place[part], sum);
+  }
+  begin_.push_back(sum);
+  corners_.reset(new std::uint32_t[count]);  // make_unique would write zeros first
+  parallel_for(count, grain, threads, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t>& place = places[begin / grain];
+    for (std::size_t c = begin; c < end; ++c) {
+      corners_[place[mesh.corner_vertex[c] / kVerticesOfPart]++] = static_cast<std::uint32_t>(c);
     }
-    return balanced;
+  });
+}
+
+void CornerParts::visit_stars(std::size_t part,
+                              const std::function<void(std::uint32_t, std::span<const StarCorner>)>& visit) const {
+  const std::span<const std::uint32_t> corners{corners_.get() + begin_[part], corners_.get() + begin_[part + 1]};
+  const std::size_t first = part * kVerticesOfPart;
+  const std::size_t last = std::min(first + kVerticesOfPart, mesh_.vertex_count());
+  std::vector<std::uint32_t> end(last - first, 0);  // of the corners at each vertex
+  for (const std::uint32_t c : corners) ++end[mesh_.corner_vertex[c] - first];
+  std::exclusive_scan(end.begin(), end.end(), end.begin(), 0U);
+  std::vector<StarCorner> sorted(corners.size());
+  FaceCursor faces(mesh_);
+  for (const std::uint32_t c : corners) sorted[end[mesh_.corner_vertex[c] - first]++] = faces.neighbours(mesh_, c);
+  std::span<const StarCorner> left = sorted;
+  for (std::size_t v = first; v < last; ++v) {
+    const std::size_t count = end[v - first] - (sorted.size() - left.size());
+    visit(static_cast<std::uint32_t>(v), left.first(count));
+    left = left.subspan(count);
+  }
+}
+
+void CornerParts::visit_edges(std::size_t part, const std::function<void(std::span<const EdgeUse>)>& visit) const {
+  const auto earlier = [](const EdgeUse& a, const EdgeUse& b) {
+    return a.high != b.high ? a.high < b.high : a.corner < b.corner;
+  };
+  std::vector<EdgeUse> uses;
+  visit_stars(part, [&](std::uint32_t vertex, std::span<const StarCorner> star) {
+    uses.clear();
+    add_uses(vertex, star, uses);
+    std::sort(uses.begin(), uses.end(), earlier);
+    std::size_t next = 0;
+    for (std::size_t begin = 0; begin < uses.size(); begin = next) {
+      while (next < uses.size() && uses[next].high == uses[begin].high) ++next;
+      visit(std::span(uses).subspan(begin, next - begin));
+    }
+  });
+}
+
+bool is_closed_and_oriented(const Mesh& mesh, int threads) {
+  const CornerParts parts(mesh, threads);
+  std::atomic<bool> balanced{true};  // each edge is used more than once, in the two directions about as often
+  parallel_for(parts.count(), 1, threads, [&](std::size_t part, std::size_t) {
+    if (!balanced) return;
+    parts.visit_edges(part, [&](std::span<const EdgeUse> uses) {
+      const std::ptrdiff_t upward = std::count_if(uses.begin(), uses.end(), [](const EdgeUse& u) { return u.upward; });
+      if (uses.size() == 1 || std::abs(2 * upward - std::ssize(uses)) > 1) balanced = false;
+    });
   });
   return balanced && mesh.face_count() > 0;
 }
 
 void for_each_edge(const Mesh& mesh, const std::function<void(std::span<const EdgeUse>)>& visit) {
-  visit_parts<EdgeUse>(
-      mesh, kMaxEdgeUses, [](const EdgeUse& use) { return use; },
-      [&](std::span<EdgeUse> uses, std::span<const std::uint32_t>) {
-        visit_edges(uses, visit);
-        return true;
-      });
+  const CornerParts parts(mesh, 1);
+  for (std::size_t part = 0; part < parts.count(); ++part) parts.visit_edges(part, visit);
 }
 
 }  // namespace knead

@@ -324,18 +324,64 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<con
   }
 }
 
-std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, const Progress* progress) {
-  Surface surface;
-  surface.before = mesh.positions;
-  surface.after = mesh.positions;
+namespace {
+
+// Calls visit(t) for each triangle of the mesh that has three different corners.
+template <class Visit>
+void for_each_proper_triangle(const Mesh& mesh, const Progress* progress, Visit visit) {
   for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
     stop_if_cancelled(progress);
-    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return;
+    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) visit(t);
+  });
+}
+
+// Returns a flag for each vertex: false if all triangles around it are sound, with normals so close to the first one
+// that no two of them differ by the angle. Both ends of a sharp edge have the flag, and all corners of a thin triangle.
+std::vector<bool> find_rough_vertices(const Mesh& mesh, double angle_deg, const Progress* progress) {
+  constexpr double margin_deg = 0.1;  // far above rounding errors
+  const double least = elementary::cos((0.5 * angle_deg - margin_deg) * std::numbers::pi / 180);
+  std::vector<Vec3f> first(mesh.vertex_count());
+  std::vector<bool> rough(mesh.vertex_count(), !(angle_deg > 2 * margin_deg && angle_deg <= 180));
+  for_each_proper_triangle(mesh, progress, [&](const Triangle& t) {
+    const std::array<Vec3d, 3> p{mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
+    const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
+    const double size = norm(normal);
+    const bool sound = size > 0 && quality(p[0], p[1], p[2]) > 2 * kThin;
+    for (const std::uint32_t v : t) {
+      if (sound && first[v] == Vec3f{}) first[v] = Vec3f(normal / size);
+      if (!sound || !(dot(Vec3d(first[v]), normal) > least * size)) rough[v] = true;
+    }
+  });
+  return rough;
+}
+
+}  // namespace
+
+// Connects the triangles at rough vertices only: all faces at an edge between two of those are among them.
+std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, const Progress* progress) {
+  const std::vector<bool> rough = find_rough_vertices(mesh, angle_deg, progress);
+  std::vector<bool> used(mesh.vertex_count(), false);
+  Surface surface;
+  for_each_proper_triangle(mesh, progress, [&](const Triangle& t) {
+    if (!rough[t[0]] && !rough[t[1]] && !rough[t[2]]) return;
     surface.corner.insert(surface.corner.end(), t.begin(), t.end());
     surface.face_source.push_back(0);
+    for (const std::uint32_t v : t) used[v] = true;
   });
+  std::vector<std::uint32_t> vertices;  // of the surface
+  std::vector<std::uint32_t> number(mesh.vertex_count(), kNone);
+  for (std::uint32_t v = 0; v < used.size(); ++v) {
+    if (!used[v]) continue;
+    number[v] = static_cast<std::uint32_t>(vertices.size());
+    vertices.push_back(v);
+    surface.before.push_back(mesh.positions[v]);
+  }
+  surface.after = surface.before;
+  for (std::uint32_t& v : surface.corner) v = number[v];
   connect(surface, progress);
-  return find_crease_edges(surface, angle_deg, progress);
+  std::vector<MeshEdge> creases = find_crease_edges(surface, angle_deg, progress);
+  for (MeshEdge& edge : creases) edge = {vertices[edge[0]], vertices[edge[1]]};
+  return creases;
 }
 
 }  // namespace knead::remesh_detail

@@ -9,6 +9,7 @@
 
 #include "knead/mesh.h"
 #include "mesh/manifold_check.h"
+#include "remesh/patch.h"
 
 namespace knead::remesh_detail::surface_test {
 namespace {
@@ -174,6 +175,72 @@ TEST(Surface, EdgesOfThreeFacesAndOnesThatDisagreeAreLocked) {
   EXPECT_TRUE(s.has(1, kFixed));
   EXPECT_FALSE(s.has(2, kFixed));
   EXPECT_TRUE(s.edge_has(1, kBoundary));
+}
+
+// A ball that was pushed about, with thin triangles, a hole and a pinched vertex.
+Mesh rough_ball(double roughness) {
+  std::mt19937 random(7);
+  const Mesh ball = make_shape(ShapeKind::sphere, 6000);
+  Mesh mesh;
+  mesh.positions = ball.positions;
+  for (Vec3d& p : mesh.positions) p *= 1 + roughness * (static_cast<double>(random() % 1000) / 1000 - 0.5);
+  for (std::size_t v = 0; v < 300; ++v) {  // onto a neighbour, or nearly
+    const auto face = ball.face(random() % ball.face_count());
+    mesh.positions[face[0]] = mesh.positions[face[1]] + (mesh.positions[face[2]] - mesh.positions[face[1]]) * 1e-3;
+    if (v % 3 == 0) mesh.positions[face[0]] = mesh.positions[face[1]];
+  }
+  for (std::size_t f = 0; f < ball.face_count(); ++f) {
+    std::vector<std::uint32_t> face(ball.face(f).begin(), ball.face(f).end());
+    if (f % 500 == 7) continue;
+    if (f % 700 == 3) face[0] = 11;
+    if (f % 900 == 5) std::swap(face[0], face[1]);
+    mesh.add_face(face);
+  }
+  return mesh;
+}
+
+TEST(Surface, CreasesAreThoseOfAllTrianglesAtOnce) {
+  std::size_t creases = 0;
+  for (const double roughness : {0.0, 0.002, 0.01, 0.05}) {
+    const Mesh mesh = rough_ball(roughness);
+    Surface all;
+    all.before = mesh.positions;
+    all.after = mesh.positions;
+    for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+      const auto t = mesh.face(f);
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      all.corner.insert(all.corner.end(), t.begin(), t.end());
+      all.face_source.push_back(0);
+    }
+    connect(all);
+    for (const double angle : {0.05, 1.0, 20.0, 40.0, 90.0, 179.0, 300.0}) {
+      const std::vector<MeshEdge> found = find_creases(mesh, angle);
+      EXPECT_EQ(found, find_crease_edges(all, angle)) << roughness << " " << angle;
+      creases += found.size();
+    }
+  }
+  EXPECT_GT(creases, 500u);
+}
+
+TEST(Surface, LengthsForEdgesComeFromAllEdgesInOrderOfLength) {
+  const Mesh mesh = rough_ball(0.05);
+  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto t = mesh.face(f);
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (t[i] != t[(i + 1) % 3]) edges.insert(std::minmax(t[i], t[(i + 1) % 3]));
+    }
+  }
+  std::vector<double> lengths;
+  for (const auto& [a, b] : edges) lengths.push_back(norm(mesh.positions[b] - mesh.positions[a]));
+  std::sort(lengths.begin(), lengths.end());
+  double mean = 0;
+  for (const double length : lengths) mean += length / static_cast<double>(lengths.size());
+  for (const int threads : {1, 2, 4}) {
+    const RemeshTargets targets = resolve_on({}, mesh, threads);
+    EXPECT_EQ(targets.max_edge, 2 * lengths[lengths.size() - 1 - lengths.size() / 20]);
+    EXPECT_EQ(targets.min_edge, mean / 4);
+  }
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ check_scripts() {
 # The web's standard library, libc++ 13, lacks these; vec.h has bit_cast, io/numbers.h numbers in text.
 check_portable() {
   local found
-  found=$(grep -rnE 'std::(ranges|views)::|std::(bit_cast|atomic_ref)\b' src include apps/studio --include='*.h' --include='*.cpp' \
+  found=$(grep -rnE 'std::(ranges|views)::|std::(bit_cast|atomic_ref|make_unique_for_overwrite)\b' src include apps/studio --include='*.h' --include='*.cpp' \
     --exclude='*_test.cpp') || return 0
   die "emscripten cannot compile these: $found"
 }

@@ -87,6 +87,7 @@ class Writer {
 
   std::string run() {
     for (std::size_t e = 0; e < layout_.elements.size(); ++e) plan_element(e);
+    result_.reserve(bytes_.size());
     copy_until(layout_.body_begin);
     for (std::size_t e = 0; e < layout_.elements.size(); ++e) append_element(e);
     append_rest();
@@ -192,8 +193,7 @@ class Writer {
           append_coordinate(column, row);
           break;
         case Sink::Kind::faces:
-          append_number(column.count_type, static_cast<double>(mesh_.face(row).size()));
-          for (const std::uint32_t v : mesh_.face(row)) append_number(column.type, v);
+          append_face(column, mesh_.face(row));
           break;
         case Sink::Kind::corner_uv:
           append_corner_uv(column, row);
@@ -205,6 +205,16 @@ class Writer {
       }
     }
     if (ascii_) result_ += line_end_;
+  }
+
+  void append_face(const Column& column, std::span<const std::uint32_t> face) {
+    append_number(column.count_type, static_cast<double>(face.size()));
+    const bool same_bytes = column.type == StoredType::int32 || column.type == StoredType::uint32;
+    if (same_bytes && !ascii_ && !swapped_) {
+      result_.append(reinterpret_cast<const char*>(face.data()), face.size_bytes());
+    } else {
+      for (const std::uint32_t v : face) append_number(column.type, v);
+    }
   }
 
   void append_coordinate(const Column& column, std::size_t row) {
