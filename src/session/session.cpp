@@ -396,7 +396,7 @@ std::string text_of(const Wall& wall) {
   LineWriter object;
   object.add("patch", wall.patch);
   if (wall.periodic.empty()) {
-    object.add_text(wall.slides ? "slide" : "hold", "true");
+    object.add_text(wall.slides ? "slide" : wall.keeps_layers ? "layers" : "hold", "true");
   } else {
     object.add("periodic", wall.periodic);
   }
