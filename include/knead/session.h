@@ -43,7 +43,8 @@ struct ParameterUse {
   friend bool operator==(const ParameterUse&, const ParameterUse&) = default;
 };
 
-// A patch of a volume mesh that stays where it is, slides on its surface, or moves as another patch does.
+// A patch of a volume mesh that stays where it is, slides on its surface, moves as another patch does, or goes where
+// the strokes take it and keeps the layers of cells beside it.
 struct Wall {
   std::string patch;                    // its name in the mesh; empty: a mesh of two dimensions as a whole
   bool slides = false;                  // false: it is held, or periodic
@@ -51,6 +52,7 @@ struct Wall {
   std::string periodic{};               // the patch that it moves as; empty: none
   std::vector<std::uint32_t> points{};  // of a mesh: set by on_walls()
   std::optional<MirrorPlane> plane{};   // in which all strokes are mirrored: set by on_walls()
+  bool keeps_layers = false;            // of a wall that is neither held, slides nor is periodic
 
   friend bool operator==(const Wall&, const Wall&) = default;
 };
@@ -116,7 +118,7 @@ std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const
 // - In the plane of a wall that slides all strokes are mirrored, so that nothing leaves it, if the planes before it are
 //   at right angles to it. A mesh of two dimensions slides in its own plane.
 // - All other walls go to Session::sliding: planes at other angles, cylinders and spheres (to 1e-5 of their radius),
-//   any other surface, and periodic patches.
+//   any other surface, periodic patches, and those that keep their layers.
 // The default width of what is held is a twentieth of the diagonal; of a wall in `sliding` a tenth, and at most 3/4 of
 // how far the mesh goes from it. Throws InvalidInput for a patch that the mesh lacks, a patch without faces that slides
 // and is not plane, a periodic patch that is no shifted copy of the other one, and masks by vertices beside walls that

@@ -395,11 +395,8 @@ std::string text_of(const PoseStiffness& region) {
 std::string text_of(const Wall& wall) {
   LineWriter object;
   object.add("patch", wall.patch);
-  if (wall.periodic.empty()) {
-    object.add_text(wall.slides ? "slide" : "hold", "true");
-  } else {
-    object.add("periodic", wall.periodic);
-  }
+  if (!wall.periodic.empty()) object.add("periodic", wall.periodic);
+  if (wall.periodic.empty()) object.add_text(wall.slides ? "slide" : wall.keeps_layers ? "layers" : "hold", "true");
   object.add_optional("width", wall.width);
   return object.finish();
 }

@@ -16,6 +16,7 @@ namespace {
 constexpr double kWidth = 0.1;         // of the diagonal
 constexpr double kDepth = 0.75;        // of how far the mesh goes from the wall
 constexpr double kSmall = 0.125;       // of the width: a correction that the mesh beside the wall follows well
+constexpr double kSmallTurn = 0.94;    // cosine of 20 degrees, by which a normal may turn at once
 constexpr int kRounds = 16;            // over points that are kept by several walls
 constexpr double kSame = 1e-13;        // of the diagonal
 constexpr std::size_t kPoints = 1024;  // that one thread looks at together
@@ -220,6 +221,12 @@ WallCorrection SlidingWalls::put_back(std::span<const Vec3d> before, std::span<V
       const double distance = norm(after[i] - flowed[i]);
       correction.greatest = std::max(correction.greatest, distance);
       if (wall.is_followed && distance > kSmall * *wall.width) correction.is_small = false;
+    }
+  }
+  for (const Turns& turns : turns_of(before, after)) {
+    for (std::size_t k = 0; k < turns.before.size(); ++k) {
+      const bool turns_far = turns.before[k] != Vec3d{} && dot(turns.before[k], turns.after[k]) < kSmallTurn;
+      if (turns_far) correction.is_small = false;
     }
   }
   return correction;

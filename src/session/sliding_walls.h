@@ -25,7 +25,7 @@ struct SlidingWall {
 // What put_back() did.
 struct WallCorrection {
   double greatest = 0;   // the greatest distance that a point was put back
-  bool is_small = true;  // beside the widths of the walls
+  bool is_small = true;  // beside the widths of the walls, and no normal turned by more than 20 degrees
 };
 
 // The walls of a mesh. Near a wall a point goes with the place of the wall that it was nearest to: it keeps its place

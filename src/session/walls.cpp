@@ -103,13 +103,18 @@ class SlidingWallsFinder {
 
   // A plane at another angle than the mirrors', or a curved patch.
   void add_slide(const Patch& patch, const Wall& wall, const std::optional<MirrorPlane>& plane) {
-    require_faces(patch, "slide on");
+    require_faces(patch, "slide on, and is no plane at right angles to others");
     const std::optional<RoundForm> round = plane ? std::nullopt : session_detail::round_form_of(patch.faces, points_);
     const Form form = plane ? Form::plane : round ? Form::round : Form::polygons;
     SlidingWall& added =
         walls_.emplace_back(SlidingWall{WallSurface(form, patch.points, patch.faces, points_), wall.width});
     if (plane) added.surface.set_plane(plane->normal / norm(plane->normal));
     if (round) added.surface.set_round(*round);
+  }
+
+  void add_layers(const Patch& patch, const Wall& wall) {
+    require_faces(patch, "keep layers on");
+    walls_.push_back({WallSurface(Form::open, patch.points, patch.faces, points_), wall.width});
   }
 
   void add_periodic(const Patch& patch, const Patch& other, const Wall& wall) {
@@ -148,7 +153,7 @@ class SlidingWallsFinder {
 
   void require_faces(const Patch& patch, const char* what) const {
     if (!patch.faces.empty()) return;
-    throw InvalidInput(place_, fmt::format("the patch \"{}\" is not plane, and has no faces to {}", patch.name, what));
+    throw InvalidInput(place_, fmt::format("the patch \"{}\" has no faces to {}", patch.name, what));
   }
 
   // Both patches' points in the order of their places, which a shift nearly keeps: each is paired with the nearest one.
@@ -215,6 +220,8 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
     if (patch.points.empty()) throw InvalidInput(place, fmt::format("the patch \"{}\" has no points", patch.name));
     if (!wall.periodic.empty()) {
       sliding.add_periodic(patch, patch_named(wall.periodic, patches, place), wall);
+    } else if (wall.keeps_layers) {
+      sliding.add_layers(patch, wall);
     } else if (wall.slides) {
       const std::optional<MirrorPlane> plane = plane_of_wall(patch, points, box.diagonal(), place);
       Mirror more = mirror;
@@ -279,15 +286,18 @@ std::vector<Wall> read_walls(const JsonValue& value, const Place& place) {
   std::vector<Wall> walls;
   for (const JsonValue& item : value.items()) {
     const JsonObject object(item, place, "a wall");
-    object.allow({"patch", "hold", "slide", "periodic", "width"});
+    object.allow({"patch", "hold", "slide", "periodic", "layers", "width"});
     Wall wall{object.at("patch").text()};
     const bool holds = object.has("hold") && object.at("hold").flag();
     wall.slides = object.has("slide") && object.at("slide").flag();
     if (object.has("periodic")) wall.periodic = object.at("periodic").text();
-    if (int{holds} + int{wall.slides} + int{!wall.periodic.empty()} != 1 || wall.periodic == wall.patch) {
-      throw InvalidInput(place, fmt::format("the wall \"{}\" needs one of \"hold\": true, \"slide\": true and "
-                                            "\"periodic\": \"another patch\"",
-                                            wall.patch));
+    wall.keeps_layers = object.has("layers") && object.at("layers").flag();
+    const bool is_periodic = !wall.periodic.empty();
+    if (int{holds} + int{wall.slides} + int{is_periodic} + int{wall.keeps_layers} != 1 || wall.periodic == wall.patch) {
+      throw InvalidInput(place,
+                         fmt::format("the wall \"{}\" needs one of \"hold\": true, \"slide\": true, \"layers\": true "
+                                     "and \"periodic\": \"another patch\"",
+                                     wall.patch));
     }
     wall.width = object.optional_number("width");
     if (wall.width && !(*wall.width > 0)) object.at("width").fail("a length greater than 0");

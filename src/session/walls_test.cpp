@@ -62,10 +62,13 @@ double greatest_motion(const Cube& cube, const std::vector<Vec3d>& moved) {
 TEST(Walls, AreReadAndWritten) {
   const std::string line =
       R"({"knead": 1, "walls": [{"patch": "inlet", "hold": true, "width": 0.2}, {"patch": "symmetry", "slide": true}, )"
-      R"({"patch": "a", "periodic": "b", "width": 0.1}]})"
+      R"({"patch": "a", "periodic": "b", "width": 0.1}, {"patch": "rod", "layers": true}]})"
       "\n";
   const Session session = parse_session(line, "a");
-  EXPECT_EQ(session.walls, (std::vector<Wall>{{"inlet", false, 0.2}, {"symmetry", true}, {"a", false, 0.1, "b"}}));
+  EXPECT_EQ(
+      session.walls,
+      (std::vector<Wall>{
+          {"inlet", false, 0.2}, {"symmetry", true}, {"a", false, 0.1, "b"}, {"rod", false, {}, {}, {}, {}, true}}));
   EXPECT_EQ(serialize_session(session), line);
 }
 
@@ -241,6 +244,28 @@ TEST(CurvedWalls, ThinLayersGoWithTheWall) {
   }
 }
 
+// The wall goes where the strokes take it; the layers beside it keep their heights, which shear and stretch
+// change without.
+TEST(CurvedWalls, LayersGoWithAWallThatMoves) {
+  const Block block(12, [](const Vec3d& p) {
+    return Vec3d{p.x, p.y, p.z == 0 ? 0 : 1e-5 * std::pow(2.85, 11 * p.z - 1)};
+  });
+  constexpr const char* push =
+      R"({"tool": "implicit", "path": [[0.5, 0.5, 0], [0.58, 0.5, 0.06]], "inner": 0.1, "outer": 0.5})";
+  const std::vector<Vec3d> flowed = deformed(block, R"({"patch": "top", "hold": true})", {push}).points;
+  const Deformed moved =
+      deformed(block, R"({"patch": "top", "hold": true}, {"patch": "bottom", "layers": true, "width": 0.2})", {push});
+  double changed = 0;
+  for (const std::uint32_t i : block.points_of("bottom")) {
+    EXPECT_LT(norm(moved.points[i] - flowed[i]), 1e-6) << i;  // the flow goes in other parts
+    const std::uint32_t above = i + block.n * block.n;
+    EXPECT_NEAR(norm(moved.points[above] - moved.points[i]), 1e-5, 5e-7) << i;
+    changed = std::max(changed, std::abs(norm(flowed[above] - flowed[i]) - 1e-5));
+  }
+  EXPECT_GT(changed, 1e-6);
+  EXPECT_EQ(moved.inverted, 0U);
+}
+
 TEST(CurvedWalls, PointsSlideOnASphere) {
   const Block block(9, [](const Vec3d& p) {
     const Vec3d ray{2 * p.y - 1, 2 * p.z - 1, 1.5};
@@ -331,12 +356,12 @@ std::string refusal(const std::string& walls, std::initializer_list<const char*>
 TEST(Walls, WhatIsRefused) {
   EXPECT_NE(refusal(R"({"patch": "top", "hold": true})").find(R"(a.knead:1: no patch "top"; the mesh has "left", )"),
             std::string::npos);
-  EXPECT_NE(refusal(R"({"patch": "ball", "slide": true})").find(R"(the patch "ball" is not plane, and has no faces)"),
+  EXPECT_NE(refusal(R"({"patch": "ball", "slide": true})").find(R"(the patch "ball" has no faces to slide on)"),
             std::string::npos);
   EXPECT_NE(refusal(R"({"patch": "left", "periodic": "bottom"})").find("has no faces to be periodic by"),
             std::string::npos);
   EXPECT_NE(refusal(R"({"patch": "left", "periodic": "left"})").find("another patch"), std::string::npos);
-  EXPECT_NE(refusal(R"({"patch": "left"})").find(R"(needs one of "hold": true, "slide": true and)"), std::string::npos);
+  EXPECT_NE(refusal(R"({"patch": "left"})").find(R"(needs one of "hold": true, "slide": true, )"), std::string::npos);
   const Block bent(5, in_pipe);
   EXPECT_THROW(on_walls(session_of(R"({"patch": "left", "periodic": "right"})"), bent.patches, bent.points),
                InvalidInput);
