@@ -144,7 +144,6 @@ void count_triangles(const Mesh& mesh, Measures& m) {
 struct BoundaryEnd {
   std::uint32_t edge = 0;
   std::uint32_t fan = 0;
-  friend auto operator<=>(const BoundaryEnd&, const BoundaryEnd&) = default;
 };
 
 // What the vertices of one part have.
@@ -218,7 +217,7 @@ class StarCounter {
 
 // Counts boundary loops: boundary edges that meet in one fan belong to the same loop. `ends`: two of each edge.
 std::size_t count_boundary_loops(std::vector<BoundaryEnd> ends) {
-  std::sort(ends.begin(), ends.end());
+  std::sort(ends.begin(), ends.end(), [](const BoundaryEnd& a, const BoundaryEnd& b) { return a.edge < b.edge; });
   std::vector<std::uint32_t> fans;
   fans.reserve(ends.size());
   for (const BoundaryEnd& end : ends) fans.push_back(end.fan);

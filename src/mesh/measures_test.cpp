@@ -191,7 +191,7 @@ Mesh damaged_torus(std::mt19937& random, unsigned rate) {
       if (random() % 1000 < rate) v = face[0];
     }
     if (random() % 1000 < rate) std::reverse(face.begin(), face.end());
-    if (random() % 1000 < 5 * rate) face.resize(random() % 5);
+    if (random() % 200 < rate) face.resize(random() % 5);
     mesh.add_face(face);
   }
   return mesh;
