@@ -96,8 +96,8 @@ template <std::size_t kRowNumbers, bool is_first>
 [[gnu::always_inline]] inline void sum_products(const double* __restrict unaligned_rows,
                                                 double* __restrict unaligned_products) {
   constexpr std::size_t kAligned = kAlignment / sizeof(double);
-  const double* __restrict const rows = std::assume_aligned<kAlignment>(unaligned_rows);
-  double* __restrict const products = std::assume_aligned<kAlignment>(unaligned_products);
+  const auto* __restrict const rows = static_cast<const double*>(__builtin_assume_aligned(unaligned_rows, kAlignment));
+  auto* __restrict const products = static_cast<double*>(__builtin_assume_aligned(unaligned_products, kAlignment));
   for (std::size_t a = 0; a < kRowNumbers; ++a) {
     double by[kRowsAtOnce];
     for (std::size_t r = 0; r < kRowsAtOnce; ++r) by[r] = rows[r * kRowNumbers + a];
