@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <set>
 #include <string>
 #include <vector>
@@ -340,7 +341,8 @@ TEST_F(ToolBarTest, ThePhonesBarChoosesUndoesAndOpensThePanel) {
   ASSERT_NE(tools, nullptr);
   expect_within(panels, kTouchScreens[0]);
   const StudioTool* const paint = studio_tool("paint");
-  const ImGuiID button = ImHashStr("##tool", 0, ImHashData(static_cast<const void*>(&paint), sizeof paint, tools->ID));
+  const ImGuiID button =
+      ImHashStr("##tool", 0, ImHashData(static_cast<const void*>(&paint), sizeof(std::uintptr_t), tools->ID));
   const auto place =
       panels.place_in({tools->Pos.x, tools->Pos.y, tools->Pos.x + tools->Size.x, tools->Pos.y + tools->Size.y}, button);
   ASSERT_TRUE(place);
