@@ -73,7 +73,7 @@ struct WatchedBackend {
     said.push_back(why);
   });
 
-  std::vector<Vec3d> moved_by(const Flow& flow, std::vector<Vec3d> points, Progress* progress = nullptr) {
+  std::vector<Vec3d> moved_by(const Flow& flow, std::vector<Vec3d> points, Progress* progress = nullptr) const {
     AdvectOptions options = default_options(1);
     options.progress = progress;
     EXPECT_EQ(backend(flow, points, options).status, AdvectStatus::done);
@@ -112,13 +112,15 @@ TEST_F(GpuFailuresTest, ALostDisplayIsSaidByEveryCall) {
 // Names of buffers mean other ones in another context.
 TEST_F(GpuFailuresTest, ALostGpuLeavesOtherContextsAlone) {
   std::optional<GpuPoints> points = gpu().upload(std::vector<Vec3d>(300));
-  const EGLDisplay lost = gpu_display();
-  const EGLDisplay other = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+  EGLDisplay lost = gpu_display();
+  EGLDisplay other = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
   if (other == lost || eglInitialize(other, nullptr, nullptr) == EGL_FALSE) GTEST_SKIP() << "there is but one display";
-  const EGLContext context = eglCreateContext(other, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, nullptr);
+  EGLContext context = eglCreateContext(other, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, nullptr);
   ASSERT_EQ(eglMakeCurrent(other, EGL_NO_SURFACE, EGL_NO_SURFACE, context), EGL_TRUE);
   std::vector<gl::Buffer> own;
-  for (int i = 0; i < 20; ++i) own.push_back(gl::make_storage(nullptr, 64));
+  constexpr std::size_t count = 20;
+  own.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) own.push_back(gl::make_storage(nullptr, 64));
   ASSERT_EQ(eglTerminate(lost), EGL_TRUE);
   points.reset();
   close();
