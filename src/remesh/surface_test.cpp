@@ -232,6 +232,7 @@ TEST(Surface, LengthsForEdgesComeFromAllEdgesInOrderOfLength) {
     }
   }
   std::vector<double> lengths;
+  lengths.reserve(edges.size());
   for (const auto& [a, b] : edges) lengths.push_back(norm(mesh.positions[b] - mesh.positions[a]));
   std::sort(lengths.begin(), lengths.end());
   double mean = 0;
