@@ -174,6 +174,7 @@ std::optional<RoundForm> round_form_of(std::span<const Triangle> faces, std::spa
   const double size = box.diagonal();
   const auto scaled = [&](std::uint32_t i) { return (points[i] - middle) / size; };
   std::vector<Vec3d> places;
+  places.reserve(numbers.size());
   for (const std::uint32_t i : numbers) places.push_back(scaled(i));
   std::sort(places.begin(), places.end(), is_before);
   std::vector<Vec3d> normals;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "session/sliding_walls.h"
 #include "session/stroke_json.h"
@@ -90,8 +91,8 @@ bool are_valid(const Mirror& mirror) {
 // The walls of a session that mirroring does not keep, as they are found.
 class SlidingWallsFinder {
  public:
-  SlidingWallsFinder(std::span<const Vec3d> points, double diagonal, const Place& place)
-      : points_(points), diagonal_(diagonal), place_(place) {}
+  SlidingWallsFinder(std::span<const Vec3d> points, double diagonal, Place place)
+      : points_(points), diagonal_(diagonal), place_(std::move(place)) {}
 
   void add_held(const Patch& patch) {
     std::vector<Triangle> faces = patch.faces;
