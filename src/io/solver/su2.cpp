@@ -121,39 +121,42 @@ void scan_su2(std::string_view bytes, const std::string& name, const PointVisito
   if (!has_points) throw InvalidInput(Place{name}, "has no points (NPOIN=); is it an SU2 mesh?");
 }
 
-std::vector<Patch> su2_patches(std::string_view bytes, const std::string& name, std::size_t points) {
+namespace {
+
+// Calls visit(line, text, first) for each line with a key; `first`: the number of the zone's first point.
+template <class Visit>
+void visit_keys(std::string_view bytes, const std::string& name, const Visit& visit) {
   TextCursor text(bytes, name, text_begin(bytes, name));
-  std::vector<Patch> patches;
-  std::size_t first = 0;  // point of the zone
+  std::size_t first = 0;
   std::size_t read = 0;
   for (std::string_view word = next_line_word(text); !word.empty(); word = next_line_word(text)) {
     const std::optional<KeyLine> line = key_line(bytes, text.word_begin());
     if (line && line->key == "IZONE") first = read;
     if (line && line->key == "NPOIN") read += text.whole(line->value, kMaxElements, "the number of points");
-    if (line && line->key == "MARKER_TAG") patches.push_back({std::string(line->value), {}});
-    if (line && line->key == "MARKER_ELEMS") {
-      if (patches.empty()) text.fail("MARKER_TAG= must come before MARKER_ELEMS=");
-      read_marker(text.whole(line->value, kMaxElements, "the number of elements"), first, points, text, patches.back());
-    }
+    if (line) visit(*line, text, first);
     if (!text.next_line()) break;
   }
+}
+
+}  // namespace
+
+std::vector<Patch> su2_patches(std::string_view bytes, const std::string& name, std::size_t points) {
+  std::vector<Patch> patches;
+  visit_keys(bytes, name, [&](const KeyLine& line, TextCursor& text, std::size_t first) {
+    if (line.key == "MARKER_TAG") patches.push_back({std::string(line.value), {}});
+    if (line.key != "MARKER_ELEMS") return;
+    if (patches.empty()) text.fail("MARKER_TAG= must come before MARKER_ELEMS=");
+    read_marker(text.whole(line.value, kMaxElements, "the number of elements"), first, points, text, patches.back());
+  });
   return patches;
 }
 
 VolumeCells su2_cells(std::string_view bytes, const std::string& name) {
-  TextCursor text(bytes, name, text_begin(bytes, name));
   VolumeCells cells;
-  std::size_t first = 0;  // point of the zone
-  std::size_t read = 0;
-  for (std::string_view word = next_line_word(text); !word.empty(); word = next_line_word(text)) {
-    const std::optional<KeyLine> line = key_line(bytes, text.word_begin());
-    if (line && line->key == "IZONE") first = read;
-    if (line && line->key == "NPOIN") read += text.whole(line->value, kMaxElements, "the number of points");
-    if (line && line->key == "NELEM") {
-      read_elements(text.whole(line->value, kMaxElements, "the number of elements"), first, text, cells);
-    }
-    if (!text.next_line()) break;
-  }
+  visit_keys(bytes, name, [&](const KeyLine& line, TextCursor& text, std::size_t first) {
+    if (line.key != "NELEM") return;
+    read_elements(text.whole(line.value, kMaxElements, "the number of elements"), first, text, cells);
+  });
   return cells;
 }
 
