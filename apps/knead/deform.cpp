@@ -183,6 +183,12 @@ bool is_reported(const DeformOptions& options) {
 bool says_more(const DeformOptions& options) { return options.common.json || !options.report.empty(); }
 
 void require_flows(const Session& session) {
+  if (session.sliding) {
+    throw InvalidInput(
+        Place{session.name, 1},
+        "points are put back onto these walls, which is no flow, so the session cannot be resolved; use it "
+        "as it is");
+  }
   for (const SessionStroke& stroke : session.strokes) {
     if (is_flow(stroke.stroke)) continue;
     throw InvalidInput(Place{session.name, stroke.line},

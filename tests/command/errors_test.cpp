@@ -132,6 +132,23 @@ TEST_F(ErrorsTest, HelpHasExamples) {
   EXPECT_TRUE(knead_ok({"--version"}).starts_with("knead "));
 }
 
+// Of two walls that face each other one is no mirror: points are put back onto it, which is no flow.
+TEST_F(ErrorsTest, WallsThatAreNoMirrorsCannotBeResolvedOrCertified) {
+  write("box.msh",
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"low\"\n2 2 \"high\"\n3 3 \"fluid\"\n"
+        "$EndPhysicalNames\n$Nodes\n8\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 0 0 1\n6 1 0 1\n7 1 1 1\n8 0 1 1\n"
+        "$EndNodes\n$Elements\n3\n1 3 2 1 1 1 2 3 4\n2 3 2 2 2 5 6 7 8\n3 5 2 3 3 1 2 3 4 5 6 7 8\n$EndElements\n");
+  write("walls.knead", R"({"knead": 1, "walls": [{"patch": "low", "slide": true}, {"patch": "high", "slide": true}]})"
+                       "\n"
+                       R"({"tool": "implicit", "path": [[0, 0, 0.5], [0.1, 0, 0.6]], "inner": 0.5, "outer": 2})"
+                       "\n");
+  knead_ok({"deform", "box.msh", "walls.knead", "-q", "-o", "moved.msh"});
+  expect_error(knead({"resolve", "box.msh", "walls.knead", "-q", "-o", "b.knead"}), 3, "cannot be resolved");
+  expect_error(knead({"deform", "box.msh", "walls.knead", "-q", "-o", "b.msh", "--check"}), 3, "no certificate");
+  EXPECT_FALSE(std::filesystem::exists(path("b.knead")));
+  EXPECT_FALSE(std::filesystem::exists(path("b.msh")));
+}
+
 TEST_F(ErrorsTest, UnreadableInput) {
   write("garbage.ply", "this is no mesh\n");
   write("thing.stl", "solid\n");
