@@ -24,7 +24,7 @@ check() { # ROOT
   version=$(sed -nE 's/^project\(knead VERSION ([0-9.]+).*/\1/p' "$1/CMakeLists.txt")
   for place in "${places[@]}"; do
     file=${place%%|*}
-    found=$(sed -nE "s/${place#*|}/\\1/p" "$1/$file" | head -1)
+    found=$(sed -nE "s/${place#*|}/\\1/p" "$1/$file" | sed -n 1p)
     if [[ $found != "$version" ]]; then
       printf '%s has version %s, CMakeLists.txt has %s\n' "$file" "${found:-none}" "$version"
       status=1

@@ -76,7 +76,7 @@ apt install "/tmp/test/$(basename "${debs[0]}")"
 passed "knead --version"
 script 'knead make hand -o hand.ply && knead deform hand.ply examples/peace.knead -o peace.ply && knead check peace.ply --require closed,manifold >check.txt'
 passed "knead make, deform and check"
-script 'knead bench --json --mesh hand.ply | grep -q vertex_steps_per_s' || die "knead bench does not measure"
+script 'grep -q vertex_steps_per_s <<<"$(knead bench --json --mesh hand.ply)"' || die "knead bench does not measure"
 passed "knead bench"
 script 'knead-studio --version' || die "knead-studio does not start"
 passed "knead-studio --version"

@@ -71,8 +71,9 @@ done < <("$knead" --help | names_in Subcommands)
 [[ $subcommands -ge 9 ]] || fail "knead --help lists $subcommands subcommands"
 [[ $(offered knead make sph) == sphere ]] || fail "bash completion lacks: make sphere"
 if have zsh; then zsh -n "$zsh_completion" || fail "zsh refuses the completion"; fi
+session_page=$(gzip -dc "$share/man/man5/knead-session.5.gz")
 for words in tool mask width falloff radius; do
-  gzip -dc "$share/man/man5/knead-session.5.gz" | grep -q "$words" || fail "knead-session(5) lacks: $words"
+  grep -q "$words" <<<"$session_page" || fail "knead-session(5) lacks: $words"
 done
 if have man; then
   for page in "$share"/man/man[15]/*; do

@@ -6,7 +6,7 @@
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-archive=$(realpath "${1:-$(printf '%s\n' "$here"/out/release/knead-*-linux-x86_64.tar.gz | head -1)}")
+archive=$(realpath "${1:-$(printf '%s\n' "$here"/out/release/knead-*-linux-x86_64.tar.gz | sed -n 1p)}")
 knead=$(realpath "${KNEAD:-$here/build/release/knead}")
 root=${2:-$(mktemp -d)}
 scratch=$(mktemp -d)
@@ -32,7 +32,7 @@ inside './knead make sphere -n 4000 -q -o sphere_64k.ply && ./knead deform spher
 (cd "$scratch" && "$knead" make sphere -n 4000 -q -o sphere_64k.ply &&
   "$knead" deform sphere_64k.ply "$root/knead/implicit.knead" -q -o pulled.ply)
 cmp "$scratch/pulled.ply" "$root/knead/pulled.ply"
-inside './knead --version && ldd --version | head -1'
+inside './knead --version && ldd --version | sed -n 1p'
 glibc=$(inside 'ldd --version' | sed -n '1s/.* /glibc /p')
 studio=
 if [[ -x $root/knead/knead-studio ]]; then

@@ -126,7 +126,7 @@ before=$(journal_lines)
 paint 440 0.5
 wait_for "the soft stroke" has_grown "$before"
 picture pen
-soft=$(radii | head -n 1)
+soft=$(radii | sed -n 1p)
 awk -v hard="$hard" -v soft="$soft" 'BEGIN { exit !(soft < 0.75 * hard && soft > 0.25 * hard) }' ||
   die "the radius is $hard with the whole pressure and $soft with half of it"
 echo "passed: radius $hard with the whole pressure, $soft with half of it"

@@ -20,7 +20,7 @@ python_of_debian() { # SUITE VERSION FOLDER
   local work=$3.part apt package mirror
   rm -rf "$work" && mkdir -p "$work"/{lists/partial,archives/partial,root,parts}
   # shellcheck disable=SC2016  # a format of apt
-  mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' "Codename: $(. /etc/os-release && echo "$VERSION_CODENAME")" | head -1)
+  mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' "Codename: $(. /etc/os-release && echo "$VERSION_CODENAME")" | sed -n 1p)
   printf 'deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] %s %s main\n' "$mirror" "$1" >"$work/parts/of.list"
   : >"$work/status"
   apt=(apt-get -qq -o APT::Architecture=arm64 -o APT::Architectures::=arm64 -o Dir::Etc::sourcelist=-

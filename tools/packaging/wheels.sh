@@ -116,7 +116,7 @@ check() { # TARGET PLATFORM WHEEL
   fi
   if [[ $1 == *-macos ]]; then
     local found
-    found=$("$zig_venv/bin/python" tools/packaging/mach.py "$(printf '%s\n' "build/cross/$1"/python/knead/_knead*-darwin.so | head -1)")
+    found=$("$zig_venv/bin/python" tools/packaging/mach.py "$(printf '%s\n' "build/cross/$1"/python/knead/_knead*-darwin.so | sed -n 1p)")
     zig_say "$found"
   fi
   "$zig_venv/bin/twine" check --strict "$3" >/dev/null || {
