@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Puts what the scripts for other systems have noted into the table of docs/packaging.md:  table.sh [FILE]
-# A row of which nothing was noted on this machine stays as it is. The last column has the commit that was built.
+# A row of which nothing was noted on this machine stays as it is. The last column has the last commit that changed
+# what is built.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)

@@ -46,11 +46,21 @@ zig_configure() {
 # Whether a configured target of zig builds a program:  zig_has TARGET PROGRAM
 zig_has() { ninja -C "build/cross/$1" -t query "$2" >/dev/null 2>&1; }
 
-# Notes what was found about an artefact of the commit that is checked out, for the table:  zig_fact PLATFORM ARTEFACT built|started|tests|bits TEXT
+# The last commit that changed what is built; with a + if something was changed since.
+zig_sources() {
+  local of=(CMakeLists.txt cmake include src apps bindings)
+  printf '%s%s\n' "$(git log -1 --format=%h --abbrev=8 -- "${of[@]}")" "$([[ -z $(git status --porcelain -- "${of[@]}") ]] || echo +)"
+}
+
+# Notes what was found about an artefact, for the table:  zig_fact PLATFORM ARTEFACT built|started|tests|bits TEXT
+# What was found of earlier sources goes.
 zig_fact() {
-  mkdir -p "build/cross/facts/$1/$2"
-  printf '%s\n' "$4" >"build/cross/facts/$1/$2/$3"
-  git rev-parse --short=8 HEAD >"build/cross/facts/$1/$2/sources"
+  local folder=build/cross/facts/$1/$2 now
+  now=$(zig_sources)
+  if [[ ! -f $folder/sources || $(<"$folder/sources") != "$now" ]]; then rm -rf "$folder"; fi
+  mkdir -p "$folder"
+  printf '%s\n' "$4" >"$folder/$3"
+  printf '%s\n' "$now" >"$folder/sources"
   zig_say "$1, $2, $3: $4"
 }
 
