@@ -29,7 +29,7 @@ constexpr std::size_t kMaxPinsOfStamp = 1900;
 
 void SlippingContacts::hold_what_touches(const LiveSurface& surface, const StampStep& step, double distance) {
   Thinned pressed(radius_ / kPinsPerRadius / 2);
-  for (const Place& place : find_touching(tool_, surface, step, distance)) {
+  for (const StampPlace& place : find_touching(tool_, surface, step, distance)) {
     if (pressed.take(place.at(surface.positions))) pressed_.push_back(place);
   }
 }
@@ -53,7 +53,7 @@ std::optional<PinsStroke> SlippingContacts::pins(const LiveSurface& surface, con
     moving.push_back(penetration);
   }
   Thinned pressed(spacing / 2);
-  std::erase_if(pressed_, [&](const Place& place) {
+  std::erase_if(pressed_, [&](const StampPlace& place) {
     const Vec3d point = place.at(surface.positions);
     if (is_near(point, moving) && stroke.points.size() < kMaxPinsOfStamp && pinned.take(point)) {
       stroke.points.push_back(point);

@@ -65,7 +65,7 @@ class StampTool {
 // Where a stamp's tool meets the surface within a step.
 
 // A place of the surface, which follows it as it moves: a vertex (three times the same), or a point of a triangle.
-struct Place {
+struct StampPlace {
   Triangle vertices{};
   std::array<double, 3> barycentric{1, 0, 0};
 
@@ -76,7 +76,7 @@ struct Place {
 };
 
 struct Contact {
-  Place place;
+  StampPlace place;
   Vec3d point;     // where it was found
   double tau = 0;  // when the tool hits it: 0 at the step's beginning, 1 at its end, below 0 before
 };
@@ -111,7 +111,7 @@ class Thinned {
 
 // A place of the surface inside the tool, and the shortest way out.
 struct Penetration {
-  Place place;
+  StampPlace place;
   Vec3d point;
   Vec3d way;
 };
@@ -120,8 +120,8 @@ struct Penetration {
 std::vector<Penetration> find_intrusions(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
 
 // The places nearer than `distance` to the tool's surface at the step's end, inside or outside.
-std::vector<Place> find_touching(const StampTool& tool, const LiveSurface& surface, const StampStep& step,
-                                 double distance);
+std::vector<StampPlace> find_touching(const StampTool& tool, const LiveSurface& surface, const StampStep& step,
+                                      double distance);
 
 // How deep the surface's deepest place lies inside the tool; the step's motion counts for nothing.
 double deepest_penetration(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
@@ -146,7 +146,7 @@ class SlippingContacts {
 
   const StampTool& tool_;
   double radius_;
-  std::vector<Place> pressed_;  // where the tool has been; half as far apart as pins
+  std::vector<StampPlace> pressed_;  // where the tool has been; half as far apart as pins
 };
 
 }  // namespace knead::tool_detail

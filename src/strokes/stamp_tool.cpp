@@ -54,7 +54,7 @@ int parts_of(double length, double spacing) {
 // Places on the triangle, its corners left out, in rows along its longest side: no more of them on a sliver than on a
 // line.
 void sample(const Triangle& t, const std::array<Vec3d, 3>& c, const Box& box, double spacing,
-            std::vector<Place>& places) {
+            std::vector<StampPlace>& places) {
   std::size_t i = 0;
   for (std::size_t k = 1; k < 3; ++k) {
     if (norm2(c[(k + 1) % 3] - c[k]) > norm2(c[(i + 1) % 3] - c[i])) i = k;
@@ -69,7 +69,7 @@ void sample(const Triangle& t, const std::array<Vec3d, 3>& c, const Box& box, do
     const int columns = parts_of(longest * (1 - up), spacing);
     for (int column = 0; column <= columns; ++column) {
       if (row == 0 && (column == 0 || column == columns)) continue;
-      Place place{t, {}};
+      StampPlace place{t, {}};
       place.barycentric[apex] = up;
       place.barycentric[j] = (1 - up) * column / columns;
       place.barycentric[i] = (1 - up) * (columns - column) / columns;
@@ -79,14 +79,14 @@ void sample(const Triangle& t, const std::array<Vec3d, 3>& c, const Box& box, do
 }
 
 // Vertices and samples inside the box.
-std::vector<Place> places_in(const Box& box, const LiveSurface& surface, const StampStep& step) {
+std::vector<StampPlace> places_in(const Box& box, const LiveSurface& surface, const StampStep& step) {
   const std::span<const Vec3d> positions = surface.positions;
-  std::vector<Place> places = collected<Place>(positions.size(), step.threads, [&](std::size_t i, auto& out) {
+  std::vector<StampPlace> places = collected<StampPlace>(positions.size(), step.threads, [&](std::size_t i, auto& out) {
     const auto v = static_cast<std::uint32_t>(i);
     if (holds(box, positions[i])) out.push_back({{v, v, v}});
   });
-  const std::vector<Place> samples =
-      collected<Place>(surface.triangles.size(), step.threads, [&](std::size_t i, auto& out) {
+  const std::vector<StampPlace> samples =
+      collected<StampPlace>(surface.triangles.size(), step.threads, [&](std::size_t i, auto& out) {
         const Triangle& t = surface.triangles[i];
         const std::array<Vec3d, 3> corners{positions[t[0]], positions[t[1]], positions[t[2]]};
         if (may_reach(box, corners)) sample(t, corners, box, step.spacing, out);
@@ -130,7 +130,7 @@ bool Thinned::is_near(const Vec3d& p, std::uint64_t key) const {
 std::vector<Contact> find_contacts(const StampTool& tool, const LiveSurface& surface, const StampStep& step) {
   const double length = norm(step.motion);
   const Vec3d direction = step.motion / length;
-  const std::vector<Place> places = places_in(moved(tool.box(), step.to), surface, step);
+  const std::vector<StampPlace> places = places_in(moved(tool.box(), step.to), surface, step);
   std::vector<Contact> contacts = collected<Contact>(places.size(), step.threads, [&](std::size_t i, auto& out) {
     const Vec3d point = places[i].at(surface.positions);
     const std::optional<StampTool::Front> front = tool.front(point - step.to, direction);
@@ -145,7 +145,7 @@ std::vector<Contact> find_contacts(const StampTool& tool, const LiveSurface& sur
 }
 
 std::vector<Penetration> find_intrusions(const StampTool& tool, const LiveSurface& surface, const StampStep& step) {
-  const std::vector<Place> places = places_in(moved(tool.box(), step.to), surface, step);
+  const std::vector<StampPlace> places = places_in(moved(tool.box(), step.to), surface, step);
   std::vector<Penetration> found = collected<Penetration>(places.size(), step.threads, [&](std::size_t i, auto& out) {
     const Vec3d point = places[i].at(surface.positions);
     if (const auto way = tool.exit_vector(point - step.to)) out.push_back({places[i], point, *way});
@@ -155,18 +155,18 @@ std::vector<Penetration> find_intrusions(const StampTool& tool, const LiveSurfac
   return found;
 }
 
-std::vector<Place> find_touching(const StampTool& tool, const LiveSurface& surface, const StampStep& step,
-                                 double distance) {
+std::vector<StampPlace> find_touching(const StampTool& tool, const LiveSurface& surface, const StampStep& step,
+                                      double distance) {
   const Vec3d beside{distance, distance, distance};
   const Box box{tool.box().min - beside, tool.box().max + beside};
-  const std::vector<Place> places = places_in(moved(box, step.to), surface, step);
-  return collected<Place>(places.size(), step.threads, [&](std::size_t i, auto& out) {
+  const std::vector<StampPlace> places = places_in(moved(box, step.to), surface, step);
+  return collected<StampPlace>(places.size(), step.threads, [&](std::size_t i, auto& out) {
     if (tool.distance(places[i].at(surface.positions) - step.to) < distance) out.push_back(places[i]);
   });
 }
 
 double deepest_penetration(const StampTool& tool, const LiveSurface& surface, const StampStep& step) {
-  const std::vector<Place> places = places_in(moved(tool.box(), step.to), surface, step);
+  const std::vector<StampPlace> places = places_in(moved(tool.box(), step.to), surface, step);
   const std::vector<double> depths = collected<double>(places.size(), step.threads, [&](std::size_t i, auto& out) {
     out.push_back(tool.depth(places[i].at(surface.positions) - step.to));
   });
