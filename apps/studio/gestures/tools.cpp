@@ -485,8 +485,12 @@ std::vector<SymmetryImage> images_of(const ToolSettings& settings) {
   return images;
 }
 
+double half_radius(const ToolSettings& settings, double inner_ratio) {
+  return settings.radius * (inner_ratio + (1 - inner_ratio) * falloff_facts(settings.falloff).half);
+}
+
 Vec3d snapped_to_symmetry(Vec3d p, const ToolSettings& settings) {
-  const double near = 0.5 * settings.inner_ratio * settings.radius;
+  const double near = half_radius(settings, settings.inner_ratio);
   for (const Symmetry::Plane& plane : mirror_planes(settings)) {
     if (std::abs(distance_to(plane, p)) < near) p = in_plane(plane, p);
   }

@@ -292,7 +292,11 @@ std::vector<SymmetryImage> images_of(const ToolSettings& settings);
 // nothing.
 std::optional<Mirror> mirror_of(const ToolSettings& settings);
 
-// Returns the start of a drag: in a mirror's plane or on the axis, if it is so near that the tool lies across it.
+// Returns the radius at which the motion has fallen to its half.
+double half_radius(const ToolSettings& settings, double inner_ratio);
+
+// Returns the start of a drag: in a mirror's plane or on the axis, if that is within half_radius(). Two images so near
+// to each other move what lies between them further than themselves, and tear the surface apart into lobes.
 Vec3d snapped_to_symmetry(Vec3d p, const ToolSettings& settings);
 
 // Returns p in the planes and on the axis in which the first point of the path lies.
