@@ -87,7 +87,9 @@ Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal,
     const Vec3d seen = drag.direction - view * dot(drag.direction, view);
     const double s = std::clamp((norm(seen) - kFacesViewer) / (kSeenFromSide - kFacesViewer), 0.0, 1.0);
     drag.depth = 1 - s * s * (3 - 2 * s);
-    drag.up = dot(seen, render::camera_frame(screen.camera).up) >= -kLevel ? 1 : -1;
+    const bool faces = drag.depth == 1;
+    const double upwards = faces ? -dot(drag.direction, view) : dot(seen, render::camera_frame(screen.camera).up);
+    drag.up = upwards >= -kLevel ? 1 : -1;
   }
   Pointer free = pointer;
   free.typed.reset();
