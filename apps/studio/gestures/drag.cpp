@@ -15,8 +15,8 @@ constexpr double kShortestPiece = 0.01;         // of the radius
 constexpr double kShortestDisplacement = 0.03;  // of the radius, of a set of points
 // Sines of the angle between a line and the view: the line faces the viewer below the first, and is seen from the side
 // above the second.
-constexpr double kFacesViewer = 0.25;
-constexpr double kSeenFromSide = 0.5;
+constexpr double kFacesViewer = 0.35;
+constexpr double kSeenFromSide = 0.6;
 constexpr double kLevel = 1e-6;  // a line that is seen level counts as one that goes up
 
 Vec3d forward_of(const GestureContext& around) { return render::camera_frame(around.screen.camera).forward; }

@@ -62,13 +62,13 @@ TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {
 }
 
 TEST_F(GesturesTest, DownIsInWhereverAFaceThatIsLookedAtIsStamped) {
-  Studio studio(options());
-  run(studio, ball());
-  run(studio, R"({"view": {"yaw_deg": 0, "pitch_deg": 0}}
-{"tool": "stamp"}
-{"set": {"drag": "normal", "radius": 0.2}})");
   for (const double y : {-0.2, -0.1, 0.0, 0.1, 0.2}) {
-    run(studio, fmt::format(R"({{"click": [0.05, {0}, 0.97]}}
+    Studio studio(options());
+    run(studio, ball());
+    run(studio, fmt::format(R"({{"view": {{"yaw_deg": 0, "pitch_deg": 0}}}}
+{{"tool": "stamp"}}
+{{"set": {{"drag": "normal", "radius": 0.2}}}}
+{{"click": [0.05, {0}, 0.97]}}
 {{"move": [0.05, {0}, 0.97]}})",
                             y));
     const auto arrow = in_arrow(studio);

@@ -194,9 +194,9 @@ TEST_F(StretchTest, OffersToRemeshWhatIsFinerThanTheTriangles) {
     studio.document().close();
     return count;
   };
-  EXPECT_GT(painted(2562, 0.5), 4u);
-  EXPECT_EQ(painted(40962, 0.5), 0u) << "the stroke itself is smooth";
-  EXPECT_EQ(painted(2562, 0.02), 0u) << "too little to be seen";
+  EXPECT_GT(painted(10242, 0.2), 10u);
+  EXPECT_EQ(painted(40962, 0.2), 0u) << "the stroke itself is smooth";
+  EXPECT_EQ(painted(10242, 0.02), 0u) << "too little to be seen";
 }
 
 // What moves reaches across the shape on both sides of what stays, with little room between.
