@@ -150,7 +150,7 @@ void extend(std::vector<Vec3d>& path, const Vec3d& p, double shortest, const Poi
 ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& around) {
   const ToolSettings& settings = around.settings;
   const PullPlace place = start_of(pointer, around);
-  const Vec3d start = snapped_to_symmetry(place.start, settings);
+  const Vec3d start = snapped_to_symmetry(place.start, place.touched, {}, settings);
   ImplicitGesture gesture{begin_drag(pointer, start, place.normal, around), {}, place.touched, place.normal};
   gesture.stroke.inner = settings.inner_ratio * settings.radius;
   gesture.stroke.outer = settings.radius;
@@ -165,8 +165,12 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& aro
 }
 
 void move_implicit(const Pointer& pointer, const GestureContext& around, ImplicitGesture& gesture) {
-  const Vec3d p = kept_in_symmetry(gesture.drag.at(pointer, around), gesture.stroke.path.front(), around.settings);
-  extend(gesture.stroke.path, p, kShortestPiece * around.settings.radius, pointer, around.is_taken);
+  std::vector<Vec3d>& path = gesture.stroke.path;
+  const Vec3d to = gesture.drag.at(pointer, around);
+  const Vec3d& start = gesture.drag.start;
+  if (path.size() == 1) path = {snapped_to_symmetry(start, gesture.touched, to - start, around.settings)};
+  const Vec3d p = kept_in_symmetry(to, path.front(), around.settings);
+  extend(path, p, kShortestPiece * around.settings.radius, pointer, around.is_taken);
 }
 
 bool is_near(const PlacedTools& placed, const Pointer& pointer, const GestureContext& around) {

@@ -69,25 +69,22 @@ struct CursorPlace {
   Vec3d normal;
 };
 
-// On the surface; beside the shape in the plane through the view's target, where a drag begins. For a pull in the
-// mirror's plane, where it would begin there.
+// On the surface; beside the shape in the plane through the view's target, where a drag begins.
 std::optional<CursorPlace> cursor_place(const Studio& studio) {
   const auto* const pull = studio.gesture() ? std::get_if<ImplicitGesture>(&studio.gesture()->kind) : nullptr;
-  const ToolSettings& settings = studio.tools().settings();
-  const auto start = [&](const Vec3d& p) {
-    return settings.tool->use == ToolUse::pull ? snapped_to_symmetry(p, settings) : p;
-  };
   if (pull != nullptr) {
-    return CursorPlace{start(pull->touched) + (pull->stroke.path.back() - pull->stroke.path.front()), pull->normal};
+    const std::vector<Vec3d>& path = pull->stroke.path;
+    const Vec3d center = pull->touched + (path.back() - path.front());
+    return CursorPlace{kept_in_symmetry(center, path.front(), studio.tools().settings()), pull->normal};
   }
   const DocumentState& shown = studio.document().shown();
   if (!studio.pointer_is_over_view() || !shown.picker || !shown.picker->fits(shown.state)) return std::nullopt;
   const Screen screen = studio.view().screen();
   const Ray ray = ray_through(screen, studio.pointer().x, studio.pointer().y);
-  if (const auto hit = shown.picker->pick(ray, shown.state)) return CursorPlace{start(hit->point), hit->normal};
+  if (const auto hit = shown.picker->pick(ray, shown.state)) return CursorPlace{hit->point, hit->normal};
   const Vec3d forward = render::camera_frame(screen.camera).forward;
   const auto beside = on_plane(ray, screen.camera.target, forward);
-  return beside ? std::optional(CursorPlace{start(*beside), -forward}) : std::nullopt;
+  return beside ? std::optional(CursorPlace{*beside, -forward}) : std::nullopt;
 }
 
 // Moves lines towards the eye by `by`, so that they are seen as before but no hollow of the shape hides a part of them.

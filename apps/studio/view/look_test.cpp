@@ -163,7 +163,7 @@ TEST_F(LookTest, TheInnerRingShowsFalloffAndStrength) {
 
 TEST_F(LookTest, ADotShowsWhereSymmetryActs) {
   Studio studio(options());
-  run(studio, ball() + R"({"set": {"mirror": [true, true, false], "radius": 0.3}}
+  run(studio, ball() + R"({"set": {"mirror": [true, true, false]}}
 {"move": [0.3, 0.4, 0.866]})");
   const Cursor cursor = cursor_of(studio);
   ASSERT_EQ(cursor.dots.size(), 3U);
