@@ -128,14 +128,18 @@ MeshParts parts_from(const std::vector<std::pair<std::string, CellArray>>& patch
                      const std::vector<CellArray>& blocks, std::size_t points) {
   MeshParts parts;
   for (const auto& [name, numbers] : patches) parts.patches.push_back(patch_from(name, numbers, points));
-  parts.cells.cells = cells_from(blocks, points);
+  VolumeCells cells;
+  cells.cells = cells_from(blocks, points);
+  parts.cells = [cells = std::move(cells)] { return cells; };
   return parts;
 }
 
+// The file must outlive the result.
 MeshParts parts_of_file(const std::filesystem::path& path, const ShapeFile& file) {
   MeshParts parts;
   Progress progress;
-  run_watched(py::none(), progress, [&] { parts = {read_patches(path, file), read_cells(path, file)}; });
+  run_watched(py::none(), progress, [&] { parts.patches = read_patches(path, file); });
+  parts.cells = [path, &file] { return read_cells(path, file); };
   return parts;
 }
 
@@ -275,7 +279,7 @@ std::optional<double> widest_outer_of(const py::object& given, const std::vector
 void add_cells(py::module_& module) {
   py::class_<MeshParts>(module, "MeshParts").def("patches", &patches_of);
   module.def("parts_from", &parts_from);
-  module.def("parts_of_file", &parts_of_file);
+  module.def("parts_of_file", &parts_of_file, py::keep_alive<0, 2>());
   module.def("cell_qualities", &cell_qualities);
   module.def("cell_face_qualities", &cell_face_qualities);
   module.def("deform_cells", &deform_cells_by);

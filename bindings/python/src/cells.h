@@ -1,6 +1,7 @@
 // What a volume mesh has besides its points.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "knead/io.h"
@@ -9,7 +10,7 @@ namespace knead::python {
 
 struct MeshParts {
   std::vector<Patch> patches;
-  VolumeCells cells;
+  std::function<VolumeCells()> cells;  // which are read when they are asked for
 };
 
 }  // namespace knead::python

@@ -177,7 +177,7 @@ py::object deform_on_walls(const py::object& vertices, const Session& session, c
     if (replayed.status != AdvectStatus::done) return;
     moved = replayed.shape.positions();
     put_on_walls(on, moved);
-    if (on.sliding) inverted = count_new_inversions(parts.cells, points.span(), moved);
+    if (on.sliding) inverted = count_new_inversions(parts.cells(), points.span(), moved);
   });
   if (!is_done) return py::none();
   require_done(replayed.status, session, replayed.failed_line);

@@ -5,7 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
-from conftest import run
+from conftest import SOURCE, run
 
 import knead
 
@@ -108,3 +108,20 @@ def test_what_is_refused(session):
                  lambda s: knead.deform_cells(points, cells, s)):
         with pytest.raises(knead.InvalidInput, match="the session has walls, which only knead.deform takes"):
             call(session)
+
+
+def test_patches_of_openfoam_lie_in_files_beside(tmp_path):
+    path = SOURCE / "tests/support/polyMesh/points"
+    shape = knead.read(path)
+    held = np.unique(shape.patches["symmetry"])
+    assert len(shape.patches) == 4 and (shape.vertices[held, 2] == 0).all()
+    low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+    size = np.linalg.norm(high - low)
+    pull = knead.Implicit(path=[(low + high) / 2, (low + high) / 2 + [0.02 * size, 0, 0]], inner=0.01 * size, outer=0.6 * size)
+    session = knead.Session(pull, walls=[{"patch": "symmetry", "hold": True}])
+    moved = knead.deform(shape, session)
+    assert (moved[held] == shape.vertices[held]).all() and np.abs(moved - shape.vertices).max() > 0.005 * size
+    lost = pickle.loads(pickle.dumps(shape))
+    lost._path = str(tmp_path / "points")
+    with pytest.raises(knead.FileError, match="cannot be read"):
+        lost.patches
