@@ -136,7 +136,7 @@ void add_strokes(py::module_& module) {
       .def_readonly("value", &Parameter::value)
       .def_readonly("least", &Parameter::least)
       .def_readonly("greatest", &Parameter::greatest);
-  py::class_<Wall>(module, "Wall");
+  const py::class_<Wall> wall(module, "Wall");  // a name for Session.walls; JSON has the rest
   py::class_<SessionStroke>(module, "Stroke")
       .def(py::init([](const std::string& json, const std::string& name, const std::vector<Parameter>& parameters) {
              return parse_stroke(json, name, parameters);
