@@ -1,6 +1,8 @@
 // Walls of meshes that solvers read: two dimensions, and cells of the second order.
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +10,7 @@
 #include <map>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "knead/certify.h"
@@ -34,7 +37,7 @@ Vec3d in_pipe(double x, double y, double z) {
 class GmshFile {
  public:
   // A cell goes over two steps of the lattice: hexahedra of 27 nodes, or squares of nine, which lie at z = 0.
-  GmshFile(int cells, bool is_flat, const Map& map) : last_(2 * cells), map_(map), is_flat_(is_flat) {
+  GmshFile(int cells, bool is_flat, Map map) : last_(2 * cells), map_(std::move(map)), is_flat_(is_flat) {
     for (int x = 0; x < last_; x += 2) {
       for (int y = 0; y < last_; y += 2) {
         if (is_flat) {
@@ -121,12 +124,11 @@ std::string su2_file(int n, const Map& map) {
     std::snprintf(line.data(), line.size(), "%.17g %.17g %d\n", p.x, p.y, i);
     points += line.data();
     if (y == n) continue;
-    const std::string up = std::to_string(i + n + 1);
-    if (x == n) marker += "3 " + std::to_string(i) + " " + up + "\n";
-    if (x == n) continue;
-    const std::string diagonal = std::to_string(i + n + 2);
-    elements += "5 " + std::to_string(i) + " " + std::to_string(i + 1) + " " + diagonal + "\n";
-    elements += "5 " + std::to_string(i) + " " + diagonal + " " + up + "\n";
+    if (x == n) {
+      marker += fmt::format("3 {} {}\n", i, i + n + 1);
+    } else {
+      elements += fmt::format("5 {0} {1} {3}\n5 {0} {3} {2}\n", i, i + 1, i + n + 1, i + n + 2);
+    }
   }
   return "NDIME= 2\nNELEM= " + std::to_string(2 * n * n) + "\n" + elements +
          "NPOIN= " + std::to_string((n + 1) * (n + 1)) + "\n" + points +
