@@ -239,7 +239,8 @@ namespace {
 
 Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
   const bool quiet = options.common.quiet;
-  Inputs inputs = read_inputs(options.shape, options.format, options.session, quiet, options.set);
+  Inputs inputs =
+      read_inputs(options.shape, options.format, options.session, quiet, options.set, replay.motion.threads);
   check_until(options, inputs.session);
   if (!quiet && options.remesh.seconds && !will_remesh(inputs.shape.mesh, inputs.session, replay)) {
     print_message("note: --remesh-seconds: nothing is remeshed; add --remesh");

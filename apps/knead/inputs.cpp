@@ -128,16 +128,33 @@ Session read_session_with(const std::string& path, const std::vector<std::string
   return values.empty() ? session : with_values(std::move(session), values);
 }
 
+namespace {
+
+Session on_walls_watched(Session session, std::span<const Patch> patches, std::span<const Vec3d> points, int threads,
+                         bool quiet) {
+  Progress progress;
+  const CancelOnInterruption cancel(progress);
+  progress.total = points.size();  // until it is known better
+  const ProgressBar bar(progress, 0, !quiet);
+  try {
+    return on_walls(std::move(session), patches, points, {threads, &progress});
+  } catch (const Cancelled&) {
+    throw Interrupted{};
+  }
+}
+
+}  // namespace
+
 Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet,
-                   const std::vector<std::string>& set) {
+                   const std::vector<std::string>& set, int threads) {
   Inputs inputs;
   inputs.quiet = quiet;
   inputs.session =
       without_off(read_session_with(session, set));  // first: it is the shorter, and the one that people mistype
   inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});
   if (!inputs.session.walls.empty()) {
-    inputs.session =
-        on_walls(std::move(inputs.session), read_patches(shape, inputs.shape), inputs.shape.mesh.positions);
+    inputs.session = on_walls_watched(std::move(inputs.session), read_patches(shape, inputs.shape),
+                                      inputs.shape.mesh.positions, threads, quiet);
     if (inputs.session.sliding) inputs.cells = read_cells(shape, inputs.shape);
   }
   if (!quiet) {

@@ -78,7 +78,7 @@ struct Inputs {
   const Mesh& mesh() const { return joined ? joined->mesh() : shape.mesh; }
 };
 Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet,
-                   const std::vector<std::string>& set = {});
+                   const std::vector<std::string>& set = {}, int threads = 0);
 
 // replay(), with a progress bar unless quiet, its warnings on standard error, and options.progress set to its own.
 // Returns a result whose status is done; throws Interrupted or QualityError for other statuses. The mesh must outlive

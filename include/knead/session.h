@@ -113,6 +113,12 @@ Flow flow_of(const SessionStroke& stroke);
 // InvalidInput for planes that are not valid together.
 std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const Mirror& mirror);
 
+// How on_walls() works.
+struct WallOptions {
+  int threads = 0;               // as for parallel_for
+  Progress* progress = nullptr;  // counts up to its total; cancels the work, which then throws Cancelled
+};
+
 // Returns the session for the mesh that has these patches and points.
 // - A wall that is held becomes a mask of its points, which every other mask gets, too: they keep their bits.
 // - In the plane of a wall that slides all strokes are mirrored, so that nothing leaves it, if the planes before it are
@@ -123,7 +129,8 @@ std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const
 // how far the mesh goes from it. Throws InvalidInput for a patch that the mesh lacks, a patch without faces that slides
 // and is not plane, a periodic patch that is no shifted copy of the other one, and masks by vertices beside walls that
 // are held.
-Session on_walls(Session session, std::span<const Patch> patches, std::span<const Vec3d> points);
+Session on_walls(Session session, std::span<const Patch> patches, std::span<const Vec3d> points,
+                 const WallOptions& options = {});
 
 // Puts the points of walls that slide in the planes of mirrors into these, which rounding, the mask of a wall that is
 // held, or a wall in Session::sliding may leave them beside. Returns the greatest distance. The session is one of

@@ -26,8 +26,10 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/cloud/xyz_test.cpp)
 if(NOT WIN32)  # they use processes, signals and limits of POSIX
   target_sources(knead_io_test PRIVATE ${CMAKE_CURRENT_LIST_DIR}/atomic_file_failures_test.cpp
-                                       ${CMAKE_CURRENT_LIST_DIR}/atomic_file_test.cpp
-                                       ${CMAKE_CURRENT_LIST_DIR}/gltf/compressed_test.cpp)
+                                       ${CMAKE_CURRENT_LIST_DIR}/atomic_file_test.cpp)
+  if(KNEAD_CODECS MATCHES "draco|meshoptimizer")
+    target_sources(knead_io_test PRIVATE ${CMAKE_CURRENT_LIST_DIR}/gltf/compressed_test.cpp)
+  endif()
 endif()
 target_compile_definitions(knead_io_test PRIVATE KNEAD_FUZZ_CORPUS="${PROJECT_SOURCE_DIR}/fuzz/corpus")
 # They compress what is then read.

@@ -21,6 +21,11 @@ constexpr int kRounds = 16;            // over points that are kept by several w
 constexpr double kSame = 1e-13;        // of the diagonal
 constexpr std::size_t kPoints = 1024;  // that one thread looks at together
 
+void count(std::size_t points, const WallOptions& options) {
+  stop_if_cancelled(options.progress);
+  if (options.progress != nullptr) options.progress->done += points;
+}
+
 bool is_fixed(const SlidingWall& wall) { return wall.surface.form() == WallSurface::Form::fixed; }
 
 // 1 at the wall, 0 at the width; smooth at both.
@@ -46,7 +51,7 @@ struct SlidingWalls::Turns {
 };
 
 SlidingWalls::SlidingWalls(std::vector<SlidingWall> walls, std::vector<std::array<std::uint32_t, 2>> pairs,
-                           std::span<const Vec3d> points, double diagonal)
+                           std::span<const Vec3d> points, double diagonal, const WallOptions& options)
     : walls_(std::move(walls)),
       pairs_(std::move(pairs)),
       kept_(points.size()),
@@ -65,16 +70,22 @@ SlidingWalls::SlidingWalls(std::vector<SlidingWall> walls, std::vector<std::arra
   }
   std::sort(on_wall_.begin(), on_wall_.end());
   on_wall_.erase(std::unique(on_wall_.begin(), on_wall_.end()), on_wall_.end());
-  for (SlidingWall& wall : walls_) wall.width = width_of(wall, points, diagonal);
-  find_links(points);
+  if (options.progress != nullptr) options.progress->total = points.size() * (walls_.size() + 1);
+  for (SlidingWall& wall : walls_) wall.width = width_of(wall, points, options);
+  find_links(points, options);
 }
 
-double SlidingWalls::width_of(const SlidingWall& wall, std::span<const Vec3d> points, double diagonal) const {
-  if (wall.width || !wall.is_followed) return wall.width.value_or(kInfinity);
-  const double most = kWidth * diagonal;
+double SlidingWalls::width_of(const SlidingWall& wall, std::span<const Vec3d> points,
+                              const WallOptions& options) const {
+  if (wall.width || !wall.is_followed) {
+    count(points.size(), options);
+    return wall.width.value_or(kInfinity);
+  }
+  const double most = kWidth * diagonal_;
   std::atomic<bool> goes_far{false};
   std::vector<double> greatest((points.size() + kPoints - 1) / kPoints);
-  parallel_for(points.size(), kPoints, 0, [&](std::size_t begin, std::size_t end) {
+  parallel_for(points.size(), kPoints, options.threads, [&](std::size_t begin, std::size_t end) {
+    count(end - begin, options);
     for (std::size_t i = begin; i < end && !goes_far; ++i) {
       const auto found = wall.surface.tree().closest(points[i], most / kDepth);
       if (!found) goes_far = true;
@@ -87,13 +98,14 @@ double SlidingWalls::width_of(const SlidingWall& wall, std::span<const Vec3d> po
 }
 
 // Where several walls are near, the nearer one has the greater share, and at a wall all of it.
-void SlidingWalls::find_links(std::span<const Vec3d> points) {
+void SlidingWalls::find_links(std::span<const Vec3d> points, const WallOptions& options) {
   const auto is_on = [&](std::uint32_t wall, std::uint32_t i) {
     const std::vector<std::uint32_t>& numbers = walls_[wall].surface.numbers();
     return std::binary_search(numbers.begin(), numbers.end(), i);
   };
   std::vector<std::vector<Link>> parts((points.size() + kPoints - 1) / kPoints);
-  parallel_for(points.size(), kPoints, 0, [&](std::size_t begin, std::size_t end) {
+  parallel_for(points.size(), kPoints, options.threads, [&](std::size_t begin, std::size_t end) {
+    count(end - begin, options);
     std::vector<Link>& own = parts[begin / kPoints];
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
       if (is_fixed_[i] != 0) continue;

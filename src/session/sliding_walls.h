@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "knead/session.h"
 #include "knead/vec.h"
 #include "session/wall_surface.h"
 
@@ -33,8 +34,9 @@ struct WallCorrection {
 class SlidingWalls {
  public:
   // `pairs`: two points that move alike; the second one is the first one, shifted. `diagonal`: of the mesh's box.
+  // Throws Cancelled.
   SlidingWalls(std::vector<SlidingWall> walls, std::vector<std::array<std::uint32_t, 2>> pairs,
-               std::span<const Vec3d> points, double diagonal);
+               std::span<const Vec3d> points, double diagonal, const WallOptions& options);
 
   // Puts the points of the walls back, and moves those near them along. `before`: the points before a part of the
   // stroke, on the walls; `after`: where the flow took them, changed here. What has not moved keeps its bits.
@@ -51,8 +53,8 @@ class SlidingWalls {
   };
   struct Turns;  // of a wall's normals
 
-  double width_of(const SlidingWall& wall, std::span<const Vec3d> points, double diagonal) const;
-  void find_links(std::span<const Vec3d> points);
+  double width_of(const SlidingWall& wall, std::span<const Vec3d> points, const WallOptions& options) const;
+  void find_links(std::span<const Vec3d> points, const WallOptions& options);
   std::vector<Turns> turns_of(std::span<const Vec3d> before, std::span<const Vec3d> after) const;
   // Moves the points of the links to where the walls take them, which are at `after`; `flowed`: where the flow took
   // all.

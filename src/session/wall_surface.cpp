@@ -5,6 +5,12 @@
 #include <numbers>
 #include <tuple>
 
+// Without vectors and threads, and of a size that is known: sums have one order everywhere.
+#define EIGEN_DONT_VECTORIZE
+#define EIGEN_DONT_PARALLELIZE
+#define EIGEN_MPL2_ONLY
+#include <Eigen/LU>
+
 namespace knead::session_detail {
 
 namespace {
@@ -20,35 +26,28 @@ bool is_before(const Vec3d& a, const Vec3d& b) { return std::tie(a.x, a.y, a.z) 
 
 bool is_edge(const Triangle& face) { return face[1] == face[2]; }
 
-// Solves the first `size` equations of a symmetric system, whose right sides stand in column 5; false if it is
-// singular.
-using System = std::array<std::array<double, 6>, 5>;
+// The unknowns that solve linear equations with the least squares of their errors.
+template <int unknowns>
+class LeastSquares {
+ public:
+  using Row = Eigen::Matrix<double, unknowns, 1>;
 
-bool solve(System& rows, std::size_t size) {
-  for (std::size_t k = 0; k < size; ++k) {
-    std::size_t pivot = k;
-    for (std::size_t i = k + 1; i < size; ++i) {
-      if (std::abs(rows[i][k]) > std::abs(rows[pivot][k])) pivot = i;
-    }
-    std::swap(rows[k], rows[pivot]);
-    if (!(std::abs(rows[k][k]) > 1e-14)) return false;
-    for (std::size_t i = 0; i < size; ++i) {
-      if (i == k) continue;
-      const double factor = rows[i][k] / rows[k][k];
-      for (std::size_t j = k; j < 6; ++j) rows[i][j] -= factor * rows[k][j];
-    }
+  void add(const Row& row, double right) {
+    matrix_ += row * row.transpose();
+    right_ += row * right;
   }
-  for (std::size_t k = 0; k < size; ++k) rows[k][5] /= rows[k][k];
-  return true;
-}
 
-template <std::size_t size>
-void add_equation(const std::array<double, size>& of, double right, System& rows) {
-  for (std::size_t i = 0; i < size; ++i) {
-    for (std::size_t j = 0; j < size; ++j) rows[i][j] += of[i] * of[j];
-    rows[i][5] += of[i] * right;
+  // Returns nothing if the equations do not determine the unknowns.
+  std::optional<Row> solve() const {
+    const Eigen::FullPivLU<Eigen::Matrix<double, unknowns, unknowns>> factors(matrix_);
+    if (!factors.isInvertible()) return std::nullopt;
+    return factors.solve(right_);
   }
-}
+
+ private:
+  Eigen::Matrix<double, unknowns, unknowns> matrix_ = decltype(matrix_)::Zero();
+  Row right_ = Row::Zero();
+};
 
 Vec3d across(const RoundForm& form, const Vec3d& p) {
   const Vec3d arm = p - form.center;
@@ -75,31 +74,39 @@ bool fits(const RoundForm& form, const std::vector<Vec3d>& points) {
 }
 
 std::optional<RoundForm> sphere_of(const std::vector<Vec3d>& points) {
-  System rows{};
-  for (const Vec3d& p : points) add_equation<4>({p.x, p.y, p.z, 1}, norm2(p), rows);
-  if (!solve(rows, 4)) return std::nullopt;
-  const RoundForm form{Vec3d{rows[0][5], rows[1][5], rows[2][5]} * 0.5, {0, 0, 0}};
+  LeastSquares<4> equations;
+  for (const Vec3d& p : points) equations.add({p.x, p.y, p.z, 1}, norm2(p));
+  const auto found = equations.solve();
+  if (!found) return std::nullopt;
+  const RoundForm form{Vec3d{(*found)[0], (*found)[1], (*found)[2]} * 0.5, {0, 0, 0}};
   return fits(form, points) ? std::optional(form) : std::nullopt;
 }
 
 // The middle of the circle that the points lie on nearly, seen along the axis.
 bool find_center(const std::vector<Vec3d>& points, RoundForm& form) {
   const auto [u, v] = frame_of(form.axis);
-  System rows{};
+  LeastSquares<3> equations;
   for (const Vec3d& p : points) {
     const double x = dot(u, p);
     const double y = dot(v, p);
-    add_equation<3>({x, y, 1}, x * x + y * y, rows);
+    equations.add({x, y, 1}, x * x + y * y);
   }
-  if (!solve(rows, 3)) return false;
-  form.center = u * (0.5 * rows[0][5]) + v * (0.5 * rows[1][5]);
+  const auto found = equations.solve();
+  if (!found) return false;
+  form.center = u * (0.5 * (*found)[0]) + v * (0.5 * (*found)[1]);
   return true;
+}
+
+// Of points in the plane z = 0.
+std::optional<RoundForm> circle_of(const std::vector<Vec3d>& points) {
+  RoundForm form{{0, 0, 0}, {0, 0, 1}};
+  return find_center(points, form) && fits(form, points) ? std::optional(form) : std::nullopt;
 }
 
 // One step of Gauss and Newton for the distances from the axis; false where it fails.
 bool improve(const std::vector<Vec3d>& points, RoundForm& form, double& radius, double& step) {
   const auto [u, v] = frame_of(form.axis);
-  System rows{};
+  LeastSquares<5> equations;
   for (const Vec3d& p : points) {
     const Vec3d arm = across(form, p);
     const double distance = norm(arm);
@@ -107,15 +114,16 @@ bool improve(const std::vector<Vec3d>& points, RoundForm& form, double& radius, 
     const double x = dot(u, arm) / distance;
     const double y = dot(v, arm) / distance;
     const double along = dot(form.axis, p - form.center);
-    add_equation<5>({x, y, along * x, along * y, 1}, distance - radius, rows);
+    equations.add(LeastSquares<5>::Row{{x, y, along * x, along * y, 1}}, distance - radius);
   }
-  if (!solve(rows, 5)) return false;
-  form.center += u * rows[0][5] + v * rows[1][5];
-  form.axis = normalized(form.axis + u * rows[2][5] + v * rows[3][5]);
-  radius += rows[4][5];
-  step = 0;
-  for (std::size_t k = 0; k < 5; ++k) step = std::max(step, std::abs(rows[k][5]));
-  return std::isfinite(step);
+  const auto found = equations.solve();
+  if (!found) return false;
+  const auto& change = *found;
+  form.center += u * change[0] + v * change[1];
+  form.axis = normalized(form.axis + u * change[2] + v * change[3]);
+  radius += change[4];
+  step = change.cwiseAbs().maxCoeff();
+  return change.allFinite();
 }
 
 // The greatest face's normal, and the normal that is farthest from it, are both across the axis, nearly.
@@ -178,14 +186,16 @@ std::optional<RoundForm> round_form_of(std::span<const Triangle> faces, std::spa
   places.reserve(numbers.size());
   for (const std::uint32_t i : numbers) places.push_back(scaled(i));
   std::sort(places.begin(), places.end(), is_before);
-  std::vector<Vec3d> normals;
-  for (const Triangle& face : faces) {
-    std::array<Vec3d, 3> corners{scaled(face[0]), scaled(face[1]), scaled(face[2])};
-    if (!is_edge(face)) std::sort(corners.begin(), corners.end(), is_before);
-    normals.push_back(wall_normal(corners[0], corners[1], corners[2]));
+  std::optional<RoundForm> form = is_edge(faces.front()) ? circle_of(places) : sphere_of(places);
+  if (!form && !is_edge(faces.front())) {
+    std::vector<Vec3d> normals;
+    for (const Triangle& face : faces) {
+      std::array<Vec3d, 3> corners{scaled(face[0]), scaled(face[1]), scaled(face[2])};
+      std::sort(corners.begin(), corners.end(), is_before);
+      normals.push_back(wall_normal(corners[0], corners[1], corners[2]));
+    }
+    form = cylinder_of(places, normals);
   }
-  std::optional<RoundForm> form = is_edge(faces.front()) ? std::nullopt : sphere_of(places);
-  if (!form) form = cylinder_of(places, normals);
   if (form) form->center = middle + form->center * size;
   return form;
 }

@@ -29,9 +29,9 @@ Vec3d mean_of(std::span<const std::uint32_t> numbers, std::span<const Vec3d> poi
 }
 
 // The plane through three points of the patch that are far apart; of points on a line, or of a mesh of two dimensions,
-// the plane at a right angle to z = 0. Nothing for fewer than two different points.
+// the plane at a right angle to z = 0 through two of them. Nothing for fewer than two different points.
 std::optional<MirrorPlane> plane_of(std::span<const std::uint32_t> numbers, std::span<const Vec3d> points,
-                                    double tolerance) {
+                                    double tolerance, bool is_flat) {
   const Vec3d center = mean_of(numbers, points);
   const auto farthest = [&](const auto& distance) {
     return points[*std::max_element(numbers.begin(), numbers.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -44,7 +44,7 @@ std::optional<MirrorPlane> plane_of(std::span<const std::uint32_t> numbers, std:
   if (!(norm(along) > tolerance)) return std::nullopt;
   const Vec3d third = farthest([&](const Vec3d& p) { return norm(cross(p - first, along)); });
   Vec3d normal = cross(third - first, along);
-  if (!(norm(normal) > tolerance * norm(along))) normal = cross(along, Vec3d{0, 0, 1});
+  if (is_flat || !(norm(normal) > tolerance * norm(along))) normal = cross(along, Vec3d{0, 0, 1});
   if (!(norm(normal) > 0)) return std::nullopt;
   normal = normal / norm(normal);
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -69,9 +69,10 @@ const Patch& patch_named(const std::string& name, std::span<const Patch> patches
 }
 
 // The plane of the patch; nothing if it is not plane.
-std::optional<MirrorPlane> plane_of_wall(const Patch& patch, std::span<const Vec3d> points, double diagonal,
+std::optional<MirrorPlane> plane_of_wall(const Patch& patch, std::span<const Vec3d> points, const Box& box,
                                          const Place& place) {
-  const std::optional<MirrorPlane> plane = plane_of(patch.points, points, kFlat * diagonal);
+  const double diagonal = box.diagonal();
+  const std::optional<MirrorPlane> plane = plane_of(patch.points, points, kFlat * diagonal, box.min.z == box.max.z);
   if (!plane) throw InvalidInput(place, fmt::format("the patch \"{}\" is a point, and cannot slide", patch.name));
   const bool is_plane = std::all_of(patch.points.begin(), patch.points.end(), [&](std::uint32_t i) {
     return std::abs(dot(points[i] - plane->point, plane->normal)) <= kFlat * diagonal * norm(plane->normal);
@@ -127,7 +128,7 @@ class SlidingWallsFinder {
   }
 
   // Returns null if there are no such walls. The mirrors' walls keep what these have in common with them.
-  std::shared_ptr<const SlidingWalls> find(std::span<const Wall> walls) {
+  std::shared_ptr<const SlidingWalls> find(std::span<const Wall> walls, const WallOptions& options) {
     if (walls_.empty()) return nullptr;
     std::vector<std::uint8_t> slides(points_.size());
     for (const SlidingWall& wall : walls_) {
@@ -144,7 +145,7 @@ class SlidingWallsFinder {
       mirror.is_followed = false;
     }
     std::move(held_.begin(), held_.end(), std::back_inserter(walls_));
-    return std::make_shared<const SlidingWalls>(std::move(walls_), std::move(pairs_), points_, diagonal_);
+    return std::make_shared<const SlidingWalls>(std::move(walls_), std::move(pairs_), points_, diagonal_, options);
   }
 
  private:
@@ -204,7 +205,8 @@ void hold(Session& session, std::span<const Vec3d> held, double width) {
 
 }  // namespace
 
-Session on_walls(Session session, std::span<const Patch> patches, std::span<const Vec3d> points) {
+Session on_walls(Session session, std::span<const Patch> patches, std::span<const Vec3d> points,
+                 const WallOptions& options) {
   const Place place{session.name, 1};
   Box box;
   for (const Vec3d& p : points) box.extend(p);
@@ -216,6 +218,7 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
     mirror.push_back({{0, 0, 1}, {0, 0, box.min.z}});
   }
   for (Wall& wall : session.walls) {
+    stop_if_cancelled(options.progress);
     const Patch& patch = patch_named(wall.patch, patches, place);
     wall.points = patch.points;
     if (patch.points.empty()) throw InvalidInput(place, fmt::format("the patch \"{}\" has no points", patch.name));
@@ -224,7 +227,7 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
     } else if (wall.keeps_layers) {
       sliding.add_layers(patch, wall);
     } else if (wall.slides) {
-      const std::optional<MirrorPlane> plane = plane_of_wall(patch, points, box.diagonal(), place);
+      const std::optional<MirrorPlane> plane = plane_of_wall(patch, points, box, place);
       Mirror more = mirror;
       if (plane) more.push_back(*plane);
       if (plane && std::find(mirror.begin(), mirror.end(), *plane) != mirror.end()) {
@@ -247,7 +250,7 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
     flat.points.resize(points.size());
     std::iota(flat.points.begin(), flat.points.end(), 0U);
   }
-  session.sliding = sliding.find(session.walls);
+  session.sliding = sliding.find(session.walls, options);
   try {
     session.strokes = mirrored_in(std::move(session.strokes), mirror);
   } catch (const InvalidInput& error) {

@@ -332,6 +332,19 @@ TEST(CurvedWalls, ThreadsDoNotMatterAndWhatIsNotReachedKeepsItsBits) {
   }
 }
 
+TEST(CurvedWalls, FindingThemCountsAndCanBeCancelled) {
+  const Block block(11, in_pipe);
+  std::string walls = kPipeWalls;
+  std::erase(walls, '\n');
+  Progress progress;
+  WallOptions options{2, &progress};
+  on_walls(session_of(walls), block.patches, block.points, options);
+  EXPECT_GT(progress.total, block.points.size());
+  EXPECT_EQ(progress.done, progress.total);
+  progress.cancel = true;
+  EXPECT_THROW(on_walls(session_of(walls), block.patches, block.points, options), Cancelled);
+}
+
 TEST(CurvedWalls, AreNoFlow) {
   const Block block(5, in_pipe);
   const Session session = on_walls(session_of(R"({"patch": "right", "slide": true})"), block.patches, block.points);

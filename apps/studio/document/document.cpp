@@ -271,7 +271,8 @@ void Document::measure_large_volume() {
 
 namespace {
 
-constexpr double kThinAngle = 5;  // degrees
+constexpr double kThinAngle = 5;      // degrees
+constexpr double kAngularAngle = 30;  // degrees
 
 bool is_remeshed(const HistoryEntry& entry) {
   return std::all_of(entry.strokes.begin(), entry.strokes.end(),
@@ -289,10 +290,17 @@ bool has_thin_angle(const std::array<Vec3d, 3>& p) {
   return false;
 }
 
+// Whether a triangle is seen as a facet: the normals at its corners are of length 1.
+bool is_angular(const std::array<Vec3d, 3>& p, const std::array<Vec3d, 3>& normals) {
+  const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
+  const double bound = std::cos(kAngularAngle * std::numbers::pi / 180) * norm(normal);
+  return std::any_of(normals.begin(), normals.end(), [&](const Vec3d& n) { return dot(n, normal) < bound; });
+}
+
 }  // namespace
 
-void Document::count_thin_triangles() {
-  shown_.thin_triangles = 0;
+void Document::count_poor_triangles() {
+  shown_.poor_triangles = 0;
   const std::vector<std::shared_ptr<const HistoryEntry>> done = history_->done();
   const std::optional<ShapeState> before = history_->state_before();
   const ShapeState& now = history_->state();
@@ -301,13 +309,18 @@ void Document::count_thin_triangles() {
   std::vector<bool> moved(now.positions.size());
   for (const IndexRange& range : changes) std::fill(moved.begin() + range.begin, moved.begin() + range.end, true);
   const std::vector<Vec3d> after = now.positions.copy();
+  const std::vector<Vec3d> old = before->positions.copy();
+  const std::vector<Vec3d> normals = vertex_normals(*now.mesh, after, moved);
+  const std::vector<Vec3d> old_normals = vertex_normals(*now.mesh, old, moved);
   for_each_triangle(*now.mesh, after, [&](const Triangle& t) {
     if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) return;
-    const auto at = [&](const auto& from) { return std::array<Vec3d, 3>{from[t[0]], from[t[1]], from[t[2]]}; };
+    const auto at = [&](const std::vector<Vec3d>& from) { return std::array{from[t[0]], from[t[1]], from[t[2]]}; };
     const std::array<Vec3d, 3> here = at(after);
-    const std::array<Vec3d, 3> there = at(before->positions);
+    const std::array<Vec3d, 3> there = at(old);
     const bool is_stretched = triangle_stretch(there, here).value_or(1) > kStrongStretch;
-    if (is_stretched || (has_thin_angle(here) && !has_thin_angle(there))) ++shown_.thin_triangles;
+    const bool is_thin = has_thin_angle(here) && !has_thin_angle(there);
+    const bool is_facet = is_angular(here, at(normals)) && !is_angular(there, at(old_normals));
+    if (is_stretched || is_thin || is_facet) ++shown_.poor_triangles;
   });
 }
 
@@ -325,7 +338,7 @@ void Document::get_ready() {
   picker_is_stale_ = false;
   history_->prepare();
   measure_volume();
-  count_thin_triangles();
+  count_poor_triangles();
   if (journal_) journal_->sync();
   shown_.picker = pickers_.make(history_->state(), met_faces(shown_.objects, history_->state()));
   show();

@@ -66,9 +66,9 @@ struct DocumentState {
   ShapeState start;                     // the shape as it was opened
   std::optional<ShapeState>
       before_stroke;  // before the current gesture, else before the last entry; std::nullopt: not kept
-  // That the last entry made thin, if it was not remeshed: with an angle below 5 degrees that was larger before, or
-  // stretched more than kStrongStretch times.
-  std::size_t thin_triangles = 0;
+  // That the last entry made thin or angular, if it was not remeshed: stretched more than kStrongStretch times, with an
+  // angle below 5 degrees, or inclined by more than 30 degrees to the normal at a corner, which they were not before.
+  std::size_t poor_triangles = 0;
 };
 
 // Where the document keeps its files, and whom it informs.
@@ -211,7 +211,7 @@ class Document {
   void show_state();
   void measure_volume();
   void measure_large_volume();
-  void count_thin_triangles();
+  void count_poor_triangles();
   bool guarded(Subject subject, const std::function<void()>& work) const;
   bool guarded(const std::function<void()>& work) const { return guarded(Subject::strokes, work); }
   std::filesystem::path stamp_folder() const;

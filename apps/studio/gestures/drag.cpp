@@ -15,8 +15,8 @@ constexpr double kShortestPiece = 0.01;         // of the radius
 constexpr double kShortestDisplacement = 0.03;  // of the radius, of a set of points
 // Sines of the angle between a line and the view: the line faces the viewer below the first, and is seen from the side
 // above the second.
-constexpr double kFacesViewer = 0.25;
-constexpr double kSeenFromSide = 0.5;
+constexpr double kFacesViewer = 0.35;
+constexpr double kSeenFromSide = 0.6;
 constexpr double kLevel = 1e-6;  // a line that is seen level counts as one that goes up
 
 Vec3d forward_of(const GestureContext& around) { return render::camera_frame(around.screen.camera).forward; }
@@ -87,7 +87,9 @@ Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal,
     const Vec3d seen = drag.direction - view * dot(drag.direction, view);
     const double s = std::clamp((norm(seen) - kFacesViewer) / (kSeenFromSide - kFacesViewer), 0.0, 1.0);
     drag.depth = 1 - s * s * (3 - 2 * s);
-    drag.up = dot(seen, render::camera_frame(screen.camera).up) >= -kLevel ? 1 : -1;
+    const bool faces = drag.depth == 1;
+    const double upwards = faces ? -dot(drag.direction, view) : dot(seen, render::camera_frame(screen.camera).up);
+    drag.up = upwards >= -kLevel ? 1 : -1;
   }
   Pointer free = pointer;
   free.typed.reset();
@@ -148,7 +150,7 @@ void extend(std::vector<Vec3d>& path, const Vec3d& p, double shortest, const Poi
 ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& around) {
   const ToolSettings& settings = around.settings;
   const PullPlace place = start_of(pointer, around);
-  const Vec3d start = snapped_to_symmetry(place.start, settings);
+  const Vec3d start = snapped_to_symmetry(place.start, place.touched, {}, settings);
   ImplicitGesture gesture{begin_drag(pointer, start, place.normal, around), {}, place.touched, place.normal};
   gesture.stroke.inner = settings.inner_ratio * settings.radius;
   gesture.stroke.outer = settings.radius;
@@ -163,8 +165,12 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& aro
 }
 
 void move_implicit(const Pointer& pointer, const GestureContext& around, ImplicitGesture& gesture) {
-  const Vec3d p = kept_in_symmetry(gesture.drag.at(pointer, around), gesture.stroke.path.front(), around.settings);
-  extend(gesture.stroke.path, p, kShortestPiece * around.settings.radius, pointer, around.is_taken);
+  std::vector<Vec3d>& path = gesture.stroke.path;
+  const Vec3d to = gesture.drag.at(pointer, around);
+  const Vec3d& start = gesture.drag.start;
+  if (path.size() == 1) path = {snapped_to_symmetry(start, gesture.touched, to - start, around.settings)};
+  const Vec3d p = kept_in_symmetry(to, path.front(), around.settings);
+  extend(path, p, kShortestPiece * around.settings.radius, pointer, around.is_taken);
 }
 
 bool is_near(const PlacedTools& placed, const Pointer& pointer, const GestureContext& around) {

@@ -54,7 +54,8 @@ struct Drag {
   Vec3d offset{};    // from where the pointer was on that plane or line to the start
   Pixel from{};      // where the pointer was
   double depth = 0;  // of a line: 0 where it is seen from the side, 1 where it faces the viewer
-  double up = 1;     // of a line, with depth: 1 if upwards in the picture is along `direction`, else -1
+  double up = 1;     // of a line, with depth: 1 if upwards in the picture is along `direction`, else -1. Upwards is
+                     // towards the viewer where depth is 1: all over a face that is looked at.
 
   bool is_on_line() const { return mode == DragMode::normal || mode == DragMode::axis; }
   Vec3d at(const Pointer& pointer, const GestureContext& around) const;

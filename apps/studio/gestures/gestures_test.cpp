@@ -61,6 +61,22 @@ TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {
   EXPECT_NEAR(after.z, before.z - 40 * pixel_size(studio.view().screen(), before), 1e-3);
 }
 
+TEST_F(GesturesTest, DownIsInWhereverAFaceThatIsLookedAtIsStamped) {
+  for (const double y : {-0.2, -0.1, 0.0, 0.1, 0.2}) {
+    Studio studio(options());
+    run(studio, ball());
+    run(studio, fmt::format(R"({{"view": {{"yaw_deg": 0, "pitch_deg": 0}}}}
+{{"tool": "stamp"}}
+{{"set": {{"drag": "normal", "radius": 0.2}}}}
+{{"click": [0.05, {0}, 0.97]}}
+{{"move": [0.05, {0}, 0.97]}})",
+                            y));
+    const auto arrow = in_arrow(studio);
+    ASSERT_TRUE(arrow) << y;
+    EXPECT_GT(pixel_of(studio.view().screen(), arrow->to)->y, pixel_of(studio.view().screen(), arrow->from)->y) << y;
+  }
+}
+
 // A drag is applied in pieces. Their print is that of one stroke: no triangles cross, and the volume stays.
 TEST_F(GesturesTest, AStampThatIsDraggedInSlipsUnlessItIsToStick) {
   Studio studio(options());

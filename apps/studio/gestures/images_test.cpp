@@ -87,6 +87,29 @@ TEST_F(GesturesTest, OnTheAxisOrInThePlaneAStrokeIsDoneOnce) {
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
 }
 
+TEST_F(GesturesTest, APullAlongTheMirrorGoesInItWhereItsDashedRingReachesIt) {
+  Studio studio(options());
+  run(studio, ball(10242));
+  run(studio, R"({"tool": "ball"}
+{"view": {"yaw_deg": 0, "pitch_deg": 0}}
+{"set": {"mirror": [true, false, false], "radius": 0.4, "inner_ratio": 0.35}})");
+  const auto pulled = [&](const char* drag) {
+    run(studio, drag);
+    const auto stroke = std::get<ImplicitStroke>(last_strokes(studio).front());
+    EXPECT_GT(norm(stroke.path.back() - stroke.path.front()), 0.2);
+    EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
+    run(studio, R"({"key": "Ctrl+Z"})");
+    return stroke.path;
+  };
+  const auto is_in_plane = [](const Vec3d& p) { return p.x == 0; };
+  EXPECT_TRUE(std::ranges::all_of(pulled(R"({"drag": [[0.2, 0, 0.98], [0.3, 0.3, 0.98]]})"), is_in_plane));
+  EXPECT_TRUE(std::ranges::none_of(pulled(R"({"drag": [[0.2, 0, 0.98], [0.5, 0.1, 0.98]]})"), is_in_plane))
+      << "two pulls away from each other";
+  EXPECT_TRUE(std::ranges::none_of(pulled(R"({"drag": [[0.32, 0, 0.947], [0.4, 0.3, 0.947]]})"), is_in_plane));
+  EXPECT_TRUE(std::ranges::all_of(pulled(R"({"drag": [[0.05, 0, 0.99], [0.5, 0.25, 0.99]]})"), is_in_plane))
+      << "so near to the plane in every direction";
+}
+
 TEST_F(GesturesTest, AMirrorGoesThroughTheMiddleAFaceOrThreePoints) {
   Studio studio(options());
   run(studio, ball());

@@ -485,14 +485,20 @@ std::vector<SymmetryImage> images_of(const ToolSettings& settings) {
   return images;
 }
 
-Vec3d snapped_to_symmetry(Vec3d p, const ToolSettings& settings) {
-  const double near = 0.5 * settings.inner_ratio * settings.radius;
+double half_radius(const ToolSettings& settings, double inner_ratio) {
+  return settings.radius * (inner_ratio + (1 - inner_ratio) * falloff_facts(settings.falloff).half);
+}
+
+Vec3d snapped_to_symmetry(Vec3d p, const Vec3d& touched, const Vec3d& motion, const ToolSettings& settings) {
+  const double across = 0.5 * settings.inner_ratio * settings.radius;
+  const double along = half_radius(settings, settings.inner_ratio);
+  const auto near = [&](double part) { return part < 0.5 * norm(motion) ? along : across; };
   for (const Symmetry::Plane& plane : mirror_planes(settings)) {
-    if (std::abs(distance_to(plane, p)) < near) p = in_plane(plane, p);
+    if (std::abs(distance_to(plane, touched)) < near(std::abs(dot(plane.normal, motion)))) p = in_plane(plane, p);
   }
   if (settings.symmetry.turns < 2) return p;
-  const Vec3d axial = on_axis(settings.symmetry, p);
-  return norm(p - axial) < near ? axial : p;
+  const double apart = norm(touched - on_axis(settings.symmetry, touched));
+  return apart < near(norm(cross(normalized(settings.symmetry.axis), motion))) ? on_axis(settings.symmetry, p) : p;
 }
 
 Vec3d kept_in_symmetry(Vec3d p, const Vec3d& first, const ToolSettings& settings) {

@@ -292,8 +292,13 @@ std::vector<SymmetryImage> images_of(const ToolSettings& settings);
 // nothing.
 std::optional<Mirror> mirror_of(const ToolSettings& settings);
 
-// Returns the start of a drag: in a mirror's plane or on the axis, if it is so near that the tool lies across it.
-Vec3d snapped_to_symmetry(Vec3d p, const ToolSettings& settings);
+// Returns the radius at which the motion has fallen to its half.
+double half_radius(const ToolSettings& settings, double inner_ratio);
+
+// Returns the start of a drag that touches the surface at a place and moves so far: in a mirror's plane or on the axis,
+// if these are within half of the inner region of that place; of half_radius(), if the motion is along them. Two images
+// so near to each other move what lies between them further than themselves, and tear the surface into lobes.
+Vec3d snapped_to_symmetry(Vec3d p, const Vec3d& touched, const Vec3d& motion, const ToolSettings& settings);
 
 // Returns p in the planes and on the axis in which the first point of the path lies.
 Vec3d kept_in_symmetry(Vec3d p, const Vec3d& first, const ToolSettings& settings);

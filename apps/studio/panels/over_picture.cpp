@@ -493,9 +493,6 @@ void draw_axes(Studio& studio, const Gui& gui, const Layout& layout) {
 
 namespace {
 
-constexpr int kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
-                       ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus;
-
 ImU32 colour_of(const render::Color& c) { return ImGui::GetColorU32(ImVec4{c.red, c.green, c.blue, c.alpha}); }
 
 void draw_ramp(const Gui& gui) {
@@ -530,7 +527,7 @@ void draw_legend(const Studio& studio, const Gui& gui, bool is_known) {
                            ImGui::GetIO().DisplaySize.y - static_cast<float>(covered.bottom) - above_offer},
                           ImGuiCond_Always, {0, 1});
   ImGui::SetNextWindowBgAlpha(0.75F);
-  if (ImGui::Begin("Stretch", nullptr, kPlain | ImGuiWindowFlags_NoInputs)) {
+  if (ImGui::Begin("Stretch", nullptr, kOverlay | ImGuiWindowFlags_NoInputs)) {
     ImGui::TextUnformatted(since == StretchView::since_start ? "Greatest stretch since the start"
                                                              : "Greatest stretch by the last stroke");
     if (is_known) {
@@ -565,7 +562,7 @@ void draw_label(const Studio& studio, const Gui& gui, const GreatestStretch& est
 // Returns the height that it takes at the bottom of the view.
 float draw_remesh_offer(Studio& studio, const Gui& gui) {
   const DocumentState& shown = studio.document().shown();
-  if (shown.thin_triangles == 0 || studio.gesture() || shown.looked_at || studio.document().worker().is_busy())
+  if (shown.poor_triangles == 0 || studio.gesture() || shown.looked_at || studio.document().worker().is_busy())
     return 0;
   const Margins& covered = studio.view().navigation().covered;
   const float gap = kPanelGap * gui.unit();
@@ -573,12 +570,18 @@ float draw_remesh_offer(Studio& studio, const Gui& gui) {
       {static_cast<float>(covered.left) + gap, ImGui::GetIO().DisplaySize.y - static_cast<float>(covered.bottom) - gap},
       ImGuiCond_Always, {0, 1});
   ImGui::SetNextWindowBgAlpha(0.9F);
-  if (ImGui::Begin("Thin triangles", nullptr, kPlain)) {
-    const char* const what = shown.thin_triangles == 1 ? "triangle" : "triangles";
-    ImGui::TextUnformatted(fmt::format("The last stroke made {} {} thin.", shown.thin_triangles, what).c_str());
+  if (ImGui::Begin("Poor triangles", nullptr, kOverlay)) {
+    const char* const end = shown.poor_triangles == 1 ? "" : "s";
+    ImGui::Text("The last stroke made %zu triangle%s thin or angular.", shown.poor_triangles, end);
     ImGui::SameLine();
     if (ImGui::Button("Remesh")) studio.perform(Action::remesh_last);
     help_on_hover("Applies the last stroke again and remeshes what it moved.");
+    ImGui::SameLine();
+    if (ImGui::Button("Always")) {
+      studio.tools().settings().remesh = true;
+      studio.perform(Action::remesh_last);
+    }
+    help_on_hover("Remeshes this stroke and all that follow.");
   }
   const float height = ImGui::GetWindowHeight();
   ImGui::End();

@@ -31,11 +31,6 @@ struct Radii {
   double strength = 0;
 };
 
-// Where the motion has fallen to its half.
-double half_radius(const ToolSettings& settings, double inner_ratio) {
-  return settings.radius * (inner_ratio + (1 - inner_ratio) * falloff_facts(settings.falloff).half);
-}
-
 std::optional<Radii> radii_of(const Studio& studio) {
   const ToolSettings& settings = studio.tools().settings();
   switch (settings.tool->use) {
@@ -78,7 +73,9 @@ struct CursorPlace {
 std::optional<CursorPlace> cursor_place(const Studio& studio) {
   const auto* const pull = studio.gesture() ? std::get_if<ImplicitGesture>(&studio.gesture()->kind) : nullptr;
   if (pull != nullptr) {
-    return CursorPlace{pull->touched + (pull->stroke.path.back() - pull->stroke.path.front()), pull->normal};
+    const std::vector<Vec3d>& path = pull->stroke.path;
+    const Vec3d center = pull->touched + (path.back() - path.front());
+    return CursorPlace{kept_in_symmetry(center, path.front(), studio.tools().settings()), pull->normal};
   }
   const DocumentState& shown = studio.document().shown();
   if (!studio.pointer_is_over_view() || !shown.picker || !shown.picker->fits(shown.state)) return std::nullopt;

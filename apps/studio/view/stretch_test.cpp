@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -156,16 +158,16 @@ TEST_F(StretchTest, OffersToRemeshWhatTheLastStrokeMadeThin) {
   {
     Studio studio(options());
     run(studio, ball());
-    EXPECT_EQ(studio.document().shown().thin_triangles, 0u);
+    EXPECT_EQ(studio.document().shown().poor_triangles, 0u);
     run(studio, R"({"tool": "ball"}
 {"set": {"inner_ratio": 0.7, "drag": "view"}}
 {"drag": [[0, 0.9, 0], [0, 2.6, 0]], "steps": 4})");
-    EXPECT_GT(studio.document().shown().thin_triangles, 10u);
+    EXPECT_GT(studio.document().shown().poor_triangles, 10u);
     const double before = stretch_since_start(studio);
     EXPECT_GT(before, kStrongStretch);
     run(studio, R"({"key": "Shift+R"})");
     EXPECT_EQ(errors(studio), "");
-    EXPECT_EQ(studio.document().shown().thin_triangles, 0u);
+    EXPECT_EQ(studio.document().shown().poor_triangles, 0u);
     ASSERT_EQ(studio.document().shown().history.size(), 1u);
     EXPECT_TRUE(studio.document().shown().history[0]->strokes.back().remesh.has_value());
     EXPECT_GT(positions(studio).size(), 2700u);
@@ -179,6 +181,22 @@ TEST_F(StretchTest, OffersToRemeshWhatTheLastStrokeMadeThin) {
     EXPECT_EQ(positions(studio).size(), 2562u);
     studio.document().close();
   }
+}
+
+TEST_F(StretchTest, OffersToRemeshWhatIsFinerThanTheTriangles) {
+  const auto painted = [&](int vertices, double depth) {
+    Studio studio(options());
+    run(studio, ball(vertices) + fmt::format(R"({{"tool": "paint"}}
+{{"set": {{"radius": 0.12, "depth": {}}}}}
+{{"drag": [[-0.3, 0, 0.95], [0.3, 0, 0.95]], "steps": 20}})",
+                                             depth));
+    const std::size_t count = studio.document().shown().poor_triangles;
+    studio.document().close();
+    return count;
+  };
+  EXPECT_GT(painted(10242, 0.2), 10u);
+  EXPECT_EQ(painted(40962, 0.2), 0u) << "the stroke itself is smooth";
+  EXPECT_EQ(painted(10242, 0.02), 0u) << "too little to be seen";
 }
 
 // What moves reaches across the shape on both sides of what stays, with little room between.

@@ -9,6 +9,7 @@ import typing
 from . import _knead
 from ._arrays import faces_for
 from ._session import Session, native_session
+from ._shapes import Shape, cell_blocks
 from ._strokes import Stroke, _wrap
 
 
@@ -41,6 +42,8 @@ def deform(
     progress=None,
     out=None,
     also=None,
+    patches=None,
+    cells=None,
 ):
     """Returns the vertices deformed by a session: (n, 3) float64, or float32 if `vertices` is float32.
 
@@ -61,12 +64,21 @@ def deform(
         array is then moved in place, without a copy unless `progress` is given.
     also: a sequence of other shapes or points, such as clothes and eyes, that one flow moves along: the result is then a
         list of `vertices`, deformed, and of each of them. Strokes that read a surface read that of `vertices`.
+    patches, cells: of a volume mesh, for a session with walls; by default those of a Shape that was read from a file of
+        gmsh, SU2 or OpenFOAM. patches: a dict of names and arrays as Shape.patches, faces of any number of corners. cells:
+        as for check_cells; without them no cell is judged.
 
     Raises InvalidInput (a ValueError) for values that cannot be used, with the first index for a coordinate that is not
-    finite; TypeError for other types; AccuracyError if a path line runs to infinity. Ctrl-C ends the work and leaves
+    finite; TypeError for other types; AccuracyError if a path line runs to infinity, or a cell beside walls would be
+    inverted. Ctrl-C ends the work and leaves
     `out` as it was. The GIL is released; calls from several threads on different arrays are safe.
     """
     accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
+    if isinstance(session, Session) and session.walls:
+        if faces is not None or also is not None:
+            raise _knead.InvalidInput("walls are those of one volume mesh; leave out faces and also")
+        parts, native = _mesh_parts(vertices, patches, cells), session._native(walls=True)
+        return _knead.deform_on_walls(vertices, native, parts, accuracy, bool(inverse), until, progress, out)
     faces = faces_for(vertices, faces)
     if also is None:
         return _knead.deform(vertices, native_session(session), faces, accuracy, bool(inverse), until, progress, out)
@@ -86,6 +98,21 @@ def deform(
             return None
         results.append(moved)
     return results
+
+
+def _mesh_parts(vertices, patches, cells):
+    """Returns the native patches and cells of a volume mesh."""
+    import numpy as np
+
+    if patches is None and cells is None and isinstance(vertices, Shape):
+        return vertices._mesh_parts()
+    blocks = [] if cells is None else cell_blocks(cells)
+    named = {str(name): np.asarray(numbers) for name, numbers in dict(patches or {}).items()}
+    for name, numbers in named.items():
+        if numbers.dtype.kind not in "iu":
+            raise TypeError(f"the patch {name!r} must be an array of whole numbers, got dtype {numbers.dtype}")
+    count = len(getattr(vertices, "vertices", getattr(vertices, "points", vertices)))
+    return _knead.parts_from(list(named.items()), blocks, count)
 
 
 class _Made(typing.NamedTuple):

@@ -10,6 +10,15 @@ from ._arrays import faces_for
 from ._strokes import Stroke, _plain, _stroke_with, _wrap
 
 
+def _read_header(key, value):
+    """Returns the native session that has this in its header."""
+    try:
+        header = json.dumps({"knead": 1, key: value}, default=_plain, allow_nan=False)
+    except ValueError:
+        raise _knead.InvalidInput(f"{key} has a number that is not finite") from None
+    return _knead.parse_session(header + "\n", "session")
+
+
 def _native_parameters(parameters):
     """Returns native parameters of numbers, or tuples of a number and its bounds, by name."""
     if not parameters:
@@ -21,12 +30,7 @@ def _native_parameters(parameters):
         value, least, greatest = given
         return {k: v for k, v in (("value", value), ("min", least), ("max", greatest)) if v is not None}
 
-    values = {str(name): described(given) for name, given in dict(parameters).items()}
-    try:
-        header = json.dumps({"knead": 1, "parameters": values}, default=_plain, allow_nan=False)
-    except ValueError:
-        raise _knead.InvalidInput("parameters has a number that is not finite") from None
-    return _knead.parse_session(header + "\n", "session").parameters
+    return _read_header("parameters", {str(name): described(given) for name, given in dict(parameters).items()}).parameters
 
 
 def _real(number):
@@ -48,17 +52,23 @@ class Session(collections.abc.MutableSequence):
     mesh: path of the shape, relative to the session's file; note: text for people.
     parameters: a dict of names and values; in the place of a value there may be a tuple (value, least, greatest) of which
         the bounds may be None. In strokes that are dicts, the text "$name" stands for the number.
+    walls: dicts as in the header of a session's file, such as {"patch": "inlet", "hold": True}. They are patches of a
+        volume mesh; knead.deform takes such a session, and nothing else does.
 
     `session(length=0.3)` returns the session with other values of parameters.
 
     Strokes of stamps name files, relative to the folder of the session's file (`path`), or the current folder.
     """
 
-    def __init__(self, strokes=(), mesh=None, note=None, parameters=None):
+    def __init__(self, strokes=(), mesh=None, note=None, parameters=None, walls=None):
         if isinstance(strokes, (Stroke, dict)):
             strokes = [strokes]
         named = isinstance(strokes, Session) and parameters is None
         self._parameters = strokes._parameters if named else _native_parameters(parameters)
+        if walls is None:
+            self._walls = strokes._walls if isinstance(strokes, Session) else []
+        else:
+            self._walls = _read_header("walls", list(walls)).walls
         self._strokes = [self._stroke(s) for s in strokes]
         self.mesh = None if mesh is None else os.fspath(mesh)
         self.note = note
@@ -88,6 +98,13 @@ class Session(collections.abc.MutableSequence):
         """The bounds of the parameters by name: tuples (least, greatest), with None where there is no bound."""
         return {p.name: (p.least, p.greatest) for p in self._parameters}
 
+    @property
+    def walls(self):
+        """The walls, as dicts, in a new list."""
+        header = _knead.Session([], "")
+        header.walls = self._walls
+        return json.loads(header.text()).get("walls", [])
+
     def __call__(self, **values):
         """Returns the session with these values of its parameters.
 
@@ -95,7 +112,7 @@ class Session(collections.abc.MutableSequence):
         use the value.
         """
         numbers = {name: _real(value) for name, value in values.items()}
-        changed = Session()._take(self._native().with_values(numbers))
+        changed = Session()._take(self._native(walls=True).with_values(numbers))
         changed.path = self.path
         return changed
 
@@ -103,19 +120,17 @@ class Session(collections.abc.MutableSequence):
         return _stroke_with(value, self._parameters)
 
     def _take(self, native):
-        if native.has_walls:
-            raise _knead.InvalidInput(f"{native.name}: the session has walls, which need the command: knead deform")
-        self.mesh, self.note, self._parameters = native.mesh, native.note, native.parameters
+        self.mesh, self.note, self._parameters, self._walls = native.mesh, native.note, native.parameters, native.walls
         self._strokes = [_wrap(s) for s in native.strokes]
         return self
 
     def text(self):
         """Returns the text of a .knead file; parse() gives an equal session."""
-        return self._native().text()
+        return self._native(walls=True).text()
 
     def write(self, path):
         """Writes a .knead file, whole or not at all. Raises FileError."""
-        self._native().write(os.fspath(path))
+        self._native(walls=True).write(os.fspath(path))
 
     def resolve(self, vertices, faces=None, *, threads=0):
         """Returns the session as one that reads no surface: a flow for any points.
@@ -161,10 +176,13 @@ class Session(collections.abc.MutableSequence):
             raise _knead.InvalidInput(f'no parameter "{unknown[0]}"; the session has {", ".join(self.parameters) or "none"}')
         return [_real(direction.get(name, 0)) for name in self.parameters]
 
-    def _native(self):
+    def _native(self, walls=False):
+        if self._walls and not walls:
+            raise _knead.InvalidInput("the session has walls, which only knead.deform takes, for a mesh with patches")
         native = _knead.Session([s._native for s in self._strokes], self.path or "", self._parameters)
         native.mesh = self.mesh
         native.note = self.note
+        native.walls = self._walls
         return native
 
     def __len__(self):
@@ -174,7 +192,7 @@ class Session(collections.abc.MutableSequence):
         if not isinstance(index, slice):
             return self._strokes[index]
         part = Session(self._strokes[index], self.mesh, self.note)
-        part.path, part._parameters = self.path, self._parameters
+        part.path, part._parameters, part._walls = self.path, self._parameters, self._walls
         return part
 
     def __setitem__(self, index, value):
@@ -187,9 +205,9 @@ class Session(collections.abc.MutableSequence):
         self._strokes.insert(index, self._stroke(value))
 
     def __getstate__(self):
-        if not self._parameters:
+        if not self._parameters and not self._walls:
             return self.__dict__
-        return {**self.__dict__, "_parameters": [], "_strokes": [], "_text": self.text()}
+        return {**self.__dict__, "_parameters": [], "_walls": [], "_strokes": [], "_text": self.text()}
 
     def __setstate__(self, state):
         text = state.pop("_text", None)
@@ -200,12 +218,12 @@ class Session(collections.abc.MutableSequence):
     def __eq__(self, other):
         if not isinstance(other, Session):
             return NotImplemented
-        return self._native().text() == other._native().text()
+        return self.text() == other.text()
 
     __hash__ = None
 
     def __repr__(self):
-        given = ("mesh", self.mesh), ("note", self.note), ("parameters", self.parameters or None)
+        given = ("mesh", self.mesh), ("note", self.note), ("parameters", self.parameters or None), ("walls", self.walls or None)
         rest = "".join(f", {k}={v!r}" for k, v in given if v is not None)
         return f"knead.Session({self._strokes!r}{rest})"
 

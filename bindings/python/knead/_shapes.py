@@ -18,9 +18,10 @@ class Shape:
         is_native = isinstance(vertices, _knead.ShapeFile)
         self._native = vertices if is_native else _knead.shape_from(vertices, faces_for(vertices, faces))
         self._vertices = self._native.vertices()
+        self._path, self._parts = "", None
 
     def __copy__(self):
-        return _with_vertices(Shape(self._native), self._vertices)
+        return _with_vertices(Shape(self._native), self._vertices, self._path)
 
     def __deepcopy__(self, memo):
         return self.__copy__()
@@ -28,7 +29,7 @@ class Shape:
     def __reduce__(self):
         if self.format == "gltf":
             raise TypeError("a Shape of a glTF file with files beside it cannot be pickled; send its path, or convert it to .glb")
-        return _from_bytes, (self._native.bytes(), self.format, self._vertices)
+        return _from_bytes, (self._native.bytes(), self.format, self._vertices, self._path)
 
     @property
     def vertices(self):
@@ -58,6 +59,20 @@ class Shape:
         return self._native.triangles()
 
     @property
+    def patches(self):
+        """The named patches of a mesh of gmsh, SU2 or OpenFOAM, which the walls of sessions name: a new dict of arrays.
+
+        Faces (m, 3), cut into triangles; edges (m, 2) of a mesh of two dimensions; the vertices (n,) of a group that has
+        neither. Empty for other formats. Those of OpenFOAM are read from the files beside `points`.
+        """
+        return self._mesh_parts().patches()
+
+    def _mesh_parts(self):
+        if self._parts is None:
+            self._parts = _knead.parts_of_file(self._path, self._native)
+        return self._parts
+
+    @property
     def attributes(self):
         """The names of what else the file holds for vertices, corners and faces."""
         return self._native.attributes()
@@ -85,13 +100,13 @@ class Shape:
         return f"<knead.Shape: {self.format}, {len(self._vertices)} vertices>"
 
 
-def _with_vertices(shape, vertices):
-    shape.vertices = vertices
+def _with_vertices(shape, vertices, path):
+    shape.vertices, shape._path = vertices, path
     return shape
 
 
-def _from_bytes(data, format, vertices):
-    return _with_vertices(Shape(_knead.parse_shape(data, format)), vertices)
+def _from_bytes(data, format, vertices, path):
+    return _with_vertices(Shape(_knead.parse_shape(data, format)), vertices, path)
 
 
 def write(path, vertices, faces=None, *, double=False):
@@ -108,7 +123,9 @@ def read(path):
 
     Raises FileError for a file that cannot be read, and InvalidInput with the line or byte for one that is malformed.
     """
-    return Shape(_knead.read_shape(os.fspath(path)))
+    shape = Shape(_knead.read_shape(os.fspath(path)))
+    shape._path = os.path.abspath(path)
+    return shape
 
 
 def crossings(vertices, faces=None):
@@ -128,7 +145,7 @@ def check_cells(points, cells, before=None):
     """Returns what a deformation may spoil in the cells of a volume mesh, as a dict of arrays with a value for each cell.
 
     volume; scaled_jacobian, 1 at best, the least over the corners; non_orthogonality_deg and skewness, the worst of the
-    faces as OpenFOAM's checkMesh defines them; inverted, exact: whether a corner has turned. With
+    faces, and aspect_ratio, as OpenFOAM's checkMesh defines them; inverted, exact: whether a corner has turned. With
     `before`, the points before the deformation, also volume_ratio, and inverted says whether a corner has turned since; a
     cell that was flat or tangled before is not counted.
     cells: (m, 4) tetrahedra, (m, 5) pyramids, (m, 6) wedges or (m, 8) hexahedra in VTK's order of corners; or the cells
@@ -144,8 +161,8 @@ def check_cells(points, cells, before=None):
         return [np.concatenate(arrays) for arrays in zip(*parts, strict=True)] if parts else [np.zeros(0)] * 3
 
     volume, jacobian, orientation = measured(points)
-    angle, skewness = _knead.cell_face_qualities(points, blocks)
-    faces = {"non_orthogonality_deg": angle, "skewness": skewness}
+    angle, skewness, aspect = _knead.cell_face_qualities(points, blocks)
+    faces = {"non_orthogonality_deg": angle, "skewness": skewness, "aspect_ratio": aspect}
     if before is None:
         return {"volume": volume, "scaled_jacobian": jacobian, "inverted": orientation != 1, **faces}
     first, _, was = measured(before)

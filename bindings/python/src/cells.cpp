@@ -1,16 +1,20 @@
-// The cells of volume meshes: their quality, and a deformation that keeps it.
+// The cells and patches of volume meshes, the quality of cells, and a deformation that keeps it.
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <optional>
+#include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "arrays.h"
+#include "cells.h"
 #include "knead/cells.h"
 #include "knead/certify.h"
 #include "knead/error.h"
@@ -96,7 +100,68 @@ Cells cells_from(const std::vector<CellArray>& blocks, std::size_t points) {
   return cells;
 }
 
-// Non-orthogonality in degrees and skewness of the cells of all blocks.
+// Points (n), edges (n, 2), or faces (n, k), which are cut into triangles.
+Patch patch_from(const std::string& name, const CellArray& numbers, std::size_t points) {
+  if (numbers.ndim() < 1 || numbers.ndim() > 2 || (numbers.ndim() == 2 && numbers.shape(1) < 2)) {
+    throw InvalidInput(fmt::format("the patch \"{}\" must have the shape (n,), (n, 2), (n, 3) ...", name));
+  }
+  Patch patch{name, {}};
+  for (py::ssize_t i = 0; i < numbers.size(); ++i) {
+    const std::int64_t number = numbers.data()[i];
+    if (number < 0 || static_cast<std::uint64_t>(number) >= points) {
+      throw InvalidInput(fmt::format("the patch \"{}\" has the point {}, but there are {}", name, number, points));
+    }
+    patch.points.push_back(static_cast<std::uint32_t>(number));
+  }
+  const std::size_t corners = numbers.ndim() == 2 ? static_cast<std::size_t>(numbers.shape(1)) : patch.points.size();
+  for (std::size_t first = 0; numbers.ndim() == 2 && first < patch.points.size(); first += corners) {
+    const std::span face = std::span(patch.points).subspan(first, corners);
+    if (corners == 2) patch.faces.push_back({face[0], face[1], face[1]});
+    for (std::size_t k = 2; k < corners; ++k) patch.faces.push_back({face[0], face[k - 1], face[k]});
+  }
+  std::sort(patch.points.begin(), patch.points.end());
+  patch.points.erase(std::unique(patch.points.begin(), patch.points.end()), patch.points.end());
+  return patch;
+}
+
+MeshParts parts_from(const std::vector<std::pair<std::string, CellArray>>& patches,
+                     const std::vector<CellArray>& blocks, std::size_t points) {
+  MeshParts parts;
+  for (const auto& [name, numbers] : patches) parts.patches.push_back(patch_from(name, numbers, points));
+  VolumeCells cells;
+  cells.cells = cells_from(blocks, points);
+  parts.cells = [cells = std::move(cells)] { return cells; };
+  return parts;
+}
+
+// The file must outlive the result.
+MeshParts parts_of_file(const std::filesystem::path& path, const ShapeFile& file) {
+  MeshParts parts;
+  Progress progress;
+  run_watched(py::none(), progress, [&] { parts.patches = read_patches(path, file); });
+  parts.cells = [path, &file] { return read_cells(path, file); };
+  return parts;
+}
+
+// Faces (m, 3); edges (m, 2) of a mesh of two dimensions; the points (n) of a patch without faces.
+py::dict patches_of(const MeshParts& parts) {
+  py::dict dict;
+  for (const Patch& patch : parts.patches) {
+    if (patch.faces.empty()) {
+      dict[py::str(patch.name)] = array_from(patch.points);
+      continue;
+    }
+    const bool is_flat = std::ranges::all_of(patch.faces, [](const Triangle& face) { return face[1] == face[2]; });
+    const std::size_t corners = is_flat ? 2 : 3;
+    py::array_t<std::uint32_t> faces({patch.faces.size(), corners});
+    std::uint32_t* to = faces.mutable_data();
+    for (const Triangle& face : patch.faces) to = std::copy_n(face.begin(), corners, to);
+    dict[py::str(patch.name)] = faces;
+  }
+  return dict;
+}
+
+// Non-orthogonality in degrees, skewness and aspect ratio of the cells of all blocks.
 py::tuple cell_face_qualities(const py::object& vertices, const std::vector<CellArray>& blocks) {
   const Points points = points_from(vertices, "points");
   CellFaceQuality quality;
@@ -106,7 +171,8 @@ py::tuple cell_face_qualities(const py::object& vertices, const std::vector<Cell
     stop_if_cancelled(&progress);
     quality = cell_face_quality(cells, points.span());
   });
-  return py::make_tuple(array_from(quality.non_orthogonality_deg), array_from(quality.skewness));
+  return py::make_tuple(array_from(quality.non_orthogonality_deg), array_from(quality.skewness),
+                        array_from(quality.aspect_ratio));
 }
 
 py::dict dict_of(const CellSummary& summary) {
@@ -211,6 +277,9 @@ std::optional<double> widest_outer_of(const py::object& given, const std::vector
 }  // namespace
 
 void add_cells(py::module_& module) {
+  py::class_<MeshParts>(module, "MeshParts").def("patches", &patches_of);
+  module.def("parts_from", &parts_from);
+  module.def("parts_of_file", &parts_of_file, py::keep_alive<0, 2>());
   module.def("cell_qualities", &cell_qualities);
   module.def("cell_face_qualities", &cell_face_qualities);
   module.def("deform_cells", &deform_cells_by);

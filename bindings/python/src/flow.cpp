@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "arrays.h"
+#include "cells.h"
+#include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/tools.h"
@@ -138,17 +140,64 @@ py::object replay_on(const Request& request, const Session& session, const py::o
   return request.target.take(array_of(replayed.shape.positions()), request.points.is_float32);
 }
 
-py::object deform(const py::object& vertices, const Session& session, const py::object& faces, const Accuracy& accuracy,
-                  bool inverse, std::optional<double> until, const py::object& progress, const py::object& out) {
-  Points points = points_from(vertices, "vertices");
-  Target target(out, points);
-  const Request request{std::move(points), std::move(target), progress};
+// What Python gives to deform, whatever the session is.
+struct Given {
+  const py::object& vertices;
+  SessionPart part;
+  const py::object& progress;
+  const py::object& out;
+};
+
+SessionPart part_from(bool inverse, std::optional<double> until) {
+  return {inverse ? Direction::backwards : Direction::forwards, until};
+}
+
+py::object deform(const Given& given, const Session& session, const py::object& faces, const Accuracy& accuracy) {
+  Points points = points_from(given.vertices, "vertices");
+  Target target(given.out, points);
+  const Request request{std::move(points), std::move(target), given.progress};
   ReplayOptions options;
   options.motion = motion_options(accuracy);
-  options.part = {inverse ? Direction::backwards : Direction::forwards, until};
+  options.part = given.part;
   if (!faces.is_none() && needs_faces(session)) return replay_on(request, session, faces, options);
   const auto make_flow = [&] { return flow_of(session, options.part, accuracy.threads); };
   return move(request, accuracy, make_flow, session, options);
+}
+
+// Applies a session with walls to the points of a volume mesh, as the command does.
+py::object deform_on_walls(const Given& given, const Session& session, const MeshParts& parts,
+                           const Accuracy& accuracy) {
+  const Points points = points_from(given.vertices, "vertices");
+  const Target target(given.out, points);
+  Progress progress;
+  ReplayOptions options;
+  options.motion = motion_options(accuracy);
+  options.part = given.part;
+  options.progress = &progress;
+  ReplayResult replayed;
+  std::vector<Vec3d> moved;
+  std::size_t inverted = 0;
+  const bool is_done = run_watched(given.progress, progress, [&] {
+    const Session on = on_walls(session, parts.patches, points.span(), {accuracy.threads, &progress});
+    Mesh mesh;
+    mesh.positions.assign(points.span().begin(), points.span().end());
+    progress.done = 0;
+    progress.total = total_work(mesh, on, options);
+    replayed = replay(std::move(mesh), on, options);
+    if (replayed.status != AdvectStatus::done) return;
+    moved = replayed.shape.positions();
+    put_on_walls(on, moved);
+    if (on.sliding) inverted = count_new_inversions(parts.cells(), points.span(), moved);
+  });
+  if (!is_done) return py::none();
+  require_done(replayed.status, session, replayed.failed_line);
+  if (inverted > 0) {
+    throw AccuracyError(
+        fmt::format("{}: {} cell{} would be inverted beside the walls; deform less, or give them "
+                    "another \"width\"",
+                    session.name, inverted, inverted == 1 ? "" : "s"));
+  }
+  return target.take(array_of(moved), points.is_float32);
 }
 
 Flow joined(Flow first, const Flow& second) {
@@ -281,7 +330,16 @@ void add_flow(py::module_& module) {
       .def("joined", &joined)
       .def("__len__", [](const Flow& flow) { return flow.segments.size(); })
       .def("__eq__", [](const Flow& a, const Flow& b) { return a == b; });
-  module.def("deform", &deform);
+  module.def("deform",
+             [](const py::object& vertices, const Session& session, const py::object& faces, const Accuracy& accuracy,
+                bool inverse, std::optional<double> until, const py::object& progress, const py::object& out) {
+               return deform({vertices, part_from(inverse, until), progress, out}, session, faces, accuracy);
+             });
+  module.def("deform_on_walls",
+             [](const py::object& vertices, const Session& session, const MeshParts& parts, const Accuracy& accuracy,
+                bool inverse, std::optional<double> until, const py::object& progress, const py::object& out) {
+               return deform_on_walls({vertices, part_from(inverse, until), progress, out}, session, parts, accuracy);
+             });
   py::class_<DerivativeRequest>(module, "DerivativeRequest").def(py::init<double, int, std::optional<double>>());
   module.def("jvp", &jvp);
   module.def("vjp", &vjp);

@@ -136,6 +136,7 @@ void add_strokes(py::module_& module) {
       .def_readonly("value", &Parameter::value)
       .def_readonly("least", &Parameter::least)
       .def_readonly("greatest", &Parameter::greatest);
+  const py::class_<Wall> wall(module, "Wall");  // a name for Session.walls; JSON has the rest
   py::class_<SessionStroke>(module, "Stroke")
       .def(py::init([](const std::string& json, const std::string& name, const std::vector<Parameter>& parameters) {
              return parse_stroke(json, name, parameters);
@@ -154,7 +155,7 @@ void add_strokes(py::module_& module) {
       .def_readwrite("note", &Session::note)
       .def_readonly("strokes", &Session::strokes)
       .def_readonly("parameters", &Session::parameters)
-      .def_property_readonly("has_walls", [](const Session& s) { return !s.walls.empty(); })
+      .def_readwrite("walls", &Session::walls)
       .def("with_values", &with_values)
       .def_readonly("warnings", &Session::warnings)
       .def("text", &serialize_session)

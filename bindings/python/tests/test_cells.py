@@ -44,6 +44,9 @@ def test_cells_between_which_faces_are_slanted():
     points, cells = grid(3)
     straight = knead.check_cells(points, cells)
     assert straight["non_orthogonality_deg"].max() < 1e-6 and straight["skewness"].max() < 1e-9
+    assert straight["aspect_ratio"] == pytest.approx(np.ones(27))
+    long = knead.check_cells(points * [4, 1, 1], cells)["aspect_ratio"]
+    assert long == pytest.approx(np.full(27, 4.0))  # the areas along x are a quarter of the others
     sheared = points + points[:, 2:] * [1, 0, 0]
     quality = knead.check_cells(sheared, cells, before=points)
     assert quality["non_orthogonality_deg"] == pytest.approx(np.full(27, 45.0))

@@ -273,6 +273,16 @@ def use_session(draw):
         repr(session), session == knead.Session(session)
 
 
+def use_walls(draw):
+    wall = st.sampled_from([{"hold": True}, {"slide": True}, {"layers": True}, {"periodic": "b"}, {"width": 1, "hold": True}])
+    walls = draw(st.lists(wall.map(lambda keys: {"patch": "a", **keys}), max_size=2) | anything)
+    session = knead.Session(draw(good_strokes), walls=walls)
+    repr(session), session.walls
+    patches = st.dictionaries(st.sampled_from(["a", "b"]), st.one_of(faces, anything), max_size=2)
+    keys = {"patches": st.one_of(patches, anything), "cells": st.one_of(faces, anything), **accuracy, **more}
+    knead.deform(draw(vertices), session, **draw(some(keys)))
+
+
 def use_parameters(draw):
     turn = {"tool": "rotate", "center": [0, 0, 0], "axis": [0, 0, 1], "angle_deg": "$angle", "inner": 0.1, "outer": "$b"}
     session = knead.Session(turn, parameters={"angle": draw(numbers), draw(st.sampled_from(["b", "c"])): draw(anything)})
@@ -314,6 +324,7 @@ def use_shape(draw, folder):
     shape = knead.read(file)
     keys = draw(some({"double": anything, "decimals": anything}))
     shape.write(folder / draw(st.sampled_from(["a.ply", "a.obj", "a.off", "a.nothing"])), **keys)
+    assert shape.patches == {}
     shape.vertices = draw(vertices)
     shape.write(folder / "b.ply")
 
@@ -369,6 +380,7 @@ USES = {
     "session": use_session,
     "shape": use_shape,
     "stroke": use_stroke,
+    "walls": use_walls,
     "widest_outer": lambda draw: knead.widest_outer(draw(vertices), draw(st.one_of(faces, anything)), draw(sessions)),
     "tool": use_tool,
     "write": use_write,

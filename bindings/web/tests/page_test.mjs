@@ -128,6 +128,33 @@ describe('the page of Studio', { skip }, () => {
     assert.deepEqual(again.problems, []);
   });
 
+  it('stores nothing in a second tab, and says so', async (test) => {
+    const context = await browser.newContext({ viewport: size, acceptDownloads: true });
+    const first = await open(test, context);
+    await drag(first, middle, { x: middle.x + 100, y: middle.y });
+    const second = await open(test, context);
+    const said = (tab) => tab.evaluate(() => window.notices.join('\n'));
+    assert.doesNotMatch(await said(first), /stores nothing/);
+    assert.match(await said(second), /another tab\. This one stores nothing/);
+    // It works all the same. What is recovered is the first one's.
+    await drag(second, middle, { x: middle.x - 100, y: middle.y });
+    const goesRight = (line) => {
+      const { path } = JSON.parse(line);
+      return path.at(-1)[0] > path[0][0];
+    };
+    const moved = strokes(await save(second, 'second'));
+    assert.ok(moved.length > 0 && !moved.some(goesRight));
+    await second.waitForTimeout(2500); // stored twice a second
+    await second.close({ runBeforeUnload: false });
+    await first.close({ runBeforeUnload: false });
+    const again = await open(test, context);
+    await again.mouse.click(425, 421); // the button Recover
+    await settle(again, 20);
+    const recovered = strokes(await save(again, 'again'));
+    assert.ok(recovered.length > 0 && recovered.every(goesRight));
+    assert.deepEqual([...first.problems, ...second.problems, ...again.problems], []);
+  });
+
   it('works by touch', async (test) => {
     const context = await browser.newContext({ viewport: size, hasTouch: true, acceptDownloads: true });
     const tab = await open(test, context);
