@@ -1,13 +1,15 @@
-// Arrays of numpy as points and faces of the library, and back.
+// Arrays of numpy as points and faces of the library, and back; what else Python gives of a mesh.
 #pragma once
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
 
@@ -48,6 +50,12 @@ Mesh mesh_from(const Points& points, const py::object& faces);
 
 // Returns (m, 3) of uint32 if all faces are triangles, else a list of arrays.
 py::object faces_of(const Mesh& mesh);
+
+// What a volume mesh has besides its points.
+struct MeshParts {
+  std::vector<Patch> patches;
+  std::function<VolumeCells()> cells;  // which are read when they are asked for
+};
 
 // Returns a vector of numbers as an array.
 template <class T>

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "arrays.h"
-#include "cells.h"
 #include "knead/cells.h"
 #include "knead/certify.h"
 #include "knead/error.h"

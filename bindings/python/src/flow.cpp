@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "arrays.h"
-#include "cells.h"
 #include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/flow.h"
