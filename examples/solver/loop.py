@@ -53,6 +53,8 @@ class OpenFoam:
         self.case, self.result = pathlib.Path(case), result
         self.mesh, self.start = self.case / "constant/polyMesh", self.case / "loop.start"
         if not self.start.exists():
+            if not self.mesh.is_dir():
+                raise Failure(f"{self.mesh}: no mesh; make it first, for example with blockMesh", 3)
             shutil.copytree(self.mesh, self.start)
         control = self.case / "system/controlDict"
         self.application = entry(control.read_text(), r"^\s*application\s+(\w+)\s*;", control, "application")

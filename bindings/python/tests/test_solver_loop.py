@@ -81,6 +81,12 @@ def test_a_program_that_fails_is_named(su2):
     assert done.returncode == 1 and "SU2_CFD ended with 5; see log.SU2_CFD" in done.stderr
 
 
+def test_a_case_without_a_mesh_is_named(su2):
+    (su2 / "case").mkdir()
+    done = loop(su2, "openfoam", "case", "bump.knead", "height=0.05,0.4", "--result", "p", "--target", 1)
+    assert done.returncode == 3 and "case/constant/polyMesh: no mesh" in done.stderr and len(done.stderr.splitlines()) == 1
+
+
 def test_openfoam(tmp_path):
     if not shutil.which("simpleFoam"):
         pytest.skip("OpenFOAM is not installed (Debian: openfoam)")
