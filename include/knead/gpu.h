@@ -20,9 +20,6 @@ namespace knead::gpu {
 struct GpuOptions {
   // The largest number of points in one buffer; more points use several buffers. 0: as many as the driver allows.
   std::size_t most_points = 0;
-  // True: the shaders write out the stages of a step, which then stay in registers. False: they loop, which compiles
-  // faster. By default true on a GPU and false where the CPU does the work of one.
-  std::optional<bool> unrolled{};
   // True: works in the OpenGL context that is current when the Gpu is made, so that the buffers can be drawn there.
   // That context must be current at every call, and when the Gpu and its points are destroyed. False: makes its own
   // context.

@@ -410,20 +410,6 @@ TEST_F(GpuTest, LoopsThatTheDriverCutsShortAreNoticedAndTheCpuDoesThem) {
   EXPECT_EQ(failure.find("the graphics driver stops loops") == 0, gpu().is_software());
 }
 
-// What a GPU runs, against what Mesa runs on the CPU.
-TEST_F(GpuTest, StepsWrittenOutAreTheSameAsInALoop) {
-  Random random(814);
-  GpuOptions options;
-  options.unrolled = gpu().is_software();
-  Gpu other(options);
-  const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.3, 0.1, 0}, {0.2, 0.5})}};
-  const auto points = test::random_points(random, 200);
-  auto found = points;
-  EXPECT_EQ(other.advect(flow, found, default_options(1)).status, AdvectStatus::done);
-  EXPECT_LT(test::greatest_distance(found, on_gpu(flow, points, default_options(1))), 1e-6);
-  EXPECT_GT(test::greatest_distance(found, points), 0.1);
-}
-
 TEST_F(GpuTest, ABackendIsTheGpuAndDoesWhatItCannotOnTheCpu) {
   Random random(813);
   const auto points = test::random_points(random, 100);

@@ -27,48 +27,42 @@ std::string weighted(const std::array<double, N>& weights, int count) {
 }
 
 // One step of the method, from a point `at` that moves with k0: the mean slope, its estimated error, the last slope.
+// The loop over the stages stays a loop, so that v stands there once; its slopes stay in registers, as none is looked
+// up by a number. Slopes that are still to come have no weight.
 std::string step_source(const Tableau& method) {
-  std::string text = "void try_step(R3 at, R3 k0, R t, R h, out R3 slope, out R3 estimate, out R3 last) {\n";
-  for (int i = 1; i < method.stages; ++i) {
-    const auto row = static_cast<std::size_t>(i);
-    text += fmt::format("  R3 k{} = velocity_at(at + ({}) * h, t + {} * h);\n", i, weighted(method.a[row], i),
-                        literal(method.c[row]));
-  }
-  text += fmt::format("  slope = {};\n  estimate = {};\n  last = k{};\n}}\n", weighted(method.b, method.stages),
-                      weighted(method.e, method.stages), method.stages - 1);
-  return text;
-}
-
-// The same as a loop, for compilers that take long: the slopes are kept in memory, though.
-std::string looped_step_source(const Tableau& method) {
   std::string weights;
   std::string times;
-  for (int i = 0; i < method.stages + 2; ++i) {
+  std::string slopes;
+  std::string sum;
+  std::string keep;
+  for (int i = 0; i < method.stages; ++i) {
     const auto row = static_cast<std::size_t>(i);
-    for (std::size_t j = 0; j < static_cast<std::size_t>(method.stages); ++j) {
-      const double weight = i < method.stages ? method.a[row][j] : (i == method.stages ? method.b[j] : method.e[j]);
-      weights += (weights.empty() ? "" : ", ") + literal(weight);
+    for (int j = 0; j < method.stages; ++j) {
+      weights += (weights.empty() ? "" : ", ") + literal(method.a[row][static_cast<std::size_t>(j)]);
     }
-    if (i < method.stages) times += (times.empty() ? "" : ", ") + literal(method.c[row]);
+    times += (i == 0 ? "" : ", ") + literal(method.c[row]);
+    sum += fmt::format("{}k{} * kWeights[row + {}]", i == 0 ? "" : " + ", i, i);
+    if (i == 0) continue;
+    slopes += fmt::format("  R3 k{} = R3(0);\n", i);
+    keep += fmt::format("    k{0} = i == {0} ? k : k{0};\n", i);
   }
-  return fmt::format("const int kStages = {};\nconst R kWeights[] = R[]({});\nconst R kTimes[] = R[]({});\n",
-                     method.stages, weights, times) +
-         R"(
-R3 weighted(R3 k[kStages], int row, int count) {
-  R3 sum = R3(0);
-  for (int j = 0; j < count; ++j) sum += k[j] * kWeights[row * kStages + j];
-  return sum;
-}
+  return fmt::format(R"(
+const int kStages = {};
+const R kWeights[] = R[]({});
+const R kTimes[] = R[]({});
 
-void try_step(R3 at, R3 k0, R t, R h, out R3 slope, out R3 estimate, out R3 last) {
-  R3 k[kStages];
-  k[0] = k0;
-  for (int i = 1; i < kStages; ++i) k[i] = velocity_at(at + weighted(k, i, i) * h, t + kTimes[i] * h);
-  slope = weighted(k, kStages, kStages);
-  estimate = weighted(k, kStages + 1, kStages);
-  last = k[kStages - 1];
-}
-)";
+void try_step(R3 at, R3 k0, R t, R h, out R3 slope, out R3 estimate, out R3 last) {{
+{}  for (int i = 1; i < kStages - 4 + four; ++i) {{
+    int row = i * kStages;
+    R3 k = velocity_at(at + ({}) * h, t + kTimes[i] * h);
+{}  }}
+  slope = {};
+  estimate = {};
+  last = k{};
+}}
+)",
+                     method.stages, weights, times, slopes, sum, keep, weighted(method.b, method.stages),
+                     weighted(method.e, method.stages), method.stages - 1);
 }
 
 std::string define(const char* name, int value) { return fmt::format("#define {} {}\n", name, value); }
@@ -291,9 +285,7 @@ std::string fields_source(const ShaderKind& kind) {
 std::string shader_source(const ShaderKind& kind) {
   const std::string fields = fields_source(kind);
   return "#version 430 core\n" + layout_defines() + kind_defines(kind) + method_defines(kind) + step_rule(kind) +
-         kInterface + kGlslSphereContact + fields +
-         (kind.unrolled ? step_source(tableau(kind.integrator)) : looped_step_source(tableau(kind.integrator))) +
-         kGlslPath;
+         kInterface + kGlslSphereContact + fields + step_source(tableau(kind.integrator)) + kGlslPath;
 }
 
 // contact.cpp for the GPU: when a moving tool reaches a resting point. In R, with d relative to the tool: a

@@ -110,7 +110,6 @@ struct ShaderKind {
   bool limit_cylinder = false;
   bool falloff = false;  // that of some field is not the default
   bool in_double = false;
-  bool unrolled = true;  // the stages of a step, which is faster and takes longer to compile
   Integrator integrator = Integrator::tsitouras;
 
   friend bool operator==(const ShaderKind&, const ShaderKind&) = default;

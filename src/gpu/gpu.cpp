@@ -120,7 +120,6 @@ std::size_t GpuPoints::size() const { return state_->size; }
 
 Gpu::State::State(const GpuOptions& options)
     : context(options.in_current_context ? gl::Context::adopt_current(kComputing) : gl::Context::open(kComputing)) {
-  unrolled = options.unrolled.value_or(!context.is_software());
   const gl::CurrentContext current(context);
   GLint64 bytes = 0;
   GLint groups = 0;
@@ -161,8 +160,7 @@ struct Calls {
 
   // Sends all points through some segments of one kind. Returns false when it was cancelled.
   bool send(std::span<const Segment> segments, GpuPoints::State& points) const {
-    ShaderKind kind = kind_of(segments.front(), options);
-    kind.unrolled = gpu.unrolled;
+    const ShaderKind kind = kind_of(segments.front(), options);
     for (const PackedSegments& packed : pack(segments, options)) {
       if (!send(packed, kind, points)) return false;
     }

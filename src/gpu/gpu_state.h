@@ -53,7 +53,6 @@ struct Gpu::State {
   gl::Context context;
   std::size_t most_points = 0;  // to a range
   std::size_t most_bytes = 0;   // to a buffer
-  bool unrolled = true;
   Transfers transfers;
   std::vector<std::pair<ShaderKind, gl::Program>> programs;
 
