@@ -274,7 +274,7 @@ class Script {
     } else if (key == "falloff") {
       to.falloff = std::clamp(static_cast<int>(value.number()), kMinFalloff, kGreatestFalloff);
     } else if (key == "drag") {
-      to.drag = static_cast<DragMode>(choice(value, {"view", "surface", "normal", "axis"}));
+      drag_mode(to) = static_cast<DragMode>(choice(value, {"view", "surface", "normal", "axis"}));
     } else if (key == "axis") {
       to.axis = direction_of(value);
     } else if (key == "handle" || key == "mark") {

@@ -58,7 +58,7 @@ std::string settings_line(const ToolSettings& to) {
       fmt::format(R"({{"set": {{"radius": {}, "inner_ratio": {}, "depth": {}, "growth": {}, "capsule_length": {}, )",
                   to.radius, to.inner_ratio, to.depth, to.growth, to.capsule_length);
   text += fmt::format(R"("stamp_size": {}, "exponent": {}, "drag": "{}", "axis": {}, "handle": "{}", )", to.stamp_size,
-                      to.exponent, word_of(to.drag), text_of(to.axis), word_of(to.handle));
+                      to.exponent, word_of(drag_mode(to)), text_of(to.axis), word_of(to.handle));
   text += fmt::format(R"("start": "{}", "paint_in": {}, "limit_cylinder": {}, "mirror": [{}, {}, {}], "remesh": {})",
                       word_of(to.start), to.paint_in, to.uses_limit_cylinder, to.mirror[0], to.mirror[1], to.mirror[2],
                       to.remesh);

@@ -92,16 +92,21 @@ bool Studio::picker_is_right() const {
   return fits && !shown().picker_is_behind && shown().ended == ended_;
 }
 
-// Whether a ball, a capsule or paint would begin farther from the shape than it is wide, as it is seen. With modifiers
-// the drag is meant otherwise.
+// Whether a drag would begin beside the shape, and turn the view: for tools that may begin there, farther from the
+// shape than they are wide, as it is seen. With modifiers the drag is meant otherwise.
 bool Studio::is_beside_shape() const {
   const ToolUse use = settings().tool->use;
-  if ((use != ToolUse::pull && use != ToolUse::paint) || !(pointer_.modifiers == Modifiers{})) return false;
+  const bool paints_mask = use == ToolUse::mask && settings().mask_mode == MaskMode::paint;
+  const bool may_begin_beside = use == ToolUse::pull || use == ToolUse::paint || paints_mask;
+  const bool begins_on_shape =
+      use == ToolUse::inflate || use == ToolUse::points || use == ToolUse::curve || use == ToolUse::stamp;
+  if (!(may_begin_beside || begins_on_shape) || !(pointer_.modifiers == Modifiers{})) return false;
   const GestureContext context = gesture_context();
-  if (context.picker == nullptr) return false;
+  if (context.picker == nullptr || is_on_placed(pointer_, context, tools_.placed())) return false;
+  const int rings = may_begin_beside ? kRings : 0;
   const double radius = settings().radius / pixel_size(context.screen, view_.navigation().view.target);
   Pointer at = pointer_;
-  for (int ring = 0; ring <= kRings; ++ring) {
+  for (int ring = 0; ring <= rings; ++ring) {
     for (int i = 0; i < (ring == 0 ? 1 : kRaysOfRing); ++i) {
       const double angle = 2 * std::numbers::pi * i / kRaysOfRing;
       at.x = pointer_.x + radius * ring / kRings * std::cos(angle);
@@ -321,6 +326,7 @@ void Studio::turn_wheel(const WheelTurned& wheel) {
 void Studio::undo() {
   if (gesture_) return end(false);
   if (masks_.is_drawing()) return masks_.end(false);
+  if (!shown().history.empty()) tools_.take_stamp_back(shown().history.back()->strokes);
   history_.undo();
 }
 

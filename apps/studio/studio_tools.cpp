@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <span>
 #include <string>
 #include <utility>
 
+#include "document/layers.h"
 #include "gestures/gesture_kinds.h"
 #include "knead/error.h"
 #include "knead/io.h"
@@ -50,7 +52,7 @@ bool StudioTools::perform(Action action) {
       settings_.inner_ratio = std::min(settings_.inner_ratio + kKeyRatio, 0.95);
       return true;
     case Action::drag_mode:
-      settings_.drag = static_cast<DragMode>((static_cast<int>(settings_.drag) + 1) % 4);
+      drag_mode(settings_) = static_cast<DragMode>((static_cast<int>(drag_mode(settings_)) + 1) % 4);
       return true;
     case Action::paint_in:
       settings_.paint_in = !settings_.paint_in;
@@ -107,6 +109,11 @@ void StudioTools::clear_placed() {
   kept.parts = std::move(placed_.parts);
   placed_ = std::move(kept);
   picking_ = PlanePick::none;
+}
+
+void StudioTools::take_stamp_back(std::span<const SessionStroke> strokes) {
+  const auto way = stamp_way(strokes);
+  if (way && placed_.placement && placed_.placement->center == way->to) placed_.placement->center = way->from;
 }
 
 void StudioTools::set_stamp(const std::function<StampShape(Document&)>& make) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -42,6 +43,9 @@ class StudioTools {
 
   // Removes what is placed, but for pins, parts and the stamp. No pin or part stays selected.
   void clear_placed();
+
+  // Takes a stamp that ended such strokes back to where they began.
+  void take_stamp_back(std::span<const SessionStroke> strokes);
 
   // Loads a stamp. A file also chooses the stamp tool.
   void use_stamp(ShapeKind kind);

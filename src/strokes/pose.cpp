@@ -24,7 +24,8 @@ using namespace detail;
 using namespace tool_detail;
 
 constexpr double kSpoiledStretch = 6;
-constexpr double kSpoiledDistance = 0.02;  // of the diagonal
+constexpr double kSpoiledDistance = 0.005;  // of the diagonal: beyond it what rests or is rigid looks dented
+constexpr double kSpoiledPartOfDetail = 0.1;  // if that is more
 constexpr double kNotedDistance = 0.002;
 constexpr double kMinDetail = 0.025;
 constexpr double kSamePlace = 1e-6;     // of the diagonal
@@ -140,15 +141,17 @@ void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
                   p.x, p.y, p.z));
 }
 
-// `detail`: of the grids, which may be finer than the stroke asks for.
-void require_sound(const PoseResult& result, double detail) {
+// `asked`: the stroke's detail; `detail`: of the grids, which may be finer.
+void require_sound(const PoseResult& result, double asked, double detail) {
   const double stretch = std::max(result.greatest_stretch, 1 / result.least_stretch);
-  if (stretch <= kSpoiledStretch && result.part_distance <= kSpoiledDistance) return;
-  throw InvalidInput(fmt::format(
-      "\"parts\" contradict each other: the pose would stretch the shape {:.3g} times and leave a part {:.2g} of the "
-      "shape's size from its place; move the parts less, leave more room between them, or give a \"detail\" below "
-      "{:.2g}",
-      stretch, result.part_distance, detail));
+  const bool is_astray = result.part_distance > std::max(kSpoiledDistance, kSpoiledPartOfDetail * asked);
+  if (stretch <= kSpoiledStretch && !is_astray) return;
+  std::string what = fmt::format("stretch the shape {:.3g} times", stretch);
+  if (is_astray) what += fmt::format(" and leave a part {:.2g} of the shape's size from its place", result.part_distance);
+  throw InvalidInput(
+      fmt::format("\"parts\" contradict each other: the pose would {}; move the parts less, let what is beside them move "
+                  "along, or give a \"detail\" below {:.2g}",
+                  what, detail));
 }
 
 void warn(PoseResult& result, double detail) {
@@ -217,7 +220,7 @@ PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int thr
   result.unknowns = outcome.unknowns;
   result.segments = outcome.segments;
   measure_stretch(flow, surface, diagonal, threads, result);
-  require_sound(result, detail);
+  require_sound(result, stroke.detail, detail);
   result.stopped = !apply_grids(flow, surface);
   if (result.stopped) return result;
   if (stroke.exact && outcome.part_distance > 0) {

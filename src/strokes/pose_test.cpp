@@ -282,6 +282,24 @@ TEST(Pose, RefusesToSpoilTheShape) {
   expect_refused(mesh, stroke, "move the parts less");
 }
 
+// A finger that slides along another one, which holds, dents both.
+TEST(Pose, RefusesToDentWhatHolds) {
+  Mesh mesh = make_shape(ShapeKind::cylinder, 3000);
+  const auto count = static_cast<std::uint32_t>(mesh.positions.size());
+  const Mesh one = mesh;
+  for (const Vec3d& p : one.positions) mesh.positions.push_back(p + Vec3d{2.1, 0, 0});
+  for (const Triangle& t : triangulate(one)) mesh.add_face(Triangle{t[0] + count, t[1] + count, t[2] + count});
+  PoseStroke stroke;
+  PosePart holds;
+  holds.hold = true;
+  holds.vertices = {{count, 2 * count - 1}};
+  PosePart moves;
+  moves.vertices = {{0, count - 1}};
+  moves.translation = Vec3d{0, 0, 1};
+  stroke.parts = {holds, moves};
+  expect_refused(mesh, stroke, "of the shape's size from its place");
+}
+
 TEST(Pose, OpenSurfacesAndCloudsArePosedByTheirShell) {
   const Mesh closed = make_shape(ShapeKind::cylinder, 4000);
   Mesh open;

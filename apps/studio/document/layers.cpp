@@ -126,7 +126,6 @@ struct WordsOf {
     if (rotation != nullptr) return "Handles " + rotation_words(*rotation);
     return "Handles " + length(norm(std::get<HandlesTranslation>(s.motion).by));
   }
-  std::string operator()(const StampStroke& s) const { return "Stamp " + length(norm(s.path.back() - s.path.front())); }
   std::string operator()(const RotateStroke& s) const { return "Rotate " + degrees_text(s.angle_deg); }
   std::string operator()(const StretchStroke& s) const { return fmt::format("Stretch {:.0f}%", 100 * s.factor); }
   std::string operator()(const TwistStroke& s) const {
@@ -166,7 +165,21 @@ struct WordsOf {
 }  // namespace
 
 std::string words_of(std::span<const SessionStroke> strokes, const std::string& unit) {
-  return strokes.empty() ? "Nothing" : std::visit(WordsOf{unit}, strokes.front().stroke);
+  if (strokes.empty()) return "Nothing";
+  const WordsOf words{unit};
+  if (const auto way = stamp_way(strokes)) return "Stamp " + words.length(norm(way->to - way->from));
+  return std::visit(words, strokes.front().stroke);
+}
+
+std::optional<StampWay> stamp_way(std::span<const SessionStroke> strokes) {
+  std::optional<StampWay> way;
+  for (const SessionStroke& line : strokes) {
+    const auto* const stamp = std::get_if<StampStroke>(&line.stroke);
+    if (stamp == nullptr) break;
+    if (!way) way = {stamp->path.front(), stamp->path.front()};
+    if (stamp->path.front() == way->to) way->to = stamp->path.back();  // else an image in a mirror
+  }
+  return way;
 }
 
 const StudioTool* tool_of(std::span<const SessionStroke> strokes) {

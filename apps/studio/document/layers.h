@@ -26,6 +26,13 @@ std::string description_of(std::span<const SessionStroke> strokes);
 // `unit` is the sign of the unit of lengths, or empty.
 std::string words_of(std::span<const SessionStroke> strokes, const std::string& unit);
 
+// Returns where a drag of a stamp, which may be several strokes, begins and ends; nothing if the first is no stamp.
+struct StampWay {
+  Vec3d from;
+  Vec3d to;
+};
+std::optional<StampWay> stamp_way(std::span<const SessionStroke> strokes);
+
 // Returns the tool of Studio that makes such an entry, for its icon; null if none does.
 const StudioTool* tool_of(std::span<const SessionStroke> strokes);
 

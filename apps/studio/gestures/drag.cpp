@@ -76,7 +76,7 @@ Vec3d Drag::at(const Pointer& pointer, const GestureContext& around) const {
 }
 
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around) {
-  Drag drag{around.settings.drag, start, forward_of(around)};
+  Drag drag{drag_mode(around.settings), start, forward_of(around)};
   drag.from = {pointer.x, pointer.y};
   if (drag.mode == DragMode::normal) drag.direction = normalized(normal);
   if (drag.mode == DragMode::axis) drag.direction = normalized(around.settings.axis);

@@ -116,6 +116,14 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
 
 }  // namespace
 
+bool is_on_placed(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
+  const ToolUse use = around.settings.tool->use;
+  if (use == ToolUse::points || use == ToolUse::curve) return is_near(placed, pointer, around);
+  if (use != ToolUse::stamp && use != ToolUse::turn) return false;
+  if (is_on_stamp(pointer, around, placed)) return true;
+  return placed.placement && gizmo_part_at(around.screen, *placed.placement, pointer.x, pointer.y);
+}
+
 std::optional<Gesture> begin_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   std::optional<Gesture> gesture = begin_by_tool(pointer, around, placed);
   if (gesture) gesture->start = around.state;

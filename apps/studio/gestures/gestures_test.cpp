@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 #include "document/layers.h"
 #include "gestures/gestures_fixture.h"
@@ -38,13 +39,28 @@ TEST_F(GesturesTest, ADragThatBeginsBesideTheShapeTurnsTheView) {
   }
 }
 
+// A stamp that is placed, and its gizmo, are taken hold of; a press beside them and the shape turns the view.
+TEST_F(GesturesTest, ADragBesideTheShapeTurnsTheViewWithWhatIsPlacedOnTheShape) {
+  for (const char* tool : {"stamp", "points", "curve", "inflate", "mask"}) {
+    Studio studio(options());
+    run(studio, ball() + fmt::format(R"({{"tool": "{}"}})", tool));
+    if (std::string_view(tool) == "stamp" || std::string_view(tool) == "points") {
+      run(studio, R"({"click": [0, 0, 1]})");
+    }
+    const View before = studio.view().navigation().view;
+    run(studio, R"({"drag": [[720, 300], [760, 330]]})");
+    EXPECT_NEAR(std::abs(studio.view().navigation().view.yaw - before.yaw), 40 * std::numbers::pi / 600, 1e-9) << tool;
+    EXPECT_EQ(studio.document().shown().history.size(), 0u) << tool;
+    EXPECT_EQ(studio.tools().placed().placement.has_value(), std::string_view(tool) == "stamp");
+  }
+}
+
 // --- depth -----------------------------------------------------------------------------------------------------------
 
 TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {
   Studio studio(options());
   run(studio, ball());
   run(studio, R"({"tool": "stamp"}
-{"set": {"drag": "normal"}}
 {"click": [0, 0, 1]}
 {"move": [400, 300]})");
   ASSERT_TRUE(studio.tools().placed().placement);
@@ -59,6 +75,11 @@ TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {
   EXPECT_NEAR(after.x, before.x, 1e-6);
   EXPECT_NEAR(after.y, before.y, 1e-6);
   EXPECT_NEAR(after.z, before.z - 40 * pixel_size(studio.view().screen(), before), 1e-3);
+
+  const std::vector<SessionStroke> strokes = studio.document().shown().history.back()->strokes;
+  EXPECT_EQ(words_of(strokes, ""), fmt::format("Stamp {:.2g}", before.z - after.z)) << "of all its pieces";
+  run(studio, R"({"key": "Ctrl+Z"})");
+  EXPECT_EQ(studio.tools().placed().placement->center, before) << "not left within the shape";
 }
 
 TEST_F(GesturesTest, DownIsInWhereverAFaceThatIsLookedAtIsStamped) {
@@ -67,7 +88,7 @@ TEST_F(GesturesTest, DownIsInWhereverAFaceThatIsLookedAtIsStamped) {
     run(studio, ball());
     run(studio, fmt::format(R"({{"view": {{"yaw_deg": 0, "pitch_deg": 0}}}}
 {{"tool": "stamp"}}
-{{"set": {{"drag": "normal", "radius": 0.2}}}}
+{{"set": {{"radius": 0.2}}}}
 {{"click": [0.05, {0}, 0.97]}}
 {{"move": [0.05, {0}, 0.97]}})",
                             y));
@@ -83,7 +104,7 @@ TEST_F(GesturesTest, AStampThatIsDraggedInSlipsUnlessItIsToStick) {
   run(studio, ball(40000));
   run(studio, R"({"tool": "stamp"}
 {"stamp": "letter-y"}
-{"set": {"radius": 0.8, "drag": "normal"}}
+{"set": {"radius": 0.8}}
 {"click": [0, 0, 1]}
 {"move": [400, 300]})");
   ASSERT_TRUE(studio.tools().placed().placement);

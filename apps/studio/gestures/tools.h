@@ -203,7 +203,8 @@ struct ToolSettings {
   bool auto_radius = true;        // of exact pins: from their distances, instead of `radius`
   double inner_ratio = 0.35;      // inner over outer threshold, in [0.01, 0.95]
   int falloff = kDefaultFalloff;  // the shape of the blend, from 3 to 7 (knead/field.h)
-  DragMode drag = DragMode::view;
+  DragMode drag = DragMode::view;  // of all tools but stamps
+  DragMode stamp_drag = DragMode::normal;
   Vec3d axis{0, 0, 1};  // of DragMode::axis
   PullStart start = PullStart::inside;
   double capsule_length = 1;  // half of it, relative to the radius
@@ -233,6 +234,14 @@ struct ToolSettings {
 // Returns whether the tool poses with exact pins, which have a radius.
 inline bool has_exact_pins(const ToolSettings& settings) {
   return settings.tool->use == ToolUse::pose && settings.pose == PoseMode::exact;
+}
+
+// Returns where a drag takes the tool that is set.
+inline DragMode& drag_mode(ToolSettings& settings) {
+  return settings.tool->use == ToolUse::stamp ? settings.stamp_drag : settings.drag;
+}
+inline DragMode drag_mode(const ToolSettings& settings) {
+  return settings.tool->use == ToolUse::stamp ? settings.stamp_drag : settings.drag;
 }
 
 // A place on the surface that can be moved: a vertex, so that a pin goes where the surface goes.

@@ -33,7 +33,7 @@ bool goes_along_a_drag(ToolUse use) {
 }
 
 void draw_drag(ToolSettings& settings) {
-  if (settings.drag == DragMode::axis) {
+  if (drag_mode(settings) == DragMode::axis) {
     for (std::size_t i = 0; i < 3; ++i) {
       Vec3d axis;
       axis[i] = 1;
@@ -331,7 +331,7 @@ bool has_drag_mode(const ToolSettings& settings) { return goes_along_a_drag(sett
 void draw_drag_mode(Studio& studio, float width) {
   constexpr std::array modes{DragMode::view, DragMode::surface, DragMode::normal, DragMode::axis};
   ImGui::SetNextItemWidth(width);
-  choose_one("##drag", studio.tools().settings().drag, modes, [](DragMode mode) { return name_of(mode); });
+  choose_one("##drag", drag_mode(studio.tools().settings()), modes, [](DragMode mode) { return name_of(mode); });
   help_on_hover("where a drag takes the tool (D)");
 }
 

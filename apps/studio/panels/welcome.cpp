@@ -39,12 +39,12 @@ void open_example(Studio& studio, const Example& example) {
       std::clamp(kVertices, shape_counts(example.kind).minimum, shape_counts(example.kind).maximum);
   studio.document().open_made(example.kind, count);
   studio.perform(action_of(*studio_tool(example.tool)));
-  const bool is_stamp = example.use == ToolUse::stamp;
   ToolSettings& settings = studio.tools().settings();
   settings.mirror = {};
   settings.symmetry = {};
-  settings.drag = is_stamp ? DragMode::normal : DragMode::view;
-  if (is_stamp) studio.tools().use_stamp(ShapeKind::letter_y);
+  settings.drag = ToolSettings{}.drag;
+  settings.stamp_drag = ToolSettings{}.stamp_drag;
+  if (example.use == ToolUse::stamp) studio.tools().use_stamp(ShapeKind::letter_y);
 }
 
 // A row with an icon, a title and a sentence. Returns whether it was clicked.

@@ -48,7 +48,7 @@ std::optional<Stroke> hovering_implicit(const Studio& studio, const GestureConte
   if (!hit && settings.start != PullStart::plane) return std::nullopt;
   ImplicitGesture gesture = begin_implicit(studio.pointer(), around);
   Vec3d direction = hit ? hit->normal : render::camera_frame(around.screen.camera).up;
-  if (settings.drag == DragMode::axis) direction = settings.axis;
+  if (drag_mode(settings) == DragMode::axis) direction = settings.axis;
   gesture.stroke.path.push_back(gesture.stroke.path.front() + normalized(direction) * (0.5 * settings.radius));
   return gesture.stroke;
 }
