@@ -24,7 +24,7 @@ using namespace detail;
 using namespace tool_detail;
 
 constexpr double kSpoiledStretch = 6;
-constexpr double kSpoiledDistance = 0.005;  // of the diagonal: beyond it what rests or is rigid looks dented
+constexpr double kSpoiledDistance = 0.005;    // of the diagonal: beyond it what rests or is rigid looks dented
 constexpr double kSpoiledPartOfDetail = 0.1;  // if that is more
 constexpr double kNotedDistance = 0.002;
 constexpr double kMinDetail = 0.025;
@@ -147,10 +147,10 @@ void require_sound(const PoseResult& result, double asked, double detail) {
   const bool is_astray = result.part_distance > std::max(kSpoiledDistance, kSpoiledPartOfDetail * asked);
   if (stretch <= kSpoiledStretch && !is_astray) return;
   std::string what = fmt::format("stretch the shape {:.3g} times", stretch);
-  if (is_astray) what += fmt::format(" and leave a part {:.2g} of the shape's size from its place", result.part_distance);
+  if (is_astray) what += fmt::format(" and leave one {:.2g} of the shape's size from its place", result.part_distance);
   throw InvalidInput(
-      fmt::format("\"parts\" contradict each other: the pose would {}; move the parts less, let what is beside them move "
-                  "along, or give a \"detail\" below {:.2g}",
+      fmt::format("the parts do not fit: the pose would {}; move them less, let what is beside them move along, or "
+                  "make the detail smaller than {:.2g}",
                   what, detail));
 }
 
@@ -162,10 +162,10 @@ void warn(PoseResult& result, double detail) {
         stretch));
   }
   if (result.part_distance > kNotedDistance) {
-    result.warnings.push_back(
-        fmt::format("a part or pin ends {:.2g} of the shape's size from its place; give a \"detail\" below {:.2g}, or "
-                    "\"exact\": true",
-                    result.part_distance, detail));
+    result.warnings.push_back(fmt::format(
+        "a part or pin ends {:.2g} of the shape's size from its place; make the detail smaller than {:.2g}, or "
+        "say \"exact\": true",
+        result.part_distance, detail));
   }
 }
 

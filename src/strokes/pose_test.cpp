@@ -287,7 +287,7 @@ TEST(Pose, RefusesToDentWhatHolds) {
   Mesh mesh = make_shape(ShapeKind::cylinder, 3000);
   const auto count = static_cast<std::uint32_t>(mesh.positions.size());
   const Mesh one = mesh;
-  for (const Vec3d& p : one.positions) mesh.positions.push_back(p + Vec3d{2.1, 0, 0});
+  for (const Vec3d& p : one.positions) mesh.positions.push_back(p + Vec3d{1.02, 0, 0});
   for (const Triangle& t : triangulate(one)) mesh.add_face(Triangle{t[0] + count, t[1] + count, t[2] + count});
   PoseStroke stroke;
   PosePart holds;

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <exception>
 #include <new>
 #include <numbers>
+#include <string>
 #include <utility>
 
 #include "gestures/gesture.h"
@@ -26,6 +28,13 @@ constexpr double kMeasuredEvery = 0.3;           // seconds between measurements
 
 double seconds_since(std::chrono::steady_clock::time_point began) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+}
+
+// The library's line as a sentence, without the key of a session that it begins with.
+std::string sentence(std::string line) {
+  if (const std::size_t end = line.find("\": "); line[0] == '"' && end != std::string::npos) line.erase(0, end + 3);
+  line[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(line[0])));
+  return line + ".";
 }
 
 }  // namespace
@@ -103,7 +112,7 @@ bool Document::take(const WorkResult& result, const char* what) {
 bool Document::tell_failure(const WorkResult& result, const char* what) const {
   if (result.is_done()) return true;
   if (!result.refusal.empty()) {
-    options_.tell({true, fmt::format("{}: {}", what, result.refusal), Subject::strokes});
+    options_.tell({true, sentence(result.refusal), Subject::strokes});
   } else if (result.status == AdvectStatus::step_limit) {
     options_.tell(
         {true, fmt::format("{}: a point needs too many steps there; make the stroke weaker.", what), Subject::strokes});
@@ -143,8 +152,11 @@ void Document::finish(Progress& progress) {
   if (!history_) return;
   const std::string refusal = std::exchange(shown_.refusal, {});
   const bool is_told = guarded([&] {
-    if (!refusal.empty()) options_.tell({true, refusal, Subject::strokes});
-    if (!history_->live().empty()) end_gesture(progress);
+    if (!history_->live().empty()) {
+      end_gesture(progress);
+    } else if (!refusal.empty()) {
+      options_.tell({true, sentence(refusal), Subject::strokes});
+    }
     show_state();
   });
   if (!is_told) show();
@@ -166,7 +178,7 @@ bool Document::settle(Progress& progress) {
   const auto before = history_->done();
   WorkResult result = history_->settle(&progress);
   journal(result.lines);
-  if (!result.refusal.empty()) options_.tell({true, fmt::format("The stroke: {}", result.refusal)});
+  if (!result.refusal.empty()) options_.tell({true, sentence(result.refusal)});
   if (result.status == AdvectStatus::step_limit) {
     options_.tell({true, "A point needs too many steps there; make the stroke weaker."});
   }

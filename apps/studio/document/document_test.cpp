@@ -52,6 +52,23 @@ SessionStroke pull() {
   return {stroke};
 }
 
+// Of a drag that is refused, while it lasts and when it ends.
+TEST_F(DocumentOpenTest, ARefusalIsOneSentenceSaidOnce) {
+  Document document(options());
+  Progress progress;
+  document.open_made(ShapeKind::sphere, 2562, progress);
+  PinsStroke stroke;
+  stroke.points = {{0, 0, 1}, {0, 1, 0}};
+  stroke.to = {{0, 0, 1}, {0, 0, 1}};
+  stroke.radius = 0.5;
+  errors_.clear();
+  document.set_live({{stroke}}, progress);
+  document.finish(progress);
+  EXPECT_EQ(errors_.find("Pins 0 and 1 meet"), 0U) << errors_;
+  EXPECT_EQ(errors_.find("1 meet"), errors_.rfind("1 meet")) << errors_;
+  EXPECT_EQ(errors_.substr(errors_.size() - 2), ".\n") << errors_;
+}
+
 TEST_F(DocumentOpenTest, ShapeThatDoesNotFitLeavesTheDocument) {
   if (test::kSanitized) GTEST_SKIP() << "sanitizers need memory of their own";
   Document document(options());

@@ -89,9 +89,7 @@ describe("the page's tools", { skip }, () => {
     await page.tab.mouse.click(middle.x, middle.y);
     await settle(page.tab, 20);
     await picture(page.tab, 'stamp_placed');
-    await choose(page.tab, 'd');
-    await choose(page.tab, 'd'); // along the normal
-    await drag(page.tab, middle, { x: middle.x - 90, y: middle.y - 60 });
+    await drag(page.tab, middle, { x: middle.x, y: middle.y + 90 }); // down is in
     const brought = page.tab.waitForEvent('download', { predicate: (file) => file.suggestedFilename() === 'round.ply' });
     mkdirSync(path.join(page.home, 'stamp_stamps'));
     brought.then((file) => file.saveAs(path.join(page.home, 'stamp_stamps/round.ply')));
