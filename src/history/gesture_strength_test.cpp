@@ -89,7 +89,7 @@ TEST(GestureStrength, BeyondOneEachPathGoesOnInItsLastDirection) {
   ASSERT_EQ(drag.size(), 10u);
   EXPECT_DOUBLE_EQ(strength_of(drag), 1.2);
   const auto& more = std::get<ImplicitStroke>(drag[8].stroke).path;
-  EXPECT_NEAR(norm(more[1] - more[0]) * drag[8].strength, 0.2 * length, 1e-12);
+  EXPECT_NEAR(norm(more.back() - more.front()) * drag[8].strength, 0.2 * length, 1e-12);
   EXPECT_EQ(more[0], std::get<ImplicitStroke>(drag[6].stroke).path[1]);
   EXPECT_EQ(strokes_of_gestures(drag).size(), 1u);
   // As it comes back from its file.
@@ -103,6 +103,18 @@ TEST(GestureStrength, BeyondOneEachPathGoesOnInItsLastDirection) {
   set_strength(again, 0.5);
   EXPECT_EQ(again.size(), 8u);
   EXPECT_DOUBLE_EQ(strength_of(again), 0.5);
+}
+
+// Pieces drawn at one speed: the third is half as long as the first two.
+TEST(GestureStrength, APieceOfTheDragIsNotTakenForWhatLiesBeyond) {
+  std::vector<SessionStroke> drag;
+  for (int i = 0; i < 4; ++i) {
+    drag.push_back({ImplicitStroke{{{0, 0, 1 + 0.05 * i}, {0, 0, 1.05 + 0.05 * i}}, 0.1, 0.4}});
+    EXPECT_EQ(strength_of(drag), 1) << i;
+  }
+  set_strength(drag, 1.5);
+  EXPECT_EQ(drag.size(), 5u);
+  EXPECT_DOUBLE_EQ(strength_of(drag), 1.5);
 }
 
 TEST(GestureStrength, OfOneStrokeIsItsOwn) {

@@ -1,6 +1,5 @@
 // The strength of a gesture of several strokes.
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -40,16 +39,9 @@ double segments_along(const Stroke& stroke) {
   return pieces;
 }
 
-double length_of(const std::vector<Vec3d>& path) {
-  double length = 0;
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) length += norm(path[i + 1] - path[i]);
-  return length;
-}
-
 // Strokes each of which goes on where the one before ended; another one alone.
 struct Chain {
   std::vector<std::size_t> strokes;
-  double length = 0;                  // of their path
   std::optional<std::size_t> beyond;  // the stroke by which it goes on
 };
 
@@ -57,7 +49,8 @@ using Strokes = std::span<const SessionStroke>;
 
 bool is_path(const Stroke& stroke) { return path_of(stroke) != nullptr; }
 
-// The stroke by which a chain goes on; nothing where its path has no length.
+// The stroke by which a chain goes on; nothing where its path has no length. It begins with a piece without length, by
+// which it is known: a piece that a person drew may be just as long.
 std::optional<Stroke> beyond(Strokes strokes, const std::vector<std::size_t>& chain) {
   std::vector<Vec3d> whole;
   for (const std::size_t i : chain) {
@@ -69,15 +62,13 @@ std::optional<Stroke> beyond(Strokes strokes, const std::vector<std::size_t>& ch
   const Stroke longer = prolonged(with_path(last, whole), kMaxStrength);
   const std::vector<Vec3d>& path = *path_of(longer);
   if (path.size() == count) return std::nullopt;
-  return with_path(last, {path[count - 1], path[count]});
+  return with_path(last, {path[count - 1], path[count - 1], path[count]});
 }
 
-// Whether the stroke is that by which the chain goes on. Few are about as long.
+// Whether the stroke is that by which the chain goes on.
 bool is_beyond(Strokes strokes, const Chain& chain, const SessionStroke& stroke) {
-  constexpr double kAbout = 1e-6;
-  if (chain.strokes.size() < 2) return false;
-  const double length = length_of(*path_of(stroke.stroke));
-  if (std::abs(length - kMaxBeyond * chain.length) > kAbout * chain.length) return false;
+  const std::vector<Vec3d>& path = *path_of(stroke.stroke);
+  if (chain.strokes.size() < 2 || path.size() != 3 || path[0] != path[1]) return false;
   return beyond(strokes, chain.strokes) == stroke.stroke;
 }
 
@@ -95,7 +86,6 @@ std::vector<Chain> chains_of(Strokes strokes) {
     }
     Chain& chain = found == chains.rend() ? chains.emplace_back() : *found;
     chain.strokes.push_back(i);
-    if (is_path(strokes[i].stroke)) chain.length += length_of(*path_of(strokes[i].stroke));
   }
   return chains;
 }

@@ -277,7 +277,7 @@ TEST_F(PinsTest, PinsThatMeetAreRefusedAndStayOnTheShape) {
   studio.move_pin(1, before[0].place);
   run(studio, R"({"wait": true})");
   const std::string told = errors(studio);
-  EXPECT_NE(told.find("pins 0 and 1 meet"), std::string::npos) << told;
+  EXPECT_NE(told.find("Pins 0 and 1 meet"), std::string::npos) << told;
   EXPECT_TRUE(positions(studio) == shape);
   for (const std::size_t i : {0, 1, 2}) EXPECT_EQ(pins(studio)[i].place, before[i].place);
 }
