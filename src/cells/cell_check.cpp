@@ -94,7 +94,10 @@ void add_flat_cell(std::span<const std::uint32_t> corners, std::span<const std::
     if (!are_points) throw InvalidInput("a cell has points that the mesh lacks");
   }
   const auto up = static_cast<std::uint32_t>(points.size());
-  const std::size_t n = corners.size();
+  const std::size_t n = corners.size() == 3 ? 3 : 4;
+  if (corners.size() != n || (!middles.empty() && middles.size() != n)) {
+    throw InvalidInput("a cell of two dimensions must have 3 or 4 corners, and as many middle nodes or none");
+  }
   const CellKind kind = n == 3 ? CellKind::wedge : CellKind::hexahedron;
   double area = 0;
   for (std::size_t k = 2; k < n; ++k) {

@@ -400,6 +400,7 @@ TEST(FlatCells, OfTheSecondOrderAreJudgedByTheirMiddleNodes) {
 TEST(FlatCells, RefuseNumbersThatAreNoPoints) {
   FlatCells flat({0, 1, 2});
   EXPECT_THROW(add_flat_cell(std::array<std::uint32_t, 3>{0, 1, 5}, {}, flat.points, flat.cells), InvalidInput);
+  EXPECT_THROW(add_flat_cell(std::array<std::uint32_t, 2>{0, 1}, {}, flat.points, flat.cells), InvalidInput);
 }
 
 }  // namespace

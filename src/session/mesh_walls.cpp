@@ -104,11 +104,19 @@ double MeshWalls::put_on_planes(std::span<Vec3d> points) const {
   return greatest;
 }
 
-void MeshWalls::require_cells(std::span<const Vec3d> points, const std::string& name, int threads) const {
+void MeshWalls::require_cells(std::span<const Vec3d> before, std::span<const Vec3d> after, const std::string& name,
+                              int threads) const {
   if (!cells_) return;
-  const std::vector<std::uint8_t> is_inverted = inverted_cells(*cells_, points, threads);
+  const std::vector<std::uint8_t> is_inverted = inverted_cells(*cells_, after, threads);
+  std::vector<std::uint8_t> has_turned;  // of linear cells
+  if (!cells_->is_flat) {
+    has_turned = compare_cells(cells_->cells, before, after, threads, CellValues::inversions).is_inverted;
+  }
+  has_turned.resize(is_inverted.size());
   std::size_t count = 0;
-  for (std::size_t i = 0; i < is_inverted.size(); ++i) count += is_inverted[i] != 0 && was_inverted_[i] == 0 ? 1 : 0;
+  for (std::size_t i = 0; i < is_inverted.size(); ++i) {
+    if (has_turned[i] != 0 || (is_inverted[i] != 0 && was_inverted_[i] == 0)) ++count;
+  }
   if (count == 0) return;
   throw QualityLimit(fmt::format("{}: {} cell{} would be inverted; deform less, or give the walls another \"width\"",
                                  name, count, count == 1 ? "" : "s"));

@@ -61,8 +61,11 @@ class MeshWalls {
   // another wall may leave them beside. Returns the greatest distance.
   double put_on_planes(std::span<Vec3d> points) const;
 
-  // Throws QualityLimit, with the session's name, if a cell is inverted that was not at the start.
-  void require_cells(std::span<const Vec3d> points, const std::string& name, int threads) const;
+  // Throws QualityLimit, with the session's name, if a cell is inverted that was not before: a corner has turned, or a
+  // middle node or a polyhedron is inverted now. A linear cell that looks to the other side as a whole before is
+  // judged as well: SU2 has such meshes.
+  void require_cells(std::span<const Vec3d> before, std::span<const Vec3d> after, const std::string& name,
+                     int threads) const;
 
   // Puts the points of the walls back, and moves those near them along. `before`: the points before a part of the
   // stroke, on the walls; `after`: where the flow took them, changed here. What has not moved keeps its bits.

@@ -295,7 +295,8 @@ DeformedShape reference_shape(const std::shared_ptr<const Mesh>& mesh, const Rep
 class Replay {
  public:
   Replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options)
-      : session_(session),
+      : mesh_(mesh),
+        session_(session),
         options_(options),
         plan_(make_plan(*mesh, session, options)),
         shape_(mesh, options.motion, options.remesh, options.normals),
@@ -340,7 +341,7 @@ class Replay {
 
   void require_cells(const DeformedShape& shape) const {
     if (!session_.mesh_walls) return;
-    session_.mesh_walls->require_cells(shape.positions(), session_.name, options_.motion.threads);
+    session_.mesh_walls->require_cells(mesh_->positions, shape.positions(), session_.name, options_.motion.threads);
   }
 
   void apply(PlannedStroke& planned) {
@@ -457,6 +458,7 @@ class Replay {
     if (result_.status == AdvectStatus::done) options_.progress->done = work_ * points_;
   }
 
+  std::shared_ptr<const Mesh> mesh_;
   const Session& session_;
   const ReplayOptions& options_;
   Plan plan_;

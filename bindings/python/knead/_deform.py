@@ -71,7 +71,8 @@ def deform(
 
     Raises InvalidInput (a ValueError) for values that cannot be used, with the first index for a coordinate that is not
     finite; TypeError for other types; AccuracyError if a path line runs to infinity, or in a session with walls a cell
-    would be inverted. Ctrl-C ends the work and leaves `out` as it was. The GIL is released; calls from several threads on different arrays are safe.
+    would be inverted. Ctrl-C ends the work and leaves `out` as it was. The GIL is released; calls from several threads on
+    different arrays are safe.
     """
     accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
     if isinstance(session, Session) and session.walls:

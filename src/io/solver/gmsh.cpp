@@ -256,7 +256,7 @@ class GmshScan {
   void read_element_points(std::int64_t type, std::span<const std::int64_t> groups, std::int64_t dimension) {
     std::vector<std::int64_t> element{type};
     for (std::size_t k = element_points(type); k > 0; --k) element.push_back(number<T>());
-    if (dimension > 1) {
+    if (dimension == 2 || dimension == 3) {
       std::vector<std::int64_t>& cells = groups_->cells[static_cast<std::size_t>(dimension - 2)];
       cells.insert(cells.end(), element.begin(), element.end());
     }

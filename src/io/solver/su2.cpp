@@ -72,8 +72,8 @@ void read_marker(std::size_t count, std::size_t first, std::size_t end, TextCurs
 
 // A type of element, with VTK's number and its order of the corners.
 struct Su2Element {
-  std::size_t type;
-  std::size_t corners;
+  std::size_t type = 0;
+  std::size_t corners = 0;
   std::optional<CellKind> kind;  // none: of two dimensions
 };
 constexpr std::array kSu2Elements{Su2Element{5, 3, {}},
@@ -88,7 +88,7 @@ void read_elements(std::size_t count, std::size_t first, std::span<const Vec3d> 
   const bool has_flat_cells = is_flat(positions);
   for (std::size_t i = 0; i < count; ++i) {
     if (!text.next_line()) text.fail("the elements are cut short");
-    const std::size_t type = text.whole(next_line_word(text), 99, "the type of an element");
+    const std::size_t type = text.whole(next_line_word(text), kMaxElements, "the type of an element");
     const auto* const found = std::find_if(kSu2Elements.begin(), kSu2Elements.end(),
                                            [&](const Su2Element& element) { return element.type == type; });
     if (found == kSu2Elements.end() || found->kind.has_value() == has_flat_cells) continue;
