@@ -240,7 +240,7 @@ std::string refusal(const std::string& text, const char* format, const std::stri
 TEST(SolverWalls, InvertedCellsOfTwoDimensionsAreRefused) {
   const auto square = [](double x, double y, double) { return Vec3d{x, y, 0}; };
   for (const auto& [text, format] :
-       {std::tuple{su2_file(6, square), "su2"}, std::tuple{GmshFile(3, true, square).text(), "msh"}}) {
+       {std::tuple{su2_file(6, square), "su2"}, std::tuple{GmshFile(4, true, square).text(), "msh"}}) {
     SCOPED_TRACE(format);
     const std::string what = refusal(text, format, kOuterHeld, kTearOut);
     EXPECT_NE(what.find("would be inverted; deform less"), std::string::npos) << what;
