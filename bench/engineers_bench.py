@@ -19,11 +19,15 @@ import time
 import types
 
 import numpy as np
+import stiff_grid
 
 _CONTROL_POINTS = 900
+# The mesh, the patch that moves, those that stay and those that slide, the walls of the session, and its strokes.
 _SCENES = {
-    "rod": ("rod", ["wall", "inlet", "outlet"], [], 0.06, '{"tool": "implicit", "path": [[0, 0, 2], [0.1, 0, 2]], "inner": 0.4, "outer": 0.98}'),
-    "airfoil": ("airfoil", ["far"], ["front", "back"], 0.5, '{"tool": "rotate", "center": [0.25, 0, 0.05], "axis": [0, 0, 1], "angle_deg": -15, "inner": 1.0, "outer": 3.5}'),
+    "rod": ("rod", "rod", ["wall", "inlet", "outlet"], [], '{"patch": "rod", "layers": true, "width": 0.06}', '{"tool": "implicit", "path": [[0, 0, 2], [0.1, 0, 2]], "inner": 0.4, "outer": 0.98}'),
+    "whole rod": ("rod", "rod", ["wall"], ["inlet", "outlet"], '{"patch": "wall", "hold": true, "width": 0.02}, {"patch": "rod", "layers": true, "width": 0.06}',
+                  stiff_grid.strokes(shift=0.1, rod=0.25, layers=0.272, pipe=1.0, length=4.0, spacing=0.1)),
+    "airfoil": ("airfoil", "airfoil", ["far"], ["front", "back"], '{"patch": "airfoil", "layers": true, "width": 0.5}', '{"tool": "rotate", "center": [0.25, 0, 0.05], "axis": [0, 0, 1], "angle_deg": -15, "inner": 1.0, "outer": 3.5}'),
 }
 _HEAD = "FoamFile {{ version 2.0; format ascii; class {}; object {}; }}\n"
 
@@ -168,7 +172,7 @@ def by_foam(mesh, folder, target, scene):
     """displacementLaplacian with the diffusivity of the inverse distance, squared."""
     from scipy.spatial import cKDTree
 
-    moved, still, sliding, _, _ = scene
+    _, moved, still, sliding, _, _ = scene
     mesh.write(folder / "before.msh", mesh.points)
     case = folder / "laplacian"
     foam_case(case, folder / "before.msh")
@@ -203,15 +207,15 @@ def main():
     methods = sys.argv[3:] or ["flow", "layers", "deform_cells", "scipy", "pygem", "displacementLaplacian"]
     print("| mesh | method | inverted | wrong pyramids | non-orthogonality | skewness | first height | s |\n| --- | --- | --- | --- | --- | --- | --- | --- |")
     for name, scene in _SCENES.items():
-        moved, still, _, width, stroke = scene
-        mesh = Mesh(folder / f"{name}.msh")
+        file, moved, still, _, walls, stroke = scene
+        mesh = Mesh(folder / f"{file}.msh")
         layer = mesh.first_layer(moved)
         before = heights(mesh.points, layer)
         target = by_flow(mesh, folder, stroke, knead)
         judge = Judge(folder, mesh)
         calls = {
             "flow": lambda: by_flow(mesh, folder, stroke, knead),
-            "layers": lambda: by_flow(mesh, folder, stroke, knead, f', "walls": [{{"patch": "{moved}", "layers": true, "width": {width}}}]'),
+            "layers": lambda: by_flow(mesh, folder, stroke, knead, f', "walls": [{walls}]'),
             "deform_cells": lambda: by_cells(mesh, stroke),
             "scipy": lambda: by_scipy(mesh, target, moved, still),
             "pygem": lambda: by_pygem(mesh, target, moved, still),

@@ -83,7 +83,7 @@ int run_subcommand(const Subcommand& subcommand) {
     return fail(kWrongUsage, std::string(error.what()) + " (see knead " + subcommand.name + " --help)");
   } catch (const QualityError& error) {
     return fail(kQualityNotMet, error.what());
-  } catch (const RemeshLimit& error) {
+  } catch (const QualityLimit& error) {
     return fail(kQualityNotMet, error.what());
   } catch (const InvalidInput& error) {
     return fail(kInvalidInput, error.what());

@@ -44,21 +44,10 @@ void write_frame(const std::string& path, const StreamFormat& format, const Inpu
   } else {
     const std::vector<Vec3d> normals = shape.normals();
     options.normals = normals;
-    if (inputs.session.walls.empty()) return write_shape_or_stream(path, format, source, shape.positions(), options);
-    std::vector<Vec3d> positions = shape.positions();
-    const double distance = std::max(put_on_walls(inputs.session, positions), shape.put_back());
-    if (!inputs.quiet && distance > kToldDistance * shape_box(source.mesh).diagonal()) {
-      print_message(fmt::format("note: {}: points were put back onto walls by up to {:.2g}", path, distance));
+    if (!inputs.quiet && shape.put_back() > kToldDistance * shape_box(source.mesh).diagonal()) {
+      print_message(fmt::format("note: {}: points were put back onto walls by up to {:.2g}", path, shape.put_back()));
     }
-    const std::size_t inverted =
-        inputs.cells ? count_new_inversions(*inputs.cells, source.mesh.positions, positions) : 0;
-    if (inverted > 0) {
-      throw QualityError(
-          fmt::format("{}: {} would be inverted beside the walls; deform less, or give them another "
-                      "\"width\"",
-                      inputs.session.name, counted(inverted, "cell")));
-    }
-    write_shape_or_stream(path, format, source, positions, options);
+    write_shape_or_stream(path, format, source, shape.positions(), options);
   }
 }
 
@@ -183,7 +172,7 @@ bool is_reported(const DeformOptions& options) {
 bool says_more(const DeformOptions& options) { return options.common.json || !options.report.empty(); }
 
 void require_flows(const Session& session) {
-  if (session.sliding) {
+  if (puts_points_back(session)) {
     throw InvalidInput(
         Place{session.name, 1},
         "points are put back onto these walls, which is no flow, so the session cannot be resolved; use it "

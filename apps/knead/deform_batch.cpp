@@ -232,7 +232,7 @@ class Batch {
     std::string error;
     try {
       return do_it();
-    } catch (const RemeshLimit& limit) {
+    } catch (const QualityLimit& limit) {
       error = limit.what();
       variant.misses_quality = true;
     } catch (const QualityError& missed) {

@@ -133,8 +133,7 @@ struct CheckOptions {
   CommonOptions common;
 };
 
-std::size_t count_flipped_since(const CheckOptions& options, const Mesh& mesh) {
-  const Mesh before = read_shape(options.before).mesh;
+std::size_t count_flipped_since(const CheckOptions& options, const Mesh& before, const Mesh& mesh) {
   if (before.vertex_count() != mesh.vertex_count() || before.face_begin != mesh.face_begin ||
       before.corner_vertex != mesh.corner_vertex) {
     throw InvalidInput(Place{options.before}, fmt::format("its faces differ from those of {}; give that shape as it "
@@ -204,10 +203,15 @@ void run_check(const CheckOptions& options) {
   }
   const ShapeFile file = read_shape_or_stream(options.shape, options.format);
   std::optional<std::size_t> flipped;
-  if (!options.before.empty()) flipped = count_flipped_since(options, file.mesh);
+  const bool has_before = !options.before.empty();
+  const ShapeFile before = has_before ? read_shape(options.before) : ShapeFile{};
+  if (has_before) flipped = count_flipped_since(options, before.mesh, file.mesh);
   SurfaceCheck check = options.also.empty() ? check_surface(file.mesh, describe(file)) : check_together(options, file);
   check.flipped_triangles = flipped;
-  const VolumeCells cells = is_stream(options.shape) ? VolumeCells{} : read_cells(options.shape, file);
+  const bool has_cells = has_before || !is_stream(options.shape);
+  const VolumeCells cells = !has_cells   ? VolumeCells{}
+                            : has_before ? read_cells(options.before, before)
+                                         : read_cells(options.shape, file);
   if (cells.size() > 0) check.cells = check_cells(cells, file.mesh.positions);
   if (options.common.json) {
     print(to_json(check));

@@ -130,14 +130,16 @@ Session read_session_with(const std::string& path, const std::vector<std::string
 
 namespace {
 
-Session on_walls_watched(Session session, std::span<const Patch> patches, std::span<const Vec3d> points, int threads,
-                         bool quiet) {
+void put_on_walls_watched(Inputs& inputs, const std::string& path, int threads) {
   Progress progress;
   const CancelOnInterruption cancel(progress);
+  const std::span<const Vec3d> points = inputs.shape.mesh.positions;
   progress.total = points.size();  // until it is known better
-  const ProgressBar bar(progress, 0, !quiet);
+  const ProgressBar bar(progress, 0, !inputs.quiet);
   try {
-    return on_walls(std::move(session), patches, points, {threads, &progress});
+    const auto cells = std::make_shared<const VolumeCells>(read_cells(path, inputs.shape));
+    inputs.session =
+        on_walls(std::move(inputs.session), read_patches(path, inputs.shape), points, {threads, &progress, cells});
   } catch (const Cancelled&) {
     throw Interrupted{};
   }
@@ -152,11 +154,7 @@ Inputs read_inputs(const std::string& shape, const StreamFormat& format, const s
   inputs.session =
       without_off(read_session_with(session, set));  // first: it is the shorter, and the one that people mistype
   inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});
-  if (!inputs.session.walls.empty()) {
-    inputs.session = on_walls_watched(std::move(inputs.session), read_patches(shape, inputs.shape),
-                                      inputs.shape.mesh.positions, threads, quiet);
-    if (inputs.session.sliding) inputs.cells = read_cells(shape, inputs.shape);
-  }
+  if (!inputs.session.walls.empty()) put_on_walls_watched(inputs, shape, threads);
   if (!quiet) {
     print_notes(inputs.session.warnings);
     for (const std::string& note : inputs.shape.notes) print_message(fmt::format("note: {}: {}", shape, note));

@@ -72,7 +72,6 @@ struct Inputs {
   bool quiet = false;                    // no notes
   std::vector<ShapeFile> also{};         // further shapes that move along
   std::optional<JoinedMeshes> joined{};  // of `shape` and these, if there are some
-  std::optional<VolumeCells> cells{};    // of `shape`, if walls put points back
 
   // Returns what is deformed.
   const Mesh& mesh() const { return joined ? joined->mesh() : shape.mesh; }

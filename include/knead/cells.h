@@ -141,4 +141,42 @@ double polyhedron_volume(std::span<const std::uint32_t> faces, std::span<const V
 // `faces` and errors as above. Not exact: by the signs of sums of doubles.
 int polyhedron_orientation(std::span<const std::uint32_t> faces, std::span<const Vec3d> points);
 
+// The cells of a volume mesh, or of a mesh of two dimensions.
+struct VolumeCells {
+  Cells cells;          // linear, or the corners of cells of the second order
+  MiddleNodes middles;  // of those
+  // Of OpenFOAM all cells, each as polyhedron_volume() takes it.
+  std::vector<std::vector<std::uint32_t>> polyhedra{};
+  // Cells of two dimensions stand as prisms of one layer, as OpenFOAM has them: of n points the number n + i is the
+  // i-th one, lifted along z, and 2 n + i the middle between the two.
+  bool is_flat = false;
+
+  // Returns the number of all cells.
+  std::size_t size() const { return cells.size() + polyhedra.size(); }
+};
+
+// Appends a triangle or quadrilateral of a mesh of two dimensions, whose z are all alike, to cells that have no others.
+// Its side is that which it shows at these points. `corners`: around; `middles`: for each edge the middle node, or
+// none. Throws InvalidInput for a number that is no point, and for more than 2^30 points.
+void add_flat_cell(std::span<const std::uint32_t> corners, std::span<const std::uint32_t> middles,
+                   std::span<const Vec3d> points, VolumeCells& cells);
+
+// Whether the cells of a volume mesh are good. The members are keys of `knead check --json`.
+struct CellCheck {
+  std::size_t cells = 0;
+  std::size_t inverted = 0;  // in a corner or a middle node at least
+  // With the middle nodes of cells of the second order; nothing for OpenFOAM's cells.
+  std::optional<double> least_scaled_jacobian{};
+  double max_non_orthogonality_deg = 0;  // these four as checkMesh of OpenFOAM has them
+  double mean_non_orthogonality_deg = 0;
+  double max_skewness = 0;
+  double max_aspect_ratio = 0;
+};
+
+// Judges the cells. Throws InvalidInput for a cell that names no point.
+CellCheck check_cells(const VolumeCells& cells, std::span<const Vec3d> points, int threads = 0);
+
+// Returns 1 for each cell that is inverted in a corner or a middle node: linear cells, then polyhedra.
+std::vector<std::uint8_t> inverted_cells(const VolumeCells& cells, std::span<const Vec3d> points, int threads = 0);
+
 }  // namespace knead

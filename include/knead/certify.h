@@ -31,27 +31,6 @@ struct ShapeInfo {
 ShapeInfo describe(const Mesh& mesh);
 ShapeInfo describe(const ShapeFile& file);
 
-// Whether the cells of a volume mesh are good. The members are keys of `knead check --json`.
-struct CellCheck {
-  std::size_t cells = 0;
-  std::size_t inverted = 0;  // in a corner or a middle node at least
-  // With the middle nodes of cells of the second order; nothing for OpenFOAM's cells.
-  std::optional<double> least_scaled_jacobian{};
-  double max_non_orthogonality_deg = 0;  // these four as checkMesh of OpenFOAM has them
-  double mean_non_orthogonality_deg = 0;
-  double max_skewness = 0;
-  double max_aspect_ratio = 0;
-};
-
-// Judges the cells. Throws InvalidInput for a cell that names no point.
-CellCheck check_cells(const VolumeCells& cells, std::span<const Vec3d> points, int threads = 0);
-
-// Returns 1 for each cell that is inverted in a corner or a middle node: linear cells, then polyhedra.
-std::vector<std::uint8_t> inverted_cells(const VolumeCells& cells, std::span<const Vec3d> points, int threads = 0);
-
-// Returns the number of cells that are inverted after a deformation and were not before.
-std::size_t count_new_inversions(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after);
-
 // Whether a surface is sound. The members are keys of `knead check --json`.
 struct SurfaceCheck {
   ShapeInfo info;

@@ -1,4 +1,4 @@
-// The two exceptions that Knead throws. Each message is one line: what is wrong, then what to do.
+// The exceptions that Knead throws. Each message is one line: what is wrong, then what to do.
 #pragma once
 
 #include <atomic>
@@ -27,6 +27,13 @@ class InvalidInput : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
   InvalidInput(const Place& place, const std::string& what) : std::invalid_argument(to_string(place) + ": " + what) {}
+};
+
+// The result would not be sound, by the limits that are in force: too many vertices, triangles that cross, cells that
+// are inverted. The message says what to change. The command ends with exit code 4.
+class QualityLimit : public InvalidInput {
+ public:
+  using InvalidInput::InvalidInput;
 };
 
 // A file cannot be opened, read or written.

@@ -192,20 +192,9 @@ struct Patch {
 // `points`. Empty for other formats. Throws as read_shape.
 std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFile& shape);
 
-// The cells of a volume mesh.
-struct VolumeCells {
-  Cells cells;          // linear, or the corners of cells of the second order
-  MiddleNodes middles;  // of those
-  // Of OpenFOAM all cells, each as polyhedron_volume() takes it.
-  std::vector<std::vector<std::uint32_t>> polyhedra;
-
-  // Returns the number of all cells.
-  std::size_t size() const { return cells.size() + polyhedra.size(); }
-};
-
 // Returns the cells of the file that a shape was read from: those of gmsh and SU2 of the first and second order, and of
-// OpenFOAM, whose files `faces`, `owner` and `neighbour` lie beside `points`. Empty for other formats, and for meshes
-// of two dimensions. Throws as read_shape.
+// OpenFOAM, whose files `faces`, `owner` and `neighbour` lie beside `points`. Where all z are alike, the triangles and
+// quadrilaterals are the cells. Empty for other formats. Throws as read_shape.
 VolumeCells read_cells(const std::filesystem::path& path, const ShapeFile& shape);
 
 // Returns the format that a path's extension names. Throws InvalidInput that lists the known ones.

@@ -50,11 +50,10 @@ struct RemeshTargets {
 };
 
 // Remeshing would need more vertices, or more work, than RemeshTargets::max_vertices allows. The message names the
-// setting to change and a value that would do. The command ends with exit code 4.
-class RemeshLimit : public InvalidInput {
+// setting to change and a value that would do.
+class RemeshLimit : public QualityLimit {
  public:
-  explicit RemeshLimit(const std::string& what) : InvalidInput(what) {}
-  RemeshLimit(const Place& place, const std::string& what) : InvalidInput(place, what) {}
+  using QualityLimit::QualityLimit;
 };
 
 inline constexpr double kDefaultMaxAngleDeg = 30;

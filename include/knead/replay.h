@@ -215,8 +215,8 @@ class DeformedShape {
   const Mask& mask() const { return mask_; }
   void set_mask(Mask mask) { mask_ = std::move(mask); }
 
-  // Keeps points on walls (Session::sliding) in all moves that follow; null: none. The shape has no faces.
-  void set_walls(std::shared_ptr<const SlidingWalls> walls) { walls_ = std::move(walls); }
+  // Keeps points on walls (Session::mesh_walls) in all moves that follow; null: none. The shape has no faces.
+  void set_walls(std::shared_ptr<const MeshWalls> walls) { walls_ = std::move(walls); }
   // Returns the greatest distance by which a point was put back onto a wall.
   double put_back() const { return put_back_; }
 
@@ -319,7 +319,7 @@ class DeformedShape {
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
   std::optional<session_detail::TransportedNormals> normals_;
   Mask mask_;
-  std::shared_ptr<const SlidingWalls> walls_;
+  std::shared_ptr<const MeshWalls> walls_;
   double put_back_ = 0;
   AdvectResult work_;
   std::uint64_t dabs_ = 0;

@@ -46,13 +46,11 @@ struct ParameterUse {
 // A patch of a volume mesh that stays where it is, slides on its surface, moves as another patch does, or goes where
 // the strokes take it and keeps the layers of cells beside it.
 struct Wall {
-  std::string patch;                    // its name in the mesh; empty: a mesh of two dimensions as a whole
-  bool slides = false;                  // false: it is held, or periodic
-  std::optional<double> width{};        // how far from it the mesh is free of it; above 0
-  std::string periodic{};               // the patch that it moves as; empty: none
-  std::vector<std::uint32_t> points{};  // of a mesh: set by on_walls()
-  std::optional<MirrorPlane> plane{};   // in which all strokes are mirrored: set by on_walls()
-  bool keeps_layers = false;            // of a wall that is neither held, slides nor is periodic
+  std::string patch;              // its name in the mesh
+  bool slides = false;            // false: it is held, or periodic
+  std::optional<double> width{};  // how far from it the mesh is free of it; above 0
+  std::string periodic{};         // the patch that it moves as; empty: none
+  bool keeps_layers = false;      // of a wall that is neither held, slides nor is periodic
 
   friend bool operator==(const Wall&, const Wall&) = default;
 };
@@ -81,7 +79,7 @@ struct SessionStroke {
   friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
 };
 
-class SlidingWalls;
+class MeshWalls;
 
 // A session: its header, and the strokes in effect.
 struct Session {
@@ -93,7 +91,7 @@ struct Session {
   std::vector<Parameter> parameters{};
   std::vector<std::string> also{};  // further shapes that it was made on, as `mesh`; strokes read the surface of all
   std::vector<Wall> walls{};
-  std::shared_ptr<const SlidingWalls> sliding{};  // of walls that mirroring does not keep: set by on_walls()
+  std::shared_ptr<const MeshWalls> mesh_walls{};  // the walls on a mesh, and its cells: set by on_walls()
 
   friend bool operator==(const Session&, const Session&) = default;
 };
@@ -115,27 +113,27 @@ std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const
 
 // How on_walls() works.
 struct WallOptions {
-  int threads = 0;               // as for parallel_for
-  Progress* progress = nullptr;  // counts up to its total; cancels the work, which then throws Cancelled
+  int threads = 0;                             // as for parallel_for
+  Progress* progress = nullptr;                // counts up to its total; cancels the work, which then throws Cancelled
+  std::shared_ptr<const VolumeCells> cells{};  // of the mesh, which replay() judges; null: none
 };
 
-// Returns the session for the mesh that has these patches and points.
+// Returns the session for the mesh that has these patches and points. replay() puts the points of such a session onto
+// their walls, and throws QualityLimit for cells that would be inverted and were not before.
 // - A wall that is held becomes a mask of its points, which every other mask gets, too: they keep their bits.
 // - In the plane of a wall that slides all strokes are mirrored, so that nothing leaves it, if the planes before it are
 //   at right angles to it. A mesh of two dimensions slides in its own plane.
-// - All other walls go to Session::sliding: planes at other angles, cylinders and spheres (to 1e-5 of their radius),
-//   any other surface, periodic patches, and those that keep their layers.
-// The default width of what is held is a twentieth of the diagonal; of a wall in `sliding` a tenth, and at most 3/4 of
+// - Points are put back onto all other walls: planes at other angles, cylinders and spheres (to 1e-5 of their radius),
+//   any other surface, periodic patches, and those that keep their layers. The session is then no flow.
+// The default width of what is held is a twentieth of the diagonal; of these other walls a tenth, and at most 3/4 of
 // how far the mesh goes from it. Throws InvalidInput for a patch that the mesh lacks, a patch without faces that slides
 // and is not plane, a periodic patch that is no shifted copy of the other one, and masks by vertices beside walls that
 // are held.
 Session on_walls(Session session, std::span<const Patch> patches, std::span<const Vec3d> points,
                  const WallOptions& options = {});
 
-// Puts the points of walls that slide in the planes of mirrors into these, which rounding, the mask of a wall that is
-// held, or a wall in Session::sliding may leave them beside. Returns the greatest distance. The session is one of
-// on_walls().
-double put_on_walls(const Session& session, std::span<Vec3d> points);
+// Returns whether the session is one of on_walls() that puts points back onto walls, and so is no flow.
+bool puts_points_back(const Session& session);
 
 // Returns the session without the strokes that are off. It deforms every shape in the same way.
 Session without_off(Session session);

@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "knead/cells.h"
@@ -340,6 +342,65 @@ TEST(BoundaryPoints, AreThoseOnTheFacesOfOneCell) {
     EXPECT_THROW(boundary_points(box.cells, box.points.size() - 1), InvalidInput);
   }
   EXPECT_TRUE(boundary_points({}, 3).empty());
+}
+
+// --- cells of two dimensions
+
+const double kHeight = std::sqrt(0.75);
+
+// An equilateral triangle, whose corners are given in either direction, and a square beside it.
+struct FlatCells {
+  std::vector<Vec3d> points{{0, 0, 2}, {1, 0, 2}, {0.5, kHeight, 2}, {0, -1, 2}, {1, -1, 2}};
+  VolumeCells cells;
+
+  explicit FlatCells(const std::array<std::uint32_t, 3>& triangle) {
+    add_flat_cell(triangle, {}, points, cells);
+    add_flat_cell(std::array<std::uint32_t, 4>{0, 1, 4, 3}, {}, points, cells);
+  }
+};
+
+TEST(FlatCells, AreJudgedAsTheyLieInTheirPlane) {
+  for (const auto& triangle : std::to_array<std::array<std::uint32_t, 3>>({{0, 1, 2}, {0, 2, 1}})) {
+    const FlatCells flat(triangle);
+    const CellCheck check = check_cells(flat.cells, flat.points);
+    EXPECT_EQ(check.cells, 2U);
+    EXPECT_EQ(check.inverted, 0U);
+    EXPECT_NEAR(*check.least_scaled_jacobian, 1, 1e-12);
+    EXPECT_NEAR(check.max_non_orthogonality_deg, 0, 1e-5);
+    EXPECT_LT(check.max_skewness, 1e-6);
+    EXPECT_NEAR(check.max_aspect_ratio, 1 / kHeight, 1e-12);
+  }
+}
+
+TEST(FlatCells, AreInvertedIfACornerTurns) {
+  FlatCells flat({0, 1, 2});
+  flat.points[2].y = -0.1;  // through the opposite side
+  EXPECT_EQ(inverted_cells(flat.cells, flat.points), (std::vector<std::uint8_t>{1, 0}));
+  flat.points[2].y = 0;  // flat
+  EXPECT_EQ(inverted_cells(flat.cells, flat.points), (std::vector<std::uint8_t>{1, 0}));
+  flat.points[3] = {1.5, -0.1, 2};  // the square crosses itself
+  EXPECT_EQ(inverted_cells(flat.cells, flat.points), (std::vector<std::uint8_t>{1, 1}));
+}
+
+TEST(FlatCells, OfTheSecondOrderAreJudgedByTheirMiddleNodes) {
+  for (const std::size_t n : {3, 4}) {
+    std::vector<Vec3d> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    points.resize(n);
+    for (std::size_t k = 0; k < n; ++k) points.push_back((points[k] + points[(k + 1) % n]) * 0.5);
+    std::vector<std::uint32_t> numbers(2 * n);
+    std::iota(numbers.begin(), numbers.end(), 0U);
+    VolumeCells cells;
+    add_flat_cell(std::span(numbers).first(n), std::span(numbers).subspan(n), points, cells);
+    EXPECT_EQ(inverted_cells(cells, points), std::vector<std::uint8_t>{0}) << n;
+    points[n].y = n == 3 ? 0.45 : 1.2;  // the middle of the first edge comes near the others, or beyond
+    EXPECT_EQ(inverted_cells(cells, points), std::vector<std::uint8_t>{1}) << n;
+  }
+}
+
+TEST(FlatCells, RefuseNumbersThatAreNoPoints) {
+  FlatCells flat({0, 1, 2});
+  EXPECT_THROW(add_flat_cell(std::array<std::uint32_t, 3>{0, 1, 5}, {}, flat.points, flat.cells), InvalidInput);
+  EXPECT_THROW(add_flat_cell(std::array<std::uint32_t, 2>{0, 1}, {}, flat.points, flat.cells), InvalidInput);
 }
 
 }  // namespace

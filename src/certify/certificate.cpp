@@ -139,9 +139,9 @@ void add_crossings(const Mesh& before, const WrittenShape& after, const Provenan
   certificate.crossings_after = std::min(kept + last.count, options.limit);
 }
 
-void add_measures(const Mesh& before, const Mesh& after, bool same_faces, Certificate& certificate) {
-  const Measures first = measure(before);
-  const Measures last = same_faces ? measure(after, first) : measure(after);
+void add_measures(const Mesh& before, const Mesh& after, bool same_faces, int threads, Certificate& certificate) {
+  const Measures first = measure(before, threads);
+  const Measures last = same_faces ? measure(after, first, threads) : measure(after, threads);
   certificate.degenerate_before = first.degenerate_triangles;
   certificate.degenerate_after = last.degenerate_triangles;
   certificate.closed_before = first.closed();
@@ -201,7 +201,7 @@ Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float
   certificate.det_greatest = det_greatest_;
   const std::array<std::function<void()>, 3> works{
       [&] { add_crossings(before, after, result.shape.provenance(), options_, certificate); },
-      [&] { add_measures(before, after.mesh, !result.shape.is_remeshed(), certificate); },
+      [&] { add_measures(before, after.mesh, !result.shape.is_remeshed(), options_.motion.threads, certificate); },
       [&] {
         certificate.flipped_triangles = result.shape.is_remeshed()
                                             ? session_detail::opposing_more(before, after.mesh)

@@ -182,12 +182,13 @@ Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& opt
                 measure_volume_and_area(target, target.positions).area > 0,
             "a shape whose faces have no area has no surface to fit; fit landmarks alone");
   }
-  if (turn_outward(target, target_triangles_)) {
+  if (turn_outward(target, target_triangles_, options.threads)) {
     report_.notes.emplace_back("the target's faces look inward and are turned");
   }
-  if (turn_outward(source, triangles_)) report_.notes.emplace_back("the source's faces look inward");
+  if (turn_outward(source, triangles_, options.threads)) report_.notes.emplace_back("the source's faces look inward");
   if (options.volume == FitVolume::total) scale();
-  report_.volume_difference = relative(volume_of(target, target.positions), volume_of(source, rest_));
+  report_.volume_difference =
+      relative(volume_of(target, target.positions, options.threads), volume_of(source, rest_, options.threads));
   diagonal_ = shape_box(source, rest_).diagonal();
   require(diagonal_ > 1e-15 && diagonal_ < 1e18,
           fmt::format("the source is {:.3g} long; scale it to between 1e-15 and 1e18", diagonal_));
@@ -214,8 +215,8 @@ void Fitter::set_marks() {
 }
 
 void Fitter::scale() {
-  const std::optional<double> from = volume_of(source_, rest_);
-  const std::optional<double> to = volume_of(target_, target_.positions);
+  const std::optional<double> from = volume_of(source_, rest_, options_.threads);
+  const std::optional<double> to = volume_of(target_, target_.positions, options_.threads);
   require(from && to && *from > 0 && *to > 0,
           "scaling needs the volume of both shapes, and one is not closed; leave it out");
   report_.scale = elementary::cbrt(*to / *from);
@@ -566,7 +567,8 @@ void Fitter::finish(BodyFit& fit) {
   report_.greatest_stretch = stretch.worst();
   report_.stretch_99 = stretch.percentile_99;
   report_.rms_log_stretch = stretch.rms_log;
-  report_.volume_error = relative(volume_of(source_, fit.positions), volume_of(source_, rest_));
+  report_.volume_error =
+      relative(volume_of(source_, fit.positions, options_.threads), volume_of(source_, rest_, options_.threads));
   if (options_.volume == FitVolume::free) {
     const auto [least, greatest] =
         growth_range(fit.strokes, rest_, {diagonal_, kGrowthLookedAt, options_.threads, options_.progress});

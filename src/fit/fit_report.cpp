@@ -51,15 +51,15 @@ FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const Su
   return result;
 }
 
-bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles) {
-  const Measures m = measure(mesh);
+bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles, int threads) {
+  const Measures m = measure(mesh, threads);
   if (!m.closed() || !m.oriented() || m.volume >= 0) return false;
   for (Triangle& t : triangles) std::swap(t[1], t[2]);
   return true;
 }
 
-std::optional<double> volume_of(const Mesh& mesh, std::span<const Vec3d> positions) {
-  const Measures m = measure(mesh);
+std::optional<double> volume_of(const Mesh& mesh, std::span<const Vec3d> positions, int threads) {
+  const Measures m = measure(mesh, threads);
   if (!m.closed() || !m.oriented()) return std::nullopt;
   return std::abs(measure_volume_and_area(mesh, positions).volume);
 }

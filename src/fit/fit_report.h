@@ -34,10 +34,10 @@ FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const Su
                         const Measuring& measuring);
 
 // Reverses the triangles of a closed mesh whose faces look inward. Returns true if it reversed them.
-bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles);
+bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles, int threads);
 
 // Returns the volume of a mesh with these positions; nothing unless it is closed and oriented.
-std::optional<double> volume_of(const Mesh& mesh, std::span<const Vec3d> positions);
+std::optional<double> volume_of(const Mesh& mesh, std::span<const Vec3d> positions, int threads);
 
 // Returns now / before - 1; nothing where one is unknown.
 std::optional<double> relative(const std::optional<double>& now, const std::optional<double>& before);

@@ -234,10 +234,10 @@ std::size_t count_boundary_loops(std::vector<BoundaryEnd> ends) {
 }
 
 // Counts edges, vertices and boundary loops.
-void count_stars(const Mesh& mesh, Measures& m) {
-  const CornerParts parts(mesh, 0);
+void count_stars(const Mesh& mesh, int threads, Measures& m) {
+  const CornerParts parts(mesh, threads);
   std::vector<StarCounts> counts(parts.count());
-  parallel_for(parts.count(), 1, 0, [&](std::size_t part, std::size_t) {
+  parallel_for(parts.count(), 1, threads, [&](std::size_t part, std::size_t) {
     StarCounter counter(counts[part]);
     parts.visit_stars(part, [&](std::uint32_t vertex, std::span<const StarCorner> star) { counter.add(vertex, star); });
   });
@@ -297,25 +297,25 @@ bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   return !(norm(cross(b - a, c - a)) > 1e-12 * longest2);
 }
 
-Measures measure(const Mesh& mesh) {
+Measures measure(const Mesh& mesh, int threads) {
   validate(mesh);
   Measures m;
   m.vertices = mesh.vertex_count();
   m.faces = mesh.face_count();
-  count_stars(mesh, m);
+  count_stars(mesh, threads, m);
   const std::array<std::function<void()>, 3> rest{[&] { m.components = count_components(mesh, m.unused_vertices); },
                                                   [&] { count_triangles(mesh, m); }, [&] { add_sizes(mesh, m); }};
-  parallel_for(rest.size(), 1, 0, [&](std::size_t i, std::size_t) { rest[i](); });
+  parallel_for(rest.size(), 1, threads, [&](std::size_t i, std::size_t) { rest[i](); });
   m.euler = static_cast<std::int64_t>(m.vertices - m.unused_vertices) - static_cast<std::int64_t>(m.edges) +
             static_cast<std::int64_t>(m.faces);
   return m;
 }
 
-Measures measure(const Mesh& mesh, const Measures& same_faces) {
+Measures measure(const Mesh& mesh, const Measures& same_faces, int threads) {
   require_sound(mesh, mesh.positions);
   Measures m = same_faces;
   const std::array<std::function<void()>, 2> rest{[&] { count_triangles(mesh, m); }, [&] { add_sizes(mesh, m); }};
-  parallel_for(rest.size(), 1, 0, [&](std::size_t i, std::size_t) { rest[i](); });
+  parallel_for(rest.size(), 1, threads, [&](std::size_t i, std::size_t) { rest[i](); });
   return m;
 }
 

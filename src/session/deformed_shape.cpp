@@ -11,7 +11,7 @@
 #include "math/system.h"
 #include "remesh/relax.h"
 #include "session/deformed_shape_detail.h"
-#include "session/sliding_walls.h"
+#include "session/mesh_walls.h"
 
 namespace knead::session_detail {
 
@@ -137,7 +137,7 @@ constexpr double kNormalReach = 1e-4;
 constexpr double kLargestShape = 1e18;
 constexpr double kSmallestShape = 1e-15;
 
-constexpr int kMaxWallParts = 64;  // of a segment
+constexpr double kLeastWallPart = 1.0 / 64;  // of a segment
 
 // To sort the vertices takes longer than it saves for fewer segments.
 constexpr std::size_t kSegmentsWorthSorting = 4;
@@ -289,35 +289,42 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   return std::exchange(work_.status, AdvectStatus::done);
 }
 
-// In so many parts that what each moves off the walls is small.
+// In parts so short that what each moves off the walls is small.
 AdvectResult DeformedShape::move_on_walls(const Flow& flow, const AdvectOptions& options) {
   AdvectResult all;
-  for (std::size_t segment = 0; segment < flow.segments.size(); ++segment) {
-    const std::vector<Vec3d> start = positions_;
-    const auto begin = static_cast<double>(segment);
-    bool fits = false;
-    for (int parts = 1; !fits; parts *= 2) {
-      fits = true;
-      double greatest = 0;
-      for (int part = 0; part < parts && fits; ++part) {
-        const std::vector<Vec3d> before = positions_;
-        all += move_vertices(flow_between(flow, begin + static_cast<double>(part) / parts,
-                                          begin + static_cast<double>(part + 1) / parts),
-                             options);
-        if (all.status != AdvectStatus::done) return all;
-        earlier_steps_ = steps();
-        blocks_.reset();
-        const WallCorrection correction = walls_->put_back(before, positions_, motion_.threads);
-        greatest = std::max(greatest, correction.greatest);
-        fits = correction.is_small || parts == kMaxWallParts;
-      }
-      if (fits) {
-        put_back_ = std::max(put_back_, greatest);
+  const auto put_on_planes = [&] {
+    const double distance = walls_->put_on_planes(positions_);
+    if (!(distance > 0)) return;
+    put_back_ = std::max(put_back_, distance);
+    earlier_steps_ = steps();
+    blocks_.reset();
+  };
+  if (walls_->is_flow()) {
+    all = move_vertices(flow, options);
+    put_on_planes();
+    return all;
+  }
+  double size = 1;  // of a part, in segments
+  for (std::size_t segment = 0; segment < flow.segments.size(); ++segment, size = std::min(1.0, 2 * size)) {
+    for (double at = 0; at < 1;) {
+      const std::vector<Vec3d> before = positions_;
+      const double from = static_cast<double>(segment) + at;
+      all += move_vertices(flow_between(flow, from, from + size), options);
+      if (all.status != AdvectStatus::done) return all;
+      earlier_steps_ = steps();
+      blocks_.reset();
+      segments_ = 0;  // the next part needs other blocks, and for one part they are not worth sorting
+      const WallCorrection correction = walls_->put_back(before, positions_, motion_.threads);
+      if (correction.is_small || size <= kLeastWallPart) {
+        put_back_ = std::max(put_back_, correction.greatest);
+        at += size;
       } else {
-        positions_ = start;
+        positions_ = before;
+        size /= 2;
       }
     }
   }
+  put_on_planes();
   return all;
 }
 

@@ -14,6 +14,7 @@
 #include "knead/replay.h"
 #include "knead/tools.h"
 #include "session/deformed_shape_detail.h"
+#include "session/mesh_walls.h"
 #include "session/replay_plan.h"
 
 namespace knead::session_detail {
@@ -131,7 +132,7 @@ bool has_settings(const Session& session, const ReplayOptions& options) {
 }
 
 void require_flow_alone(const Session& session) {
-  if (!session.sliding) return;
+  if (!puts_points_back(session)) return;
   throw InvalidInput(Place{session.name, 1},
                      "points are put back onto walls that are curved, periodic or planes at other than right angles, "
                      "which is no flow: it has no inverse, no certificate, and cannot be resolved");
@@ -139,8 +140,7 @@ void require_flow_alone(const Session& session) {
 
 Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   advect_options(options.motion, 1);
-  for (const Wall& wall : session.walls) {
-    if (!wall.points.empty()) continue;
+  if (!session.walls.empty() && !session.mesh_walls) {
     throw InvalidInput(Place{session.name, 1},
                        "the session has walls; they need a mesh that names its patches, such as "
                        "those of gmsh, SU2 and OpenFOAM, and knead deform");
@@ -295,17 +295,14 @@ DeformedShape reference_shape(const std::shared_ptr<const Mesh>& mesh, const Rep
 class Replay {
  public:
   Replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options)
-      : session_(session),
+      : mesh_(mesh),
+        session_(session),
         options_(options),
         plan_(make_plan(*mesh, session, options)),
         shape_(mesh, options.motion, options.remesh, options.normals),
         points_(points_moved(*mesh, plan_, options)) {
     if (plan_.strokes_on_reference > 0) reference_ = reference_shape(mesh, options);
-    if (session.sliding) {
-      if (mesh->face_count() > 0) throw InvalidInput(Place{session.name, 1}, "walls need a mesh without faces");
-      shape_.set_walls(session.sliding);
-      if (reference_) reference_->set_walls(session.sliding);
-    }
+    if (session.mesh_walls) set_walls(*mesh);
     for (const PlannedStroke& planned : plan_.strokes) {
       const SessionStroke& source = *planned.stroke.source;
       const std::optional<RemeshSettings> settings = shape_.settings_of(source);
@@ -324,6 +321,7 @@ class Replay {
       if (result_.status != AdvectStatus::done) return std::move(result_);
     }
     for (std::size_t i = 0; i < plan_.last_frames; ++i) deliver(shape_);
+    if (options_.frames.count == 0) require_cells(shape_);
     result_.strokes = plan_.strokes.size();
     shape_.free_layout();
     result_.shape = std::move(shape_);
@@ -331,6 +329,21 @@ class Replay {
   }
 
  private:
+  void set_walls(const Mesh& mesh) {
+    const Place place{session_.name, 1};
+    if (mesh.face_count() > 0) throw InvalidInput(place, "walls need a mesh without faces");
+    if (mesh.vertex_count() < session_.mesh_walls->points()) {
+      throw InvalidInput(place, "the points are not those of the mesh that has the walls");
+    }
+    shape_.set_walls(session_.mesh_walls);
+    if (reference_) reference_->set_walls(session_.mesh_walls);
+  }
+
+  void require_cells(const DeformedShape& shape) const {
+    if (!session_.mesh_walls) return;
+    session_.mesh_walls->require_cells(mesh_->positions, shape.positions(), session_.name, options_.motion.threads);
+  }
+
   void apply(PlannedStroke& planned) {
     const std::size_t work = planned.work();
     const std::size_t expected = planned.stroke.expected_segments;
@@ -433,6 +446,7 @@ class Replay {
   }
 
   void deliver(const DeformedShape& shape) {
+    require_cells(shape);
     if (options_.frames.deliver) options_.frames.deliver({frame_++, shape});
   }
 
@@ -444,6 +458,7 @@ class Replay {
     if (result_.status == AdvectStatus::done) options_.progress->done = work_ * points_;
   }
 
+  std::shared_ptr<const Mesh> mesh_;
   const Session& session_;
   const ReplayOptions& options_;
   Plan plan_;

@@ -20,6 +20,7 @@ constexpr double kAlongAxis = 1e-7;  // an axis this near to a coordinate axis i
 constexpr double kGreatest =
     1e3;  // radius over the patch's size; a rounder patch is nearly flat, and its own faces will do
 constexpr int kNewtonSteps = 40;       // of the least squares for a cylinder; about 5 are needed
+constexpr double kSearchSlack = 1e-9;  // rounding of a distance
 constexpr double kCreaseDegrees = 40;  // between the faces at an edge, or between the edges at a corner
 
 bool is_before(const Vec3d& a, const Vec3d& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
@@ -280,7 +281,7 @@ void WallSurface::find_lines() {
   if (!lines.empty()) lines_.emplace(lines, start_);
 }
 
-Vec3d WallSurface::put_back(std::size_t i, const Vec3d& p) const {
+Vec3d WallSurface::put_back(std::size_t i, const Vec3d& p, const Vec3d& before) const {
   switch (form_) {
     case Form::fixed:
     case Form::open:
@@ -297,7 +298,9 @@ Vec3d WallSurface::put_back(std::size_t i, const Vec3d& p) const {
       break;
   }
   if (places_[i] == Place::corner) return start_[i];
-  const auto found = (places_[i] == Place::line ? *lines_ : *tree_).closest(p);
+  const SurfaceTree& surface = places_[i] == Place::line ? *lines_ : *tree_;
+  auto found = surface.closest(p, (1 + kSearchSlack) * norm(p - before));
+  if (!found) found = surface.closest(p);  // where rounding, or another wall, has taken the point off this one before
   return found ? found->point : p;
 }
 

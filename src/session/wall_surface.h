@@ -51,8 +51,9 @@ class WallSurface {
   const std::vector<Triangle>& faces() const { return faces_; }           // which name places in numbers()
   const SurfaceTree& tree() const { return *tree_; }
 
-  // Returns the place nearest to `p` where the point that is the i-th of numbers() may be.
-  Vec3d put_back(std::size_t i, const Vec3d& p) const;
+  // Returns the place nearest to `p` where the point that is the i-th of numbers() may be. `before`: a place where it
+  // was allowed to be; the nearer, the less this costs.
+  Vec3d put_back(std::size_t i, const Vec3d& p, const Vec3d& before) const;
 
   // Returns unit normals at the patch's points, from the faces around each. The side is that of the first face.
   std::vector<Vec3d> normals(std::span<const Vec3d> places) const;

@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "session/sliding_walls.h"
+#include "session/mesh_walls.h"
 #include "session/stroke_json.h"
 #include "strokes/mirror.h"
 
@@ -89,10 +89,10 @@ bool are_valid(const Mirror& mirror) {
   }
 }
 
-// The walls of a session that mirroring does not keep, as they are found.
-class SlidingWallsFinder {
+// The walls of a session, as they are found.
+class WallFinder {
  public:
-  SlidingWallsFinder(std::span<const Vec3d> points, double diagonal, Place place)
+  WallFinder(std::span<const Vec3d> points, double diagonal, Place place)
       : points_(points), diagonal_(diagonal), place_(std::move(place)) {}
 
   void add_held(const Patch& patch) {
@@ -109,49 +109,56 @@ class SlidingWallsFinder {
     const std::optional<RoundForm> round = plane ? std::nullopt : session_detail::round_form_of(patch.faces, points_);
     const Form form = plane ? Form::plane : round ? Form::round : Form::polygons;
     SlidingWall& added =
-        walls_.emplace_back(SlidingWall{WallSurface(form, patch.points, patch.faces, points_), wall.width});
+        parts_.walls.emplace_back(SlidingWall{WallSurface(form, patch.points, patch.faces, points_), wall.width});
     if (plane) added.surface.set_plane(plane->normal / norm(plane->normal));
     if (round) added.surface.set_round(*round);
   }
 
   void add_layers(const Patch& patch, const Wall& wall) {
     require_faces(patch, "keep layers on");
-    walls_.push_back({WallSurface(Form::open, patch.points, patch.faces, points_), wall.width});
+    parts_.walls.push_back({WallSurface(Form::open, patch.points, patch.faces, points_), wall.width});
   }
 
   void add_periodic(const Patch& patch, const Patch& other, const Wall& wall) {
     for (const Patch* const side : {&patch, &other}) {
       require_faces(*side, "be periodic by");
-      walls_.push_back({WallSurface(Form::open, side->points, side->faces, points_), wall.width});
+      parts_.walls.push_back({WallSurface(Form::open, side->points, side->faces, points_), wall.width});
     }
     add_pairs(patch, other);
   }
 
-  // Returns null if there are no such walls. The mirrors' walls keep what these have in common with them.
-  std::shared_ptr<const SlidingWalls> find(std::span<const Wall> walls, const WallOptions& options) {
-    if (walls_.empty()) return nullptr;
-    std::vector<std::uint8_t> slides(points_.size());
-    for (const SlidingWall& wall : walls_) {
-      for (const std::uint32_t i : wall.surface.numbers()) slides[i] = 1;
-    }
-    for (const Wall& wall : walls) {
-      if (!wall.plane) continue;
-      std::vector<std::uint32_t> common;
-      std::copy_if(wall.points.begin(), wall.points.end(), std::back_inserter(common),
-                   [&](std::uint32_t i) { return slides[i] != 0; });
-      if (common.empty()) continue;
-      SlidingWall& mirror = walls_.emplace_back(SlidingWall{WallSurface(Form::plane, common, {}, points_)});
-      mirror.surface.set_plane(wall.plane->normal / norm(wall.plane->normal));
-      mirror.is_followed = false;
-    }
-    std::move(held_.begin(), held_.end(), std::back_inserter(walls_));
-    return std::make_shared<const SlidingWalls>(std::move(walls_), std::move(pairs_), points_, diagonal_, options);
+  // A plane in which all strokes are mirrored.
+  void add_mirror(const MirrorPlane& plane, std::vector<std::uint32_t> numbers) {
+    parts_.planes.push_back({plane, std::move(numbers)});
+  }
+
+  std::shared_ptr<const MeshWalls> find(const WallOptions& options) {
+    if (!parts_.walls.empty()) add_common_points();
+    return std::make_shared<const MeshWalls>(std::move(parts_), points_, diagonal_, options);
   }
 
  private:
   using WallSurface = session_detail::WallSurface;
   using RoundForm = session_detail::RoundForm;
   using Form = WallSurface::Form;
+
+  // Beside walls that put points back, mirrors keep the points that they have in common with these.
+  void add_common_points() {
+    std::vector<std::uint8_t> slides(points_.size());
+    for (const SlidingWall& wall : parts_.walls) {
+      for (const std::uint32_t i : wall.surface.numbers()) slides[i] = 1;
+    }
+    for (const auto& [plane, numbers] : parts_.planes) {
+      std::vector<std::uint32_t> common;
+      std::copy_if(numbers.begin(), numbers.end(), std::back_inserter(common),
+                   [&](std::uint32_t i) { return slides[i] != 0; });
+      if (common.empty()) continue;
+      SlidingWall& mirror = parts_.walls.emplace_back(SlidingWall{WallSurface(Form::plane, common, {}, points_)});
+      mirror.surface.set_plane(plane.normal / norm(plane.normal));
+      mirror.is_followed = false;
+    }
+    std::move(held_.begin(), held_.end(), std::back_inserter(parts_.walls));
+  }
 
   void require_faces(const Patch& patch, const char* what) const {
     if (!patch.faces.empty()) return;
@@ -175,16 +182,15 @@ class SlidingWallsFinder {
                                                other.name, patch.name));
       }
       is_taken[twin] = 1;
-      pairs_.push_back({i, twin});
+      parts_.pairs.push_back({i, twin});
     }
   }
 
   std::span<const Vec3d> points_;
   double diagonal_;
   Place place_;
-  std::vector<SlidingWall> walls_;
+  WallParts parts_;
   std::vector<SlidingWall> held_;
-  std::vector<std::array<std::uint32_t, 2>> pairs_;
 };
 
 // Adds the held places and their mirror images to each mask, and begins with a mask of them.
@@ -213,44 +219,40 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
   std::vector<Vec3d> held;
   Mirror mirror;
   double width = kBorder * box.diagonal();
-  SlidingWallsFinder sliding(points, box.diagonal(), place);
-  if (!session.walls.empty() && box.min.z == box.max.z) {  // of two dimensions: the plane of the mesh is a wall, too
+  WallFinder finder(points, box.diagonal(), place);
+  if (session.walls.empty()) return session;
+  if (box.min.z == box.max.z) {  // of two dimensions: the plane of the mesh is a wall, too
     mirror.push_back({{0, 0, 1}, {0, 0, box.min.z}});
+    std::vector<std::uint32_t> all(points.size());
+    std::iota(all.begin(), all.end(), 0U);
+    finder.add_mirror(mirror.front(), std::move(all));
   }
-  for (Wall& wall : session.walls) {
+  for (const Wall& wall : session.walls) {
     stop_if_cancelled(options.progress);
     const Patch& patch = patch_named(wall.patch, patches, place);
-    wall.points = patch.points;
     if (patch.points.empty()) throw InvalidInput(place, fmt::format("the patch \"{}\" has no points", patch.name));
     if (!wall.periodic.empty()) {
-      sliding.add_periodic(patch, patch_named(wall.periodic, patches, place), wall);
+      finder.add_periodic(patch, patch_named(wall.periodic, patches, place), wall);
     } else if (wall.keeps_layers) {
-      sliding.add_layers(patch, wall);
+      finder.add_layers(patch, wall);
     } else if (wall.slides) {
       const std::optional<MirrorPlane> plane = plane_of_wall(patch, points, box, place);
       Mirror more = mirror;
       if (plane) more.push_back(*plane);
-      if (plane && std::find(mirror.begin(), mirror.end(), *plane) != mirror.end()) {
-        wall.plane = plane;
-      } else if (plane && are_valid(more)) {
-        wall.plane = plane;
-        mirror = std::move(more);
+      const bool is_known = plane && std::find(mirror.begin(), mirror.end(), *plane) != mirror.end();
+      if (is_known || (plane && are_valid(more))) {
+        finder.add_mirror(*plane, patch.points);
+        if (!is_known) mirror = std::move(more);
       } else {
-        sliding.add_slide(patch, wall, plane);
+        finder.add_slide(patch, wall, plane);
       }
     } else {
       for (const std::uint32_t i : patch.points) held.push_back(points[i]);
-      sliding.add_held(patch);
+      finder.add_held(patch);
       if (wall.width) width = *wall.width;
     }
   }
-  if (!session.walls.empty() && box.min.z == box.max.z) {
-    Wall& flat = session.walls.emplace_back(Wall{"", true});
-    flat.plane = mirror.front();
-    flat.points.resize(points.size());
-    std::iota(flat.points.begin(), flat.points.end(), 0U);
-  }
-  session.sliding = sliding.find(session.walls, options);
+  session.mesh_walls = finder.find(options);
   try {
     session.strokes = mirrored_in(std::move(session.strokes), mirror);
   } catch (const InvalidInput& error) {
@@ -265,24 +267,7 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
   return session;
 }
 
-double put_on_walls(const Session& session, std::span<Vec3d> points) {
-  double greatest = 0;
-  for (const Wall& wall : session.walls) {
-    if (!wall.plane) continue;
-    const auto& [normal, point] = *wall.plane;
-    for (const std::uint32_t i : wall.points) {
-      if (i >= points.size()) throw InvalidInput("the points are not those of the mesh that has the walls");
-      const double distance = dot(points[i] - point, normal) / dot(normal, normal);
-      const Vec3d before = points[i];
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const bool is_axis = std::abs(normal[axis]) == 1;
-        points[i][axis] = is_axis ? point[axis] : points[i][axis] - distance * normal[axis];
-      }
-      greatest = std::max(greatest, norm(points[i] - before));
-    }
-  }
-  return greatest;
-}
+bool puts_points_back(const Session& session) { return session.mesh_walls && !session.mesh_walls->is_flow(); }
 
 namespace session_detail {
 

@@ -454,7 +454,7 @@ class RestShape {
  public:
   RestShape(const Mesh& mesh, int threads, const Progress* progress)
       : mesh_(mesh), triangles_(triangulate(mesh)), options_{.threads = threads, .progress = progress} {
-    const Measures m = knead::measure(mesh);
+    const Measures m = knead::measure(mesh, threads);
     has_volume_ = m.closed() && m.oriented() && m.volume != 0;
     volume_ = m.volume;
     crossings_ = self_intersections(triangles_, mesh.positions, options_);

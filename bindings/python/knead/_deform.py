@@ -66,12 +66,13 @@ def deform(
         list of `vertices`, deformed, and of each of them. Strokes that read a surface read that of `vertices`.
     patches, cells: of a volume mesh, for a session with walls; by default those of a Shape that was read from a file of
         gmsh, SU2 or OpenFOAM. patches: a dict of names and arrays as Shape.patches, faces of any number of corners. cells:
-        as for check_cells; without them no cell is judged.
+        as for check_cells, and in a plane of one z triangles (m, 3) and quadrilaterals (m, 4); without them no cell is
+        judged.
 
     Raises InvalidInput (a ValueError) for values that cannot be used, with the first index for a coordinate that is not
-    finite; TypeError for other types; AccuracyError if a path line runs to infinity, or a cell beside walls would be
-    inverted. Ctrl-C ends the work and leaves
-    `out` as it was. The GIL is released; calls from several threads on different arrays are safe.
+    finite; TypeError for other types; AccuracyError if a path line runs to infinity, or in a session with walls a cell
+    would be inverted. Ctrl-C ends the work and leaves `out` as it was. The GIL is released; calls from several threads on
+    different arrays are safe.
     """
     accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
     if isinstance(session, Session) and session.walls:
@@ -106,13 +107,14 @@ def _mesh_parts(vertices, patches, cells):
 
     if patches is None and cells is None and isinstance(vertices, Shape):
         return vertices._mesh_parts()
-    blocks = [] if cells is None else cell_blocks(cells)
+    points = getattr(vertices, "vertices", getattr(vertices, "points", vertices))
+    is_flat = cells is not None and len(points) > 0 and float(np.ptp(np.asarray(points)[:, 2])) == 0
+    blocks = [] if cells is None else cell_blocks(cells, is_flat)
     named = {str(name): np.asarray(numbers) for name, numbers in dict(patches or {}).items()}
     for name, numbers in named.items():
         if numbers.dtype.kind not in "iu":
             raise TypeError(f"the patch {name!r} must be an array of whole numbers, got dtype {numbers.dtype}")
-    count = len(getattr(vertices, "vertices", getattr(vertices, "points", vertices)))
-    return _knead.parts_from(list(named.items()), blocks, count)
+    return _knead.parts_from(list(named.items()), blocks, points, is_flat)
 
 
 class _Made(typing.NamedTuple):

@@ -173,11 +173,13 @@ def check_cells(points, cells, before=None):
     return {"volume": volume, "volume_ratio": ratio, "scaled_jacobian": turned, "inverted": inverted, **faces}
 
 
-def cell_blocks(cells):
-    """Returns the volume cells as arrays: one of (m, 4), (m, 5), (m, 6) or (m, 8) for each block of a meshio mesh."""
+def cell_blocks(cells, is_flat=False):
+    """Returns the volume cells as arrays: one of (m, 4), (m, 5), (m, 6) or (m, 8) for each block of a meshio mesh; of a
+    mesh of two dimensions (m, 3) or (m, 4)."""
     import numpy as np
 
-    corners = {"tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
+    solids = {"tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
+    corners = {"triangle": 3, "quad": 4} if is_flat else solids
     if isinstance(cells, (list, tuple)) and all(hasattr(block, "type") for block in cells):
         kinds = [(block.data, block.type.rstrip("0123456789")) for block in cells]
         blocks = [np.asarray(data)[:, : corners[kind]] for data, kind in kinds if kind in corners]

@@ -123,12 +123,34 @@ Patch patch_from(const std::string& name, const CellArray& numbers, std::size_t 
   return patch;
 }
 
-MeshParts parts_from(const std::vector<std::pair<std::string, CellArray>>& patches,
-                     const std::vector<CellArray>& blocks, std::size_t points) {
-  MeshParts parts;
-  for (const auto& [name, numbers] : patches) parts.patches.push_back(patch_from(name, numbers, points));
+VolumeCells flat_cells_from(const std::vector<CellArray>& blocks, std::span<const Vec3d> points) {
   VolumeCells cells;
-  cells.cells = cells_from(blocks, points);
+  for (const CellArray& block : blocks) {
+    const auto columns = static_cast<std::size_t>(block.ndim() == 2 ? block.shape(1) : 0);
+    if (columns != 3 && columns != 4) {
+      throw InvalidInput("cells of a mesh of two dimensions must have the shape (m, 3) or (m, 4)");
+    }
+    std::array<std::uint32_t, 4> corners{};
+    for (std::size_t i = 0; i < static_cast<std::size_t>(block.shape(0)); ++i) {
+      for (std::size_t k = 0; k < columns; ++k) corners[k] = point_of(block.data()[i * columns + k], i, points.size());
+      add_flat_cell(std::span(corners).first(columns), {}, points, cells);
+    }
+  }
+  return cells;
+}
+
+MeshParts parts_from(const std::vector<std::pair<std::string, CellArray>>& patches,
+                     const std::vector<CellArray>& blocks, const py::object& vertices, bool is_flat) {
+  const Points points = points_from(vertices, "vertices");
+  const std::size_t count = points.span().size();
+  MeshParts parts;
+  for (const auto& [name, numbers] : patches) parts.patches.push_back(patch_from(name, numbers, count));
+  VolumeCells cells;
+  if (is_flat) {
+    cells = flat_cells_from(blocks, points.span());
+  } else {
+    cells.cells = cells_from(blocks, count);
+  }
   parts.cells = [cells = std::move(cells)] { return cells; };
   return parts;
 }

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "arrays.h"
-#include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/tools.h"
@@ -163,40 +162,22 @@ py::object deform(const Given& given, const Session& session, const py::object& 
   return move(request, accuracy, make_flow, session, options);
 }
 
-// Applies a session with walls to the points of a volume mesh, as the command does.
+// Applies a session with walls to the points of a volume mesh.
 py::object deform_on_walls(const Given& given, const Session& session, const MeshParts& parts,
                            const Accuracy& accuracy) {
-  const Points points = points_from(given.vertices, "vertices");
-  const Target target(given.out, points);
-  Progress progress;
+  Points points = points_from(given.vertices, "vertices");
+  Target target(given.out, points);
+  const Request request{std::move(points), std::move(target), given.progress};
   ReplayOptions options;
   options.motion = motion_options(accuracy);
   options.part = given.part;
-  options.progress = &progress;
-  ReplayResult replayed;
-  std::vector<Vec3d> moved;
-  std::size_t inverted = 0;
+  Progress progress;
+  Session on_mesh;
   const bool is_done = run_watched(given.progress, progress, [&] {
-    const Session on = on_walls(session, parts.patches, points.span(), {accuracy.threads, &progress});
-    Mesh mesh;
-    mesh.positions.assign(points.span().begin(), points.span().end());
-    progress.done = 0;
-    progress.total = total_work(mesh, on, options);
-    replayed = replay(std::move(mesh), on, options);
-    if (replayed.status != AdvectStatus::done) return;
-    moved = replayed.shape.positions();
-    put_on_walls(on, moved);
-    if (on.sliding) inverted = count_new_inversions(parts.cells(), points.span(), moved);
+    const auto cells = std::make_shared<const VolumeCells>(parts.cells());
+    on_mesh = on_walls(session, parts.patches, request.points.span(), {accuracy.threads, &progress, cells});
   });
-  if (!is_done) return py::none();
-  require_done(replayed.status, session, replayed.failed_line);
-  if (inverted > 0) {
-    throw AccuracyError(
-        fmt::format("{}: {} cell{} would be inverted beside the walls; deform less, or give them "
-                    "another \"width\"",
-                    session.name, inverted, inverted == 1 ? "" : "s"));
-  }
-  return target.take(array_of(moved), points.is_float32);
+  return is_done ? replay_on(request, on_mesh, py::none(), options) : py::none();
 }
 
 Flow joined(Flow first, const Flow& second) {

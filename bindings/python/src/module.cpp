@@ -26,7 +26,7 @@ void add_exceptions(py::module_& module) {
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
-    } catch (const RemeshLimit& error) {
+    } catch (const QualityLimit& error) {
       raise(accuracy_error, error.what());
     } catch (const InvalidInput& error) {
       raise(invalid_input, error.what());

@@ -80,6 +80,22 @@ def test_a_plane_needs_no_faces():
     assert (moved[bottom, 2] == 0).all() and np.linalg.norm(moved - points, axis=1)[bottom].max() > 0.03
 
 
+def test_cells_of_two_dimensions_are_judged():
+    x, y = np.meshgrid(np.linspace(0, 1, 7), np.linspace(0, 1, 7), indexing="ij")
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(49)])
+    corner = np.arange(49).reshape(7, 7)
+    quads = np.stack([corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]], axis=-1).reshape(-1, 4)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 3, 2]]])  # in both directions
+    tear = knead.Implicit(path=[[0.5, 0.5, 0], [0.8, 0.58, 0]], inner=0.02, outer=0.05)
+    for session, cells in ((knead.Session(tear, walls=[{"patch": "left", "hold": True}]), c) for c in (quads, triangles)):
+        with pytest.raises(knead.AccuracyError, match="would be inverted"):
+            knead.deform(points, session, patches={"left": np.arange(7)}, cells=cells)
+        moved = knead.deform(points, session, patches={"left": np.arange(7)}, cells=cells, until=1.1)  # the mask counts
+        assert (moved[:, 2] == 0).all() and np.abs(moved - points).max() > 0.02
+    with pytest.raises(knead.InvalidInput, match=r"the shape \(m, 3\) or \(m, 4\)"):
+        knead.deform(points, session, patches={"left": np.arange(7)}, cells=[[0, 1, 2, 3, 4]])
+
+
 def test_sessions_keep_their_walls(session):
     assert session.walls == [{**wall} for wall in WALLS]
     for same in (knead.Session.parse(session.text()), pickle.loads(pickle.dumps(session)), session[:], copy.copy(session),
@@ -102,7 +118,7 @@ def test_what_is_refused(session):
         knead.deform(points, session, patches={"outer": [0.5]})
     with pytest.raises(knead.InvalidInput, match="leave out faces"):
         knead.deform(points, session, also=[points])
-    with pytest.raises(knead.AccuracyError, match="cells would be inverted beside the walls"):
+    with pytest.raises(knead.AccuracyError, match="cells would be inverted; deform less"):
         knead.deform(points, session(angle=170), patches=patches, cells=cells)
     for call in (knead.Flow, lambda s: s.resolve(points), lambda s: s.vjp(points, points),
                  lambda s: knead.deform_cells(points, cells, s)):

@@ -24,7 +24,8 @@ struct GmshGroups {
   std::map<Key, std::vector<std::int64_t>> of_entity;
   std::map<Key, std::vector<std::int64_t>> members;  // gmsh's numbers of points, with repetitions
   std::map<Key, std::vector<std::int64_t>> faces;    // of faces and edges: the type, then the points
-  std::vector<std::int64_t> cells;                   // the type, then the points
+  // The elements of two and of three dimensions: the type, then the points.
+  std::array<std::vector<std::int64_t>, 2> cells;
 };
 
 // By gmsh's number of the type, from 1.
@@ -255,7 +256,10 @@ class GmshScan {
   void read_element_points(std::int64_t type, std::span<const std::int64_t> groups, std::int64_t dimension) {
     std::vector<std::int64_t> element{type};
     for (std::size_t k = element_points(type); k > 0; --k) element.push_back(number<T>());
-    if (dimension == 3) groups_->cells.insert(groups_->cells.end(), element.begin(), element.end());
+    if (dimension == 2 || dimension == 3) {
+      std::vector<std::int64_t>& cells = groups_->cells[static_cast<std::size_t>(dimension - 2)];
+      cells.insert(cells.end(), element.begin(), element.end());
+    }
     for (const std::int64_t group : groups) {
       std::vector<std::int64_t>& members = groups_->members[{dimension, group}];
       members.insert(members.end(), element.begin() + 1, element.end());
@@ -392,12 +396,14 @@ std::vector<Patch> gmsh_patches(std::string_view bytes, const std::string& name)
   return patches;
 }
 
-VolumeCells gmsh_cells(std::string_view bytes, const std::string& name) {
+VolumeCells gmsh_cells(std::string_view bytes, const std::string& name, std::span<const Vec3d> points) {
   const GmshGroups groups = groups_of(bytes, name);
   const PointIndex index(groups.points, name);
   VolumeCells cells;
-  for_each_element(groups.cells, index,
-                   [&](std::int64_t type, std::span<const std::uint32_t> points) { add_cell(type, points, cells); });
+  const bool flat = is_flat(points);
+  for_each_element(groups.cells[flat ? 0 : 1], index, [&](std::int64_t type, std::span<const std::uint32_t> numbers) {
+    flat ? add_flat_cell(type, numbers, points, cells) : add_cell(type, numbers, cells);
+  });
   return cells;
 }
 

@@ -94,6 +94,19 @@ void add_cell(std::int64_t type, std::span<const std::uint32_t> points, VolumeCe
   middles.first.push_back(middles.points.size());
 }
 
+void add_flat_cell(std::int64_t type, std::span<const std::uint32_t> numbers, std::span<const Vec3d> points,
+                   VolumeCells& cells) {
+  const bool is_triangle = type == 2 || type == 9;
+  if (!is_triangle && type != 3 && type != 10 && type != 16) return;
+  const std::size_t corners = is_triangle ? 3 : 4;
+  const bool is_curved = type != 2 && type != 3;
+  knead::add_flat_cell(numbers.first(corners), numbers.subspan(corners, is_curved ? corners : 0), points, cells);
+}
+
+bool is_flat(std::span<const Vec3d> points) {
+  return std::all_of(points.begin(), points.end(), [&](const Vec3d& p) { return p.z == points.front().z; });
+}
+
 }  // namespace knead::io_detail::solver
 
 namespace knead {
@@ -140,13 +153,14 @@ std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFi
 VolumeCells read_cells(const std::filesystem::path& path, const ShapeFile& shape) {
   VolumeCells cells;
   if (shape.format == solver::kSu2.format) {
-    cells = solver::su2_cells(shape.bytes, path.string());
+    cells = solver::su2_cells(shape.bytes, path.string(), shape.mesh.positions);
   } else if (shape.format == solver::kGmsh.format) {
-    cells = solver::gmsh_cells(shape.bytes, path.string());
+    cells = solver::gmsh_cells(shape.bytes, path.string(), shape.mesh.positions);
   } else if (shape.format == solver::kFoam.format) {
     cells = solver::foam_cells(read_beside(path, "faces"), read_beside(path, "owner"), read_beside(path, "neighbour"),
                                path.parent_path().string());
   }
+  if (cells.is_flat) return cells;  // whose numbers were looked at when they were added
   require_points(cells.cells.corners, shape.mesh.vertex_count(), path.string(), "a cell");
   require_points(cells.middles.points, shape.mesh.vertex_count(), path.string(), "a cell");
   for (const std::vector<std::uint32_t>& faces : cells.polyhedra) {

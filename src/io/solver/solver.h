@@ -145,6 +145,11 @@ void add_faces(std::int64_t type, std::span<const std::uint32_t> points, std::ve
 
 // Appends a cell of gmsh's type, with its nodes in gmsh's order; nothing for other elements.
 void add_cell(std::int64_t type, std::span<const std::uint32_t> points, VolumeCells& cells);
+// Does this for a triangle or quadrilateral of a mesh of two dimensions with these points.
+void add_flat_cell(std::int64_t type, std::span<const std::uint32_t> numbers, std::span<const Vec3d> points,
+                   VolumeCells& cells);
+// Returns whether all z are alike.
+bool is_flat(std::span<const Vec3d> points);
 
 // Return the named patches, whose points may repeat.
 std::vector<Patch> su2_patches(std::string_view bytes, const std::string& name, std::size_t points);
@@ -152,9 +157,10 @@ std::vector<Patch> gmsh_patches(std::string_view bytes, const std::string& name)
 // `name` is the folder's; the bytes are those of its files `boundary` and `faces`.
 std::vector<Patch> foam_patches(std::string_view boundary, std::string_view faces, const std::string& name);
 
-// Return the cells. Of foam_cells the bytes are those of the files `faces`, `owner` and `neighbour`.
-VolumeCells su2_cells(std::string_view bytes, const std::string& name);
-VolumeCells gmsh_cells(std::string_view bytes, const std::string& name);
+// Return the cells of the mesh with these points. Of foam_cells the bytes are those of the files `faces`, `owner` and
+// `neighbour`.
+VolumeCells su2_cells(std::string_view bytes, const std::string& name, std::span<const Vec3d> points);
+VolumeCells gmsh_cells(std::string_view bytes, const std::string& name, std::span<const Vec3d> points);
 VolumeCells foam_cells(std::string_view faces, std::string_view owner, std::string_view neighbour,
                        const std::string& name);
 

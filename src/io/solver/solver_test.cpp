@@ -10,6 +10,7 @@
 
 #include "io/solver/solver.h"
 #include "io/test_samples.h"
+#include "knead/cells.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "math/system.h"
@@ -228,6 +229,14 @@ TEST(Patches, HaveTheNamesAndPointsOfTheirFiles) {
     EXPECT_EQ(patches[2].points, expected);
   }
   EXPECT_TRUE(read_patches("a.bdf", parse_shape(bdf_samples()[0].bytes, "bdf", "a")).empty());
+}
+
+// As SU2's own meshes and gmsh's have them: gmsh's own format has wedges that look to the other side.
+TEST(Cells, WedgesOfSu2HaveTheirCornersAsVtkHasThem) {
+  const std::string text =
+      "NDIME= 3\nNELEM= 1\n13 0 1 2 3 4 5 0\nNPOIN= 6\n0 0 0\n0 1 0\n1 0 0\n0 0 1\n0 1 1\n1 0 1\nNMARK= 0\n";
+  const ShapeFile shape = parse_shape(text, "su2", "a.su2");
+  EXPECT_EQ(inverted_cells(read_cells("a.su2", shape), shape.mesh.positions), std::vector<std::uint8_t>{0});
 }
 
 TEST(Patches, DamagedFilesAreRefusedOrRead) {

@@ -70,32 +70,36 @@ void read_marker(std::size_t count, std::size_t first, std::size_t end, TextCurs
   }
 }
 
-// gmsh's type of a cell's type in VTK; 0: no cell.
-std::int64_t gmsh_type_of(std::size_t type) {
-  switch (type) {
-    case 10:
-      return 4;
-    case 12:
-      return 5;
-    case 13:
-      return 6;
-    default:
-      return type == 14 ? 7 : 0;
-  }
-}
+// A type of element, with VTK's number and its order of the corners.
+struct Su2Element {
+  std::size_t type = 0;
+  std::size_t corners = 0;
+  std::optional<CellKind> kind;  // none: of two dimensions
+};
+constexpr std::array kSu2Elements{Su2Element{5, 3, {}},
+                                  Su2Element{9, 4, {}},
+                                  Su2Element{10, 4, CellKind::tetrahedron},
+                                  Su2Element{12, 8, CellKind::hexahedron},
+                                  Su2Element{13, 6, CellKind::wedge},
+                                  Su2Element{14, 5, CellKind::pyramid}};
 
-void read_elements(std::size_t count, std::size_t first, TextCursor& text, VolumeCells& cells) {
-  constexpr std::array<std::size_t, 8> sizes{0, 0, 0, 0, 4, 8, 6, 5};
+void read_elements(std::size_t count, std::size_t first, std::span<const Vec3d> positions, TextCursor& text,
+                   VolumeCells& cells) {
+  const bool has_flat_cells = is_flat(positions);
   for (std::size_t i = 0; i < count; ++i) {
     if (!text.next_line()) text.fail("the elements are cut short");
-    const std::int64_t type = gmsh_type_of(text.whole(next_line_word(text), 99, "the type of an element"));
+    const std::size_t type = text.whole(next_line_word(text), kMaxElements, "the type of an element");
+    const auto* const found = std::find_if(kSu2Elements.begin(), kSu2Elements.end(),
+                                           [&](const Su2Element& element) { return element.type == type; });
+    if (found == kSu2Elements.end() || found->kind.has_value() == has_flat_cells) continue;
     std::array<std::uint32_t, 8> points{};
-    const std::size_t size = sizes[static_cast<std::size_t>(type)];
-    for (std::size_t k = 0; k < size; ++k) {
+    for (std::size_t k = 0; k < found->corners; ++k) {
       const std::size_t point = first + text.whole(text.next_on_line(), kMaxElements, "the number of a point");
-      points[k] = static_cast<std::uint32_t>(std::min<std::size_t>(point, kMaxElements));
+      if (point >= positions.size()) text.fail("an element names a point that the mesh lacks");
+      points[k] = static_cast<std::uint32_t>(point);
     }
-    add_cell(type, std::span(points).first(size), cells);
+    const std::span<const std::uint32_t> corners = std::span(points).first(found->corners);
+    found->kind ? cells.cells.add(*found->kind, corners) : knead::add_flat_cell(corners, {}, positions, cells);
   }
 }
 
@@ -151,11 +155,11 @@ std::vector<Patch> su2_patches(std::string_view bytes, const std::string& name, 
   return patches;
 }
 
-VolumeCells su2_cells(std::string_view bytes, const std::string& name) {
+VolumeCells su2_cells(std::string_view bytes, const std::string& name, std::span<const Vec3d> points) {
   VolumeCells cells;
   visit_keys(bytes, name, [&](const KeyLine& line, TextCursor& text, std::size_t first) {
     if (line.key != "NELEM") return;
-    read_elements(text.whole(line.value, kMaxElements, "the number of elements"), first, text, cells);
+    read_elements(text.whole(line.value, kMaxElements, "the number of elements"), first, points, text, cells);
   });
   return cells;
 }

@@ -1,12 +1,15 @@
-// Walls that mirroring does not keep: planes that face each other, curved patches, and periodic ones. After each part
-// of a stroke their points are put back, and the mesh near them follows. Internal to the library.
+// The walls of a session on a mesh. Planes of mirrors the flow itself never leaves. Other walls (planes that face each
+// other, curved patches, periodic ones) have their points put back after each part of a stroke, and the mesh near them
+// follows. Internal to the library.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -29,14 +32,40 @@ struct WallCorrection {
   bool is_small = true;  // beside the widths of the walls, and no normal turned by more than 20 degrees
 };
 
-// The walls of a mesh. Near a wall a point goes with the place of the wall that it was nearest to: it keeps its place
-// beside it, and turns with its normal. Farther away the flow takes over, smoothly.
-class SlidingWalls {
+// What MeshWalls is made of, besides the mesh.
+struct WallParts {
+  // A plane in which all strokes are mirrored, and the points in it.
+  struct Plane {
+    MirrorPlane plane;
+    std::vector<std::uint32_t> points;
+  };
+  std::vector<Plane> planes{};
+  std::vector<SlidingWall> walls{};
+  std::vector<std::array<std::uint32_t, 2>> pairs{};  // of points that move alike; the second is the first, shifted
+};
+
+// The walls of a mesh, and its cells. Near a wall that is followed a point goes with the place of the wall that it was
+// nearest to: it keeps its place beside it, and turns with its normal. Farther away the flow takes over, smoothly.
+class MeshWalls {
  public:
-  // `pairs`: two points that move alike; the second one is the first one, shifted. `diagonal`: of the mesh's box.
-  // Throws Cancelled.
-  SlidingWalls(std::vector<SlidingWall> walls, std::vector<std::array<std::uint32_t, 2>> pairs,
-               std::span<const Vec3d> points, double diagonal, const WallOptions& options);
+  // `diagonal`: of the mesh's box. Throws Cancelled.
+  MeshWalls(WallParts parts, std::span<const Vec3d> points, double diagonal, const WallOptions& options);
+
+  // Returns the number of the mesh's points.
+  std::size_t points() const { return kept_.size(); }
+
+  // Returns whether no wall has points put back.
+  bool is_flow() const { return walls_.empty(); }
+
+  // Puts the points in planes of mirrors exactly into these, which rounding, the mask of a wall that is held, or
+  // another wall may leave them beside. Returns the greatest distance.
+  double put_on_planes(std::span<Vec3d> points) const;
+
+  // Throws QualityLimit, with the session's name, if a cell is inverted that was not before: a corner has turned, or a
+  // middle node or a polyhedron is inverted now. A linear cell that looks to the other side as a whole before is
+  // judged as well: SU2 has such meshes.
+  void require_cells(std::span<const Vec3d> before, std::span<const Vec3d> after, const std::string& name,
+                     int threads) const;
 
   // Puts the points of the walls back, and moves those near them along. `before`: the points before a part of the
   // stroke, on the walls; `after`: where the flow took them, changed here. What has not moved keeps its bits.
@@ -64,11 +93,14 @@ class SlidingWalls {
   void move_pairs(std::span<const Vec3d> before, std::span<Vec3d> after) const;
   Vec3d beside(const Link& link, const Turns& turns, std::span<const Vec3d> before, std::span<const Vec3d> after) const;
 
+  std::vector<WallParts::Plane> planes_;
   std::vector<SlidingWall> walls_;
   std::vector<std::array<std::uint32_t, 2>> pairs_;
-  std::vector<Vec3d> shifts_;           // of the pairs
-  std::vector<std::uint32_t> on_wall_;  // points of all walls, ascending
-  std::vector<std::uint8_t> kept_;      // for each point of the mesh: how many walls and pairs it belongs to
+  std::shared_ptr<const VolumeCells> cells_;
+  std::vector<std::uint8_t> was_inverted_;  // the cells
+  std::vector<Vec3d> shifts_;               // of the pairs
+  std::vector<std::uint32_t> on_wall_;      // points of all walls, ascending
+  std::vector<std::uint8_t> kept_;          // for each point of the mesh: how many walls and pairs it belongs to
   std::vector<std::uint8_t> is_fixed_;
   // By their points: of points on no wall, and of points on a wall beside other ones.
   std::vector<Link> links_;

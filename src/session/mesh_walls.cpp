@@ -1,10 +1,13 @@
-#include "session/sliding_walls.h"
+#include "session/mesh_walls.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
 
+#include "knead/cells.h"
 #include "knead/error.h"
 
 namespace knead {
@@ -28,6 +31,12 @@ void count(std::size_t points, const WallOptions& options) {
 
 bool is_fixed(const SlidingWall& wall) { return wall.surface.form() == WallSurface::Form::fixed; }
 
+double distance_to_box(const Vec3d& p, const Box& box) {
+  Vec3d out{};
+  for (std::size_t k = 0; k < 3; ++k) out[k] = std::max({box.min[k] - p[k], 0.0, p[k] - box.max[k]});
+  return norm(out);
+}
+
 // 1 at the wall, 0 at the width; smooth at both.
 double fade(double distance, double width) {
   const double t = distance / width;
@@ -45,18 +54,21 @@ Vec3d turned(const Vec3d& v, const Vec3d& from, const Vec3d& to) {
 
 }  // namespace
 
-struct SlidingWalls::Turns {
+struct MeshWalls::Turns {
   std::vector<Vec3d> before;
   std::vector<Vec3d> after;
 };
 
-SlidingWalls::SlidingWalls(std::vector<SlidingWall> walls, std::vector<std::array<std::uint32_t, 2>> pairs,
-                           std::span<const Vec3d> points, double diagonal, const WallOptions& options)
-    : walls_(std::move(walls)),
-      pairs_(std::move(pairs)),
+MeshWalls::MeshWalls(WallParts parts, std::span<const Vec3d> points, double diagonal, const WallOptions& options)
+    : planes_(std::move(parts.planes)),
+      walls_(std::move(parts.walls)),
+      pairs_(std::move(parts.pairs)),
+      cells_(options.cells),
       kept_(points.size()),
       is_fixed_(points.size()),
       diagonal_(diagonal) {
+  if (cells_) was_inverted_ = inverted_cells(*cells_, points, options.threads);
+  if (is_flow()) return;
   for (const SlidingWall& wall : walls_) {
     for (const std::uint32_t i : wall.surface.numbers()) {
       on_wall_.push_back(i);
@@ -75,14 +87,51 @@ SlidingWalls::SlidingWalls(std::vector<SlidingWall> walls, std::vector<std::arra
   find_links(points, options);
 }
 
-double SlidingWalls::width_of(const SlidingWall& wall, std::span<const Vec3d> points,
-                              const WallOptions& options) const {
+double MeshWalls::put_on_planes(std::span<Vec3d> points) const {
+  double greatest = 0;
+  for (const auto& [plane, numbers] : planes_) {
+    const auto& [normal, point] = plane;
+    for (const std::uint32_t i : numbers) {
+      const double distance = dot(points[i] - point, normal) / dot(normal, normal);
+      const Vec3d before = points[i];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const bool is_axis = std::abs(normal[axis]) == 1;
+        points[i][axis] = is_axis ? point[axis] : points[i][axis] - distance * normal[axis];
+      }
+      greatest = std::max(greatest, norm(points[i] - before));
+    }
+  }
+  return greatest;
+}
+
+void MeshWalls::require_cells(std::span<const Vec3d> before, std::span<const Vec3d> after, const std::string& name,
+                              int threads) const {
+  if (!cells_) return;
+  const std::vector<std::uint8_t> is_inverted = inverted_cells(*cells_, after, threads);
+  std::vector<std::uint8_t> has_turned;  // of linear cells
+  if (!cells_->is_flat) {
+    has_turned = compare_cells(cells_->cells, before, after, threads, CellValues::inversions).is_inverted;
+  }
+  has_turned.resize(is_inverted.size());
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < is_inverted.size(); ++i) {
+    if (has_turned[i] != 0 || (is_inverted[i] != 0 && was_inverted_[i] == 0)) ++count;
+  }
+  if (count == 0) return;
+  throw QualityLimit(fmt::format("{}: {} cell{} would be inverted; deform less, or give the walls another \"width\"",
+                                 name, count, count == 1 ? "" : "s"));
+}
+
+double MeshWalls::width_of(const SlidingWall& wall, std::span<const Vec3d> points, const WallOptions& options) const {
   if (wall.width || !wall.is_followed) {
     count(points.size(), options);
     return wall.width.value_or(kInfinity);
   }
   const double most = kWidth * diagonal_;
-  std::atomic<bool> goes_far{false};
+  Box box;  // of the wall: what is far from it is far from the wall, and quickly found
+  for (const std::uint32_t i : wall.surface.numbers()) box.extend(points[i]);
+  std::atomic<bool> goes_far = std::any_of(points.begin(), points.end(),
+                                           [&](const Vec3d& p) { return distance_to_box(p, box) > most / kDepth; });
   std::vector<double> greatest((points.size() + kPoints - 1) / kPoints);
   parallel_for(points.size(), kPoints, options.threads, [&](std::size_t begin, std::size_t end) {
     count(end - begin, options);
@@ -98,7 +147,7 @@ double SlidingWalls::width_of(const SlidingWall& wall, std::span<const Vec3d> po
 }
 
 // Where several walls are near, the nearer one has the greater share, and at a wall all of it.
-void SlidingWalls::find_links(std::span<const Vec3d> points, const WallOptions& options) {
+void MeshWalls::find_links(std::span<const Vec3d> points, const WallOptions& options) {
   const auto is_on = [&](std::uint32_t wall, std::uint32_t i) {
     const std::vector<std::uint32_t>& numbers = walls_[wall].surface.numbers();
     return std::binary_search(numbers.begin(), numbers.end(), i);
@@ -131,7 +180,7 @@ void SlidingWalls::find_links(std::span<const Vec3d> points, const WallOptions& 
 }
 
 // Both points of a pair make the mean of their motions.
-void SlidingWalls::move_pairs(std::span<const Vec3d> before, std::span<Vec3d> after) const {
+void MeshWalls::move_pairs(std::span<const Vec3d> before, std::span<Vec3d> after) const {
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     const auto [first, second] = pairs_[k];
     if (after[first] == before[first] && after[second] == before[second]) continue;
@@ -142,7 +191,7 @@ void SlidingWalls::move_pairs(std::span<const Vec3d> before, std::span<Vec3d> af
   }
 }
 
-void SlidingWalls::put_points_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const {
+void MeshWalls::put_points_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const {
   double change = kInfinity;
   for (int round = 0; round < kRounds && change > kSame * diagonal_; ++round) {
     std::vector<Vec3d> last;
@@ -156,7 +205,7 @@ void SlidingWalls::put_points_back(std::span<const Vec3d> before, std::span<Vec3
           const std::uint32_t i = numbers[k];
           const bool is_done = round > 0 && kept_[i] == 1;
           if (is_done || after[i] == before[i]) continue;
-          after[i] = is_fixed_[i] != 0 ? before[i] : wall.surface.put_back(k, after[i]);
+          after[i] = is_fixed_[i] != 0 ? before[i] : wall.surface.put_back(k, after[i], before[i]);
         }
       });
     }
@@ -168,8 +217,8 @@ void SlidingWalls::put_points_back(std::span<const Vec3d> before, std::span<Vec3
 }
 
 // Where the wall takes a point beside it.
-Vec3d SlidingWalls::beside(const Link& link, const Turns& turns, std::span<const Vec3d> before,
-                           std::span<const Vec3d> after) const {
+Vec3d MeshWalls::beside(const Link& link, const Turns& turns, std::span<const Vec3d> before,
+                        std::span<const Vec3d> after) const {
   const std::vector<std::uint32_t>& numbers = walls_[link.wall].surface.numbers();
   Vec3d foot{};
   Vec3d foot_after{};
@@ -189,8 +238,7 @@ Vec3d SlidingWalls::beside(const Link& link, const Turns& turns, std::span<const
   return foot_after + arm;
 }
 
-std::vector<SlidingWalls::Turns> SlidingWalls::turns_of(std::span<const Vec3d> before,
-                                                        std::span<const Vec3d> after) const {
+std::vector<MeshWalls::Turns> MeshWalls::turns_of(std::span<const Vec3d> before, std::span<const Vec3d> after) const {
   std::vector<Turns> turns(walls_.size());
   for (std::size_t w = 0; w < walls_.size(); ++w) {
     if (is_fixed(walls_[w]) || !walls_[w].is_followed) continue;
@@ -205,8 +253,8 @@ std::vector<SlidingWalls::Turns> SlidingWalls::turns_of(std::span<const Vec3d> b
   return turns;
 }
 
-void SlidingWalls::follow(const std::vector<Link>& links, std::span<const Vec3d> before, std::span<const Vec3d> flowed,
-                          std::span<Vec3d> after, int threads) const {
+void MeshWalls::follow(const std::vector<Link>& links, std::span<const Vec3d> before, std::span<const Vec3d> flowed,
+                       std::span<Vec3d> after, int threads) const {
   const std::vector<Turns> turns = turns_of(before, after);
   std::vector<Vec3d> changes(links.size());
   parallel_for(links.size(), kPoints, threads, [&](std::size_t begin, std::size_t end) {
@@ -221,7 +269,7 @@ void SlidingWalls::follow(const std::vector<Link>& links, std::span<const Vec3d>
   }
 }
 
-WallCorrection SlidingWalls::put_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const {
+WallCorrection MeshWalls::put_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const {
   const std::vector<Vec3d> flowed(after.begin(), after.end());
   put_points_back(before, after, threads);
   follow(wall_links_, before, flowed, after, threads);
