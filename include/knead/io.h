@@ -45,7 +45,7 @@ struct ShapeFile {
 
 // How a file is read.
 struct ReadOptions {
-  // The bytes of larger files are freed after reading, where the format allows it: binary PLY in a regular file. The
+  // Larger files are read in pieces and not kept, where the format allows it: binary PLY in a regular file. The
   // writers then read the file again, in pieces if the source's faces stay. Once the file has changed they throw
   // IoError(read); another file that takes its name is no change.
   std::size_t most_kept_bytes = std::numeric_limits<std::size_t>::max();
@@ -72,8 +72,8 @@ struct ShapeSummary {
   std::vector<std::string> notes;       // as ShapeFile::notes, without that on coarse coordinates
 };
 
-// Returns the summary of a file. Refuses what read_shape() and parse_shape() refuse. A binary PLY file takes the memory
-// of its bytes and about a tenth of a second for 100 MB; other files take what reading them takes.
+// Returns the summary of a file. Refuses what read_shape() and parse_shape() refuse. A binary PLY file is read in
+// pieces, and takes about a tenth of a second for 100 MB; other files take what reading them takes.
 ShapeSummary read_summary(const std::filesystem::path& path);
 ShapeSummary parse_summary(std::string bytes, std::string_view format, const std::string& name);
 

@@ -319,9 +319,9 @@ void require_finite(std::span<const Vec3d> points) {
 PointBlocks::PointBlocks(std::span<const Vec3d> points, Order order)
     : size_(points.size()), padded_((points.size() + kGroup - 1) / kGroup * kGroup) {
   if (points.size() > 0xffffffffU) throw InvalidInput("there are more than 4 billion points; deform them in parts");
+  if (order == Order::sorted) sort(points);  // first, because it takes much memory for a while
   numbers_.resize(3 * padded_);
   counts_.resize(padded_);
-  if (order == Order::sorted) sort(points);
   for (std::size_t i = 0; i < size_; ++i) {
     const Vec3d& point = finite(points, original(i));
     for (std::size_t axis = 0; axis < 3; ++axis) numbers_[axis * padded_ + i] = point[axis];

@@ -189,11 +189,14 @@ struct Format {
   void (*rewrite_in_pieces)(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                             const WriteOptions& options, const ByteSink& out) = nullptr;
 
-  // Returns true if all writers of this source can do without ShapeFile::bytes, if ShapeFile::file is set; null: no.
-  bool (*reads_again)(const ShapeFile& source) = nullptr;
+  // Reads a file piece by piece and sets ShapeFile::file, not its bytes; nothing if this file's writers need all bytes.
+  // Null: they always do.
+  std::optional<ShapeFile> (*parse_in_pieces)(const std::shared_ptr<const SourceFile>& file,
+                                              const std::string& name) = nullptr;
 
-  // Returns the summary of a file; nothing if that takes reading it as a shape. Null: it always does.
-  std::optional<ShapeSummary> (*summarize)(std::string_view bytes, const std::string& name) = nullptr;
+  // Returns the summary of a source of which only the bytes or the file are set; nothing if that takes reading it as a
+  // shape. Null: it always does.
+  std::optional<ShapeSummary> (*summarize)(const ShapeFile& source, const std::string& name) = nullptr;
 };
 
 std::span<const Format> formats();

@@ -53,7 +53,7 @@ constexpr std::array<Format, 15> kFormats = {
       ply::visit_coordinates,
       {},
       ply::rewrite,
-      ply::is_binary,
+      ply::parse_in_pieces,
       ply::summarize},
      {"obj", obj::parse, nullptr, obj::rewrite, obj::generate, obj::losses, obj::source_losses, obj::remeshed,
       obj::remesh_losses, obj::face_labels, never, false, never, obj::visit_coordinates},
@@ -232,6 +232,12 @@ bool is_device(const std::filesystem::path& path) {
   return type == std::filesystem::file_type::character || type == std::filesystem::file_type::block;
 }
 
+// Returns true if the bytes of a file are on a disk, as they will be parsed.
+bool is_plain_file(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error) && !io_detail::is_gzip_name(path);
+}
+
 std::string read_bytes(const std::filesystem::path& path) {
   const auto fail = [&](int error) {
     throw IoError(
@@ -360,20 +366,13 @@ ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& optio
   const Format& source = format_named(format_of(path), path.string());
   if (source.parse_beside != nullptr) return with_notes(source, source.parse_beside(read_bytes(path), path));
   std::error_code error;
-  const bool is_large = source.reads_again != nullptr && !io_detail::is_gzip_name(path) &&
-                        std::filesystem::is_regular_file(path, error) &&
+  const bool is_large = source.parse_in_pieces != nullptr && is_plain_file(path) &&
                         std::filesystem::file_size(path, error) > options.most_kept_bytes && !error;
-  if (!is_large) return parse_shape(read_bytes(path), source.name, path.string());
-  const auto file = std::make_shared<const SourceFile>(path);
-  std::string bytes;
-  reserve_large(bytes, file->size());
-  bytes.resize(file->size());
-  file->read(0, bytes);
-  ShapeFile shape = parse_shape(std::move(bytes), source.name, path.string());
-  if (!source.reads_again(shape)) return shape;
-  std::string().swap(shape.bytes);
-  shape.file = file;
-  return shape;
+  if (is_large) {
+    std::optional<ShapeFile> shape = source.parse_in_pieces(std::make_shared<const SourceFile>(path), path.string());
+    if (shape) return with_notes(source, *std::move(shape));
+  }
+  return parse_shape(read_bytes(path), source.name, path.string());
 }
 
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name) {
@@ -386,15 +385,22 @@ std::string io_detail::bytes_of_file(const std::filesystem::path& path) { return
 ShapeSummary read_summary(const std::filesystem::path& path) {
   const Format& source = format_named(format_of(path), path.string());
   if (source.parse_beside != nullptr) return summary_of(source.parse_beside(read_bytes(path), path));
+  if (source.summarize != nullptr && is_plain_file(path)) {
+    ShapeFile file;
+    file.file = std::make_shared<const SourceFile>(path);
+    if (std::optional<ShapeSummary> summary = source.summarize(file, path.string())) return *std::move(summary);
+  }
   return parse_summary(read_bytes(path), source.name, path.string());
 }
 
 ShapeSummary parse_summary(std::string bytes, std::string_view format, const std::string& name) {
   const Format& source = format_named(format, name);
+  ShapeFile file;
+  file.bytes = std::move(bytes);
   if (source.summarize != nullptr) {
-    if (std::optional<ShapeSummary> summary = source.summarize(bytes, name)) return *std::move(summary);
+    if (std::optional<ShapeSummary> summary = source.summarize(file, name)) return *std::move(summary);
   }
-  return summary_of(source.parse(std::move(bytes), name));
+  return summary_of(source.parse(std::move(file.bytes), name));
 }
 
 std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,

@@ -132,6 +132,54 @@ TEST_F(FreedBytes, PositionsOutOfRangeTouchNoFile) {
   EXPECT_EQ(count_files(), 2U);
 }
 
+// Rows that end in the next piece, a face and a header that are longer than a piece.
+TEST_F(FreedBytes, PiecesAreReadAsTheWholeIs) {
+  Mesh mesh = make_shape(ShapeKind::sphere, 60'000);
+  std::vector<std::uint32_t> polygon(400'000);
+  for (std::size_t i = 0; i < polygon.size(); ++i) polygon[i] = static_cast<std::uint32_t>(i % mesh.vertex_count());
+  for (std::uint32_t f = 0; f < 100'000; ++f) {
+    if (f == 70'000) mesh.add_face(polygon);
+    mesh.add_face(std::span(polygon).subspan(f, f % 7 < 3 ? 3 : 4 + f % 2));
+  }
+  std::string ply = serialize_mesh("ply", mesh);
+  for (const bool is_long : {false, true}) {
+    if (is_long) {
+      std::string comments;
+      while (comments.size() < 3 << 19) comments += "comment " + std::string(60, 'c') + "\n";
+      ply.insert(ply.find("element"), comments);
+    }
+    const fs::path file = write("a.ply", ply);
+    const ShapeFile kept = read_shape(file);
+    const ShapeFile freed = read_shape(file, kFree);
+    ASSERT_TRUE(freed.bytes.empty());
+    EXPECT_EQ(freed.mesh.positions, kept.mesh.positions);
+    EXPECT_EQ(freed.mesh.face_begin, kept.mesh.face_begin);
+    EXPECT_EQ(freed.mesh.corner_vertex, kept.mesh.corner_vertex);
+    EXPECT_EQ(freed.notes, kept.notes);
+    const ShapeSummary summary = read_summary(file);
+    EXPECT_EQ(summary.faces, kept.mesh.face_count());
+    EXPECT_EQ(summary.box.max, shape_box(kept.mesh).max);
+  }
+}
+
+TEST_F(FreedBytes, DamageIsToldAsOfTheWhole) {
+  const std::string ply = large_ply();
+  for (const std::size_t size : {ply.size() - 10, ply.size() / 2, ply.find("end_header") + 4}) {
+    const fs::path file = write("a.ply", ply.substr(0, size));
+    std::string whole;
+    std::string pieces;
+    for (std::string* message : {&whole, &pieces}) {
+      try {
+        read_shape(file, message == &pieces ? kFree : ReadOptions{});
+      } catch (const InvalidInput& refusal) {
+        *message = refusal.what();
+      }
+    }
+    EXPECT_FALSE(whole.empty());
+    EXPECT_EQ(pieces, whole);
+  }
+}
+
 TEST_F(FreedBytes, OtherFilesKeepThem) {
   const Mesh mesh = make_shape(ShapeKind::sphere, 100);
   for (const std::string format : {"obj", "stl", "off", "glb"}) {

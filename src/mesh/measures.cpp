@@ -163,6 +163,7 @@ class StarCounter {
   explicit StarCounter(StarCounts& counts) : counts_(counts) {}
 
   void add(std::uint32_t vertex, std::span<const StarCorner> star) {
+    if (add_closed_fan(vertex, star)) return;
     counts_.unused_vertices += star.empty() ? 1 : 0;
     read_uses(vertex, star);
     fans_.reset(star.size());
@@ -185,6 +186,27 @@ class StarCounter {
   }
 
  private:
+  // Counts the edges of an ordinary vertex, which most are: all its faces form one fan, and each edge has one face on
+  // either side. Returns false for any other vertex, of which nothing is counted.
+  bool add_closed_fan(std::uint32_t vertex, std::span<const StarCorner> star) {
+    std::size_t edges = 0;
+    std::size_t at = 0;
+    for (std::size_t step = 1; step <= star.size(); ++step) {
+      const std::uint32_t other = star[at].next_vertex;
+      std::size_t uses = 0;  // of the edge by faces on its other side
+      for (std::size_t i = 0; i < star.size(); ++i) {
+        if (star[i].previous_vertex != other) continue;
+        ++uses;
+        at = i;
+      }
+      const bool is_round = at == 0;  // each face has been met once if that is so after as many steps as there are
+      if (uses != 1 || other == vertex || is_round != (step == star.size())) return false;
+      edges += vertex < other ? 1 : 0;
+    }
+    counts_.edges += edges;
+    return !star.empty();
+  }
+
   // Of an edge by a face at the vertex.
   struct Use {
     std::uint32_t other = 0;  // the other vertex

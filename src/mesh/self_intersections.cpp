@@ -418,7 +418,7 @@ class Findings {
 };
 
 struct Sorted {
-  std::vector<std::uint32_t> degenerate;  // of the chosen ones; the others are never in a pair
+  std::vector<std::uint32_t> degenerate;  // of the chosen ones
   std::vector<std::uint32_t> chosen;
   std::vector<std::uint32_t> others;
 };
@@ -429,11 +429,10 @@ Sorted sort_triangles(std::span<const Triangle> triangles, std::span<const Vec3d
   sorted.chosen.reserve(triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     stop_if_cancelled(options.progress);
-    const bool chosen = options.chosen == nullptr || (*options.chosen)[t];
-    if (!are_collinear(corners_of(triangles[t], points))) {
-      (chosen ? sorted.chosen : sorted.others).push_back(t);
-    } else if (chosen) {
-      sorted.degenerate.push_back(t);
+    if (options.chosen != nullptr && !(*options.chosen)[t]) {
+      sorted.others.push_back(t);
+    } else {
+      (are_collinear(corners_of(triangles[t], points)) ? sorted.degenerate : sorted.chosen).push_back(t);
     }
   }
   return sorted;
@@ -465,8 +464,10 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
     for (std::size_t i = begin; i < end && !findings.full(); ++i) {
       stop_if_cancelled(options.progress);
       const std::uint32_t t = sorted.others[i];
-      tree.for_each_overlap_with(tree.box_of(corners_of(triangles[t], points)),
-                                 [&](std::uint32_t u) { return look_at(1 + begin / grain, t, u); });
+      const Corners corners = corners_of(triangles[t], points);
+      tree.for_each_overlap_with(tree.box_of(corners), [&](std::uint32_t u) {
+        return !are_collinear(corners) && look_at(1 + begin / grain, t, u);  // without area it is in no pair
+      });
     }
   });
   parallel_for(tree.part_count(), 1, options.threads, [&](std::size_t part, std::size_t) {

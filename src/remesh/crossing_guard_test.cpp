@@ -201,5 +201,25 @@ TEST(CrossingGuard, NamesTheFacesThatCross) {
   EXPECT_FALSE(found.empty());
 }
 
+TEST(CrossingSearch, OfSomeFacesFindsThePairsWithOneOfThem) {
+  Guarded guarded;
+  auto& [balls, s, search, guard] = guarded;
+  std::uint32_t inner = 0;
+  while (s.after[inner].z < 0.8 || norm(s.after[inner]) > 0.99) ++inner;
+  s.after[inner] = s.after[inner] * 1.1;
+  const Crossings all = search.find(balls.patch);
+  ASSERT_GT(all.pairs, 0U);
+  std::vector<bool> only(s.face_count(), false);
+  for (const std::uint32_t f : all.faces) {
+    const Triangle t = s.triangle(f);
+    only[f] = std::find(t.begin(), t.end(), inner) != t.end();
+  }
+  EXPECT_EQ(search.find(balls.patch, only).pairs, all.pairs);  // each pair has a face that moved
+  for (std::uint32_t f = 0; f < s.face_count(); ++f) {
+    only[f] = !std::binary_search(all.faces.begin(), all.faces.end(), f);
+  }
+  EXPECT_EQ(search.find(balls.patch, only).pairs, 0U);
+}
+
 }  // namespace
 }  // namespace knead::remesh_detail::crossing_guard_test

@@ -114,12 +114,13 @@ CrossingSearch::Triangles CrossingSearch::triangles(const Surface& s) const {
   return result;
 }
 
-Crossings CrossingSearch::find(const Patch& patch) const {
+Crossings CrossingSearch::find(const Patch& patch, const std::vector<bool>& only) const {
   const Surface& s = patch.surface;
   const Triangles searched = triangles(s);
   std::vector<bool> is_changed(searched.triangles.size(), false);
   for (std::size_t i = 0; i < searched.faces.size(); ++i) {
     const std::uint32_t f = searched.faces[i];
+    if (!only.empty() && !only[f]) continue;
     const Triangle t = s.triangle(f);
     is_changed[outside_.size() + i] = !patch.is_unchanged(f) || std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
       return s.has(v, kMoved) || s.has(v, kRegion);

@@ -37,7 +37,8 @@ class CrossingSearch {
                  const Progress* progress = nullptr);
 
   // Returns the pairs of triangles that cross with vertices at `after`. Pairs of two unchanged triangles do not count.
-  Crossings find(const Patch& patch) const;
+  // `only`: a flag for each face of the patch; pairs without a face that has it do not count. Empty: all have it.
+  Crossings find(const Patch& patch, const std::vector<bool>& only = {}) const;
 
   // What is searched: the triangles outside, then the living faces. Their vertices are numbered in this order: the
   // original vertices of the patch, the vertices outside, then those that splits have made.

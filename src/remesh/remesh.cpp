@@ -31,24 +31,22 @@ void require_length(const std::optional<double>& value, const char* key) {
   if (value) require(std::isfinite(*value) && *value > 0, key, "a length greater than 0", *value);
 }
 
-// Sorts numbers of 0 or more by their bits, digit by digit: a third of the time of std::sort.
-void sort_by_bits(std::vector<double>& numbers) {
-  constexpr int bits_of_digit = 11;
-  constexpr int bits = 64;
-  std::vector<double> sorted(numbers.size());
-  for (int shift = 0; shift < bits; shift += bits_of_digit) {
-    const auto digit_of = [&](double x) {
-      return static_cast<std::size_t>((bit_cast<std::uint64_t>(x) >> shift) % (1U << bits_of_digit));
-    };
-    std::array<std::size_t, 1U << bits_of_digit> place{};
-    for (const double x : numbers) ++place[digit_of(x)];
-    std::exclusive_scan(place.begin(), place.end(), place.begin(), std::size_t{0});
-    for (const double x : numbers) sorted[place[digit_of(x)]++] = x;
-    numbers.swap(sorted);
+// Returns the mean of lengths, which are at most `most` but for rounding: the same bits in whatever order they are.
+// Each counts as a multiple of 2^-61 of a power of two above `most`, and whole numbers are summed.
+double mean_of(const std::vector<double>& lengths, double most) {
+  const int scale = 61 - std::ilogb(most);
+  std::uint64_t high = 0;  // of the sum, in 2^32
+  std::uint64_t low = 0;
+  for (const double length : lengths) {
+    const auto whole = static_cast<std::uint64_t>(std::scalbn(length, scale));
+    high += whole >> 32;
+    low += whole & 0xffffffffU;
   }
+  const double sum = std::ldexp(static_cast<double>(high), 32) + static_cast<double>(low);
+  return std::scalbn(sum / static_cast<double>(lengths.size()), -scale);
 }
 
-// Returns the lengths of all edges, ascending.
+// Returns the lengths of all edges.
 std::vector<double> edge_lengths(const Mesh& mesh, int threads) {
   const CornerParts parts(mesh, threads);
   std::vector<std::vector<double>> of_part(parts.count());
@@ -60,7 +58,6 @@ std::vector<double> edge_lengths(const Mesh& mesh, int threads) {
   std::vector<double> lengths;
   lengths.reserve(mesh.corner_vertex.size());
   for (const std::vector<double>& some : of_part) lengths.insert(lengths.end(), some.begin(), some.end());
-  sort_by_bits(lengths);
   return lengths;
 }
 
@@ -111,10 +108,12 @@ RemeshTargets remesh_detail::resolve_on(const RemeshSettings& settings, const Me
   targets.diagonal = diagonal;
   double mean = diagonal;
   double long_one = diagonal;
-  if (const std::vector<double> lengths = edge_lengths(mesh, threads); !lengths.empty()) {
-    mean = 0;
-    for (const double length : lengths) mean += length / static_cast<double>(lengths.size());
-    long_one = lengths[lengths.size() - 1 - lengths.size() / 20];
+  if (std::vector<double> lengths = edge_lengths(mesh, threads);
+      !lengths.empty() && diagonal > 0 && std::isfinite(diagonal)) {
+    mean = mean_of(lengths, diagonal);
+    const auto at = lengths.end() - 1 - static_cast<std::ptrdiff_t>(lengths.size() / 20);
+    std::nth_element(lengths.begin(), at, lengths.end());
+    long_one = *at;
   }
   targets.max_edge = settings.max_edge.value_or(2 * long_one);
   targets.min_edge = settings.min_edge.value_or(std::min(mean, targets.max_edge) / 4);
@@ -178,13 +177,21 @@ class Remesher {
     const LimitedEdges done = limit_edges(surface(), options_.targets, options_.whole, outside, options_.progress);
     counts_.complete = done.met;
     if (done.splits == 0) return;
-    const Crossings found = search_.find(patch_);
-    if (found.pairs > counts_.crossings) {
+    const bool crosses = search_.find(patch_, changed_since(saved)).pairs > 0;
+    if (crosses && search_.find(patch_).pairs > counts_.crossings) {
       surface() = std::move(saved);
       counts_.complete = false;
     } else {
       counts_.splits += done.splits;
     }
+  }
+
+  // Returns a flag for each face: true if it is new or has other vertices than it had.
+  std::vector<bool> changed_since(const Surface& saved) const {
+    const Surface& s = patch_.surface;
+    std::vector<bool> changed(s.face_count(), true);
+    for (std::size_t f = 0; f < saved.face_count(); ++f) changed[f] = s.triangle(f) != saved.triangle(f);
+    return changed;
   }
 
   Surface& surface() { return patch_.surface; }

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "knead/error.h"
@@ -22,6 +23,21 @@ TEST(RemeshSettings, DefaultsFollowTheShapesSize) {
   const RemeshTargets larger = resolve({}, ball);
   EXPECT_NEAR(larger.max_edge / targets.max_edge, 1000, 1e-9);
   EXPECT_NEAR(larger.min_edge / targets.min_edge, 1000, 1e-9);
+}
+
+TEST(RemeshSettings, TheMeanEdgeHasTheSameBitsForEveryOrderOfVertices) {
+  const Mesh ball = make_shape(ShapeKind::hand, 4000);
+  double sum = 0;  // of each edge from both sides
+  Mesh backwards = ball;
+  std::reverse(backwards.positions.begin(), backwards.positions.end());
+  for (std::uint32_t& v : backwards.corner_vertex) v = static_cast<std::uint32_t>(ball.vertex_count()) - 1 - v;
+  for (std::size_t f = 0; f < ball.face_count(); ++f) {
+    const auto face = ball.face(f);
+    for (std::size_t i = 0; i < 3; ++i) sum += norm(ball.positions[face[i]] - ball.positions[face[(i + 1) % 3]]);
+  }
+  const double least = resolve({}, ball).min_edge;
+  EXPECT_EQ(resolve({}, backwards).min_edge, least);
+  EXPECT_NEAR(4 * least * static_cast<double>(ball.corner_vertex.size()) / sum, 1, 1e-13);
 }
 
 TEST(RemeshSettings, VerticesMayGrowFiftyfoldAndToTwoMillion) {

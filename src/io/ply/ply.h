@@ -1,6 +1,7 @@
 // What the header of a PLY file declares, and where the vertices are.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -8,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -62,8 +64,8 @@ struct Layout {
 // PLY (Turk 1994), text and binary: its row of the format table (formats.h). A new file is binary, little-endian.
 
 ShapeFile parse(std::string bytes, const std::string& name);
-bool is_binary(const ShapeFile& source);
-std::optional<ShapeSummary> summarize(std::string_view bytes, const std::string& name);
+std::optional<ShapeFile> parse_in_pieces(const std::shared_ptr<const SourceFile>& file, const std::string& name);
+std::optional<ShapeSummary> summarize(const ShapeFile& source, const std::string& name);
 void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
              const WriteOptions& options, const std::function<void(std::string_view)>& out);
 std::string generate(const Mesh& mesh, const WriteOptions& options);
@@ -92,9 +94,8 @@ inline bool is_swapped(Encoding encoding) {
 
 // The numbers after a PLY header, one after the other, in binary and in text. Both bodies have the same members.
 
-// Throws InvalidInput for a list of an element whose length is no count of items.
-[[noreturn]] void fail_length(std::string_view bytes, std::size_t position, bool ascii, const std::string& name,
-                              const Element& element, double length);
+// What to say of a list of an element whose length is no count of items, `left` bytes before the end of the file.
+std::string not_a_length(double length, const Element& element, std::size_t left);
 
 // Whether a number could be the index of a vertex, and what to say of one that could not.
 inline bool is_index(double value) { return value == std::floor(value) && std::abs(value) <= 0x1p32; }
@@ -102,25 +103,38 @@ std::string not_an_index(double value);
 
 class BinaryBody {
  public:
-  BinaryBody(std::string_view bytes, const Layout& layout, const std::string& name)
-      : bytes_(bytes), position_(layout.body_begin), swapped_(is_swapped(layout.encoding)), name_(name) {}
+  // The bytes must outlive the body.
+  BinaryBody(SourceBytes& bytes, const Layout& layout, const std::string& name)
+      : bytes_(bytes),
+        size_(bytes.size()),
+        position_(layout.body_begin),
+        window_begin_(position_),
+        swapped_(is_swapped(layout.encoding)),
+        name_(name) {}
 
   static constexpr bool kAscii = false;
   std::size_t position() const { return position_; }
-  std::size_t left() const { return bytes_.size() - position_; }
+  std::size_t left() const { return size_ - position_; }
   bool swapped() const { return swapped_; }
   [[noreturn]] void fail(const std::string& what) const { fail_at_byte(name_, position_, what); }
   [[noreturn]] void fail_at(std::size_t position, const std::string& what) const {
     fail_at_byte(name_, position, what);
   }
 
-  // The next byte; only as many as are left.
-  const char* data() const { return bytes_.data() + position_; }
+  // Returns the next bytes, which are valid until more are asked for; the caller has checked that they are there.
+  const char* data(std::size_t count) {
+    if (position_ + count > window_begin_ + window_.size()) {
+      window_ = bytes_.piece(position_, std::min(left(), std::max(count, kWindow)));
+      window_begin_ = position_;
+    }
+    return window_.data() + (position_ - window_begin_);
+  }
 
-  // The next bytes, read over; the caller has checked that they are there.
+  // Does the same and goes on after them.
   const char* skip(std::size_t count) {
+    const char* const from = data(count);
     position_ += count;
-    return bytes_.data() + (position_ - count);
+    return from;
   }
 
   void begin_row() {}
@@ -140,11 +154,12 @@ class BinaryBody {
   }
 
   // The length of a list that begins `offset` bytes ahead, where its count is known to be within the file.
-  std::size_t length_at(std::size_t offset, const Property& property, const Element& element) const {
-    const double value = read_binary(data() + offset, property.count_type, swapped_);
-    const std::size_t most = (left() - offset - size_of(property.count_type)) / size_of(property.type);
+  std::size_t length_at(std::size_t offset, const Property& property, const Element& element) {
+    const std::size_t end = offset + size_of(property.count_type);
+    const double value = read_binary(data(end) + offset, property.count_type, swapped_);
+    const std::size_t most = (left() - end) / size_of(property.type);
     if (!(value >= 0) || value > static_cast<double>(most)) {
-      fail_length(bytes_, position_ + offset, kAscii, name_, element, value);
+      fail_at(position_ + offset, not_a_length(value, element, left() - offset));
     }
     return static_cast<std::size_t>(value);
   }
@@ -173,8 +188,13 @@ class BinaryBody {
  private:
   [[noreturn]] void fail_index(double value) const { fail(not_an_index(value)); }
 
-  std::string_view bytes_;
+  static constexpr std::size_t kWindow = std::size_t{1} << 20;  // bytes that are read at a time
+
+  SourceBytes& bytes_;
+  std::size_t size_;
   std::size_t position_;
+  std::string_view window_;  // of the bytes
+  std::size_t window_begin_;
   bool swapped_;
   const std::string& name_;
 };

@@ -224,15 +224,10 @@ std::string cut_short(const Element& element) {
 
 }  // namespace
 
-void fail_length(std::string_view bytes, std::size_t position, bool ascii, const std::string& name,
-                 const Element& element, double length) {
-  std::string what = "a list cannot have " + shown(length) + " items";
-  if (length >= 0 && length == std::floor(length)) {
-    what = "a list of element '" + element.name + "' declares " + shown(length) + " items, but only " +
-           std::to_string(bytes.size() - position) + " bytes follow; the file is cut short or damaged";
-  }
-  if (ascii) fail_at_line(name, bytes, position, what);
-  fail_at_byte(name, position, what);
+std::string not_a_length(double length, const Element& element, std::size_t left) {
+  if (!(length >= 0 && length == std::floor(length))) return "a list cannot have " + shown(length) + " items";
+  return "a list of element '" + element.name + "' declares " + shown(length) + " items, but only " +
+         std::to_string(left) + " bytes follow; the file is cut short or damaged";
 }
 
 void BinaryBody::fail_missing(const Element& element) const { fail(cut_short(element)); }
@@ -278,7 +273,7 @@ std::size_t TextBody::length(const Property& property, const Element& element) {
   const double value = number(property.count_type, element);
   const std::size_t most = left() / 2 + 1;  // the last number needs no blank after it
   if (!(value >= 0) || value != std::floor(value) || value > static_cast<double>(most)) {
-    fail_length(bytes_, begin, kAscii, name_, element, value);
+    fail_at(begin, not_a_length(value, element, bytes_.size() - begin));
   }
   return static_cast<std::size_t>(value);
 }
@@ -488,9 +483,8 @@ void add_notes(const Body& body, const Layout& layout, const Plan& plan, Target&
 }
 
 template <class Body>
-void read_body(ShapeFile& shape, Layout& layout, const std::string& name) {
+void read_body(Body& body, ShapeFile& shape, Layout& layout, const std::string& name) {
   Plan plan = make_plan(layout, name);
-  Body body(shape.bytes, layout, name);
   Target target(shape.mesh, std::move(plan.attributes), layout.elements[layout.vertex_element].count);
   for (std::size_t e = 0; e < layout.elements.size(); ++e) {
     if (e == layout.vertex_element) layout.vertex_begin = body.position();
@@ -506,6 +500,21 @@ void read_body(ShapeFile& shape, Layout& layout, const std::string& name) {
   add_notes(body, layout, plan, target, shape.notes);
 }
 
+// Reads a body whose bytes are those of the shape.
+void read_binary_body(ShapeFile& shape, Layout& layout, const std::string& name) {
+  SourceBytes bytes(shape);
+  BinaryBody body(bytes, layout, name);
+  read_body(body, shape, layout, name);
+}
+
+// Reads the header of a file, which mostly is far shorter than the piece that is looked at first.
+Layout read_header(const ShapeFile& source, const std::string& name) {
+  constexpr std::size_t first = std::size_t{1} << 20;
+  SourceBytes bytes(source);
+  const std::string_view piece = bytes.piece(0, std::min(bytes.size(), first));
+  return parse_header(piece.find("end_header") != piece.npos ? piece : bytes.all(), name);
+}
+
 }  // namespace
 
 bool reads_floats(const ShapeFile& source) {
@@ -519,8 +528,8 @@ bool reads_floats(const ShapeFile& source) {
 
 // Which vertices without a place are used, only the faces tell. Files with vertices astray (see shape_box) are read as
 // a whole, too.
-std::optional<ShapeSummary> summarize(std::string_view bytes, const std::string& name) {
-  const Layout layout = parse_header(bytes, name);
+std::optional<ShapeSummary> summarize(const ShapeFile& source, const std::string& name) {
+  const Layout layout = read_header(source, name);
   if (layout.encoding == Encoding::ascii) return std::nullopt;
   const Plan plan = make_plan(layout, name);
   for (std::size_t e = 0; e < layout.elements.size(); ++e) {
@@ -528,6 +537,7 @@ std::optional<ShapeSummary> summarize(std::string_view bytes, const std::string&
   }
   const std::size_t vertices = layout.elements[layout.vertex_element].count;
   Mesh block;
+  SourceBytes bytes(source);
   BinaryBody body(bytes, layout, name);
   Target target(Target::OneBlock{}, block, plan.attributes, vertices);
   for (std::size_t e = 0; e < layout.elements.size(); ++e) {
@@ -558,10 +568,22 @@ ShapeFile parse(std::string bytes, const std::string& name) {
   shape.bytes = std::move(bytes);
   Layout layout = parse_header(shape.bytes, name);
   if (layout.encoding == Encoding::ascii) {
-    read_body<TextBody>(shape, layout, name);
+    TextBody body(shape.bytes, layout, name);
+    read_body(body, shape, layout, name);
   } else {
-    read_body<BinaryBody>(shape, layout, name);
+    read_binary_body(shape, layout, name);
   }
+  set_layout(shape, std::move(layout));
+  return shape;
+}
+
+std::optional<ShapeFile> parse_in_pieces(const std::shared_ptr<const SourceFile>& file, const std::string& name) {
+  ShapeFile shape;
+  shape.format = "ply";
+  shape.file = file;
+  Layout layout = read_header(shape, name);
+  if (layout.encoding == Encoding::ascii) return std::nullopt;
+  read_binary_body(shape, layout, name);
   set_layout(shape, std::move(layout));
   return shape;
 }

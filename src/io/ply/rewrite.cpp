@@ -415,10 +415,9 @@ void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::spa
   Rewriter(source, positions, normals, options).run(out);
 }
 
-bool is_binary(const ShapeFile& source) { return layout_of<Layout>(source).encoding != Encoding::ascii; }
-
 void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
-  if (!is_binary(source)) Rewriter(source, source.mesh.positions, {}, {}).visit_coordinates(visit);
+  const bool is_text = layout_of<Layout>(source).encoding == Encoding::ascii;
+  if (is_text) Rewriter(source, source.mesh.positions, {}, {}).visit_coordinates(visit);
 }
 
 }  // namespace knead::io_detail::ply

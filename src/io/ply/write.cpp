@@ -61,15 +61,18 @@ class ColumnReader {
     for (std::size_t done = 0; done < element_.count;) {
       const std::size_t count = measure_run(element_.count - done);
       const bool keep = list_ == nullptr || corners_ >= 3;
-      read_run({kept, count});
+      const std::size_t position = body_.position();
+      read_block({body_.skip(count * stride_), stride_, {kept, count}, position});
       if (keep) kept += count;
       done += count;
     }
   }
 
  private:
-  // How many of the next rows have lists as long as that of the first; sets their length.
+  // Returns how many of the next rows have lists as long as that of the first, at most as many as the cache holds. Sets
+  // their length.
   std::size_t measure_run(std::size_t most) {
+    most = std::min<std::size_t>(most, 2048);
     stride_ = smallest_row(element_, false);
     if (list_ == nullptr) return most;  // check_count has seen to their bytes
     if (body_.left() < stride_) body_.fail_missing(element_);
@@ -79,7 +82,7 @@ class ColumnReader {
     most = std::min(most, body_.left() / stride_);
     const auto same_length = [&](auto type, auto swapped) {
       using T = decltype(type);
-      const char* from = body_.data() + before_list_;
+      const char* from = body_.data(most * stride_) + before_list_;
       const T length = load<T, swapped()>(from);
       std::size_t count = 1;
       while (count < most && load<T, swapped()>(from + count * stride_) == length) ++count;
@@ -87,16 +90,6 @@ class ColumnReader {
     };
     visit_stored(list_->count_type, body_.swapped(), same_length);
     return most;
-  }
-
-  // In blocks of rows that the cache holds.
-  void read_run(Rows rows) {
-    constexpr std::size_t most = 2048;
-    for (std::size_t done = 0; done < rows.count; done += most) {
-      const std::size_t position = body_.position();
-      const std::size_t count = std::min(most, rows.count - done);
-      read_block({body_.skip(count * stride_), stride_, {rows.first + done, count}, position});
-    }
   }
 
   void read_block(const Block& block) {
