@@ -366,6 +366,27 @@ TEST_F(RenderTest, ALargePictureThatIsWatchedHasTheSameBitsAndStopsSoon) {
   EXPECT_TRUE(render(scene, options) == alone) << "the next picture is right";
 }
 
+// The ground of a large picture has larger texels.
+TEST_F(RenderTest, TheGroundOfALargePictureIsDarkInTheSamePlaces) {
+  const Mesh ball = make_ball({0, 0, 0}, 1);
+  Scene scene;
+  scene.shapes.emplace_back().mesh = &ball;
+  Options options = small_options();
+  options.width = 601;
+  options.height = 900;
+  scene.camera = fit_points(ball.positions, {0.3, -0.6, -1}, {0, 1, 0}, 601.0 / 900);
+  const Image small = render(scene, options);
+  options.width *= 2;
+  options.height *= 2;
+  const Image large = render(scene, options);
+  double difference = 0;
+  for (int y = 0; y < small.height; ++y) {
+    for (int x = 0; x < small.width; ++x) difference += std::abs(at(small, x, y).red - at(large, 2 * x, 2 * y).red);
+  }
+  EXPECT_LT(difference / (small.width * small.height), 0.7);
+  EXPECT_LT(at(small, 450, 800).red, 250) << "there is a shadow";
+}
+
 TEST_F(RenderTest, RefusesWhatMeansNothing) {
   const Mesh ball = make_ball({}, 1);
   Scene scene = scene_of(ball);

@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <array>
 #include <cstddef>
 
 #include "render/offline/passes.h"
@@ -51,47 +49,28 @@ void set_simple_light(const gl::Program& program, const View& view) {
 }
 
 void set_relief(const gl::Program& program, const View& view, int samples_high) {
-  constexpr double finest = 0.0016;  // of the picture's height, that cavities are looked for with
-  constexpr double reach = 0.16;     // of the scene's radius, within which things darken each other
   set(program, "sample_size", view.pixel);
-  set(program, "cavity_step", finest * samples_high);
-  set(program, "occlusion_reach", reach);
+  set(program, "cavity_step", kFinestCavity * samples_high);
+  set(program, "occlusion_reach", kOcclusionReach);
 }
 
-void set_ground(const gl::Program& program, const Pass& pass, const Occluder& occluder) {
-  const Vec3f up(pass.view.ground_up);
-  glUniform4f(uniform(program, "ground"), up.x, up.y, up.z, static_cast<float>(occluder.ground));
-}
+void draw(const SurfaceBuffers& surface) { draw(surface, 0, surface.count); }
 
-void draw(const SurfaceBuffers& surface) {
-  if (surface.count == 0) return;
+void draw(const SurfaceBuffers& surface, GLsizei first, GLsizei count) {
+  if (count == 0) return;
   glBindVertexArray(surface.layout.get());
   if (surface.points) {
-    glDrawArrays(GL_POINTS, 0, surface.count);
+    glDrawArrays(GL_POINTS, first, count);
   } else {
-    glDrawElements(GL_TRIANGLES, surface.count, GL_UNSIGNED_INT, nullptr);
+    const std::size_t offset = sizeof(std::uint32_t) * static_cast<std::size_t>(first);
+    const auto* start = reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL takes it
+    glDrawElements(GL_TRIANGLES, count, GL_UNSIGNED_INT, start);
   }
 }
 
 void draw_full_screen(const Pass& pass) {
-  constexpr int band_pixels = 1 << 18;
   glBindVertexArray(pass.programs.nothing.get());
-  std::array<GLint, 4> target{};
-  glGetIntegerv(GL_VIEWPORT, target.data());
-  const int width = target[2];
-  const int height = target[3];
-  if (!pass.options.progress || width * height <= band_pixels) {
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    return;
-  }
-  const int rows = std::max(band_pixels / width, 1);
-  glEnable(GL_SCISSOR_TEST);
-  for (int y = 0; y < height; y += rows) {
-    glScissor(0, y, width, std::min(rows, height - y));
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    report(pass, *pass.reported);
-  }
-  glDisable(GL_SCISSOR_TEST);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 void reset_state(int width, int height) {
@@ -130,18 +109,12 @@ void describe_attribute(GLuint location, GLint components, GLenum type, std::siz
 
 Programs::Programs()
     : clay(compile(clay_source())),
+      wired(compile(wired_source())),
       cap(compile(cap_source())),
       disc(compile(disc_source())),
-      ground_light(compile(ground_light_source())),
-      even(compile(even_source())),
-      uneven(compile(uneven_source())),
-      sees_ground(compile(sees_ground_source())),
-      ground(compile(ground_source())),
-      backdrop(compile(backdrop_source())),
       rod(compile(rod_source())),
       glass(compile(glass_source())),
       copy(compile(copy_source())),
-      resolve(compile(resolve_source())),
       nothing(gl::make_vertex_array()) {}
 
 SurfaceBuffers upload(const DrawSurface& surface) {

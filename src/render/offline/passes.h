@@ -2,9 +2,8 @@
 #pragma once
 
 #include <array>
-#include <compare>
 #include <cstdint>
-#include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,11 +14,12 @@
 
 namespace knead::render {
 
-// The most lights that the lighting program takes in one pass.
-inline constexpr int kLightsPerPass = 32;
-
 // Light whose direction makes a smaller cosine with the ground's normal casts no shadow on the ground.
-inline constexpr double kGrazingCosine = 0.15;
+inline constexpr float kGrazingCosine = 0.15F;
+
+// What relief looks at (kRelief in surface.h).
+inline constexpr double kFinestCavity = 0.0016;  // of the picture's height, that cavities are looked for with
+inline constexpr double kOcclusionReach = 0.16;  // of the scene's radius, within which things darken each other
 
 struct ShaderSource {
   std::string vertex;
@@ -29,32 +29,16 @@ struct ShaderSource {
 // Compiles and links. Throws GpuError with the first line of the driver's log.
 inline gl::Program compile(const ShaderSource& source) { return gl::make_program(source.vertex, source.fragment); }
 
-// How shapes are shaded.
-struct ShapeLook {
-  bool matcap = false;
-  bool cavity = false;
-  bool occlusion = false;
-
-  friend auto operator<=>(const ShapeLook&, const ShapeLook&) = default;
-};
-
 // A program that runs `fragment` once for every texel, with the declarations of `kView` before it.
 ShaderSource full_screen_program(const std::string& fragment);
 
-ShaderSource clay_source();                              // triangles -> reflectance, normal
-ShaderSource cap_source();                               // what a clipping plane has cut open, closed
-ShaderSource disc_source();                              // points -> reflectance, normal
-ShaderSource shape_light_source(const ShapeLook& look);  // adds the light of one pass to shapes
-ShaderSource ground_light_source();                      // adds the light that the ground lacks in one pass
-ShaderSource even_source();                              // marks the pixels that one look at the lights suffices for,
-ShaderSource uneven_source();                            // the samples of shapes in the others,
-ShaderSource sees_ground_source();                       // and where the ground is
-ShaderSource ground_source();                            // the shadow on the ground
-ShaderSource backdrop_source();                          // background and ground shadow behind the lit shape
-ShaderSource rod_source();                               // solid things that are lit without shadows
-ShaderSource glass_source();                             // one layer of translucent surfaces
-ShaderSource copy_source();                              // a layer under those before it
-ShaderSource resolve_source();                           // samples to pixels, linear to sRGB
+ShaderSource clay_source();   // triangles -> reflectance, normal
+ShaderSource wired_source();  // and their edges
+ShaderSource cap_source();    // what a clipping plane has cut open, closed
+ShaderSource disc_source();   // points -> reflectance, normal
+ShaderSource rod_source();    // solid things that are lit without shadows
+ShaderSource glass_source();  // one layer of translucent surfaces
+ShaderSource copy_source();   // a layer under those before it
 
 // What casts shadows: the shapes, in a coarser copy where they are finer than a shadow map.
 
@@ -105,19 +89,12 @@ inline constexpr int kShadowMapSize = 512;
 
 struct Programs {
   gl::Program clay;
+  gl::Program wired;
   gl::Program cap;
   gl::Program disc;
-  std::map<ShapeLook, gl::Program> shape_light;  // those that were needed
-  gl::Program ground_light;
-  gl::Program even;
-  gl::Program uneven;
-  gl::Program sees_ground;
-  gl::Program ground;
-  gl::Program backdrop;
   gl::Program rod;
   gl::Program glass;
   gl::Program copy;
-  gl::Program resolve;
   gl::VertexArray nothing;  // for triangles made by the vertex program
 
   Programs();
@@ -159,29 +136,13 @@ GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes)
 
 // What lights the scene, and what keeps the light off.
 struct Lighting {
-  std::vector<Light> lights;  // those that light the ground first
+  std::vector<Light> lights;
   Occluder occluder;
   double point_radius = 0;  // renderer units
-  double ground_light = 0;  // what the ground gets without shadow
 
   bool has_shadows(const Options& options) const { return options.ambient_occlusion && occluder.radius > 0; }
   bool has_ground(const Options& options) const { return has_shadows(options) && options.ground; }
 };
-
-// Returns true if the light casts shadows on the ground, whose normal is `up`.
-bool lights_ground(const Light& light, const Vec3d& up);
-
-// Radiance of the shapes, for pixels where that suffices and for samples elsewhere; and how dark the ground is.
-struct LightMaps {
-  gl::Texture pixels;
-  gl::Texture samples;
-  gl::Texture darkness;
-};
-
-LightMaps draw_light(const Pass& pass, const GBuffer& buffer, const Lighting& lighting);
-
-// Linear colour times alpha, of the lit shapes on the background.
-gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const LightMaps& light, const Lighting& lighting);
 
 // Adds the rods to the colour, depth and normals.
 void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color, const SurfaceBuffers& rods);
@@ -190,7 +151,17 @@ void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color
 void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& color,
                 const std::vector<SurfaceBuffers>& surfaces);
 
-Image resolve(const Pass& pass, const gl::Texture& color);
+// The samples of what the GPU has drawn, rows from the bottom up. Numbers from 0 to 1 are stored as 0 to 65535.
+using Shorts4 = std::array<std::uint16_t, 4>;
+struct Samples {
+  std::unique_ptr<float[]> depth;         // 1: no shape
+  std::unique_ptr<Bytes4[]> reflectance;  // under a square root
+  std::unique_ptr<Shorts4[]> normal;      // from -1 to 1
+  std::unique_ptr<Shorts4[]> front;       // colour times alpha of rods and glass; null: there are none
+};
+
+// Lights the shapes, draws background and ground shadow behind them, and makes pixels of the samples.
+Image shade(const Pass& pass, const Samples& samples, const Lighting& lighting);
 
 // Tells how much of the picture is done, after the GPU has done it.
 void report(const Pass& pass, double part);
@@ -211,10 +182,10 @@ void use_clipped(const gl::Program& program, const Pass& pass);
 void set_simple_light(const gl::Program& program, const View& view);
 // What the functions of kRelief need besides the maps. samples_high: of the picture.
 void set_relief(const gl::Program& program, const View& view, int samples_high);
-void set_ground(const gl::Program& program, const Pass& pass, const Occluder& occluder);
 
 void draw(const SurfaceBuffers& surface);
-// Where progress is watched, a large target is drawn in bands and reported after each, so that it can be stopped soon.
+// Draws some of its points, or of its triangles' corners.
+void draw(const SurfaceBuffers& surface, GLsizei first, GLsizei count);
 void draw_full_screen(const Pass& pass);
 
 // Everything off, depth test by GL_LESS once it is enabled.

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "knead/error.h"
@@ -28,64 +29,75 @@ void draw_cuts(const Pass& pass, const std::vector<SurfaceBuffers>& shapes, cons
   }
 }
 
+// So that a large picture that is watched can be stopped soon.
+void draw_in_parts(const Pass& pass, const SurfaceBuffers& surface) {
+  constexpr GLsizei corners = 3 << 17;
+  const bool in_parts = pass.options.progress && pass.width * pass.height > 1 << 23;
+  for (GLsizei first = 0; first < surface.count; first += corners) {
+    draw(surface, first, in_parts ? std::min(corners, surface.count - first) : surface.count);
+    if (!in_parts) return;
+    report(pass, *pass.reported);
+  }
+}
+
 }  // namespace
 
 GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes) {
   GBuffer buffer{gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
                  gl::make_texture(pass.width, pass.height, GL_RGBA8),
-                 gl::make_texture(pass.width, pass.height, GL_RGBA16F)};
+                 gl::make_texture(pass.width, pass.height, GL_RGBA16)};
   const gl::Framebuffer target = gl::make_framebuffer({&buffer.reflectance, &buffer.normal}, &buffer.depth);
   reset_state(pass.width, pass.height);
   glEnable(GL_DEPTH_TEST);
   clear(0, 0, 0, 0);
   clear_depth();
   for (const SurfaceBuffers& shape : shapes) {
-    const gl::Program& program = shape.points ? pass.programs.disc : pass.programs.clay;
+    const gl::Program& clay = pass.options.wireframe ? pass.programs.wired : pass.programs.clay;
+    const gl::Program& program = shape.points ? pass.programs.disc : clay;
     use_clipped(program, pass);
     set(program, "back_srgb", shape.color);
-    set(program, "wire_width", pass.options.wireframe ? 1.1 * pass.options.supersampling : 0.0);
+    set(program, "wire_width", 1.1 * pass.options.supersampling);
     set(program, "point_size", 2 * shape.point_radius / pass.view.pixel);
-    draw(shape);
+    draw_in_parts(pass, shape);
   }
   if (pass.clipped) draw_cuts(pass, shapes, target);
   return buffer;
 }
 
-gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const LightMaps& light, const Lighting& lighting) {
-  gl::Texture color = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
-  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
-  reset_state(pass.width, pass.height);
-  const gl::Program& program = pass.programs.backdrop;
-  use(program, pass);
-  bind_texture(program, "depth_map", 0, GL_TEXTURE_2D, buffer.depth);
-  const bool ground = lighting.has_ground(pass.options);
-  bind_texture(program, "pixel_map", 1, GL_TEXTURE_2D, light.pixels);
-  bind_texture(program, "sample_map", 2, GL_TEXTURE_2D, light.samples);
-  bind_texture(program, "darkness_map", 3, GL_TEXTURE_2D, ground ? light.darkness : light.pixels);
-  set_with_alpha(program, "background_top", pass.options.background);
-  set_with_alpha(program, "background_bottom", pass.options.background_bottom.value_or(pass.options.background));
-  set(program, "with_ground", ground ? 1.0 : 0.0);
-  glUniform1i(uniform(program, "factor"), pass.options.supersampling);
-  draw_full_screen(pass);
-  return color;
+namespace {
+
+template <class T>
+std::unique_ptr<T[]> read_back(const Pass& pass, GLenum attachment, GLenum format, GLenum type) {
+  const std::size_t count = static_cast<std::size_t>(pass.width) * static_cast<std::size_t>(pass.height);
+  std::unique_ptr<T[]> values(new T[count]);
+  if (attachment != GL_DEPTH_ATTACHMENT) glReadBuffer(attachment);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, pass.width, pass.height, format, type, values.get());
+  return values;
 }
 
-Image resolve(const Pass& pass, const gl::Texture& color) {
-  Image image{pass.options.width, pass.options.height, {}};
-  const gl::Texture pixels = gl::make_texture(image.width, image.height, GL_RGBA8);
-  const gl::Framebuffer target = gl::make_framebuffer({&pixels}, nullptr);
-  reset_state(image.width, image.height);
-  const gl::Program& program = pass.programs.resolve;
-  use(program, pass);
-  bind_texture(program, "samples_map", 0, GL_TEXTURE_2D, color);
-  glUniform1i(uniform(program, "factor"), pass.options.supersampling);
-  glUniform1i(uniform(program, "height"), image.height);
-  draw_full_screen(pass);
-  image.pixels.resize(4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, image.width, image.height, GL_RGBA, GL_UNSIGNED_BYTE, image.pixels.data());
-  return image;
+Samples read_samples(const Pass& pass, const GBuffer& buffer) {
+  const gl::Framebuffer source = gl::make_framebuffer({&buffer.reflectance, &buffer.normal}, &buffer.depth);
+  return {read_back<float>(pass, GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT, GL_FLOAT),
+          read_back<Bytes4>(pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_UNSIGNED_BYTE),
+          read_back<Shorts4>(pass, GL_COLOR_ATTACHMENT1, GL_RGBA, GL_UNSIGNED_SHORT), nullptr};
 }
+
+// Returns rods and glass: what stands in front of the shapes.
+std::unique_ptr<Shorts4[]> draw_front(const Pass& pass, const GBuffer& buffer, const SurfaceBuffers& rods,
+                                      const std::vector<SurfaceBuffers>& glass) {
+  if (rods.count == 0 && glass.empty()) return nullptr;
+  const gl::Texture color = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
+  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
+  reset_state(pass.width, pass.height);
+  clear(0, 0, 0, 0);
+  draw_rods(pass, buffer, color, rods);
+  draw_glass(pass, buffer, color, glass);
+  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+  return read_back<Shorts4>(pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_UNSIGNED_SHORT);
+}
+
+}  // namespace
 
 namespace {
 
@@ -165,22 +177,6 @@ void set_clip(const Scene& scene, Pass& pass) {
   pass.cut = scene.clip->color;
 }
 
-}  // namespace
-
-bool lights_ground(const Light& light, const Vec3d& up) { return dot(Vec3d(light.direction), up) > kGrazingCosine; }
-
-namespace {
-
-double unshadowed_light(const std::vector<Light>& lights, const Vec3d& up) {
-  double sum = 0;
-  for (const Light& light : lights) {
-    const double luminance = dot(Vec3d(light.radiance), Vec3d{0.3, 0.6, 0.1});
-    const double cosine = std::max(0.0, dot(Vec3d(light.direction), up) - kGrazingCosine);
-    sum += cosine * cosine * luminance;
-  }
-  return sum;
-}
-
 // Leaves the default framebuffer bound, whatever happens.
 struct FramebufferGuard {
   FramebufferGuard() = default;
@@ -200,7 +196,7 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 Image Renderer::render(const Scene& scene, const Options& options) {
-  // Occluders finer than this are drawn coarser; the cell is two texels of a shadow map.
+  // Occluders finer than this are drawn coarser; the cell is three texels of a shadow map.
   constexpr std::size_t most_occluders = 150'000;
   check(options);
   const int width = options.width * options.supersampling;
@@ -215,21 +211,16 @@ Image Renderer::render(const Scene& scene, const Options& options) {
   const double point_radius =
       options.point_radius > 0 ? options.point_radius * view.placement.scale : automatic_point_radius(surfaces);
   Lighting lighting{studio_lights(view, options.light_samples),
-                    make_occluder(surfaces, view.ground_up, 4.0 / kShadowMapSize, most_occluders), point_radius};
-  std::stable_partition(lighting.lights.begin(), lighting.lights.end(),
-                        [&](const Light& light) { return lights_ground(light, view.ground_up); });
-  lighting.ground_light = unshadowed_light(lighting.lights, view.ground_up);
+                    make_occluder(surfaces, view.ground_up, 6.0 / kShadowMapSize, most_occluders), point_radius};
   if (pass.clipped) clip_occluder(lighting.occluder, pass.clip);
   report(pass, 0.15);
 
   const FramebufferGuard guard;
   const GBuffer buffer = draw_shapes(pass, upload_shapes(scene, surfaces, point_radius));
-  report(pass, 0.25);
-  const LightMaps light = draw_light(pass, buffer, lighting);
-  const gl::Texture color = draw_backdrop(pass, buffer, light, lighting);
-  draw_rods(pass, buffer, color, upload_rods(scene, view.placement));
-  draw_glass(pass, buffer, color, upload_glass(scene, view.placement));
-  Image image = resolve(pass, color);
+  Samples samples = read_samples(pass, buffer);
+  samples.front = draw_front(pass, buffer, upload_rods(scene, view.placement), upload_glass(scene, view.placement));
+  report(pass, 0.3);
+  Image image = shade(pass, samples, lighting);
   report(pass, 1);
   return image;
 }

@@ -1,0 +1,175 @@
+#include <array>
+#include <utility>
+
+#include "knead/error.h"
+#include "render/offline/shade.h"
+
+namespace knead::render {
+
+// Returns false if shapes hide the ground from all samples of a texel.
+bool Ground::sees_ground(int x, int y) const {
+  for (int j = y * step_; j < std::min((y + 1) * step_, drawn_.pass.height); ++j) {
+    for (int i = x * step_; i < std::min((x + 1) * step_, drawn_.pass.width); ++i) {
+      if (drawn_.depth_at(i, j) == 1) return true;
+    }
+  }
+  return false;
+}
+
+// Returns the place of the ground that a texel shows.
+std::optional<Vec3f> Ground::ground_at(int x, int y) const {
+  const float across = center(x) * static_cast<float>(step_);
+  const float along = center(y) * static_cast<float>(step_);
+  const Vec3f origin = drawn_.rays.origin(across, along);
+  const Vec3f ray = drawn_.rays.direction(across, along);
+  const float down = dot(up_, ray);
+  const float t = (static_cast<float>(drawn_.lighting.occluder.ground) - dot(up_, origin)) / down;
+  if (down > -1e-4F || t <= 0) return std::nullopt;
+  return origin + ray * t;
+}
+
+// Light after light, because a row's texels are near each other in its map.
+void Ground::shade_row(int y) {
+  constexpr int size = kShadowMapSize;
+  const auto range = static_cast<float>(2 * drawn_.lighting.occluder.radius);
+  Shade* const row = &shades_[static_cast<std::size_t>(y) * width_];
+  std::vector<std::pair<Vec3f, Shade*>> places;
+  for (int x = 0; x < width_; ++x) {
+    row[x].is_seen = sees_ground(x, y);
+    const std::optional<Vec3f> ground = row[x].is_seen ? ground_at(x, y) : std::nullopt;
+    if (ground) places.emplace_back(*ground + up_ * drawn_.lift, row + x);
+  }
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    if (weights_[i] == 0) continue;
+    const LightMatrix& m = drawn_.matrices[i];
+    const std::uint16_t* const map = drawn_.map(i);
+    for (const auto& [p, shade] : places) {
+      const float u = m[0] * p.x + m[3] * p.y + m[6] * p.z + m[9];
+      const float v = m[1] * p.x + m[4] * p.y + m[7] * p.z + m[10];
+      if (!(u >= 0 && u <= 1 && v >= 0 && v <= 1)) continue;
+      const int column = std::min(static_cast<int>(u * size), size - 1);
+      const int line = std::min(static_cast<int>(v * size), size - 1);
+      const float depth = static_cast<float>(map[line * size + column]) / 65535;
+      const float gap = m[2] * p.x + m[5] * p.y + m[8] * p.z + m[11] - depth;
+      if (gap <= 0) continue;
+      shade->light += weights_[i];
+      shade->distance += weights_[i] * gap * range;
+    }
+  }
+}
+
+// Taps on a spiral in the unit circle, and their weights.
+const std::vector<Vec3f>& spiral() {
+  static const std::vector<Vec3f> taps = [] {
+    constexpr int count = 64;
+    std::vector<Vec3f> result;
+    for (int i = 0; i < count; ++i) {
+      const float angle = kGoldenAngle * static_cast<float>(i);
+      const float r2 = center(i) / count;
+      result.push_back({std::sqrt(r2) * std::cos(angle), std::sqrt(r2) * std::sin(angle), 1 - 0.7F * r2});
+    }
+    return result;
+  }();
+  return taps;
+}
+
+// Returns the light that is missing, smoothed the more the farther away the things are that block it: that hides the
+// single lights, and contacts stay sharp. Taps lie on a spiral in the ground plane, turned differently in every texel.
+float Ground::smoothed(int x, int y, const Vec3f& p) const {
+  const Shade& here = shades_[static_cast<std::size_t>(y) * width_ + x];
+  const auto reach = static_cast<float>(drawn_.lighting.occluder.radius);
+  const float blocker = (here.distance + 0.002F * light_ * reach) / (here.light + 0.002F * light_);
+  const float radius = std::clamp(0.3F * blocker, 0.0F, 0.4F * reach);
+  const Vec3f a = normalized(cross(up_, std::abs(up_.x) < 0.6F ? Vec3f{1, 0, 0} : Vec3f{0, 1, 0}));
+  const float at_x = center(x);
+  const float at_y = center(y);
+  const auto on_screen = [&](const Vec3f& q) {
+    const Mat4f& m = drawn_.pass.view.matrix;
+    const auto row = [&](std::size_t k) { return m[k] * q.x + m[4 + k] * q.y + m[8 + k] * q.z + m[12 + k]; };
+    return std::array{(0.5F + 0.5F * row(0) / row(3)) * drawn_.rays.width / static_cast<float>(step_) - at_x,
+                      (0.5F + 0.5F * row(1) / row(3)) * drawn_.rays.height / static_cast<float>(step_) - at_y};
+  };
+  const auto right = on_screen(p + a * radius);
+  const auto ahead = on_screen(p + cross(up_, a) * radius);
+  const float turn = kTurn * gradient_noise(at_x, at_y);
+  const float c = std::cos(turn);
+  const float s = std::sin(turn);
+  const std::array u{c * right[0] + s * ahead[0], c * right[1] + s * ahead[1]};
+  const std::array v{c * ahead[0] - s * right[0], c * ahead[1] - s * right[1]};
+  float sum = here.light;
+  float weight = 1;
+  for (const Vec3f& tap : spiral()) {
+    const int column = static_cast<int>(std::floor(at_x + tap.x * u[0] + tap.y * v[0]));
+    const int row = static_cast<int>(std::floor(at_y + tap.x * u[1] + tap.y * v[1]));
+    if (column < 0 || row < 0 || column >= width_ || row >= height_) continue;
+    const Shade& there = shades_[static_cast<std::size_t>(row) * width_ + column];
+    if (!there.is_seen) continue;
+    sum += tap.z * there.light;
+    weight += tap.z;
+  }
+  return sum / weight;
+}
+
+Ground::Ground(const Drawn& drawn)
+    : drawn_(drawn),
+      up_(drawn.pass.view.ground_up),
+      step_(drawn.factor * std::max(2, drawn.pass.options.height / 600)),
+      width_((drawn.pass.width + step_ - 1) / step_),
+      height_((drawn.pass.height + step_ - 1) / step_) {
+  for (const Light& light : drawn_.lighting.lights) {
+    // Grazing light counts for less than it should: its shadows are long and tell little.
+    const float nl = std::max(dot(up_, light.direction) - kGrazingCosine, 0.0F);
+    weights_.push_back(nl * nl * dot(light.radiance, Vec3f{0.3F, 0.6F, 0.1F}));
+    light_ += weights_.back();
+  }
+  shades_.resize(static_cast<std::size_t>(width_) * height_);
+  darkness_.resize(shades_.size());
+  const auto for_rows = [&](const auto& body) {
+    constexpr int at_once = 64;  // rows between two reports
+    for (int first = 0; first < height_; first += at_once) {
+      const int rows = std::min(at_once, height_ - first);
+      parallel_for(static_cast<std::size_t>(rows), 8, 0, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) body(first + static_cast<int>(i));
+      });
+      report(drawn_.pass, *drawn_.pass.reported);
+    }
+  };
+  for_rows([&](int y) { shade_row(y); });
+  for_rows([&](int y) { darken_row(y); });
+}
+
+// Towards the picture's sides the shadow fades, so that none is cut off.
+void Ground::darken_row(int y) {
+  const auto fade = [&](int at, int size) {
+    return smooth_step(0, 0.12F * static_cast<float>(height_), center(std::min(at, size - 1 - at)));
+  };
+  for (int x = 0; x < width_; ++x) {
+    const std::size_t i = static_cast<std::size_t>(y) * width_ + x;
+    const std::optional<Vec3f> ground = shades_[i].is_seen ? ground_at(x, y) : std::nullopt;
+    if (!ground) continue;
+    darkness_[i] = fade(x, width_) * fade(y, height_) * unit_clamp(0.85F * smoothed(x, y, *ground) / light_);
+  }
+}
+
+float Ground::darkness_at(float x, float y) const {
+  const float u = x / static_cast<float>(step_) - 0.5F;
+  const float v = y / static_cast<float>(step_) - 0.5F;
+  const int column = static_cast<int>(std::floor(u));
+  const int row = static_cast<int>(std::floor(v));
+  const float a = u - static_cast<float>(column);
+  const float b = v - static_cast<float>(row);
+  float sum = 0;
+  float weight = 1e-6F;
+  for (int k = 0; k < 4; ++k) {
+    const int i = std::clamp(column + (k & 1), 0, width_ - 1);
+    const int j = std::clamp(row + (k >> 1), 0, height_ - 1);
+    const std::size_t texel = static_cast<std::size_t>(j) * width_ + i;
+    if (!shades_[texel].is_seen) continue;
+    const float w = ((k & 1) != 0 ? a : 1 - a) * ((k >> 1) != 0 ? b : 1 - b);
+    sum += w * darkness_[texel];
+    weight += w;
+  }
+  return sum / weight;
+}
+
+}  // namespace knead::render

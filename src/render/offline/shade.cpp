@@ -1,0 +1,464 @@
+// Lights what the GPU has drawn and makes pixels of it, on the CPU: OpenGL in software takes five times as long for it,
+// and with a GPU it is not what one waits for.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <span>
+
+#include "knead/error.h"
+#include "render/offline/shade.h"
+
+namespace knead::render {
+namespace {
+
+constexpr int kMatcapSize = 256;
+
+using Rgba = std::array<float, 4>;  // linear, multiplied by alpha
+
+float linear(float srgb) { return srgb <= 0.04045F ? srgb / 12.92F : std::pow((srgb + 0.055F) / 1.055F, 2.4F); }
+Vec3f linear(const Color& c) { return {linear(c.red), linear(c.green), linear(c.blue)}; }
+
+// The bytes of linear values from 0 to 1, in even steps that are finer than those of the bytes.
+const std::vector<std::uint8_t>& srgb_bytes() {
+  static const std::vector<std::uint8_t> table = [] {
+    std::vector<std::uint8_t> bytes;
+    for (int i = 0; i < 1 << 16; ++i) {
+      const double c = i / 65535.0;
+      const double srgb = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
+      bytes.push_back(static_cast<std::uint8_t>(std::lround(255 * srgb)));
+    }
+    return bytes;
+  }();
+  return table;
+}
+
+std::uint8_t srgb_byte(float c) { return srgb_bytes()[static_cast<std::size_t>(65535 * unit_clamp(c) + 0.5F)]; }
+
+LightMatrix light_matrix(const Vec3d& direction, const Occluder& occluder) {
+  const Vec3d u = any_orthogonal(direction);
+  const Vec3d rows[3] = {u * (0.5 / occluder.radius), cross(direction, u) * (0.5 / occluder.radius),
+                         direction * (-0.5 / occluder.radius)};
+  LightMatrix matrix{};
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) matrix[3 * column + row] = static_cast<float>(rows[row][column]);
+    matrix[9 + row] = static_cast<float>(0.5 - dot(rows[row], occluder.center));
+  }
+  return matrix;
+}
+
+// A place on a shape where its light is computed.
+struct Point {
+  int x = 0;  // the sample
+  int y = 0;
+  bool is_pixel = false;  // stands for all samples of its pixel
+  float depth = 0;
+  Vec3f p;
+  Vec3f facing;  // the normal as it is drawn
+  Vec3f n;       // and turned to the viewer: interpolated normals may lean away
+  Vec3f v;       // to the viewer
+  Vec3f color;   // linear
+};
+
+// What the lights' loops need of some points, and the light that they collect: loops that compilers turn into lanes.
+constexpr std::size_t kLanes = 64;
+using Lane = std::array<float, kLanes>;
+struct Lanes {
+  std::array<Lane, 3> q;  // lifted off the surface
+  std::array<Lane, 3> n;
+  std::array<Lane, 3> v;
+  Lane nv;
+  Lane nl;
+  Lane depth;  // in the light's map
+  std::array<int, kLanes> texel;
+  std::array<Lane, 3> diffuse;
+  std::array<Lane, 3> gloss;
+};
+
+// The places of the points in a light's map, and the cosines between the light and their normals.
+void look(const LightMatrix& m, const Vec3f& d, Lanes& lanes) {
+  constexpr float size = kShadowMapSize;
+  const auto& [x, y, z] = lanes.q;
+  const auto& [nx, ny, nz] = lanes.n;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const float column = (m[0] * x[i] + m[3] * y[i] + m[6] * z[i] + m[9]) * size;
+    const float row = (m[1] * x[i] + m[4] * y[i] + m[7] * z[i] + m[10]) * size;
+    lanes.depth[i] = (m[2] * x[i] + m[5] * y[i] + m[8] * z[i] + m[11]) * 65535.0F;
+    lanes.texel[i] = static_cast<int>(std::max(std::min(row, size - 1), 0.0F)) * kShadowMapSize +
+                     static_cast<int>(std::max(std::min(column, size - 1), 0.0F));
+    lanes.nl[i] = std::max(nx[i] * d.x + ny[i] * d.y + nz[i] * d.z, 0.0F);
+  }
+}
+
+// Lambert's clay with a dull sheen (GGX of roughness 0.45, Schlick's Fresnel with 0.04), by the cosines between normal,
+// light and viewer: the half vector has the length 1 / s before it is a unit vector.
+void shine(const Light& light, Lanes& lanes) {
+  constexpr float a2 = 0.041F;
+  const Vec3f d = light.direction;
+  const Vec3f r = light.radiance;
+  const auto& [vx, vy, vz] = lanes.v;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const float nl = lanes.nl[i];
+    const float toward = 1 + vx[i] * d.x + vy[i] * d.y + vz[i] * d.z;
+    const float s = 1 / std::sqrt(std::max(2 * toward, 1e-4F));
+    const float nh = std::min(std::max((nl + lanes.nv[i]) * s, 0.0F), 1.0F);
+    const float lh = std::min(std::max(toward * s, 0.05F), 1.0F);
+    const float t = nh * nh * (a2 - 1) + 1;
+    const float away = (1 - lh) * (1 - lh);
+    const float f = 0.04F + 0.96F * away * away * (1 - lh);
+    const float g = f * a2 / (4 * t * t * std::max(lh * lh, 0.1F)) * nl;
+    for (std::size_t k = 0; k < 3; ++k) {
+      lanes.diffuse[k][i] += r[k] * nl;
+      lanes.gloss[k][i] += r[k] * g;
+    }
+  }
+}
+
+class Shader {
+ public:
+  explicit Shader(const Drawn& drawn);
+
+  Image picture() const;
+
+ private:
+  bool is_even(int x, int y) const;
+  Point point_at(int x, int y) const;
+  std::vector<Point> points_of_row(int y) const;
+  void add_lamps(std::span<const Point> points, Vec3f* light) const;
+  Vec3f ball(const Point& point) const;
+  float lean(const Point& point, int dx, int dy, const Vec3f& axis, float size, bool& is_one_surface) const;
+  float spread(const Point& point, int away, float size) const;
+  float cavity(const Point& point) const;
+  float occlusion(const Point& point) const;
+
+  std::vector<Rgba> lit_row(int y) const;
+  void draw_background(int y, Rgba* row) const;
+  void add_front(int y, std::vector<Rgba>& row) const;
+  void resolve_row(int y, const std::function<const Rgba*(int)>& samples_of, std::uint8_t* pixels) const;
+
+  const Drawn& drawn_;
+  const Options& options_;
+  int factor_;
+  std::vector<Bytes4> matcap_;
+  std::optional<Ground> ground_;
+};
+
+Shader::Shader(const Drawn& drawn) : drawn_(drawn), options_(drawn.pass.options), factor_(drawn.factor) {
+  if (options_.matcap) matcap_ = matcap_picture(*options_.matcap, kMatcapSize);
+  if (drawn.lighting.has_ground(options_)) ground_.emplace(drawn);
+  report(drawn.pass, 0.55);
+}
+
+// Returns true if the pixel lies within one surface that hardly bends: its samples share one look at the lights.
+bool Shader::is_even(int x, int y) const {
+  const int middle_x = x * factor_ + factor_ / 2;
+  const int middle_y = y * factor_ + factor_ / 2;
+  const float depth = drawn_.depth_at(middle_x, middle_y);
+  if (depth == 1) return false;
+  const Vec3f n = drawn_.normal_at(middle_x, middle_y);
+  const Vec3f p = drawn_.place_at(middle_x, middle_y);
+  const Bytes4& color = drawn_.samples.reflectance[drawn_.index(middle_x, middle_y)];
+  const float limit = 1.5F * static_cast<float>(factor_) * drawn_.rays.size(depth);
+  for (int j = y * factor_; j < (y + 1) * factor_; ++j) {
+    for (int i = x * factor_; i < (x + 1) * factor_; ++i) {
+      if (drawn_.depth_at(i, j) == 1 || dot(drawn_.normal_at(i, j), n) <= 0.93F) return false;
+      if (std::abs(dot(drawn_.place_at(i, j) - p, n)) >= limit) return false;
+      const Bytes4& other = drawn_.samples.reflectance[drawn_.index(i, j)];
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (std::abs(other[k] - color[k]) > 7) return false;
+      }
+    }
+  }
+  return true;
+}
+
+Point Shader::point_at(int x, int y) const {
+  Point point;
+  point.x = x;
+  point.y = y;
+  point.depth = drawn_.depth_at(x, y);
+  point.p = drawn_.place_at(x, y);
+  const Vec3f ray = normalized(drawn_.rays.direction(center(x), center(y)));
+  point.v = -ray;
+  point.facing = point.n = normalized(drawn_.normal_at(x, y));
+  const float away = dot(point.n, ray);
+  if (away > 0) point.n = normalized(point.n - ray * (1.02F * away));
+  const Bytes4& color = drawn_.samples.reflectance[drawn_.index(x, y)];
+  point.color = {square(color[0] / 255.0F), square(color[1] / 255.0F), square(color[2] / 255.0F)};
+  return point;
+}
+
+std::vector<Point> Shader::points_of_row(int y) const {
+  std::vector<Point> points;
+  for (int x = 0; x < options_.width; ++x) {
+    if (is_even(x, y)) {
+      points.push_back(point_at(x * factor_ + factor_ / 2, y * factor_ + factor_ / 2));
+      points.back().is_pixel = true;
+      continue;
+    }
+    for (int j = y * factor_; j < (y + 1) * factor_; ++j) {
+      for (int i = x * factor_; i < (x + 1) * factor_; ++i) {
+        if (drawn_.depth_at(i, j) < 1) points.push_back(point_at(i, j));
+      }
+    }
+  }
+  return points;
+}
+
+// Returns the point a little along the surface, so that the edges of single shadows become soft. Interleaved gradient
+// noise: Jimenez, "Next generation post processing in Call of Duty" (2014).
+Vec3f shifted(const Point& point, float lift) {
+  const float x = center(point.x);
+  const float y = center(point.y);
+  const float turn = kTurn * gradient_noise(x, y);
+  const float r = 1.5F * lift * std::sqrt(gradient_noise(y + 17, x + 17));
+  const Vec3f t = normalized(cross(point.n, std::abs(point.n.x) < 0.6F ? Vec3f{1, 0, 0} : Vec3f{0, 1, 0}));
+  return point.p + point.n * lift + (t * std::cos(turn) + cross(point.n, t) * std::sin(turn)) * r;
+}
+
+// Sets the light that comes from at most kLanes points.
+void Shader::add_lamps(std::span<const Point> points, Vec3f* light) const {
+  const bool has_shadows = !drawn_.maps.empty();
+  Lanes lanes{};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Point& point = points[i];
+    const Vec3f q = shifted(point, drawn_.lift);
+    for (std::size_t k = 0; k < 3; ++k) {
+      lanes.q[k][i] = q[k];
+      lanes.n[k][i] = point.n[k];
+      lanes.v[k][i] = point.v[k];
+    }
+    lanes.nv[i] = dot(point.n, point.v);
+  }
+  for (std::size_t l = 0; l < drawn_.lighting.lights.size(); ++l) {
+    const Light& lamp = drawn_.lighting.lights[l];
+    look(has_shadows ? drawn_.matrices[l] : LightMatrix{}, lamp.direction, lanes);
+    for (std::size_t i = 0; has_shadows && i < points.size(); ++i) {
+      if (static_cast<float>(drawn_.map(l)[lanes.texel[i]]) < lanes.depth[i]) lanes.nl[i] = 0;
+    }
+    shine(lamp, lanes);
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) light[i][k] = points[i].color[k] * lanes.diffuse[k][i] + lanes.gloss[k][i];
+  }
+}
+
+// Returns the colour that the matcap's ball has where its normal is the point's.
+Vec3f Shader::ball(const Point& point) const {
+  const Vec3f x = normalized(cross(-point.v, drawn_.rays.top));
+  const Vec3f y = cross(x, -point.v);
+  const float u = (0.5F + 0.49F * dot(point.n, x)) * kMatcapSize - 0.5F;
+  const float v = (0.5F + 0.49F * dot(point.n, y)) * kMatcapSize - 0.5F;
+  const int column = std::clamp(static_cast<int>(std::floor(u)), 0, kMatcapSize - 2);
+  const int row = std::clamp(static_cast<int>(std::floor(v)), 0, kMatcapSize - 2);
+  const Bytes4* at = &matcap_[static_cast<std::size_t>(row) * kMatcapSize + column];
+  const float a = u - static_cast<float>(column);
+  const float b = v - static_cast<float>(row);
+  const Vec3f plain = linear(kClay);
+  Vec3f seen;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float below = at[0][k] * (1 - a) + at[1][k] * a;
+    const float above = at[kMatcapSize][k] * (1 - a) + at[kMatcapSize + 1][k] * a;
+    seen[k] = linear((below * (1 - b) + above * b) / 255) * point.color[k] / plain[k];
+  }
+  return seen;
+}
+
+// The neighbourhood in the picture, as in kRelief of surface.h.
+
+// Returns how the normal beside a point leans along an axis.
+float Shader::lean(const Point& point, int dx, int dy, const Vec3f& axis, float size, bool& is_one_surface) const {
+  const int x = std::clamp(point.x + dx, 0, drawn_.pass.width - 1);
+  const int y = std::clamp(point.y + dy, 0, drawn_.pass.height - 1);
+  const float off = std::abs(dot(point.facing, drawn_.place_at(x, y) - point.p));
+  is_one_surface =
+      is_one_surface && drawn_.depth_at(x, y) < 1 && off <= 2 * static_cast<float>(std::abs(dx + dy)) * size;
+  return dot(normalized(drawn_.normal_at(x, y)) - point.facing, axis);
+}
+
+float Shader::spread(const Point& point, int away, float size) const {
+  const Vec3f x = normalized(drawn_.rays.side);
+  const Vec3f y = normalized(drawn_.rays.top);
+  bool is_one_surface = true;
+  const float sum = lean(point, away, 0, x, size, is_one_surface) - lean(point, -away, 0, x, size, is_one_surface) +
+                    lean(point, 0, away, y, size, is_one_surface) - lean(point, 0, -away, y, size, is_one_surface);
+  return is_one_surface ? sum : 0;
+}
+
+float Shader::cavity(const Point& point) const {
+  const int away = std::max(1, static_cast<int>(kFinestCavity * drawn_.pass.height + 0.5));
+  const float size = drawn_.rays.size(point.depth);
+  float c = 0.8F * spread(point, away, size) + 0.5F * spread(point, 3 * away, size);
+  c *= smooth_step(0.1F, 0.6F, dot(point.facing, point.v));  // on the outline every surface turns away
+  return c < 0 ? 1 / (1 - 1.1F * c) : 1 + 0.55F * c / (0.6F + c);
+}
+
+float Shader::occlusion(const Point& point) const {
+  constexpr int taps = 32;
+  const float size = drawn_.rays.size(point.depth);
+  const float reach = std::min(static_cast<float>(kOcclusionReach), 0.12F * drawn_.rays.height * size);
+  const float x = center(point.x);
+  const float y = center(point.y);
+  const float turn = kTurn * gradient_noise(x, y);
+  float sum = 0;
+  for (int i = 0; i < taps; ++i) {
+    const float angle = kGoldenAngle * static_cast<float>(i) + turn;
+    const float r = (static_cast<float>(i) + 0.5F) / taps * reach / size;
+    const int column = static_cast<int>(std::clamp(x + r * std::cos(angle), 0.5F, drawn_.rays.width - 0.5F));
+    const int row = static_cast<int>(std::clamp(y + r * std::sin(angle), 0.5F, drawn_.rays.height - 0.5F));
+    if (drawn_.depth_at(column, row) == 1) continue;
+    const Vec3f d = drawn_.place_at(column, row) - point.p;
+    const float dd = dot(d, d);
+    const float f = std::max(1 - dd / (reach * reach), 0.0F);
+    // Triangles lie a little beside the surface that the normals tell of.
+    const float above = std::max(dot(d, point.facing) - 0.07F * std::sqrt(dd) - size, 0.0F);
+    sum += f * f * f * above / (dd + 0.0004F * reach * reach);
+  }
+  return std::max(1 - 2.2F * reach * sum / taps, 0.0F);
+}
+
+void Shader::draw_background(int y, Rgba* row) const {
+  const Color& top = options_.background;
+  const Color bottom = options_.background_bottom.value_or(top);
+  for (int j = y * factor_; j < (y + 1) * factor_; ++j) {
+    const float part = center(j) / drawn_.rays.height;
+    const auto mixed = [&](float a, float b) { return a * (1 - part) + b * part; };
+    const float alpha = mixed(bottom.alpha, top.alpha);
+    const Vec3f behind =
+        linear(Color{mixed(bottom.red, top.red), mixed(bottom.green, top.green), mixed(bottom.blue, top.blue), 1}) *
+        alpha;
+    for (int i = 0; i < drawn_.pass.width; ++i, ++row) {
+      if (drawn_.depth_at(i, j) < 1) continue;
+      const float dark = ground_ ? ground_->darkness_at(center(i), center(j)) : 0;
+      const Vec3f color = behind * (1 - dark) + Vec3f{0.018F, 0.015F, 0.012F} * dark;
+      *row = {color.x, color.y, color.z, alpha + (1 - alpha) * dark};
+    }
+  }
+}
+
+// Adds rods and glass.
+void Shader::add_front(int y, std::vector<Rgba>& row) const {
+  const Shorts4* front = &drawn_.samples.front[drawn_.index(0, y * factor_)];
+  for (Rgba& sample : row) {
+    const float through = 1 - static_cast<float>((*front)[3]) / 65535;
+    for (std::size_t k = 0; k < 4; ++k) sample[k] = static_cast<float>((*front)[k]) / 65535 + through * sample[k];
+    ++front;
+  }
+}
+
+// Returns the samples of a row of pixels.
+std::vector<Rgba> Shader::lit_row(int y) const {
+  std::vector<Rgba> row(static_cast<std::size_t>(factor_) * drawn_.pass.width);
+  draw_background(y, row.data());
+  const std::vector<Point> points = points_of_row(y);
+  std::vector<Vec3f> light(points.size());
+  for (std::size_t i = 0; i < points.size() && !options_.matcap; i += kLanes) {
+    add_lamps({&points[i], std::min(kLanes, points.size() - i)}, &light[i]);
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Point& point = points[i];
+    Vec3f seen = options_.matcap ? ball(point) : light[i];
+    if (options_.relief.cavity) seen *= cavity(point);
+    if (options_.relief.occlusion) seen *= occlusion(point);
+    const int first = point.is_pixel ? factor_ / 2 : 0;
+    const int count = point.is_pixel ? factor_ : 1;
+    for (int j = point.y - first; j < point.y - first + count; ++j) {
+      for (int k = point.x - first; k < point.x - first + count; ++k) {
+        row[drawn_.index(k, j - y * factor_)] = {seen.x, seen.y, seen.z, 1};
+      }
+    }
+  }
+  if (drawn_.samples.front) add_front(y, row);
+  return row;
+}
+
+// The filter is a tent of one pixel to either side. samples_of: a row of samples.
+void Shader::resolve_row(int y, const std::function<const Rgba*(int)>& samples_of, std::uint8_t* pixels) const {
+  const auto weight = [&](int k) { return 1 - std::abs(center(k) / static_cast<float>(factor_) - 0.5F); };
+  std::vector<Rgba> sums(static_cast<std::size_t>(drawn_.pass.width));
+  float all = 0;
+  for (int k = 1 - factor_; k < 2 * factor_ - 1; ++k) {
+    const Rgba* row = samples_of(std::clamp(y * factor_ + k, 0, drawn_.pass.height - 1));
+    const float w = weight(k);
+    all += w;
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      for (std::size_t c = 0; c < 4; ++c) sums[i][c] += w * row[i][c];
+    }
+  }
+  for (int x = 0; x < options_.width; ++x) {
+    Rgba sum{};
+    for (int k = 1 - factor_; k < 2 * factor_ - 1; ++k) {
+      const Rgba& from = sums[static_cast<std::size_t>(std::clamp(x * factor_ + k, 0, drawn_.pass.width - 1))];
+      for (std::size_t c = 0; c < 4; ++c) sum[c] += weight(k) / (all * all) * from[c];
+    }
+    for (std::size_t c = 0; c < 3; ++c) *pixels++ = sum[3] > 0 ? srgb_byte(sum[c] / sum[3]) : std::uint8_t{0};
+    *pixels++ = static_cast<std::uint8_t>(255 * unit_clamp(sum[3]) + 0.5F);
+  }
+}
+
+Image Shader::picture() const {
+  constexpr int at_once = 32;  // rows between two reports
+  constexpr int kept = at_once + 2;
+  const int height = options_.height;
+  const std::size_t line = 4 * static_cast<std::size_t>(options_.width);
+  Image image{options_.width, height, std::vector<std::uint8_t>(line * static_cast<std::size_t>(height))};
+  std::array<std::vector<Rgba>, kept> rows;  // row y at y % kept
+  const auto samples_of = [&](int j) {
+    return rows[static_cast<std::size_t>(j / factor_ % kept)].data() + drawn_.index(0, j % factor_);
+  };
+  const auto for_rows = [](int first, int last, const auto& body) {
+    parallel_for(static_cast<std::size_t>(last - first), 2, 0, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) body(first + static_cast<int>(i));
+    });
+  };
+  int lit = 0;
+  for (int first = 0; first < height; first += at_once) {
+    const int last = std::min(first + at_once, height);
+    const int needed = std::min(last + 1, height);
+    for_rows(lit, needed, [&](int y) { rows[static_cast<std::size_t>(y % kept)] = lit_row(y); });
+    lit = needed;
+    for_rows(first, last, [&](int y) {
+      resolve_row(y, samples_of, image.pixels.data() + static_cast<std::size_t>(height - 1 - y) * line);
+    });
+    report(drawn_.pass, 0.55 + 0.45 * last / height);
+  }
+  return image;
+}
+
+}  // namespace
+
+Drawn::Drawn(const Pass& of, const Samples& samples_of, const Lighting& lights)
+    : pass(of),
+      samples(samples_of),
+      lighting(lights),
+      rays(of),
+      factor(of.options.supersampling),
+      lift(static_cast<float>(1.4 * 2 * lights.occluder.radius / kShadowMapSize)) {
+  constexpr std::size_t at_once = 8;  // so that it can be stopped soon
+  const Options& options = of.options;
+  if (!lights.has_shadows(options) || (options.matcap && !options.ground)) return;
+  const std::size_t count = lights.lights.size();
+  for (const Light& light : lights.lights) matrices.push_back(light_matrix(Vec3d(light.direction), lights.occluder));
+  maps.reserve(count * kShadowMapSize * kShadowMapSize);
+  for (std::size_t first = 0; first < count; first += at_once) {
+    const std::size_t some = std::min(at_once, count - first);
+    const std::vector<std::uint16_t> drawn =
+        draw_shadow_maps(lights.occluder, {&matrices[first], some}, kShadowMapSize, lights.point_radius);
+    maps.insert(maps.end(), drawn.begin(), drawn.end());
+    report(of, 0.3 + 0.2 * static_cast<double>(first + some) / static_cast<double>(count));
+  }
+}
+
+Vec3f Drawn::normal_at(int x, int y) const {
+  constexpr float unit = 2 / 65535.0F;
+  const auto& n = samples.normal[index(x, y)];
+  return {static_cast<float>(n[0]) * unit - 1, static_cast<float>(n[1]) * unit - 1,
+          static_cast<float>(n[2]) * unit - 1};
+}
+
+Image shade(const Pass& pass, const Samples& samples, const Lighting& lighting) {
+  const Drawn drawn(pass, samples, lighting);
+  return Shader(drawn).picture();
+}
+
+}  // namespace knead::render
