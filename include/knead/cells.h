@@ -157,7 +157,7 @@ struct VolumeCells {
 
 // Appends a triangle or quadrilateral of a mesh of two dimensions, whose z are all alike, to cells that have no others.
 // Its side is that which it shows at these points. `corners`: around; `middles`: for each edge the middle node, or
-// none. Throws InvalidInput for a number that is no point, and for more than 2^30 points.
+// none. Throws InvalidInput for a number that is no point, other numbers of nodes, and more than 2^30 points.
 void add_flat_cell(std::span<const std::uint32_t> corners, std::span<const std::uint32_t> middles,
                    std::span<const Vec3d> points, VolumeCells& cells);
 
