@@ -1,8 +1,7 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
-#include <numeric>
 #include <string>
 #include <utility>
 
