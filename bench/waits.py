@@ -4,7 +4,7 @@
     bench/waits.py [--build build/release] [--meshes FOLDER] [--backend cpu|gpu] [--runs 3] [--processor] [ROW...]
 
 Without the folder's scans the shapes are procedural, of the same size. ROW is a part of a row's name. Times are medians
-on the clock; of pictures, strong sessions and paint, processor time. With --processor all are processor time, which
+on the clock; of pictures, Studio's too, strong sessions and paint, processor time. With --processor all are processor time, which
 depends less on what else the machine does.
 """
 
@@ -98,6 +98,16 @@ def drawn(bench):
     return bench.seconds("render", bench.dragon(), "-o", picture, "--size", "1600x1200", "-q", processor=True)
 
 
+def started(bench):
+    """Studio's first picture, without a window and its panels."""
+    script = bench.folder / "first.script"
+    picture = {"picture": str(bench.folder / "first.png")}
+    lines = [{"size": [1280, 800]}, {"new": "sphere"}, picture]
+    script.write_text("\n".join(map(json.dumps, lines)) + "\n")
+    times = [bench.run("--script", script, program="knead-studio")[1] for _ in range(bench.runs)]
+    return statistics.median(times)
+
+
 def fitted(bench):
     hand = bench.shape("none", 12_000, "hand")
     posed = bench.folder / "posed.ply"
@@ -149,6 +159,7 @@ ROWS = [
     ("remesh after a brush", "0.15 s", remeshed),
     ("sessions of strong strokes, remeshed", "4 s, 40 s", strong),
     ("a picture of the dragon, 1600 x 1200", "1 s", drawn),
+    ("Studio's first picture", "0.5 s", started),
     ("fit a hand of 12,000 vertices", "10 s", fitted),
     ("300 pins that turn", "0.5 s", pinned),
     ("a further dab, in segments of a ball", "3", painted),

@@ -60,7 +60,7 @@ bench() {
   if [[ $# -gt 0 ]]; then shift; fi
   if [[ $name == waits ]]; then
     require test
-    compile release knead remesh_survey
+    compile release knead knead-studio remesh_survey
     python3 bench/waits.py "$@"
     return
   fi

@@ -33,7 +33,13 @@ const std::vector<std::uint8_t>& srgb_bytes() {
   return table;
 }
 
-std::uint8_t srgb_byte(float c) { return srgb_bytes()[static_cast<std::size_t>(65535 * unit_clamp(c) + 0.5F)]; }
+// The nearest integer to x >= 0, without a call of lround().
+int rounded(float x) {
+  const float above = x + 0.5F;
+  return static_cast<int>(above);
+}
+
+std::uint8_t srgb_byte(float c) { return srgb_bytes()[static_cast<std::size_t>(rounded(65535 * unit_clamp(c)))]; }
 
 LightMatrix light_matrix(const Vec3d& direction, const Occluder& occluder) {
   const Vec3d u = any_orthogonal(direction);
@@ -286,7 +292,7 @@ float Shader::spread(const Point& point, int away, float size) const {
 }
 
 float Shader::cavity(const Point& point) const {
-  const int away = std::max(1, static_cast<int>(kFinestCavity * drawn_.pass.height + 0.5));
+  const int away = std::max(1, rounded(static_cast<float>(kFinestCavity * drawn_.pass.height)));
   const float size = drawn_.rays.size(point.depth);
   float c = 0.8F * spread(point, away, size) + 0.5F * spread(point, 3 * away, size);
   c *= smooth_step(0.1F, 0.6F, dot(point.facing, point.v));  // on the outline every surface turns away
@@ -392,7 +398,7 @@ void Shader::resolve_row(int y, const std::function<const Rgba*(int)>& samples_o
       for (std::size_t c = 0; c < 4; ++c) sum[c] += weight(k) / (all * all) * from[c];
     }
     for (std::size_t c = 0; c < 3; ++c) *pixels++ = sum[3] > 0 ? srgb_byte(sum[c] / sum[3]) : std::uint8_t{0};
-    *pixels++ = static_cast<std::uint8_t>(255 * unit_clamp(sum[3]) + 0.5F);
+    *pixels++ = static_cast<std::uint8_t>(rounded(255 * unit_clamp(sum[3])));
   }
 }
 
