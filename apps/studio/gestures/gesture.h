@@ -210,7 +210,8 @@ struct Gesture {
   std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person
 };
 
-// Returns whether the pointer is on what has been placed: a stamp, its gizmo or that of a tool that turns, points, curves.
+// Returns whether the pointer is on what has been placed: a stamp, its gizmo or that of a tool that turns, points,
+// curves.
 bool is_on_placed(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
 
 // Starts a gesture when the left button is pressed. Returns nothing if that has no meaning here.

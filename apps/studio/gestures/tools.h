@@ -199,10 +199,10 @@ std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, Tur
 // What is set at the panels and with keys. Lengths in the mesh's own units.
 struct ToolSettings {
   const StudioTool* tool = &studio_tools().front();
-  double radius = 1;              // the outer threshold, > 0
-  bool auto_radius = true;        // of exact pins: from their distances, instead of `radius`
-  double inner_ratio = 0.35;      // inner over outer threshold, in [0.01, 0.95]
-  int falloff = kDefaultFalloff;  // the shape of the blend, from 3 to 7 (knead/field.h)
+  double radius = 1;               // the outer threshold, > 0
+  bool auto_radius = true;         // of exact pins: from their distances, instead of `radius`
+  double inner_ratio = 0.35;       // inner over outer threshold, in [0.01, 0.95]
+  int falloff = kDefaultFalloff;   // the shape of the blend, from 3 to 7 (knead/field.h)
   DragMode drag = DragMode::view;  // of all tools but stamps
   DragMode stamp_drag = DragMode::normal;
   Vec3d axis{0, 0, 1};  // of DragMode::axis
