@@ -466,7 +466,6 @@ R3 grid_velocity(R3 at, R t) {
   R3 place = at * per_spacing;
   ivec3 cell = cell_of(place);
   int node = node_of(cell);
-  if (!is_used(node)) return R3(0);
   R3 within = place - R3(cell);
   Weights x = weights_at(within.x);
   Weights y = weights_at(within.y);
@@ -498,7 +497,7 @@ R3 grid_velocity(R3 at, R t) {
     R3 by_x = along_x * zv;
     v += R3(by_y.z - by_z.y, by_z.x - by_x.z, by_x.y - by_y.x);
   }
-  return v;
+  return is_used(node) ? v : R3(0);
 }
 
 R3 velocity_at(R3 at, R t) {
