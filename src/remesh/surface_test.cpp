@@ -222,7 +222,7 @@ TEST(Surface, CreasesAreThoseOfAllTrianglesAtOnce) {
   EXPECT_GT(creases, 500u);
 }
 
-TEST(Surface, LengthsForEdgesComeFromAllEdgesInOrderOfLength) {
+TEST(Surface, LengthsForEdgesComeFromAllEdges) {
   const Mesh mesh = rough_ball(0.05);
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
@@ -240,7 +240,7 @@ TEST(Surface, LengthsForEdgesComeFromAllEdgesInOrderOfLength) {
   for (const int threads : {1, 2, 4}) {
     const RemeshTargets targets = resolve_on({}, mesh, threads);
     EXPECT_EQ(targets.max_edge, 2 * lengths[lengths.size() - 1 - lengths.size() / 20]);
-    EXPECT_EQ(targets.min_edge, mean / 4);
+    EXPECT_NEAR(targets.min_edge, mean / 4, 1e-12 * mean);
   }
 }
 
