@@ -25,7 +25,7 @@ void add_exceptions(py::module_& module) {
   static py::exception<UnavailableError> unavailable(module, "Unavailable", PyExc_RuntimeError);
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
-      if (thrown) std::rethrow_exception(thrown);
+      if (thrown) std::rethrow_exception(std::move(thrown));
     } catch (const QualityLimit& error) {
       raise(accuracy_error, error.what());
     } catch (const InvalidInput& error) {
