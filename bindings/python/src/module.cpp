@@ -1,6 +1,7 @@
 #include "module.h"
 
 #include <cstring>
+#include <utility>
 
 #include "knead/error.h"
 #include "knead/flow.h"
