@@ -150,6 +150,7 @@ TEST_F(GpuTest, MarkedPointsAndRigidCoresMoveExactly) {
   handles.sweep = by;
   std::vector<Vec3d> points = handles.full.points;
   std::vector<Vec3d> expected;
+  expected.reserve(points.size());
   for (const Vec3d& p : points) expected.push_back(p + by);
   points.insert(points.end(), handles.zero.points.begin(), handles.zero.points.end());
   expected.insert(expected.end(), handles.zero.points.begin(), handles.zero.points.end());

@@ -285,7 +285,7 @@ std::size_t bytes_of(const Provenance& provenance) {
 
 MemoryAccount::MemoryAccount(const ShapeState& base) {
   count(base, true);
-  bytes_ = 0;
+  std::exchange(bytes_, 0);
 }
 
 void MemoryAccount::add(const ShapeState& state) {
