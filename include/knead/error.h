@@ -26,6 +26,7 @@ inline std::string to_string(const Place& place) {
 class InvalidInput : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
+  // The message begins with the place in a file.
   InvalidInput(const Place& place, const std::string& what) : std::invalid_argument(to_string(place) + ": " + what) {}
 };
 
