@@ -23,7 +23,6 @@
 #include "mesh/body_points.h"
 
 namespace knead {
-
 namespace {
 
 using namespace fit_detail;
@@ -567,13 +566,12 @@ void Fitter::finish(BodyFit& fit) {
   report_.greatest_stretch = stretch.worst();
   report_.stretch_99 = stretch.percentile_99;
   report_.rms_log_stretch = stretch.rms_log;
-  report_.volume_error =
-      relative(volume_of(source_, fit.positions, options_.threads), volume_of(source_, rest_, options_.threads));
+  const int threads = options_.threads;
+  report_.volume_error = relative(volume_of(source_, fit.positions, threads), volume_of(source_, rest_, threads));
   if (options_.volume == FitVolume::free) {
-    const auto [least, greatest] =
-        growth_range(fit.strokes, rest_, {diagonal_, kGrowthLookedAt, options_.threads, options_.progress});
-    report_.det_least = least;
-    report_.det_greatest = greatest;
+    const auto [low, high] = growth_range(fit.strokes, rest_, {diagonal_, kGrowthLookedAt, threads, options_.progress});
+    report_.det_least = low;
+    report_.det_greatest = high;
   }
   report_.landmark_excess = std::max(0.0, motion_->miss()) / diagonal_;
   add_landmarks(motion_->marks_at(), landmarks_, diagonal_, report_);
