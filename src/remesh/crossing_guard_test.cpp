@@ -189,12 +189,18 @@ TEST(CrossingGuard, WatchesTheGivenPlacesOnly) {
   EXPECT_FALSE(guard.allows_move({&top, 1}, {0, 0, -0.5}));
 }
 
-TEST(CrossingGuard, NamesTheFacesThatCross) {
-  Guarded guarded;
-  auto& [balls, s, search, guard] = guarded;
+// Moves a vertex of the inner ball out through the outer one; returns it.
+std::uint32_t pushed_out(Surface& s) {
   std::uint32_t inner = 0;
   while (s.after[inner].z < 0.8 || norm(s.after[inner]) > 0.99) ++inner;
   s.after[inner] = s.after[inner] * 1.1;
+  return inner;
+}
+
+TEST(CrossingGuard, NamesTheFacesThatCross) {
+  Guarded guarded;
+  auto& [balls, s, search, guard] = guarded;
+  const std::uint32_t inner = pushed_out(s);
   guard.update_around(inner);
   const std::vector<std::uint32_t> found = crossing_faces(guard, s);
   EXPECT_EQ(found, search.find(balls.patch).faces);
@@ -204,9 +210,7 @@ TEST(CrossingGuard, NamesTheFacesThatCross) {
 TEST(CrossingSearch, OfSomeFacesFindsThePairsWithOneOfThem) {
   Guarded guarded;
   auto& [balls, s, search, guard] = guarded;
-  std::uint32_t inner = 0;
-  while (s.after[inner].z < 0.8 || norm(s.after[inner]) > 0.99) ++inner;
-  s.after[inner] = s.after[inner] * 1.1;
+  const std::uint32_t inner = pushed_out(s);
   const Crossings all = search.find(balls.patch);
   ASSERT_GT(all.pairs, 0U);
   std::vector<bool> only(s.face_count(), false);

@@ -32,7 +32,8 @@ double seconds_since(std::chrono::steady_clock::time_point began) {
 
 // The library's line as a sentence, without the key of a session that it begins with.
 std::string sentence(std::string line) {
-  if (const std::size_t end = line.find("\": "); line[0] == '"' && end != std::string::npos) line.erase(0, end + 3);
+  const std::size_t end = line.find('"', 1);
+  if (line[0] == '"' && end != std::string::npos && line.compare(end, 3, "\": ") == 0) line.erase(0, end + 3);
   line[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(line[0])));
   return line + ".";
 }
