@@ -1,5 +1,6 @@
 // A drag in Studio, from the pointer to the vertices that are drawn: moved by the CPU and sent, or moved where they are
-// drawn from; and the preview of its frames. Medians over one second of a drag; drawing itself is live_view_bench's.
+// drawn from; the preview of its frames; and its pictures of 1280 x 800, with the tool's two balls. Medians over one
+// second of a drag.
 //   studio_bench [MESH]   by default a ball of 438,000 vertices
 #include <epoxy/gl.h>
 #include <fmt/format.h>
@@ -11,9 +12,11 @@
 #include <optional>
 #include <vector>
 
+#include "gl/objects.h"
 #include "knead/gl.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/render.h"
 #include "knead/replay.h"
 #include "knead/workbench.h"
 #include "view/shown_shape.h"
@@ -98,6 +101,42 @@ Figures by_gpu(const Mesh& mesh, const std::vector<ImplicitStroke>& strokes, std
   return figures;
 }
 
+// Pictures as Studio begins with them. samples: per pixel.
+Figures by_pictures(const Mesh& mesh, const Scene& drag, const std::vector<ImplicitStroke>& strokes, int samples) {
+  constexpr int width = 1280;
+  constexpr int height = 800;
+  Workbench bench(mesh);
+  bench.prepare();
+  render::LiveView view(samples);
+  ShownShape shape;
+  const Box box = bounding_box(mesh.positions);
+  const double diagonal = box.diagonal();
+  shape.follow(bench.state(), nullptr, diagonal, view);
+  const gl::Texture color = gl::make_texture(width, height, GL_RGBA8);
+  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
+  render::LiveScene scene;
+  scene.camera = render::fit_camera(box, {-0.4, -0.3, -1}, {0, 1, 0}, static_cast<double>(width) / height);
+  scene.material = render::Material::matcap;
+  scene.relief.cavity = true;
+  const auto ball = [&](double radius, const render::Color& glass) {
+    Mesh shown = make_shape(ShapeKind::sphere, 1002);
+    for (Vec3d& p : shown.positions) p = box.center() + p * (radius * diagonal);
+    scene.surfaces.push_back({shown, glass});
+  };
+  ball(drag.inner, render::kInnerRed);
+  ball(drag.outer, render::kOuterGreen);
+  return measured([&](std::size_t i) {
+    bench.set_live({{strokes[i]}});
+    shape.follow(bench.state(), nullptr, diagonal, view);
+    const Vec3d step = strokes[i].path.back() - (i > 0 ? strokes[i - 1].path.back() : box.center());
+    for (render::TranslucentSurface& glass : scene.surfaces) {
+      for (Vec3d& p : glass.mesh.positions) p += step;
+    }
+    view.draw(scene, width, height);
+    return view.counts().bytes;
+  });
+}
+
 // The frames of the whole drag are looked at, one after the other.
 Figures by_frames(const Mesh& mesh, const ImplicitStroke& stroke) {
   ReplayOptions options;
@@ -138,5 +177,10 @@ int main(int argc, char** argv) {
     print(scene.name, "GPU", by_gpu(mesh, strokes, reads));
     fmt::print("{:22}       {} times read back\n", "", reads);
     print(scene.name, "seen", by_frames(mesh, strokes.back()));
+    for (const int samples : {4, 1}) {
+      const Figures pictures = by_pictures(mesh, scene, strokes, samples);
+      fmt::print("{:22}       drawn with {} samples: median {:.1f} ms, most {:.1f}\n", "", samples, pictures.median,
+                 pictures.most);
+    }
   }
 }

@@ -84,6 +84,7 @@ class Application {
 
   // Takes the events, and draws a picture if something changes.
   void step() {
+    note_picture();
     const std::vector<Event> events = window_.events(studio_.document().worker().is_busy() ? kBusyWait : kIdleWait);
     studio_.refresh();
     const Clock::time_point now = Clock::now();
@@ -94,11 +95,11 @@ class Application {
     }
     const bool has_settled = frames_since_ >= kFramesToSettle && seconds_between(last_active_, now) > kStaysActive;
     if (has_settled) studio_.view().remember_look();
-    if (has_settled && !interface_.has_messages() && samples_ == 0 && !studio_.view().turntable()) {
+    if (has_settled && !interface_.has_messages() && fineness_ == Fineness::smooth && !studio_.view().turntable()) {
       last_frame_.reset();
       return;
     }
-    samples_ = quality_.samples(has_settled);
+    fineness_ = quality_.fineness(has_settled);
     draw_frame(events);
     ++frames_since_;
     drawn_version_ = version;
@@ -117,7 +118,7 @@ class Application {
     wait_for_step();
     studio_.refresh();
     interface_.draw(times_, {overlay_.knows_stretch(), estimate_.update(studio_)});
-    draw_picture();
+    const bool is_new = draw_picture();
     studio_.view().step_turntable([this](const std::filesystem::path& path) { write_view(path); });
     gui_.end_frame();
     backend_.draw();
@@ -125,7 +126,12 @@ class Application {
     window_.show();
     note_time();
     set_title();
-    quality_.note(times_.drawing, samples_);
+    if (is_new) began_ = began;
+  }
+
+  // A page's browser shows a picture after the step: the next step begins when it is ready for another one.
+  void note_picture() {
+    if (const auto began = std::exchange(began_, {})) quality_.note(seconds_between(*began, Clock::now()), fineness_);
   }
 
   // Gives a quick step of a drag the time to be in this very picture.
@@ -205,7 +211,8 @@ class Application {
     times_.touched = shape_.touched();
   }
 
-  void draw_picture() {
+  // Returns false if the last one was shown again.
+  bool draw_picture() {
     choose_mover();
     try {
       if (shape_.gpu() != nullptr) follow_on_gpu(*shape_.gpu());
@@ -216,9 +223,10 @@ class Application {
     if (const auto influence = overlay_.influence(studio_)) view_.set_influence(*influence);
     if (const auto mask = overlay_.mask(studio_)) view_.set_mask(*mask);
     render::LiveScene scene = overlay_.scene(studio_);
-    scene.samples = samples_;
-    view_.draw(scene, window_.width(), window_.height());
+    set_fineness(scene, fineness_);
+    const bool is_new = view_.draw(scene, window_.width(), window_.height());
     draw_target();
+    return is_new;
   }
 
   // The shape that the shown one is fitted to, beside it.
@@ -234,7 +242,7 @@ class Application {
       target_->set_shape(*target_mesh_);
     }
     render::LiveScene scene = Overlay::target_scene(studio_);
-    scene.samples = samples_;
+    set_fineness(scene, fineness_);
     const Area& area = interface_.layout().target;
     const Screen screen = studio_.fit().screen();
     target_->draw(scene, screen.width, screen.height, static_cast<int>(std::lround(area.left)),
@@ -294,7 +302,8 @@ class Application {
   int frames_since_ = 0;
   std::optional<Clock::time_point> last_frame_;
   PictureQuality quality_;
-  int samples_ = 0;  // of the last picture, as LiveScene::samples
+  Fineness fineness_ = Fineness::smooth;    // of the last picture
+  std::optional<Clock::time_point> began_;  // of the last picture, until it is noted
 };
 
 namespace {

@@ -452,6 +452,7 @@ struct LiveScene {
   Matcap matcap = Matcap::terracotta;  // of Material::matcap
   Relief relief;                       // of the shape; a point cloud has none
   int samples = 0;                     // per pixel; 0: the number given to the view
+  int coarseness = 1;                  // of LiveView::draw: a picture of 1/coarseness the size, enlarged; at least 1
   bool wireframe = false;              // the polygons' edges
   bool show_influence = false;         // as set by set_influence
   bool show_stretch = false;           // the values of set_influence along kStretchColors instead
@@ -521,8 +522,9 @@ class LiveView {
 
   // Draws the scene as a picture of width * height pixels whose lower left corner is at (left, bottom) in the
   // framebuffer; does nothing if one is not positive. Throws InvalidInput for a camera or a clipping plane without
-  // direction, or a picture too large for the driver.
-  void draw(const LiveScene& scene, int width, int height, int left = 0, int bottom = 0);
+  // direction, a coarseness below 1, or a picture too large for the driver. Returns false if nothing has changed since
+  // the last picture, so that it was shown again.
+  bool draw(const LiveScene& scene, int width, int height, int left = 0, int bottom = 0);
 
   // Returns what `draw` would draw as a picture in memory. Throws as draw, and InvalidInput if width or height is not
   // positive.

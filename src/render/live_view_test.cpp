@@ -11,6 +11,7 @@
 #include <numbers>
 #include <span>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -250,6 +251,80 @@ TEST_F(LiveViewTest, WhatChangesIsDrawnAgain) {
     const bool is_seen = std::string_view(name) != "values";
     EXPECT_EQ(after != before, is_seen) << name;
   }
+}
+
+// While a small part changes, only what is near it on the screen is drawn: no pixel may tell.
+TEST_F(LiveViewTest, PartsDrawnAgainAreThoseOfTheWholePicture) {
+  for (const auto& [samples, projection, material, cavity] :
+       {std::tuple{1, Projection::perspective, Material::matcap, true},
+        std::tuple{4, Projection::perspective, Material::matcap, true},
+        std::tuple{4, Projection::orthographic, Material::clay, false},
+        std::tuple{1, Projection::orthographic, Material::flat, true}}) {
+    Mesh ball = sphere({}, 1, 40962);
+    LiveView view(samples);
+    view.set_shape(ball);
+    LiveScene scene = scene_of(ball, projection);
+    scene.material = material;
+    scene.relief.cavity = cavity;
+    scene.lines.push_back({{{-1.5, 1.2, 0}, {1.5, 1.2, 0}}, 0.02});
+    const Vec3d first = ball.positions.front();  // the middle of the dent
+    scene.surfaces.push_back({sphere(first, 0.1), {0.2f, 0.7f, 0.3f, 0.2f}});
+    scene.arrows.push_back({{}, {}, 0.03});
+    const gl::Texture color = gl::make_texture(kWidth, kHeight, GL_RGBA8);
+    const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
+    GLuint query = 0;
+    glGenQueries(1, &query);
+    const auto shown = [&](GLuint& triangles) {
+      glBeginQuery(GL_PRIMITIVES_GENERATED, query);
+      view.draw(scene, kWidth, kHeight);
+      glEndQuery(GL_PRIMITIVES_GENERATED);
+      glGetQueryObjectuiv(query, GL_QUERY_RESULT, &triangles);
+      std::vector<std::uint8_t> pixels(std::size_t{4} * kWidth * kHeight);
+      glReadPixels(0, 0, kWidth, kHeight, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+      return pixels;
+    };
+    GLuint triangles = 0;
+    shown(triangles);
+    int different = 0;
+    for (int step = 0; step < 8; ++step) {
+      const std::vector<VertexRange> ranges = dent(ball, 0.3);
+      view.move(ball.positions, ranges);
+      // The tool wanders over the dent, and in the end off the picture.
+      const Vec3d way{step == 7 ? 5.0 : 0.05, 0, 0};
+      for (Vec3d& p : scene.surfaces[0].mesh.positions) p += way;
+      scene.arrows[0] = {first, first * 1.1 + way, 0.03};
+      if (step == 3) scene.lines.clear();
+      GLuint whole_triangles = 0;
+      const auto part = shown(triangles);
+      view.picture(scene, 8, 8);
+      const auto whole = shown(whole_triangles);
+      EXPECT_LE(triangles, step == 3 || step == 7 ? whole_triangles : whole_triangles / 2) << step;
+      for (std::size_t i = 0; i < part.size(); ++i) different += part[i] != whole[i] ? 1 : 0;
+    }
+    EXPECT_EQ(different, 0) << samples << ' ' << static_cast<int>(material);
+    glDeleteQueries(1, &query);
+  }
+}
+
+TEST_F(LiveViewTest, ACoarsePictureIsTheSameEnlarged) {
+  const Mesh ball = sphere({}, 1);
+  view_->set_shape(ball);
+  LiveScene scene = scene_of(ball);
+  const gl::Texture color = gl::make_texture(kWidth, kHeight, GL_RGBA8);
+  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
+  const auto shown = [&] {
+    view_->draw(scene, kWidth, kHeight);
+    Image image{kWidth, kHeight, std::vector<std::uint8_t>(std::size_t{4} * kWidth * kHeight)};
+    glReadPixels(0, 0, kWidth, kHeight, GL_RGBA, GL_UNSIGNED_BYTE, image.pixels.data());
+    return image;
+  };
+  const Image fine = shown();
+  scene.coarseness = 2;
+  const Image coarse = shown();
+  EXPECT_GT(different_pixels(fine, coarse), 100);
+  EXPECT_LT(different_pixels(fine, coarse, 20), 1500);  // of 48,000: at the outline
+  scene.coarseness = 0;
+  EXPECT_THROW(view_->draw(scene, kWidth, kHeight), InvalidInput);
 }
 
 TEST_F(LiveViewTest, SamplesSmoothTheOutline) {

@@ -278,42 +278,43 @@ bool ShownShape::send(const ShapeState& state, render::LiveView& view) {
 
 namespace {
 
-constexpr double kSlow = 0.1;  // seconds
-constexpr double kFast = 0.06;
-constexpr int kSlowPictures = 5;
-constexpr int kFastPictures = 10;
+constexpr double kSlow = 0.05;  // seconds
+constexpr double kFast = 0.02;
+constexpr double kPatience = 0.2;  // seconds of slow pictures
+constexpr int kSlowPictures = 2;   // one alone may have other reasons
+constexpr int kSoon = 300;         // pictures
+constexpr int kMostNeeded = 2000;
+
+Fineness next(Fineness fineness, int step) { return static_cast<Fineness>(static_cast<int>(fineness) + step); }
 
 }  // namespace
 
-void PictureQuality::note(double seconds, int samples) {
-  if (samples == 0) {
-    note_smooth(seconds);
-  } else {
-    note_reduced(seconds);
+void set_fineness(render::LiveScene& scene, Fineness fineness) {
+  scene.samples = fineness == Fineness::smooth ? 0 : 1;
+  scene.coarseness = fineness == Fineness::coarse ? 2 : 1;
+}
+
+void PictureQuality::note(double seconds, Fineness fineness) {
+  if (fineness != moving_) return;
+  ++pictures_;
+  const bool is_slow = seconds > kSlow;
+  slow_ = is_slow ? slow_ + 1 : 0;
+  slow_seconds_ = is_slow ? slow_seconds_ + seconds : 0;
+  fast_ = seconds < kFast ? fast_ + 1 : 0;
+  if (slow_ >= kSlowPictures && slow_seconds_ > kPatience && moving_ != Fineness::coarse) {
+    if (pictures_ < kSoon) needed_ = std::min(2 * needed_, kMostNeeded);
+    become(next(moving_, 1));
+  } else if (fast_ >= needed_ && moving_ != Fineness::smooth) {
+    become(next(moving_, -1));
   }
 }
 
-void PictureQuality::note_smooth(double seconds) {
-  smooth_ = seconds;
-  is_new_ = true;
-  if (is_reduced_) {
-    is_reduced_ = seconds > kFast;
-    in_a_row_ = 0;
-    return;
-  }
-  in_a_row_ = seconds > kSlow ? in_a_row_ + 1 : 0;
-  if (in_a_row_ < kSlowPictures) return;
-  is_reduced_ = true;
-  in_a_row_ = 0;
-}
-
-void PictureQuality::note_reduced(double seconds) {
-  if (is_new_) cost_ = std::max(1.0, smooth_ / std::max(seconds, 1e-6));
-  is_new_ = false;
-  in_a_row_ = cost_ * seconds < kFast ? in_a_row_ + 1 : 0;
-  if (in_a_row_ < kFastPictures) return;
-  is_reduced_ = false;
-  in_a_row_ = 0;
+void PictureQuality::become(Fineness fineness) {
+  moving_ = fineness;
+  pictures_ = 0;
+  slow_ = 0;
+  slow_seconds_ = 0;
+  fast_ = 0;
 }
 
 }  // namespace knead::studio

@@ -107,25 +107,30 @@ class ShownShape {
   std::size_t touched_ = 0;
 };
 
-// Chooses between smooth edges and one sample per pixel. While pictures are slow, those of a moving scene get one
-// sample, and a scene at rest is smooth again. Smooth edges return for good once they have become fast.
+// How finely a picture is drawn: with smooth edges, one sample per pixel, or one per 2 x 2 pixels.
+enum class Fineness { smooth, plain, coarse };
+
+void set_fineness(render::LiveScene& scene, Fineness fineness);
+
+// Chooses how finely a moving scene is drawn, so that pictures follow each other quickly. A scene at rest is smooth.
 class PictureQuality {
  public:
-  // Returns the samples per pixel of the next picture, as LiveScene::samples: 0 for all that the view has, or 1.
-  int samples(bool is_still) const { return is_reduced_ && !is_still ? 1 : 0; }
+  Fineness fineness(bool is_still) const { return is_still ? Fineness::smooth : moving_; }
 
-  // Takes note of how long a picture with samples() took to be drawn.
-  void note(double seconds, int samples);
+  // Takes note of the time from the beginning of a picture that was drawn anew to when the next one could begin. While
+  // moving pictures are slow they become coarser. After a number of fast ones they become finer again, after twice that
+  // number where they were too slow soon after the last time.
+  void note(double seconds, Fineness fineness);
 
  private:
-  void note_smooth(double seconds);
-  void note_reduced(double seconds);
+  void become(Fineness fineness);
 
-  bool is_reduced_ = false;
-  int in_a_row_ = 0;     // pictures that speak for a change
-  double smooth_ = 0;    // seconds of the last smooth picture
-  double cost_ = 1;      // of smoothness, as a factor
-  bool is_new_ = false;  // the cost is not known since the last smooth picture
+  Fineness moving_ = Fineness::smooth;
+  int pictures_ = 0;  // since it changed
+  int slow_ = 0;      // pictures in a row
+  double slow_seconds_ = 0;
+  int fast_ = 0;     // pictures in a row
+  int needed_ = 15;  // fast pictures, to become finer
 };
 
 }  // namespace knead::studio

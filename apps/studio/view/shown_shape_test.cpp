@@ -261,50 +261,59 @@ TEST_F(GpuPreviewTest, ThePictureIsThatOfTheShapeSent) {
 
 namespace {
 
-// A scene whose pictures take this long with one sample, and four times as long when smooth.
+// A scene whose pictures take this long when coarse, four times as long with a sample for each pixel, and sixteen times
+// when smooth.
 void show(PictureQuality& quality, double seconds, int pictures, bool is_still = false) {
   for (int i = 0; i < pictures; ++i) {
-    const int samples = quality.samples(is_still);
-    quality.note(samples == 0 ? 4 * seconds : seconds, samples);
+    const Fineness fineness = quality.fineness(is_still);
+    const double factor = fineness == Fineness::smooth ? 16 : fineness == Fineness::plain ? 4 : 1;
+    quality.note(factor * seconds, fineness);
   }
 }
 
 TEST(PictureQuality, FastPicturesStaySmooth) {
   PictureQuality quality;
-  show(quality, 0.02, 100);
-  EXPECT_EQ(quality.samples(false), 0);
+  show(quality, 0.003, 100);
+  EXPECT_EQ(quality.fineness(false), Fineness::smooth);
 }
 
-TEST(PictureQuality, SlowOnesLoseSmoothnessWhileTheyMoveOnly) {
+TEST(PictureQuality, SlowOnesBecomeCoarserWhileTheyMoveOnly) {
   PictureQuality quality;
-  show(quality, 0.05, 4);
-  EXPECT_EQ(quality.samples(false), 0);  // a few slow ones are no reason
   show(quality, 0.05, 1);
-  EXPECT_EQ(quality.samples(false), 1);
-  EXPECT_EQ(quality.samples(true), 0);
+  EXPECT_EQ(quality.fineness(false), Fineness::smooth);  // a slow one is no reason
+  show(quality, 0.05, 1);
+  EXPECT_EQ(quality.fineness(false), Fineness::plain);
+  show(quality, 0.05, 2);
+  EXPECT_EQ(quality.fineness(false), Fineness::coarse);
+  EXPECT_EQ(quality.fineness(true), Fineness::smooth);
   show(quality, 0.05, 1, true);
-  EXPECT_EQ(quality.samples(false), 1);  // the picture at rest was slow, too
   show(quality, 0.05, 100);
-  EXPECT_EQ(quality.samples(false), 1);
+  EXPECT_EQ(quality.fineness(false), Fineness::coarse);
 }
 
-TEST(PictureQuality, SmoothnessReturnsDuringMotionThatHasBecomeFast) {
+TEST(PictureQuality, TheyAreAsFineAsIsQuick) {
   PictureQuality quality;
-  show(quality, 0.05, 20);
-  ASSERT_EQ(quality.samples(false), 1);
-  show(quality, 0.01, 9);
-  EXPECT_EQ(quality.samples(false), 1);
-  show(quality, 0.01, 1);
-  EXPECT_EQ(quality.samples(false), 0);
-  show(quality, 0.01, 100);
-  EXPECT_EQ(quality.samples(false), 0);
+  show(quality, 0.01, 200);
+  EXPECT_EQ(quality.fineness(false), Fineness::plain);
 }
 
-TEST(PictureQuality, SmoothnessReturnsWithAFastPictureAtRest) {
+TEST(PictureQuality, SmoothnessReturnsToMotionThatHasBecomeFast) {
   PictureQuality quality;
   show(quality, 0.05, 20);
-  show(quality, 0.01, 1, true);
-  EXPECT_EQ(quality.samples(false), 0);
+  ASSERT_EQ(quality.fineness(false), Fineness::coarse);
+  show(quality, 0.001, 200);
+  EXPECT_EQ(quality.fineness(false), Fineness::smooth);
+}
+
+TEST(PictureQuality, AFinerPictureThatIsTooSlowIsTriedEverLessOften) {
+  PictureQuality quality;
+  int finer = 0;
+  for (int i = 0; i < 1000; ++i) {
+    show(quality, 0.015, 1);
+    if (quality.fineness(false) != Fineness::coarse) ++finer;
+  }
+  EXPECT_GT(finer, 2);
+  EXPECT_LT(finer, 60);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gl/objects.h"
@@ -28,7 +29,6 @@ ShaderSource live_glass_source();
 ShaderSource live_occlusion_source();  // of every second sample each way
 ShaderSource live_smooth_source();     // the same over 4 x 4 of them
 ShaderSource live_relief_source();     // half the factor of brightness
-ShaderSource live_present_source();    // the finished picture into the caller's framebuffer
 
 // What LiveMesh knows of a mesh's topology.
 
@@ -61,6 +61,14 @@ struct LiveVertex {
 void set_ring_normals(const Rings& rings, std::span<const Vec3f> points, const VertexRange& drawn,
                       std::vector<LiveVertex>& vertices);
 
+// Entries [first, first + count) of a list of indices.
+struct IndexSpan {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+};
+
+void extend(Box& box, const Box& other);
+
 // A mesh as the GPU is given it while it deforms: what changes when vertices move, and no more.
 
 // Drawn vertices are one per vertex and smooth group of faces, as in make_surface, in the order of the mesh's vertices.
@@ -80,13 +88,34 @@ class LiveMesh {
   std::vector<VertexRange> move(std::span<const Vec3d> positions, std::span<const VertexRange> changed, int threads);
 
   const std::vector<LiveVertex>& vertices() const { return vertices_; }
-  std::span<const std::uint32_t> triangles() const { return triangles_; }  // three drawn vertices each
-  std::span<const std::uint32_t> edges() const { return edges_; }          // two drawn vertices each; of the polygons
-  double mean_edge() const { return mean_edge_; }                          // when it was made; renderer units
-  const Rings& rings() const { return rings_; }                            // empty in a cloud
+  // Three drawn vertices each. Those that follow each other are near each other.
+  std::span<const std::uint32_t> triangles() const { return triangles_; }
+  std::span<const std::uint32_t> edges() const { return edges_; }  // two drawn vertices each; of the polygons
+  double mean_edge() const { return mean_edge_; }                  // when it was made; renderer units
+  const Rings& rings() const { return rings_; }                    // empty in a cloud
   bool is_cloud() const { return triangles_.empty(); }
   bool is_solid() const { return solid_; }  // when it was made: closed, and its faces turned outwards
   Box box() const;                          // of the finite vertices, renderer units
+
+  // A box around all triangles that look different since the last call, where they were and where they are.
+  Box take_changes() { return std::exchange(changes_, {}); }
+  bool has_changes() const { return !changes_.empty(); }
+
+  // The indices of triangles(), less those of triangles in boxes for which is_seen(box) is false.
+  template <class IsSeen>
+  std::vector<IndexSpan> seen(IsSeen is_seen) const {
+    std::vector<IndexSpan> spans;
+    for (std::uint32_t run = 0; run < run_boxes_.size(); ++run) {
+      if (!is_seen(run_boxes_[run])) continue;
+      const IndexSpan span{run_first_[run], run_first_[run + 1] - run_first_[run]};
+      if (!spans.empty() && spans.back().first + spans.back().count == span.first) {
+        spans.back().count += span.count;
+      } else {
+        spans.push_back(span);
+      }
+    }
+    return spans;
+  }
 
   // Calls visit(v, d) for every drawn vertex d of every vertex v in the range.
   template <class Visit>
@@ -103,6 +132,10 @@ class LiveMesh {
   void measure(const std::vector<std::uint8_t>& blocks, int threads);
   void mark(const VertexRange& range);
   std::vector<VertexRange> marked_runs();
+  void group_triangles();
+  void find_runs();
+  std::span<const std::uint32_t> indices_of(std::uint32_t run) const;
+  void measure_runs(int threads);
 
   Placement placement_;
   std::vector<Vec3f> points_;                  // per vertex of the mesh
@@ -111,7 +144,15 @@ class LiveMesh {
   std::vector<LiveVertex> vertices_;
   std::vector<std::uint32_t> triangles_;
   std::vector<std::uint32_t> edges_;
-  Rings rings_;                      // empty in a cloud
+  Rings rings_;  // empty in a cloud
+  std::vector<std::uint32_t>
+      run_first_;  // the triangles of run r: triangles_[run_first_[r]] to triangles_[run_first_[r + 1]]
+  std::vector<Box> run_boxes_;
+  std::vector<std::uint8_t> run_marks_;  // runs that look different; zero between calls
+  std::vector<std::uint32_t>
+      run_begin_;  // the runs at drawn vertex d: runs_[run_begin_[d]] to runs_[run_begin_[d + 1]]
+  std::vector<std::uint16_t> runs_;
+  Box changes_;
   std::vector<std::uint8_t> marks_;  // per vertex, zero between calls
   double mean_edge_ = 0;
   bool solid_ = false;
@@ -129,7 +170,6 @@ struct LivePrograms {
   gl::Program image;
   gl::Program rod;
   gl::Program glass;
-  gl::Program present;
   gl::VertexArray nothing;   // for vertices made by the vertex program
   bool in_software = false;  // the driver has no GPU
 
@@ -157,8 +197,17 @@ UploadCounts update(const LiveBuffers& buffers, const LiveMesh& mesh, std::span<
 void update_colors(const LiveBuffers& buffers, std::span<const Bytes4> colors, const VertexRange& drawn);
 
 void draw_triangles(const LiveBuffers& buffers);
+void draw_triangles(const LiveBuffers& buffers, std::span<const IndexSpan> spans);
 void draw_edges(const LiveBuffers& buffers);
 void draw_points(const LiveBuffers& buffers);
+
+// Part of a picture, in samples from its lower left corner.
+struct LiveRect {
+  int left = 0;
+  int bottom = 0;
+  int right = 0;
+  int top = 0;
+};
 
 // What a picture's targets must fit.
 struct LiveTargetSize {
@@ -195,10 +244,10 @@ struct LiveTargets {
 LiveTargets make_live_targets(const LiveTargetSize& size);
 
 // Puts the samples of each pixel together: of the colour, the depth or both. Leaves `many` bound.
-void gather(const LiveTargets& targets, GLbitfield what);
+void gather(const LiveTargets& targets, const LiveRect& rect, GLbitfield what);
 
 // The same for the normals.
-void gather_normals(const LiveTargets& targets);
+void gather_normals(const LiveTargets& targets, const LiveRect& rect);
 
 // Returns the image for PlacedImage, with mipmaps.
 gl::Texture make_image_texture(const Image& image);
@@ -244,6 +293,7 @@ struct LiveFrame {
   BoundingBall bounds;  // of the shape
   int width = 0;
   int height = 0;
+  LiveRect rect;  // what is drawn; the rest stays
   std::optional<LiveCut> cut;
   const gl::Texture* matcap = nullptr;  // of Material::matcap
   bool has_normals = false;             // the shape's normals are drawn too, for its relief
@@ -256,7 +306,8 @@ LiveCut live_cut(const Clip& clip, const Placement& placement);
 struct LiveShape {
   const LiveMesh& mesh;
   const LiveBuffers& buffers;
-  Box box;  // renderer units
+  Box box;                      // renderer units
+  std::vector<IndexSpan> seen;  // of the mesh's triangles
 };
 
 // Clears the targets and gets the state ready.
@@ -289,8 +340,8 @@ struct LiveGlass {
 // Backs and fronts from far to near. depths: of what is solid.
 void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces, const gl::Texture& depths);
 
-// Leaves the depth test and blending off.
-void present_live(const LivePrograms& programs, const LiveTargets& targets, int left, int bottom);
+// Copies the picture into the bound framebuffer, as large as is said. Leaves the depth test and blending off.
+void present_live(const LiveTargets& targets, int width, int height, int left, int bottom);
 
 // Cavity and occlusion of the interactive picture, over the shape that is drawn.
 

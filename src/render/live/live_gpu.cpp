@@ -55,7 +55,6 @@ LivePrograms::LivePrograms()
       image(compile(live_image_source())),
       rod(compile(live_rod_source())),
       glass(compile(live_glass_source())),
-      present(compile(live_present_source())),
       nothing(gl::make_vertex_array()),
       in_software(gl::is_software()) {}
 
@@ -104,6 +103,16 @@ void draw_triangles(const LiveBuffers& buffers) {
   glBindVertexArray(buffers.layout.get());
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers.triangles.get());
   glDrawElements(GL_TRIANGLES, buffers.triangle_indices, GL_UNSIGNED_INT, nullptr);
+}
+
+void draw_triangles(const LiveBuffers& buffers, std::span<const IndexSpan> spans) {
+  glBindVertexArray(buffers.layout.get());
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers.triangles.get());
+  for (const IndexSpan& span : spans) {
+    const std::uintptr_t offset = sizeof(std::uint32_t) * static_cast<std::uintptr_t>(span.first);
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(span.count), GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(offset));
+  }
 }
 
 void draw_edges(const LiveBuffers& buffers) {
@@ -227,20 +236,26 @@ gl::Texture make_matcap_texture(Matcap matcap) {
   return texture;
 }
 
-void gather(const LiveTargets& targets, GLbitfield what) {
+namespace {
+
+void copy(const LiveRect& r, GLbitfield what) {
+  glBlitFramebuffer(r.left, r.bottom, r.right, r.top, r.left, r.bottom, r.right, r.top, what, GL_NEAREST);
+}
+
+}  // namespace
+
+void gather(const LiveTargets& targets, const LiveRect& rect, GLbitfield what) {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.many.get());
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.one.get());
-  const auto [width, height, samples, relief] = targets.size;
-  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, what, GL_NEAREST);
+  copy(rect, what);
   glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
 }
 
-void gather_normals(const LiveTargets& targets) {
-  const auto [width, height, samples, relief] = targets.size;
+void gather_normals(const LiveTargets& targets, const LiveRect& rect) {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.many.get());
   glReadBuffer(GL_COLOR_ATTACHMENT1);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.relief.gathered.get());
-  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  copy(rect, GL_COLOR_BUFFER_BIT);
   glReadBuffer(GL_COLOR_ATTACHMENT0);
   glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
 }

@@ -1,9 +1,13 @@
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <string>
+#include <utility>
 
 #include "knead/error.h"
+#include "math/geometry.h"
 #include "render/live/live.h"
 #include "render/surface.h"
 
@@ -12,6 +16,8 @@ namespace {
 
 constexpr std::uint32_t kBlock = 4096;       // vertices
 constexpr std::size_t kMaxRuns = 256;        // of drawn vertices to upload
+constexpr std::uint32_t kCells = 32;         // along each axis; triangles are sorted by the cell they lie in
+constexpr std::size_t kWorthRuns = 64;       // of triangles, the same
 constexpr std::size_t kWorthThreads = 4096;  // vertices; below, starting threads costs more than they save
 
 // Runs body(begin, end) over parts of all ranges, on several threads where that is worth it.
@@ -35,6 +41,11 @@ void for_parts(std::span<const VertexRange> ranges, int threads, Body body) {
   });
 }
 
+// Several threads may set the same mark. Atomic references come with libc++ 19 only.
+void set_mark(std::uint8_t& mark) {
+  if (__atomic_load_n(&mark, __ATOMIC_RELAXED) == 0) __atomic_store_n(&mark, std::uint8_t{1}, __ATOMIC_RELAXED);
+}
+
 double volume(const std::vector<LiveVertex>& vertices, const std::vector<std::uint32_t>& triangles) {
   double sum = 0;
   for (std::size_t i = 0; i < triangles.size(); i += 3) {
@@ -53,6 +64,12 @@ double mean_length(const std::vector<LiveVertex>& vertices, const std::vector<st
 }
 
 }  // namespace
+
+void extend(Box& box, const Box& other) {
+  if (other.empty()) return;
+  box.extend(other.min);
+  box.extend(other.max);
+}
 
 LiveMesh::LiveMesh(const Mesh& mesh, const Placement& placement, double crease_angle)
     : placement_(placement),
@@ -74,6 +91,11 @@ LiveMesh::LiveMesh(const Mesh& mesh, const Placement& placement, double crease_a
     for (const Vec3d& p : mesh.positions) drawn_begin_.push_back(drawn_begin_.back() + (is_finite(p) ? 1 : 0));
   }
   vertices_.resize(drawn_begin_.back());
+  if (!triangles_.empty()) {
+    place(mesh.positions, {0, static_cast<std::uint32_t>(mesh.vertex_count())});
+    group_triangles();
+    find_runs();
+  }
   const VertexRange all{0, static_cast<std::uint32_t>(mesh.vertex_count())};
   move(mesh.positions, {&all, 1}, 0);
   mean_edge_ = mean_length(vertices_, edges_);
@@ -103,33 +125,30 @@ void LiveMesh::measure(const std::vector<std::uint8_t>& blocks, int threads) {
 
 Box LiveMesh::box() const {
   Box box;
-  for (const Box& block : boxes_) {
-    if (block.empty()) continue;
-    box.extend(block.min);
-    box.extend(block.max);
-  }
+  for (const Box& block : boxes_) extend(box, block);
   return box;
 }
 
 void LiveMesh::shade(const VertexRange& range) {
+  const VertexRange drawn{drawn_begin_[range.begin], drawn_begin_[range.end]};
+  const std::vector<LiveVertex> before(vertices_.begin() + drawn.begin, vertices_.begin() + drawn.end);
   for_each_drawn(range, [&](std::uint32_t v, std::uint32_t d) { vertices_[d].position = points_[v]; });
   if (rings_.list.empty()) return;
-  set_ring_normals(rings_, points_, {drawn_begin_[range.begin], drawn_begin_[range.end]}, vertices_);
+  set_ring_normals(rings_, points_, drawn, vertices_);
+  for (std::uint32_t d = drawn.begin; d < drawn.end; ++d) {
+    const LiveVertex& was = before[d - drawn.begin];
+    if (was.position == vertices_[d].position && was.normal == vertices_[d].normal) continue;
+    for (std::uint32_t i = run_begin_[d]; i < run_begin_[d + 1]; ++i) set_mark(run_marks_[runs_[i]]);
+  }
 }
 
-// Several threads may set the same mark.
 void LiveMesh::mark(const VertexRange& range) {
-  const auto set = [&](std::uint32_t v) {
-    // Atomic references come with libc++ 19 only.
-    if (__atomic_load_n(&marks_[v], __ATOMIC_RELAXED) == 0)
-      __atomic_store_n(&marks_[v], std::uint8_t{1}, __ATOMIC_RELAXED);
-  };
-  for (std::uint32_t v = range.begin; v < range.end; ++v) set(v);
+  for (std::uint32_t v = range.begin; v < range.end; ++v) set_mark(marks_[v]);
   if (rings_.list.empty()) return;
   const std::uint32_t begin = rings_.begin[drawn_begin_[range.begin]];
   const std::uint32_t end = rings_.begin[drawn_begin_[range.end]];
   for (std::uint32_t i = begin; i < end; ++i) {
-    if (rings_.list[i] != kNoVertex) set(rings_.list[i]);
+    if (rings_.list[i] != kNoVertex) set_mark(marks_[rings_.list[i]]);
   }
 }
 
@@ -171,6 +190,80 @@ std::vector<VertexRange> LiveMesh::marked_runs() {
   return runs;
 }
 
+// Sorts the triangles by the cell of a grid that their middles lie in. Those of a cell are a run.
+void LiveMesh::group_triangles() {
+  std::vector<std::uint32_t> vertex_of(drawn_begin_.back());
+  for_each_drawn({0, static_cast<std::uint32_t>(points_.size())},
+                 [&](std::uint32_t v, std::uint32_t d) { vertex_of[d] = v; });
+  const auto cell_of = [&](std::size_t i) {
+    Vec3f sum{};
+    for (std::size_t k = 0; k < 3; ++k) sum = sum + points_[vertex_of[triangles_[i + k]]];
+    constexpr float third = 1.0F / 3;
+    constexpr int shift = 63 - 3 * std::bit_width(kCells - 1);
+    return static_cast<std::uint32_t>(morton_code({sum.x * third, sum.y * third, sum.z * third}) >> shift);
+  };
+  std::vector<std::uint32_t> begin(kCells * kCells * kCells + 1, 0);
+  for (std::size_t i = 0; i < triangles_.size(); i += 3) begin[cell_of(i) + 1] += 3;
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  run_first_ = begin;
+  run_first_.erase(std::unique(run_first_.begin(), run_first_.end()), run_first_.end());
+  std::vector<std::uint32_t> sorted(triangles_.size());
+  for (std::size_t i = 0; i < triangles_.size(); i += 3) {
+    std::uint32_t& to = begin[cell_of(i)];
+    for (std::size_t k = 0; k < 3; ++k) sorted[to++] = triangles_[i + k];
+  }
+  triangles_ = std::move(sorted);
+  run_boxes_.resize(run_first_.size() - 1);
+  run_marks_.resize(run_boxes_.size());
+}
+
+// The runs at every drawn vertex.
+void LiveMesh::find_runs() {
+  constexpr std::uint32_t none = 0xffffffff;
+  // Calls visit(d, run) once for each run at a drawn vertex.
+  const auto for_each_run = [&](auto visit) {
+    std::vector<std::uint32_t> last(vertices_.size(), none);
+    for (std::uint32_t run = 0; run < run_boxes_.size(); ++run) {
+      for (const std::uint32_t d : indices_of(run)) {
+        if (std::exchange(last[d], run) != run) visit(d, run);
+      }
+    }
+  };
+  run_begin_.assign(vertices_.size() + 1, 0);
+  for_each_run([&](std::uint32_t d, std::uint32_t) { ++run_begin_[d + 1]; });
+  std::partial_sum(run_begin_.begin(), run_begin_.end(), run_begin_.begin());
+  runs_.resize(run_begin_.back());
+  std::vector<std::uint32_t> next(run_begin_.begin(), run_begin_.end() - 1);
+  for_each_run([&](std::uint32_t d, std::uint32_t run) { runs_[next[d]++] = static_cast<std::uint16_t>(run); });
+}
+
+std::span<const std::uint32_t> LiveMesh::indices_of(std::uint32_t run) const {
+  return std::span(triangles_).subspan(run_first_[run], run_first_[run + 1] - run_first_[run]);
+}
+
+// The boxes of the runs with a mark; clears the marks.
+void LiveMesh::measure_runs(int threads) {
+  std::vector<std::uint32_t> changed;
+  for (std::uint32_t run = 0; run < run_marks_.size(); ++run) {
+    if (std::exchange(run_marks_[run], std::uint8_t{0}) != 0) changed.push_back(run);
+  }
+  const auto extend_by_all = [&] {
+    for (const std::uint32_t run : changed) extend(changes_, run_boxes_[run]);
+  };
+  extend_by_all();
+  parallel_for(changed.size(), kWorthRuns, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Box box;
+      for (const std::uint32_t d : indices_of(changed[i])) {
+        const Vec3d p(vertices_[d].position);
+        if (is_finite(p)) box.extend(p);
+      }
+      run_boxes_[changed[i]] = box;
+    }
+  });
+  extend_by_all();
+}
+
 std::vector<VertexRange> LiveMesh::move(std::span<const Vec3d> positions, std::span<const VertexRange> changed,
                                         int threads) {
   if (positions.size() != points_.size()) {
@@ -195,6 +288,7 @@ std::vector<VertexRange> LiveMesh::move(std::span<const Vec3d> positions, std::s
     runs = marked_runs();
   }
   for_parts(runs, threads, [&](const VertexRange& range) { shade(range); });
+  measure_runs(threads);
   for (VertexRange& run : runs) run = {drawn_begin_[run.begin], drawn_begin_[run.end]};
   std::erase_if(runs, [](const VertexRange& run) { return run.begin == run.end; });
   return runs;

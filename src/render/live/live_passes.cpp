@@ -13,6 +13,14 @@
 namespace knead::render {
 namespace {
 
+// For the frame's part of the picture.
+void reset_state(const LiveFrame& frame) {
+  render::reset_state(frame.width, frame.height);
+  const LiveRect& r = frame.rect;
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(r.left, r.bottom, r.right - r.left, r.top - r.bottom);
+}
+
 void use_relief(const gl::Program& program, const LiveFrame& frame, const LiveTargets& targets) {
   use(program, frame.view, frame.width, frame.height);
   bind_texture(program, "depth_map", 0, GL_TEXTURE_2D, targets.one_depth);
@@ -22,7 +30,7 @@ void use_relief(const gl::Program& program, const LiveFrame& frame, const LiveTa
 }
 
 void draw_occlusion(const LiveFrame& frame, const LiveTargets& targets, const LiveReliefPrograms& programs) {
-  reset_state((frame.width + 1) / 2, (frame.height + 1) / 2);
+  render::reset_state((frame.width + 1) / 2, (frame.height + 1) / 2);
   glBindFramebuffer(GL_FRAMEBUFFER, targets.relief.occlusion_target[0].get());
   use_relief(programs.occlusion, frame, targets);
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -41,12 +49,12 @@ LiveReliefPrograms::LiveReliefPrograms()
 
 void draw_live_relief(const LiveFrame& frame, const LiveTargets& targets, const LiveReliefPrograms& programs) {
   const Relief& wanted = frame.scene.relief;
-  gather(targets, GL_DEPTH_BUFFER_BIT);
-  gather_normals(targets);
+  gather(targets, frame.rect, GL_DEPTH_BUFFER_BIT);
+  gather_normals(targets, frame.rect);
   gl::draw_into_one();
   if (wanted.occlusion) draw_occlusion(frame, targets, programs);
   glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
-  reset_state(frame.width, frame.height);
+  reset_state(frame);
   const gl::Program& program = programs.relief;
   use_relief(program, frame, targets);
   bind_texture(program, "occlusion_map", 2, GL_TEXTURE_2D, targets.relief.occlusion[1]);
@@ -241,7 +249,7 @@ void draw_faces(const LiveFrame& frame, const LiveShape& shape) {
     glEnable(GL_CULL_FACE);
     glCullFace(GL_BACK);
   }
-  draw_triangles(shape.buffers);
+  draw_triangles(shape.buffers, shape.seen);
   glDisable(GL_CULL_FACE);
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
@@ -281,7 +289,7 @@ void count_openings(const LiveFrame& frame, const LiveShape& shape) {
   glStencilFunc(GL_ALWAYS, 0, 0xff);
   glStencilOpSeparate(GL_BACK, GL_KEEP, GL_KEEP, GL_INCR_WRAP);
   glStencilOpSeparate(GL_FRONT, GL_KEEP, GL_KEEP, GL_DECR_WRAP);
-  draw_triangles(shape.buffers);
+  draw_triangles(shape.buffers, shape.seen);
   glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
@@ -319,7 +327,7 @@ LiveCut live_cut(const Clip& clip, const Placement& placement) {
 
 void begin_live_picture(const LiveFrame& frame, const LiveTargets& targets) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
-  reset_state(frame.width, frame.height);
+  reset_state(frame);
   glDisable(GL_STENCIL_TEST);
   gl::write_colors_as_they_are();
   glEnable(GL_DEPTH_TEST);
@@ -439,15 +447,14 @@ void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces
   glDisable(GL_BLEND);
 }
 
-void present_live(const LivePrograms& programs, const LiveTargets& targets, int left, int bottom) {
+void present_live(const LiveTargets& targets, int width, int height, int left, int bottom) {
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
-  glViewport(left, bottom, targets.size.width, targets.size.height);
-  glUseProgram(programs.present.get());
-  bind_texture(programs.present, "picture", 0, GL_TEXTURE_2D, targets.one_color);
-  glUniform2i(uniform(programs.present, "corner"), left, bottom);
-  glBindVertexArray(programs.nothing.get());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  const auto [wide, high, samples, relief] = targets.size;
+  const bool is_enlarged = wide != width || high != height;
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.one.get());
+  glBlitFramebuffer(0, 0, wide, high, left, bottom, left + width, bottom + height, GL_COLOR_BUFFER_BIT,
+                    is_enlarged ? GL_LINEAR : GL_NEAREST);
 }
 
 }  // namespace knead::render

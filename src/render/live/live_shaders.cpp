@@ -358,13 +358,6 @@ void main() {
 }
 )";
 
-const char* const kPresentFragment = R"(
-uniform sampler2D picture;
-uniform ivec2 corner;  // of the picture in the framebuffer
-out vec4 pixel;
-void main() { pixel = texelFetch(picture, ivec2(gl_FragCoord.xy) - corner, 0); }
-)";
-
 std::string vertex_program(const char* body) { return std::string(kVersion) + kClipVertex + kVertexInputs + body; }
 
 ShaderSource relief_program(const char* vertex, const char* fragment) {
@@ -410,8 +403,5 @@ ShaderSource live_glass_source() {
 ShaderSource live_occlusion_source() { return relief_program(kFullScreenVertex, kOcclusionFragment); }
 ShaderSource live_smooth_source() { return relief_program(kFullScreenVertex, kSmoothFragment); }
 ShaderSource live_relief_source() { return relief_program(kBackgroundVertex, kReliefFragment); }
-ShaderSource live_present_source() {
-  return {std::string(kVersion) + kFullScreenVertex, std::string(kVersion) + kPresentFragment};
-}
 
 }  // namespace knead::render

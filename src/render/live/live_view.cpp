@@ -22,34 +22,45 @@ constexpr int kRodSides = 16;
 // A translucent surface as it was last drawn; while its faces stay the same only its places are sent.
 struct Glass {
   Mesh mesh;
+  Color color;
   LiveMesh live;
   LiveBuffers buffers;
 
-  Glass(const Mesh& shown, const Placement& placement)
-      : mesh(shown), live(shown, placement, kCreaseAngle), buffers(make_live_buffers(live, {})) {}
+  Glass(const TranslucentSurface& shown, const Placement& placement)
+      : mesh(shown.mesh),
+        color(shown.color),
+        live(shown.mesh, placement, kCreaseAngle),
+        buffers(make_live_buffers(live, {})) {}
 
   bool has_faces_of(const Mesh& other) const {
     return mesh.positions.size() == other.positions.size() && mesh.corner_vertex == other.corner_vertex &&
            mesh.face_begin == other.face_begin;
   }
 
-  void move(const std::vector<Vec3d>& positions) {
-    if (mesh.positions == positions) return;
-    mesh.positions = positions;
-    const VertexRange all{0, static_cast<std::uint32_t>(positions.size())};
-    update(buffers, live, live.move(positions, {&all, 1}, 0));
+  bool is(const TranslucentSurface& other) const {
+    return has_faces_of(other.mesh) && mesh.positions == other.mesh.positions && color == other.color;
+  }
+
+  void become(const TranslucentSurface& other) {
+    mesh.positions = other.mesh.positions;
+    color = other.color;
+    const VertexRange all{0, static_cast<std::uint32_t>(mesh.positions.size())};
+    update(buffers, live, live.move(mesh.positions, {&all, 1}, 0));
   }
 };
-
-void extend(Box& box, const Box& other) {
-  if (other.empty()) return;
-  box.extend(other.min);
-  box.extend(other.max);
-}
 
 BoundingBall ball_of(const Box& box) {
   if (box.empty()) return {};
   return {box.center(), 0.5 * box.diagonal() + 1e-3};
+}
+
+// The ball by which a view of the box is made. It takes steps, so that depths stay what they are while a shape is
+// deformed.
+BoundingBall seen_ball(const Box& box) {
+  constexpr double least = 1.1;
+  constexpr double step = 1.25;
+  const double reach = box.empty() ? least : std::max({least, norm(box.center()) + 0.5 * box.diagonal()});
+  return {{}, least * std::pow(step, std::ceil(std::log(reach / least) / std::log(step)))};
 }
 
 // The least and greatest of dot(direction, corner).
@@ -65,14 +76,49 @@ struct ShownImage {
   gl::Texture texture;
 };
 
-// What the targets show, so that it need not be drawn again.
+// What the targets show, so that it, or most of it, need not be drawn again.
 struct Drawn {
   LiveScene scene;
   int width = 0;
   int height = 0;
+  double near = 0;
+  double far = 0;
 
-  friend bool operator==(const Drawn&, const Drawn&) = default;
+  // Whether all is as in another picture but the tools, which moves them here.
+  bool differs_by_tools(Drawn other) const {
+    other.scene.surfaces = scene.surfaces;
+    other.scene.arrows = scene.arrows;
+    other.scene.lines = scene.lines;
+    return width == other.width && height == other.height && near == other.near && far == other.far &&
+           scene == other.scene;
+  }
 };
+
+void add_rod(const Arrow& arrow, const Placement& placement, DrawSurface& surface) {
+  add_arrow(arrow, placement, surface, kRodSides);
+}
+void add_rod(const Line& line, const Placement& placement, DrawSurface& surface) {
+  add_line(line, placement, surface, kRodSides);
+}
+
+Box box_of(const DrawSurface& surface) {
+  Box box;
+  for (const DrawVertex& v : surface.vertices) box.extend(Vec3d(v.position));
+  return box;
+}
+
+// The boxes of what differs in two lists of arrows or lines.
+template <class Rod>
+void add_differences(const std::vector<Rod>& before, const std::vector<Rod>& after, const Placement& placement,
+                     std::vector<Box>& boxes) {
+  for (std::size_t i = 0; i < std::max(before.size(), after.size()); ++i) {
+    if (i < before.size() && i < after.size() && before[i] == after[i]) continue;
+    DrawSurface surface;
+    if (i < before.size()) add_rod(before[i], placement, surface);
+    if (i < after.size()) add_rod(after[i], placement, surface);
+    boxes.push_back(box_of(surface));
+  }
+}
 
 // Arrows and lines with what they look like.
 struct Rods {
@@ -81,16 +127,17 @@ struct Rods {
   LiveBuffers buffers;
   Box box;
 
-  void show(const LiveScene& scene, const Placement& placement) {
+  void show(const LiveScene& scene, const Placement& placement, std::vector<Box>& changes) {
     if (arrows == scene.arrows && lines == scene.lines) return;
+    add_differences(arrows, scene.arrows, placement, changes);
+    add_differences(lines, scene.lines, placement, changes);
     arrows = scene.arrows;
     lines = scene.lines;
     DrawSurface surface;
-    for (const Arrow& arrow : arrows) add_arrow(arrow, placement, surface, kRodSides);
-    for (const Line& line : lines) add_line(line, placement, surface, kRodSides);
+    for (const Arrow& arrow : arrows) add_rod(arrow, placement, surface);
+    for (const Line& line : lines) add_rod(line, placement, surface);
     buffers = make_live_buffers(surface);
-    box = {};
-    for (const DrawVertex& v : surface.vertices) box.extend(Vec3d(v.position));
+    box = box_of(surface);
   }
 };
 
@@ -116,7 +163,7 @@ struct LiveView::State {
   LiveTargets targets;
   LiveTargets other_targets;
   UploadCounts counts;
-  std::optional<Drawn> drawn;  // none where the shape or its colours have changed since
+  std::optional<Drawn> drawn;  // none where the shape's colours have changed since
 
   // Of the scene's images; those that it does not have any more are forgotten.
   std::vector<LiveImage> show_images(const LiveScene& scene) {
@@ -138,24 +185,28 @@ struct LiveView::State {
     return shown;
   }
 
-  // What the scene has besides the shape, on the GPU; surfaces without faces are left out.
-  std::vector<LiveGlass> show(const LiveScene& scene, const Vec3d& forward) {
-    rods.show(scene, placement);
+  // What the scene has besides the shape, on the GPU; surfaces without faces are left out. Adds boxes around what has
+  // changed.
+  std::vector<LiveGlass> show(const LiveScene& scene, const Vec3d& forward, std::vector<Box>& changes) {
+    rods.show(scene, placement, changes);
     std::vector<LiveGlass> shown;
     std::vector<const TranslucentSurface*> surfaces;
     for (const TranslucentSurface& surface : scene.surfaces) {
       if (surface.mesh.face_count() > 0) surfaces.push_back(&surface);
     }
+    for (std::size_t i = surfaces.size(); i < glass.size(); ++i) changes.push_back(glass[i].live.box());
     if (glass.size() > surfaces.size()) glass.erase(glass.begin() + surfaces.size(), glass.end());
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
-      const Mesh& mesh_shown = surfaces[i]->mesh;
+      if (i < glass.size() && glass[i].is(*surfaces[i])) continue;
+      if (i < glass.size()) changes.push_back(glass[i].live.box());
       if (i == glass.size()) {
-        glass.emplace_back(mesh_shown, placement);
-      } else if (!glass[i].has_faces_of(mesh_shown)) {
-        glass[i] = Glass(mesh_shown, placement);
+        glass.emplace_back(*surfaces[i], placement);
+      } else if (glass[i].has_faces_of(surfaces[i]->mesh)) {
+        glass[i].become(*surfaces[i]);
       } else {
-        glass[i].move(mesh_shown.positions);
+        glass[i] = Glass(*surfaces[i], placement);
       }
+      changes.push_back(glass[i].live.box());
     }
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
       const auto [near, far] = extent_along(glass[i].live.box(), forward);
@@ -252,8 +303,8 @@ void LiveView::set_shape(const Mesh& mesh) {
 void LiveView::move(std::span<const Vec3d> positions, std::span<const VertexRange> changed, int threads) {
   State& s = *state_;
   const VertexRange all{0, static_cast<std::uint32_t>(positions.size())};
-  s.drawn.reset();
   const bool is_elsewhere = s.box_on_gpu.has_value();
+  if (is_elsewhere || s.mesh.is_cloud()) s.drawn.reset();
   s.counts = update(s.buffers, s.mesh, s.mesh.move(positions, is_elsewhere ? std::span(&all, 1) : changed, threads));
   s.box_on_gpu.reset();
 }
@@ -320,7 +371,44 @@ void LiveView::set_mask(std::span<const float> per_vertex) {
 
 namespace {
 
-// Draws the scene into the targets' single samples.
+// The samples that the box may cover, and those up to a margin away; all where it reaches behind the eye.
+LiveRect rect_of(const Box& box, const View& view, int width, int height, int margin) {
+  LiveRect rect{width, height, 0, 0};
+  for (int i = 0; i < 8 && !box.empty(); ++i) {
+    const Vec3d p{(i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
+                  (i & 4) != 0 ? box.max.z : box.min.z};
+    const auto row = [&](std::size_t r) {
+      return view.matrix[r] * p.x + view.matrix[4 + r] * p.y + view.matrix[8 + r] * p.z + view.matrix[12 + r];
+    };
+    const double w = row(3);
+    if (!(w > 1e-3)) return {0, 0, width, height};
+    const double x = std::clamp(0.5 * (row(0) / w + 1), -1.0, 2.0) * width;
+    const double y = std::clamp(0.5 * (row(1) / w + 1), -1.0, 2.0) * height;
+    rect.left = std::min(rect.left, static_cast<int>(std::floor(x)) - margin);
+    rect.bottom = std::min(rect.bottom, static_cast<int>(std::floor(y)) - margin);
+    rect.right = std::max(rect.right, static_cast<int>(std::ceil(x)) + margin);
+    rect.top = std::max(rect.top, static_cast<int>(std::ceil(y)) + margin);
+  }
+  return {std::max(rect.left, 0), std::max(rect.bottom, 0), std::min(rect.right, width), std::min(rect.top, height)};
+}
+
+void extend(LiveRect& rect, const LiveRect& other) {
+  if (other.left >= other.right || other.bottom >= other.top) return;
+  rect = {std::min(rect.left, other.left), std::min(rect.bottom, other.bottom), std::max(rect.right, other.right),
+          std::max(rect.top, other.top)};
+}
+
+bool overlap(const LiveRect& a, const LiveRect& b) {
+  return a.left < b.right && b.left < a.right && a.bottom < b.top && b.bottom < a.top;
+}
+
+// A relief looks that many samples around, a line is not much wider.
+int margin_of(const LiveScene& scene, int height) {
+  constexpr int line = 4;
+  return line + (scene.relief.cavity ? 3 * std::max(1, static_cast<int>(kFinestCavity * height + 0.5)) : 0);
+}
+
+// Draws the scene into the targets' single samples; of a picture that is there already only what may differ.
 void make_picture(LiveView::State& s, const LiveScene& scene, int width, int height) {
   std::optional<LiveCut> cut;
   if (scene.clip) cut = live_cut(*scene.clip, s.placement);
@@ -329,41 +417,65 @@ void make_picture(LiveView::State& s, const LiveScene& scene, int width, int hei
   for (const Clip& plane : scene.sections) sections.push_back(live_cut(plane, s.placement));
   const double aspect = static_cast<double>(width) / height;
   const View rough = make_view(scene.camera, s.placement, {}, aspect, height);
-  const std::vector<LiveGlass> glass = s.show(scene, rough.frame.forward);
-  const View view = make_view(scene.camera, s.placement, ball_of(s.shown_box()), aspect, height);
+  std::vector<Box> changes{s.mesh.take_changes()};
+  const std::optional<Drawn> before = std::exchange(s.drawn, {});
+  const std::vector<LiveGlass> glass = s.show(scene, rough.frame.forward, changes);
+  const View view = make_view(scene.camera, s.placement, seen_ball(s.shown_box()), aspect, height);
   const bool is_matcap = scene.material == Material::matcap;
   const bool relief = scene.relief != Relief{} && !s.mesh.is_cloud();
-  const LiveFrame frame{s.programs, view,
-                        scene,      ball_of(s.shape_box()),
-                        width,      height,
-                        cut,        is_matcap ? &s.texture_of(scene.matcap) : nullptr,
-                        relief,     std::move(sections)};
+  Drawn drawn{scene, width, height, view.near, view.far};
+  LiveRect rect{0, 0, width, height};
+  const bool is_local = !s.mesh.is_cloud() && !s.box_on_gpu && !cut && !scene.relief.occlusion;
+  if (is_local && before && before->differs_by_tools(drawn)) {
+    rect = {width, height, 0, 0};
+    for (const Box& box : changes) extend(rect, rect_of(box, view, width, height, margin_of(scene, height)));
+  }
+  const LiveFrame frame{s.programs,
+                        view,
+                        scene,
+                        ball_of(s.shape_box()),
+                        width,
+                        height,
+                        rect,
+                        cut,
+                        is_matcap ? &s.texture_of(scene.matcap) : nullptr,
+                        relief,
+                        std::move(sections)};
   if (relief && !s.relief_programs) s.relief_programs.emplace();
   s.make_targets({width, height, scene.samples > 0 ? scene.samples : s.samples, relief});
-  begin_live_picture(frame, s.targets);
-  draw_live_shape(frame, {s.mesh, s.buffers, s.shape_box()});
-  if (relief) draw_live_relief(frame, s.targets, *s.relief_programs);
-  draw_live_background(frame);
-  draw_live_images(frame, s.show_images(scene));
-  if (!glass.empty()) gather(s.targets, GL_DEPTH_BUFFER_BIT);
-  draw_live_rods(frame, s.rods.buffers);
-  if (!glass.empty()) draw_live_glass(frame, glass, s.targets.one_depth);
-  gather(s.targets, GL_COLOR_BUFFER_BIT);
+  if (rect.left < rect.right && rect.bottom < rect.top) {
+    const auto is_seen = [&](const Box& box) {
+      return s.box_on_gpu || box.empty() || overlap(rect_of(box, view, width, height, 1), rect);
+    };
+    begin_live_picture(frame, s.targets);
+    draw_live_shape(frame, {s.mesh, s.buffers, s.shape_box(), s.mesh.seen(is_seen)});
+    if (relief) draw_live_relief(frame, s.targets, *s.relief_programs);
+    draw_live_background(frame);
+    draw_live_images(frame, s.show_images(scene));
+    if (!glass.empty()) gather(s.targets, rect, GL_DEPTH_BUFFER_BIT);
+    draw_live_rods(frame, s.rods.buffers);
+    if (!glass.empty()) draw_live_glass(frame, glass, s.targets.one_depth);
+    gather(s.targets, rect, GL_COLOR_BUFFER_BIT);
+    glDisable(GL_SCISSOR_TEST);
+  }
+  s.drawn = std::move(drawn);
 }
 
 }  // namespace
 
-void LiveView::draw(const LiveScene& scene, int width, int height, int left, int bottom) {
-  if (width < 1 || height < 1) return;
+bool LiveView::draw(const LiveScene& scene, int width, int height, int left, int bottom) {
+  if (width < 1 || height < 1) return false;
+  if (scene.coarseness < 1) throw InvalidInput("live view: the coarseness is below 1");
   const FramebufferGuard caller;
-  const Drawn wanted{scene, width, height};
-  if (state_->drawn != wanted) {
-    state_->drawn.reset();
-    make_picture(*state_, scene, width, height);
-    state_->drawn = wanted;
-  }
+  const int wide = (width - 1) / scene.coarseness + 1;
+  const int high = (height - 1) / scene.coarseness + 1;
+  const std::optional<Drawn>& drawn = state_->drawn;
+  const bool is_there =
+      drawn && drawn->width == wide && drawn->height == high && drawn->scene == scene && !state_->mesh.has_changes();
+  if (!is_there) make_picture(*state_, scene, wide, high);
   caller.bind();
-  present_live(state_->programs, state_->targets, left, bottom);
+  present_live(state_->targets, width, height, left, bottom);
+  return !is_there;
 }
 
 Image LiveView::picture(const LiveScene& scene, int width, int height) {
