@@ -301,7 +301,7 @@ class Application {
   Clock::time_point last_active_ = Clock::now();
   int frames_since_ = 0;
   std::optional<Clock::time_point> last_frame_;
-  PictureQuality quality_;
+  PictureQuality quality_{view_.draws_in_software()};
   Fineness fineness_ = Fineness::smooth;    // of the last picture
   std::optional<Clock::time_point> began_;  // of the last picture, until it is noted
 };

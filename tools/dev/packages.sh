@@ -24,7 +24,7 @@ declare -A packages=(
     libdouble-conversion-dev liblz4-dev liblzma-dev libpugixml-dev libexpat1-dev libfreetype-dev libgl2ps-dev libglew-dev
     libhdf5-dev libjpeg-dev libpng-dev libtiff-dev libnetcdf-dev libogg-dev libtheora-dev libjsoncpp-dev libxml2-dev
     libproj-dev libsqlite3-dev libcgns-dev libxt-dev protobuf-compiler libprotobuf-dev"
-  [web]="libstb-dev fonts-dejavu-core dpkg-dev"
+  [web]="libstb-dev fonts-dejavu-core fonttools dpkg-dev"
   [package]="dpkg-dev file"
   [package_test]="desktop-file-utils libxml2-utils shared-mime-info man-db zsh"
   [bench]="libbenchmark-dev libopenmesh-dev libassimp-dev libtinyobjloader-dev"

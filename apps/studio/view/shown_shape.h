@@ -115,6 +115,9 @@ void set_fineness(render::LiveScene& scene, Fineness fineness);
 // Chooses how finely a moving scene is drawn, so that pictures follow each other quickly. A scene at rest is smooth.
 class PictureQuality {
  public:
+  explicit PictureQuality(bool draws_in_software = false)
+      : moving_(draws_in_software ? Fineness::plain : Fineness::smooth) {}
+
   Fineness fineness(bool is_still) const { return is_still ? Fineness::smooth : moving_; }
 
   // Takes note of the time from the beginning of a picture that was drawn anew to when the next one could begin. While
@@ -125,7 +128,7 @@ class PictureQuality {
  private:
   void become(Fineness fineness);
 
-  Fineness moving_ = Fineness::smooth;
+  Fineness moving_;
   int pictures_ = 0;  // since it changed
   int slow_ = 0;      // pictures in a row
   double slow_seconds_ = 0;

@@ -271,10 +271,13 @@ void show(PictureQuality& quality, double seconds, int pictures, bool is_still =
   }
 }
 
-TEST(PictureQuality, FastPicturesStaySmooth) {
-  PictureQuality quality;
-  show(quality, 0.003, 100);
-  EXPECT_EQ(quality.fineness(false), Fineness::smooth);
+TEST(PictureQuality, FastPicturesAreSmooth) {
+  for (const bool in_software : {false, true}) {
+    PictureQuality quality(in_software);
+    EXPECT_EQ(quality.fineness(false), in_software ? Fineness::plain : Fineness::smooth);
+    show(quality, 0.001, 100);
+    EXPECT_EQ(quality.fineness(false), Fineness::smooth);
+  }
 }
 
 TEST(PictureQuality, SlowOnesBecomeCoarserWhileTheyMoveOnly) {

@@ -452,6 +452,11 @@ void present_live(const LiveTargets& targets, int width, int height, int left, i
   glDisable(GL_BLEND);
   const auto [wide, high, samples, relief] = targets.size;
   const bool is_enlarged = wide != width || high != height;
+  // Chromium clears a canvas before what is first drawn into it, and does not count a copy.
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(left, bottom, width, height);
+  glClear(GL_COLOR_BUFFER_BIT);
+  glDisable(GL_SCISSOR_TEST);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.one.get());
   glBlitFramebuffer(0, 0, wide, high, left, bottom, left + width, bottom + height, GL_COLOR_BUFFER_BIT,
                     is_enlarged ? GL_LINEAR : GL_NEAREST);
