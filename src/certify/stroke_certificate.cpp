@@ -15,6 +15,7 @@
 #include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
+#include "mesh/box_tree.h"
 
 namespace knead::session_detail {
 
@@ -135,18 +136,22 @@ void add_drift(const AppliedStroke& stroke, const std::vector<double>& drifts, S
   certificate.drift = std::accumulate(drifts.begin(), drifts.end(), 0.0) / static_cast<double>(drifts.size());
 }
 
-// Vertices and then centres of faces, and which of them are known to have moved.
+// Vertices and then centres of faces, which of them are known to have moved, and for each a face of the shape before
+// that is near where it came from.
 struct Probes {
   std::vector<Vec3d> points;
   std::vector<bool> moved;
+  std::vector<std::uint32_t> faces;
 };
 
 Probes probes_of(const AppliedStroke& stroke, const std::vector<bool>& moved) {
   const DeformedShape& after = stroke.after;
-  Probes probes{after.positions(), moved};
-  for (std::size_t f = 0; f < after.mesh().face_count(); ++f) {
+  Probes probes{after.positions(), moved, std::vector<std::uint32_t>(moved.size())};
+  for (std::uint32_t f = 0; f < after.mesh().face_count(); ++f) {
     const std::span<const std::uint32_t> face = after.mesh().face(f);
     if (face.empty()) continue;
+    const std::uint32_t source = stroke.remeshed == nullptr ? f : stroke.remeshed->face_source[f];
+    for (const std::uint32_t v : face) probes.faces[v] = source;
     Vec3d sum{};
     bool any_moved = false;
     for (const std::uint32_t v : face) {
@@ -155,14 +160,16 @@ Probes probes_of(const AppliedStroke& stroke, const std::vector<bool>& moved) {
     }
     probes.points.push_back(sum / static_cast<double>(face.size()));
     probes.moved.push_back(any_moved);
+    probes.faces.push_back(source);
   }
   return probes;
 }
 
-// Points after a stroke, and where they came from.
+// Points after a stroke, where they came from, and a face near that.
 struct InverseImage {
   std::vector<Vec3d> there;
   std::vector<Vec3d> back;
+  std::vector<std::uint32_t> faces;
 };
 
 void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, double length, std::vector<Vec3d>& points) {
@@ -207,6 +214,7 @@ InverseImage carried_back(const AppliedStroke& stroke, const Probes& probes, con
   for (std::size_t i = 0; i < probes.points.size(); ++i) {
     if (!worth[i]) continue;
     all.there.push_back(probes.points[i]);
+    all.faces.push_back(probes.faces[i]);
     moved.push_back(probes.moved[i]);
   }
   all.back = all.there;
@@ -216,6 +224,7 @@ InverseImage carried_back(const AppliedStroke& stroke, const Probes& probes, con
     if (!moved[i] && all.back[i] == all.there[i]) continue;
     result.there.push_back(all.there[i]);
     result.back.push_back(all.back[i]);
+    result.faces.push_back(all.faces[i]);
   }
   return result;
 }
@@ -234,8 +243,16 @@ std::vector<Triangle> triangles_near(const DeformedShape& shape, const std::vect
   return near;
 }
 
-// From each point carried back to the nearest of the surface before. Most are near to it; only if one is not, all of
-// the surface is searched.
+// A distance of the point from the surface, of which the face is a part; infinite if the face is no triangle.
+double distance_to(const DeformedShape& shape, std::uint32_t face, const Vec3d& p) {
+  const std::span<const std::uint32_t> corners = shape.mesh().face(face);
+  if (corners.size() != 3) return kInfinity;
+  const std::vector<Vec3d>& at = shape.positions();
+  return std::sqrt(nearest_on_triangle({at[corners[0]], at[corners[1]], at[corners[2]]}, p).distance2);
+}
+
+// From each point carried back to the nearest of the surface before. Most are near to it, nearest or nearly so to the
+// face that is known; only if one is not, all of the surface is searched.
 std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const InverseImage& points,
                                       const ReplayOptions& options, double length) {
   std::vector<std::optional<SurfacePoint>> nearest(points.back.size());
@@ -244,7 +261,9 @@ std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const Inverse
     parallel_for(nearest.size(), kGrain, options.motion.threads, [&](std::size_t begin, std::size_t end) {
       stop_if_cancelled(options.progress);
       for (std::size_t i = begin; i < end; ++i) {
-        if (!nearest[i]) nearest[i] = tree.closest(points.back[i], distance);
+        if (nearest[i]) continue;
+        const double known = distance_to(stroke.before, points.faces[i], points.back[i]);
+        nearest[i] = tree.closest(points.back[i], std::min(distance, known));
       }
     });
     return std::all_of(nearest.begin(), nearest.end(), [](const auto& found) { return found.has_value(); });

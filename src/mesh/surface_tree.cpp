@@ -138,7 +138,7 @@ Box join(const Box& a, const Box& b) {
 }
 
 double squared_distance(const Box& box, const Vec3d& p) {
-  const auto outside = [](double low, double high, double x) { return std::max({low - x, x - high, 0.0}); };
+  const auto outside = [](double low, double high, double x) { return std::max(std::max(low - x, x - high), 0.0); };
   const double x = outside(box.min.x, box.max.x, p.x);
   const double y = outside(box.min.y, box.max.y, p.y);
   const double z = outside(box.min.z, box.max.z, p.z);
