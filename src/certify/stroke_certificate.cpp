@@ -271,7 +271,8 @@ std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const Inverse
   const std::span<const Triangle> triangles = stroke.before.triangles();
   const std::vector<Vec3d>& positions = stroke.before.positions();
   const double near = kNear * length;
-  const BoxTree tree(triangles, positions, triangles_near(triangles, positions, points.back, near));
+  const BoxTree tree(triangles, positions, triangles_near(triangles, positions, points.back, near),
+                     options.motion.threads);
   std::vector<Vec3d> offsets(points.back.size());
   std::vector<std::uint8_t> is_far(points.back.size());
   const auto for_each_point = [&](const auto& visit) {

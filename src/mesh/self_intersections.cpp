@@ -533,7 +533,7 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
   const FlatVertices flat(triangles, points, options);
   const Sorted sorted = sort_triangles(triangles, points, flat, options);
   stop_if_cancelled(options.progress);
-  const BoxTree tree(triangles, points, sorted.chosen);
+  const BoxTree tree(triangles, points, sorted.chosen, options.threads);
   constexpr std::size_t grain = 4096;  // triangles
   const std::size_t first_part = 2 + sorted.others.size() / grain;
   Findings findings(first_part + tree.part_count(), options.limit);
