@@ -470,7 +470,7 @@ class FlatVertices {
   bool is_flat(std::uint32_t v) const {
     const std::size_t count = begin_[v + std::size_t{1}] - begin_[v];
     if (count < 3 || count > kMost) return false;
-    std::array<std::array<std::uint32_t, 2>, kMost> sides;  // the other corners of each triangle
+    std::array<std::array<std::uint32_t, 2>, kMost> sides{};  // the other corners of each triangle
     Vec3d normal{};
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t c = corners_[begin_[v] + i];
