@@ -15,13 +15,14 @@
 #include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
+#include "mesh/box_tree.h"
 
 namespace knead::session_detail {
 
 namespace {
 
 // Relative to the length: the error of carrying points back, far below any distance that matters, and the distance up
-// to which the surface is searched first.
+// to which only the triangles around a point are looked at.
 constexpr double kBackTolerance = 1e-8;
 constexpr double kNear = 1e-3;
 // Distance between places whose origins give a gradient: far above the error, far below what bends a flow.
@@ -135,18 +136,46 @@ void add_drift(const AppliedStroke& stroke, const std::vector<double>& drifts, S
   certificate.drift = std::accumulate(drifts.begin(), drifts.end(), 0.0) / static_cast<double>(drifts.size());
 }
 
-// Vertices and then centres of faces, and which of them are known to have moved.
+std::array<Vec3d, 3> corners_of(const Triangle& t, std::span<const Vec3d> positions) {
+  return {positions[t[0]], positions[t[1]], positions[t[2]]};
+}
+
+// A box with all that is as near to it as this, whatever the rounding.
+Box widened(Box box, double distance) {
+  const double margin = distance + 1e-9 * (distance + box.diagonal() + norm(box.min));
+  box.min -= Vec3d{margin, margin, margin};
+  box.max += Vec3d{margin, margin, margin};
+  return box;
+}
+
+// Of each face the number of its first triangle; of a face without triangles that of any other.
+std::vector<std::uint32_t> first_triangles(const DeformedShape& shape) {
+  std::vector<std::uint32_t> first(shape.mesh().face_count());
+  std::size_t next = 0;
+  for (std::size_t f = 0; f < first.size(); ++f) {
+    first[f] = static_cast<std::uint32_t>(std::min(next, shape.triangles().size() - 1));
+    next += std::max<std::size_t>(shape.mesh().face(f).size(), 2) - 2;
+  }
+  return first;
+}
+
+// Vertices and then centres of faces, which of them are known to have moved, and for each a triangle of the shape
+// before that is near where it came from.
 struct Probes {
   std::vector<Vec3d> points;
   std::vector<bool> moved;
+  std::vector<std::uint32_t> triangles;
 };
 
 Probes probes_of(const AppliedStroke& stroke, const std::vector<bool>& moved) {
   const DeformedShape& after = stroke.after;
-  Probes probes{after.positions(), moved};
-  for (std::size_t f = 0; f < after.mesh().face_count(); ++f) {
+  Probes probes{after.positions(), moved, std::vector<std::uint32_t>(moved.size())};
+  const std::vector<std::uint32_t> first = first_triangles(stroke.before);
+  for (std::uint32_t f = 0; f < after.mesh().face_count(); ++f) {
     const std::span<const std::uint32_t> face = after.mesh().face(f);
     if (face.empty()) continue;
+    const std::uint32_t source = first[stroke.remeshed == nullptr ? f : stroke.remeshed->face_source[f]];
+    for (const std::uint32_t v : face) probes.triangles[v] = source;
     Vec3d sum{};
     bool any_moved = false;
     for (const std::uint32_t v : face) {
@@ -155,14 +184,16 @@ Probes probes_of(const AppliedStroke& stroke, const std::vector<bool>& moved) {
     }
     probes.points.push_back(sum / static_cast<double>(face.size()));
     probes.moved.push_back(any_moved);
+    probes.triangles.push_back(source);
   }
   return probes;
 }
 
-// Points after a stroke, and where they came from.
+// Points after a stroke, where they came from, and a triangle of the shape before near that.
 struct InverseImage {
   std::vector<Vec3d> there;
   std::vector<Vec3d> back;
+  std::vector<std::uint32_t> triangles;
 };
 
 void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, double length, std::vector<Vec3d>& points) {
@@ -207,6 +238,7 @@ InverseImage carried_back(const AppliedStroke& stroke, const Probes& probes, con
   for (std::size_t i = 0; i < probes.points.size(); ++i) {
     if (!worth[i]) continue;
     all.there.push_back(probes.points[i]);
+    all.triangles.push_back(probes.triangles[i]);
     moved.push_back(probes.moved[i]);
   }
   all.back = all.there;
@@ -216,47 +248,60 @@ InverseImage carried_back(const AppliedStroke& stroke, const Probes& probes, con
     if (!moved[i] && all.back[i] == all.there[i]) continue;
     result.there.push_back(all.there[i]);
     result.back.push_back(all.back[i]);
+    result.triangles.push_back(all.triangles[i]);
   }
   return result;
 }
 
-// The triangles of the shape that come as near to the points as this, or nearer, and some more.
-std::vector<Triangle> triangles_near(const DeformedShape& shape, const std::vector<Vec3d>& points, double distance) {
-  Box box = bounding_box(points);
-  const double margin = distance + 1e-9 * (distance + box.diagonal());
-  box.min -= Vec3d{margin, margin, margin};
-  box.max += Vec3d{margin, margin, margin};
-  std::vector<Triangle> near;
-  for (const Triangle& t : shape.triangles()) {
-    const std::array corners{shape.positions()[t[0]], shape.positions()[t[1]], shape.positions()[t[2]]};
-    if (overlap(bounding_box(corners), box)) near.push_back(t);
+// The numbers of the triangles that come as near to the points as this, or nearer, and of some more.
+std::vector<std::uint32_t> triangles_near(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
+                                          const std::vector<Vec3d>& points, double distance) {
+  const Box box = widened(bounding_box(points), distance);
+  std::vector<std::uint32_t> near;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (overlap(bounding_box(corners_of(triangles[t], positions)), box)) near.push_back(t);
   }
   return near;
 }
 
-// From each point carried back to the nearest of the surface before. Most are near to it; only if one is not, all of
-// the surface is searched.
+// From each point carried back to the nearest of the surface before. Most are so near to the triangle that is known
+// that few others can be nearer; for the rest all of the surface is searched.
 std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const InverseImage& points,
                                       const ReplayOptions& options, double length) {
-  std::vector<std::optional<SurfacePoint>> nearest(points.back.size());
-  const auto search = [&](std::span<const Triangle> triangles, double distance) {
-    const SurfaceTree tree(triangles, stroke.before.positions());
-    parallel_for(nearest.size(), kGrain, options.motion.threads, [&](std::size_t begin, std::size_t end) {
-      stop_if_cancelled(options.progress);
-      for (std::size_t i = begin; i < end; ++i) {
-        if (!nearest[i]) nearest[i] = tree.closest(points.back[i], distance);
-      }
-    });
-    return std::all_of(nearest.begin(), nearest.end(), [](const auto& found) { return found.has_value(); });
-  };
+  const std::span<const Triangle> triangles = stroke.before.triangles();
+  const std::vector<Vec3d>& positions = stroke.before.positions();
   const double near = kNear * length;
-  if (!search(triangles_near(stroke.before, points.back, near), near)) {
-    search(stroke.before.triangles(), kInfinity);
-  }
+  const BoxTree tree(triangles, positions, triangles_near(triangles, positions, points.back, near),
+                     options.motion.threads);
   std::vector<Vec3d> offsets(points.back.size());
-  for (std::size_t i = 0; i < offsets.size(); ++i) {
-    if (nearest[i]) offsets[i] = nearest[i]->point - points.back[i];
-  }
+  std::vector<std::uint8_t> is_far(points.back.size());
+  const auto for_each_point = [&](const auto& visit) {
+    parallel_for(offsets.size(), kGrain, options.motion.threads, [&](std::size_t begin, std::size_t end) {
+      stop_if_cancelled(options.progress);
+      for (std::size_t i = begin; i < end; ++i) visit(i, points.back[i]);
+    });
+  };
+  for_each_point([&](std::size_t i, const Vec3d& p) {
+    NearTriangle best = nearest_on_triangle(corners_of(triangles[points.triangles[i]], positions), p);
+    std::uint32_t number = points.triangles[i];
+    is_far[i] = best.distance2 > near * near ? 1 : 0;
+    if (is_far[i] != 0) return;
+    const Box box = widened(bounding_box(std::array{p}), std::sqrt(best.distance2));
+    tree.for_each_overlap_with(tree.box_of({box.min, box.max, box.max}), [&](std::uint32_t t) {
+      const NearTriangle found = nearest_on_triangle(corners_of(triangles[t], positions), p);
+      if (std::pair(std::sqrt(found.distance2), t) < std::pair(std::sqrt(best.distance2), number)) {
+        best = found;
+        number = t;
+      }
+      return true;
+    });
+    offsets[i] = best.point - p;
+  });
+  if (std::find(is_far.begin(), is_far.end(), 1) == is_far.end()) return offsets;
+  const SurfaceTree whole(triangles, positions);
+  for_each_point([&](std::size_t i, const Vec3d& p) {
+    if (is_far[i] != 0) offsets[i] = whole.closest(p)->point - p;
+  });
   return offsets;
 }
 
@@ -290,7 +335,7 @@ StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>&
                            double length) {
   StrokeDistance result;
   result.line = stroke.line;
-  if (stroke.before.mesh().face_count() == 0) return result;
+  if (stroke.before.triangles().empty()) return result;
   const InverseImage points = carried_back(stroke, probes_of(stroke, moved), options, length);
   result.points = points.back.size();
   if (points.back.empty()) return result;

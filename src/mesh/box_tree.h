@@ -55,9 +55,9 @@ class BoxTree {
   static constexpr std::size_t kLeafSize = 4;
 
   // Builds the tree over the triangles whose numbers are in `members`. Positions must be finite. The order of the
-  // leaves depends on the arguments only.
-  BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
-          std::span<const std::uint32_t> members);
+  // leaves depends on these only. threads as for parallel_for.
+  BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions, std::span<const std::uint32_t> members,
+          int threads);
 
   std::size_t part_count() const { return nodes_.size() / 2 / leaves_in_part(); }
 

@@ -31,9 +31,9 @@ void keep_least(std::vector<double>& heap, double value, std::size_t most) {
   std::push_heap(heap.begin(), heap.end());
 }
 
-std::vector<bool> used_vertices(const Mesh& mesh) {
-  std::vector<bool> used(mesh.vertex_count());
-  for (const std::uint32_t v : mesh.corner_vertex) used[v] = true;
+std::vector<std::uint8_t> used_vertices(const Mesh& mesh) {
+  std::vector<std::uint8_t> used(mesh.vertex_count());  // not bits, which cost more to set
+  for (const std::uint32_t v : mesh.corner_vertex) used[v] = 1;
   return used;
 }
 
@@ -80,10 +80,10 @@ Box shape_box(const Mesh& mesh, std::span<const Vec3d> positions) {
     cloud.add(positions);
     return cloud.box();
   }
-  const std::vector<bool> used = used_vertices(mesh);
+  const std::vector<std::uint8_t> used = used_vertices(mesh);
   Box box;
   for (std::size_t v = 0; v < positions.size(); ++v) {
-    if (used[v]) box.extend(positions[v]);
+    if (used[v] != 0) box.extend(positions[v]);
   }
   return box;
 }
@@ -112,14 +112,20 @@ std::string stray_note(const Mesh& mesh) {
 
 namespace {
 
-// Returns the tangent of the smallest angle of a triangle. That angle is at most 60 degrees and lies between the two
-// longest edges, whose dot product is the largest of the three.
-double smallest_tangent(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  const Vec3d ab = b - a;
-  const Vec3d bc = c - b;
-  const Vec3d ca = a - c;
-  return norm(cross(ab, ca)) / std::max({-dot(ca, ab), -dot(ab, bc), -dot(bc, ca)});
-}
+// Three sides of a triangle and twice its area, from which its shape follows.
+struct TriangleSides {
+  Vec3d ab, bc, ca;
+  double area = 0;
+
+  TriangleSides(const Vec3d& a, const Vec3d& b, const Vec3d& c)
+      : ab(b - a), bc(c - b), ca(a - c), area(norm(cross(ab, ca))) {}
+
+  bool is_degenerate() const { return !(area > 1e-12 * std::max({norm2(ab), norm2(bc), norm2(ca)})); }
+
+  // The tangent of the smallest angle is the area divided by this. That angle is at most 60 degrees and lies between
+  // the two longest sides, whose dot product is the largest of the three.
+  double largest_product() const { return std::max({-dot(ca, ab), -dot(ab, bc), -dot(bc, ca)}); }
+};
 
 void count_triangles(const Mesh& mesh, Measures& m) {
   m.triangles = 0;
@@ -128,13 +134,11 @@ void count_triangles(const Mesh& mesh, Measures& m) {
   double tangent = kInfinity;
   for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
     ++m.triangles;
-    const Vec3d& a = mesh.positions[t[0]];
-    const Vec3d& b = mesh.positions[t[1]];
-    const Vec3d& c = mesh.positions[t[2]];
-    if (is_degenerate(a, b, c)) {
+    const TriangleSides sides(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
+    if (sides.is_degenerate()) {
       ++m.degenerate_triangles;
     } else {
-      tangent = std::min(tangent, smallest_tangent(a, b, c));
+      tangent = std::min(tangent, sides.area / sides.largest_product());
     }
   });
   if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = elementary::atan(tangent) * 180 / std::numbers::pi;
@@ -193,14 +197,9 @@ class StarCounter {
     std::size_t at = 0;
     for (std::size_t step = 1; step <= star.size(); ++step) {
       const std::uint32_t other = star[at].next_vertex;
-      std::size_t uses = 0;  // of the edge by faces on its other side
-      for (std::size_t i = 0; i < star.size(); ++i) {
-        if (star[i].previous_vertex != other) continue;
-        ++uses;
-        at = i;
-      }
+      for (at = 0; at < star.size() && star[at].previous_vertex != other;) ++at;
       const bool is_round = at == 0;  // each face has been met once if that is so after as many steps as there are
-      if (uses != 1 || other == vertex || is_round != (step == star.size())) return false;
+      if (at == star.size() || other == vertex || is_round != (step == star.size())) return false;
       edges += vertex < other ? 1 : 0;
     }
     counts_.edges += edges;
@@ -279,7 +278,8 @@ void count_stars(const Mesh& mesh, int threads, Measures& m) {
 std::size_t count_components(const Mesh& mesh, std::size_t unused_vertices) {
   DisjointSets sets(mesh.vertex_count());
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    for (const std::uint32_t v : mesh.face(f)) sets.join(mesh.face(f)[0], v);
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    for (std::size_t i = 1; i < face.size(); ++i) sets.join(face[0], face[i]);
   }
   std::size_t roots = 0;
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) roots += sets.find(v) == v ? 1 : 0;
@@ -314,10 +314,7 @@ void add_sizes(const Mesh& mesh, Measures& m) {
 
 }  // namespace
 
-bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  const double longest2 = std::max({norm2(b - a), norm2(c - b), norm2(a - c)});
-  return !(norm(cross(b - a, c - a)) > 1e-12 * longest2);
-}
+bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return TriangleSides(a, b, c).is_degenerate(); }
 
 Measures measure(const Mesh& mesh, int threads) {
   validate(mesh);

@@ -239,7 +239,12 @@ class FaceCursor {
   explicit FaceCursor(const Mesh& mesh) : begin_(mesh.face_begin) {}
 
   StarCorner neighbours(const Mesh& mesh, std::uint32_t corner) {
-    if (corner >= begin_[face_ + 1]) advance(corner);
+    const std::uint32_t third = corner / 3;
+    if (third + 1 < begin_.size() && begin_[third] == 3 * third && begin_[third + 1] == 3 * third + 3) {
+      face_ = third;  // up to it all faces are triangles, or have three corners on average
+    } else if (corner >= begin_[face_ + 1]) {
+      advance(corner);
+    }
     const std::uint32_t next = corner + 1 < begin_[face_ + 1] ? corner + 1 : begin_[face_];
     const std::uint32_t previous = (corner > begin_[face_] ? corner : begin_[face_ + 1]) - 1;
     return {corner, next, previous, mesh.corner_vertex[next], mesh.corner_vertex[previous]};

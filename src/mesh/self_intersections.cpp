@@ -224,11 +224,15 @@ bool an_edge_meets(const Corners& t, const Corners& u, const std::array<int, 3>&
   return false;
 }
 
+// The coordinate axis in which a normal is longest.
+int widest_axis(const Vec3d& normal) {
+  const Vec3d size{std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)};
+  return size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
+}
+
 // The coordinate axis along which a triangle shows most of its area, or near to it.
 View widest_view_of(const Corners& t) {
-  const Vec3d n = cross(t[1] - t[0], t[2] - t[0]);
-  const Vec3d size{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
+  const int axis = widest_axis(cross(t[1] - t[0], t[2] - t[0]));
   return {axis, orient2d(t[0], t[1], t[2], axis)};
 }
 
@@ -417,22 +421,104 @@ class Findings {
   std::atomic<std::size_t> count_ = 0;
 };
 
+bool is_chosen(std::uint32_t t, const SelfIntersectionOptions& options) {
+  return options.chosen == nullptr || (*options.chosen)[t];
+}
+
+// Finds the vertices that are flat: seen along a coordinate axis, their triangles lie around them once, side by side.
+// Two triangles at a flat vertex are no pair: they meet in what they share. Most vertices of most shapes are flat.
+class FlatVertices {
+ public:
+  // Looks at the vertices of the chosen triangles.
+  FlatVertices(std::span<const Triangle> triangles, std::span<const Vec3d> points,
+               const SelfIntersectionOptions& options)
+      : triangles_(triangles), points_(points), begin_(points.size() + 1), flat_(points.size()) {
+    std::vector<bool> wanted(points.size());
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+      if (!is_chosen(t, options)) continue;
+      for (const std::uint32_t v : triangles[t]) wanted[v] = true;
+    }
+    const auto for_each_corner = [&](const auto& visit) {
+      for (std::uint32_t c = 0; c < 3 * triangles.size(); ++c) {
+        const std::uint32_t v = triangles[c / 3][c % 3];
+        if (wanted[v]) visit(c, v);
+      }
+    };
+    for_each_corner([&](std::uint32_t, std::uint32_t v) { ++begin_[v + std::size_t{1}]; });
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    corners_.resize(begin_.back());
+    std::vector<std::uint32_t> end(begin_.begin(), begin_.end() - 1);
+    for_each_corner([&](std::uint32_t c, std::uint32_t v) { corners_[end[v]++] = c; });
+    parallel_for(points.size(), 4096, options.threads, [&](std::size_t first, std::size_t last) {
+      stop_if_cancelled(options.progress);
+      for (std::size_t v = first; v < last; ++v) flat_[v] = is_flat(static_cast<std::uint32_t>(v)) ? 1 : 0;
+    });
+  }
+
+  bool is_any(const Triangle& t) const { return flat_[t[0]] + flat_[t[1]] + flat_[t[2]] > 0; }
+
+  bool is_shared(const Triangle& t, const Triangle& u) const {
+    return std::any_of(t.begin(), t.end(),
+                       [&](std::uint32_t v) { return flat_[v] != 0 && (v == u[0] || v == u[1] || v == u[2]); });
+  }
+
+ private:
+  static constexpr std::size_t kMost = 32;  // triangles at a vertex that are looked at
+
+  // Goes round the vertex from triangle to triangle, which all must turn the same way. Each full turn passes once from
+  // one side of a line through the vertex to the other, and once back.
+  bool is_flat(std::uint32_t v) const {
+    const std::size_t count = begin_[v + std::size_t{1}] - begin_[v];
+    if (count < 3 || count > kMost) return false;
+    std::array<std::array<std::uint32_t, 2>, kMost> sides{};  // the other corners of each triangle
+    Vec3d normal{};
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t c = corners_[begin_[v] + i];
+      const Triangle& t = triangles_[c / 3];
+      sides[i] = {t[(c + 1) % 3], t[(c + 2) % 3]};
+      normal += cross(points_[sides[i][0]] - points_[v], points_[sides[i][1]] - points_[v]);
+    }
+    const int axis = widest_axis(normal);
+    const int turn = normal[static_cast<std::size_t>(axis)] > 0 ? 1 : -1;
+    const std::size_t height = axis == 2 ? 0 : static_cast<std::size_t>(axis) + 1;
+    const auto is_below = [&](std::uint32_t w) { return points_[w][height] < points_[v][height]; };
+    std::size_t at = 0;
+    int rises = 0;
+    for (std::size_t step = 1; step <= count; ++step) {
+      const auto [from, to] = sides[at];
+      if (orient2d(points_[v], points_[from], points_[to], axis) != turn) return false;
+      rises += is_below(from) && !is_below(to) ? 1 : 0;
+      for (at = 0; at < count && sides[at][0] != to;) ++at;
+      const bool is_round = at == 0;  // each triangle has been met once if that is so after as many steps as there are
+      if (at == count || is_round != (step == count)) return false;
+    }
+    return rises == 1;
+  }
+
+  std::span<const Triangle> triangles_;
+  std::span<const Vec3d> points_;
+  std::vector<std::uint32_t> begin_;    // of each vertex, in corners_
+  std::vector<std::uint32_t> corners_;  // 3 t + i: corner i of triangle t
+  std::vector<std::uint8_t> flat_;
+};
+
 struct Sorted {
   std::vector<std::uint32_t> degenerate;  // of the chosen ones
   std::vector<std::uint32_t> chosen;
   std::vector<std::uint32_t> others;
 };
 
-Sorted sort_triangles(std::span<const Triangle> triangles, std::span<const Vec3d> points,
+Sorted sort_triangles(std::span<const Triangle> triangles, std::span<const Vec3d> points, const FlatVertices& flat,
                       const SelfIntersectionOptions& options) {
   Sorted sorted;
   sorted.chosen.reserve(triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     stop_if_cancelled(options.progress);
-    if (options.chosen != nullptr && !(*options.chosen)[t]) {
+    if (!is_chosen(t, options)) {
       sorted.others.push_back(t);
     } else {
-      (are_collinear(corners_of(triangles[t], points)) ? sorted.degenerate : sorted.chosen).push_back(t);
+      const bool has_area = flat.is_any(triangles[t]) || !are_collinear(corners_of(triangles[t], points));
+      (has_area ? sorted.chosen : sorted.degenerate).push_back(t);
     }
   }
   return sorted;
@@ -444,9 +530,10 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
                                      const SelfIntersectionOptions& options) {
   check_triangles(triangles, positions);
   const std::vector<Vec3d> points = scale_to_range(triangles, positions);
-  const Sorted sorted = sort_triangles(triangles, points, options);
+  const FlatVertices flat(triangles, points, options);
+  const Sorted sorted = sort_triangles(triangles, points, flat, options);
   stop_if_cancelled(options.progress);
-  const BoxTree tree(triangles, points, sorted.chosen);
+  const BoxTree tree(triangles, points, sorted.chosen, options.threads);
   constexpr std::size_t grain = 4096;  // triangles
   const std::size_t first_part = 2 + sorted.others.size() / grain;
   Findings findings(first_part + tree.part_count(), options.limit);
@@ -455,6 +542,7 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
   const auto look_at = [&](std::size_t chunk, std::uint32_t t, std::uint32_t u) {
     const Triangle& a = triangles[t];
     const Triangle& b = triangles[u];
+    if (flat.is_shared(a, b)) return true;
     if (meet_beyond_shared(a, corners_of(a, points), b, corners_of(b, points))) {
       findings.add(chunk, {std::min(t, u), std::max(t, u)});
     }

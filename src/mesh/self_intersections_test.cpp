@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <random>
 
 #include "knead/io.h"
@@ -65,6 +66,31 @@ TEST(SelfIntersections, FindWhatTheTestOfEveryPairFinds) {
     EXPECT_EQ(of(shape.mesh).pairs, by_every_pair(shape.mesh)) << shape.name;
   }
   EXPECT_GT(of(shapes.back().mesh).count, 100u);
+}
+
+// Fans around vertex 0: flat, folded, without area, and those that go round twice.
+TEST(SelfIntersections, OfFansAreFound) {
+  std::mt19937 random(7);
+  std::uniform_int_distribution<int> coordinate(-3, 3);
+  std::size_t crossed = 0;
+  std::size_t sound = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const std::uint32_t count = 3 + static_cast<std::uint32_t>(i % 7);
+    const double turn = (i % 3 == 0 ? 4 : 2) * std::numbers::pi / count;
+    Mesh mesh;
+    mesh.positions.push_back({0.1, 0.2, 0});
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const double z = 0.3 * coordinate(random);
+      mesh.positions.push_back(i % 2 == 0 ? Vec3d{3 * std::cos(turn * k), 3 * std::sin(turn * k), z}
+                                          : Vec3d{1.0 * coordinate(random), 1.0 * coordinate(random), z});
+      mesh.add_face(std::array{0U, k + 1, (k + 1) % count + 1});
+    }
+    const std::vector<Pair> expected = by_every_pair(mesh);
+    EXPECT_EQ(of(mesh).pairs, expected) << i;
+    ++(expected.empty() ? sound : crossed);
+  }
+  EXPECT_GT(crossed, 500U);
+  EXPECT_GT(sound, 500U);
 }
 
 TEST(SelfIntersections, AreTheSameForEveryNumberOfThreadsAndEveryOrder) {

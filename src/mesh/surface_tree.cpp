@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "knead/error.h"
 #include "knead/mesh.h"
 #include "math/geometry.h"
 #include "mesh/box_tree.h"
@@ -56,26 +57,32 @@ void BoxTree::widen(std::uint32_t place, const FloatBox& box) {
 }
 
 BoxTree::BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
-                 std::span<const std::uint32_t> members)
+                 std::span<const std::uint32_t> members, int threads)
     : to_unit_(bounds_of(triangles, positions, members)) {
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
-  order.reserve(members.size());
-  for (const std::uint32_t t : members) order.emplace_back(morton_code_of(box_of(triangles[t], positions)), t);
+  constexpr std::size_t grain = 4096;  // triangles, or leaves
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(members.size());
+  parallel_for(order.size(), grain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      order[i] = {morton_code_of(box_of(triangles[members[i]], positions)), members[i]};
+    }
+  });
   std::sort(order.begin(), order.end());
 
   const std::size_t leaves = std::bit_ceil(std::max<std::size_t>(1, (order.size() + kLeafSize - 1) / kLeafSize));
   leaves_.resize(leaves);
   nodes_.assign(2 * leaves, kEmpty);
-  for (std::size_t i = 0; i < leaves * kLeafSize; ++i) {
-    Leaf& leaf = leaves_[i / kLeafSize];
-    const FloatBox box = i < order.size() ? box_of(triangles[order[i].second], positions) : kEmpty;
-    for (std::size_t k = 0; k < 3; ++k) {
-      leaf.min[k][i % kLeafSize] = box.min[k];
-      leaf.max[k][i % kLeafSize] = box.max[k];
+  parallel_for(leaves, grain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin * kLeafSize; i < end * kLeafSize; ++i) {
+      Leaf& leaf = leaves_[i / kLeafSize];
+      const FloatBox box = i < order.size() ? box_of(triangles[order[i].second], positions) : kEmpty;
+      for (std::size_t k = 0; k < 3; ++k) {
+        leaf.min[k][i % kLeafSize] = box.min[k];
+        leaf.max[k][i % kLeafSize] = box.max[k];
+      }
+      leaf.triangle[i % kLeafSize] = i < order.size() ? order[i].second : 0;
+      nodes_[leaves + i / kLeafSize] = join(nodes_[leaves + i / kLeafSize], box);
     }
-    leaf.triangle[i % kLeafSize] = i < order.size() ? order[i].second : 0;
-    nodes_[leaves + i / kLeafSize] = join(nodes_[leaves + i / kLeafSize], box);
-  }
+  });
   for (std::size_t node = leaves - 1; node > 0; --node) nodes_[node] = join(nodes_[2 * node], nodes_[2 * node + 1]);
 }
 
@@ -138,7 +145,7 @@ Box join(const Box& a, const Box& b) {
 }
 
 double squared_distance(const Box& box, const Vec3d& p) {
-  const auto outside = [](double low, double high, double x) { return std::max({low - x, x - high, 0.0}); };
+  const auto outside = [](double low, double high, double x) { return std::max(std::max(low - x, x - high), 0.0); };
   const double x = outside(box.min.x, box.max.x, p.x);
   const double y = outside(box.min.y, box.max.y, p.y);
   const double z = outside(box.min.z, box.max.z, p.z);

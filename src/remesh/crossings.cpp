@@ -171,7 +171,7 @@ CrossingGuard::CrossingGuard(const Surface& surface, const CrossingSearch& searc
 CrossingGuard::CrossingGuard(const Surface& surface, const CrossingSearch& search, const CrossingSearch::Triangles& all)
     : s_(surface),
       search_(search),
-      tree_(all.triangles, all.positions, all_of(all.triangles.size())),
+      tree_(all.triangles, all.positions, all_of(all.triangles.size()), search.threads()),
       obstacles_(all.triangles.size()),
       written_(all.triangles.size()),
       place_(all_of(all.triangles.size())),

@@ -54,6 +54,7 @@ class CrossingSearch {
   };
   Triangles triangles(const Surface& surface) const;
   std::size_t outside_count() const { return outside_.size(); }
+  int threads() const { return threads_; }
   // Returns the face with its vertices numbered so, and its corners as they are written.
   PlacedFace as_written(PlacedFace face) const;
 

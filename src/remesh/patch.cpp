@@ -304,10 +304,21 @@ class Assembly {
  public:
   Assembly(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, const Progress* progress)
       : before_(before), after_(after), patch_(patch), s_(patch.surface), progress_(progress) {
+    const std::size_t vertices = before.vertex_count() + s_.vertex_count() - patch.vertex_source.size();
+    const std::size_t corners = before.corner_vertex.size() + 3 * (s_.face_count() - patch.triangles.size());
+    const std::size_t faces = before.face_count() + s_.face_count();
+    mesh().positions.reserve(vertices);
+    mesh().corner_vertex.reserve(corners);
+    mesh().face_begin.reserve(faces + 1);
+    result_.moved.reserve(vertices);
+    result_.vertex_source.reserve(vertices);
+    result_.face_source.reserve(faces);
     for (const Attribute& attribute : before.attributes) {
-      Attribute empty = attribute;
-      empty.values.clear();
-      mesh().attributes.push_back(std::move(empty));
+      const std::size_t count = attribute.domain == Domain::vertex   ? vertices
+                                : attribute.domain == Domain::corner ? corners
+                                                                     : faces;
+      mesh().attributes.push_back({attribute.name, attribute.domain, attribute.type, attribute.components, {}});
+      mesh().attributes.back().values.reserve(count * static_cast<std::size_t>(attribute.components));
     }
   }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -202,6 +203,13 @@ bool is_cap(const Surface& s, std::uint32_t h) {
   return dot(u, v) < kCapCosine * norm(u) * norm(v);
 }
 
+// Returns the squared cosine of an angle below the given one, and below 90 degrees, by far more than rounding.
+double flat_cosine2(double angle) {
+  constexpr double margin = 1e-9;
+  const double cosine = angle < std::numbers::pi / 2 ? elementary::cos(angle) : 0.0;
+  return cosine * cosine * (1 + margin) + margin;
+}
+
 double angle_between(const Vec3d& a, const Vec3d& b) { return elementary::atan2(norm(cross(a, b)), dot(a, b)); }
 
 }  // namespace
@@ -215,6 +223,7 @@ Refinement::Refinement(Surface& surface, const Deformation& deformation, const R
       progress_(options.progress),
       deadline_(deadline),
       shortest_(kShortestShare * options.targets.max_chord),
+      flat_cosine2_(flat_cosine2(options.targets.max_angle)),
       outside_(static_cast<double>(outside)) {
   deviation_.resize(s_.halfedge.size());
   for (std::uint32_t e = 0; e < s_.halfedge.size(); ++e) {
@@ -301,8 +310,11 @@ bool Refinement::needs_split(std::uint32_t e, const std::vector<Vec3d>& normals_
   if (!moves || (s_.edge_flags[e] & kBoundary) != 0 || size2 < targets_.min_edge * targets_.min_edge) return false;
   const std::uint32_t a = s_.origin(s_.halfedge[e]);
   const std::uint32_t b = s_.target(s_.halfedge[e]);
-  return angle_between(normals_after[a], normals_after[b]) >
-         targets_.max_angle + angle_between(normals_before[a], normals_before[b]);
+  const Vec3d& n = normals_after[a];
+  const Vec3d& m = normals_after[b];
+  const double along = dot(n, m);
+  if (along > 0 && along * along > flat_cosine2_ * (norm2(n) * norm2(m))) return false;
+  return angle_between(n, m) > targets_.max_angle + angle_between(normals_before[a], normals_before[b]);
 }
 
 std::vector<std::uint32_t> Refinement::find_marked(const std::vector<bool>& forced) {

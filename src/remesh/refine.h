@@ -117,6 +117,7 @@ class Refinement {
   const Progress* progress_;
   Deadline& deadline_;
   double shortest_;         // edges shorter than twice this length are not split
+  double flat_cosine2_;     // the squared cosine of an angle that is surely below targets.max_angle
   double outside_;          // vertices of the mesh outside the surface
   bool may_refuse_ = true;  // else stops at the limits
   double carried_ = 0;      // middles

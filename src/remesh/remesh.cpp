@@ -34,10 +34,12 @@ void require_length(const std::optional<double>& value, const char* key) {
 // Each counts as a multiple of 2^-61 of a power of two above `most`, and whole numbers are summed.
 double mean_of(const std::vector<double>& lengths, double most) {
   const int scale = 61 - std::ilogb(most);
+  const double part = std::scalbn(1.0, scale / 2);  // in two parts neither overflows
+  const double rest = std::scalbn(1.0, scale - scale / 2);
   std::uint64_t high = 0;  // of the sum, in 2^32
   std::uint64_t low = 0;
   for (const double length : lengths) {
-    const auto whole = static_cast<std::uint64_t>(std::scalbn(length, scale));
+    const auto whole = static_cast<std::uint64_t>(length * part * rest);
     high += whole >> 32;
     low += whole & 0xffffffffU;
   }
