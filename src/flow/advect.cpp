@@ -352,8 +352,8 @@ void PointBlocks::fit_block(std::size_t block) {
   Bounds& bounds = blocks_[block];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double* const x = numbers_.data() + axis * padded_ + first;
-    std::array<double, kSideBySide> low;
-    std::array<double, kSideBySide> high;
+    std::array<double, kSideBySide> low{};
+    std::array<double, kSideBySide> high{};
     low.fill(x[0]);
     high.fill(x[0]);
     const auto extend = [&](std::size_t k, double at) {
