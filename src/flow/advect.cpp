@@ -346,19 +346,29 @@ void PointBlocks::sort(std::span<const Vec3d> points) {
 }
 
 void PointBlocks::fit_block(std::size_t block) {
+  constexpr std::size_t kSideBySide = 8;  // which the compiler takes at once
   const std::size_t first = block * kBlock;
   const std::size_t count = std::min(kBlock, size_ - first);
   Bounds& bounds = blocks_[block];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double* const x = numbers_.data() + axis * padded_ + first;
-    double low = x[0];
-    double high = x[0];
-    for (std::size_t i = 1; i < count; ++i) {
-      low = x[i] < low ? x[i] : low;
-      high = x[i] > high ? x[i] : high;
+    std::array<double, kSideBySide> low{};
+    std::array<double, kSideBySide> high{};
+    low.fill(x[0]);
+    high.fill(x[0]);
+    const auto extend = [&](std::size_t k, double at) {
+      low[k] = at < low[k] ? at : low[k];
+      high[k] = at > high[k] ? at : high[k];
+    };
+    std::size_t i = 0;
+    for (; i + kSideBySide <= count; i += kSideBySide) {
+      for (std::size_t k = 0; k < kSideBySide; ++k) extend(k, x[i + k]);
     }
-    bounds.center[axis] = 0.5 * (low + high);
-    bounds.half[axis] = 0.5 * (high - low) * (1 + 1e-12);
+    for (; i < count; ++i) extend(0, x[i]);
+    const double least = *std::min_element(low.begin(), low.end());
+    const double most = *std::max_element(high.begin(), high.end());
+    bounds.center[axis] = 0.5 * (least + most);
+    bounds.half[axis] = 0.5 * (most - least) * (1 + 1e-12);
   }
   bounds.slack = 0;
 }

@@ -126,10 +126,9 @@ class BundlePoints {
     for (std::size_t i = 0; i < count; ++i) to[i] += static_cast<double>(by[i]);
   }
 
-  // The greatest coordinate of a result.
-  double greatest_result() const {
-    P greatest(0);
-    S most = 0;
+  // The greatest coordinate of a result so far: a bound for each block of the group.
+  double greatest_result() {
+    P greatest(most_);
     const Piece& last = bundle_.pieces[bundle_.piece_count - 1];
     const std::size_t count = std::size_t{last.lane} + last.count;
     for (int axis = 0; axis < 3; ++axis) {
@@ -139,17 +138,20 @@ class BundlePoints {
         const P result = P::load(by + i);
         greatest = maximum(greatest, maximum(result, -result));
       }
-      for (; i < count; ++i) most = std::max(most, by[i] < S(0) ? -by[i] : by[i]);
+      for (; i < count; ++i) most_ = std::max(most_, by[i] < S(0) ? -by[i] : by[i]);
     }
-    S lane[P::kSize];
-    greatest.store(lane);
-    for (const S size : lane) most = std::max(most, size);
-    return static_cast<double>(most);
+    if (bits(greatest > P(most_)) != 0) {
+      S lane[P::kSize];
+      greatest.store(lane);
+      for (const S size : lane) most_ = std::max(most_, size);
+    }
+    return static_cast<double>(most_);
   }
 
   const SegmentTask<S>& segment_;
   const GroupTask<S>& group_;
   Bundle<S>& bundle_;
+  S most_{0};
 };
 
 // A bundle's path lines with the field that they follow. Internal: part of the one source of all
@@ -280,7 +282,7 @@ class WholeSegment {
     stage.c = S(1);
     stage.out = 1;
     field_.evaluate(stage);
-    if (!skips_second_order_) judge<false>();
+    if (!skips_second_order_) judge<true, false>();
     if (!skips_second_order_ && bundle_.asked.count() == 0) return done_;
     stage.weights[0] = stage.weights[1] = S(0.25);
     stage.slopes[1] = 1;
@@ -288,7 +290,7 @@ class WholeSegment {
     stage.c = S(0.5);
     stage.out = 2;
     segment_.kernel.stage(segment_.field, bundle_, stage);
-    judge<true>();
+    skips_second_order_ ? judge<false, true>() : judge<true, true>();
     field_.count_evaluations(bundle_.asked.count());
     return done_;
   }
@@ -331,9 +333,9 @@ class WholeSegment {
     bundle_.asked.add(i, bits(part2 <= P(kThirdOrderReach * kThirdOrderReach)) & ~rests & used);
   }
 
-  // Which lanes are accurate with k_0 and k_1, and with k_2 if that is known. Asks for those of the others for which
-  // k_2 is worth an evaluation.
-  template <bool with_third>
+  // Which lanes are accurate in the second order and, if k_2 is known, in the third. Asks for those which are not in
+  // the second, and for which k_2 is worth an evaluation.
+  template <bool with_second, bool with_third>
   void judge() {
     done_.clear();
     bundle_.asked.clear();
@@ -349,19 +351,22 @@ class WholeSegment {
       const P zero(0);
       Vec3<P> slope = (k0 + k1) * P(0.5);
       const P change2 = norm2((k1 - slope) * by_tolerance);
-      auto good = (step_rule::second_order_excess(change2, part2) <= one) & (norm2(slope) > zero);
       const auto promising = step_rule::third_order_outlook(change2, part2) <= one;
+      auto good = promising;
+      if constexpr (with_second) good = (step_rule::second_order_excess(change2, part2) <= one) & (norm2(slope) > zero);
+      const std::uint32_t second = with_second ? bits(good) : 0;
       const std::uint32_t used = lanes_in_use<P>(i, bundle_.count);
-      bundle_.asked.add(i, bits(promising) & ~bits(good) & used);
+      bundle_.asked.add(i, bits(promising) & ~second & used);
+      std::uint32_t done = second;
       if constexpr (with_third) {
         const Vec3<P> change = (load<P>(bundle_.k[2], i) - slope) * P(2.0 / 3);
         const Vec3<P> third = slope + change;
         const P excess = step_rule::third_order_excess(norm2(change * by_tolerance), part2);
-        slope = select_each(good, slope, third);
-        good = good | (promising & (excess <= one) & (norm2(third) > zero));
+        done |= bits(promising & (excess <= one) & (norm2(third) > zero));
+        slope = with_second ? select_each(good, slope, third) : third;
       }
       store(slope * h, bundle_.result, i);
-      done_.add(i, bits(good) & used);
+      done_.add(i, done & used);
     }
   }
 

@@ -5,6 +5,7 @@
 
 #include "field/point_sums.h"
 #include "flow/kernels/kernel.h"
+#include "flow/kernels/kernel_velocity.h"
 #include "flow/kernels/pack.h"
 #include "flow/step_rule.h"
 #include "knead/field.h"
@@ -267,7 +268,7 @@ KNEAD_INLINE P greatest_over_turn(const Vec3<P>& n, const Vec3<P>& axis, const V
   return level + select(span >= P(3.14159265358979), amplitude, inner);
 }
 
-// What points are classified by: r; for a ball its square, which is had sooner.
+// What points are classified by: r; for a ball and a capsule its square, which is had sooner.
 template <class P, template <class> class M, template <class> class R, class S>
 KNEAD_INLINE P measure(const KernelField<S, M, R>& field, const Vec3<P>& d, const P& t) {
   return evaluate(field.exact_region, d, t).value;
@@ -276,6 +277,11 @@ KNEAD_INLINE P measure(const KernelField<S, M, R>& field, const Vec3<P>& d, cons
 template <class P, template <class> class M, class S>
 KNEAD_INLINE P measure(const KernelField<S, M, Ball>& /*field*/, const Vec3<P>& d, const P& /*t*/) {
   return norm2(d);
+}
+
+template <class P, template <class> class M, class S>
+KNEAD_INLINE P measure(const KernelField<S, M, Capsule>& field, const Vec3<P>& d, const P& /*t*/) {
+  return norm2(from_axis(field.exact_region, d));
 }
 
 // Of a set r would take long; less than outer wherever it may be felt during the segment.
@@ -294,9 +300,19 @@ KNEAD_INLINE P bound_of(const F& /*field*/, double r) {
   return P(r);
 }
 
+template <class P>
+KNEAD_INLINE P square_of_bound(double r) {
+  return P(r > 0 ? r * r : -1.0);
+}
+
 template <class P, template <class> class M, class S>
 KNEAD_INLINE P bound_of(const KernelField<S, M, Ball>& /*field*/, double r) {
-  return P(r > 0 ? r * r : -1.0);
+  return square_of_bound<P>(r);
+}
+
+template <class P, template <class> class M, class S>
+KNEAD_INLINE P bound_of(const KernelField<S, M, Capsule>& /*field*/, double r) {
+  return square_of_bound<P>(r);
 }
 
 // The displacement of points in closed form, and the lanes for which there is one.
@@ -426,7 +442,9 @@ KNEAD_INLINE Arrival<P> arrival(const KernelField<S, M, Ball>& field, const Vec3
 
 // r falls at most as fast as the distance to where the tool has been.
 template <class P, class F>
-KNEAD_INLINE Arrival<P> arrival(const F& field, const Vec3<P>& d, const P& r) {
+KNEAD_INLINE Arrival<P> arrival(const F& field, const Vec3<P>& d, const P& measure) {
+  const bool is_square = std::is_same_v<decltype(F::exact_region), Capsule<double>>;
+  const P r = is_square ? sqrt(measure) : measure;
   double speed2 = norm2(field.exact_displacement);
   P turning(0);
   if constexpr (requires { field.exact_region.turn_angle; }) {
