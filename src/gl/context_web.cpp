@@ -1,5 +1,6 @@
 // The context of a page: WebGL 2. The page makes it; nothing here opens another one.
 #include <GLES3/gl3.h>
+#include <emscripten/html5.h>
 
 #include "knead/gl.h"
 
@@ -12,11 +13,19 @@ std::string text(GLenum name) {
   return found == nullptr ? std::string("unknown") : std::string(reinterpret_cast<const char*>(found));
 }
 
+// GL_RENDERER is "WebKit WebGL" everywhere in Chromium.
+std::string renderer() {
+  constexpr GLenum unmasked_renderer = 0x9246;
+  const auto context = emscripten_webgl_get_current_context();
+  const bool is_told = emscripten_webgl_enable_extension(context, "WEBGL_debug_renderer_info") != 0;
+  return text(is_told ? unmasked_renderer : GL_RENDERER);
+}
+
 }  // namespace
 
 void Context::describe_current() {
   is_software_ = gl::is_software();
-  description_ = text(GL_RENDERER) + ", " + text(GL_VERSION);
+  description_ = renderer() + ", " + text(GL_VERSION);
 }
 
 Context Context::open(int) { throw GpuError("a page cannot open OpenGL without a canvas; give it one"); }
@@ -45,7 +54,11 @@ void require_version(int version) {
   if (glGetString(GL_VERSION) == nullptr) throw GpuError("the browser has no WebGL 2; use a newer one");
 }
 
-bool is_software() { return text(GL_RENDERER).find("SwiftShader") != std::string::npos; }
+// Chromium's and Firefox's names.
+bool is_software() {
+  const std::string name = renderer();
+  return name.find("SwiftShader") != std::string::npos || name.find("llvmpipe") != std::string::npos;
+}
 
 bool reports_loss() { return false; }
 

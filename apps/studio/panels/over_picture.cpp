@@ -573,7 +573,6 @@ float draw_remesh_offer(Studio& studio, const Gui& gui) {
   if (ImGui::Begin("Poor triangles", nullptr, kOverlay)) {
     const char* const end = shown.poor_triangles == 1 ? "" : "s";
     ImGui::Text("The last stroke made %zu triangle%s thin or angular.", shown.poor_triangles, end);
-    ImGui::SameLine();
     if (ImGui::Button("Remesh")) studio.perform(Action::remesh_last);
     help_on_hover("Applies the last stroke again and remeshes what it moved.");
     ImGui::SameLine();
