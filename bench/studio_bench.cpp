@@ -12,7 +12,6 @@
 #include <optional>
 #include <vector>
 
-#include "gl/objects.h"
 #include "knead/gl.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
@@ -112,8 +111,14 @@ Figures by_pictures(const Mesh& mesh, const Scene& drag, const std::vector<Impli
   const Box box = bounding_box(mesh.positions);
   const double diagonal = box.diagonal();
   shape.follow(bench.state(), nullptr, diagonal, view);
-  const gl::Texture color = gl::make_texture(width, height, GL_RGBA8);
-  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
+  GLuint color = 0;
+  glGenRenderbuffers(1, &color);
+  glBindRenderbuffer(GL_RENDERBUFFER, color);
+  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
+  GLuint target = 0;
+  glGenFramebuffers(1, &target);
+  glBindFramebuffer(GL_FRAMEBUFFER, target);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color);
   render::LiveScene scene;
   scene.camera = render::fit_camera(box, {-0.4, -0.3, -1}, {0, 1, 0}, static_cast<double>(width) / height);
   scene.material = render::Material::matcap;
