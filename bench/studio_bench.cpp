@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "knead/gl.h"
@@ -100,13 +101,14 @@ Figures by_gpu(const Mesh& mesh, const std::vector<ImplicitStroke>& strokes, std
   return figures;
 }
 
-// Pictures as Studio begins with them. samples: per pixel.
-Figures by_pictures(const Mesh& mesh, const Scene& drag, const std::vector<ImplicitStroke>& strokes, int samples) {
+// Pictures as Studio begins with them.
+Figures by_pictures(const Mesh& mesh, const Scene& drag, const std::vector<ImplicitStroke>& strokes,
+                    Fineness fineness) {
   constexpr int width = 1280;
   constexpr int height = 800;
   Workbench bench(mesh);
   bench.prepare();
-  render::LiveView view(samples);
+  render::LiveView view;
   ShownShape shape;
   const Box box = bounding_box(mesh.positions);
   const double diagonal = box.diagonal();
@@ -123,6 +125,7 @@ Figures by_pictures(const Mesh& mesh, const Scene& drag, const std::vector<Impli
   scene.camera = render::fit_camera(box, {-0.4, -0.3, -1}, {0, 1, 0}, static_cast<double>(width) / height);
   scene.material = render::Material::matcap;
   scene.relief.cavity = true;
+  set_fineness(scene, fineness);
   const auto ball = [&](double radius, const render::Color& glass) {
     Mesh shown = make_shape(ShapeKind::sphere, 1002);
     for (Vec3d& p : shown.positions) p = box.center() + p * (radius * diagonal);
@@ -182,10 +185,10 @@ int main(int argc, char** argv) {
     print(scene.name, "GPU", by_gpu(mesh, strokes, reads));
     fmt::print("{:22}       {} times read back\n", "", reads);
     print(scene.name, "seen", by_frames(mesh, strokes.back()));
-    for (const int samples : {4, 1}) {
-      const Figures pictures = by_pictures(mesh, scene, strokes, samples);
-      fmt::print("{:22}       drawn with {} samples: median {:.1f} ms, most {:.1f}\n", "", samples, pictures.median,
-                 pictures.most);
+    for (const auto& [name, fineness] :
+         {std::pair{"smooth", Fineness::smooth}, {"plain", Fineness::plain}, {"coarse", Fineness::coarse}}) {
+      const Figures pictures = by_pictures(mesh, scene, strokes, fineness);
+      fmt::print("{:22}       drawn {:6}: median {:.1f} ms, most {:.1f}\n", "", name, pictures.median, pictures.most);
     }
   }
 }

@@ -278,7 +278,7 @@ bool ShownShape::send(const ShapeState& state, render::LiveView& view) {
 
 namespace {
 
-constexpr double kSlow = 0.05;  // seconds
+constexpr double kSlow = 0.04;  // seconds
 constexpr double kFast = 0.02;
 constexpr double kPatience = 0.2;  // seconds of slow pictures
 constexpr int kSlowPictures = 2;   // one alone may have other reasons

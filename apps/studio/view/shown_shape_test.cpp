@@ -296,7 +296,7 @@ TEST(PictureQuality, SlowOnesBecomeCoarserWhileTheyMoveOnly) {
 
 TEST(PictureQuality, TheyAreAsFineAsIsQuick) {
   PictureQuality quality;
-  show(quality, 0.01, 200);
+  show(quality, 0.009, 200);
   EXPECT_EQ(quality.fineness(false), Fineness::plain);
 }
 

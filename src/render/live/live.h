@@ -221,16 +221,19 @@ struct LiveTargetSize {
 
 // For the relief: normals of the shape, and the light that gets through, of every second sample each way.
 struct LiveReliefTargets {
-  gl::Renderbuffer normal_of_many;  // the second colour of LiveTargets::many
+  gl::Renderbuffer normal_of_many;  // the second colour of LiveTargets::many; of a single sample that is `normal`
   gl::Texture normal;
   gl::Framebuffer gathered;
+  gl::Framebuffer shaded;  // of a single sample: the colour alone
   std::array<gl::Texture, 2> occlusion;
   std::array<gl::Framebuffer, 2> occlusion_target;
 };
 
-// Where the picture is made: several samples per pixel, and the same after they are put together.
+// Where the picture is made: several samples per pixel, and the same after they are put together. Of a single sample
+// colours and normals are both at once.
 struct LiveTargets {
   LiveTargetSize size;
+  bool is_single = false;
   gl::Renderbuffer color;
   gl::Renderbuffer depth;  // and stencil
   gl::Framebuffer many;

@@ -168,10 +168,14 @@ LiveReliefTargets make_relief_targets(int width, int height, int samples) {
   GLint many = 0;
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &many);
   LiveReliefTargets targets;
-  targets.normal_of_many = make_renderbuffer(width, height, samples, GL_RGBA16F);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_RENDERBUFFER, targets.normal_of_many.get());
   targets.normal = gl::make_texture(width, height, GL_RGBA16F);
-  targets.gathered = gl::make_framebuffer({&targets.normal}, nullptr);
+  if (samples == 1) {
+    gl::attach(GL_COLOR_ATTACHMENT1, targets.normal.get());
+  } else {
+    targets.normal_of_many = make_renderbuffer(width, height, samples, GL_RGBA16F);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_RENDERBUFFER, targets.normal_of_many.get());
+    targets.gathered = gl::make_framebuffer({&targets.normal}, nullptr);
+  }
   for (std::size_t i = 0; i < 2; ++i) {
     targets.occlusion[i] = gl::make_texture((width + 1) / 2, (height + 1) / 2, GL_RGBA8);
     targets.occlusion_target[i] = gl::make_framebuffer({&targets.occlusion[i]}, nullptr);
@@ -191,15 +195,21 @@ LiveTargets make_live_targets(const LiveTargetSize& size) {
   LiveTargets targets;
   targets.size = size;
   const int most = std::clamp(samples, 1, std::max(1, limit(GL_MAX_SAMPLES)));
-  targets.color = make_renderbuffer(width, height, most, GL_RGBA8);
+  targets.is_single = most == 1;
+  targets.one_color = gl::make_texture(width, height, GL_RGBA8);
   targets.depth = make_renderbuffer(width, height, most, GL_DEPTH24_STENCIL8);
   targets.many = gl::make_framebuffer({}, nullptr);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, targets.color.get());
+  if (targets.is_single) {
+    gl::attach(GL_COLOR_ATTACHMENT0, targets.one_color.get());
+  } else {
+    targets.color = make_renderbuffer(width, height, most, GL_RGBA8);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, targets.color.get());
+  }
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, targets.depth.get());
   gl::draw_into_one();
   if (relief) targets.relief = make_relief_targets(width, height, most);
   require_complete();
-  targets.one_color = gl::make_texture(width, height, GL_RGBA8);
+  if (relief && targets.is_single) targets.relief.shaded = gl::make_framebuffer({&targets.one_color}, nullptr);
   targets.one_depth = make_depth_texture(width, height);
   targets.one = gl::make_framebuffer({&targets.one_color}, nullptr);
   gl::attach(GL_DEPTH_STENCIL_ATTACHMENT, targets.one_depth.get());
@@ -245,6 +255,7 @@ void copy(const LiveRect& r, GLbitfield what) {
 }  // namespace
 
 void gather(const LiveTargets& targets, const LiveRect& rect, GLbitfield what) {
+  if (targets.is_single && what == GL_COLOR_BUFFER_BIT) return;
   glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.many.get());
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.one.get());
   copy(rect, what);
@@ -252,6 +263,7 @@ void gather(const LiveTargets& targets, const LiveRect& rect, GLbitfield what) {
 }
 
 void gather_normals(const LiveTargets& targets, const LiveRect& rect) {
+  if (targets.is_single) return;
   glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.many.get());
   glReadBuffer(GL_COLOR_ATTACHMENT1);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.relief.gathered.get());

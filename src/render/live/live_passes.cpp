@@ -53,15 +53,16 @@ void draw_live_relief(const LiveFrame& frame, const LiveTargets& targets, const 
   gather_normals(targets, frame.rect);
   gl::draw_into_one();
   if (wanted.occlusion) draw_occlusion(frame, targets, programs);
-  glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.is_single ? targets.relief.shaded.get() : targets.many.get());
   reset_state(frame);
   const gl::Program& program = programs.relief;
   use_relief(program, frame, targets);
   bind_texture(program, "occlusion_map", 2, GL_TEXTURE_2D, targets.relief.occlusion[1]);
   set(program, "with_cavity", wanted.cavity ? 1.0 : 0.0);
   set(program, "with_occlusion", wanted.occlusion ? 1.0 : 0.0);
-  // At the far end of the depth range, so that it changes the samples that the shape covers.
-  glEnable(GL_DEPTH_TEST);
+  // At the far end of the depth range, so that it changes the samples that the shape covers. Of a single sample the
+  // program itself knows.
+  if (!targets.is_single) glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_GREATER);
   glDepthMask(GL_FALSE);
   glEnable(GL_BLEND);
@@ -70,6 +71,8 @@ void draw_live_relief(const LiveFrame& frame, const LiveTargets& targets, const 
   glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
   glDepthFunc(GL_LESS);
+  glEnable(GL_DEPTH_TEST);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
 }
 
 namespace {
