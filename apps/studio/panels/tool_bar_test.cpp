@@ -87,6 +87,23 @@ TEST_F(ToolBarTest, LengthsAreAbsolute) {
   EXPECT_NEAR(settings.stamp_size, 1.5, 1e-12) << "the size grows with the radius";
 }
 
+TEST_F(ToolBarTest, ASlidersTooltipCanBeRead) {
+  ShownPanels panels(options(), 1280, 800);
+  open_ball(panels);
+  ImGuiWindow& bar = *ImGui::FindWindowByName("Tool");
+  const Area area{bar.Pos.x, bar.Pos.y, bar.Pos.x + bar.Size.x, bar.Pos.y + bar.Size.y};
+  const auto place = panels.place_in(area, bar.GetID("##Radius"));
+  ASSERT_TRUE(place);
+  panels.frame({PointerMoved{place->first, place->second}});
+  for (int i = 0; i < 4; ++i) panels.frame();
+  const ImGuiWindow* const tooltip = ImGui::FindWindowByName("##Tooltip_00");
+  ASSERT_NE(tooltip, nullptr);
+  EXPECT_TRUE(tooltip->Active);
+  const ImU32 ink = ImGui::GetColorU32(ImGuiCol_Text);
+  const ImVector<ImDrawVert>& drawn = tooltip->DrawList->VtxBuffer;
+  EXPECT_GT(std::count_if(drawn.begin(), drawn.end(), [&](const ImDrawVert& v) { return v.col == ink; }), 40);
+}
+
 TEST_F(ToolBarTest, TheBarHasTheMirrorsAndWhatRarelyChangesIsFolded) {
   ShownPanels panels(options(), 1280, 800);
   open_ball(panels);

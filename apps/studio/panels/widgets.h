@@ -124,9 +124,9 @@ inline void slide(const char* label, double& value, Limits limits, const char* h
     is_changed = ImGui::SliderScalar(hidden, ImGuiDataType_Double, &changed, &limits.least, &limits.most, "%.4g",
                                      is_logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
     note_edited(hidden);
-    help_on_hover(help);
     return is_changed;
   });
+  help_on_hover(help);
   const bool is_possible = is_changed && std::isfinite(changed) && (!is_logarithmic || changed > 0);
   // A slider rounds what it gives, at its ends beyond them.
   if (!is_typed) changed = std::clamp(changed, limits.least, limits.most);

@@ -405,7 +405,7 @@ bool overlap(const LiveRect& a, const LiveRect& b) {
 // A relief looks that many samples around, a line is not much wider.
 int margin_of(const LiveScene& scene, int height) {
   constexpr int line = 4;
-  return line + (scene.relief.cavity ? 3 * std::max(1, static_cast<int>(kFinestCavity * height + 0.5)) : 0);
+  return line + (scene.relief.cavity ? 3 * std::max(1, static_cast<int>(std::lround(kFinestCavity * height))) : 0);
 }
 
 // Draws the scene into the targets' single samples; of a picture that is there already only what may differ.
