@@ -359,11 +359,13 @@ TEST_F(LiveViewTest, FlatFacesHaveOneColorEach) {
   scene.material = Material::flat;
   scene.camera.projection = Projection::orthographic;
   const Image image = picture_of(box, scene);
-  const Pixel middle = at(image, kWidth / 2, kHeight / 2);
-  EXPECT_NEAR(middle.red, at(image, kWidth / 2 - 40, kHeight / 2 - 30).red, 1);
+  constexpr int x = kWidth / 2;
+  constexpr int y = kHeight / 2;
+  const Pixel middle = at(image, x, y);
+  EXPECT_NEAR(middle.red, at(image, x - 40, y - 30).red, 1);
   scene.material = Material::clay;  // even, too, because it stops at creases
   const Image clay = picture(scene);
-  EXPECT_NEAR(at(clay, kWidth / 2, kHeight / 2).red, at(clay, kWidth / 2 - 40, kHeight / 2 - 30).red, 8);
+  EXPECT_NEAR(at(clay, x, y).red, at(clay, x - 40, y - 30).red, 8);
 }
 
 TEST_F(LiveViewTest, MatcapTurnsWithTheCamera) {
