@@ -89,7 +89,9 @@ class Application {
     studio_.refresh();
     const Clock::time_point now = Clock::now();
     const std::uint64_t version = studio_.document().shown().version;
-    if (!events.empty() || version != drawn_version_ || window_.is_closing() || studio_.document().worker().is_busy()) {
+    const bool is_changed = !events.empty() || version != drawn_version_ || window_.is_closing();
+    if (is_changed) last_changed_ = now;
+    if (is_changed || studio_.document().worker().is_busy()) {
       last_active_ = now;
       frames_since_ = 0;
     }
@@ -99,7 +101,7 @@ class Application {
       last_frame_.reset();
       return;
     }
-    fineness_ = quality_.fineness(has_settled);
+    fineness_ = quality_.fineness(seconds_between(last_changed_, now) > kStaysActive);
     draw_frame(events);
     ++frames_since_;
     drawn_version_ = version;
@@ -298,7 +300,8 @@ class Application {
   FrameTimes times_;
   std::string title_;
   std::uint64_t drawn_version_ = 0;
-  Clock::time_point last_active_ = Clock::now();
+  Clock::time_point last_changed_ = Clock::now();
+  Clock::time_point last_active_ = Clock::now();  // the same while the worker is busy
   int frames_since_ = 0;
   std::optional<Clock::time_point> last_frame_;
   PictureQuality quality_{view_.draws_in_software()};
