@@ -229,8 +229,8 @@ struct LiveReliefTargets {
   std::array<gl::Framebuffer, 2> occlusion_target;
 };
 
-// Where the picture is made: several samples per pixel, and the same after they are put together. Of a single sample
-// colours and normals are both at once.
+// Where the picture is made: several samples per pixel, and the same after they are put together. With one
+// sample per pixel colours and normals are drawn where they are needed, and nothing is put together.
 struct LiveTargets {
   LiveTargetSize size;
   bool is_single = false;
