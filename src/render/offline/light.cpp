@@ -118,19 +118,25 @@ struct MapPoint {
   float z;
 };
 
+// Rows are longer than the map by what a run of texels may reach beyond it.
+constexpr int kRun = 4;
+
 struct Map {
   int size;
-  std::uint16_t* depths;
+  float* depths;
 
-  void put(int x, int y, float z) const {
-    std::uint16_t& depth = depths[static_cast<std::ptrdiff_t>(y) * size + x];
-    depth = std::min(depth, static_cast<std::uint16_t>(std::clamp(z, 0.0f, kFarthest)));
+  float* row(int y) const { return depths + static_cast<std::ptrdiff_t>(y) * (size + kRun); }
+
+  // The texels whose centres lie in [from, to]: first and one past the last. Without calls of ceil() and floor().
+  int first(float from) const {
+    const float at = std::max(from, -1.0f) - 0.5f;
+    const int below = static_cast<int>(at);
+    return std::max(0, below + (static_cast<float>(below) < at ? 1 : 0));
   }
-
-  // The texels whose centres lie in [from, to]: first and one past the last.
-  int first(float from) const { return std::max(0, static_cast<int>(std::ceil(std::max(from, -1.0f) - 0.5f))); }
   int end(float to) const {
-    return std::min(size, static_cast<int>(std::floor(std::min(to, static_cast<float>(size)) - 0.5f)) + 1);
+    const float at = std::max(std::min(to, static_cast<float>(size)), -1.0f) - 0.5f;
+    const int above = static_cast<int>(at);
+    return std::min(size, above + (static_cast<float>(above) > at ? 0 : 1));
   }
 };
 
@@ -155,7 +161,7 @@ Plane left_of(const MapPoint& a, const MapPoint& b) {
   return {dy * a.x - dx * a.y, -dy, dx};
 }
 
-// Most triangles are about as large as a texel: each texel of the box around them is tried.
+// Most triangles are a few texels large: each texel of the box around them is tried, a run of them at once.
 void draw_triangle(const Map& map, const MapPoint& a, const MapPoint& b, const MapPoint& c) {
   const int top = map.first(std::min(std::min(a.y, b.y), c.y));
   const int bottom = map.end(std::max(std::max(a.y, b.y), c.y));
@@ -175,16 +181,17 @@ void draw_triangle(const Map& map, const MapPoint& a, const MapPoint& b, const M
   const Plane depth{a.z, (u.z * v.y - v.z * u.y) / twice_area, (v.z * u.x - u.z * v.x) / twice_area};
   const float shift = kSlopeShift * std::max(std::abs(depth.dx), std::abs(depth.dy));
   const float nearest = std::min(std::min(a.z, b.z), c.z);
+  const int columns = (right - left + kRun - 1) / kRun * kRun;
   for (int row = top; row < bottom; ++row) {
     const float y = static_cast<float>(row) + 0.5f - a.y;
-    std::uint16_t* const depths = map.depths + static_cast<std::ptrdiff_t>(row) * map.size;
-    for (int column = left; column < right; ++column) {
-      const float x = static_cast<float>(column) + 0.5f - a.x;
+    float* const depths = map.row(row) + left;
+    for (int k = 0; k < columns; ++k) {
+      const float x = static_cast<float>(left + k) + 0.5f - a.x;
       // No branches: nothing foretells which texels lie inside.
       const float inside = std::min(std::min(first(x, y), second(x, y)), third(x, y));
-      const float z = std::min(std::max(std::max(depth(x, y), nearest) + shift, 0.0f), kFarthest);
-      const int drawn = inside < 0 ? static_cast<int>(kFarthest) : static_cast<int>(z);
-      depths[column] = static_cast<std::uint16_t>(std::min<int>(depths[column], drawn));
+      const float z = std::max(std::max(depth(x, y), nearest) + shift, 0.0f);
+      const float drawn = std::min(depths[k], z);
+      depths[k] = inside >= 0 ? drawn : depths[k];
     }
   }
 }
@@ -193,7 +200,10 @@ void draw_point(const Map& map, const MapPoint& p, float radius) {
   const int right = std::max(map.end(p.x + radius), std::clamp(static_cast<int>(p.x), 0, map.size - 1) + 1);
   const int bottom = std::max(map.end(p.y + radius), std::clamp(static_cast<int>(p.y), 0, map.size - 1) + 1);
   for (int y = std::min(map.first(p.y - radius), bottom - 1); y < bottom; ++y) {
-    for (int x = std::min(map.first(p.x - radius), right - 1); x < right; ++x) map.put(x, y, p.z);
+    for (int x = std::min(map.first(p.x - radius), right - 1); x < right; ++x) {
+      float& depth = map.row(y)[x];
+      depth = std::min(depth, std::max(p.z, 0.0f));
+    }
   }
 }
 
@@ -213,10 +223,17 @@ void draw_map(const Occluder& occluder, const LightMatrix& light, const Map& map
 std::vector<std::uint16_t> draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size,
                                             double point_radius) {
   const std::size_t texels = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
-  std::vector<std::uint16_t> depths(texels * lights.size(), static_cast<std::uint16_t>(kFarthest));
+  std::vector<std::uint16_t> depths(texels * lights.size());
   parallel_for(lights.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
+    std::vector<float> drawn(static_cast<std::size_t>(size + kRun) * static_cast<std::size_t>(size));
     for (std::size_t i = begin; i < end; ++i) {
-      draw_map(occluder, lights[i], {size, depths.data() + i * texels}, point_radius);
+      const Map map{size, drawn.data()};
+      std::fill(drawn.begin(), drawn.end(), kFarthest);
+      draw_map(occluder, lights[i], map, point_radius);
+      std::uint16_t* rounded = depths.data() + i * texels;
+      for (int y = 0; y < size; ++y) {
+        for (int x = 0; x < size; ++x) *rounded++ = static_cast<std::uint16_t>(map.row(y)[x]);
+      }
     }
   });
   return depths;

@@ -81,18 +81,27 @@ struct Lanes {
   std::array<Lane, 3> gloss;
 };
 
-// The places of the points in a light's map, and the cosines between the light and their normals.
-void look(const LightMatrix& m, const Vec3f& d, Lanes& lanes) {
+// The cosines between the light and the normals. Returns false if no point faces the light.
+bool face(const Vec3f& d, Lanes& lanes) {
+  const auto& [nx, ny, nz] = lanes.n;
+  int facing = 0;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    lanes.nl[i] = std::max(nx[i] * d.x + ny[i] * d.y + nz[i] * d.z, 0.0F);
+    facing += lanes.nl[i] > 0 ? 1 : 0;
+  }
+  return facing > 0;
+}
+
+// The places of the points in a light's map.
+void look(const LightMatrix& m, Lanes& lanes) {
   constexpr float size = kShadowMapSize;
   const auto& [x, y, z] = lanes.q;
-  const auto& [nx, ny, nz] = lanes.n;
   for (std::size_t i = 0; i < kLanes; ++i) {
     const float column = (m[0] * x[i] + m[3] * y[i] + m[6] * z[i] + m[9]) * size;
     const float row = (m[1] * x[i] + m[4] * y[i] + m[7] * z[i] + m[10]) * size;
     lanes.depth[i] = (m[2] * x[i] + m[5] * y[i] + m[8] * z[i] + m[11]) * 65535.0F;
     lanes.texel[i] = static_cast<int>(std::max(std::min(row, size - 1), 0.0F)) * kShadowMapSize +
                      static_cast<int>(std::max(std::min(column, size - 1), 0.0F));
-    lanes.nl[i] = std::max(nx[i] * d.x + ny[i] * d.y + nz[i] * d.z, 0.0F);
   }
 }
 
@@ -120,6 +129,13 @@ void shine(const Light& light, Lanes& lanes) {
   }
 }
 
+// The samples of a row of pixels, and the points whose light they take; kept, because rows are of one size.
+struct Row {
+  std::vector<Rgba> samples;
+  std::vector<Point> points;
+  std::vector<Vec3f> light;
+};
+
 class Shader {
  public:
   explicit Shader(const Drawn& drawn);
@@ -129,7 +145,7 @@ class Shader {
  private:
   bool is_even(int x, int y) const;
   Point point_at(int x, int y) const;
-  std::vector<Point> points_of_row(int y) const;
+  void find_points(int y, std::vector<Point>& points) const;
   void add_lamps(std::span<const Point> points, Vec3f* light) const;
   Vec3f ball(const Point& point) const;
   float lean(const Point& point, int dx, int dy, const Vec3f& axis, float size, bool& is_one_surface) const;
@@ -137,7 +153,7 @@ class Shader {
   float cavity(const Point& point) const;
   float occlusion(const Point& point) const;
 
-  std::vector<Rgba> lit_row(int y) const;
+  void light_row(int y, Row& row) const;
   void draw_background(int y, Rgba* row) const;
   void add_front(int y, std::vector<Rgba>& row) const;
   void resolve_row(int y, const std::function<const Rgba*(int)>& samples_of, std::uint8_t* pixels) const;
@@ -194,8 +210,8 @@ Point Shader::point_at(int x, int y) const {
   return point;
 }
 
-std::vector<Point> Shader::points_of_row(int y) const {
-  std::vector<Point> points;
+void Shader::find_points(int y, std::vector<Point>& points) const {
+  points.clear();
   for (int x = 0; x < options_.width; ++x) {
     if (is_even(x, y)) {
       points.push_back(point_at(x * factor_ + factor_ / 2, y * factor_ + factor_ / 2));
@@ -208,7 +224,6 @@ std::vector<Point> Shader::points_of_row(int y) const {
       }
     }
   }
-  return points;
 }
 
 // Returns the point a little along the surface, so that the edges of single shadows become soft. Interleaved gradient
@@ -238,7 +253,8 @@ void Shader::add_lamps(std::span<const Point> points, Vec3f* light) const {
   }
   for (std::size_t l = 0; l < drawn_.lighting.lights.size(); ++l) {
     const Light& lamp = drawn_.lighting.lights[l];
-    look(has_shadows ? drawn_.matrices[l] : LightMatrix{}, lamp.direction, lanes);
+    if (!face(lamp.direction, lanes)) continue;
+    if (has_shadows) look(drawn_.matrices[l], lanes);
     for (std::size_t i = 0; has_shadows && i < points.size(); ++i) {
       if (static_cast<float>(drawn_.map(l)[lanes.texel[i]]) < lanes.depth[i]) lanes.nl[i] = 0;
     }
@@ -352,12 +368,12 @@ void Shader::add_front(int y, std::vector<Rgba>& row) const {
   }
 }
 
-// Returns the samples of a row of pixels.
-std::vector<Rgba> Shader::lit_row(int y) const {
-  std::vector<Rgba> row(static_cast<std::size_t>(factor_) * drawn_.pass.width);
-  draw_background(y, row.data());
-  const std::vector<Point> points = points_of_row(y);
-  std::vector<Vec3f> light(points.size());
+void Shader::light_row(int y, Row& row) const {
+  auto& [samples, points, light] = row;
+  samples.resize(static_cast<std::size_t>(factor_) * drawn_.pass.width);
+  draw_background(y, samples.data());
+  find_points(y, points);
+  light.resize(points.size());
   for (std::size_t i = 0; i < points.size() && !options_.matcap; i += kLanes) {
     add_lamps({&points[i], std::min(kLanes, points.size() - i)}, &light[i]);
   }
@@ -370,12 +386,11 @@ std::vector<Rgba> Shader::lit_row(int y) const {
     const int count = point.is_pixel ? factor_ : 1;
     for (int j = point.y - first; j < point.y - first + count; ++j) {
       for (int k = point.x - first; k < point.x - first + count; ++k) {
-        row[drawn_.index(k, j - y * factor_)] = {seen.x, seen.y, seen.z, 1};
+        samples[drawn_.index(k, j - y * factor_)] = {seen.x, seen.y, seen.z, 1};
       }
     }
   }
-  if (drawn_.samples.front) add_front(y, row);
-  return row;
+  if (drawn_.samples.front) add_front(y, samples);
 }
 
 // The filter is a tent of one pixel to either side. samples_of: a row of samples.
@@ -408,9 +423,9 @@ Image Shader::picture() const {
   const int height = options_.height;
   const std::size_t line = 4 * static_cast<std::size_t>(options_.width);
   Image image{options_.width, height, std::vector<std::uint8_t>(line * static_cast<std::size_t>(height))};
-  std::array<std::vector<Rgba>, kept> rows;  // row y at y % kept
+  std::array<Row, kept> rows;  // row y at y % kept
   const auto samples_of = [&](int j) {
-    return rows[static_cast<std::size_t>(j / factor_ % kept)].data() + drawn_.index(0, j % factor_);
+    return rows[static_cast<std::size_t>(j / factor_ % kept)].samples.data() + drawn_.index(0, j % factor_);
   };
   const auto for_rows = [](int first, int last, const auto& body) {
     parallel_for(static_cast<std::size_t>(last - first), 2, 0, [&](std::size_t begin, std::size_t end) {
@@ -421,7 +436,7 @@ Image Shader::picture() const {
   for (int first = 0; first < height; first += at_once) {
     const int last = std::min(first + at_once, height);
     const int needed = std::min(last + 1, height);
-    for_rows(lit, needed, [&](int y) { rows[static_cast<std::size_t>(y % kept)] = lit_row(y); });
+    for_rows(lit, needed, [&](int y) { light_row(y, rows[static_cast<std::size_t>(y % kept)]); });
     lit = needed;
     for_rows(first, last, [&](int y) {
       resolve_row(y, samples_of, image.pixels.data() + static_cast<std::size_t>(height - 1 - y) * line);
