@@ -220,16 +220,34 @@ View make_view(const Scene& scene, double aspect, int samples_high) {
 
 namespace {
 
-// Returns the finite positions of a mesh but those that lie astray (see shape_box).
-std::vector<Vec3d> seen_points(const Mesh& mesh) {
+// Calls visit(p) for the finite positions of a mesh but those that lie astray (see shape_box).
+template <class Visit>
+void visit_seen(const Mesh& mesh, const Visit& visit) {
   const bool all_finite = std::all_of(mesh.positions.begin(), mesh.positions.end(), is_finite);
   std::optional<Box> box;
   if (all_finite) box = shape_box(mesh);
-  std::vector<Vec3d> points;
   for (const Vec3d& p : mesh.positions) {
-    if (is_finite(p) && (!box || contains(*box, p))) points.push_back(p);
+    if (is_finite(p) && (!box || contains(*box, p))) visit(p);
   }
-  return points;
+}
+
+// Calls visit(p) for the finite points of all that a scene shows.
+template <class Visit>
+void visit_seen(const Scene& scene, const Visit& visit) {
+  const auto visit_finite = [&](const Vec3d& p) {
+    if (is_finite(p)) visit(p);
+  };
+  for (const Shape& shape : scene.shapes) {
+    if (shape.mesh != nullptr) visit_seen(*shape.mesh, visit);
+  }
+  for (const TranslucentSurface& surface : scene.surfaces) {
+    std::for_each(surface.mesh.positions.begin(), surface.mesh.positions.end(), visit_finite);
+  }
+  for (const Line& line : scene.lines) std::for_each(line.points.begin(), line.points.end(), visit_finite);
+  for (const Arrow& arrow : scene.arrows) {
+    visit_finite(arrow.from);
+    visit_finite(arrow.to);
+  }
 }
 
 }  // namespace
@@ -281,29 +299,23 @@ std::optional<Background> background_named(std::string_view name) {
 Box shapes_box(const Scene& scene) {
   Box box;
   for (const Shape& shape : scene.shapes) {
-    if (shape.mesh == nullptr) continue;
-    for (const Vec3d& p : seen_points(*shape.mesh)) box.extend(p);
+    if (shape.mesh != nullptr) visit_seen(*shape.mesh, [&](const Vec3d& p) { box.extend(p); });
   }
   return box;
 }
 
 Box scene_box(const Scene& scene) {
   Box box;
-  for (const Vec3d& p : scene_points(scene)) box.extend(p);
+  visit_seen(scene, [&](const Vec3d& p) { box.extend(p); });
   return box;
 }
 
 std::vector<Vec3d> scene_points(const Scene& scene) {
+  std::size_t count = 0;
+  for (const Shape& shape : scene.shapes) count += shape.mesh != nullptr ? shape.mesh->vertex_count() : 0;
   std::vector<Vec3d> points;
-  const auto add = [&](const std::vector<Vec3d>& some) {
-    std::copy_if(some.begin(), some.end(), std::back_inserter(points), [](const Vec3d& p) { return is_finite(p); });
-  };
-  for (const Shape& shape : scene.shapes) {
-    if (shape.mesh != nullptr) add(seen_points(*shape.mesh));
-  }
-  for (const TranslucentSurface& surface : scene.surfaces) add(surface.mesh.positions);
-  for (const Line& line : scene.lines) add(line.points);
-  for (const Arrow& arrow : scene.arrows) add({arrow.from, arrow.to});
+  points.reserve(count);
+  visit_seen(scene, [&](const Vec3d& p) { points.push_back(p); });
   return points;
 }
 

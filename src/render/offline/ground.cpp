@@ -32,18 +32,18 @@ std::optional<Vec3f> Ground::ground_at(int x, int y) const {
 void Ground::shade_row(int y) {
   constexpr int size = kShadowMapSize;
   const auto range = static_cast<float>(2 * drawn_.lighting.occluder.radius);
-  Shade* const row = &shades_[static_cast<std::size_t>(y) * width_];
-  std::vector<std::pair<Vec3f, Shade*>> places;
+  std::vector<std::pair<Vec3f, std::size_t>> places;
   for (int x = 0; x < width_; ++x) {
-    row[x].is_seen = sees_ground(x, y);
-    const std::optional<Vec3f> ground = row[x].is_seen ? ground_at(x, y) : std::nullopt;
-    if (ground) places.emplace_back(*ground + up_ * drawn_.lift, row + x);
+    const std::size_t texel = index(x, y);
+    missing_[texel] = sees_ground(x, y) ? 0 : kUnseen;
+    const std::optional<Vec3f> ground = is_seen(texel) ? ground_at(x, y) : std::nullopt;
+    if (ground) places.emplace_back(*ground + up_ * drawn_.lift, texel);
   }
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     if (weights_[i] == 0) continue;
     const LightMatrix& m = drawn_.matrices[i];
     const std::uint16_t* const map = drawn_.map(i);
-    for (const auto& [p, shade] : places) {
+    for (const auto& [p, texel] : places) {
       const float u = m[0] * p.x + m[3] * p.y + m[6] * p.z + m[9];
       const float v = m[1] * p.x + m[4] * p.y + m[7] * p.z + m[10];
       if (!(u >= 0 && u <= 1 && v >= 0 && v <= 1)) continue;
@@ -52,21 +52,29 @@ void Ground::shade_row(int y) {
       const float depth = static_cast<float>(map[line * size + column]) / 65535;
       const float gap = m[2] * p.x + m[5] * p.y + m[8] * p.z + m[11] - depth;
       if (gap <= 0) continue;
-      shade->light += weights_[i];
-      shade->distance += weights_[i] * gap * range;
+      missing_[texel] += weights_[i];
+      distance_[texel] += weights_[i] * gap * range;
     }
   }
 }
 
 // Taps on a spiral in the unit circle, and their weights.
-const std::vector<Vec3f>& spiral() {
-  static const std::vector<Vec3f> taps = [] {
-    constexpr int count = 64;
-    std::vector<Vec3f> result;
-    for (int i = 0; i < count; ++i) {
+constexpr std::size_t kTaps = 64;
+struct Spiral {
+  std::array<float, kTaps> x;
+  std::array<float, kTaps> y;
+  std::array<float, kTaps> weight;
+};
+
+const Spiral& spiral() {
+  static const Spiral taps = [] {
+    Spiral result{};
+    for (std::size_t i = 0; i < kTaps; ++i) {
       const float angle = kGoldenAngle * static_cast<float>(i);
-      const float r2 = center(i) / count;
-      result.push_back({std::sqrt(r2) * std::cos(angle), std::sqrt(r2) * std::sin(angle), 1 - 0.7F * r2});
+      const float r2 = (static_cast<float>(i) + 0.5F) / kTaps;
+      result.x[i] = std::sqrt(r2) * std::cos(angle);
+      result.y[i] = std::sqrt(r2) * std::sin(angle);
+      result.weight[i] = 1 - 0.7F * r2;
     }
     return result;
   }();
@@ -76,9 +84,9 @@ const std::vector<Vec3f>& spiral() {
 // Returns the light that is missing, smoothed the more the farther away the things are that block it: that hides the
 // single lights, and contacts stay sharp. Taps lie on a spiral in the ground plane, turned differently in every texel.
 float Ground::smoothed(int x, int y, const Vec3f& p) const {
-  const Shade& here = shades_[static_cast<std::size_t>(y) * width_ + x];
+  const float here = missing_[index(x, y)];
   const auto reach = static_cast<float>(drawn_.lighting.occluder.radius);
-  const float blocker = (here.distance + 0.002F * light_ * reach) / (here.light + 0.002F * light_);
+  const float blocker = (distance_[index(x, y)] + 0.002F * light_ * reach) / (here + 0.002F * light_);
   const float radius = std::clamp(0.3F * blocker, 0.0F, 0.4F * reach);
   const Vec3f a = normalized(cross(up_, std::abs(up_.x) < 0.6F ? Vec3f{1, 0, 0} : Vec3f{0, 1, 0}));
   const float at_x = center(x);
@@ -96,16 +104,25 @@ float Ground::smoothed(int x, int y, const Vec3f& p) const {
   const float s = std::sin(turn);
   const std::array u{c * right[0] + s * ahead[0], c * right[1] + s * ahead[1]};
   const std::array v{c * ahead[0] - s * right[0], c * ahead[1] - s * right[1]};
-  float sum = here.light;
+  // First all places, in lanes; the border of the picture is beyond it.
+  const Spiral& taps = spiral();
+  std::array<int, kTaps> columns;
+  std::array<int, kTaps> rows;
+  const auto right_end = static_cast<float>(width_);
+  const auto top_end = static_cast<float>(height_);
+  for (std::size_t i = 0; i < kTaps; ++i) {
+    const float column = at_x + taps.x[i] * u[0] + taps.y[i] * v[0];
+    const float row = at_y + taps.x[i] * u[1] + taps.y[i] * v[1];
+    columns[i] = static_cast<int>(std::min(std::max(column + 1, 0.0F), right_end + 1));
+    rows[i] = static_cast<int>(std::min(std::max(row + 1, 0.0F), top_end + 1));
+  }
+  float sum = here;
   float weight = 1;
-  for (const Vec3f& tap : spiral()) {
-    const int column = static_cast<int>(std::floor(at_x + tap.x * u[0] + tap.y * v[0]));
-    const int row = static_cast<int>(std::floor(at_y + tap.x * u[1] + tap.y * v[1]));
-    if (column < 0 || row < 0 || column >= width_ || row >= height_) continue;
-    const Shade& there = shades_[static_cast<std::size_t>(row) * width_ + column];
-    if (!there.is_seen) continue;
-    sum += tap.z * there.light;
-    weight += tap.z;
+  for (std::size_t i = 0; i < kTaps; ++i) {
+    const float missing = missing_[index(columns[i] - 1, rows[i] - 1)];
+    if (missing == kUnseen) continue;
+    sum += taps.weight[i] * missing;
+    weight += taps.weight[i];
   }
   return sum / weight;
 }
@@ -122,8 +139,9 @@ Ground::Ground(const Drawn& drawn)
     weights_.push_back(nl * nl * dot(light.radiance, Vec3f{0.3F, 0.6F, 0.1F}));
     light_ += weights_.back();
   }
-  shades_.resize(static_cast<std::size_t>(width_) * height_);
-  darkness_.resize(shades_.size());
+  missing_.resize((static_cast<std::size_t>(width_) + 2) * (height_ + 2), kUnseen);
+  distance_.resize(missing_.size());
+  darkness_.resize(missing_.size());
   const auto for_rows = [&](const auto& body) {
     constexpr int at_once = 64;  // rows between two reports
     for (int first = 0; first < height_; first += at_once) {
@@ -144,8 +162,8 @@ void Ground::darken_row(int y) {
     return smooth_step(0, 0.12F * static_cast<float>(height_), center(std::min(at, size - 1 - at)));
   };
   for (int x = 0; x < width_; ++x) {
-    const std::size_t i = static_cast<std::size_t>(y) * width_ + x;
-    const std::optional<Vec3f> ground = shades_[i].is_seen ? ground_at(x, y) : std::nullopt;
+    const std::size_t i = index(x, y);
+    const std::optional<Vec3f> ground = is_seen(i) ? ground_at(x, y) : std::nullopt;
     if (!ground) continue;
     darkness_[i] = fade(x, width_) * fade(y, height_) * unit_clamp(0.85F * smoothed(x, y, *ground) / light_);
   }
@@ -163,8 +181,8 @@ float Ground::darkness_at(float x, float y) const {
   for (int k = 0; k < 4; ++k) {
     const int i = std::clamp(column + (k & 1), 0, width_ - 1);
     const int j = std::clamp(row + (k >> 1), 0, height_ - 1);
-    const std::size_t texel = static_cast<std::size_t>(j) * width_ + i;
-    if (!shades_[texel].is_seen) continue;
+    const std::size_t texel = index(i, j);
+    if (!is_seen(texel)) continue;
     const float w = ((k & 1) != 0 ? a : 1 - a) * ((k >> 1) != 0 ? b : 1 - b);
     sum += w * darkness_[texel];
     weight += w;

@@ -13,6 +13,7 @@ namespace knead::render {
 namespace {
 
 constexpr int kMatcapSize = 256;
+constexpr int kMaxFactor = 4;  // of supersampling
 
 using Rgba = std::array<float, 4>;  // linear, multiplied by alpha
 
@@ -154,7 +155,8 @@ class Shader {
   float occlusion(const Point& point) const;
 
   void light_row(int y, Row& row) const;
-  void draw_background(int y, Rgba* row) const;
+  bool is_empty(int x, int y) const;
+  void draw_background(int y, Rgba* samples) const;
   void add_front(int y, std::vector<Rgba>& row) const;
   void resolve_row(int y, const std::function<const Rgba*(int)>& samples_of, std::uint8_t* pixels) const;
 
@@ -339,21 +341,43 @@ float Shader::occlusion(const Point& point) const {
   return std::max(1 - 2.2F * reach * sum / taps, 0.0F);
 }
 
-void Shader::draw_background(int y, Rgba* row) const {
+// Returns true if no sample of the pixel shows a shape: they share one look at the ground's shadow.
+bool Shader::is_empty(int x, int y) const {
+  for (int j = y * factor_; j < (y + 1) * factor_; ++j) {
+    for (int i = x * factor_; i < (x + 1) * factor_; ++i) {
+      if (drawn_.depth_at(i, j) < 1) return false;
+    }
+  }
+  return true;
+}
+
+void Shader::draw_background(int y, Rgba* samples) const {
   const Color& top = options_.background;
   const Color bottom = options_.background_bottom.value_or(top);
-  for (int j = y * factor_; j < (y + 1) * factor_; ++j) {
-    const float part = center(j) / drawn_.rays.height;
+  std::array<Rgba, kMaxFactor> behind{};  // by row of samples
+  for (int j = 0; j < factor_; ++j) {
+    const float part = center(y * factor_ + j) / drawn_.rays.height;
     const auto mixed = [&](float a, float b) { return a * (1 - part) + b * part; };
     const float alpha = mixed(bottom.alpha, top.alpha);
-    const Vec3f behind =
+    const Vec3f color =
         linear(Color{mixed(bottom.red, top.red), mixed(bottom.green, top.green), mixed(bottom.blue, top.blue), 1}) *
         alpha;
-    for (int i = 0; i < drawn_.pass.width; ++i, ++row) {
-      if (drawn_.depth_at(i, j) < 1) continue;
-      const float dark = ground_ ? ground_->darkness_at(center(i), center(j)) : 0;
-      const Vec3f color = behind * (1 - dark) + Vec3f{0.018F, 0.015F, 0.012F} * dark;
-      *row = {color.x, color.y, color.z, alpha + (1 - alpha) * dark};
+    behind[static_cast<std::size_t>(j)] = {color.x, color.y, color.z, alpha};
+  }
+  const auto darkness = [&](float i, float j) { return ground_ ? ground_->darkness_at(i, j) : 0; };
+  const float middle = 0.5F * static_cast<float>(factor_);
+  for (int x = 0; x < options_.width; ++x) {
+    const bool is_one = is_empty(x, y);
+    float dark =
+        is_one ? darkness(static_cast<float>(x * factor_) + middle, static_cast<float>(y * factor_) + middle) : 0;
+    for (int j = 0; j < factor_; ++j) {
+      const Rgba& c = behind[static_cast<std::size_t>(j)];
+      for (int i = x * factor_; i < (x + 1) * factor_; ++i) {
+        if (!is_one && drawn_.depth_at(i, y * factor_ + j) < 1) continue;
+        if (!is_one) dark = darkness(center(i), center(y * factor_ + j));
+        samples[drawn_.index(i, j)] = {c[0] * (1 - dark) + 0.018F * dark, c[1] * (1 - dark) + 0.015F * dark,
+                                       c[2] * (1 - dark) + 0.012F * dark, c[3] + (1 - c[3]) * dark};
+      }
     }
   }
 }

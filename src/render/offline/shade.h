@@ -87,13 +87,11 @@ class Ground {
   float darkness_at(float x, float y) const;
 
  private:
-  // What a part of the ground lacks: its light, and that light times the distance of what blocks it.
-  struct Shade {
-    float light = 0;
-    float distance = 0;
-    bool is_seen = false;
-  };
+  static constexpr float kUnseen = -1;  // where shapes hide the ground, and round the picture
 
+  // Of a texel; x and y may lie one beyond the picture.
+  std::size_t index(int x, int y) const { return static_cast<std::size_t>(y + 1) * (width_ + 2) + (x + 1); }
+  bool is_seen(std::size_t texel) const { return missing_[texel] != kUnseen; }
   bool sees_ground(int x, int y) const;
   std::optional<Vec3f> ground_at(int x, int y) const;
   void shade_row(int y);
@@ -105,9 +103,10 @@ class Ground {
   int step_;  // samples from texel to texel
   int width_;
   int height_;
-  std::vector<float> weights_;  // by light
-  float light_ = 0;             // without shadow
-  std::vector<Shade> shades_;
+  std::vector<float> weights_;   // by light
+  float light_ = 0;              // without shadow
+  std::vector<float> missing_;   // the light that a texel lacks
+  std::vector<float> distance_;  // and that light times the distance of what blocks it
   std::vector<float> darkness_;
 };
 
