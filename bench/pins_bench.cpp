@@ -53,7 +53,7 @@ Measured measure(const Flow& flow, const std::vector<Vec3d>& points, double tole
   for (int run = 0; run < kRuns; ++run) {
     PointBlocks blocks(points);
     const auto began = std::chrono::steady_clock::now();
-    result.evaluations = static_cast<double>(advect(flow, blocks, options).evaluations);
+    result.evaluations = static_cast<double>(advect(flow, blocks, points, options).evaluations);
     times.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count());
   }
   result.milliseconds = median(times);

@@ -79,9 +79,10 @@ GpuRow measure(const BenchScene& scene, gpu::Gpu& gpu, double peak_gflops) {
   row.vertex_steps_per_s = steps / row.seconds;
   row.peak_fraction = 1e-9 * operations * static_cast<double>(result.evaluations) / row.seconds / peak_gflops;
 
-  const PointBlocks blocks(scene.points);
+  const PointBlocks blocks = blocks_of(scene);
   PointBlocks moved_blocks = blocks;
-  row.cpu_seconds = median_seconds([&] { moved_blocks = blocks; }, [&] { advect(scene.flow, moved_blocks, options); });
+  row.cpu_seconds =
+      median_seconds([&] { moved_blocks = blocks; }, [&] { advect(scene.flow, moved_blocks, scene.points, options); });
   row.ratio = row.cpu_seconds / row.seconds;
   return row;
 }

@@ -52,12 +52,12 @@ void measure_errors(const BenchScene& scene, Row& row) {
 Row measure(const BenchScene& scene, double gflops) {
   Row row{&scene};
   AdvectResult result;
-  const PointBlocks blocks(scene.points);
+  const PointBlocks blocks = blocks_of(scene);
   PointBlocks moved_blocks = blocks;
   row.seconds = median_seconds([&] { moved_blocks = blocks; },
-                               [&] { result = advect(scene.flow, moved_blocks, advect_options(scene)); });
-  std::vector<Vec3d> moved(scene.points.size());
-  moved_blocks.copy_to(moved);
+                               [&] { result = advect(scene.flow, moved_blocks, scene.points, advect_options(scene)); });
+  std::vector<Vec3d> moved = scene.points;
+  moved_blocks.update(moved);
   const auto count = static_cast<double>(scene.points.size());
   for (std::size_t i = 0; i < moved.size(); ++i) row.touched += moved[i] == scene.points[i] ? 0 : 1;
   const auto steps = static_cast<double>(result.accepted_steps);

@@ -189,6 +189,17 @@ AdvectOptions advect_options(const BenchScene& scene) {
   return options;
 }
 
+// A run that is cancelled at once copies the groups that it would move.
+PointBlocks blocks_of(const BenchScene& scene) {
+  PointBlocks blocks(scene.points);
+  Progress progress;
+  progress.cancel = true;
+  AdvectOptions options = advect_options(scene);
+  options.progress = &progress;
+  advect(scene.flow, blocks, scene.points, options);
+  return blocks;
+}
+
 std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count) {
   std::vector<Vec3d> sample;
   const std::size_t stride = std::max<std::size_t>(1, points.size() / count);

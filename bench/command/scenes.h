@@ -46,6 +46,9 @@ std::vector<BenchScene> standard_scenes(const std::string& folder);
 // Returns how the scene's flow is to be computed, by all methods that are compared.
 AdvectOptions advect_options(const BenchScene& scene);
 
+// Returns the scene's points in blocks that are ready, as after a first stroke at the same place.
+PointBlocks blocks_of(const BenchScene& scene);
+
 // Of the vertices that errors are measured at.
 inline constexpr std::size_t kErrorVertices = 1000;
 

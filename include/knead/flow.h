@@ -155,7 +155,8 @@ class BlockMover;
 void require_finite(std::span<const Vec3d> points);
 
 // Points in blocks of 64 neighbours, each with a box, and 64 blocks to a group: a tool costs one test for each group or
-// block that it does not reach. Points are numbered as they were given. Copies are independent.
+// block that it does not reach. Points are numbered as they were given. Keeps the boxes, and copies of the points of
+// groups that have been moved.
 class PointBlocks {
  public:
   // How points are put into blocks:
@@ -169,11 +170,8 @@ class PointBlocks {
   // Returns the number of points.
   std::size_t size() const { return size_; }
 
-  // Copies all points, as they are now, into size() places.
-  void copy_to(std::span<Vec3d> points) const;
-
-  // Does the same for the array that the constructor or this function was given last, unchanged since: copies only
-  // points that may have moved since then.
+  // Copies the points that have moved since the last call to where they are in the array that the constructor was
+  // given.
   void update(std::span<Vec3d> points);
 
   // Returns the accepted steps of each point's path line since construction.
@@ -190,19 +188,21 @@ class PointBlocks {
     bool has_changed = false;  // since the last call of update
   };
 
+  // The points of a group as they lie in it; empty before it is moved for the first time.
+  struct Copies {
+    std::vector<double> numbers;  // x of all points, y of all, z of all
+    std::vector<std::uint32_t> steps;
+  };
+
   std::size_t original(std::size_t i) const { return order_.empty() ? i : order_[i]; }
-  const double* coordinates(int axis) const { return numbers_.data() + static_cast<std::size_t>(axis) * padded_; }
-  double* coordinates(int axis) { return numbers_.data() + static_cast<std::size_t>(axis) * padded_; }
   void sort(std::span<const Vec3d> points);
+  void copy_group(std::size_t group, std::span<const Vec3d> points);
   void fit_block(std::size_t block);
   void fit_group(std::size_t group);
-  void copy_block(std::size_t block, std::span<Vec3d> points) const;
 
   std::size_t size_ = 0;
-  std::size_t padded_ = 0;             // to whole groups
-  std::vector<double> numbers_;        // x of all points, y of all, z of all
-  std::vector<std::uint32_t> order_;   // the points' numbers as they lie; empty: 0, 1, 2...
-  std::vector<std::uint32_t> counts_;  // of steps, as the points lie
+  std::vector<std::uint32_t> order_;  // the points' numbers as they lie; empty: 0, 1, 2...
+  std::vector<Copies> copies_;        // by group
   std::vector<Bounds> blocks_;
   std::vector<Bounds> groups_;
 };
@@ -284,8 +284,10 @@ struct AdvectResult {
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
 // Does the same for points that are moved many times: a tool costs one test for each group of 4096 points that it does
-// not reach. Leaves the points part-way unless the status is `done`.
-AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options);
+// not reach. `points`: the array that the blocks were made of, changed since by update alone; it is read where the flow
+// reaches groups for the first time. The blocks' points are part-way unless the status is `done`. Throws InvalidInput
+// if the number of points differs from that of the blocks.
+AdvectResult advect(const Flow& flow, PointBlocks& blocks, std::span<const Vec3d> points, const AdvectOptions& options);
 
 // Returns v at each of the points at a time of the flow, in segments from its beginning: 1.25 is a quarter into the
 // second segment. A segment that is a part or an inverse takes one unit of time, too. Limit cylinders do not limit v,

@@ -62,11 +62,12 @@ void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
   validate(options, points);
 }
 
-AdvectResult move(const Flow& flow, PointBlocks& points, const AdvectOptions& options, std::uint64_t most) {
-  const std::vector<std::uint32_t> before = options.steps.empty() ? std::vector<std::uint32_t>{} : points.steps();
-  const AdvectResult result = detail::BlockMover(points, options, most).run(flow);
+AdvectResult move(const Flow& flow, PointBlocks& blocks, std::span<const Vec3d> points, const AdvectOptions& options,
+                  std::uint64_t most) {
+  const std::vector<std::uint32_t> before = options.steps.empty() ? std::vector<std::uint32_t>{} : blocks.steps();
+  const AdvectResult result = detail::BlockMover(blocks, points, options, most).run(flow);
   if (!options.steps.empty()) {
-    const std::vector<std::uint32_t> after = points.steps();
+    const std::vector<std::uint32_t> after = blocks.steps();
     for (std::size_t i = 0; i < after.size(); ++i) options.steps[i] += after[i] - before[i];
   }
   return result;
@@ -76,9 +77,11 @@ constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
 
 }  // namespace
 
-AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options) {
+AdvectResult advect(const Flow& flow, PointBlocks& blocks, std::span<const Vec3d> points,
+                    const AdvectOptions& options) {
   check(flow, options, points.size());
-  return move(flow, points, options, kAnyNumber);
+  if (points.size() != blocks.size()) throw InvalidInput("the number of points differs from that of the blocks");
+  return move(flow, blocks, points, options, kAnyNumber);
 }
 
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
@@ -90,7 +93,7 @@ AdvectResult detail::advect_within(const Flow& flow, std::span<Vec3d> points, co
   check(flow, options, points.size());
   const bool sorted = flow.segments.size() >= kSegmentsWorthSorting;
   PointBlocks blocks(points, sorted ? PointBlocks::Order::sorted : PointBlocks::Order::given);
-  const AdvectResult result = move(flow, blocks, options, most_evaluations);
+  const AdvectResult result = move(flow, blocks, points, options, most_evaluations);
   if (result.status == AdvectStatus::done) blocks.update(points);
   return result;
 }
@@ -182,21 +185,23 @@ std::vector<std::size_t> BlockMover::groups_reached(const std::vector<ReadySegme
 }
 
 void BlockMover::move_group(const std::vector<ReadySegment>& segments, std::size_t group) {
-  const std::size_t first = group * kGroup;
+  blocks_.copy_group(group, points_);
+  PointBlocks::Copies& copies = blocks_.copies_[group];
+  double* const numbers = copies.numbers.data();
   Work work;
   work.group = group;
-  work.live = {{blocks_.coordinates(0) + first, blocks_.coordinates(1) + first, blocks_.coordinates(2) + first},
+  work.live = {{numbers, numbers + kGroup, numbers + 2 * kGroup},
                work.members.data(),
                work.blocks.data(),
                0,
                0,
-               blocks_.counts_.data() + first,
+               copies.steps.data(),
                work.moved.data(),
                {&BlockMover::ask, this}};
   for (const ReadySegment& segment : segments) {
     if (is_stopped()) return;
     move_group(segment, work);
-    if (options_.progress != nullptr) options_.progress->done += std::min(kGroup, blocks_.size() - first);
+    if (options_.progress != nullptr) options_.progress->done += std::min(kGroup, blocks_.size() - group * kGroup);
   }
 }
 
@@ -285,21 +290,18 @@ using detail::kBlock;
 using detail::kBlocksPerGroup;
 using detail::kGroup;
 
-struct Key {
-  std::uint64_t code = 0;
-  std::uint32_t index = 0;
-};
-
-// By the 33 highest bits of 63: two billion cells of the points' box to each of four are enough for blocks.
-void sort_by_code(std::vector<Key>& keys) {
-  constexpr int kBits = 11;
-  std::vector<Key> sorted(keys.size());
-  for (const int shift : {30, 30 + kBits, 30 + 2 * kBits}) {
-    const auto digit = [&](const Key& key) { return key.code >> shift & ((1 << kBits) - 1); };
-    std::array<std::size_t, (1 << kBits) + 1> begin{};
-    for (const Key& key : keys) ++begin[digit(key) + 1];
+// By the 32 highest bits of 63 of a place's code, which are above the point's number: a cell of the points' box for
+// each of four billion is enough for blocks.
+void sort_by_code(std::vector<std::uint64_t>& keys) {
+  std::vector<std::uint64_t> sorted(keys.size());
+  for (const auto& [shift, bits] : {std::pair{32, 11}, std::pair{43, 11}, std::pair{54, 10}}) {
+    const auto digit = [shift = shift, mask = (std::uint64_t{1} << bits) - 1](std::uint64_t key) {
+      return key >> shift & mask;
+    };
+    std::array<std::size_t, (1 << 11) + 1> begin{};
+    for (const std::uint64_t key : keys) ++begin[digit(key) + 1];
     for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
-    for (const Key& key : keys) sorted[begin[digit(key)]++] = key;
+    for (const std::uint64_t key : keys) sorted[begin[digit(key)]++] = key;
     keys.swap(sorted);
   }
 }
@@ -310,25 +312,52 @@ const Vec3d& finite(std::span<const Vec3d> points, std::size_t i) {
   throw InvalidInput(fmt::format("point {} has a coordinate that is not finite; place or remove it", i));
 }
 
+// Finds the middle and half of the extent of a block's numbers.
+void fit(std::span<const double> x, double& center, double& half) {
+  constexpr std::size_t kSideBySide = 8;  // which the compiler takes at once
+  std::array<double, kSideBySide> low{};
+  std::array<double, kSideBySide> high{};
+  low.fill(x[0]);
+  high.fill(x[0]);
+  const auto extend = [&](std::size_t k, double at) {
+    low[k] = at < low[k] ? at : low[k];
+    high[k] = at > high[k] ? at : high[k];
+  };
+  std::size_t i = 0;
+  for (; i + kSideBySide <= x.size(); i += kSideBySide) {
+    for (std::size_t k = 0; k < kSideBySide; ++k) extend(k, x[i + k]);
+  }
+  for (; i < x.size(); ++i) extend(0, x[i]);
+  const double least = *std::min_element(low.begin(), low.end());
+  const double most = *std::max_element(high.begin(), high.end());
+  center = 0.5 * (least + most);
+  half = 0.5 * (most - least) * (1 + 1e-12);
+}
+
 }  // namespace
 
 void require_finite(std::span<const Vec3d> points) {
   for (std::size_t i = 0; i < points.size(); ++i) finite(points, i);
 }
 
-PointBlocks::PointBlocks(std::span<const Vec3d> points, Order order)
-    : size_(points.size()), padded_((points.size() + kGroup - 1) / kGroup * kGroup) {
+PointBlocks::PointBlocks(std::span<const Vec3d> points, Order order) : size_(points.size()) {
   if (points.size() > 0xffffffffU) throw InvalidInput("there are more than 4 billion points; deform them in parts");
   if (order == Order::sorted) sort(points);  // first, because it takes much memory for a while
-  numbers_.resize(3 * padded_);
-  counts_.resize(padded_);
-  for (std::size_t i = 0; i < size_; ++i) {
-    const Vec3d& point = finite(points, original(i));
-    for (std::size_t axis = 0; axis < 3; ++axis) numbers_[axis * padded_ + i] = point[axis];
-  }
   blocks_.resize((size_ + kBlock - 1) / kBlock);
   groups_.resize((size_ + kGroup - 1) / kGroup);
-  for (std::size_t block = 0; block < blocks_.size(); ++block) fit_block(block);
+  copies_.resize(groups_.size());
+  std::array<double, 3 * kBlock> numbers{};
+  for (std::size_t block = 0; block < blocks_.size(); ++block) {
+    const std::size_t first = block * kBlock;
+    const std::size_t count = std::min(kBlock, size_ - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3d& point = finite(points, original(first + i));
+      for (std::size_t axis = 0; axis < 3; ++axis) numbers[axis * kBlock + i] = point[axis];
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      fit({numbers.data() + axis * kBlock, count}, blocks_[block].center[axis], blocks_[block].half[axis]);
+    }
+  }
   for (std::size_t group = 0; group < groups_.size(); ++group) fit_group(group);
 }
 
@@ -336,39 +365,33 @@ void PointBlocks::sort(std::span<const Vec3d> points) {
   const Box box = bounding_box(points);
   if (box.empty()) return;
   const ToUnit to_unit(box);
-  std::vector<Key> keys(points.size());
+  std::vector<std::uint64_t> keys(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    keys[i] = {morton_code(to_unit(finite(points, i))), static_cast<std::uint32_t>(i)};
+    keys[i] = morton_code(to_unit(finite(points, i))) >> 31 << 32 | i;
   }
   sort_by_code(keys);
   order_.resize(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) order_[i] = keys[i].index;
+  for (std::size_t i = 0; i < points.size(); ++i) order_[i] = static_cast<std::uint32_t>(keys[i]);
+}
+
+void PointBlocks::copy_group(std::size_t group, std::span<const Vec3d> points) {
+  auto& [numbers, steps] = copies_[group];
+  if (!numbers.empty()) return;
+  numbers.resize(3 * kGroup);
+  steps.resize(kGroup);
+  const std::size_t first = group * kGroup;
+  for (std::size_t i = 0; i < std::min(kGroup, size_ - first); ++i) {
+    const Vec3d& point = points[original(first + i)];
+    for (std::size_t axis = 0; axis < 3; ++axis) numbers[axis * kGroup + i] = point[axis];
+  }
 }
 
 void PointBlocks::fit_block(std::size_t block) {
-  constexpr std::size_t kSideBySide = 8;  // which the compiler takes at once
-  const std::size_t first = block * kBlock;
-  const std::size_t count = std::min(kBlock, size_ - first);
+  const double* const numbers = copies_[block / kBlocksPerGroup].numbers.data() + block % kBlocksPerGroup * kBlock;
+  const std::size_t count = std::min(kBlock, size_ - block * kBlock);
   Bounds& bounds = blocks_[block];
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double* const x = numbers_.data() + axis * padded_ + first;
-    std::array<double, kSideBySide> low{};
-    std::array<double, kSideBySide> high{};
-    low.fill(x[0]);
-    high.fill(x[0]);
-    const auto extend = [&](std::size_t k, double at) {
-      low[k] = at < low[k] ? at : low[k];
-      high[k] = at > high[k] ? at : high[k];
-    };
-    std::size_t i = 0;
-    for (; i + kSideBySide <= count; i += kSideBySide) {
-      for (std::size_t k = 0; k < kSideBySide; ++k) extend(k, x[i + k]);
-    }
-    for (; i < count; ++i) extend(0, x[i]);
-    const double least = *std::min_element(low.begin(), low.end());
-    const double most = *std::max_element(high.begin(), high.end());
-    bounds.center[axis] = 0.5 * (least + most);
-    bounds.half[axis] = 0.5 * (most - least) * (1 + 1e-12);
+    fit({numbers + axis * kGroup, count}, bounds.center[axis], bounds.half[axis]);
   }
   bounds.slack = 0;
 }
@@ -386,38 +409,33 @@ void PointBlocks::fit_group(std::size_t group) {
   groups_[group].half = (box.max - box.min) * (0.5 * (1 + 1e-12));
 }
 
-void PointBlocks::copy_block(std::size_t block, std::span<Vec3d> points) const {
-  const std::size_t end = std::min((block + 1) * kBlock, size_);
-  const double* const x = coordinates(0);
-  const double* const y = coordinates(1);
-  const double* const z = coordinates(2);
-  for (std::size_t i = block * kBlock; i < end; ++i) points[original(i)] = {x[i], y[i], z[i]};
-}
-
-void PointBlocks::copy_to(std::span<Vec3d> points) const {
-  if (points.size() != size_)
-    throw InvalidInput("the number of points to copy to differs from the number of points in the blocks");
-  for (std::size_t block = 0; block < blocks_.size(); ++block) copy_block(block, points);
-}
-
 void PointBlocks::update(std::span<Vec3d> points) {
-  if (points.size() != size_)
+  if (points.size() != size_) {
     throw InvalidInput("the number of points to update differs from the number of points in the blocks");
+  }
   for (std::size_t group = 0; group < groups_.size(); ++group) {
     if (!groups_[group].has_changed) continue;
     groups_[group].has_changed = false;
+    const double* const numbers = copies_[group].numbers.data();
     const std::size_t first = group * kBlocksPerGroup;
     for (std::size_t block = first; block < std::min(first + kBlocksPerGroup, blocks_.size()); ++block) {
       if (!blocks_[block].has_changed) continue;
       blocks_[block].has_changed = false;
-      copy_block(block, points);
+      const double* const x = numbers + (block - first) * kBlock;
+      for (std::size_t i = 0; i < std::min(kBlock, size_ - block * kBlock); ++i) {
+        points[original(block * kBlock + i)] = {x[i], x[kGroup + i], x[2 * kGroup + i]};
+      }
     }
   }
 }
 
 std::vector<std::uint32_t> PointBlocks::steps() const {
   std::vector<std::uint32_t> result(size_);
-  for (std::size_t i = 0; i < size_; ++i) result[original(i)] = counts_[i];
+  for (std::size_t group = 0; group < copies_.size(); ++group) {
+    const std::vector<std::uint32_t>& steps = copies_[group].steps;
+    const std::size_t first = group * kGroup;
+    for (std::size_t i = 0; i < std::min(steps.size(), size_ - first); ++i) result[original(first + i)] = steps[i];
+  }
   return result;
 }
 

@@ -28,8 +28,9 @@ struct ReadySegment {
 class BlockMover {
  public:
   // `most_evaluations` of v may be made for all path lines together.
-  BlockMover(PointBlocks& blocks, const AdvectOptions& options, std::uint64_t most_evaluations)
-      : blocks_(blocks), options_(options), most_evaluations_(most_evaluations) {}
+  BlockMover(PointBlocks& blocks, std::span<const Vec3d> points, const AdvectOptions& options,
+             std::uint64_t most_evaluations)
+      : blocks_(blocks), points_(points), options_(options), most_evaluations_(most_evaluations) {}
 
   AdvectResult run(const Flow& flow);
 
@@ -51,6 +52,7 @@ class BlockMover {
   bool is_stopped(std::uint64_t evaluations = 0) const;
 
   PointBlocks& blocks_;
+  std::span<const Vec3d> points_;
   const AdvectOptions& options_;
   std::uint64_t most_evaluations_;
   std::atomic<std::uint64_t> accepted_{0};

@@ -282,7 +282,7 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
     options.integrator = Integrator::tsitouras;
     options.precision = Precision::float64;
     if (!normals_->blocks) normals_->blocks.emplace(normals_->now);
-    result.status = advect(flow, *normals_->blocks, options).status;
+    result.status = advect(flow, *normals_->blocks, normals_->now, options).status;
     normals_->blocks->update(normals_->now);
   }
   work_ += result;
@@ -333,7 +333,7 @@ AdvectResult DeformedShape::move_vertices(const Flow& flow, const AdvectOptions&
   if (!motion_.backend) {
     segments_ += flow.segments.size();
     lay_out(segments_ >= kSegmentsWorthSorting);
-    const AdvectResult result = advect(flow, *blocks_, options);
+    const AdvectResult result = advect(flow, *blocks_, positions_, options);
     blocks_->update(positions_);
     return result;
   }

@@ -220,5 +220,14 @@ TEST(Doors, RefusePointsThatAreNotFinite) {
   }
 }
 
+TEST(Doors, RefuseOtherPointsThanThoseOfTheBlocks) {
+  const Flow flow = flow_of(Stroke{kPull});
+  std::vector<Vec3d> points(10, {0, 0, 1});
+  PointBlocks blocks(points);
+  points.pop_back();
+  EXPECT_NE(refusal([&] { advect(flow, blocks, points, {.tolerance = 1e-5}); }), "");
+  EXPECT_NE(refusal([&] { blocks.update(points); }), "");
+}
+
 }  // namespace
 }  // namespace knead::invalid_mesh_test
