@@ -127,6 +127,7 @@ TEST(OneHash, ThreadsAndTheOrderOfThePointsDoNotMatter) {
   const auto points = test::random_points(random, 9001);
   const auto order = shuffled(points.size());
   std::vector<Vec3d> permuted;
+  permuted.reserve(order.size());
   for (const std::size_t i : order) permuted.push_back(points[i]);
   for (const Precision precision : kPrecisions) {
     AdvectOptions options = options_of(precision);

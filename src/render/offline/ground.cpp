@@ -106,8 +106,8 @@ float Ground::smoothed(int x, int y, const Vec3f& p) const {
   const std::array v{c * ahead[0] - s * right[0], c * ahead[1] - s * right[1]};
   // First all places, in lanes; the border of the picture is beyond it.
   const Spiral& taps = spiral();
-  std::array<int, kTaps> columns;
-  std::array<int, kTaps> rows;
+  std::array<int, kTaps> columns{};
+  std::array<int, kTaps> rows{};
   const auto right_end = static_cast<float>(width_);
   const auto top_end = static_cast<float>(height_);
   for (std::size_t i = 0; i < kTaps; ++i) {
