@@ -35,12 +35,42 @@ const std::array<std::array<double, 2>, 12> kDirections = make_directions();
 
 }  // namespace
 
+void SurfaceMemory::begin(const Surface& s, int threads) {
+  constexpr std::size_t grain = 4096;
+  edge_rests_.clear();
+  vertex_rests_.clear();
+  add_new(s);
+  parallel_for(s.face_count(), grain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      if (s.is_alive(f)) quality(s, f);
+    }
+  });
+}
+
+void SurfaceMemory::add_new(const Surface& s) {
+  quality_.resize(s.face_count(), -1);
+  edge_rests_.resize(s.halfedge.size(), 0);
+  vertex_rests_.resize(s.vertex_count(), 0);
+}
+
+void SurfaceMemory::forget_around(const Surface& s, std::uint32_t v) {
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    const std::size_t face = h / 3;
+    quality_[face] = -1;
+    for (std::size_t i = 3 * face; i < 3 * face + 3; ++i) {
+      edge_rests_[s.edge[i]] = 0;
+      vertex_rests_[s.corner[i]] = 0;
+    }
+  });
+}
+
 Improver::Improver(Surface& surface, const Improvement& improvement, bool bend_creases)
     : s_(surface),
       targets_(improvement.targets),
       progress_(improvement.progress),
       deadline_(improvement.deadline),
       guard_(improvement.guard),
+      memory_(improvement.memory),
       bend_creases_(bend_creases) {}
 
 bool Improver::is_open(std::uint32_t v) const {
@@ -89,11 +119,11 @@ bool Improver::restore_volume(double volume, std::span<const std::uint32_t> vert
   const auto turns = [&](std::uint32_t v) { return star_quality(s_, v, s_.after[v] + d, bounds.turn) < 0; };
   if (std::any_of(moving.begin(), moving.end(), turns) || !may_move(moving, d)) return false;
   for (const std::uint32_t v : moving) s_.after[v] += d;
-  tell_guard(moving);
+  tell(moving);
   return true;
 }
 
-bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
+bool Improver::gains_by_flip(std::uint32_t h) const {
   const std::uint32_t o = s_.opposite[h];
   if (o == kNone || is_feature(h) || s_.edge_has(h, kLocked)) return false;
   const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
@@ -103,7 +133,17 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   const Vec3d& c = s_.after[v[2]];
   const Vec3d& d = s_.after[v[3]];
   const double was = std::min(quality(a, b, c), quality(b, a, d));
-  if (std::min(quality(d, c, a), quality(c, d, b)) <= was * kGain) return false;
+  return quality(d, c, a) > was * kGain && quality(c, d, b) > was * kGain;
+}
+
+bool Improver::try_flip(std::uint32_t h, const Bounds& bounds) {
+  const std::uint32_t o = s_.opposite[h];
+  const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
+  const Vec3d& a = s_.after[v[0]];
+  const Vec3d& b = s_.after[v[1]];
+  const Vec3d& c = s_.after[v[2]];
+  const Vec3d& d = s_.after[v[3]];
+  const double was = std::min(quality(a, b, c), quality(b, a, d));
   if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return is_crowded(s_, w); })) return false;
   Vec3d sum = cross(b - a, c - a) + cross(d - b, a - b);
   if (was < bounds.turn.reliable) {
@@ -115,10 +155,10 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   if (std::abs(volume) > bounds.distance * span || norm2(d - c) > targets_.max_edge * targets_.max_edge) return false;
   if (v[2] == v[3] || are_neighbours(s_, v[2], v[3]) || !may_flip(h)) return false;
   flip(s_, h);
-  tell_guard({&v[2], 1});
+  tell({&v[2], 1});
   if (!restore_volume(-volume, v, bounds)) {
     flip(s_, h);
-    tell_guard({&v[0], 1});
+    tell({&v[0], 1});
     return false;
   }
   s_.edge_flags[s_.edge[h]] = 0;  // the new diagonal is no crease
@@ -237,16 +277,16 @@ bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds
     if (s_.opposite[best.halfedge] != kNone) guard_->remove(s_.opposite[best.halfedge] / 3);
   }
   collapse(s_, best.halfedge, best.place, best.t);
-  tell_guard({&kept, 1});
+  tell({&kept, 1});
   if (best.volume != 0 && !restore_volume(best.volume, ring, bounds)) counts_.volume += best.volume / 6;
   ++counts_.collapses;
   return true;
 }
 
-bool Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds) {
+Attempt Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds) {
   const Vec3d& star = star_.vector();
   const double size2 = norm2(star);
-  if (!(size2 > 0)) return false;
+  if (!(size2 > 0)) return Attempt::hopeless;
   const Vec3d was = s_.after[v];
   const double least = star_.quality_at(was, {}, -2) * kGain;
   std::vector<std::pair<double, Vec3d>> better;  // their qualities below 0, so that the best comes first
@@ -256,19 +296,20 @@ bool Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, cons
     const double q = star_.quality_at(p, bounds.turn, least);
     if (q > least && !star_.is_farther(p, bounds.distance)) better.emplace_back(-q, p);
   }
+  if (better.empty()) return Attempt::hopeless;
   std::stable_sort(better.begin(), better.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   const auto place = std::find_if(better.begin(), better.end(), [&](const auto& each) {
     return may_move({&v, 1}, each.second - was);
   });
-  if (place == better.end() || place->second == was) return false;
+  if (place == better.end() || place->second == was) return Attempt::refused;
   carry_values(v, place->second);
   s_.after[v] = place->second;
-  tell_guard({&v, 1});
-  return true;
+  tell({&v, 1});
+  return Attempt::done;
 }
 
-bool Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
-  if (freedom(v) != Freedom::free) return false;
+Attempt Improver::try_move(std::uint32_t v, const Bounds& bounds) {
+  if (freedom(v) != Freedom::free) return Attempt::hopeless;
   Vec3d sum{};
   double count = 0;
   s_.for_each_outgoing(v, [&](std::uint32_t h) {
@@ -295,7 +336,7 @@ bool Improver::search_vertex(std::uint32_t v, const Bounds& bounds) {
     const Vec3d along = x * direction[0] + y * direction[1];
     for (const double share : {0.03, 0.1, 0.25, 0.5}) places.push_back(s_.after[v] + along * (share * size));
   }
-  return move_to_best(v, places, bounds);
+  return move_to_best(v, places, bounds) == Attempt::done;
 }
 
 bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
@@ -329,7 +370,7 @@ bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
   if (is <= was * kGain || norm(foot - s_.after[v]) > bounds.distance || !may_merge_apex(h, foot)) return false;
   s_.after[v] = foot;
   flip(s_, h);
-  tell_guard({&v, 1});
+  tell({&v, 1});
   s_.edge_flags[s_.edge[h]] = 0;
   s_.for_each_outgoing(v, [&](std::uint32_t e) {
     if (s_.target(e) != a && s_.target(e) != b) return;
@@ -393,7 +434,8 @@ bool Improver::split_chord(std::uint32_t h) {
   if (guard_ != nullptr) {
     for (std::uint32_t f = first; f < s_.face_count(); ++f) guard_->add(f, halves.at(f - first) / 3);
   }
-  tell_guard({&m, 1});
+  if (memory_ != nullptr) memory_->add_new(s_);
+  tell({&m, 1});
   ++counts_.splits;
   return true;
 }
@@ -462,9 +504,11 @@ bool Improver::may_split(std::uint32_t h, const Vec3d& middle) const {
   return guard_->allows(faces, proposed);
 }
 
-void Improver::tell_guard(std::span<const std::uint32_t> vertices) {
-  if (guard_ == nullptr) return;
-  for (const std::uint32_t v : vertices) guard_->update_around(v);
+void Improver::tell(std::span<const std::uint32_t> vertices) {
+  for (const std::uint32_t v : vertices) {
+    if (guard_ != nullptr) guard_->update_around(v);
+    if (memory_ != nullptr) memory_->forget_around(s_, v);
+  }
 }
 
 }  // namespace knead::remesh_detail

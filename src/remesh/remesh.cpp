@@ -13,6 +13,7 @@
 #include "remesh/crossings.h"
 #include "remesh/features.h"
 #include "remesh/improve.h"
+#include "remesh/improver.h"
 #include "remesh/patch.h"
 #include "remesh/refine.h"
 #include "remesh/surface.h"
@@ -214,8 +215,9 @@ class Remesher {
     const Surface refined = surface();
     const int steps = is_last_try || options_.targets.iterations == 0 ? 1 : kSteps;
     start();
+    SurfaceMemory memory;
     for (int step = 0; step < steps; ++step) {
-      improve_once(step, nullptr);  // the first keeps the volume, which takes no time worth saving
+      improve_once(step, nullptr, memory);  // the first keeps the volume, which takes no time worth saving
       end_step();
       if (deadline_.is_over()) break;
     }
@@ -296,9 +298,10 @@ class Remesher {
     guard.watch(places);
     if (everywhere) guard.watch_everything();
     const int steps = options_.targets.iterations > 0 ? kGuardedSteps : 1;
-    for (int step = 1; step < steps; ++step) improve_once(step, &guard);
+    SurfaceMemory memory;
+    for (int step = 1; step < steps; ++step) improve_once(step, &guard, memory);
     // Faces whose changes were refused may be mended now, because others have changed.
-    for (int step = kSteps - 1; step < steps; ++step) improve_once(step, &guard);
+    for (int step = kSteps - 1; step < steps; ++step) improve_once(step, &guard, memory);
     counts_.complete = counts_.complete && !guard.is_spent();
     return !guard.is_spent();
   }
@@ -428,10 +431,11 @@ class Remesher {
     volume_ += done.volume;
   }
 
-  void improve_once(int step, CrossingGuard* guard) {
+  // The memory is of the surface since the first step after the compensation.
+  void improve_once(int step, CrossingGuard* guard, SurfaceMemory& memory) {
     Surface& s = surface();
     stop_if_cancelled(options_.progress);
-    const Improvement improvement{options_.targets, options_.progress, guard, &deadline_};
+    const Improvement improvement{options_.targets, options_.progress, guard, &deadline_, &memory, options_.threads};
     if (improve_) {
       if (step == 1) count(improve_(s, improvement));
     } else if (step == 0) {
