@@ -35,7 +35,7 @@ Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Defo
 Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Patch& patch,
                      const Progress* progress = nullptr);
 
-// As resolve(settings, mesh). threads as for parallel_for.
+// As resolve(settings, mesh) for settings and a mesh that are known to be valid. threads as for parallel_for.
 RemeshTargets resolve_on(const RemeshSettings& settings, const Mesh& mesh, int threads);
 
 // Returns the creases of a surface with positions `before`, as find_creases(). `progress` cancels.
