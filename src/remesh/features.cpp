@@ -48,11 +48,15 @@ void FaceSamples::refuse(std::size_t max_vertices) const {
       deformation_.feature, max_vertices));
 }
 
-void FaceSamples::add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after) {
+bool FaceSamples::is_large(const std::array<Vec3d, 3>& before) const {
   const double limit = 0.5 * deformation_.feature;
   const double longest2 =
       std::max({norm2(before[1] - before[0]), norm2(before[2] - before[1]), norm2(before[0] - before[2])});
-  if (longest2 > limit * limit) divide(face, before, after, 0);
+  return longest2 > limit * limit;
+}
+
+void FaceSamples::add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after) {
+  if (is_large(before)) divide(face, before, after, 0);
 }
 
 void FaceSamples::divide(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after,
@@ -303,6 +307,8 @@ std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg, cons
 void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
                    Patch& patch) {
   Surface& s = patch.surface;
+  const bool has_face_values = std::any_of(mesh.attributes.begin(), mesh.attributes.end(),
+                                           [](const Attribute& a) { return a.domain == Domain::face; });
   for (const MeshEdge& edge : options.creases) {
     const std::uint32_t v = patch_number[edge[0]];
     const std::uint32_t w = patch_number[edge[1]];
@@ -314,6 +320,7 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<con
       s.set_edge(h, kCrease);
     }
   }
+  if (s.corner_values.stride == 0 && options.face_labels.empty() && !has_face_values) return;
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     const std::uint32_t o = s.opposite[h];
     if (o == kNone || o < h) continue;
