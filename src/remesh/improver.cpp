@@ -83,12 +83,14 @@ bool Improver::is_feature(std::uint32_t h) const {
   return is_hard || !bend_creases_;
 }
 
-Freedom Improver::freedom(std::uint32_t v) const {
+template <class Visit>
+Freedom Improver::freedom(std::uint32_t v, Visit visit) const {
   if (!is_open(v)) return Freedom::none;
   int faces = 0;
   int features = 0;
   bool on_boundary = false;
   const bool is_crowded = !s_.all_outgoing(v, [&](std::uint32_t h) {
+    visit(h);
     const std::uint32_t in = Surface::previous(h);
     features += is_feature(h) ? 1 : 0;
     if (s_.opposite[in] == kNone && is_feature(in)) ++features;
@@ -98,6 +100,15 @@ Freedom Improver::freedom(std::uint32_t v) const {
   if (is_crowded) return Freedom::none;
   if (features == 0) return Freedom::free;
   return features == 2 && !on_boundary ? Freedom::on_crease : Freedom::none;
+}
+
+Freedom Improver::freedom(std::uint32_t v) const {
+  return freedom(v, [](std::uint32_t) {});
+}
+
+Freedom Improver::read_star(std::uint32_t v) {
+  star_.begin(s_.after[v]);
+  return freedom(v, [&](std::uint32_t h) { star_.add(s_, h, quality_of(h / 3)); });
 }
 
 std::vector<std::uint32_t> Improver::movable(std::span<const std::uint32_t> vertices) const {
@@ -123,7 +134,7 @@ bool Improver::restore_volume(double volume, std::span<const std::uint32_t> vert
   return true;
 }
 
-bool Improver::gains_by_flip(std::uint32_t h) const {
+bool Improver::gains_by_flip(std::uint32_t h) {
   const std::uint32_t o = s_.opposite[h];
   if (o == kNone || is_feature(h) || s_.edge_has(h, kLocked)) return false;
   const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
@@ -132,8 +143,12 @@ bool Improver::gains_by_flip(std::uint32_t h) const {
   const Vec3d& b = s_.after[v[1]];
   const Vec3d& c = s_.after[v[2]];
   const Vec3d& d = s_.after[v[3]];
+  constexpr double margin = 1e-9;  // far above the rounding of known qualities
+  const double known = std::min(quality_of(h / 3), quality_of(o / 3));
+  const double is = quality(d, c, a);
+  if (is <= known - margin) return false;
   const double was = std::min(quality(a, b, c), quality(b, a, d));
-  return quality(d, c, a) > was * kGain && quality(c, d, b) > was * kGain;
+  return is > was * kGain && quality(c, d, b) > was * kGain;
 }
 
 bool Improver::try_flip(std::uint32_t h, const Bounds& bounds) {
@@ -288,7 +303,7 @@ Attempt Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, c
   const double size2 = norm2(star);
   if (!(size2 > 0)) return Attempt::hopeless;
   const Vec3d was = s_.after[v];
-  const double least = star_.quality_at(was, {}, -2) * kGain;
+  const double least = star_.least() * kGain;
   std::vector<std::pair<double, Vec3d>> better;  // their qualities below 0, so that the best comes first
   for (const Vec3d& wanted : places) {
     const Vec3d d = wanted - was;
@@ -309,22 +324,14 @@ Attempt Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, c
 }
 
 Attempt Improver::try_move(std::uint32_t v, const Bounds& bounds) {
-  if (freedom(v) != Freedom::free) return Attempt::hopeless;
-  Vec3d sum{};
-  double count = 0;
-  s_.for_each_outgoing(v, [&](std::uint32_t h) {
-    sum += s_.after[s_.target(h)];
-    ++count;
-  });
-  const Vec3d d = sum / count - s_.after[v];
+  if (read_star(v) != Freedom::free) return Attempt::hopeless;
+  const Vec3d d = star_.mean() - s_.after[v];
   const std::array<Vec3d, 3> places{s_.after[v] + d, s_.after[v] + d * 0.5, s_.after[v] + d * 0.25};
-  star_.read(s_, v);
   return move_to_best(v, places, bounds);
 }
 
 bool Improver::search_vertex(std::uint32_t v, const Bounds& bounds) {
-  if (freedom(v) != Freedom::free) return false;
-  star_.read(s_, v);
+  if (read_star(v) != Freedom::free) return false;
   const Vec3d star = star_.vector();
   if (!(norm2(star) > 0)) return false;
   const Vec3d x = any_orthogonal(normalized(star));
@@ -382,10 +389,10 @@ bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
   return true;
 }
 
-// Interpolates the values at v where p projects onto its star.
+// Interpolates the values at v, whose star has been read, where p projects onto it.
 void Improver::carry_values(std::uint32_t v, const Vec3d& p) {
   if (s_.vertex_values.stride == 0 && s_.corner_values.stride == 0) return;
-  const Vec3d normal = star_vector(s_, v);
+  const Vec3d& normal = star_.vector();
   std::uint32_t best = s_.outgoing[v];
   double least = -kInfinity;
   std::array<double, 3> weights{1, 0, 0};

@@ -86,7 +86,7 @@ class Improver {
   bool split_chord(std::uint32_t h);
 
   // The parts of flip_edge(): returns whether a flip may be tried and improves the two faces; tries one that does.
-  bool gains_by_flip(std::uint32_t h) const;
+  bool gains_by_flip(std::uint32_t h);
   bool try_flip(std::uint32_t h, const Bounds& bounds);
   // As move_vertex().
   Attempt try_move(std::uint32_t v, const Bounds& bounds);
@@ -118,6 +118,11 @@ class Improver {
     double t = 0;       // position of `place` along the edge, 0 at the kept vertex
   };
 
+  // Returns where the vertex may move; if anywhere, reads its star.
+  Freedom read_star(std::uint32_t v);
+  // Calls visit(h) for the half-edges that begin at the vertex, until they are too many.
+  template <class Visit>
+  Freedom freedom(std::uint32_t v, Visit visit) const;
   bool is_open(std::uint32_t v) const;
   bool is_feature(std::uint32_t h) const;
   std::vector<std::uint32_t> movable(std::span<const std::uint32_t> vertices) const;
