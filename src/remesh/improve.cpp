@@ -267,30 +267,53 @@ double edge_quality(Improver& improver, std::uint32_t h) {
   return o == kNone ? q : std::min(q, improver.quality_of(o / 3));
 }
 
-void flip_round(Improver& improver, SurfaceMemory& memory, const Bounds& bounds) {
+// Lets the edge rest if no flip of it is an improvement. Returns whether it rests.
+bool lay_to_rest(Improver& improver, SurfaceMemory& memory, std::uint32_t e) {
+  if (memory.edge_rests(e)) return true;
+  const std::uint32_t h = improver.surface().halfedge[e];
+  if (h != kNone && edge_quality(improver, h) <= kFlipBelow && improver.gains_by_flip(h)) return false;
+  memory.let_edge_rest(e);
+  return true;
+}
+
+void flip_round(Improver& improver, SurfaceMemory& memory, int threads, const Bounds& bounds) {
+  constexpr std::size_t grain = 4096;
   const Surface& s = improver.surface();
-  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
+  const auto edges = static_cast<std::uint32_t>(s.halfedge.size());
+  memory.measure(s, threads);
+  parallel_for(edges, grain, threads, [&](std::size_t begin, std::size_t end) {
+    improver.stop_if_cancelled();
+    for (std::size_t e = begin; e < end; ++e) lay_to_rest(improver, memory, static_cast<std::uint32_t>(e));
+  });
+  for (std::uint32_t e = 0; e < edges; ++e) {
     if (memory.edge_rests(e)) continue;
     if (improver.must_end()) break;
-    const std::uint32_t h = s.halfedge[e];
-    if (h != kNone && edge_quality(improver, h) <= kFlipBelow && improver.gains_by_flip(h)) {
-      improver.try_flip(h, bounds);
-    } else {
-      memory.let_edge_rest(e);
-    }
+    if (!lay_to_rest(improver, memory, e)) improver.try_flip(s.halfedge[e], bounds);
   }
 }
 
-void collapse_short_edges(Improver& improver, double shortest, const Bounds& bounds) {
-  Surface& s = improver.surface();
-  std::vector<std::pair<double, std::uint32_t>> shortest_first;
-  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
-    const std::uint32_t h = s.halfedge[e];
-    if (h == kNone) continue;
-    const double length2 = norm2(s.after[s.target(h)] - s.after[s.origin(h)]);
-    if (length2 < shortest * shortest) shortest_first.emplace_back(length2, e);
-  }
-  std::sort(shortest_first.begin(), shortest_first.end());
+using ByLength = std::vector<std::pair<double, std::uint32_t>>;  // the square of a length, and its edge
+
+ByLength find_short_edges(const Surface& s, double shortest, int threads) {
+  constexpr std::size_t grain = 4096;
+  std::vector<ByLength> of_chunk(s.halfedge.size() / grain + 1);
+  parallel_for(s.halfedge.size(), grain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t e = begin; e < end; ++e) {
+      const std::uint32_t h = s.halfedge[e];
+      if (h == kNone) continue;
+      const double length2 = norm2(s.after[s.target(h)] - s.after[s.origin(h)]);
+      if (length2 < shortest * shortest) of_chunk[begin / grain].emplace_back(length2, e);
+    }
+  });
+  ByLength found;
+  for (const ByLength& some : of_chunk) found.insert(found.end(), some.begin(), some.end());
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+void collapse_short_edges(Improver& improver, double shortest, int threads, const Bounds& bounds) {
+  const Surface& s = improver.surface();
+  const ByLength shortest_first = find_short_edges(s, shortest, threads);
   for (const auto& [length, e] : shortest_first) {
     if (improver.must_end()) break;
     const std::uint32_t h = s.halfedge[e];
@@ -299,8 +322,9 @@ void collapse_short_edges(Improver& improver, double shortest, const Bounds& bou
   }
 }
 
-void move_round(Improver& improver, SurfaceMemory& memory, const Bounds& bounds) {
+void move_round(Improver& improver, SurfaceMemory& memory, int threads, const Bounds& bounds) {
   const Surface& s = improver.surface();
+  memory.measure(s, threads);
   std::vector<bool> poor(s.vertex_count(), false);
   for (std::size_t f = 0; f < s.face_count(); ++f) {
     if (!s.is_alive(f) || memory.quality(s, f) > kMoveBelow) continue;
@@ -454,9 +478,9 @@ ImprovementCounts improve(Surface& surface, const Improvement& given) {
   const Bounds bounds = bounds_of(0.5 * chord, 30, 40, 3);
   const Bounds collapse_bounds = bounds_of(kShortEdgeShare * chord, 30, 40, 3);
   for (int i = 0; i < improvement.targets.iterations && !improver.must_end(); ++i) {
-    flip_round(improver, memory, bounds);
-    if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, collapse_bounds);
-    move_round(improver, memory, bounds);
+    flip_round(improver, memory, improvement.threads, bounds);
+    if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, improvement.threads, collapse_bounds);
+    move_round(improver, memory, improvement.threads, bounds);
   }
   return improver.counts();
 }

@@ -36,10 +36,14 @@ const std::array<std::array<double, 2>, 12> kDirections = make_directions();
 }  // namespace
 
 void SurfaceMemory::begin(const Surface& s, int threads) {
-  constexpr std::size_t grain = 4096;
   edge_rests_.clear();
   vertex_rests_.clear();
   add_new(s);
+  measure(s, threads);
+}
+
+void SurfaceMemory::measure(const Surface& s, int threads) {
+  constexpr std::size_t grain = 4096;
   parallel_for(s.face_count(), grain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
       if (s.is_alive(f)) quality(s, f);
@@ -55,13 +59,14 @@ void SurfaceMemory::add_new(const Surface& s) {
 
 void SurfaceMemory::forget_around(const Surface& s, std::uint32_t v) {
   s.for_each_outgoing(v, [&](std::uint32_t h) {
-    const std::size_t face = h / 3;
-    quality_[face] = -1;
-    for (std::size_t i = 3 * face; i < 3 * face + 3; ++i) {
-      edge_rests_[s.edge[i]] = 0;
-      vertex_rests_[s.corner[i]] = 0;
-    }
+    quality_[h / 3] = -1;
+    edge_rests_[s.edge[h]] = 0;
+    edge_rests_[s.edge[Surface::next(h)]] = 0;
+    edge_rests_[s.edge[Surface::previous(h)]] = 0;
+    vertex_rests_[s.target(h)] = 0;
+    vertex_rests_[s.apex(h)] = 0;
   });
+  vertex_rests_[v] = 0;
 }
 
 Improver::Improver(Surface& surface, const Improvement& improvement, bool bend_creases)
@@ -111,26 +116,34 @@ Freedom Improver::read_star(std::uint32_t v) {
   return freedom(v, [&](std::uint32_t h) { star_.add(s_, h, quality_of(h / 3)); });
 }
 
-std::vector<std::uint32_t> Improver::movable(std::span<const std::uint32_t> vertices) const {
-  std::vector<std::uint32_t> found;
-  for (const std::uint32_t v : vertices) {
-    if (freedom(v) == Freedom::free) found.push_back(v);
-  }
-  return found;
+bool Improver::any_turns(std::uint32_t v, const Vec3d& p, const Vec3d& star, const TurnLimit& limit) {
+  return !s_.all_outgoing(v, [&](std::uint32_t h) {
+    const Vec3d is = cross(s_.after[s_.target(h)] - p, s_.after[s_.apex(h)] - p);
+    const Vec3d reference = quality_of(h / 3) < limit.reliable ? star : area_vector(s_, h / 3, s_.after);
+    return !turns(limit.cosine, reference, norm2(reference), is, norm2(is));
+  });
 }
 
 bool Improver::restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds) {
-  const std::vector<std::uint32_t> moving = movable(vertices);
+  moving_.clear();
+  moving_stars_.clear();
   Vec3d sum{};
-  for (const std::uint32_t v : moving) sum += star_vector(s_, v);
+  for (const std::uint32_t v : vertices) {
+    if (freedom(v) != Freedom::free) continue;
+    moving_.push_back(v);
+    moving_stars_.push_back(star_vector(s_, v));
+    sum += moving_stars_.back();
+  }
   const double size2 = norm2(sum);
   if (!(size2 > 0)) return volume == 0;
   const Vec3d d = sum * (volume / size2);
   if (norm(d) > bounds.distance) return false;
-  const auto turns = [&](std::uint32_t v) { return star_quality(s_, v, s_.after[v] + d, bounds.turn) < 0; };
-  if (std::any_of(moving.begin(), moving.end(), turns) || !may_move(moving, d)) return false;
-  for (const std::uint32_t v : moving) s_.after[v] += d;
-  tell(moving);
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    if (any_turns(moving_[i], s_.after[moving_[i]] + d, moving_stars_[i], bounds.turn)) return false;
+  }
+  if (!may_move(moving_, d)) return false;
+  for (const std::uint32_t v : moving_) s_.after[v] += d;
+  tell(moving_);
   return true;
 }
 

@@ -27,7 +27,10 @@ class SurfaceMemory {
   // Measures the faces that are not known, and forgets which edges and vertices rest. To be called before anything else.
   void begin(const Surface& s, int threads);
 
-  // Returns quality(s, f, s.after).
+  // Measures the faces that are not known.
+  void measure(const Surface& s, int threads);
+
+  // Returns quality(s, f, s.after). Several threads may ask for faces that are known.
   double quality(const Surface& s, std::size_t f) {
     double& known = quality_[f];
     if (known < 0) known = remesh_detail::quality(s, f, s.after);
@@ -125,7 +128,8 @@ class Improver {
   Freedom freedom(std::uint32_t v, Visit visit) const;
   bool is_open(std::uint32_t v) const;
   bool is_feature(std::uint32_t h) const;
-  std::vector<std::uint32_t> movable(std::span<const std::uint32_t> vertices) const;
+  // Returns whether a face around v would turn too far if v were at p. `star`: the star vector of v.
+  bool any_turns(std::uint32_t v, const Vec3d& p, const Vec3d& star, const TurnLimit& limit);
   // Moves all free vertices of the list by one vector, so that six times the volume grows by `volume`. Returns false
   // and moves nothing if that exceeds the bounds.
   bool restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
@@ -153,6 +157,8 @@ class Improver {
   SurfaceMemory* memory_ = nullptr;
   bool bend_creases_ = false;
   Star star_;
+  std::vector<std::uint32_t> moving_;  // by restore_volume()
+  std::vector<Vec3d> moving_stars_;
   ImprovementCounts counts_;
 };
 
