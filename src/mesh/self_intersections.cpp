@@ -354,8 +354,10 @@ std::vector<Vec3d> scale_to_range(std::span<const Triangle> triangles, std::span
     }
   }
   const int exponent = largest > 0 ? std::ilogb(largest) : 0;
+  const double part = std::scalbn(1.0, -exponent / 2);  // in two parts neither overflows
+  const double rest = std::scalbn(1.0, -exponent - -exponent / 2);
   const auto scaled = [&](double x) {
-    const double y = std::scalbn(x, -exponent);
+    const double y = x * part * rest;
     return std::abs(y) < 0x1p-250 ? 0.0 : y;
   };
   std::vector<Vec3d> result(positions.size());
@@ -433,15 +435,21 @@ class FlatVertices {
   FlatVertices(std::span<const Triangle> triangles, std::span<const Vec3d> points,
                const SelfIntersectionOptions& options)
       : triangles_(triangles), points_(points), begin_(points.size() + 1), flat_(points.size()) {
-    std::vector<bool> wanted(points.size());
+    std::vector<std::uint8_t> wanted(points.size());
     for (std::uint32_t t = 0; t < triangles.size(); ++t) {
       if (!is_chosen(t, options)) continue;
-      for (const std::uint32_t v : triangles[t]) wanted[v] = true;
+      for (const std::uint32_t v : triangles[t]) wanted[v] = 1;
+    }
+    std::vector<std::uint32_t> found;  // the triangles at them
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+      const Triangle& corners = triangles[t];
+      if ((wanted[corners[0]] | wanted[corners[1]] | wanted[corners[2]]) != 0) found.push_back(t);
     }
     const auto for_each_corner = [&](const auto& visit) {
-      for (std::uint32_t c = 0; c < 3 * triangles.size(); ++c) {
-        const std::uint32_t v = triangles[c / 3][c % 3];
-        if (wanted[v]) visit(c, v);
+      for (const std::uint32_t t : found) {
+        for (std::uint32_t i = 0; i < 3; ++i) {
+          if (wanted[triangles[t][i]] != 0) visit(3 * t + i, triangles[t][i]);
+        }
       }
     };
     for_each_corner([&](std::uint32_t, std::uint32_t v) { ++begin_[v + std::size_t{1}]; });

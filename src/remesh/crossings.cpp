@@ -68,7 +68,7 @@ CrossingSearch::CrossingSearch(const Mesh& before, const Patch& patch, bool sing
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < before.face_count(); ++f) {
     stop_if_cancelled(progress_);
-    if (patch.holds_face[f] || before.face(f).size() < 3) continue;
+    if (patch.holds_face[f] != 0 || before.face(f).size() < 3) continue;
     parts.clear();
     triangulate_polygon(before.positions, before.face(f), parts);
     for (const Triangle& t : parts) {

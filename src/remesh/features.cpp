@@ -48,11 +48,15 @@ void FaceSamples::refuse(std::size_t max_vertices) const {
       deformation_.feature, max_vertices));
 }
 
-void FaceSamples::add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after) {
+bool FaceSamples::is_large(const std::array<Vec3d, 3>& before) const {
   const double limit = 0.5 * deformation_.feature;
   const double longest2 =
       std::max({norm2(before[1] - before[0]), norm2(before[2] - before[1]), norm2(before[0] - before[2])});
-  if (longest2 > limit * limit) divide(face, before, after, 0);
+  return longest2 > limit * limit;
+}
+
+void FaceSamples::add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after) {
+  if (is_large(before)) divide(face, before, after, 0);
 }
 
 void FaceSamples::divide(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after,
@@ -303,6 +307,8 @@ std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg, cons
 void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
                    Patch& patch) {
   Surface& s = patch.surface;
+  const bool has_face_values = std::any_of(mesh.attributes.begin(), mesh.attributes.end(),
+                                           [](const Attribute& a) { return a.domain == Domain::face; });
   for (const MeshEdge& edge : options.creases) {
     const std::uint32_t v = patch_number[edge[0]];
     const std::uint32_t w = patch_number[edge[1]];
@@ -314,6 +320,7 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<con
       s.set_edge(h, kCrease);
     }
   }
+  if (s.corner_values.stride == 0 && options.face_labels.empty() && !has_face_values) return;
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     const std::uint32_t o = s.opposite[h];
     if (o == kNone || o < h) continue;
@@ -337,19 +344,24 @@ void for_each_proper_triangle(const Mesh& mesh, const Progress* progress, Visit 
 
 // Returns a flag for each vertex: false if all triangles around it are sound, with normals so close to the first one
 // that no two of them differ by the angle. Both ends of a sharp edge have the flag, and all corners of a thin triangle.
-std::vector<bool> find_rough_vertices(const Mesh& mesh, double angle_deg, const Progress* progress) {
+std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg, const Progress* progress) {
   constexpr double margin_deg = 0.1;  // far above rounding errors
   const double least = elementary::cos((0.5 * angle_deg - margin_deg) * std::numbers::pi / 180);
   std::vector<Vec3f> first(mesh.vertex_count());
-  std::vector<bool> rough(mesh.vertex_count(), !(angle_deg > 2 * margin_deg && angle_deg <= 180));
+  std::vector<std::uint8_t> rough(mesh.vertex_count(), angle_deg > 2 * margin_deg && angle_deg <= 180 ? 0 : 1);
   for_each_proper_triangle(mesh, progress, [&](const Triangle& t) {
     const std::array<Vec3d, 3> p{mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
-    const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
-    const double size = norm(normal);
-    const bool sound = size > 0 && quality(p[0], p[1], p[2]) > 2 * kThin;
+    const std::array<Vec3d, 3> sides{p[1] - p[0], p[2] - p[1], p[0] - p[2]};
+    const Vec3d normal = cross(sides[0], sides[2]) * -1.0;
+    const double size2 = norm2(normal);
+    const std::array<double, 3> lengths2{norm2(sides[0]), norm2(sides[1]), norm2(sides[2])};
+    const double twice_cosine =  // times the two longer sides
+        lengths2[0] + lengths2[1] + lengths2[2] - 2 * std::min({lengths2[0], lengths2[1], lengths2[2]});
+    const bool sound = size2 > kThin * kThin * twice_cosine * twice_cosine;  // above twice kThin, with no root
     for (const std::uint32_t v : t) {
-      if (sound && first[v] == Vec3f{}) first[v] = Vec3f(normal / size);
-      if (!sound || !(dot(Vec3d(first[v]), normal) > least * size)) rough[v] = true;
+      if (sound && first[v] == Vec3f{}) first[v] = Vec3f(normal / std::sqrt(size2));
+      const double along = dot(Vec3d(first[v]), normal);
+      if (!sound || !(along > 0 && along * along > least * least * size2)) rough[v] = 1;
     }
   });
   return rough;
@@ -359,11 +371,11 @@ std::vector<bool> find_rough_vertices(const Mesh& mesh, double angle_deg, const 
 
 // Connects the triangles at rough vertices only: all faces at an edge between two of those are among them.
 std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, const Progress* progress) {
-  const std::vector<bool> rough = find_rough_vertices(mesh, angle_deg, progress);
+  const std::vector<std::uint8_t> rough = find_rough_vertices(mesh, angle_deg, progress);
   std::vector<bool> used(mesh.vertex_count(), false);
   Surface surface;
   for_each_proper_triangle(mesh, progress, [&](const Triangle& t) {
-    if (!rough[t[0]] && !rough[t[1]] && !rough[t[2]]) return;
+    if ((rough[t[0]] | rough[t[1]] | rough[t[2]]) == 0) return;
     surface.corner.insert(surface.corner.end(), t.begin(), t.end());
     surface.face_source.push_back(0);
     for (const std::uint32_t v : t) used[v] = true;

@@ -19,6 +19,9 @@ class FaceSamples {
   // Adding samples throws Cancelled if `progress` says so; null: never.
   FaceSamples(const Deformation& deformation, const Progress* progress);
 
+  // Returns whether add() may add samples of the face.
+  bool is_large(const std::array<Vec3d, 3>& before) const;
+
   // Adds samples of a face, about a quarter of deformation.feature apart, where the face may be moved. A face smaller
   // than half a feature gets none.
   void add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after);

@@ -261,49 +261,79 @@ Bounds bounds_of(double distance, double turn_deg, double fold_deg, double relia
   return {distance, {cosine_of(turn_deg), tangent_of(reliable_deg)}, distance / 6, cosine_of(fold_deg)};
 }
 
-double edge_quality(const Surface& s, std::uint32_t h) {
-  const double q = quality(s, h / 3, s.after);
-  const std::uint32_t o = s.opposite[h];
-  return o == kNone ? q : std::min(q, quality(s, o / 3, s.after));
+double edge_quality(Improver& improver, std::uint32_t h) {
+  const double q = improver.quality_of(h / 3);
+  const std::uint32_t o = improver.surface().opposite[h];
+  return o == kNone ? q : std::min(q, improver.quality_of(o / 3));
 }
 
-void flip_round(Improver& improver, const Bounds& bounds) {
-  Surface& s = improver.surface();
-  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
+// Lets the edge rest if no flip of it is an improvement. Returns whether it rests.
+bool lay_to_rest(Improver& improver, SurfaceMemory& memory, std::uint32_t e) {
+  if (memory.edge_rests(e)) return true;
+  const std::uint32_t h = improver.surface().halfedge[e];
+  if (h != kNone && edge_quality(improver, h) <= kFlipBelow && improver.gains_by_flip(h)) return false;
+  memory.let_edge_rest(e);
+  return true;
+}
+
+void flip_round(Improver& improver, SurfaceMemory& memory, int threads, const Bounds& bounds) {
+  constexpr std::size_t grain = 4096;
+  const Surface& s = improver.surface();
+  const auto edges = static_cast<std::uint32_t>(s.halfedge.size());
+  memory.measure(s, threads);
+  parallel_for(edges, grain, threads, [&](std::size_t begin, std::size_t end) {
+    improver.stop_if_cancelled();
+    for (std::size_t e = begin; e < end; ++e) lay_to_rest(improver, memory, static_cast<std::uint32_t>(e));
+  });
+  for (std::uint32_t e = 0; e < edges; ++e) {
+    if (memory.edge_rests(e)) continue;
     if (improver.must_end()) break;
-    const std::uint32_t h = s.halfedge[e];
-    if (h != kNone && edge_quality(s, h) <= kFlipBelow) improver.flip_edge(h, bounds);
+    if (!lay_to_rest(improver, memory, e)) improver.try_flip(s.halfedge[e], bounds);
   }
 }
 
-void collapse_short_edges(Improver& improver, double shortest, const Bounds& bounds) {
-  Surface& s = improver.surface();
-  std::vector<std::pair<double, std::uint32_t>> shortest_first;
-  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
-    const std::uint32_t h = s.halfedge[e];
-    if (h == kNone) continue;
-    const double length2 = norm2(s.after[s.target(h)] - s.after[s.origin(h)]);
-    if (length2 < shortest * shortest) shortest_first.emplace_back(length2, e);
-  }
-  std::sort(shortest_first.begin(), shortest_first.end());
+using ByLength = std::vector<std::pair<double, std::uint32_t>>;  // the square of a length, and its edge
+
+ByLength find_short_edges(const Surface& s, double shortest, int threads) {
+  constexpr std::size_t grain = 4096;
+  std::vector<ByLength> of_chunk(s.halfedge.size() / grain + 1);
+  parallel_for(s.halfedge.size(), grain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t e = begin; e < end; ++e) {
+      const std::uint32_t h = s.halfedge[e];
+      if (h == kNone) continue;
+      const double length2 = norm2(s.after[s.target(h)] - s.after[s.origin(h)]);
+      if (length2 < shortest * shortest) of_chunk[begin / grain].emplace_back(length2, e);
+    }
+  });
+  ByLength found;
+  for (const ByLength& some : of_chunk) found.insert(found.end(), some.begin(), some.end());
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+void collapse_short_edges(Improver& improver, double shortest, int threads, const Bounds& bounds) {
+  const Surface& s = improver.surface();
+  const ByLength shortest_first = find_short_edges(s, shortest, threads);
   for (const auto& [length, e] : shortest_first) {
     if (improver.must_end()) break;
     const std::uint32_t h = s.halfedge[e];
     if (h == kNone || norm2(s.after[s.target(h)] - s.after[s.origin(h)]) >= shortest * shortest) continue;
-    improver.collapse_edge(h, std::min(kMoveBelow, edge_quality(s, h)), bounds);
+    improver.collapse_edge(h, std::min(kMoveBelow, edge_quality(improver, h)), bounds);
   }
 }
 
-void move_round(Improver& improver, const Bounds& bounds) {
-  Surface& s = improver.surface();
+void move_round(Improver& improver, SurfaceMemory& memory, int threads, const Bounds& bounds) {
+  const Surface& s = improver.surface();
+  memory.measure(s, threads);
   std::vector<bool> poor(s.vertex_count(), false);
   for (std::size_t f = 0; f < s.face_count(); ++f) {
-    if (!s.is_alive(f) || quality(s, f, s.after) > kMoveBelow) continue;
+    if (!s.is_alive(f) || memory.quality(s, f) > kMoveBelow) continue;
     for (const std::uint32_t v : s.triangle(f)) poor[v] = true;
   }
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
+    if (!poor[v] || memory.vertex_rests(v)) continue;
     if (improver.must_end()) break;
-    if (poor[v]) improver.move_vertex(v, bounds);
+    if (improver.try_move(v, bounds) == Attempt::hopeless) memory.let_vertex_rest(v);
   }
 }
 
@@ -325,7 +355,7 @@ double longest_length(const Surface& s, std::uint32_t f) {
 // Tries to flip the longest edge, to collapse an edge, then to move a vertex. Returns true after the first change.
 bool repair_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   Surface& s = improver.surface();
-  const double was = quality(s, f, s.after);
+  const double was = improver.quality_of(f);
   for (const std::uint32_t v : s.triangle(f)) {
     if (is_crowded(s, v)) return false;
   }
@@ -349,11 +379,12 @@ bool repair_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
 
 using PoorFaces = std::vector<std::pair<double, std::uint32_t>>;  // quality and face, worst first
 
-PoorFaces find_poor_faces(const Surface& s, double below) {
+PoorFaces find_poor_faces(Improver& improver, double below) {
+  const Surface& s = improver.surface();
   PoorFaces poor;
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
     if (!s.is_alive(f)) continue;
-    const double q = quality(s, f, s.after);
+    const double q = improver.quality_of(f);
     if (q < below) poor.emplace_back(q, f);
   }
   std::sort(poor.begin(), poor.end());
@@ -374,7 +405,7 @@ bool repair_round(Improver& improver, const PoorFaces& poor, const Level& level,
   bool changed = false;
   for (const auto& [q, f] : poor) {
     if (improver.must_end()) break;
-    if (!s.is_alive(f) || quality(s, f, s.after) >= level.below) continue;
+    if (!s.is_alive(f) || improver.quality_of(f) >= level.below) continue;
     Bounds own = level.bounds;
     own.distance = std::max(own.distance, level.edge_share * longest_length(s, f));
     if (level.edge_share > 0) own.crease *= 1.5;
@@ -383,6 +414,11 @@ bool repair_round(Improver& improver, const PoorFaces& poor, const Level& level,
     changed = is_repaired || changed;
   }
   return changed;
+}
+
+Improvement with_memory(Improvement improvement, SurfaceMemory& own) {
+  if (improvement.memory == nullptr) improvement.memory = &own;
+  return improvement;
 }
 
 Bounds widest_bounds(double chord) {
@@ -432,20 +468,27 @@ ImprovementCounts repair_crossings(Surface& surface, const Improvement& improvem
   return improver.counts();
 }
 
-ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
+ImprovementCounts improve(Surface& surface, const Improvement& given) {
+  SurfaceMemory own;
+  const Improvement improvement = with_memory(given, own);
+  SurfaceMemory& memory = *improvement.memory;
+  memory.begin(surface, improvement.threads);
   Improver improver(surface, improvement);
   const double chord = improvement.targets.max_chord;
   const Bounds bounds = bounds_of(0.5 * chord, 30, 40, 3);
   const Bounds collapse_bounds = bounds_of(kShortEdgeShare * chord, 30, 40, 3);
   for (int i = 0; i < improvement.targets.iterations && !improver.must_end(); ++i) {
-    flip_round(improver, bounds);
-    if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, collapse_bounds);
-    move_round(improver, bounds);
+    flip_round(improver, memory, improvement.threads, bounds);
+    if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, improvement.threads, collapse_bounds);
+    move_round(improver, memory, improvement.threads, bounds);
   }
   return improver.counts();
 }
 
-ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level) {
+ImprovementCounts mend(Surface& surface, const Improvement& given, int level) {
+  SurfaceMemory own;
+  const Improvement improvement = with_memory(given, own);
+  improvement.memory->begin(surface, improvement.threads);
   const double chord = improvement.targets.max_chord;
   // Worse triangles justify larger changes: they are few and small.
   const std::array<Level, kGuardedLevels> levels{{{kMendBelow, bounds_of(0.5 * chord, 30, 40, 3), 0, false},
@@ -460,12 +503,12 @@ ImprovementCounts mend(Surface& surface, const Improvement& improvement, int lev
   const Level& at = levels.at(static_cast<std::size_t>(level));
   Improver improver(surface, improvement, at.bend_creases);
   const int rounds = at.edge_share > 0 ? 2 * kMendRounds : kMendRounds;
-  PoorFaces poor = find_poor_faces(surface, at.below);
+  PoorFaces poor = find_poor_faces(improver, at.below);
   // Splitting serves few faces between better ones. More come of edges that may not be split, and would come for ever.
   const std::size_t few = std::min(2 * poor.size(), surface.face_count() / 4);
   for (int i = 0; i < rounds && !improver.must_end(); ++i) {
     if (!repair_round(improver, poor, at, at.edge_share > 0 && poor.size() <= few)) break;
-    poor = find_poor_faces(surface, at.below);
+    poor = find_poor_faces(improver, at.below);
   }
   return improver.counts();
 }

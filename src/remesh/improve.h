@@ -42,6 +42,7 @@ double enclosed_volume(const Surface& surface, const std::vector<Vec3d>& positio
 // Improves triangles and keeps the volume.
 
 class CrossingGuard;
+class SurfaceMemory;
 
 // The targets of an improvement, and what it must not do.
 struct Improvement {
@@ -49,6 +50,8 @@ struct Improvement {
   const Progress* progress = nullptr;  // cancels; the surface is then part-way
   CrossingGuard* guard = nullptr;      // refuses changes that would make triangles cross; null: none are refused
   Deadline* deadline = nullptr;        // ends after a change, with less improved; null: never
+  SurfaceMemory* memory = nullptr;     // of this surface, for several functions in a row; null: they use their own
+  int threads = 1;                     // as for parallel_for; changes no bit
 };
 
 struct ImprovementCounts {

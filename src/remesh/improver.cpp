@@ -35,12 +35,47 @@ const std::array<std::array<double, 2>, 12> kDirections = make_directions();
 
 }  // namespace
 
+void SurfaceMemory::begin(const Surface& s, int threads) {
+  edge_rests_.clear();
+  vertex_rests_.clear();
+  add_new(s);
+  measure(s, threads);
+}
+
+void SurfaceMemory::measure(const Surface& s, int threads) {
+  constexpr std::size_t grain = 4096;
+  parallel_for(s.face_count(), grain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      if (s.is_alive(f)) quality(s, f);
+    }
+  });
+}
+
+void SurfaceMemory::add_new(const Surface& s) {
+  quality_.resize(s.face_count(), -1);
+  edge_rests_.resize(s.halfedge.size(), 0);
+  vertex_rests_.resize(s.vertex_count(), 0);
+}
+
+void SurfaceMemory::forget_around(const Surface& s, std::uint32_t v) {
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    quality_[h / 3] = -1;
+    edge_rests_[s.edge[h]] = 0;
+    edge_rests_[s.edge[Surface::next(h)]] = 0;
+    edge_rests_[s.edge[Surface::previous(h)]] = 0;
+    vertex_rests_[s.target(h)] = 0;
+    vertex_rests_[s.apex(h)] = 0;
+  });
+  vertex_rests_[v] = 0;
+}
+
 Improver::Improver(Surface& surface, const Improvement& improvement, bool bend_creases)
     : s_(surface),
       targets_(improvement.targets),
       progress_(improvement.progress),
       deadline_(improvement.deadline),
       guard_(improvement.guard),
+      memory_(improvement.memory),
       bend_creases_(bend_creases) {}
 
 bool Improver::is_open(std::uint32_t v) const {
@@ -53,12 +88,14 @@ bool Improver::is_feature(std::uint32_t h) const {
   return is_hard || !bend_creases_;
 }
 
-Freedom Improver::freedom(std::uint32_t v) const {
+template <class Visit>
+Freedom Improver::freedom(std::uint32_t v, Visit visit) const {
   if (!is_open(v)) return Freedom::none;
   int faces = 0;
   int features = 0;
   bool on_boundary = false;
   const bool is_crowded = !s_.all_outgoing(v, [&](std::uint32_t h) {
+    visit(h);
     const std::uint32_t in = Surface::previous(h);
     features += is_feature(h) ? 1 : 0;
     if (s_.opposite[in] == kNone && is_feature(in)) ++features;
@@ -70,30 +107,47 @@ Freedom Improver::freedom(std::uint32_t v) const {
   return features == 2 && !on_boundary ? Freedom::on_crease : Freedom::none;
 }
 
-std::vector<std::uint32_t> Improver::movable(std::span<const std::uint32_t> vertices) const {
-  std::vector<std::uint32_t> found;
-  for (const std::uint32_t v : vertices) {
-    if (freedom(v) == Freedom::free) found.push_back(v);
-  }
-  return found;
+Freedom Improver::freedom(std::uint32_t v) const {
+  return freedom(v, [](std::uint32_t) {});
+}
+
+Freedom Improver::read_star(std::uint32_t v) {
+  star_.begin(s_.after[v]);
+  return freedom(v, [&](std::uint32_t h) { star_.add(s_, h, quality_of(h / 3)); });
+}
+
+bool Improver::any_turns(std::uint32_t v, const Vec3d& p, const Vec3d& star, const TurnLimit& limit) {
+  return !s_.all_outgoing(v, [&](std::uint32_t h) {
+    const Vec3d is = cross(s_.after[s_.target(h)] - p, s_.after[s_.apex(h)] - p);
+    const Vec3d reference = quality_of(h / 3) < limit.reliable ? star : area_vector(s_, h / 3, s_.after);
+    return !turns(limit.cosine, reference, norm2(reference), is, norm2(is));
+  });
 }
 
 bool Improver::restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds) {
-  const std::vector<std::uint32_t> moving = movable(vertices);
+  moving_.clear();
+  moving_stars_.clear();
   Vec3d sum{};
-  for (const std::uint32_t v : moving) sum += star_vector(s_, v);
+  for (const std::uint32_t v : vertices) {
+    if (freedom(v) != Freedom::free) continue;
+    moving_.push_back(v);
+    moving_stars_.push_back(star_vector(s_, v));
+    sum += moving_stars_.back();
+  }
   const double size2 = norm2(sum);
   if (!(size2 > 0)) return volume == 0;
   const Vec3d d = sum * (volume / size2);
   if (norm(d) > bounds.distance) return false;
-  const auto turns = [&](std::uint32_t v) { return star_quality(s_, v, s_.after[v] + d, bounds.turn) < 0; };
-  if (std::any_of(moving.begin(), moving.end(), turns) || !may_move(moving, d)) return false;
-  for (const std::uint32_t v : moving) s_.after[v] += d;
-  tell_guard(moving);
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    if (any_turns(moving_[i], s_.after[moving_[i]] + d, moving_stars_[i], bounds.turn)) return false;
+  }
+  if (!may_move(moving_, d)) return false;
+  for (const std::uint32_t v : moving_) s_.after[v] += d;
+  tell(moving_);
   return true;
 }
 
-bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
+bool Improver::gains_by_flip(std::uint32_t h) {
   const std::uint32_t o = s_.opposite[h];
   if (o == kNone || is_feature(h) || s_.edge_has(h, kLocked)) return false;
   const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
@@ -102,8 +156,22 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   const Vec3d& b = s_.after[v[1]];
   const Vec3d& c = s_.after[v[2]];
   const Vec3d& d = s_.after[v[3]];
+  constexpr double margin = 1e-9;  // far above the rounding of known qualities
+  const double known = std::min(quality_of(h / 3), quality_of(o / 3));
+  const double is = quality(d, c, a);
+  if (is <= known - margin) return false;
   const double was = std::min(quality(a, b, c), quality(b, a, d));
-  if (std::min(quality(d, c, a), quality(c, d, b)) <= was * kGain) return false;
+  return is > was * kGain && quality(c, d, b) > was * kGain;
+}
+
+bool Improver::try_flip(std::uint32_t h, const Bounds& bounds) {
+  const std::uint32_t o = s_.opposite[h];
+  const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
+  const Vec3d& a = s_.after[v[0]];
+  const Vec3d& b = s_.after[v[1]];
+  const Vec3d& c = s_.after[v[2]];
+  const Vec3d& d = s_.after[v[3]];
+  const double was = std::min(quality(a, b, c), quality(b, a, d));
   if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return is_crowded(s_, w); })) return false;
   Vec3d sum = cross(b - a, c - a) + cross(d - b, a - b);
   if (was < bounds.turn.reliable) {
@@ -115,10 +183,10 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   if (std::abs(volume) > bounds.distance * span || norm2(d - c) > targets_.max_edge * targets_.max_edge) return false;
   if (v[2] == v[3] || are_neighbours(s_, v[2], v[3]) || !may_flip(h)) return false;
   flip(s_, h);
-  tell_guard({&v[2], 1});
+  tell({&v[2], 1});
   if (!restore_volume(-volume, v, bounds)) {
     flip(s_, h);
-    tell_guard({&v[0], 1});
+    tell({&v[0], 1});
     return false;
   }
   s_.edge_flags[s_.edge[h]] = 0;  // the new diagonal is no crease
@@ -237,18 +305,18 @@ bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds
     if (s_.opposite[best.halfedge] != kNone) guard_->remove(s_.opposite[best.halfedge] / 3);
   }
   collapse(s_, best.halfedge, best.place, best.t);
-  tell_guard({&kept, 1});
+  tell({&kept, 1});
   if (best.volume != 0 && !restore_volume(best.volume, ring, bounds)) counts_.volume += best.volume / 6;
   ++counts_.collapses;
   return true;
 }
 
-bool Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds) {
+Attempt Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds) {
   const Vec3d& star = star_.vector();
   const double size2 = norm2(star);
-  if (!(size2 > 0)) return false;
+  if (!(size2 > 0)) return Attempt::hopeless;
   const Vec3d was = s_.after[v];
-  const double least = star_.quality_at(was, {}, -2) * kGain;
+  const double least = star_.least() * kGain;
   std::vector<std::pair<double, Vec3d>> better;  // their qualities below 0, so that the best comes first
   for (const Vec3d& wanted : places) {
     const Vec3d d = wanted - was;
@@ -256,34 +324,27 @@ bool Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, cons
     const double q = star_.quality_at(p, bounds.turn, least);
     if (q > least && !star_.is_farther(p, bounds.distance)) better.emplace_back(-q, p);
   }
+  if (better.empty()) return Attempt::hopeless;
   std::stable_sort(better.begin(), better.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   const auto place = std::find_if(better.begin(), better.end(), [&](const auto& each) {
     return may_move({&v, 1}, each.second - was);
   });
-  if (place == better.end() || place->second == was) return false;
+  if (place == better.end() || place->second == was) return Attempt::refused;
   carry_values(v, place->second);
   s_.after[v] = place->second;
-  tell_guard({&v, 1});
-  return true;
+  tell({&v, 1});
+  return Attempt::done;
 }
 
-bool Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
-  if (freedom(v) != Freedom::free) return false;
-  Vec3d sum{};
-  double count = 0;
-  s_.for_each_outgoing(v, [&](std::uint32_t h) {
-    sum += s_.after[s_.target(h)];
-    ++count;
-  });
-  const Vec3d d = sum / count - s_.after[v];
+Attempt Improver::try_move(std::uint32_t v, const Bounds& bounds) {
+  if (read_star(v) != Freedom::free) return Attempt::hopeless;
+  const Vec3d d = star_.mean() - s_.after[v];
   const std::array<Vec3d, 3> places{s_.after[v] + d, s_.after[v] + d * 0.5, s_.after[v] + d * 0.25};
-  star_.read(s_, v);
   return move_to_best(v, places, bounds);
 }
 
 bool Improver::search_vertex(std::uint32_t v, const Bounds& bounds) {
-  if (freedom(v) != Freedom::free) return false;
-  star_.read(s_, v);
+  if (read_star(v) != Freedom::free) return false;
   const Vec3d star = star_.vector();
   if (!(norm2(star) > 0)) return false;
   const Vec3d x = any_orthogonal(normalized(star));
@@ -295,7 +356,7 @@ bool Improver::search_vertex(std::uint32_t v, const Bounds& bounds) {
     const Vec3d along = x * direction[0] + y * direction[1];
     for (const double share : {0.03, 0.1, 0.25, 0.5}) places.push_back(s_.after[v] + along * (share * size));
   }
-  return move_to_best(v, places, bounds);
+  return move_to_best(v, places, bounds) == Attempt::done;
 }
 
 bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
@@ -329,7 +390,7 @@ bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
   if (is <= was * kGain || norm(foot - s_.after[v]) > bounds.distance || !may_merge_apex(h, foot)) return false;
   s_.after[v] = foot;
   flip(s_, h);
-  tell_guard({&v, 1});
+  tell({&v, 1});
   s_.edge_flags[s_.edge[h]] = 0;
   s_.for_each_outgoing(v, [&](std::uint32_t e) {
     if (s_.target(e) != a && s_.target(e) != b) return;
@@ -341,10 +402,10 @@ bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
   return true;
 }
 
-// Interpolates the values at v where p projects onto its star.
+// Interpolates the values at v, whose star has been read, where p projects onto it.
 void Improver::carry_values(std::uint32_t v, const Vec3d& p) {
   if (s_.vertex_values.stride == 0 && s_.corner_values.stride == 0) return;
-  const Vec3d normal = star_vector(s_, v);
+  const Vec3d& normal = star_.vector();
   std::uint32_t best = s_.outgoing[v];
   double least = -kInfinity;
   std::array<double, 3> weights{1, 0, 0};
@@ -393,7 +454,8 @@ bool Improver::split_chord(std::uint32_t h) {
   if (guard_ != nullptr) {
     for (std::uint32_t f = first; f < s_.face_count(); ++f) guard_->add(f, halves.at(f - first) / 3);
   }
-  tell_guard({&m, 1});
+  if (memory_ != nullptr) memory_->add_new(s_);
+  tell({&m, 1});
   ++counts_.splits;
   return true;
 }
@@ -462,9 +524,11 @@ bool Improver::may_split(std::uint32_t h, const Vec3d& middle) const {
   return guard_->allows(faces, proposed);
 }
 
-void Improver::tell_guard(std::span<const std::uint32_t> vertices) {
-  if (guard_ == nullptr) return;
-  for (const std::uint32_t v : vertices) guard_->update_around(v);
+void Improver::tell(std::span<const std::uint32_t> vertices) {
+  for (const std::uint32_t v : vertices) {
+    if (guard_ != nullptr) guard_->update_around(v);
+    if (memory_ != nullptr) memory_->forget_around(s_, v);
+  }
 }
 
 }  // namespace knead::remesh_detail

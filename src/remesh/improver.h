@@ -21,6 +21,46 @@ struct Bounds {
 // Where a vertex may move: anywhere, along its crease, or not at all.
 enum class Freedom { free, on_crease, none };
 
+// What is known of a surface, so that nothing is computed again where nothing has changed.
+class SurfaceMemory {
+ public:
+  // Measures the faces that are not known, and forgets which edges and vertices rest. To be called before anything else.
+  void begin(const Surface& s, int threads);
+
+  // Measures the faces that are not known.
+  void measure(const Surface& s, int threads);
+
+  // Returns quality(s, f, s.after). Several threads may ask for faces that are known.
+  double quality(const Surface& s, std::size_t f) {
+    double& known = quality_[f];
+    if (known < 0) known = remesh_detail::quality(s, f, s.after);
+    return known;
+  }
+
+  // An edge or vertex rests if no change of it can be an improvement until a face at it changes.
+  bool edge_rests(std::size_t e) const { return edge_rests_[e] != 0; }
+  bool vertex_rests(std::size_t v) const { return vertex_rests_[v] != 0; }
+  void let_edge_rest(std::size_t e) { edge_rests_[e] = 1; }
+  void let_vertex_rest(std::size_t v) { vertex_rests_[v] = 1; }
+
+  // To be called first after a split.
+  void add_new(const Surface& s);
+  // To be called when the faces around v have changed.
+  void forget_around(const Surface& s, std::uint32_t v);
+
+ private:
+  std::vector<double> quality_;  // of each face; below 0: not known
+  std::vector<std::uint8_t> edge_rests_;
+  std::vector<std::uint8_t> vertex_rests_;
+};
+
+// What came of an attempt to change a surface.
+enum class Attempt {
+  done,
+  refused,
+  hopeless,  // whatever surrounds the faces at this place
+};
+
 class Improver {
  public:
   // With `bend_creases`, creases are treated like any other edge.
@@ -33,11 +73,11 @@ class Improver {
   // `bounds`. It returns true if it applied the change.
 
   // Replaces the edge of h by the other diagonal of its two faces.
-  bool flip_edge(std::uint32_t h, const Bounds& bounds);
+  bool flip_edge(std::uint32_t h, const Bounds& bounds) { return gains_by_flip(h) && try_flip(h, bounds); }
   // Collapses the edge of h if all triangles around it then have at least `least_quality`.
   bool collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds);
   // Moves the vertex towards the mean of its neighbours.
-  bool move_vertex(std::uint32_t v, const Bounds& bounds);
+  bool move_vertex(std::uint32_t v, const Bounds& bounds) { return try_move(v, bounds) == Attempt::done; }
   // Moves the vertex to the best of many positions in all tangential directions.
   bool search_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the apex of a thin triangle onto its opposite edge h, a crease, which then runs through the apex.
@@ -47,6 +87,17 @@ class Improver {
   // together, but cannot be merged, and distant ones, sizes can then change gradually. Does not split edges shorter
   // than twice max_chord. Returns true if it split the edge.
   bool split_chord(std::uint32_t h);
+
+  // The parts of flip_edge(): returns whether a flip may be tried and improves the two faces; tries one that does.
+  bool gains_by_flip(std::uint32_t h);
+  bool try_flip(std::uint32_t h, const Bounds& bounds);
+  // As move_vertex().
+  Attempt try_move(std::uint32_t v, const Bounds& bounds);
+
+  // Returns quality(surface, face, surface.after).
+  double quality_of(std::uint32_t face) {
+    return memory_ != nullptr ? memory_->quality(s_, face) : quality(s_, face, s_.after);
+  }
 
   // Throws Cancelled if the improvement is cancelled.
   void stop_if_cancelled() const { knead::stop_if_cancelled(progress_); }
@@ -70,15 +121,21 @@ class Improver {
     double t = 0;       // position of `place` along the edge, 0 at the kept vertex
   };
 
+  // Returns where the vertex may move; if anywhere, reads its star.
+  Freedom read_star(std::uint32_t v);
+  // Calls visit(h) for the half-edges that begin at the vertex, until they are too many.
+  template <class Visit>
+  Freedom freedom(std::uint32_t v, Visit visit) const;
   bool is_open(std::uint32_t v) const;
   bool is_feature(std::uint32_t h) const;
-  std::vector<std::uint32_t> movable(std::span<const std::uint32_t> vertices) const;
+  // Returns whether a face around v would turn too far if v were at p. `star`: the star vector of v.
+  bool any_turns(std::uint32_t v, const Vec3d& p, const Vec3d& star, const TurnLimit& limit);
   // Moves all free vertices of the list by one vector, so that six times the volume grows by `volume`. Returns false
   // and moves nothing if that exceeds the bounds.
   bool restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
   std::vector<Merge> plan_merges(std::uint32_t h, const Bounds& bounds) const;
   // Moves the vertex, whose star has been read, to the place that is best for its triangles.
-  bool move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds);
+  Attempt move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds);
   void evaluate_merge(Merge& merge, double least_quality, const Bounds& bounds) const;
   bool is_straight(std::uint32_t v, double tolerance) const;
   void carry_values(std::uint32_t v, const Vec3d& p);
@@ -89,16 +146,19 @@ class Improver {
   bool may_merge(const Merge& merge) const;
   bool may_merge_apex(std::uint32_t h, const Vec3d& foot) const;
   bool may_split(std::uint32_t h, const Vec3d& middle) const;
-  // Tells the guard that the faces around the vertices have changed.
-  void tell_guard(std::span<const std::uint32_t> vertices);
+  // Tells the guard and the memory that the faces around the vertices have changed.
+  void tell(std::span<const std::uint32_t> vertices);
 
   Surface& s_;
   RemeshTargets targets_;
   const Progress* progress_ = nullptr;
   Deadline* deadline_ = nullptr;
   CrossingGuard* guard_ = nullptr;
+  SurfaceMemory* memory_ = nullptr;
   bool bend_creases_ = false;
   Star star_;
+  std::vector<std::uint32_t> moving_;  // by restore_volume()
+  std::vector<Vec3d> moving_stars_;
   ImprovementCounts counts_;
 };
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
+#include <utility>
 
 #include "knead/mesh.h"
 #include "knead/vec.h"
@@ -41,41 +43,75 @@ bool is_sound(std::span<const Vec3d> positions, std::span<const std::uint32_t> f
   });
 }
 
-// Returns a flag for each face of the mesh: true if the patch holds it.
-std::vector<bool> find_faces(const Mesh& before, const std::vector<bool>& moved, const Deformation& deformation,
-                             const RemeshOptions& options) {
-  const bool whole = options.whole;
-  const std::size_t faces = before.face_count();
-  std::vector<bool> touched(faces, whole);
-  FaceSamples large(deformation, options.progress);
-  const bool search = std::isfinite(deformation.feature) && !whole;
-  std::vector<Triangle> parts;
-  for (std::size_t f = 0; f < faces && !whole; ++f) {
+constexpr std::size_t kPatchGrain = 8192;  // faces or vertices that a thread takes at a time
+
+// Returns 1 for each face with a moved vertex.
+std::vector<std::uint8_t> touched_faces(const Mesh& before, const std::vector<std::uint8_t>& moved,
+                                        const RemeshOptions& options) {
+  std::vector<std::uint8_t> touched(before.face_count(), options.whole ? 1 : 0);
+  if (options.whole) return touched;
+  parallel_for(touched.size(), kPatchGrain, options.threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(options.progress);
-    const auto face = before.face(f);
-    touched[f] = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) { return moved[v]; });
-    if (touched[f] || !search || face.size() < 3) continue;
-    parts.clear();
-    triangulate_polygon(before.positions, face, parts);
-    for (const Triangle& t : parts) {
-      const std::array<Vec3d, 3> corners{before.positions[t[0]], before.positions[t[1]], before.positions[t[2]]};
-      large.add(static_cast<std::uint32_t>(f), corners, corners);
+    for (std::size_t f = begin; f < end; ++f) {
+      for (const std::uint32_t v : before.face(f)) touched[f] |= moved[v];
     }
+  });
+  return touched;
+}
+
+// Returns the triangles of the faces that are not touched and so large that the deformation may move their inside: each
+// with its face, ascending.
+std::vector<std::pair<std::uint32_t, Triangle>> large_triangles(const Mesh& before,
+                                                                const std::vector<std::uint8_t>& touched,
+                                                                const FaceSamples& samples,
+                                                                const RemeshOptions& options) {
+  std::vector<std::vector<std::pair<std::uint32_t, Triangle>>> of_chunk(touched.size() / kPatchGrain + 1);
+  parallel_for(touched.size(), kPatchGrain, options.threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(options.progress);
+    std::vector<Triangle> parts;
+    for (std::size_t f = begin; f < end; ++f) {
+      if (touched[f] != 0 || before.face(f).size() < 3) continue;
+      parts.clear();
+      triangulate_polygon(before.positions, before.face(f), parts);
+      for (const Triangle& t : parts) {
+        const auto& p = before.positions;
+        if (samples.is_large({p[t[0]], p[t[1]], p[t[2]]})) of_chunk[begin / kPatchGrain].emplace_back(f, t);
+      }
+    }
+  });
+  std::vector<std::pair<std::uint32_t, Triangle>> all;
+  for (const auto& some : of_chunk) all.insert(all.end(), some.begin(), some.end());
+  return all;
+}
+
+// Returns 1 for each face of the mesh that the patch holds.
+std::vector<std::uint8_t> find_faces(const Mesh& before, const std::vector<std::uint8_t>& moved,
+                                     const Deformation& deformation, const RemeshOptions& options) {
+  std::vector<std::uint8_t> touched = touched_faces(before, moved, options);
+  if (std::isfinite(deformation.feature) && !options.whole) {
+    FaceSamples large(deformation, options.progress);
+    for (const auto& [f, t] : large_triangles(before, touched, large, options)) {
+      const std::array<Vec3d, 3> corners{before.positions[t[0]], before.positions[t[1]], before.positions[t[2]]};
+      large.add(f, corners, corners);
+    }
+    const std::optional<std::vector<std::uint32_t>> deviating = large.deviating_faces(0);
+    if (!deviating) large.refuse(options.targets.max_vertices);
+    for (const std::uint32_t f : *deviating) touched[f] = 1;
   }
-  const std::optional<std::vector<std::uint32_t>> deviating = large.deviating_faces(0);
-  if (!deviating) large.refuse(options.targets.max_vertices);
-  for (const std::uint32_t f : *deviating) touched[f] = true;
-  std::vector<bool> near(before.vertex_count(), false);
-  for (std::size_t f = 0; f < faces; ++f) {
-    if (!touched[f]) continue;
-    for (const std::uint32_t v : before.face(f)) near[v] = true;
+  std::vector<std::uint8_t> near(before.vertex_count(), 0);
+  for (std::size_t f = 0; f < touched.size(); ++f) {
+    if (touched[f] == 0) continue;
+    for (const std::uint32_t v : before.face(f)) near[v] = 1;
   }
-  std::vector<bool> held(faces, false);
-  for (std::size_t f = 0; f < faces; ++f) {
-    const auto face = before.face(f);
-    const bool is_near = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) { return near[v]; });
-    held[f] = is_near && !stays(face, options) && is_sound(before.positions, face);
-  }
+  std::vector<std::uint8_t> held(touched.size(), 0);
+  parallel_for(held.size(), kPatchGrain, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      const auto face = before.face(f);
+      std::uint8_t is_near = 0;
+      for (const std::uint32_t v : face) is_near |= near[v];
+      held[f] = is_near != 0 && !stays(face, options) && is_sound(before.positions, face) ? 1 : 0;
+    }
+  });
   return held;
 }
 
@@ -102,11 +138,26 @@ void append_row(const Columns& columns, std::size_t element, Values& values) {
   }
 }
 
+// Sets the values of the vertices, which are given by their numbers in the mesh.
+void take_values(const Columns& columns, const std::vector<std::uint32_t>& sources, Values& values) {
+  values.stride = columns.stride;
+  values.resize(sources.size());
+  std::size_t offset = 0;
+  for (const Attribute* attribute : columns.attributes) {
+    const auto n = static_cast<std::size_t>(attribute->components);
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      std::copy_n(attribute->values.begin() + static_cast<std::ptrdiff_t>(sources[i] * n), n,
+                  values.of(i).subspan(offset).begin());
+    }
+    offset += n;
+  }
+}
+
 // Returns the number in the patch of each vertex of the mesh, in the order of the mesh; kNone outside the patch.
 std::vector<std::uint32_t> number_vertices(const Mesh& mesh, Patch& patch) {
   std::vector<std::uint32_t> number(mesh.vertex_count(), kNone);
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    if (!patch.holds_face[f]) continue;
+    if (patch.holds_face[f] == 0) continue;
     for (const std::uint32_t v : mesh.face(f)) number[v] = 0;
   }
   for (std::uint32_t v = 0; v < number.size(); ++v) {
@@ -123,54 +174,65 @@ void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, cons
   s.corner_values.stride = columns.stride;
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    if (patch.holds_face[f] == 0) continue;
     stop_if_cancelled(progress);
-    if (!patch.holds_face[f]) continue;
     const auto face = mesh.face(f);
     parts.clear();
     triangulate_polygon(mesh.positions, face, parts);
     for (const Triangle& t : parts) {
       s.face_source.push_back(static_cast<std::uint32_t>(f));
       patch.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
-      for (const std::uint32_t v : t) {
-        s.corner.push_back(number[v]);
-        const auto at = static_cast<std::size_t>(std::find(face.begin(), face.end(), v) - face.begin());
+      s.corner.insert(s.corner.end(), patch.triangles.back().begin(), patch.triangles.back().end());
+      for (std::size_t i = 0; i < 3 && columns.stride > 0; ++i) {
+        const auto at = static_cast<std::size_t>(std::find(face.begin(), face.end(), t[i]) - face.begin());
         append_row(columns, mesh.face_begin[f] + at, s.corner_values);
       }
     }
   }
 }
 
+// Returns 1 for each vertex of the patch that a face outside it uses.
+std::vector<std::uint8_t> border_of(const Mesh& mesh, const std::vector<std::uint32_t>& number, const Patch& patch,
+                                    int threads) {
+  std::vector<std::vector<std::uint32_t>> of_chunk(mesh.face_count() / kPatchGrain + 1);
+  parallel_for(mesh.face_count(), kPatchGrain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      if (patch.holds_face[f] != 0) continue;
+      for (const std::uint32_t v : mesh.face(f)) {
+        if (number[v] != kNone) of_chunk[begin / kPatchGrain].push_back(number[v]);
+      }
+    }
+  });
+  std::vector<std::uint8_t> on_border(patch.vertex_source.size(), 0);
+  for (const std::vector<std::uint32_t>& vertices : of_chunk) {
+    for (const std::uint32_t v : vertices) on_border[v] = 1;
+  }
+  return on_border;
+}
+
 // Fixes vertices that faces outside the patch use, and locks edges between two of them. Fixes those that are held.
-void fix_border(const Mesh& mesh, const std::vector<std::uint32_t>& number, std::span<const std::uint8_t> held,
+void fix_border(const Mesh& mesh, const std::vector<std::uint32_t>& number, const RemeshOptions& options,
                 Patch& patch) {
   Surface& s = patch.surface;
-  std::vector<bool> on_border(s.vertex_count(), false);
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    if (patch.holds_face[f]) continue;
-    for (const std::uint32_t v : mesh.face(f)) {
-      if (number[v] != kNone) on_border[number[v]] = true;
-    }
-  }
+  const std::vector<std::uint8_t> on_border = border_of(mesh, number, patch, options.threads);
   for (std::size_t v = 0; v < on_border.size(); ++v) {
-    const bool is_held = !held.empty() && held[patch.vertex_source[v]] != 0;
-    if (on_border[v] || is_held) s.set(static_cast<std::uint32_t>(v), kFixed);
+    const bool is_held = !options.held.empty() && options.held[patch.vertex_source[v]] != 0;
+    if (on_border[v] != 0 || is_held) s.set(static_cast<std::uint32_t>(v), kFixed);
   }
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
-    if (on_border[s.origin(h)] && on_border[s.target(h)]) s.set_edge(h, kLocked);
+    if ((on_border[s.origin(h)] & on_border[s.target(h)]) != 0) s.set_edge(h, kLocked);
   }
 }
 
 // Marks the moved vertices and their neighbours as the region to improve, or all vertices if `whole`.
-void mark_region(const std::vector<bool>& moved, bool whole, Patch& patch) {
+void mark_region(const std::vector<std::uint8_t>& moved, bool whole, Patch& patch) {
   Surface& s = patch.surface;
   for (std::size_t v = 0; v < s.vertex_count(); ++v) {
-    if (moved[patch.vertex_source[v]]) s.set(static_cast<std::uint32_t>(v), kMoved);
+    if (moved[patch.vertex_source[v]] != 0) s.set(static_cast<std::uint32_t>(v), kMoved);
   }
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
-    bool in_region = whole || s.has(v, kMoved);
-    s.for_each_outgoing(
-        v, [&](std::uint32_t h) { in_region = in_region || s.has(s.target(h), kMoved) || s.has(s.apex(h), kMoved); });
-    if (in_region) s.set(v, kRegion);
+    const auto rests = [&](std::uint32_t h) { return !s.has(s.target(h), kMoved) && !s.has(s.apex(h), kMoved); };
+    if (whole || s.has(v, kMoved) || !s.all_outgoing(v, rests)) s.set(v, kRegion);
   }
 }
 
@@ -178,26 +240,24 @@ void mark_region(const std::vector<bool>& moved, bool whole, Patch& patch) {
 
 Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                     const RemeshOptions& options) {
-  std::vector<bool> moved(before.vertex_count());
-  for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = !same_bits(before.positions[v], after[v]);
+  std::vector<std::uint8_t> moved(before.vertex_count());
+  for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = same_bits(before.positions[v], after[v]) ? 0 : 1;
   Patch patch;
   patch.holds_face = find_faces(before, moved, deformation, options);
   stop_if_cancelled(options.progress);
   const std::vector<std::uint32_t> number = number_vertices(before, patch);
   stop_if_cancelled(options.progress);
   Surface& s = patch.surface;
-  const Columns columns = columns_of(before, Domain::vertex);
-  s.vertex_values.stride = columns.stride;
   for (const std::uint32_t v : patch.vertex_source) {
     s.before.push_back(before.positions[v]);
     s.after.push_back(after[v]);
-    append_row(columns, v, s.vertex_values);
   }
+  take_values(columns_of(before, Domain::vertex), patch.vertex_source, s.vertex_values);
   take_faces(before, number, options.progress, patch);
   stop_if_cancelled(options.progress);
   connect(s, options.progress);
   stop_if_cancelled(options.progress);
-  fix_border(before, number, options.held, patch);
+  fix_border(before, number, options, patch);
   stop_if_cancelled(options.progress);
   mark_region(moved, options.whole, patch);
   mark_features(before, options, number, patch);
@@ -251,20 +311,22 @@ void join_uses(Surface& s, std::span<const std::uint32_t> uses) {
 
 void join_halfedges(Surface& s, const Progress* progress) {
   const Buckets buckets = bucket_halfedges(s);
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> sorted;  // larger vertex, half-edge
+  s.halfedge.reserve(s.corner.size() / 2 + s.corner.size() / 8);
+  s.edge_flags.reserve(s.halfedge.capacity());
+  std::vector<std::uint64_t> sorted;  // larger vertex, half-edge
   std::vector<std::uint32_t> uses;
   for (std::size_t v = 0; v < s.vertex_count(); ++v) {
     stop_if_cancelled(progress);
     sorted.clear();
     for (std::size_t i = buckets.begin[v]; i < buckets.begin[v + 1]; ++i) {
       const std::uint32_t h = buckets.halfedges[i];
-      sorted.emplace_back(std::max(s.origin(h), s.target(h)), h);
+      sorted.push_back(std::uint64_t{std::max(s.origin(h), s.target(h))} << 32 | h);
     }
     std::sort(sorted.begin(), sorted.end());
     for (std::size_t i = 0; i < sorted.size();) {
       uses.clear();
-      const std::uint32_t high = sorted[i].first;
-      for (; i < sorted.size() && sorted[i].first == high; ++i) uses.push_back(sorted[i].second);
+      const std::uint64_t high = sorted[i] >> 32;
+      for (; i < sorted.size() && sorted[i] >> 32 == high; ++i) uses.push_back(static_cast<std::uint32_t>(sorted[i]));
       join_uses(s, uses);
     }
   }
@@ -335,23 +397,29 @@ class Assembly {
   void add_vertices() {
     number_.assign(s_.vertex_count(), kNone);
     of_mesh_.assign(before_.vertex_count(), kNone);
-    std::uint32_t in_patch = 0;
-    for (std::uint32_t v = 0; v < before_.vertex_count(); ++v) {
-      const bool is_held = in_patch < patch_.vertex_source.size() && patch_.vertex_source[in_patch] == v;
-      if (!is_held) {
-        of_mesh_[v] = static_cast<std::uint32_t>(mesh().positions.size());
-        mesh().positions.push_back(after_[v]);
-        result_.moved.push_back(false);
-        result_.vertex_source.push_back(v);
-        append_from_mesh(Domain::vertex, v);
-        continue;
-      }
-      const std::uint32_t p = in_patch++;
+    std::uint32_t first = 0;
+    for (std::uint32_t p = 0; p < patch_.vertex_source.size(); ++p) {
+      const std::uint32_t v = patch_.vertex_source[p];
+      copy_vertices(first, v);
       if (!s_.has(p, kRemoved)) of_mesh_[v] = add_patch_vertex(p, v);
+      first = v + 1;
     }
-    for (; in_patch < s_.vertex_count(); ++in_patch) {
-      if (!s_.has(in_patch, kRemoved)) add_patch_vertex(in_patch, kNewVertex);
+    copy_vertices(first, static_cast<std::uint32_t>(before_.vertex_count()));
+    for (auto p = static_cast<std::uint32_t>(patch_.vertex_source.size()); p < s_.vertex_count(); ++p) {
+      if (!s_.has(p, kRemoved)) add_patch_vertex(p, kNewVertex);
     }
+  }
+
+  // Copies consecutive vertices outside the patch.
+  void copy_vertices(std::uint32_t first, std::uint32_t last) {
+    if (first == last) return;
+    const auto number = static_cast<std::uint32_t>(mesh().positions.size());
+    std::iota(of_mesh_.begin() + first, of_mesh_.begin() + last, number);
+    mesh().positions.insert(mesh().positions.end(), after_.begin() + first, after_.begin() + last);
+    result_.moved.insert(result_.moved.end(), last - first, false);
+    result_.vertex_source.resize(number + last - first);
+    std::iota(result_.vertex_source.begin() + number, result_.vertex_source.end(), first);
+    append_from_mesh(Domain::vertex, first, last);
   }
 
   std::uint32_t add_patch_vertex(std::uint32_t p, std::uint32_t source) {
@@ -365,16 +433,18 @@ class Assembly {
 
   void add_faces() {
     std::size_t triangle = 0;
-    for (std::uint32_t f = 0; f < before_.face_count(); ++f) {
+    std::uint32_t copied = 0;  // faces before it
+    while (triangle < patch_.triangles.size()) {
       stop_if_cancelled(progress_);
+      const std::uint32_t f = s_.face_source[triangle];
       const std::size_t first = triangle;
       while (triangle < patch_.triangles.size() && s_.face_source[triangle] == f) ++triangle;
-      if (!patch_.holds_face[f] || (before_.face(f).size() > 3 && is_untouched(first, triangle))) {
-        copy_face(f);
-        continue;
-      }
+      if (before_.face(f).size() > 3 && is_untouched(first, triangle)) continue;
+      copy_faces(copied, f);
+      copied = f + 1;
       for (std::size_t t = first; t < triangle; ++t) add_triangle(t);
     }
+    copy_faces(copied, static_cast<std::uint32_t>(before_.face_count()));
     for (; triangle < s_.face_count(); ++triangle) add_triangle(triangle);
   }
 
@@ -400,12 +470,22 @@ class Assembly {
     return true;
   }
 
-  void copy_face(std::uint32_t f) {
-    for (std::uint32_t c = before_.face_begin[f]; c < before_.face_begin[f + 1]; ++c) {
-      mesh().corner_vertex.push_back(of_mesh_[before_.corner_vertex[c]]);
-      append_from_mesh(Domain::corner, c);
+  // Copies consecutive faces as they are.
+  void copy_faces(std::uint32_t first, std::uint32_t last) {
+    if (first == last) return;
+    const std::uint32_t begin = before_.face_begin[first];
+    const std::uint32_t end = before_.face_begin[last];
+    const std::size_t corners = mesh().corner_vertex.size();
+    mesh().corner_vertex.resize(corners + end - begin);
+    std::transform(before_.corner_vertex.begin() + begin, before_.corner_vertex.begin() + end,
+                   mesh().corner_vertex.begin() + static_cast<std::ptrdiff_t>(corners),
+                   [&](std::uint32_t v) { return of_mesh_[v]; });
+    for (std::uint32_t f = first; f < last; ++f) {
+      mesh().face_begin.push_back(static_cast<std::uint32_t>(corners) + before_.face_begin[f + 1] - begin);
+      result_.face_source.push_back(f);
     }
-    end_face(f);
+    append_from_mesh(Domain::corner, begin, end);
+    append_from_mesh(Domain::face, first, last);
   }
 
   void add_triangle(std::size_t t) {
@@ -420,17 +500,18 @@ class Assembly {
   void end_face(std::uint32_t source) {
     mesh().face_begin.push_back(static_cast<std::uint32_t>(mesh().corner_vertex.size()));
     result_.face_source.push_back(source);
-    append_from_mesh(Domain::face, source);
+    append_from_mesh(Domain::face, source, source + std::size_t{1});
   }
 
-  void append_from_mesh(Domain domain, std::size_t element) {
+  // Appends the values of consecutive elements.
+  void append_from_mesh(Domain domain, std::size_t first, std::size_t last) {
     for (std::size_t k = 0; k < before_.attributes.size(); ++k) {
       const Attribute& from = before_.attributes[k];
       if (from.domain != domain) continue;
       const auto n = static_cast<std::size_t>(from.components);
-      const auto begin = from.values.begin() + static_cast<std::ptrdiff_t>(element * n);
+      const auto begin = from.values.begin();
       std::vector<double>& to = mesh().attributes[k].values;
-      to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(n));
+      to.insert(to.end(), begin + static_cast<std::ptrdiff_t>(first * n), begin + static_cast<std::ptrdiff_t>(last * n));
     }
   }
 

@@ -19,7 +19,7 @@ struct Patch {
   Surface surface;                           // its face_source holds faces of the mesh
   std::vector<std::uint32_t> vertex_source;  // for the first vertices: their numbers in the mesh, ascending
   std::vector<Triangle> triangles;           // the first faces in their original state
-  std::vector<bool> holds_face;              // for each face of the mesh: true if the patch holds it
+  std::vector<std::uint8_t> holds_face;      // for each face of the mesh: 1 if the patch holds it
   std::vector<MeshEdge> other_creases;       // creases of the mesh outside the patch, by vertices of the mesh
 
   bool is_new_vertex(std::size_t v) const { return v >= vertex_source.size(); }
@@ -35,7 +35,7 @@ Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Defo
 Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Patch& patch,
                      const Progress* progress = nullptr);
 
-// As resolve(settings, mesh). threads as for parallel_for.
+// As resolve(settings, mesh) for settings and a mesh that are known to be valid. threads as for parallel_for.
 RemeshTargets resolve_on(const RemeshSettings& settings, const Mesh& mesh, int threads);
 
 // Returns the creases of a surface with positions `before`, as find_creases(). `progress` cancels.

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <string>
 #include <utility>
 
@@ -9,118 +8,15 @@
 #include "knead/mesh.h"
 #include "knead/remesh.h"
 #include "knead/vec.h"
-#include "mesh/edges.h"
 #include "remesh/crossings.h"
 #include "remesh/features.h"
 #include "remesh/improve.h"
+#include "remesh/improver.h"
 #include "remesh/patch.h"
 #include "remesh/refine.h"
 #include "remesh/surface.h"
 
 namespace knead {
-
-namespace {
-
-void require(bool good, const char* key, const std::string& expected, double value) {
-  if (good) return;
-  throw InvalidInput("\"" + std::string(key) + "\" must be " + expected + ", got " + std::to_string(value));
-}
-
-void require_length(const std::optional<double>& value, const char* key) {
-  if (value) require(std::isfinite(*value) && *value > 0, key, "a length greater than 0", *value);
-}
-
-// Returns the mean of lengths, which are at most `most` but for rounding: the same bits in whatever order they are.
-// Each counts as a multiple of 2^-61 of a power of two above `most`, and whole numbers are summed.
-double mean_of(const std::vector<double>& lengths, double most) {
-  const int scale = 61 - std::ilogb(most);
-  const double part = std::scalbn(1.0, scale / 2);  // in two parts neither overflows
-  const double rest = std::scalbn(1.0, scale - scale / 2);
-  std::uint64_t high = 0;  // of the sum, in 2^32
-  std::uint64_t low = 0;
-  for (const double length : lengths) {
-    const auto whole = static_cast<std::uint64_t>(length * part * rest);
-    high += whole >> 32;
-    low += whole & 0xffffffffU;
-  }
-  const double sum = std::ldexp(static_cast<double>(high), 32) + static_cast<double>(low);
-  return std::scalbn(sum / static_cast<double>(lengths.size()), -scale);
-}
-
-// Returns the lengths of all edges.
-std::vector<double> edge_lengths(const Mesh& mesh, int threads) {
-  const CornerParts parts(mesh, threads);
-  std::vector<std::vector<double>> of_part(parts.count());
-  parallel_for(parts.count(), 1, threads, [&](std::size_t part, std::size_t) {
-    parts.visit_edges(part, [&](std::span<const EdgeUse> uses) {
-      of_part[part].push_back(norm(mesh.positions[uses[0].high] - mesh.positions[uses[0].low]));
-    });
-  });
-  std::vector<double> lengths;
-  lengths.reserve(mesh.corner_vertex.size());
-  for (const std::vector<double>& some : of_part) lengths.insert(lengths.end(), some.begin(), some.end());
-  return lengths;
-}
-
-}  // namespace
-
-void validate(const RemeshSettings& settings) {
-  require_length(settings.max_edge, "max_edge");
-  if (settings.max_angle_deg) {
-    const double angle = *settings.max_angle_deg;
-    require(angle > 0 && angle <= 180, "max_angle_deg", "an angle greater than 0 and at most 180", angle);
-  }
-  if (settings.max_chord) {
-    const double chord = *settings.max_chord;
-    require(chord > 0 && chord < 1, "max_chord", "a fraction of the box diagonal between 0 and 1", chord);
-  }
-  if (settings.min_edge) {
-    require(std::isfinite(*settings.min_edge) && *settings.min_edge >= 0, "min_edge", "a length of 0 or more",
-            *settings.min_edge);
-  }
-  if (settings.iterations) {
-    require(*settings.iterations >= 0 && *settings.iterations <= 100, "iterations", "a whole number from 0 to 100",
-            *settings.iterations);
-  }
-  if (settings.max_vertices) {
-    require(*settings.max_vertices >= 1 && *settings.max_vertices <= kMaxVertices, "max_vertices",
-            "a whole number from 1 to " + std::to_string(kMaxVertices), static_cast<double>(*settings.max_vertices));
-  }
-  if (settings.min_edge && settings.max_edge) {
-    require(*settings.min_edge <= 0.5 * *settings.max_edge, "min_edge", "at most half of \"max_edge\"",
-            *settings.min_edge);
-  }
-}
-
-RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh) {
-  return remesh_detail::resolve_on(settings, mesh, 0);
-}
-
-RemeshTargets remesh_detail::resolve_on(const RemeshSettings& settings, const Mesh& mesh, int threads) {
-  validate(settings);
-  validate(mesh);
-  const double diagonal = shape_box(mesh).diagonal();
-  RemeshTargets targets;
-  targets.max_angle = settings.max_angle_deg.value_or(kDefaultMaxAngleDeg) * std::numbers::pi / 180;
-  targets.max_chord = settings.max_chord.value_or(kDefaultMaxChord) * diagonal;
-  targets.iterations = settings.iterations.value_or(kDefaultRemeshIterations);
-  targets.max_vertices = settings.max_vertices.value_or(
-      std::clamp(kDefaultGrowth * mesh.vertex_count(), kDefaultMaxVertices, kMaxVertices));
-  targets.diagonal = diagonal;
-  double mean = diagonal;
-  double long_one = diagonal;
-  if (std::vector<double> lengths = edge_lengths(mesh, threads);
-      !lengths.empty() && diagonal > 0 && std::isfinite(diagonal)) {
-    mean = mean_of(lengths, diagonal);
-    const auto at = lengths.end() - 1 - static_cast<std::ptrdiff_t>(lengths.size() / 20);
-    std::nth_element(lengths.begin(), at, lengths.end());
-    long_one = *at;
-  }
-  targets.max_edge = settings.max_edge.value_or(2 * long_one);
-  targets.min_edge = settings.min_edge.value_or(std::min(mean, targets.max_edge) / 4);
-  if (!settings.max_edge) targets.max_edge = std::max(targets.max_edge, 2 * targets.min_edge);
-  return targets;
-}
 
 namespace {
 
@@ -214,8 +110,9 @@ class Remesher {
     const Surface refined = surface();
     const int steps = is_last_try || options_.targets.iterations == 0 ? 1 : kSteps;
     start();
+    SurfaceMemory memory;
     for (int step = 0; step < steps; ++step) {
-      improve_once(step, nullptr);  // the first keeps the volume, which takes no time worth saving
+      improve_once(step, nullptr, memory);  // the first keeps the volume, which takes no time worth saving
       end_step();
       if (deadline_.is_over()) break;
     }
@@ -296,9 +193,10 @@ class Remesher {
     guard.watch(places);
     if (everywhere) guard.watch_everything();
     const int steps = options_.targets.iterations > 0 ? kGuardedSteps : 1;
-    for (int step = 1; step < steps; ++step) improve_once(step, &guard);
+    SurfaceMemory memory;
+    for (int step = 1; step < steps; ++step) improve_once(step, &guard, memory);
     // Faces whose changes were refused may be mended now, because others have changed.
-    for (int step = kSteps - 1; step < steps; ++step) improve_once(step, &guard);
+    for (int step = kSteps - 1; step < steps; ++step) improve_once(step, &guard, memory);
     counts_.complete = counts_.complete && !guard.is_spent();
     return !guard.is_spent();
   }
@@ -428,10 +326,11 @@ class Remesher {
     volume_ += done.volume;
   }
 
-  void improve_once(int step, CrossingGuard* guard) {
+  // The memory is of the surface since the first step after the compensation.
+  void improve_once(int step, CrossingGuard* guard, SurfaceMemory& memory) {
     Surface& s = surface();
     stop_if_cancelled(options_.progress);
-    const Improvement improvement{options_.targets, options_.progress, guard, &deadline_};
+    const Improvement improvement{options_.targets, options_.progress, guard, &deadline_, &memory, options_.threads};
     if (improve_) {
       if (step == 1) count(improve_(s, improvement));
     } else if (step == 0) {

@@ -285,9 +285,18 @@ void collapse(Surface& s, std::uint32_t h, const Vec3d& after, double t) {
   s.after[b] = after;
 }
 
+bool turns(double cosine, const Vec3d& reference, double reference2, const Vec3d& is, double is2) {
+  constexpr double far = 1 + 1e-12;  // more than rounding
+  const double along = dot(reference, is);
+  const double sizes2 = reference2 * is2;
+  const double limit2 = cosine * cosine * sizes2;
+  if (along > 0 && (cosine <= 0 || along * along > limit2 * far)) return !(is2 > 0);  // most are decided without a root
+  return !(along >= cosine * std::sqrt(sizes2)) || !(is2 > 0);
+}
+
 bool turns(const TurnLimit& limit, const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean) {
   const Vec3d& reference = quality_was < limit.reliable ? mean : was;
-  return !(dot(reference, is) >= limit.cosine * std::sqrt(norm2(reference) * norm2(is))) || !(norm2(is) > 0);
+  return turns(limit.cosine, reference, norm2(reference), is, norm2(is));
 }
 
 double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const TurnLimit& limit) {
@@ -314,23 +323,48 @@ double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p) {
   return most;
 }
 
-void Star::read(const Surface& s, std::uint32_t v) {
-  place_ = s.after[v];
+void Star::begin(const Vec3d& place) {
+  place_ = place;
   vector_ = {};
+  sum_ = {};
   faces_.clear();
-  s.for_each_outgoing(v, [&](std::uint32_t h) {
-    const Vec3d n = area_vector(s, h / 3, s.after);
-    vector_ += n;
-    faces_.push_back({s.after[s.target(h)], s.after[s.apex(h)], n, norm(n), quality(s, h / 3, s.after)});
-  });
+}
+
+void Star::add(const Surface& s, std::uint32_t h, double quality) {
+  const Vec3d& b = s.after[s.target(h)];
+  const Vec3d& c = s.after[s.apex(h)];
+  const Vec3d n = area_vector(s, h / 3, s.after);
+  vector_ += n;
+  sum_ += b;
+  faces_.push_back({b, c, n, norm2(n), norm2(c - b), quality});
 }
 
 double Star::quality_at(const Vec3d& p, const TurnLimit& limit, double floor) const {
+  const double vector2 = norm2(vector_);
   double least = kInfinity;
   for (const Face& face : faces_) {
-    if (turns(limit, face.normal, cross(face.b - p, face.c - p), face.quality, vector_)) return -1;
-    least = std::min(least, remesh_detail::quality(p, face.b, face.c));
+    const Vec3d b = face.b - p;
+    const Vec3d c = face.c - p;
+    const Vec3d normal = cross(b, c);
+    const double size2 = norm2(normal);
+    const bool is_thin = face.quality < limit.reliable;
+    if (turns(limit.cosine, is_thin ? vector_ : face.normal, is_thin ? vector2 : face.size2, normal, size2)) return -1;
+    least = std::min(least, quality_of(size2, norm2(b), face.beyond2, norm2(c)));
     if (least <= floor) break;
+  }
+  return least;
+}
+
+// Faces turn nowhere while the vertex stays, unless they are thin. Their quality is known but for the rounding, which
+// depends on the corner that comes first: only those that may be the least one are measured from the vertex.
+double Star::least() const {
+  constexpr double margin = 1e-9;  // far above rounding
+  double known = kInfinity;
+  for (const Face& face : faces_) known = std::min(known, face.quality);
+  if (!(known > 2 * kThin)) return quality_at(place_, {}, -2);
+  double least = kInfinity;
+  for (const Face& face : faces_) {
+    if (face.quality <= known + margin) least = std::min(least, remesh_detail::quality(place_, face.b, face.c));
   }
   return least;
 }
@@ -338,7 +372,7 @@ double Star::quality_at(const Vec3d& p, const TurnLimit& limit, double floor) co
 bool Star::is_farther(const Vec3d& p, double distance) const {
   const Vec3d d = p - place_;
   return std::any_of(faces_.begin(), faces_.end(), [&](const Face& face) {
-    return face.quality >= kThin && std::abs(dot(face.normal, d)) / face.size > distance;
+    return face.quality >= kThin && std::abs(dot(face.normal, d)) / std::sqrt(face.size2) > distance;
   });
 }
 

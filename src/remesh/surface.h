@@ -148,15 +148,20 @@ void collapse(Surface& surface, std::uint32_t h, const Vec3d& after, double t);
 
 // The quality of triangles.
 
-// Returns the tangent of the smallest angle of the triangle; 0 if it has no area.
-inline double quality(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  double p = norm2(b - a);
-  double q = norm2(c - b);
-  double r = norm2(a - c);
+// Returns the tangent of the smallest angle of a triangle by the squares of twice its area and of its sides, in any
+// order; 0 if it has no area.
+inline double quality_of(double size2, double p, double q, double r) {
   if (p > q) std::swap(p, q);
   if (p > r) std::swap(p, r);
   const double twice_cosine = q + r - p;  // times the two longer edges
-  return twice_cosine > 0 ? 2 * norm(cross(b - a, c - a)) / twice_cosine : 0.0;
+  return twice_cosine > 0 ? 2 * std::sqrt(size2) / twice_cosine : 0.0;
+}
+
+// The same by its corners.
+inline double quality(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const Vec3d ab = b - a;
+  const Vec3d ac = c - a;
+  return quality_of(norm2(cross(ab, ac)), norm2(ab), norm2(c - b), norm2(ac));
 }
 
 inline double quality(const Surface& s, std::size_t face, std::span<const Vec3d> positions) {
@@ -192,6 +197,9 @@ struct TurnLimit {
 // Returns true if a face with normal `was` and quality `quality_was` turns too far when its normal becomes `is`.
 bool turns(const TurnLimit& limit, const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean);
 
+// The same for the normal to measure from, and the squares of the lengths of both.
+bool turns(double cosine, const Vec3d& reference, double reference2, const Vec3d& is, double is2);
+
 // Returns the least quality of the faces around v if v were at p; negative if one of them would turn too far.
 double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const TurnLimit& limit);
 
@@ -201,10 +209,18 @@ double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p);
 // The faces around a vertex, read once to judge many places of it.
 class Star {
  public:
-  void read(const Surface& s, std::uint32_t v);
+  // Begins with a vertex at a place, which has no faces yet.
+  void begin(const Vec3d& place);
+  // Adds the face of a half-edge that begins at the vertex, and its quality. Faces come as for_each_outgoing() has them.
+  void add(const Surface& s, std::uint32_t h, double quality);
 
   // Returns star_vector() of the vertex.
   const Vec3d& vector() const { return vector_; }
+  // Returns the mean of its neighbours.
+  Vec3d mean() const { return sum_ / static_cast<double>(faces_.size()); }
+
+  // Returns star_quality() of the vertex where it is, without a limit.
+  double least() const;
 
   // Returns star_quality() of the place if that is above `floor`, else any number that is not.
   double quality_at(const Vec3d& p, const TurnLimit& limit, double floor) const;
@@ -216,13 +232,15 @@ class Star {
   struct Face {
     Vec3d b;  // the corners beside the vertex
     Vec3d c;
-    Vec3d normal;     // the area vector
-    double size = 0;  // its length
+    Vec3d normal;        // the area vector
+    double size2 = 0;    // the square of its length
+    double beyond2 = 0;  // and of the edge opposite to the vertex
     double quality = 0;
   };
 
   Vec3d place_;
   Vec3d vector_;
+  Vec3d sum_;  // of the first corners of the faces
   std::vector<Face> faces_;
 };
 

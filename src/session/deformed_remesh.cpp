@@ -277,6 +277,7 @@ std::optional<RemeshSettings> DeformedShape::settings_of(const SessionStroke& st
 
 const RemeshTargets& DeformedShape::targets_of(const RemeshSettings& settings) const {
   if (!targets_ || targets_->first != settings) {
+    validate(settings);
     targets_ = {settings, remesh_detail::resolve_on(settings, *start_, motion_.threads)};
   }
   return targets_->second;

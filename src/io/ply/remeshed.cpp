@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstring>
 
 #include "io/formats.h"
 #include "io/numbers.h"
@@ -169,12 +170,69 @@ class Writer {
   void append_element(std::size_t e) {
     const Element& element = layout_.elements[e];
     if (fates_[e] == Fate::rows) append_rows(element);
-    if (fates_[e] == Fate::vertices) {
+    if (fates_[e] == Fate::vertices && !append_columns(columns_[e])) {
       for (std::size_t i = 0; i < mesh_.vertex_count(); ++i) append_row(columns_[e], i);
     }
-    if (fates_[e] == Fate::faces) {
+    if (fates_[e] == Fate::faces && !append_faces(columns_[e])) {
       for (std::size_t f = 0; f < mesh_.face_count(); ++f) append_row(columns_[e], f);
     }
+  }
+
+  // Appends the rows of all vertices as append_row() would, a column at a time, if they are binary numbers. Returns
+  // whether they are.
+  bool append_columns(const std::vector<Column>& columns) {
+    std::size_t stride = 0;
+    for (const Column& column : columns) {
+      const bool is_coordinate = column.sink.kind == Sink::Kind::coordinate;
+      if (ascii_ || swapped_ || (!is_coordinate && column.sink.kind != Sink::Kind::attribute)) return false;
+      stride += size_of(column.type);
+    }
+    const auto is_too_far = [&](const Vec3d& p) {
+      return std::any_of(columns.begin(), columns.end(), [&](const Column& column) {
+        return column.sink.kind == Sink::Kind::coordinate && column.type == StoredType::float32 &&
+               !fits_float(p[column.sink.component]);
+      });
+    };
+    if (std::any_of(mesh_.positions.begin(), mesh_.positions.end(), is_too_far)) return false;  // which says so
+    const std::size_t first = result_.size();
+    result_.resize(first + mesh_.vertex_count() * stride);
+    char* to = result_.data() + first;
+    for (const Column& column : columns) {
+      const auto n = column.attribute != nullptr ? static_cast<std::size_t>(column.attribute->components) : 0;
+      const std::size_t k = column.sink.component;
+      visit_type(column.type, [&](auto number) {
+        for (std::size_t i = 0; i < mesh_.vertex_count(); ++i) {
+          const double value = n > 0 ? column.attribute->values[i * n + k] : mesh_.positions[i][k];
+          number = static_cast<decltype(number)>(nearest_of(column.type, value));
+          std::memcpy(to + i * stride, &number, sizeof number);
+        }
+      });
+      to += size_of(column.type);
+    }
+    return true;
+  }
+
+  // Appends the rows of all faces as append_row() would, if they are binary lists of corners and nothing else. Returns
+  // whether they are.
+  bool append_faces(const std::vector<Column>& columns) {
+    constexpr std::size_t most = 127;  // corners, which a byte with a sign can count
+    const bool is_plain = columns.size() == 1 && columns[0].sink.kind == Sink::Kind::faces && !ascii_ && !swapped_ &&
+                          size_of(columns[0].count_type) == 1 &&
+                          (columns[0].type == StoredType::int32 || columns[0].type == StoredType::uint32);
+    if (!is_plain) return false;
+    for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+      if (mesh_.face(f).size() > most) return false;
+    }
+    const std::size_t first = result_.size();
+    result_.resize(first + mesh_.face_count() + sizeof(std::uint32_t) * mesh_.corner_vertex.size());
+    char* to = result_.data() + first;
+    for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+      const std::span<const std::uint32_t> face = mesh_.face(f);
+      *to++ = static_cast<char>(face.size());
+      std::memcpy(to, face.data(), face.size_bytes());
+      to += face.size_bytes();
+    }
+    return true;
   }
 
   // The source's own; text begins and ends with whole lines.
