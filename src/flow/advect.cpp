@@ -285,25 +285,6 @@ using detail::kBlock;
 using detail::kBlocksPerGroup;
 using detail::kGroup;
 
-struct Key {
-  std::uint64_t code = 0;
-  std::uint32_t index = 0;
-};
-
-// By the 33 highest bits of 63: two billion cells of the points' box to each of four are enough for blocks.
-void sort_by_code(std::vector<Key>& keys) {
-  constexpr int kBits = 11;
-  std::vector<Key> sorted(keys.size());
-  for (const int shift : {30, 30 + kBits, 30 + 2 * kBits}) {
-    const auto digit = [&](const Key& key) { return key.code >> shift & ((1 << kBits) - 1); };
-    std::array<std::size_t, (1 << kBits) + 1> begin{};
-    for (const Key& key : keys) ++begin[digit(key) + 1];
-    for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
-    for (const Key& key : keys) sorted[begin[digit(key)]++] = key;
-    keys.swap(sorted);
-  }
-}
-
 // Returns point i, and throws InvalidInput unless it is finite.
 const Vec3d& finite(std::span<const Vec3d> points, std::size_t i) {
   if (is_finite(points[i])) return points[i];
@@ -336,11 +317,11 @@ void PointBlocks::sort(std::span<const Vec3d> points) {
   const Box box = bounding_box(points);
   if (box.empty()) return;
   const ToUnit to_unit(box);
-  std::vector<Key> keys(points.size());
+  std::vector<CurvePlace> keys(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     keys[i] = {morton_code(to_unit(finite(points, i))), static_cast<std::uint32_t>(i)};
   }
-  sort_by_code(keys);
+  sort_along_curve(keys);
   order_.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) order_[i] = keys[i].index;
 }

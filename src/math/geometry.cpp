@@ -1,5 +1,7 @@
 #include "math/geometry.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -27,6 +29,26 @@ std::uint64_t morton_code(const std::array<float, 3>& point) {
     code = code << 1 | spread(static_cast<std::uint64_t>(cell));
   }
   return code;
+}
+
+void sort_along_curve(std::vector<CurvePlace>& places) {
+  constexpr int kBits = 11;
+  constexpr int kLowest = 30;  // of the 33 bits of 63 that are sorted by digits
+  std::vector<CurvePlace> sorted(places.size());
+  for (const int shift : {kLowest, kLowest + kBits, kLowest + 2 * kBits}) {
+    const auto digit = [&](const CurvePlace& place) { return place.code >> shift & ((1 << kBits) - 1); };
+    std::array<std::size_t, (1 << kBits) + 1> begin{};
+    for (const CurvePlace& place : places) ++begin[digit(place) + 1];
+    for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+    for (const CurvePlace& place : places) sorted[begin[digit(place)]++] = place;
+    places.swap(sorted);
+  }
+  for (auto first = places.begin(); first != places.end();) {
+    const auto is_elsewhere = [&](const CurvePlace& place) { return place.code >> kLowest != first->code >> kLowest; };
+    const auto last = std::find_if(first + 1, places.end(), is_elsewhere);
+    std::sort(first, last);
+    first = last;
+  }
 }
 
 namespace {

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "knead/vec.h"
 
@@ -33,6 +35,17 @@ class ToUnit {
 
 // Returns the position on the Morton curve of a point with coordinates from -1 to 1 (21 bits for each coordinate).
 std::uint64_t morton_code(const std::array<float, 3>& point);
+
+// The place of something on the Morton curve, and its number.
+struct CurvePlace {
+  std::uint64_t code = 0;
+  std::uint32_t index = 0;
+
+  friend auto operator<=>(const CurvePlace&, const CurvePlace&) = default;
+};
+
+// Sorts by code, then by index. Time: linear where few share the highest 33 bits of the code.
+void sort_along_curve(std::vector<CurvePlace>& places);
 
 // Intersects a ray with triangles; the decision whether they meet is exact.
 
