@@ -290,22 +290,6 @@ using detail::kBlock;
 using detail::kBlocksPerGroup;
 using detail::kGroup;
 
-// By the 32 highest bits of 63 of a place's code, which are above the point's number: a cell of the points' box for
-// each of four billion is enough for blocks.
-void sort_by_code(std::vector<std::uint64_t>& keys) {
-  std::vector<std::uint64_t> sorted(keys.size());
-  for (const auto& [shift, bits] : {std::pair{32, 11}, std::pair{43, 11}, std::pair{54, 10}}) {
-    const auto digit = [shift = shift, mask = (std::uint64_t{1} << bits) - 1](std::uint64_t key) {
-      return key >> shift & mask;
-    };
-    std::array<std::size_t, (1 << 11) + 1> begin{};
-    for (const std::uint64_t key : keys) ++begin[digit(key) + 1];
-    for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
-    for (const std::uint64_t key : keys) sorted[begin[digit(key)]++] = key;
-    keys.swap(sorted);
-  }
-}
-
 // Returns point i, and throws InvalidInput unless it is finite.
 const Vec3d& finite(std::span<const Vec3d> points, std::size_t i) {
   if (is_finite(points[i])) return points[i];
@@ -365,11 +349,11 @@ void PointBlocks::sort(std::span<const Vec3d> points) {
   const Box box = bounding_box(points);
   if (box.empty()) return;
   const ToUnit to_unit(box);
-  std::vector<std::uint64_t> keys(points.size());
+  std::vector<std::uint64_t> keys(points.size());  // the 32 highest bits of a code, then the number
   for (std::size_t i = 0; i < points.size(); ++i) {
     keys[i] = morton_code(to_unit(finite(points, i))) >> 31 << 32 | i;
   }
-  sort_by_code(keys);
+  sort_by_bits(keys, 31, [](std::uint64_t key) { return key; });
   order_.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) order_[i] = static_cast<std::uint32_t>(keys[i]);
 }

@@ -1,5 +1,7 @@
 #include "math/geometry.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -27,6 +29,17 @@ std::uint64_t morton_code(const std::array<float, 3>& point) {
     code = code << 1 | spread(static_cast<std::uint64_t>(cell));
   }
   return code;
+}
+
+void sort_along_curve(std::vector<CurvePlace>& places) {
+  constexpr int kLowest = 30;  // of the 33 bits of 63
+  sort_by_bits(places, kLowest, [](const CurvePlace& place) { return place.code; });
+  for (auto first = places.begin(); first != places.end();) {
+    const auto is_elsewhere = [&](const CurvePlace& place) { return place.code >> kLowest != first->code >> kLowest; };
+    const auto last = std::find_if(first + 1, places.end(), is_elsewhere);
+    std::sort(first, last);
+    first = last;
+  }
 }
 
 namespace {

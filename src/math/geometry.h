@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "knead/vec.h"
 
@@ -33,6 +35,32 @@ class ToUnit {
 
 // Returns the position on the Morton curve of a point with coordinates from -1 to 1 (21 bits for each coordinate).
 std::uint64_t morton_code(const std::array<float, 3>& point);
+
+// Sorts by 33 bits of code(item), from the lowest on; equal items keep their order. Time: linear.
+template <class Item, class Code>
+void sort_by_bits(std::vector<Item>& items, int lowest, const Code& code) {
+  constexpr int bits = 11;
+  std::vector<Item> sorted(items.size());
+  for (const int shift : {lowest, lowest + bits, lowest + 2 * bits}) {
+    const auto digit = [&](const Item& item) { return code(item) >> shift & ((1 << bits) - 1); };
+    std::array<std::size_t, (1 << bits) + 1> begin{};
+    for (const Item& item : items) ++begin[digit(item) + 1];
+    for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+    for (const Item& item : items) sorted[begin[digit(item)]++] = item;
+    items.swap(sorted);
+  }
+}
+
+// The place of something on the Morton curve, and its number.
+struct CurvePlace {
+  std::uint64_t code = 0;
+  std::uint32_t index = 0;
+
+  friend auto operator<=>(const CurvePlace&, const CurvePlace&) = default;
+};
+
+// Sorts by code, then by index. Time: linear where few share the highest 33 bits of the code.
+void sort_along_curve(std::vector<CurvePlace>& places);
 
 // Intersects a ray with triangles; the decision whether they meet is exact.
 

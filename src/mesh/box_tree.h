@@ -8,44 +8,39 @@
 #include <span>
 #include <vector>
 
+#include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
 #include "math/geometry.h"
 
 namespace knead {
 
-// A box with float coordinates.
+using FloatLanes [[gnu::vector_size(4 * sizeof(float))]] = float;
+
+// Return whether all bits are set of what a comparison of lanes gave, or none.
+using TwoWords [[gnu::vector_size(4 * sizeof(float))]] = std::uint64_t;
+template <class Lanes>
+bool has_all_bits(const Lanes& lanes) {
+  const auto words = reinterpret_cast<TwoWords>(lanes);
+  return (words[0] & words[1]) == ~std::uint64_t{0};
+}
+template <class Lanes>
+bool has_no_bits(const Lanes& lanes) {
+  const auto words = reinterpret_cast<TwoWords>(lanes);
+  return (words[0] | words[1]) == 0;
+}
+
+// A box with float coordinates, and 0 as the fourth.
 struct FloatBox {
-  std::array<float, 3> min{};
-  std::array<float, 3> max{};
+  FloatLanes min{};
+  FloatLanes max{};
 
-  // Without branches, which nobody could predict.
-  bool overlaps(const FloatBox& b) const {
-    bool all = true;
-    for (std::size_t k = 0; k < 3; ++k) {
-      all &= min[k] <= b.max[k];
-      all &= b.min[k] <= max[k];
-    }
-    return all;
-  }
-
-  bool holds(const FloatBox& b) const {
-    bool all = true;
-    for (std::size_t k = 0; k < 3; ++k) {
-      all &= min[k] <= b.min[k];
-      all &= b.max[k] <= max[k];
-    }
-    return all;
-  }
+  bool overlaps(const FloatBox& b) const { return has_all_bits((min <= b.max) & (b.min <= max)); }
+  bool holds(const FloatBox& b) const { return has_all_bits((min <= b.min) & (b.max <= max)); }
 };
 
 inline FloatBox join(const FloatBox& a, const FloatBox& b) {
-  FloatBox box;
-  for (std::size_t k = 0; k < 3; ++k) {
-    box.min[k] = std::min(a.min[k], b.min[k]);
-    box.max[k] = std::max(a.max[k], b.max[k]);
-  }
-  return box;
+  return {b.min < a.min ? b.min : a.min, a.max < b.max ? b.max : a.max};
 }
 
 // A complete binary tree of boxes. Each leaf holds up to kLeafSize triangles; leaves are in the order of the Morton
@@ -61,6 +56,22 @@ class BoxTree {
 
   std::size_t part_count() const { return nodes_.size() / 2 / leaves_in_part(); }
 
+  // Gives each member up to three names, filled up by kNoName: for_each_overlap() then leaves out the pairs with a name
+  // in common.
+  static constexpr std::uint32_t kNoName = 0xffffffff;
+  template <class NamesOf>
+  void set_names(const NamesOf& names_of, int threads) {
+    names_.resize(leaves_.size());
+    parallel_for(leaves_.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t leaf = begin; leaf < end; ++leaf) {
+        for (std::size_t i = 0; i < kLeafSize && kLeafSize * leaf + i < size_; ++i) {
+          const std::array<std::uint32_t, 3> names = names_of(leaves_[leaf].triangle[i]);
+          for (std::size_t k = 0; k < 3; ++k) names_[leaf][k][i] = names[k];
+        }
+      }
+    });
+  }
+
   // Calls visit(t, u) for each pair of different members whose boxes overlap, one in this part and the other in the
   // same or a later one, until visit returns false. Calls for all parts visit each pair once. The boxes of triangles
   // with a common point always overlap.
@@ -70,7 +81,7 @@ class BoxTree {
     if (!visit_within(root, visit)) return;
     // The later parts are below the right siblings of the nodes between this part and the root.
     for (std::size_t node = root; node > 1; node /= 2) {
-      if (node % 2 == 0 && !visit_between(root, node + 1, visit)) return;
+      if (node % 2 == 0 && !visit_overlap(root, node + 1, visit)) return;
     }
   }
 
@@ -85,7 +96,24 @@ class BoxTree {
   // The same with the places of the members in the tree, which are numbered from 0 and near each other in space.
   template <class Visit>
   void for_each_place_with(const FloatBox& box, Visit visit) const {
+    for_each_leaf_with(box, [&](std::size_t leaf) {
+      return visit_hits(overlaps(leaves_[leaf], box), 0,
+                        [&](std::size_t i) { return visit(static_cast<std::uint32_t>(kLeafSize * leaf + i)); });
+    });
+  }
+
+  // Calls visit(leaf) for each leaf with a box around its members that overlaps the given one, until visit returns
+  // false; and visit(u) for each member in a leaf whose own box overlaps it.
+  template <class Visit>
+  void for_each_leaf_with(const FloatBox& box, Visit visit) const {
     visit_below(1, box, visit);
+  }
+  template <class Visit>
+  void for_each_overlap_in(std::size_t leaf, const FloatBox& box, Visit visit) const {
+    visit_hits(overlaps(leaves_[leaf], box), 0, [&](std::size_t i) {
+      visit(leaves_[leaf].triangle[i]);
+      return true;
+    });
   }
 
   std::uint32_t member_at(std::uint32_t place) const { return leaves_[place / kLeafSize].triangle[place % kLeafSize]; }
@@ -93,16 +121,21 @@ class BoxTree {
   void widen(std::uint32_t place, const FloatBox& box);
 
  private:
+  static constexpr std::size_t kGrain = 4096;  // triangles, or leaves
+  using Names [[gnu::vector_size(kLeafSize * sizeof(float))]] = std::uint32_t;
+  static_assert(sizeof(Names) == sizeof(FloatLanes));
+
   // Boxes side by side; places without a triangle have an empty box.
   struct Leaf {
-    using Lanes [[gnu::vector_size(kLeafSize * sizeof(float))]] = float;
-    std::array<Lanes, 3> min;
-    std::array<Lanes, 3> max;
+    std::array<FloatLanes, 3> min;
+    std::array<FloatLanes, 3> max;
     std::array<std::uint32_t, kLeafSize> triangle;
   };
 
   static FloatBox box_in(const Leaf& leaf, std::size_t i) {
-    return {{leaf.min[0][i], leaf.min[1][i], leaf.min[2][i]}, {leaf.max[0][i], leaf.max[1][i], leaf.max[2][i]}};
+    const FloatLanes min{leaf.min[0][i], leaf.min[1][i], leaf.min[2][i]};
+    const FloatLanes max{leaf.max[0][i], leaf.max[1][i], leaf.max[2][i]};
+    return {min, max};
   }
 
   FloatBox box_of(const Triangle& t, std::span<const Vec3d> positions) const {
@@ -110,63 +143,86 @@ class BoxTree {
   }
   std::size_t leaves_in_part() const { return std::min<std::size_t>(nodes_.size() / 2, 256); }
   bool is_leaf(std::size_t node) const { return node >= nodes_.size() / 2; }
-  const Leaf& leaf_of(std::size_t node) const { return leaves_[node - nodes_.size() / 2]; }
+  std::size_t leaf_of(std::size_t node) const { return node - nodes_.size() / 2; }
 
-  // Calls visit(i) for the places from `first` on whose boxes overlap.
-  template <class Visit>
-  static bool visit_leaf(const Leaf& leaf, const FloatBox& box, std::size_t first, Visit visit) {
+  // All bits of the places whose boxes overlap.
+  static Names overlaps(const Leaf& leaf, const FloatBox& box) {
     auto hit = (leaf.min[0] <= box.max[0]) & (leaf.max[0] >= box.min[0]);
     for (std::size_t k = 1; k < 3; ++k) hit &= (leaf.min[k] <= box.max[k]) & (leaf.max[k] >= box.min[k]);
+    return reinterpret_cast<Names>(hit);
+  }
+
+  // Calls visit(i) for the places from `first` on that have bits.
+  template <class Visit>
+  static bool visit_hits(const Names& hits, std::size_t first, const Visit& visit) {
+    if (has_no_bits(hits)) return true;
     for (std::size_t i = first; i < kLeafSize; ++i) {
-      if (hit[i] != 0 && !visit(i)) return false;
+      if (hits[i] != 0 && !visit(i)) return false;
     }
     return true;
+  }
+
+  // Calls visit(t, u) for the members of a leaf whose boxes overlap that of the member at place i of another leaf, or
+  // of the same one, from the place `first` on. Not for those with a name in common.
+  template <class Visit>
+  bool visit_pairs(std::size_t own, std::size_t i, std::size_t other, std::size_t first, Visit& visit) const {
+    Names hits = overlaps(leaves_[other], box_in(leaves_[own], i));
+    if (!names_.empty()) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t name = names_[own][k][i];
+        if (name == kNoName) continue;
+        for (const Names& names : names_[other]) hits &= reinterpret_cast<Names>(names != name);
+      }
+    }
+    return visit_hits(hits, first,
+                      [&](std::size_t j) { return visit(leaves_[own].triangle[i], leaves_[other].triangle[j]); });
   }
 
   template <class Visit>
   bool visit_below(std::size_t node, const FloatBox& box, Visit& visit) const {
     if (!nodes_[node].overlaps(box)) return true;
     if (!is_leaf(node)) return visit_below(2 * node, box, visit) && visit_below(2 * node + 1, box, visit);
-    const std::size_t first = kLeafSize * (node - nodes_.size() / 2);
-    return visit_leaf(leaf_of(node), box, 0,
-                      [&](std::size_t i) { return visit(static_cast<std::uint32_t>(first + i)); });
+    return visit(leaf_of(node));
   }
 
   template <class Visit>
   bool visit_within(std::size_t node, Visit& visit) const {
     if (!is_leaf(node)) {
       return visit_within(2 * node, visit) && visit_within(2 * node + 1, visit) &&
-             visit_between(2 * node, 2 * node + 1, visit);
+             visit_overlap(2 * node, 2 * node + 1, visit);
     }
-    const Leaf& leaf = leaf_of(node);
+    const std::size_t leaf = leaf_of(node);
     for (std::size_t i = 0; i + 1 < kLeafSize; ++i) {
-      const auto visit_pair = [&](std::size_t j) { return visit(leaf.triangle[i], leaf.triangle[j]); };
-      if (!visit_leaf(leaf, box_in(leaf, i), i + 1, visit_pair)) return false;
+      if (!visit_pairs(leaf, i, leaf, i + 1, visit)) return false;
     }
     return true;
   }
 
   // `a` is as deep in the tree as `b`, or deeper.
   template <class Visit>
+  bool visit_overlap(std::size_t a, std::size_t b, Visit& visit) const {
+    return !nodes_[a].overlaps(nodes_[b]) || visit_between(a, b, visit);
+  }
+
+  // The same where their boxes overlap.
+  template <class Visit>
   bool visit_between(std::size_t a, std::size_t b, Visit& visit) const {
-    if (!nodes_[a].overlaps(nodes_[b])) return true;
     if (!is_leaf(b)) {
       const bool is_deeper = std::bit_width(a) > std::bit_width(b);
-      if (is_deeper) return visit_between(a, 2 * b, visit) && visit_between(a, 2 * b + 1, visit);
-      return visit_between(2 * a, 2 * b, visit) && visit_between(2 * a, 2 * b + 1, visit) &&
-             visit_between(2 * a + 1, 2 * b, visit) && visit_between(2 * a + 1, 2 * b + 1, visit);
+      if (is_deeper) return visit_overlap(a, 2 * b, visit) && visit_overlap(a, 2 * b + 1, visit);
+      return visit_overlap(2 * a, 2 * b, visit) && visit_overlap(2 * a, 2 * b + 1, visit) &&
+             visit_overlap(2 * a + 1, 2 * b, visit) && visit_overlap(2 * a + 1, 2 * b + 1, visit);
     }
-    const Leaf& own = leaf_of(a);
-    const Leaf& other = leaf_of(b);
     for (std::size_t i = 0; i < kLeafSize; ++i) {
-      const auto visit_pair = [&](std::size_t j) { return visit(own.triangle[i], other.triangle[j]); };
-      if (!visit_leaf(other, box_in(own, i), 0, visit_pair)) return false;
+      if (!visit_pairs(leaf_of(a), i, leaf_of(b), 0, visit)) return false;
     }
     return true;
   }
 
   ToUnit to_unit_;
-  std::vector<Leaf> leaves_;     // as many as a power of two
+  std::size_t size_;                         // how many members there are
+  std::vector<Leaf> leaves_;                 // as many as a power of two
+  std::vector<std::array<Names, 3>> names_;  // of the members of each leaf; empty: there are none
   std::vector<FloatBox> nodes_;  // node i has the children 2 i and 2 i + 1; the root is 1, the second half are leaves
 };
 
@@ -181,5 +237,12 @@ struct NearTriangle {
 // Returns the point of the triangle nearest to p, for any triangle. Its distance is below the true one by rounding
 // errors at most. It may be above the true one if rounding decides between the interior and an edge.
 NearTriangle nearest_on_triangle(const std::array<Vec3d, 3>& corners, const Vec3d& p);
+
+// Returns for each of many points what SurfaceTree::closest() returns as the point of the surface. `guesses`: for each
+// a triangle that probably is near. Where it is nearer than `near` the search looks at the triangles around the points
+// alone, for neighbours in space at once, which takes far less than one search each. Throws Cancelled.
+std::vector<Vec3d> nearest_points(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
+                                  std::span<const Vec3d> points, std::span<const std::uint32_t> guesses, double near,
+                                  int threads, const Progress* progress);
 
 }  // namespace knead

@@ -465,6 +465,12 @@ class FlatVertices {
 
   bool is_any(const Triangle& t) const { return flat_[t[0]] + flat_[t[1]] + flat_[t[2]] > 0; }
 
+  // The corners that are flat; for the others kNoName.
+  std::array<std::uint32_t, 3> of(const Triangle& t) const {
+    const auto name = [&](std::uint32_t v) { return flat_[v] != 0 ? v : BoxTree::kNoName; };
+    return {name(t[0]), name(t[1]), name(t[2])};
+  }
+
   bool is_shared(const Triangle& t, const Triangle& u) const {
     return std::any_of(t.begin(), t.end(),
                        [&](std::uint32_t v) { return flat_[v] != 0 && (v == u[0] || v == u[1] || v == u[2]); });
@@ -541,7 +547,8 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
   const FlatVertices flat(triangles, points, options);
   const Sorted sorted = sort_triangles(triangles, points, flat, options);
   stop_if_cancelled(options.progress);
-  const BoxTree tree(triangles, points, sorted.chosen, options.threads);
+  BoxTree tree(triangles, points, sorted.chosen, options.threads);
+  tree.set_names([&](std::uint32_t t) { return flat.of(triangles[t]); }, options.threads);
   constexpr std::size_t grain = 4096;  // triangles
   const std::size_t first_part = 2 + sorted.others.size() / grain;
   Findings findings(first_part + tree.part_count(), options.limit);
@@ -550,7 +557,6 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
   const auto look_at = [&](std::size_t chunk, std::uint32_t t, std::uint32_t u) {
     const Triangle& a = triangles[t];
     const Triangle& b = triangles[u];
-    if (flat.is_shared(a, b)) return true;
     if (meet_beyond_shared(a, corners_of(a, points), b, corners_of(b, points))) {
       findings.add(chunk, {std::min(t, u), std::max(t, u)});
     }
@@ -562,6 +568,7 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
       const std::uint32_t t = sorted.others[i];
       const Corners corners = corners_of(triangles[t], points);
       tree.for_each_overlap_with(tree.box_of(corners), [&](std::uint32_t u) {
+        if (flat.is_shared(triangles[t], triangles[u])) return true;
         return !are_collinear(corners) && look_at(1 + begin / grain, t, u);  // without area it is in no pair
       });
     }

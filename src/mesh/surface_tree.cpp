@@ -37,7 +37,8 @@ Box bounds_of(std::span<const Triangle> triangles, std::span<const Vec3d> positi
 FloatBox BoxTree::box_of(const std::array<Vec3d, 3>& corners) const {
   FloatBox box = kEmpty;
   for (const Vec3d& corner : corners) {
-    const std::array<float, 3> p = to_unit_(corner);
+    const auto [x, y, z] = to_unit_(corner);
+    const FloatLanes p{x, y, z};
     box = join(box, {p, p});
   }
   return box;
@@ -58,28 +59,27 @@ void BoxTree::widen(std::uint32_t place, const FloatBox& box) {
 
 BoxTree::BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
                  std::span<const std::uint32_t> members, int threads)
-    : to_unit_(bounds_of(triangles, positions, members)) {
-  constexpr std::size_t grain = 4096;  // triangles, or leaves
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(members.size());
-  parallel_for(order.size(), grain, threads, [&](std::size_t begin, std::size_t end) {
+    : to_unit_(bounds_of(triangles, positions, members)), size_(members.size()) {
+  std::vector<CurvePlace> order(members.size());
+  parallel_for(order.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       order[i] = {morton_code_of(box_of(triangles[members[i]], positions)), members[i]};
     }
   });
-  std::sort(order.begin(), order.end());
+  sort_along_curve(order);
 
   const std::size_t leaves = std::bit_ceil(std::max<std::size_t>(1, (order.size() + kLeafSize - 1) / kLeafSize));
   leaves_.resize(leaves);
   nodes_.assign(2 * leaves, kEmpty);
-  parallel_for(leaves, grain, threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(leaves, kGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * kLeafSize; i < end * kLeafSize; ++i) {
       Leaf& leaf = leaves_[i / kLeafSize];
-      const FloatBox box = i < order.size() ? box_of(triangles[order[i].second], positions) : kEmpty;
+      const FloatBox box = i < order.size() ? box_of(triangles[order[i].index], positions) : kEmpty;
       for (std::size_t k = 0; k < 3; ++k) {
         leaf.min[k][i % kLeafSize] = box.min[k];
         leaf.max[k][i % kLeafSize] = box.max[k];
       }
-      leaf.triangle[i % kLeafSize] = i < order.size() ? order[i].second : 0;
+      leaf.triangle[i % kLeafSize] = i < order.size() ? order[i].index : 0;
       nodes_[leaves + i / kLeafSize] = join(nodes_[leaves + i / kLeafSize], box);
     }
   });
@@ -169,14 +169,14 @@ SurfaceTree::SurfaceTree(std::span<const Triangle> triangles, std::span<const Ve
   Box all;
   for (const Triangle& t : triangles) all = join(all, box_of(t));
   const ToUnit to_unit(all);
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  std::vector<CurvePlace> order;
   order.reserve(triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    order.emplace_back(morton_code(to_unit(box_of(triangles[t]).center())), t);
+    order.push_back({morton_code(to_unit(box_of(triangles[t]).center())), t});
   }
-  std::sort(order.begin(), order.end());
+  sort_along_curve(order);
   entries_.reserve(order.size());
-  for (const auto& [code, t] : order) entries_.push_back({{}, t});
+  for (const CurvePlace& place : order) entries_.push_back({{}, place.index});
   const std::size_t leaves = (entries_.size() + kLeafSize - 1) / kLeafSize;
   first_leaf_ = std::bit_ceil(std::max<std::size_t>(1, leaves));
   refit(positions);
@@ -330,6 +330,130 @@ std::vector<RayHit> SurfaceTree::hits(const Vec3d& origin, const Vec3d& directio
   });
   std::sort(found.begin(), found.end(), before);
   return found;
+}
+
+// The nearest points of a surface for many points.
+
+namespace {
+
+std::array<Vec3d, 3> corners_of(const Triangle& t, std::span<const Vec3d> positions) {
+  return {positions[t[0]], positions[t[1]], positions[t[2]]};
+}
+
+// A box with all that is as near to it as this, whatever the rounding.
+Box widened(Box box, double distance) {
+  const double margin = distance + 1e-9 * (distance + box.diagonal() + norm(box.min));
+  box.min -= Vec3d{margin, margin, margin};
+  box.max += Vec3d{margin, margin, margin};
+  return box;
+}
+
+// The numbers of the triangles whose boxes overlap this one.
+std::vector<std::uint32_t> triangles_in(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
+                                        const Box& box, int threads) {
+  constexpr std::size_t grain = 4096;
+  std::vector<std::vector<std::uint32_t>> of_parts((triangles.size() + grain - 1) / grain);
+  parallel_for(triangles.size(), grain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!overlap(bounding_box(corners_of(triangles[t], positions)), box)) continue;
+      of_parts[begin / grain].push_back(static_cast<std::uint32_t>(t));
+    }
+  });
+  std::vector<std::uint32_t> all;
+  for (const std::vector<std::uint32_t>& part : of_parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+// Triangles, points, and for each the nearest of what has been looked at. Of equally near triangles that with the
+// lowest number counts.
+struct NearestSearch {
+  std::span<const Triangle> triangles;
+  std::span<const Vec3d> positions;
+  std::span<const Vec3d> points;
+  std::vector<std::uint32_t> numbers;  // of the triangles
+  std::vector<double> distances;
+  std::vector<Vec3d> nearest;
+
+  void look_at(std::uint32_t i, std::uint32_t t) {
+    const NearTriangle found = nearest_on_triangle(corners_of(triangles[t], positions), points[i]);
+    const double distance = std::sqrt(found.distance2);
+    if (!(std::pair(distance, t) < std::pair(distances[i], numbers[i]))) return;
+    numbers[i] = t;
+    distances[i] = distance;
+    nearest[i] = found.point;
+  }
+};
+
+// Looks at the members of a tree around a group of points that are neighbours in space.
+void look_around(const BoxTree& tree, std::span<const CurvePlace> group, NearestSearch& search) {
+  constexpr std::size_t kMaxLeaves = 64;
+  const auto box_around = [&](std::uint32_t i) {
+    const Box box = widened({search.points[i], search.points[i]}, search.distances[i]);
+    return tree.box_of({box.min, box.max, box.max});
+  };
+  FloatBox all = kEmpty;
+  for (const CurvePlace& place : group) all = join(all, box_around(place.index));
+  std::vector<std::size_t> leaves;
+  tree.for_each_leaf_with(all, [&](std::size_t leaf) {
+    leaves.push_back(leaf);
+    return group.size() == 1 || leaves.size() <= kMaxLeaves;
+  });
+  if (group.size() > 1 && leaves.size() > kMaxLeaves) {  // they are far apart
+    look_around(tree, group.first(group.size() / 2), search);
+    return look_around(tree, group.subspan(group.size() / 2), search);
+  }
+  for (const CurvePlace& place : group) {
+    const FloatBox box = box_around(place.index);
+    for (const std::size_t leaf : leaves) {
+      tree.for_each_overlap_in(leaf, box, [&](std::uint32_t t) { search.look_at(place.index, t); });
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Vec3d> nearest_points(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
+                                  std::span<const Vec3d> points, std::span<const std::uint32_t> guesses, double near,
+                                  int threads, const Progress* progress) {
+  constexpr std::size_t group = 32;
+  constexpr std::size_t grain = 32 * group;
+  NearestSearch search{triangles, positions, points, {guesses.begin(), guesses.end()}, {}, {}};
+  search.distances.resize(points.size());
+  search.nearest.resize(points.size());
+  const Box box = bounding_box(points);
+  const ToUnit to_unit(box.empty() ? Box{{}, {}} : box);
+  std::vector<CurvePlace> order(points.size());
+  const auto in_parts = [&](std::size_t count, const auto& visit) {
+    parallel_for(count, grain, threads, [&](std::size_t begin, std::size_t end) {
+      stop_if_cancelled(progress);
+      visit(begin, end);
+    });
+  };
+  in_parts(points.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const NearTriangle found = nearest_on_triangle(corners_of(triangles[guesses[i]], positions), points[i]);
+      search.distances[i] = std::sqrt(found.distance2);
+      search.nearest[i] = found.point;
+      order[i] = {morton_code(to_unit(points[i])), static_cast<std::uint32_t>(i)};
+    }
+  });
+  const auto is_near = [&](const CurvePlace& place) { return search.distances[place.index] <= near; };
+  const auto end_of_near = std::stable_partition(order.begin(), order.end(), is_near);
+  const std::vector<CurvePlace> far(end_of_near, order.end());
+  order.erase(end_of_near, order.end());
+  sort_along_curve(order);
+  const BoxTree tree(triangles, positions, triangles_in(triangles, positions, widened(box, near), threads), threads);
+  in_parts(order.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; i += group) {
+      look_around(tree, std::span(order).subspan(i, std::min(group, end - i)), search);
+    }
+  });
+  if (far.empty()) return std::move(search.nearest);
+  const SurfaceTree whole(triangles, positions);
+  in_parts(far.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) search.nearest[far[k].index] = whole.closest(points[far[k].index])->point;
+  });
+  return std::move(search.nearest);
 }
 
 }  // namespace knead
