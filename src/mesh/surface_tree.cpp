@@ -1,8 +1,12 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 #include "knead/error.h"
 #include "knead/mesh.h"
@@ -21,6 +25,29 @@ std::uint64_t morton_code_of(const FloatBox& box) {
   std::array<float, 3> center{};
   for (std::size_t k = 0; k < 3; ++k) center[k] = (box.min[k] + box.max[k]) * 0.5F;
   return morton_code(center);
+}
+
+using CodedMember = std::pair<std::uint64_t, std::uint32_t>;
+
+// Sorts by the code, then by the member. Many are sorted by digits, from the last one on: members of one code then stay
+// in their order, which must ascend.
+void sort_by_code(std::vector<CodedMember>& order) {
+  constexpr std::size_t few = 4096;
+  constexpr int bits = 11;
+  constexpr int code_bits = 63;
+  const auto by_member = [](const CodedMember& a, const CodedMember& b) { return a.second < b.second; };
+  if (order.size() < few || !std::is_sorted(order.begin(), order.end(), by_member)) {
+    return std::sort(order.begin(), order.end());
+  }
+  std::vector<CodedMember> sorted(order.size());
+  for (int shift = 0; shift < code_bits; shift += bits) {
+    const auto digit = [&](const CodedMember& each) { return each.first >> shift & ((1 << bits) - 1); };
+    std::array<std::size_t, (1 << bits) + 1> begin{};
+    for (const CodedMember& each : order) ++begin[digit(each) + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    for (const CodedMember& each : order) sorted[begin[digit(each)]++] = each;
+    order.swap(sorted);
+  }
 }
 
 Box bounds_of(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
@@ -60,13 +87,13 @@ BoxTree::BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> pos
                  std::span<const std::uint32_t> members, int threads)
     : to_unit_(bounds_of(triangles, positions, members)) {
   constexpr std::size_t grain = 4096;  // triangles, or leaves
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(members.size());
+  std::vector<CodedMember> order(members.size());
   parallel_for(order.size(), grain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       order[i] = {morton_code_of(box_of(triangles[members[i]], positions)), members[i]};
     }
   });
-  std::sort(order.begin(), order.end());
+  sort_by_code(order);
 
   const std::size_t leaves = std::bit_ceil(std::max<std::size_t>(1, (order.size() + kLeafSize - 1) / kLeafSize));
   leaves_.resize(leaves);
