@@ -255,6 +255,7 @@ constexpr double kEdgeShare = 0.06;              // of the longest edge of a tri
 constexpr double kShortEdgeShare = 0.1;    // of max_chord: bound for collapses of short edges, which no triangle needs
 constexpr int kMendRounds = 6;             // rounds over the worst triangles, on each level
 constexpr std::size_t kWorthWaves = 2000;  // vertices that several threads move sooner
+constexpr std::size_t kWorthThreads = 48;  // in a wave
 
 double cosine_of(double degrees) { return elementary::cos(degrees * std::numbers::pi / 180); }
 
@@ -346,10 +347,10 @@ std::vector<std::vector<std::uint32_t>> waves_of(const Surface& s, std::span<con
   return waves;
 }
 
-void move_in_waves(Improver& improver, const Improvement& improvement, std::span<const std::uint32_t> vertices,
-                   const Bounds& bounds) {
+void move_in_waves(Improver& improver, const Improvement& improvement,
+                   std::span<const std::vector<std::uint32_t>> waves, const Bounds& bounds) {
   constexpr std::size_t grain = 16;
-  for (const std::vector<std::uint32_t>& wave : waves_of(improver.surface(), vertices)) {
+  for (const std::vector<std::uint32_t>& wave : waves) {
     if (improver.must_end()) break;
     std::vector<std::uint8_t> moved(wave.size());
     parallel_for(wave.size(), grain, improvement.threads, [&](std::size_t begin, std::size_t end) {
@@ -376,7 +377,8 @@ void move_round(Improver& improver, const Improvement& improvement, const Bounds
     if (poor[v] != 0) vertices.push_back(v);
   }
   if (improvement.threads != 1 && improvement.guard == nullptr && vertices.size() > kWorthWaves) {
-    return move_in_waves(improver, improvement, vertices, bounds);
+    const std::vector<std::vector<std::uint32_t>> waves = waves_of(s, vertices);
+    if (vertices.size() > kWorthThreads * waves.size()) return move_in_waves(improver, improvement, waves, bounds);
   }
   for (const std::uint32_t v : vertices) {
     if (improver.must_end()) break;
