@@ -32,6 +32,8 @@ std::uint64_t morton_code(const std::array<float, 3>& point) {
 }
 
 void sort_along_curve(std::vector<CurvePlace>& places) {
+  constexpr std::size_t kFew = 4096;
+  if (places.size() < kFew) return std::sort(places.begin(), places.end());
   constexpr int kLowest = 30;  // of the 33 bits of 63
   sort_by_bits(places, kLowest, [](const CurvePlace& place) { return place.code; });
   for (auto first = places.begin(); first != places.end();) {

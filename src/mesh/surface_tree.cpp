@@ -1,8 +1,12 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 #include "knead/error.h"
 #include "knead/mesh.h"

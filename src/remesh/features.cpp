@@ -333,6 +333,8 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<con
 
 namespace {
 
+constexpr std::size_t kFaces = 8192;  // that a thread takes at a time
+
 // Calls visit(t) for each triangle of the mesh that has three different corners.
 template <class Visit>
 void for_each_proper_triangle(const Mesh& mesh, const Progress* progress, Visit visit) {
@@ -342,36 +344,76 @@ void for_each_proper_triangle(const Mesh& mesh, const Progress* progress, Visit 
   });
 }
 
-// Returns a flag for each vertex: false if all triangles around it are sound, with normals so close to the first one
-// that no two of them differ by the angle. Both ends of a sharp edge have the flag, and all corners of a thin triangle.
-std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg, const Progress* progress) {
-  constexpr double margin_deg = 0.1;  // far above rounding errors
-  const double least = elementary::cos((0.5 * angle_deg - margin_deg) * std::numbers::pi / 180);
-  std::vector<Vec3f> first(mesh.vertex_count());
-  std::vector<std::uint8_t> rough(mesh.vertex_count(), angle_deg > 2 * margin_deg && angle_deg <= 180 ? 0 : 1);
-  for_each_proper_triangle(mesh, progress, [&](const Triangle& t) {
-    const std::array<Vec3d, 3> p{mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
-    const std::array<Vec3d, 3> sides{p[1] - p[0], p[2] - p[1], p[0] - p[2]};
-    const Vec3d normal = cross(sides[0], sides[2]) * -1.0;
-    const double size2 = norm2(normal);
-    const std::array<double, 3> lengths2{norm2(sides[0]), norm2(sides[1]), norm2(sides[2])};
-    const double twice_cosine =  // times the two longer sides
-        lengths2[0] + lengths2[1] + lengths2[2] - 2 * std::min({lengths2[0], lengths2[1], lengths2[2]});
-    const bool sound = size2 > kThin * kThin * twice_cosine * twice_cosine;  // above twice kThin, with no root
-    for (const std::uint32_t v : t) {
-      if (sound && first[v] == Vec3f{}) first[v] = Vec3f(normal / std::sqrt(size2));
-      const double along = dot(Vec3d(first[v]), normal);
-      if (!sound || !(along > 0 && along * along > least * least * size2)) rough[v] = 1;
+// Returns the normal of a triangle, or zero if it is about to be thin.
+Vec3d sound_normal(const Mesh& mesh, const Triangle& t) {
+  const Vec3d& a = mesh.positions[t[0]];
+  const std::array<Vec3d, 3> sides{mesh.positions[t[1]] - a, mesh.positions[t[2]] - a,
+                                   mesh.positions[t[2]] - mesh.positions[t[1]]};
+  const Vec3d normal = cross(sides[0], sides[1]);
+  const double size2 = norm2(normal);
+  const std::array<double, 3> lengths2{norm2(sides[0]), norm2(sides[1]), norm2(sides[2])};
+  const double twice_cosine =  // times the two longer sides
+      lengths2[0] + lengths2[1] + lengths2[2] - 2 * std::min({lengths2[0], lengths2[1], lengths2[2]});
+  const bool sound = size2 > kThin * kThin * twice_cosine * twice_cosine;  // its quality is above twice kThin
+  return sound ? normal / std::sqrt(size2) : Vec3d{};
+}
+
+// Returns for each face the normal of its first triangle, or zero if that is about to be thin.
+std::vector<Vec3f> face_normals(const Mesh& mesh, int threads, const Progress* progress) {
+  std::vector<Vec3f> normals(mesh.face_count());
+  parallel_for(normals.size(), kFaces, threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(progress);
+    for (std::size_t f = begin; f < end; ++f) {
+      const auto face = mesh.face(f);
+      if (face.size() >= 3) normals[f] = Vec3f(sound_normal(mesh, {face[0], face[1], face[2]}));
     }
   });
+  return normals;
+}
+
+// Returns 1 for each vertex, but 0 if all triangles around it are sound, with normals so close to that of one face that
+// no two of them differ by the angle. Both ends of a sharp edge have 1, and all corners of a thin triangle.
+std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg, int threads,
+                                              const Progress* progress) {
+  constexpr double margin_deg = 0.1;  // far above rounding errors
+  if (!(angle_deg > 2 * margin_deg && angle_deg <= 180)) return std::vector<std::uint8_t>(mesh.vertex_count(), 1);
+  const auto least = static_cast<float>(elementary::cos((0.5 * angle_deg - margin_deg) * std::numbers::pi / 180));
+  const std::vector<Vec3f> normals = face_normals(mesh, threads, progress);
+  std::vector<std::uint32_t> last(mesh.vertex_count(), 0);  // face at each vertex
+  for (std::uint32_t f = 0; f < normals.size(); ++f) {
+    for (const std::uint32_t v : mesh.face(f)) last[v] = f;
+  }
+  std::vector<std::vector<std::uint32_t>> of_chunk(normals.size() / kFaces + 1);
+  parallel_for(normals.size(), kFaces, threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(progress);
+    std::vector<Triangle> parts;
+    const auto look_at = [&](std::span<const std::uint32_t> corners, const Vec3f& normal) {
+      for (const std::uint32_t v : corners) {
+        if (!(dot(normals[last[v]], normal) > least)) of_chunk[begin / kFaces].push_back(v);
+      }
+    };
+    for (std::size_t f = begin; f < end; ++f) {
+      const auto face = mesh.face(f);
+      if (face.size() == 3) look_at(face, normals[f]);
+      if (face.size() <= 3) continue;
+      parts.clear();
+      triangulate_polygon(mesh.positions, face, parts);
+      for (const Triangle& t : parts) look_at(t, Vec3f(sound_normal(mesh, t)));
+    }
+  });
+  std::vector<std::uint8_t> rough(mesh.vertex_count(), 0);
+  for (const std::vector<std::uint32_t>& vertices : of_chunk) {
+    for (const std::uint32_t v : vertices) rough[v] = 1;
+  }
   return rough;
 }
 
 }  // namespace
 
 // Connects the triangles at rough vertices only: all faces at an edge between two of those are among them.
-std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, const Progress* progress) {
-  const std::vector<std::uint8_t> rough = find_rough_vertices(mesh, angle_deg, progress);
+std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, int threads,
+                                                    const Progress* progress) {
+  const std::vector<std::uint8_t> rough = find_rough_vertices(mesh, angle_deg, threads, progress);
   std::vector<bool> used(mesh.vertex_count(), false);
   Surface surface;
   for_each_proper_triangle(mesh, progress, [&](const Triangle& t) {
@@ -402,7 +444,7 @@ namespace knead {
 
 std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg) {
   validate(mesh);
-  return remesh_detail::find_creases_unless_cancelled(mesh, angle_deg, nullptr);
+  return remesh_detail::find_creases_unless_cancelled(mesh, angle_deg, 0, nullptr);
 }
 
 }  // namespace knead

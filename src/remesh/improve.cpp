@@ -252,8 +252,10 @@ const double kMendMostBelow = tangent_of(7);   // level 3: distances up to kEdge
 const double kBendCreasesBelow = tangent_of(6);  // level 4: creases may move as well
 const double kMinRepaired = tangent_of(10);      // repair_crossings(): least quality around a collapsed edge
 constexpr double kEdgeShare = 0.06;              // of the longest edge of a triangle
-constexpr double kShortEdgeShare = 0.1;  // of max_chord: bound for collapses of short edges, which no triangle needs
-constexpr int kMendRounds = 6;           // rounds over the worst triangles, on each level
+constexpr double kShortEdgeShare = 0.1;    // of max_chord: bound for collapses of short edges, which no triangle needs
+constexpr int kMendRounds = 6;             // rounds over the worst triangles, on each level
+constexpr std::size_t kWorthWaves = 2000;  // vertices that several threads move sooner
+constexpr std::size_t kWorthThreads = 48;  // in a wave
 
 double cosine_of(double degrees) { return elementary::cos(degrees * std::numbers::pi / 180); }
 
@@ -322,18 +324,65 @@ void collapse_short_edges(Improver& improver, double shortest, int threads, cons
   }
 }
 
-void move_round(Improver& improver, SurfaceMemory& memory, int threads, const Bounds& bounds) {
+// Moves a vertex of a poor face. Returns whether it has moved.
+bool move_poor(Improver& improver, SurfaceMemory& memory, std::uint32_t v, const Bounds& bounds) {
+  if (memory.vertex_rests(v)) return false;
+  const Attempt attempt = improver.try_move(v, bounds);
+  if (attempt == Attempt::hopeless) memory.let_vertex_rest(v);
+  return attempt == Attempt::done;
+}
+
+// Returns the vertices in waves: each is in a later one than its neighbours before it. Waves that are done one after
+// the other, each in any order, do what the vertices in their order do.
+std::vector<std::vector<std::uint32_t>> waves_of(const Surface& s, std::span<const std::uint32_t> vertices) {
+  std::vector<std::uint32_t> wave(s.vertex_count(), 0);  // 0: none
+  std::vector<std::vector<std::uint32_t>> waves;
+  for (const std::uint32_t v : vertices) {
+    std::uint32_t last = 0;
+    s.for_each_outgoing(v, [&](std::uint32_t h) { last = std::max({last, wave[s.target(h)], wave[s.apex(h)]}); });
+    wave[v] = last + 1;
+    if (waves.size() == last) waves.emplace_back();
+    waves[last].push_back(v);
+  }
+  return waves;
+}
+
+void move_in_waves(Improver& improver, const Improvement& improvement,
+                   std::span<const std::vector<std::uint32_t>> waves, const Bounds& bounds) {
+  constexpr std::size_t grain = 16;
+  for (const std::vector<std::uint32_t>& wave : waves) {
+    if (improver.must_end()) break;
+    std::vector<std::uint8_t> moved(wave.size());
+    parallel_for(wave.size(), grain, improvement.threads, [&](std::size_t begin, std::size_t end) {
+      Improver own(improver.surface(), improvement);
+      for (std::size_t i = begin; i < end; ++i) moved[i] = move_poor(own, *improvement.memory, wave[i], bounds) ? 1 : 0;
+    });
+    for (std::size_t i = 0; i < wave.size(); ++i) {
+      if (moved[i] != 0) improver.tell({&wave[i], 1});
+    }
+  }
+}
+
+void move_round(Improver& improver, const Improvement& improvement, const Bounds& bounds) {
   const Surface& s = improver.surface();
-  memory.measure(s, threads);
-  std::vector<bool> poor(s.vertex_count(), false);
+  SurfaceMemory& memory = *improvement.memory;
+  memory.measure(s, improvement.threads);
+  std::vector<std::uint8_t> poor(s.vertex_count(), 0);
   for (std::size_t f = 0; f < s.face_count(); ++f) {
     if (!s.is_alive(f) || memory.quality(s, f) > kMoveBelow) continue;
-    for (const std::uint32_t v : s.triangle(f)) poor[v] = true;
+    for (const std::uint32_t v : s.triangle(f)) poor[v] = 1;
   }
+  std::vector<std::uint32_t> vertices;
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
-    if (!poor[v] || memory.vertex_rests(v)) continue;
+    if (poor[v] != 0) vertices.push_back(v);
+  }
+  if (improvement.threads != 1 && improvement.guard == nullptr && vertices.size() > kWorthWaves) {
+    const std::vector<std::vector<std::uint32_t>> waves = waves_of(s, vertices);
+    if (vertices.size() > kWorthThreads * waves.size()) return move_in_waves(improver, improvement, waves, bounds);
+  }
+  for (const std::uint32_t v : vertices) {
     if (improver.must_end()) break;
-    if (improver.try_move(v, bounds) == Attempt::hopeless) memory.let_vertex_rest(v);
+    if (move_poor(improver, memory, v, bounds)) improver.tell({&v, 1});
   }
 }
 
@@ -480,7 +529,7 @@ ImprovementCounts improve(Surface& surface, const Improvement& given) {
   for (int i = 0; i < improvement.targets.iterations && !improver.must_end(); ++i) {
     flip_round(improver, memory, improvement.threads, bounds);
     if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, improvement.threads, collapse_bounds);
-    move_round(improver, memory, improvement.threads, bounds);
+    move_round(improver, improvement, bounds);
   }
   return improver.counts();
 }

@@ -6,14 +6,15 @@
 #include <random>
 
 #include "knead/mesh.h"
+#include "remesh/improver.h"
 #include "remesh/surface.h"
 
 namespace knead::remesh_detail::improve_test {
 namespace {
 
 // A sphere whose vertices are moved randomly along it: bad triangles everywhere.
-Surface stirred_ball() {
-  const Mesh ball = make_shape(ShapeKind::sphere, 2500);
+Surface stirred_ball(std::size_t vertices = 2500) {
+  const Mesh ball = make_shape(ShapeKind::sphere, vertices);
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> by(-0.03, 0.03);
   Surface s;
@@ -65,6 +66,40 @@ TEST(Improve, TrianglesGetBetterAndTheVolumeStays) {
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
     if (s.has(v, kRemoved)) continue;
     EXPECT_NEAR(norm(s.after[v]), 1, 2 * improvement().targets.max_chord);
+  }
+}
+
+// Some thousand vertices are moved by several threads in waves, by one thread in their order.
+TEST(Improve, HasTheSameBitsForEveryNumberOfThreads) {
+  const Surface stirred = stirred_ball(9000);
+  Improvement task = improvement();
+  Surface one = stirred;
+  improve(one, task);
+  for (const int threads : {2, 3}) {
+    task.threads = threads;
+    Surface many = stirred;
+    improve(many, task);
+    EXPECT_EQ(many.after, one.after);
+    EXPECT_EQ(many.corner, one.corner);
+  }
+  EXPECT_NE(one.after, stirred.after);
+}
+
+// What rests is not tried again, and qualities are kept: neither changes what is done.
+TEST(Improve, AMemoryOfTheSurfaceChangesNoBit) {
+  Surface with = stirred_ball();
+  Surface without = with;
+  Improvement task = improvement();
+  improve(without, task);
+  mend(without, task, 0);
+  SurfaceMemory memory;
+  task.memory = &memory;
+  improve(with, task);
+  mend(with, task, 0);
+  EXPECT_EQ(with.after, without.after);
+  for (std::size_t f = 0; f < with.face_count(); ++f) {
+    if (!with.is_alive(f)) continue;
+    EXPECT_EQ(memory.quality(with, f), quality(with, f, with.after));
   }
 }
 

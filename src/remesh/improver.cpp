@@ -332,8 +332,13 @@ Attempt Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, c
   if (place == better.end() || place->second == was) return Attempt::refused;
   carry_values(v, place->second);
   s_.after[v] = place->second;
-  tell({&v, 1});
   return Attempt::done;
+}
+
+bool Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
+  const bool moves = try_move(v, bounds) == Attempt::done;
+  if (moves) tell({&v, 1});
+  return moves;
 }
 
 Attempt Improver::try_move(std::uint32_t v, const Bounds& bounds) {
@@ -356,7 +361,9 @@ bool Improver::search_vertex(std::uint32_t v, const Bounds& bounds) {
     const Vec3d along = x * direction[0] + y * direction[1];
     for (const double share : {0.03, 0.1, 0.25, 0.5}) places.push_back(s_.after[v] + along * (share * size));
   }
-  return move_to_best(v, places, bounds) == Attempt::done;
+  const bool moves = move_to_best(v, places, bounds) == Attempt::done;
+  if (moves) tell({&v, 1});
+  return moves;
 }
 
 bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {

@@ -24,7 +24,8 @@ enum class Freedom { free, on_crease, none };
 // What is known of a surface, so that nothing is computed again where nothing has changed.
 class SurfaceMemory {
  public:
-  // Measures the faces that are not known, and forgets which edges and vertices rest. To be called before anything else.
+  // Measures the faces that are not known, and forgets which edges and vertices rest. To be called before anything
+  // else.
   void begin(const Surface& s, int threads);
 
   // Measures the faces that are not known.
@@ -77,7 +78,7 @@ class Improver {
   // Collapses the edge of h if all triangles around it then have at least `least_quality`.
   bool collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds);
   // Moves the vertex towards the mean of its neighbours.
-  bool move_vertex(std::uint32_t v, const Bounds& bounds) { return try_move(v, bounds) == Attempt::done; }
+  bool move_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the vertex to the best of many positions in all tangential directions.
   bool search_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the apex of a thin triangle onto its opposite edge h, a crease, which then runs through the apex.
@@ -91,8 +92,11 @@ class Improver {
   // The parts of flip_edge(): returns whether a flip may be tried and improves the two faces; tries one that does.
   bool gains_by_flip(std::uint32_t h);
   bool try_flip(std::uint32_t h, const Bounds& bounds);
-  // As move_vertex().
+  // As move_vertex(), but the caller calls tell() when that was done. Several improvers of one surface may do this at
+  // the same time, without a guard, for vertices that are no neighbours.
   Attempt try_move(std::uint32_t v, const Bounds& bounds);
+  // Tells the guard and the memory that the faces around the vertices have changed.
+  void tell(std::span<const std::uint32_t> vertices);
 
   // Returns quality(surface, face, surface.after).
   double quality_of(std::uint32_t face) {
@@ -134,7 +138,7 @@ class Improver {
   // and moves nothing if that exceeds the bounds.
   bool restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
   std::vector<Merge> plan_merges(std::uint32_t h, const Bounds& bounds) const;
-  // Moves the vertex, whose star has been read, to the place that is best for its triangles.
+  // Moves the vertex, whose star has been read, to the place that is best for its triangles, without tell().
   Attempt move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds);
   void evaluate_merge(Merge& merge, double least_quality, const Bounds& bounds) const;
   bool is_straight(std::uint32_t v, double tolerance) const;
@@ -146,8 +150,6 @@ class Improver {
   bool may_merge(const Merge& merge) const;
   bool may_merge_apex(std::uint32_t h, const Vec3d& foot) const;
   bool may_split(std::uint32_t h, const Vec3d& middle) const;
-  // Tells the guard and the memory that the faces around the vertices have changed.
-  void tell(std::span<const std::uint32_t> vertices);
 
   Surface& s_;
   RemeshTargets targets_;

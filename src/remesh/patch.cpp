@@ -511,7 +511,8 @@ class Assembly {
       const auto n = static_cast<std::size_t>(from.components);
       const auto begin = from.values.begin();
       std::vector<double>& to = mesh().attributes[k].values;
-      to.insert(to.end(), begin + static_cast<std::ptrdiff_t>(first * n), begin + static_cast<std::ptrdiff_t>(last * n));
+      to.insert(to.end(), begin + static_cast<std::ptrdiff_t>(first * n),
+                begin + static_cast<std::ptrdiff_t>(last * n));
     }
   }
 

@@ -41,8 +41,9 @@ RemeshTargets resolve_on(const RemeshSettings& settings, const Mesh& mesh, int t
 // Returns the creases of a surface with positions `before`, as find_creases(). `progress` cancels.
 std::vector<MeshEdge> find_crease_edges(const Surface& surface, double angle_deg, const Progress* progress = nullptr);
 
-// As find_creases(mesh), but throws Cancelled when `progress` is cancelled.
-std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, const Progress* progress);
+// As find_creases(mesh), but throws Cancelled when `progress` is cancelled. threads as for parallel_for.
+std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, int threads,
+                                                    const Progress* progress);
 
 // Marks creases and seams (of corner values and of labels) as features. Creases outside the patch go to
 // patch.other_creases.

@@ -211,7 +211,8 @@ class Star {
  public:
   // Begins with a vertex at a place, which has no faces yet.
   void begin(const Vec3d& place);
-  // Adds the face of a half-edge that begins at the vertex, and its quality. Faces come as for_each_outgoing() has them.
+  // Adds the face of a half-edge that begins at the vertex, and its quality. Faces come as for_each_outgoing() has
+  // them.
   void add(const Surface& s, std::uint32_t h, double quality);
 
   // Returns star_vector() of the vertex.

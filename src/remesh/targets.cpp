@@ -1,6 +1,5 @@
 // Chooses the targets of a remesh.
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -54,7 +53,7 @@ double mean_of(const Parts& lengths, std::size_t count, double most) {
 // the same first bits.
 double in_place(const Parts& numbers, std::size_t place) {
   constexpr int shift = 48;
-  const auto first_bits = [](double x) { return std::bit_cast<std::uint64_t>(x + 0.0) >> shift; };
+  const auto first_bits = [](double x) { return bit_cast<std::uint64_t>(x) >> shift; };
   std::vector<std::size_t> counts(std::size_t{1} << (64 - shift), 0);
   for (const std::vector<double>& some : numbers) {
     for (const double x : some) ++counts[first_bits(x)];
@@ -101,7 +100,7 @@ std::size_t leave_once(std::span<std::uint32_t> numbers) {
 
 // Returns the lengths of all edges.
 Parts edge_lengths(const Mesh& mesh, int threads) {
-  constexpr std::size_t grain = 8192;  // vertices
+  constexpr std::size_t grain = 8192;                          // vertices
   std::vector<std::uint32_t> end(mesh.vertex_count() + 1, 0);  // of the larger ends of each vertex's sides; one before
   for_each_side(mesh, [&](std::uint32_t low, std::uint32_t) { ++end[low + std::size_t{1}]; });
   std::partial_sum(end.begin(), end.end(), end.begin());

@@ -216,8 +216,11 @@ std::vector<Vec3d> take_normals(Mesh& mesh) {
 
 void add_places(const char* name, std::span<const Vec3d> places, Mesh& mesh) {
   Attribute attribute{name, Domain::vertex, NumberType::float64, 3, {}};
-  attribute.values.reserve(3 * places.size());
-  for (const Vec3d& p : places) attribute.values.insert(attribute.values.end(), {p.x, p.y, p.z});
+  attribute.values.resize(3 * places.size());
+  double* to = attribute.values.data();
+  for (const Vec3d& p : places) {
+    for (std::size_t axis = 0; axis < 3; ++axis) *to++ = p[axis];
+  }
   mesh.attributes.push_back(std::move(attribute));
 }
 
@@ -338,11 +341,15 @@ RemeshOutcome DeformedShape::remesh(const Part& part, const RemeshSettings& sett
     provenance_ = std::make_shared<const Provenance>(std::move(provenance));
     return {};
   }
-  Mesh mesh = *mesh_;
+  Mesh mesh;
   mesh.positions.assign(part.before.begin(), part.before.end());
+  mesh.face_begin = mesh_->face_begin;
+  mesh.corner_vertex = mesh_->corner_vertex;
+  mesh.attributes = mesh_->attributes;
   if (!provenance.creases) {
     try {
-      provenance.creases = remesh_detail::find_creases_unless_cancelled(mesh, kDefaultCreaseDeg, progress);
+      provenance.creases =
+          remesh_detail::find_creases_unless_cancelled(mesh, kDefaultCreaseDeg, motion_.threads, progress);
     } catch (const Cancelled&) {
       return {AdvectStatus::cancelled, std::nullopt};
     }
