@@ -433,15 +433,16 @@ class FlatVertices {
   FlatVertices(std::span<const Triangle> triangles, std::span<const Vec3d> points,
                const SelfIntersectionOptions& options)
       : triangles_(triangles), points_(points), begin_(points.size() + 1), flat_(points.size()) {
-    std::vector<bool> wanted(points.size());
+    std::vector<std::uint8_t> wanted(points.size());  // not bits, which cost more to set
     for (std::uint32_t t = 0; t < triangles.size(); ++t) {
       if (!is_chosen(t, options)) continue;
-      for (const std::uint32_t v : triangles[t]) wanted[v] = true;
+      for (const std::uint32_t v : triangles[t]) wanted[v] = 1;
     }
     const auto for_each_corner = [&](const auto& visit) {
-      for (std::uint32_t c = 0; c < 3 * triangles.size(); ++c) {
-        const std::uint32_t v = triangles[c / 3][c % 3];
-        if (wanted[v]) visit(c, v);
+      for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+        for (std::uint32_t i = 0; i < 3; ++i) {
+          if (wanted[triangles[t][i]] != 0) visit(3 * t + i, triangles[t][i]);
+        }
       }
     };
     for_each_corner([&](std::uint32_t, std::uint32_t v) { ++begin_[v + std::size_t{1}]; });
