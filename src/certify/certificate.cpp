@@ -24,29 +24,40 @@ namespace {
 
 Vec3d as_written(const Vec3d& p, bool as_float) { return as_float ? Vec3d(Vec3<float>(p)) : p; }
 
-// In degrees, of one triangle; nothing where it has no area.
-std::optional<double> smallest_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  if (is_degenerate(a, b, c)) return std::nullopt;
-  const double area = norm(cross(b - a, c - a));
-  const double widest = std::max({dot(b - a, c - a), dot(a - b, c - b), dot(a - c, b - c)});
-  return elementary::atan2(area, widest) * 180 / std::numbers::pi;
-}
+// The least angle of triangles, in degrees.
+class SmallestAngle {
+ public:
+  void add(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    if (is_degenerate(a, b, c)) return;
+    const double area = norm(cross(b - a, c - a));
+    const double widest = std::max({dot(b - a, c - a), dot(a - b, c - b), dot(a - c, b - c)});
+    if (area > widest * largest_tangent_) return;
+    const double angle = elementary::atan2(area, widest) * 180 / std::numbers::pi;
+    angle_ = std::min(angle, angle_.value_or(angle));
+    largest_tangent_ = std::min(largest_tangent_, area / widest * (1 + 1e-12));
+  }
+
+  // Nothing if none has an area.
+  std::optional<double> degrees() const { return angle_; }
+
+ private:
+  std::optional<double> angle_;
+  double largest_tangent_ = kInfinity;  // that is worth an arc tangent
+};
 
 // Of the chosen faces.
 std::optional<double> smallest_angle_of(const Mesh& mesh, const std::vector<bool>& faces) {
-  std::optional<double> smallest;
+  SmallestAngle smallest;
   std::vector<Triangle> triangles;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     if (!faces[f] || mesh.face(f).size() < 3) continue;
     triangles.clear();
     triangulate_polygon(mesh.positions, mesh.face(f), triangles);
     for (const Triangle& t : triangles) {
-      const std::optional<double> angle =
-          smallest_angle(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
-      if (angle) smallest = std::min(*angle, smallest.value_or(*angle));
+      smallest.add(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
     }
   }
-  return smallest;
+  return smallest.degrees();
 }
 
 std::vector<bool> faces_at(const Mesh& mesh, const std::vector<bool>& vertices) {

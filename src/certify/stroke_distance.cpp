@@ -142,7 +142,10 @@ std::vector<Probe> find_probes(const Work& work, const std::vector<bool>& moved)
     }
   });
   std::vector<Probe> probes;
-  for (const std::vector<Probe>& part : of_parts) probes.insert(probes.end(), part.begin(), part.end());
+  for (std::vector<Probe>& part : of_parts) {
+    probes.insert(probes.end(), part.begin(), part.end());
+    part = {};
+  }
   return probes;
 }
 

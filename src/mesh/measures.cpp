@@ -409,11 +409,25 @@ class TameVertices {
   std::vector<unsigned char> tame_;
 };
 
-TameVertices find_tame(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+// Returns a flag for each vertex: true for the flagged ones, and for all others of their faces.
+std::vector<std::uint8_t> with_neighbours(const Mesh& mesh, const std::vector<std::uint8_t>& flags) {
+  std::vector<std::uint8_t> result = flags;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    if (std::none_of(face.begin(), face.end(), [&](std::uint32_t v) { return flags[v] != 0; })) continue;
+    for (const std::uint32_t v : face) result[v] = 1;
+  }
+  return result;
+}
+
+// Of the vertices with a flag.
+TameVertices find_tame(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                       const std::vector<std::uint8_t>& flags) {
   TameVertices tame(mesh.vertex_count());
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const std::span<const std::uint32_t> face = mesh.face(f);
+    if (std::none_of(face.begin(), face.end(), [&](std::uint32_t v) { return flags[v] != 0; })) continue;
     tame.add(polygon_normal(after, face), face);
     if (face.size() <= 3) continue;
     parts.clear();
@@ -423,12 +437,16 @@ TameVertices find_tame(const Mesh& mesh, std::span<const Vec3d> before, std::spa
   return tame;
 }
 
-// Returns the triangles that might oppose the normals of their vertices.
+// Returns the triangles that might oppose the normals of their vertices after, and not before. Where no face at a
+// corner has changed, a triangle does both or neither.
 std::vector<Triangle> suspects(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
-  const TameVertices tame = find_tame(mesh, before, after);
+  std::vector<std::uint8_t> changed(mesh.vertex_count());
+  for (std::size_t v = 0; v < changed.size(); ++v) changed[v] = before[v] == after[v] ? 0 : 1;
+  changed = with_neighbours(mesh, changed);
+  const TameVertices tame = find_tame(mesh, before, after, with_neighbours(mesh, changed));
   std::vector<Triangle> result;
   for_each_triangle(mesh, before, [&](const Triangle& t) {
-    if (!tame.are_all(t)) result.push_back(t);
+    if (changed[t[0]] + changed[t[1]] + changed[t[2]] > 0 && !tame.are_all(t)) result.push_back(t);
   });
   return result;
 }
@@ -437,7 +455,7 @@ std::vector<Triangle> suspects(const Mesh& mesh, std::span<const Vec3d> before, 
 
 std::size_t count_flipped(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
   require_faces(mesh, before);
-  require_faces(mesh, after);
+  if (after.size() != before.size()) require_faces(mesh, after);  // which says what is wrong
   const std::vector<Triangle> candidates = opposing(mesh, suspects(mesh, before, after), after);
   return candidates.size() - opposing(mesh, candidates, before).size();
 }
