@@ -376,7 +376,8 @@ std::vector<Vec3f> face_normals(const Mesh& mesh, int threads, const Progress* p
 std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg, int threads,
                                               const Progress* progress) {
   constexpr double margin_deg = 0.1;  // far above rounding errors
-  if (!(angle_deg > 2 * margin_deg && angle_deg <= 180)) return std::vector<std::uint8_t>(mesh.vertex_count(), 1);
+  std::vector<std::uint8_t> rough(mesh.vertex_count(), 1);
+  if (!(angle_deg > 2 * margin_deg && angle_deg <= 180)) return rough;
   const auto least = static_cast<float>(elementary::cos((0.5 * angle_deg - margin_deg) * std::numbers::pi / 180));
   const std::vector<Vec3f> normals = face_normals(mesh, threads, progress);
   std::vector<std::uint32_t> last(mesh.vertex_count(), 0);  // face at each vertex
@@ -401,7 +402,7 @@ std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg
       for (const Triangle& t : parts) look_at(t, Vec3f(sound_normal(mesh, t)));
     }
   });
-  std::vector<std::uint8_t> rough(mesh.vertex_count(), 0);
+  std::fill(rough.begin(), rough.end(), std::uint8_t{0});
   for (const std::vector<std::uint32_t>& vertices : of_chunk) {
     for (const std::uint32_t v : vertices) rough[v] = 1;
   }

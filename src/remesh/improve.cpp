@@ -517,27 +517,27 @@ ImprovementCounts repair_crossings(Surface& surface, const Improvement& improvem
   return improver.counts();
 }
 
-ImprovementCounts improve(Surface& surface, const Improvement& given) {
+ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
   SurfaceMemory own;
-  const Improvement improvement = with_memory(given, own);
-  SurfaceMemory& memory = *improvement.memory;
-  memory.begin(surface, improvement.threads);
-  Improver improver(surface, improvement);
+  const Improvement task = with_memory(improvement, own);
+  SurfaceMemory& memory = *task.memory;
+  memory.begin(surface, task.threads);
+  Improver improver(surface, task);
   const double chord = improvement.targets.max_chord;
   const Bounds bounds = bounds_of(0.5 * chord, 30, 40, 3);
   const Bounds collapse_bounds = bounds_of(kShortEdgeShare * chord, 30, 40, 3);
   for (int i = 0; i < improvement.targets.iterations && !improver.must_end(); ++i) {
-    flip_round(improver, memory, improvement.threads, bounds);
-    if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, improvement.threads, collapse_bounds);
-    move_round(improver, improvement, bounds);
+    flip_round(improver, memory, task.threads, bounds);
+    if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, task.threads, collapse_bounds);
+    move_round(improver, task, bounds);
   }
   return improver.counts();
 }
 
-ImprovementCounts mend(Surface& surface, const Improvement& given, int level) {
+ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level) {
   SurfaceMemory own;
-  const Improvement improvement = with_memory(given, own);
-  improvement.memory->begin(surface, improvement.threads);
+  const Improvement task = with_memory(improvement, own);
+  task.memory->begin(surface, task.threads);
   const double chord = improvement.targets.max_chord;
   // Worse triangles justify larger changes: they are few and small.
   const std::array<Level, kGuardedLevels> levels{{{kMendBelow, bounds_of(0.5 * chord, 30, 40, 3), 0, false},
@@ -550,7 +550,7 @@ ImprovementCounts mend(Surface& surface, const Improvement& given, int level) {
                                                   {kMendMostBelow, bounds_of(0.08 * chord, 80, 80, 20), 0, false},
                                                   {kMendMostBelow, bounds_of(0.02 * chord, 80, 80, 20), 0, false}}};
   const Level& at = levels.at(static_cast<std::size_t>(level));
-  Improver improver(surface, improvement, at.bend_creases);
+  Improver improver(surface, task, at.bend_creases);
   const int rounds = at.edge_share > 0 ? 2 * kMendRounds : kMendRounds;
   PoorFaces poor = find_poor_faces(improver, at.below);
   // Splitting serves few faces between better ones. More come of edges that may not be split, and would come for ever.
