@@ -21,13 +21,11 @@ namespace knead::session_detail {
 
 namespace {
 
-// Relative to the length: the error of carrying points back, far below any distance that matters, and the distance up
-// to which only the triangles around a point are looked at.
+// Relative to the length: the tolerance of carrying points back, far below any distance that matters.
 constexpr double kBackTolerance = 1e-7;
-constexpr double kNear = 1e-3;
-// The distance between places whose origins give a gradient, and the error of these: far below what bends a flow, and
-// far below the distance.
-constexpr double kNeighbour = 1e-4;
+// The distance between places whose origins give a gradient, far below what bends a flow, and the tolerance of these.
+// Their error is far below that, as step_rule.h says.
+constexpr double kNeighbour = 1e-5;
 constexpr double kNeighbourTolerance = 1e-6;
 // The centre of a face has the mean gradient of the corners if they are no farther away than this part of the size of
 // what the flow moves, and if no gradient differs from the mean by more than that part of it: the error is about the
@@ -189,7 +187,7 @@ std::vector<Vec3d> offsets_to_surface(const Work& work, const std::vector<Probe>
   for (std::size_t i = 0; i < probes.size(); ++i) points[i] = probes[i].back;
   std::vector<Vec3d> offsets =
       nearest_points(work.before().triangles(), work.before().positions(), points, source_triangles(work, probes),
-                     kNear * work.length, work.options.motion.threads, work.options.progress);
+                     work.options.motion.threads, work.options.progress);
   for (std::size_t i = 0; i < probes.size(); ++i) offsets[i] -= points[i];
   return offsets;
 }

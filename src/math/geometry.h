@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -56,7 +55,9 @@ struct CurvePlace {
   std::uint64_t code = 0;
   std::uint32_t index = 0;
 
-  friend auto operator<=>(const CurvePlace&, const CurvePlace&) = default;
+  friend bool operator<(const CurvePlace& a, const CurvePlace& b) {
+    return a.code < b.code || (a.code == b.code && a.index < b.index);
+  }
 };
 
 // Sorts by code, then by index. Time: linear where few share the highest 33 bits of the code.

@@ -239,10 +239,10 @@ struct NearTriangle {
 NearTriangle nearest_on_triangle(const std::array<Vec3d, 3>& corners, const Vec3d& p);
 
 // Returns for each of many points what SurfaceTree::closest() returns as the point of the surface. `guesses`: for each
-// a triangle that probably is near. Where it is nearer than `near` the search looks at the triangles around the points
-// alone, for neighbours in space at once, which takes far less than one search each. Throws Cancelled.
+// a triangle that probably is near. Neighbours in space are searched for at once, around their guesses, which takes far
+// less than a search each. Throws Cancelled.
 std::vector<Vec3d> nearest_points(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
-                                  std::span<const Vec3d> points, std::span<const std::uint32_t> guesses, double near,
-                                  int threads, const Progress* progress);
+                                  std::span<const Vec3d> points, std::span<const std::uint32_t> guesses, int threads,
+                                  const Progress* progress);
 
 }  // namespace knead

@@ -416,8 +416,10 @@ void look_around(const BoxTree& tree, std::span<const CurvePlace> group, Nearest
 }  // namespace
 
 std::vector<Vec3d> nearest_points(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
-                                  std::span<const Vec3d> points, std::span<const std::uint32_t> guesses, double near,
-                                  int threads, const Progress* progress) {
+                                  std::span<const Vec3d> points, std::span<const std::uint32_t> guesses, int threads,
+                                  const Progress* progress) {
+  // Points that are farther from their guesses are searched for in the whole surface.
+  const double near = 1e-3 * bounding_box(positions).diagonal();
   constexpr std::size_t group = 32;
   constexpr std::size_t grain = 32 * group;
   NearestSearch search{triangles, positions, points, {guesses.begin(), guesses.end()}, {}, {}};
