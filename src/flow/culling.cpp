@@ -132,6 +132,9 @@ void Culling::add(const Segment& segment, double from, double to) {
     sweep.middle = 0.5 * (begin + end);
     sweep.half_time = 0.5 * std::abs(end - begin);
     sweep.half_length = norm(by) * sweep.half_time;
+    sweep.path = sweep.to - sweep.from;
+    sweep.per_path2 = norm2(sweep.path) > 0 ? 1 / norm2(sweep.path) : 0;
+    sweep.of_ball = std::holds_alternative<Ball<double>>(field.region);
     if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
       sweep.elements = surround_of(*set);
       sweep.reach = support_reach(*set, field.thresholds.outer) * (1 + 1e-4);
@@ -140,7 +143,17 @@ void Culling::add(const Segment& segment, double from, double to) {
   }
 }
 
-bool Culling::misses(const Sweep& sweep, const Surround& ball) const {
+// Brushes are asked of many boxes: without roots and divisions.
+bool Culling::ball_misses(const Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - sweep.from;
+  const double along = std::clamp(dot(d, sweep.path) * sweep.per_path2, 0.0, 1.0);
+  const double reach = sweep.field->thresholds.outer + ball.radius;
+  const double with_rounding = reach + 2 * kRoundingOfBox * (reach + sweep.half_length);
+  return norm2(d - sweep.path * along) > with_rounding * with_rounding;
+}
+
+bool Culling::misses(const Sweep& sweep, const Surround& ball) {
+  if (sweep.of_ball) return ball_misses(sweep, ball);
   const Field& field = *sweep.field;
   const double least = std::visit([&](const auto& region) { return least_value(region, sweep, ball); }, field.region);
   return least > field.thresholds.outer + rounding(field, ball);

@@ -53,11 +53,15 @@ class Culling {
     double middle = 0.5;
     double half_time = 0;
     double half_length = 0;
+    Vec3d path;            // from `from` to `to`
+    double per_path2 = 0;  // 1 / |path|^2, or 0
+    bool of_ball = false;
     Surround elements;  // of a point set
     double reach = 0;   // of it
   };
 
-  bool misses(const Sweep& sweep, const Surround& ball) const;
+  static bool misses(const Sweep& sweep, const Surround& ball);
+  static bool ball_misses(const Sweep& sweep, const Surround& ball);
   static double least_value(const Ball<double>& region, const Sweep& sweep, const Surround& ball);
   static double least_value(const Capsule<double>& region, const Sweep& sweep, const Surround& ball);
   static double least_value(const HalfSpace<double>& region, const Sweep& sweep, const Surround& ball);

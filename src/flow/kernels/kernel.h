@@ -53,8 +53,24 @@ class LaneSet {
   [[gnu::always_inline]] inline int count() const {
     return __builtin_popcountll(words_[0]) + __builtin_popcountll(words_[1]);
   }
+  // Writes the set's lanes in order, or those below `count` that are not in it; returns how many.
+  [[gnu::always_inline]] inline std::size_t list(std::uint16_t* lanes) const {
+    return list(words_[0], words_[1], lanes);
+  }
+  [[gnu::always_inline]] inline std::size_t list_others(std::size_t count, std::uint16_t* lanes) const {
+    LaneSet all;
+    all.fill(count);
+    return list(all.words_[0] & ~words_[0], all.words_[1] & ~words_[1], lanes);
+  }
 
  private:
+  [[gnu::always_inline]] inline static std::size_t list(std::uint64_t low, std::uint64_t high, std::uint16_t* lanes) {
+    std::size_t count = 0;
+    for (; low != 0; low &= low - 1) lanes[count++] = static_cast<std::uint16_t>(__builtin_ctzll(low));
+    for (; high != 0; high &= high - 1) lanes[count++] = static_cast<std::uint16_t>(64 + __builtin_ctzll(high));
+    return count;
+  }
+
   static_assert(kBundle == 128);
   std::uint64_t words_[2] = {0, 0};
 };
@@ -282,7 +298,8 @@ template <class S>
 struct SegmentTask {
   FieldKernel<S> kernel;
   const void* field = nullptr;
-  const Method<S>* method = nullptr;
+  const Method<S>* first_method = nullptr;  // of the first step
+  const Method<S>* method = nullptr;        // of all others
   Vec3d center;
   Vec3d displacement;     // of the tool over the unit of time
   Vec3<S> tool_velocity;  // the same

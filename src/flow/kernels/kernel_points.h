@@ -50,15 +50,24 @@ class BundlePoints {
       rest = begin + count == kBlock ? 0 : rest >> (begin + count) << (begin + count);
     }
     if (found.later == 0) return;
-    std::size_t lane = static_cast<std::size_t>(bundle_.count) - static_cast<std::size_t>(__builtin_popcountll(taken));
-    for (std::size_t i = 0; i < kBlock; ++i) {
-      if ((taken >> i & 1) == 0) continue;
-      if ((found.later >> i & 1) != 0) {
-        bundle_.t[lane] = static_cast<S>(start[i]);
-        bundle_.at_contact[lane] = 1;
-      }
-      ++lane;
+    const std::size_t lane =
+        static_cast<std::size_t>(bundle_.count) - static_cast<std::size_t>(__builtin_popcountll(taken));
+    for (std::uint64_t rest = found.later; rest != 0; rest &= rest - 1) {
+      const std::uint64_t below = (rest & -rest) - 1;
+      const std::size_t at = lane + static_cast<std::size_t>(__builtin_popcountll(taken & below));
+      bundle_.t[at] = static_cast<S>(start[__builtin_ctzll(rest)]);
+      bundle_.at_contact[at] = 1;
     }
+  }
+
+  // Fetches the points of a block, and their counts of steps, into the caches.
+  void prefetch(std::size_t first) const {
+    constexpr std::size_t kLine = 64;  // bytes
+    for (const double* const from : {group_.points.x, group_.points.y, group_.points.z}) {
+      for (std::size_t i = 0; i < kBlock; i += kLine / sizeof(double)) __builtin_prefetch(from + first + i, 1);
+    }
+    for (std::size_t i = 0; i < kBlock; i += kLine / sizeof(std::uint32_t))
+      __builtin_prefetch(group_.steps + first + i, 1);
   }
 
   std::size_t point_of(std::size_t slot) const {
@@ -131,14 +140,14 @@ class BundlePoints {
     P greatest(most_);
     const Piece& last = bundle_.pieces[bundle_.piece_count - 1];
     const std::size_t count = std::size_t{last.lane} + last.count;
+    const std::size_t end = (count + P::kSize - 1) / P::kSize * P::kSize;
     for (int axis = 0; axis < 3; ++axis) {
-      const S* const by = bundle_.result[axis];
-      std::size_t i = 0;
-      for (; i + P::kSize <= count; i += P::kSize) {
+      S* const by = bundle_.result[axis];
+      fill(by + count, S(0), end - count);
+      for (std::size_t i = 0; i < end; i += P::kSize) {
         const P result = P::load(by + i);
         greatest = maximum(greatest, maximum(result, -result));
       }
-      for (; i < count; ++i) most_ = std::max(most_, by[i] < S(0) ? -by[i] : by[i]);
     }
     if (bits(greatest > P(most_)) != 0) {
       S lane[P::kSize];

@@ -20,12 +20,27 @@ class GroupMover {
 
   GroupCounts run() {
     points_.clear();
+    append_blocks();
+    flush();
+    counts_.evaluations = field_.evaluations();
+    return counts_;
+  }
+
+ private:
+  // A bundle has begun before the points of the next are looked at.
+  static constexpr int kBlocksAhead = kBundle / kBlock;
+
+  Coordinates points_from(std::size_t first) const {
+    return {group_.points.x + first, group_.points.y + first, group_.points.z + first};
+  }
+
+  void append_blocks() {
     alignas(64) double start[kBlock];
     for (int i = 0; i < group_.block_count; ++i) {
       const std::size_t first = group_.blocks[i] * kBlock;
-      const Coordinates points{group_.points.x + first, group_.points.y + first, group_.points.z + first};
+      if (i + kBlocksAhead < group_.block_count) points_.prefetch(group_.blocks[i + kBlocksAhead] * kBlock);
       const bool between = !segment_.kernel.by_lanes && (group_.between >> group_.blocks[i] & 1) != 0;
-      const BlockTask task{points, group_.members[group_.blocks[i]], start};
+      const BlockTask task{points_from(first), group_.members[group_.blocks[i]], start};
       Classified found;
       if (between) {
         found.inside = task.members;
@@ -36,15 +51,11 @@ class GroupMover {
       points_.note_moved(first, found.moved);
       if ((found.inside | found.later) == 0) continue;
       if (bundle_.count + kBlock > kBundle) flush();
-      if (!counts_.complete) break;
+      if (!counts_.complete) return;
       points_.append(first, start, found);
     }
-    flush();
-    counts_.evaluations = field_.evaluations();
-    return counts_;
   }
 
- private:
   void flush() {
     if (bundle_.count == 0) return;
     const bool all = cross_in_one_step();
@@ -62,7 +73,7 @@ class GroupMover {
     const int done = done_.count();
     counts_.accepted += static_cast<std::uint64_t>(done);
     if (done == bundle_.count) return true;
-    for (std::size_t i = 0; done > 0 && i < lanes(); ++i) bundle_.result_steps[i] = S(done_.has(i) ? 1 : 0);
+    fill(bundle_.result_steps, S(1), lanes());  // of the others they are overwritten
     slots_are_lanes_ = true;
     if (done > 0) drop_done();
     fill(bundle_.steps, S(0), lanes());
@@ -71,33 +82,47 @@ class GroupMover {
 
   // Takes what is done out of the bundle.
   void drop_done() {
+    std::uint16_t kept[kBundle];
+    const std::size_t count = done_.list_others(lanes(), kept);
+    for (int axis = 0; axis < 3; ++axis) {
+      squeeze(bundle_.base[axis], kept, count);
+      squeeze(bundle_.moved[axis], kept, count);
+      squeeze(bundle_.k[0][axis], kept, count);
+    }
+    squeeze(bundle_.t, kept, count);
+    squeeze(bundle_.trial, kept, count);
+    squeeze(bundle_.steps, kept, count);
+    pick(bundle_.at_contact, kept, count);
     if (slots_are_lanes_) {
-      for (std::size_t i = 0; i < lanes(); ++i) bundle_.slot[i] = static_cast<std::uint16_t>(i);
+      for (std::size_t k = 0; k < count; ++k) bundle_.slot[k] = kept[k];
       slots_are_lanes_ = false;
+    } else {
+      pick(bundle_.slot, kept, count);
     }
-    std::size_t to = 0;
-    for (std::size_t from = 0; from < lanes(); ++from) {
-      if (done_.has(from)) continue;
-      if (from != to) move_lane(from, to);
-      ++to;
+    if (segment_.kernel.by_lanes) {
+      pick(bundle_.origins, kept, count);
+      pick(bundle_.width, kept, count);
     }
-    bundle_.count = static_cast<int>(to);
+    bundle_.count = static_cast<int>(count);
   }
 
-  void move_lane(std::size_t from, std::size_t to) {
-    for (int axis = 0; axis < 3; ++axis) {
-      bundle_.base[axis][to] = bundle_.base[axis][from];
-      bundle_.moved[axis][to] = bundle_.moved[axis][from];
-      bundle_.k[0][axis][to] = bundle_.k[0][axis][from];
+  // Moves the numbers of some lanes to the first places.
+  template <class T>
+  KNEAD_INLINE static void pick(T* numbers, const std::uint16_t* lanes, std::size_t count) {
+    for (std::size_t to = 0; to < count; ++to) numbers[to] = numbers[lanes[to]];
+  }
+
+  // Does so for all lanes that are not done, which are given.
+  KNEAD_INLINE void squeeze(S* numbers, const std::uint16_t* kept, std::size_t count) const {
+    if constexpr (requires(P pack) { store_lanes(pack, 0U, numbers); }) {
+      std::size_t to = 0;
+      for (std::size_t i = 0; i < lanes(); i += P::kSize) {
+        const std::uint32_t rest = lanes_in_use<P>(i, bundle_.count) & ~done_.bits(i, P::kSize);
+        to += store_lanes(P::load(numbers + i), rest, numbers + to);
+      }
+    } else {
+      pick(numbers, kept, count);
     }
-    bundle_.t[to] = bundle_.t[from];
-    bundle_.trial[to] = bundle_.trial[from];
-    bundle_.steps[to] = bundle_.steps[from];
-    bundle_.at_contact[to] = bundle_.at_contact[from];
-    bundle_.slot[to] = bundle_.slot[from];
-    if (!segment_.kernel.by_lanes) return;
-    bundle_.origins[to] = bundle_.origins[from];
-    bundle_.width[to] = bundle_.width[from];
   }
 
   // All that is left of the bundle, by steps whose error is estimated.
@@ -107,33 +132,44 @@ class GroupMover {
       const P time = P(segment_.end) - P::load(bundle_.t + i);
       maximum(time, -time).store(bundle_.trial + i);
     }
-    const Method<S>& method = *segment_.method;
-    for (int round = 0;; ++round) {
-      settle();
-      if (bundle_.asked.count() == 0) return;
+    const Method<S>* method = segment_.first_method;
+    settle<true>();
+    for (int round = 0; bundle_.asked.count() != 0; ++round) {
       if (round == kStepLimit || !counts_.complete || group_.stop.is_stopped(field_.evaluations())) {
         counts_.complete = false;
         return;
       }
-      field_.find_limits(false);
-      for (std::size_t i = 0; i < lanes(); i += P::kSize) choose_step(i);
-      for (int k = 1; k < method.stage_count; ++k) field_.evaluate(method.stages[k]);
-      for (std::size_t i = 0; i < lanes(); i += P::kSize) finish_step(i);
-      fill(bundle_.at_contact, std::uint8_t{0}, lanes());
-      field_.follow();
-      if (!method.first_same_as_last) field_.evaluate(Stage<S>{});
+      take_step(*method);
+      method = segment_.method;
     }
   }
 
+  void take_step(const Method<S>& method) {
+    field_.find_limits(false);
+    for (std::size_t i = 0; i < lanes(); i += P::kSize) choose_step(i);
+    for (int k = 1; k < method.stage_count; ++k) field_.evaluate(method.stages[k]);
+    for (std::size_t i = 0; i < lanes(); i += P::kSize) finish_step(i, method);
+    fill(bundle_.at_contact, std::uint8_t{0}, lanes());
+    field_.follow();
+    if (!method.first_same_as_last) {
+      settle<false>();
+      if (bundle_.asked.count() == 0) return;
+      field_.evaluate(Stage<S>{});
+    }
+    settle<true>();
+  }
+
   // Deals with the lanes that no step is needed for, and takes finished ones out when they are many. Asks for those
-  // that have not arrived yet.
+  // that have not arrived yet. Without slopes it is not known which lanes rest.
+  template <bool with_slopes>
   void settle() {
     done_.clear();
     bundle_.asked.clear();
     for (std::size_t i = 0; i < lanes(); i += P::kSize) {
       const std::uint32_t used = lanes_in_use<P>(i, bundle_.count);
       std::uint32_t done = bits(P::load(bundle_.t + i) == P(segment_.end));
-      const std::uint32_t candidates = (field_.resting(i) | field_.carried(i)) & used & ~done;
+      std::uint32_t candidates = 0;
+      if constexpr (with_slopes) candidates = (field_.resting(i) | field_.carried(i)) & used & ~done;
       for (std::size_t k = 0; candidates != 0 && k < P::kSize; ++k) {
         if ((candidates >> k & 1) != 0 && !goes_on(i + k)) done |= std::uint32_t{1} << k;
       }
@@ -191,8 +227,7 @@ class GroupMover {
   }
 
   // Accepts the step where its error is small enough.
-  KNEAD_INLINE void finish_step(std::size_t i) {
-    const Method<S>& method = *segment_.method;
+  KNEAD_INLINE void finish_step(std::size_t i, const Method<S>& method) {
     const P signed_h = P::load(bundle_.h + i);
     const P h = maximum(signed_h, -signed_h);
     const P t = P::load(bundle_.t + i);
@@ -236,10 +271,13 @@ class GroupMover {
       copy_numbers(bundle_.steps, bundle_.result_steps);
       return;
     }
-    for (std::size_t lane = 0; lane < lanes(); ++lane) {
-      if (!done_.has(lane)) continue;
-      for (int axis = 0; axis < 3; ++axis) bundle_.result[axis][bundle_.slot[lane]] = bundle_.moved[axis][lane];
-      bundle_.result_steps[bundle_.slot[lane]] = bundle_.steps[lane];
+    std::uint16_t done[kBundle];
+    const std::size_t count = done_.list(done);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t lane = done[k];
+      const std::size_t slot = bundle_.slot[lane];
+      for (int axis = 0; axis < 3; ++axis) bundle_.result[axis][slot] = bundle_.moved[axis][lane];
+      bundle_.result_steps[slot] = bundle_.steps[lane];
     }
   }
 

@@ -244,6 +244,20 @@ struct Pack {
   }
 };
 
+#if defined(__AVX512F__)
+// Stores the lanes whose bits are set one after the other, and others behind them, a pack in all. Returns how many bits
+// are set. Other instruction sets have no instruction for it.
+template <class S, class Arch>
+KNEAD_INLINE std::size_t store_lanes(const Pack<S, Arch>& a, std::uint32_t lanes, S* to) {
+  if constexpr (sizeof(S) == 4) {
+    _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(lanes), a.v));
+  } else {
+    _mm512_storeu_pd(to, _mm512_maskz_compress_pd(static_cast<__mmask8>(lanes), a.v));
+  }
+  return static_cast<std::size_t>(__builtin_popcount(lanes));
+}
+#endif
+
 }  // namespace knead::detail
 
 namespace knead {
