@@ -262,7 +262,11 @@ std::vector<double> distances_after(const Work& work, const std::vector<Probe>& 
     if (is_small(work, probes[i], places, feature)) {
       mean = mean_gradient(corners_of(work, probes[i]), places, at_vertices, offsets[i] / g);
     }
-    mean ? set(i, *mean) : void(is_left[i] = 1);
+    if (mean) {
+      set(i, *mean);
+    } else {
+      is_left[i] = 1;
+    }
   });
   asked.clear();
   for (std::uint32_t i = 0; i < probes.size(); ++i) {

@@ -120,6 +120,31 @@ TEST(SurfaceTree, AnswersAsASearchThroughEveryTriangle) {
   expect_answers_of_all(SurfaceTree(hand.triangles, hand.positions), hand, 4);
 }
 
+// Whatever the guesses; points on the surface, near it, and far from it.
+TEST(NearestPoints, AreThoseOfTheTree) {
+  for (const bool is_hand : {true, false}) {
+    const Soup soup = is_hand ? soup_of(make_shape(ShapeKind::hand, 4000)) : random_soup(5);
+    const SurfaceTree tree(soup.triangles, soup.positions);
+    Dice dice(6);
+    std::vector<Vec3d> points;
+    std::vector<std::uint32_t> guesses;
+    std::vector<Vec3d> expected;
+    for (int i = 0; i < 3000; ++i) {
+      const std::uint32_t t = dice.below(soup.triangles.size());
+      const Vec3d corner = soup.corners(t)[dice.below(3)];
+      points.push_back(i % 5 == 0 ? dice.point(20) : corner + dice.point(i % 3 == 0 ? 0 : 0.01));
+      guesses.push_back(i % 7 == 0 ? dice.below(soup.triangles.size()) : t);
+      expected.push_back(tree.closest(points.back())->point);
+    }
+    for (const int threads : {1, 2}) {
+      const std::vector<Vec3d> found =
+          nearest_points(soup.triangles, soup.positions, points, guesses, threads, nullptr);
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i], expected[i]) << i;
+    }
+  }
+}
+
 TEST(SurfaceTree, AnswersTheSameAfterRefit) {
   Soup soup = random_soup(5);
   SurfaceTree tree(soup.triangles, soup.positions);
