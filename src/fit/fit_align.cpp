@@ -198,10 +198,12 @@ void rotate(Matrix4& m, Matrix4& vectors, std::size_t p, std::size_t q) {
   }
 }
 
-// The unit eigenvector of the greatest eigenvalue.
+// An eigenvector of the greatest eigenvalue. If others are as great, the combination of theirs that is nearest to the
+// first axis: points on a line, for instance, leave the turn about it open, which rounding must not decide.
 std::array<double, 4> greatest_vector(Matrix4 m) {
   constexpr int kSweeps = 12;
   constexpr double kSmall = 1e-15;  // of the diagonal
+  constexpr double kAlike = 1e-6;
   Matrix4 vectors{};
   double size = 0;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -221,6 +223,14 @@ std::array<double, 4> greatest_vector(Matrix4 m) {
   }
   std::size_t best = 0;
   for (std::size_t i = 1; i < 4; ++i) best = m[i][i] > m[best][best] ? i : best;
+  std::array<double, 4> sum{};
+  int count = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (m[i][i] < m[best][best] - kAlike * size) continue;
+    ++count;
+    for (std::size_t k = 0; k < 4; ++k) sum[k] += vectors[0][i] * vectors[k][i];
+  }
+  if (count > 1 && sum[0] > kAlike) return sum;
   return {vectors[0][best], vectors[1][best], vectors[2][best], vectors[3][best]};
 }
 

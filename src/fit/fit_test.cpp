@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <random>
 #include <thread>
 
 #include "fit/coarse_body.h"
@@ -346,6 +347,29 @@ TEST(FitPaths, TurnAboutJoints) {
     // A straight line comes as near as half of that.
     if (before < 2) continue;
     for (const Vec3d& p : paths[i]) EXPECT_GT(norm(p - joint), 0.7 * before);
+  }
+}
+
+// Rounding must not decide how points on a line are turned about it: as little as possible.
+TEST(FitTurns, HardlyTurnPointsOnALineAboutIt) {
+  using namespace fit_detail;
+  std::mt19937 random(21);
+  const auto number = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
+  const auto direction = [&] { return normalized(Vec3d{number(), number(), number()}); };
+  for (int round = 0; round < 50; ++round) {
+    const Vec3d along = direction();
+    const Vec3d beside = any_orthogonal(along);
+    const Vec3d bent = normalized(along + beside * 0.5);
+    const double turned = std::acos(dot(along, bent));
+    std::vector<Vec3d> from;
+    std::vector<Vec3d> to;
+    for (int i = 0; i < 8; ++i) {
+      const double at = 3 * number();
+      from.push_back(along * at + beside * 0.5);
+      to.push_back(bent * at + beside * 0.5 + direction() * 1e-12);
+    }
+    const Turn turn = nearest_rigid(from, to).turn;
+    EXPECT_NEAR(2 * std::acos(std::min(1.0, turn.w)), turned, 1e-6);
   }
 }
 
