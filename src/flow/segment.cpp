@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "field/grid.h"
-#include "flow/segment_mover.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 
@@ -319,27 +318,7 @@ Tableau make_tsitouras() {
   return make_tableau(5, 4, true, a, {b[0], b[1], b[2], b[3], b[4], b[5], 0}, lower);
 }
 
-// J. R. Cash, A. H. Karp, A variable order Runge-Kutta method for initial value problems with rapidly varying
-// right-hand sides, 1990.
-Tableau make_cash_karp() {
-  const std::vector<Row> a = {{1.0 / 5},
-                              {3.0 / 40, 9.0 / 40},
-                              {3.0 / 10, -9.0 / 10, 6.0 / 5},
-                              {-11.0 / 54, 5.0 / 2, -70.0 / 27, 35.0 / 27},
-                              {1631.0 / 55296, 175.0 / 512, 575.0 / 13824, 44275.0 / 110592, 253.0 / 4096}};
-  Tableau t = make_tableau(5, 4, false, a, {37.0 / 378, 0, 250.0 / 621, 125.0 / 594, 0, 512.0 / 1771},
-                           {2825.0 / 27648, 0, 18575.0 / 48384, 13525.0 / 55296, 277.0 / 14336, 1.0 / 4});
-  for (double& e : t.e) e *= 2;
-  return t;
-}
-
 }  // namespace
-
-const Tableau& detail::first_tableau(Integrator integrator) {
-  static const Tableau cash_karp = make_cash_karp();
-  const Tableau& chosen = tableau(integrator);
-  return chosen.order == 5 ? cash_karp : chosen;
-}
 
 const Tableau& tableau(Integrator integrator) {
   static const Tableau rk4 = make_rk4();

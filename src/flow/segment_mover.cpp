@@ -33,7 +33,8 @@ double contact_or_never(const void* segment, const Vec3d& x, double t, const voi
 }
 
 template <class S>
-Method<S> method_of(const Tableau& from) {
+Method<S> method_of(Integrator integrator) {
+  const Tableau& from = tableau(integrator);
   Method<S> method;
   const auto add = [](Stage<S>& stage, double weight, int slope) {
     if (weight == 0) return;
@@ -326,7 +327,6 @@ BoundKernel<S> kernel_of_sum(const Segment& sum, const AdvectOptions& options, c
 template <class S>
 struct KernelMover {
   BoundKernel<S> bound;
-  Method<S> first_method;
   Method<S> method;
   SegmentTask<S> task;
   GroupCounts (*move)(const SegmentTask<S>&, const GroupTask<S>&);
@@ -343,13 +343,11 @@ struct KernelMover {
   KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
               GroupCounts (*mover)(const SegmentTask<S>&, const GroupTask<S>&), BoundKernel<S> kernel)
       : bound(std::move(kernel)),
-        first_method(method_of<S>(first_tableau(options.integrator))),
-        method(method_of<S>(tableau(options.integrator))),
+        method(method_of<S>(options.integrator)),
         task(task_of<S>(segment, options.tolerance)),
         move(mover) {
     task.kernel = bound.kernel;
     task.field = bound.field.get();
-    task.first_method = &first_method;
     task.method = &method;
     task.next_contact = bound.next_contact;
     task.contact_data = bound.contact_data;
@@ -491,7 +489,7 @@ BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, 
   return result;
 }
 
-Method<double> method_in_double(Integrator integrator) { return method_of<double>(tableau(integrator)); }
+Method<double> method_in_double(Integrator integrator) { return method_of<double>(integrator); }
 
 SegmentTask<double> task_in_double(const Segment& segment, double tolerance) {
   SegmentTask<double> task = task_of<double>(segment, tolerance);

@@ -33,10 +33,6 @@ SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& opt
 // The same with one kernel for all points: of a sum the one that evaluates all parts.
 SegmentMover make_kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels);
 
-// The method of a path line's first step, with which most arrive: for methods of order 5 that of Cash and Karp, which
-// needs no slope at the step's end; else the method itself.
-const Tableau& first_tableau(Integrator integrator);
-
 // A kernel with the field that it reads.
 template <class S>
 struct BoundKernel {

@@ -298,8 +298,7 @@ template <class S>
 struct SegmentTask {
   FieldKernel<S> kernel;
   const void* field = nullptr;
-  const Method<S>* first_method = nullptr;  // of the first step
-  const Method<S>* method = nullptr;        // of all others
+  const Method<S>* method = nullptr;
   Vec3d center;
   Vec3d displacement;     // of the tool over the unit of time
   Vec3<S> tool_velocity;  // the same

@@ -132,44 +132,33 @@ class GroupMover {
       const P time = P(segment_.end) - P::load(bundle_.t + i);
       maximum(time, -time).store(bundle_.trial + i);
     }
-    const Method<S>* method = segment_.first_method;
-    settle<true>();
-    for (int round = 0; bundle_.asked.count() != 0; ++round) {
+    const Method<S>& method = *segment_.method;
+    for (int round = 0;; ++round) {
+      settle();
+      if (bundle_.asked.count() == 0) return;
       if (round == kStepLimit || !counts_.complete || group_.stop.is_stopped(field_.evaluations())) {
         counts_.complete = false;
         return;
       }
-      take_step(*method);
-      method = segment_.method;
+      field_.find_limits(false);
+      for (std::size_t i = 0; i < lanes(); i += P::kSize) choose_step(i);
+      for (int k = 1; k < method.stage_count; ++k) field_.evaluate(method.stages[k]);
+      for (std::size_t i = 0; i < lanes(); i += P::kSize) finish_step(i);
+      fill(bundle_.at_contact, std::uint8_t{0}, lanes());
+      field_.follow();
+      if (!method.first_same_as_last) field_.evaluate(Stage<S>{});
     }
-  }
-
-  void take_step(const Method<S>& method) {
-    field_.find_limits(false);
-    for (std::size_t i = 0; i < lanes(); i += P::kSize) choose_step(i);
-    for (int k = 1; k < method.stage_count; ++k) field_.evaluate(method.stages[k]);
-    for (std::size_t i = 0; i < lanes(); i += P::kSize) finish_step(i, method);
-    fill(bundle_.at_contact, std::uint8_t{0}, lanes());
-    field_.follow();
-    if (!method.first_same_as_last) {
-      settle<false>();
-      if (bundle_.asked.count() == 0) return;
-      field_.evaluate(Stage<S>{});
-    }
-    settle<true>();
   }
 
   // Deals with the lanes that no step is needed for, and takes finished ones out when they are many. Asks for those
-  // that have not arrived yet. Without slopes it is not known which lanes rest.
-  template <bool with_slopes>
+  // that have not arrived yet.
   void settle() {
     done_.clear();
     bundle_.asked.clear();
     for (std::size_t i = 0; i < lanes(); i += P::kSize) {
       const std::uint32_t used = lanes_in_use<P>(i, bundle_.count);
       std::uint32_t done = bits(P::load(bundle_.t + i) == P(segment_.end));
-      std::uint32_t candidates = 0;
-      if constexpr (with_slopes) candidates = (field_.resting(i) | field_.carried(i)) & used & ~done;
+      const std::uint32_t candidates = (field_.resting(i) | field_.carried(i)) & used & ~done;
       for (std::size_t k = 0; candidates != 0 && k < P::kSize; ++k) {
         if ((candidates >> k & 1) != 0 && !goes_on(i + k)) done |= std::uint32_t{1} << k;
       }
@@ -227,7 +216,8 @@ class GroupMover {
   }
 
   // Accepts the step where its error is small enough.
-  KNEAD_INLINE void finish_step(std::size_t i, const Method<S>& method) {
+  KNEAD_INLINE void finish_step(std::size_t i) {
+    const Method<S>& method = *segment_.method;
     const P signed_h = P::load(bundle_.h + i);
     const P h = maximum(signed_h, -signed_h);
     const P t = P::load(bundle_.t + i);
