@@ -23,8 +23,8 @@ namespace {
 
 // Relative to the length: the tolerance of carrying points back, far below any distance that matters.
 constexpr double kBackTolerance = 1e-7;
-// The distance between places whose origins give a gradient, far below what bends a flow, and the tolerance of these.
-// Their error is far below that, as step_rule.h says.
+// The distance between places whose origins give a gradient, far below what bends a flow, and the tolerance of carrying
+// them back. A step may err by a small part of the tolerance only (kErrorShare in step_rule.h).
 constexpr double kNeighbour = 1e-5;
 constexpr double kNeighbourTolerance = 1e-6;
 // The centre of a face has the mean gradient of the corners if they are no farther away than this part of the size of

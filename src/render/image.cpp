@@ -12,8 +12,8 @@
 
 #include <cstdlib>
 
-// stb calls it, and frees the bytes. The lowest level: a picture is written in a sixth of the time of stb's own code
-// and is smaller. Returns null where memory ends.
+// stb calls it, and frees the bytes. The lowest level is faster than stb's own code, and its files are smaller.
+// Returns null where memory ends.
 static unsigned char* deflate_with_zlib(unsigned char* data, int size, int* written, int) {
   uLongf room = compressBound(static_cast<uLong>(size));
   auto* const bytes = static_cast<unsigned char*>(std::malloc(room));  // NOLINT(cppcoreguidelines-no-malloc)

@@ -437,6 +437,19 @@ TEST(Image, PngKeepsEveryByte) {
   EXPECT_THROW(encode_png({}), InvalidInput);
 }
 
+TEST(Image, OpaquePngHasNoAlpha) {
+  Image image = gradient(37, 23);
+  for (std::size_t i = 3; i < image.pixels.size(); i += 4) image.pixels[i] = 255;
+  const std::string png = encode_png(image);
+  int width = 0;
+  int height = 0;
+  int channels = 0;
+  const Pixels pixels = decoded(png, width, height, channels);
+  ASSERT_NE(pixels, nullptr);
+  EXPECT_EQ(channels, 3);
+  EXPECT_EQ(decode_image(png), image);
+}
+
 TEST(Image, JpegKeepsWhatOneSees) {
   Image image{64, 48, {}};
   for (int i = 0; i < 64 * 48; ++i) {

@@ -104,7 +104,8 @@ float Ground::smoothed(int x, int y, const Vec3f& p) const {
   const float s = std::sin(turn);
   const std::array u{c * right[0] + s * ahead[0], c * right[1] + s * ahead[1]};
   const std::array v{c * ahead[0] - s * right[0], c * ahead[1] - s * right[1]};
-  // First all places, in lanes; the border of the picture is beyond it.
+  // First the places of all taps, which compilers compute in lanes. Outside the picture they are on the border round
+  // it, which is unseen.
   const Spiral& taps = spiral();
   std::array<int, kTaps> columns{};
   std::array<int, kTaps> rows{};

@@ -86,6 +86,7 @@ std::vector<Light> studio_lights(const View& view, int count);
 // The steps of a picture, each a full drawing into textures of width * height samples.
 
 inline constexpr int kShadowMapSize = 512;
+inline constexpr int kMaxSupersampling = 4;
 
 struct Programs {
   gl::Program clay;

@@ -102,7 +102,7 @@ std::unique_ptr<Shorts4[]> draw_front(const Pass& pass, const GBuffer& buffer, c
 namespace {
 
 void check(const Options& options) {
-  if (options.supersampling < 1 || options.supersampling > 4 || options.light_samples < 16 ||
+  if (options.supersampling < 1 || options.supersampling > kMaxSupersampling || options.light_samples < 16 ||
       options.light_samples > 1024) {
     throw InvalidInput("render: options out of range; give 1 to 4 for supersampling, 16 to 1024 for light_samples");
   }

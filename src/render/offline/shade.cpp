@@ -13,7 +13,6 @@ namespace knead::render {
 namespace {
 
 constexpr int kMatcapSize = 256;
-constexpr int kMaxFactor = 4;  // of supersampling
 
 using Rgba = std::array<float, 4>;  // linear, multiplied by alpha
 
@@ -354,7 +353,7 @@ bool Shader::is_empty(int x, int y) const {
 void Shader::draw_background(int y, Rgba* samples) const {
   const Color& top = options_.background;
   const Color bottom = options_.background_bottom.value_or(top);
-  std::array<Rgba, kMaxFactor> behind{};  // by row of samples
+  std::array<Rgba, kMaxSupersampling> behind{};  // by row of samples
   for (int j = 0; j < factor_; ++j) {
     const float part = center(y * factor_ + j) / drawn_.rays.height;
     const auto mixed = [&](float a, float b) { return a * (1 - part) + b * part; };
