@@ -7,6 +7,7 @@
 #include <span>
 
 #include "knead/error.h"
+#include "math/system.h"
 #include "render/offline/shade.h"
 
 namespace knead::render {
@@ -82,7 +83,7 @@ struct Lanes {
 };
 
 // The cosines between the light and the normals. Returns false if no point faces the light.
-bool face(const Vec3f& d, Lanes& lanes) {
+KNEAD_CLONES bool face(const Vec3f& d, Lanes& lanes) {
   const auto& [nx, ny, nz] = lanes.n;
   int facing = 0;
   for (std::size_t i = 0; i < kLanes; ++i) {
@@ -93,7 +94,7 @@ bool face(const Vec3f& d, Lanes& lanes) {
 }
 
 // The places of the points in a light's map.
-void look(const LightMatrix& m, Lanes& lanes) {
+KNEAD_CLONES void look(const LightMatrix& m, Lanes& lanes) {
   constexpr float size = kShadowMapSize;
   const auto& [x, y, z] = lanes.q;
   for (std::size_t i = 0; i < kLanes; ++i) {
@@ -107,7 +108,7 @@ void look(const LightMatrix& m, Lanes& lanes) {
 
 // Lambert's clay with a dull sheen (GGX of roughness 0.45, Schlick's Fresnel with 0.04), by the cosines between normal,
 // light and viewer: the half vector has the length 1 / s before it is a unit vector.
-void shine(const Light& light, Lanes& lanes) {
+KNEAD_CLONES void shine(const Light& light, Lanes& lanes) {
   constexpr float a2 = 0.041F;
   const Vec3f d = light.direction;
   const Vec3f r = light.radiance;
