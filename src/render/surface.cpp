@@ -1,7 +1,9 @@
 #include "render/surface.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <span>
 
@@ -90,6 +92,10 @@ class CreaseSplitter {
 
   // The group of each corner, named by one of its members (an index into corners).
   const std::vector<std::uint32_t>& groups(std::span<const std::uint32_t> corners) {
+    if (!split_all_ && is_one_fan(corners)) {
+      parent_.assign(corners.size(), 0);
+      return parent_;
+    }
     parent_.resize(corners.size());
     std::iota(parent_.begin(), parent_.end(), 0u);
     if (split_all_) return parent_;
@@ -108,6 +114,25 @@ class CreaseSplitter {
 
  private:
   const Vec3d& normal(std::uint32_t corner) const { return data_.normals[data_.corner_face[corner]]; }
+
+  // Whether the faces of at most a dozen corners follow each other round the vertex and meet smoothly. Most vertices
+  // are like this, and are done without sorting.
+  bool is_one_fan(std::span<const std::uint32_t> corners) const {
+    constexpr std::size_t few = 12;
+    std::array<std::pair<std::uint32_t, std::uint32_t>, few> sides;
+    const std::size_t count = corners.size();
+    if (count == 0 || count > few) return false;
+    for (std::size_t i = 0; i < count; ++i) sides[i] = around(mesh_, data_, corners[i]);
+    std::size_t at = 0;
+    for (std::size_t step = 0; step < count; ++step) {
+      std::size_t next = 0;
+      while (next < count && sides[next].second != sides[at].first) ++next;
+      const bool is_smooth = next < count && dot(normal(corners[at]), normal(corners[next])) >= cosine_;
+      if (!is_smooth || (next == 0) != (step + 1 == count)) return false;
+      at = next;
+    }
+    return true;
+  }
 
   void add_neighbors(std::uint32_t corner, std::uint32_t index) {
     const auto [previous, next] = around(mesh_, data_, corner);
@@ -156,13 +181,24 @@ SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double cr
 
 namespace {
 
+// The angle of (x, y), where y is not negative, within 1e-5: Abramowitz and Stegun, "Handbook of mathematical
+// functions" (1964), 4.4.49.
+double angle_of(double y, double x) {
+  const double size = std::abs(x);
+  const double r = std::min(size, y) / std::max({size, y, 1e-300});
+  const double s = r * r;
+  const double low = r * (0.9998660 + s * (-0.3302995 + s * (0.1801410 + s * (-0.0851330 + s * 0.0208351))));
+  const double acute = y > size ? 0.5 * std::numbers::pi - low : low;
+  return x < 0 ? std::numbers::pi - acute : acute;
+}
+
 // The face's normal, as long as the corner's angle.
 Vec3d weighted_normal(const Mesh& mesh, const PlacedFaces& faces, std::uint32_t corner) {
   const auto [previous, next] = around(mesh, faces, corner);
   const Vec3d p = faces.positions[mesh.corner_vertex[corner]];
   const Vec3d a = faces.positions[previous] - p;
   const Vec3d b = faces.positions[next] - p;
-  return faces.normals[faces.corner_face[corner]] * (std::atan2(norm(cross(a, b)), dot(a, b)) + 1e-9);
+  return faces.normals[faces.corner_face[corner]] * (angle_of(norm(cross(a, b)), dot(a, b)) + 1e-9);
 }
 
 // Appends a vertex per smooth group.
@@ -212,6 +248,47 @@ void add_triangles(const Mesh& mesh, const PlacedFaces& faces, const std::vector
     const std::uint32_t first = mesh.face_begin[f];
     add_wire_triangle({t[0] - first, t[1] - first, t[2] - first}, drawn, mesh.face(f).size(), surface);
   }
+}
+
+// A number that no two edges share but by a chance of 1 in 2^64: the finalizer of SplitMix64 (Steele and others 2014).
+std::uint64_t edge_number(std::uint32_t a, std::uint32_t b) {
+  std::uint64_t x = (std::uint64_t{a} << 32 | b) + 0x9e3779b97f4a7c15;
+  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
+  x = (x ^ x >> 27) * 0x94d049bb133111eb;
+  return x ^ x >> 31;
+}
+
+// Closed: each edge is passed as often in one direction as in the other, so that the sum of numbers, with the sign of
+// the direction, is 0. Turned outwards: the volume of every connected part is positive.
+bool is_solid(const Mesh& mesh, const std::vector<Vec3d>& positions) {
+  std::vector<std::uint32_t> parent(positions.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto root = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  std::uint64_t open = 0;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::uint32_t a = face[i];
+      const std::uint32_t b = face[i + 1 < face.size() ? i + 1 : 0];
+      open += a < b ? edge_number(a, b) : 0 - edge_number(b, a);
+      if (i > 0) parent[root(a)] = root(face[0]);
+    }
+  }
+  if (open != 0) return false;
+  std::vector<double> volumes(positions.size());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    for (std::size_t i = 2; i < face.size(); ++i) {
+      volumes[root(face[0])] += dot(positions[face[0]], cross(positions[face[i - 1]], positions[face[i]]));
+    }
+  }
+  for (std::uint32_t v = 0; v < volumes.size(); ++v) {
+    if (parent[v] == v && !(volumes[v] >= 0)) return false;
+  }
+  return true;
 }
 
 void add_points(const Mesh& mesh, const std::vector<Bytes4>& colors, const Placement& placement, DrawSurface& surface) {
@@ -280,6 +357,7 @@ DrawSurface make_surface(const Mesh& mesh, const std::vector<Bytes4>& vertex_col
   const SmoothGroups groups = smooth_groups(mesh, faces, options.crease_angle);
   add_vertices(mesh, faces, vertex_colors, groups, surface);
   add_triangles(mesh, faces, groups.corner_vertex, options.wireframe, surface);
+  surface.is_solid = is_solid(mesh, faces.positions);
   return surface;
 }
 

@@ -14,6 +14,7 @@ void append(const DrawSurface& surface, Occluder& occluder) {
     for (const DrawVertex& vertex : surface.vertices) occluder.points.push_back(vertex.position);
     return;
   }
+  occluder.is_solid = occluder.is_solid && surface.is_solid;
   const auto first = static_cast<std::uint32_t>(occluder.positions.size());
   for (const DrawVertex& vertex : surface.vertices) occluder.positions.push_back(vertex.position);
   for (const std::uint32_t index : surface.indices) occluder.indices.push_back(first + index);
@@ -102,6 +103,7 @@ std::vector<Vec3f> clipped(const std::array<Vec3f, 3>& triangle, const std::arra
 }  // namespace
 
 void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane) {
+  occluder.is_solid = false;
   std::erase_if(occluder.points, [&](const Vec3f& p) { return beyond(plane, p) > 0; });
   std::vector<std::uint32_t> indices;
   for (std::size_t i = 0; i < occluder.indices.size(); i += 3) {

@@ -162,19 +162,19 @@ Plane left_of(const MapPoint& a, const MapPoint& b) {
 }
 
 // Most triangles are a few texels large: each texel of the box around them is tried, a run of them at once.
-void draw_triangle(const Map& map, const MapPoint& a, const MapPoint& b, const MapPoint& c) {
-  const int top = map.first(std::min(std::min(a.y, b.y), c.y));
-  const int bottom = map.end(std::max(std::max(a.y, b.y), c.y));
-  const int left = map.first(std::min(std::min(a.x, b.x), c.x));
-  const int right = map.end(std::max(std::max(a.x, b.x), c.x));
-  if (top >= bottom || left >= right) return;
+void draw_triangle(const Map& map, const MapPoint& a, const MapPoint& b, const MapPoint& c, bool has_back) {
   // From a, so that the numbers are small.
   const MapPoint origin{0, 0, 0};
   const MapPoint u{b.x - a.x, b.y - a.y, b.z - a.z};
   const MapPoint v{c.x - a.x, c.y - a.y, c.z - a.z};
   const float twice_area = u.x * v.y - u.y * v.x;
-  if (twice_area == 0) return;
   const bool turns_left = twice_area > 0;
+  if (has_back ? twice_area == 0 : !turns_left) return;
+  const int top = map.first(std::min(std::min(a.y, b.y), c.y));
+  const int bottom = map.end(std::max(std::max(a.y, b.y), c.y));
+  const int left = map.first(std::min(std::min(a.x, b.x), c.x));
+  const int right = map.end(std::max(std::max(a.x, b.x), c.x));
+  if (top >= bottom || left >= right) return;
   const Plane first = turns_left ? left_of(origin, u) : left_of(u, origin);
   const Plane second = turns_left ? left_of(u, v) : left_of(v, u);
   const Plane third = turns_left ? left_of(v, origin) : left_of(origin, v);
@@ -212,7 +212,8 @@ void draw_map(const Occluder& occluder, const LightMatrix& light, const Map& map
   std::vector<MapPoint> places(occluder.positions.size());
   for (std::size_t i = 0; i < places.size(); ++i) places[i] = place(light, occluder.positions[i], size);
   for (std::size_t i = 0; i < occluder.indices.size(); i += 3) {
-    draw_triangle(map, places[occluder.indices[i]], places[occluder.indices[i + 1]], places[occluder.indices[i + 2]]);
+    draw_triangle(map, places[occluder.indices[i]], places[occluder.indices[i + 1]], places[occluder.indices[i + 2]],
+                  !occluder.is_solid);
   }
   const auto radius = static_cast<float>(0.5 * point_radius / occluder.radius * map.size);
   for (const Vec3f& p : occluder.points) draw_point(map, place(light, p, size), radius);

@@ -46,6 +46,7 @@ struct Occluder {
   std::vector<Vec3f> positions;
   std::vector<std::uint32_t> indices;  // three per triangle
   std::vector<Vec3f> points;           // of point clouds
+  bool is_solid = true;                // the triangles are closed and turned outwards
   Vec3d center;                        // of a ball that holds everything
   double radius = 0;                   // 0: nothing casts a shadow
   double ground = 0;                   // the lowest dot(up, p)
@@ -108,6 +109,7 @@ struct SurfaceBuffers {
   gl::Buffer indices;
   GLsizei count = 0;
   bool points = false;
+  bool is_solid = false;
   double point_radius = 0;  // renderer units
   Color color;              // glass: tint; shapes: the colour of the back
 };
@@ -156,7 +158,7 @@ void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& colo
 using Shorts4 = std::array<std::uint16_t, 4>;
 struct Samples {
   std::unique_ptr<float[]> depth;         // 1: no shape
-  std::unique_ptr<Bytes4[]> reflectance;  // under a square root
+  std::unique_ptr<Bytes4[]> reflectance;  // in sRGB
   std::unique_ptr<Shorts4[]> normal;      // from -1 to 1
   std::unique_ptr<Shorts4[]> front;       // colour times alpha of rods and glass; null: there are none
 };

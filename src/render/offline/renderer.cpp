@@ -40,6 +40,12 @@ void draw_in_parts(const Pass& pass, const SurfaceBuffers& surface) {
   }
 }
 
+// Half of the time goes into the backs of faces, without a GPU.
+bool only_fronts_show(const Pass& pass, const SurfaceBuffers& surface) {
+  const bool is_outside = !pass.view.perspective || norm(pass.view.eye) > 1;  // of the ball that holds everything
+  return surface.is_solid && is_outside && !pass.clipped;
+}
+
 }  // namespace
 
 GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes) {
@@ -58,7 +64,9 @@ GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes)
     set(program, "back_srgb", shape.color);
     set(program, "wire_width", 1.1 * pass.options.supersampling);
     set(program, "point_size", 2 * shape.point_radius / pass.view.pixel);
+    if (only_fronts_show(pass, shape)) glEnable(GL_CULL_FACE);
     draw_in_parts(pass, shape);
+    glDisable(GL_CULL_FACE);
   }
   if (pass.clipped) draw_cuts(pass, shapes, target);
   return buffer;

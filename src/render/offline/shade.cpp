@@ -163,11 +163,13 @@ class Shader {
   const Drawn& drawn_;
   const Options& options_;
   int factor_;
+  std::array<float, 256> linear_of_{};  // by bytes of sRGB
   std::vector<Bytes4> matcap_;
   std::optional<Ground> ground_;
 };
 
 Shader::Shader(const Drawn& drawn) : drawn_(drawn), options_(drawn.pass.options), factor_(drawn.factor) {
+  for (std::size_t i = 0; i < 256; ++i) linear_of_[i] = linear(static_cast<float>(i) / 255);
   if (options_.matcap) matcap_ = matcap_picture(*options_.matcap, kMatcapSize);
   if (drawn.lighting.has_ground(options_)) ground_.emplace(drawn);
   report(drawn.pass, 0.55);
@@ -208,7 +210,7 @@ Point Shader::point_at(int x, int y) const {
   const float away = dot(point.n, ray);
   if (away > 0) point.n = normalized(point.n - ray * (1.02F * away));
   const Bytes4& color = drawn_.samples.reflectance[drawn_.index(x, y)];
-  point.color = {square(color[0] / 255.0F), square(color[1] / 255.0F), square(color[2] / 255.0F)};
+  for (std::size_t k = 0; k < 3; ++k) point.color[k] = linear_of_[color[k]];
   return point;
 }
 
