@@ -15,7 +15,7 @@ constexpr double kLineWidth = 1.6;  // in pixels, of the line where glass meets 
 void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color, const SurfaceBuffers& rods) {
   if (rods.count == 0) return;
   const gl::Framebuffer target = gl::make_framebuffer({&color, &buffer.normal}, &buffer.depth);
-  reset_state(pass.width, pass.height);
+  reset_state(pass);
   const gl::Program& program = pass.programs.rod;
   use(program, pass);
   set_simple_light(program, pass.view);
@@ -78,29 +78,28 @@ void copy(const Pass& pass, const gl::Texture& texture) {
 void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& color,
                 const std::vector<SurfaceBuffers>& surfaces) {
   if (surfaces.empty()) return;
-  const gl::Texture over = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
+  const gl::Texture over = make_texture(pass, GL_RGBA16F);
   const gl::Framebuffer over_target = gl::make_framebuffer({&over}, nullptr);
   clear(0, 0, 0, 0);
-  const gl::Texture layer = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
-  const gl::Texture depths[2] = {gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
-                                 gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F)};
+  const gl::Texture layer = make_texture(pass, GL_RGBA16F);
+  const gl::Texture depths[2] = {make_texture(pass, GL_DEPTH_COMPONENT32F), make_texture(pass, GL_DEPTH_COMPONENT32F)};
   const gl::Framebuffer targets[2] = {gl::make_framebuffer({&layer}, &depths[0]),
                                       gl::make_framebuffer({&layer}, &depths[1])};
-  reset_state(pass.width, pass.height);
+  reset_state(pass);
   glClearDepth(0);
   glClear(GL_DEPTH_BUFFER_BIT);  // depths[1]: nothing is drawn yet
   for (std::size_t i = 0; i < kMaxLayers; ++i) {
     glBindFramebuffer(GL_FRAMEBUFFER, targets[i % 2].get());
-    reset_state(pass.width, pass.height);
+    reset_state(pass);
     if (!draw_layer(pass, buffer, surfaces, depths[1 - i % 2])) break;
     glBindFramebuffer(GL_FRAMEBUFFER, over_target.get());
-    reset_state(pass.width, pass.height);
+    reset_state(pass);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE_MINUS_DST_ALPHA, GL_ONE);
     copy(pass, layer);
   }
   const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
-  reset_state(pass.width, pass.height);
+  reset_state(pass);
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   copy(pass, over);

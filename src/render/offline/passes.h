@@ -116,6 +116,16 @@ struct SurfaceBuffers {
 
 SurfaceBuffers upload(const DrawSurface& surface);
 
+// A part of a picture, in samples.
+struct Part {
+  int left = 0;
+  int bottom = 0;
+  int width = 0;
+  int height = 0;
+
+  bool contains(int x, int y) const { return x >= left && x < left + width && y >= bottom && y < bottom + height; }
+};
+
 // What the passes have in common.
 struct Pass {
   Programs& programs;
@@ -123,6 +133,7 @@ struct Pass {
   const Options& options;
   int width = 0;  // in samples
   int height = 0;
+  Part part;                              // whole pixels, outside which nothing is drawn: all textures are of this part
   std::array<float, 4> clip{0, 0, 0, 1};  // dot(xyz, p) > w is taken away, in renderer units
   bool clipped = false;
   Color cut{};
@@ -154,7 +165,8 @@ void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color
 void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& color,
                 const std::vector<SurfaceBuffers>& surfaces);
 
-// The samples of what the GPU has drawn, rows from the bottom up. Numbers from 0 to 1 are stored as 0 to 65535.
+// The samples of the part that the GPU has drawn, rows from the bottom up. Numbers from 0 to 1 are stored as 0 to
+// 65535.
 using Shorts4 = std::array<std::uint16_t, 4>;
 struct Samples {
   std::unique_ptr<float[]> depth;         // 1: no shape
@@ -193,6 +205,9 @@ void draw_full_screen(const Pass& pass);
 
 // Everything off, depth test by GL_LESS once it is enabled.
 void reset_state(int width, int height);
+void reset_state(const Pass& pass);
+
+gl::Texture make_texture(const Pass& pass, GLenum internal_format);
 
 // The bound framebuffer.
 void clear(float red, float green, float blue, float alpha);

@@ -154,6 +154,8 @@ class Shader {
   float cavity(const Point& point) const;
   float occlusion(const Point& point) const;
 
+  // Of a sample in a row of pixels.
+  std::size_t sample(int x, int y) const { return static_cast<std::size_t>(y) * drawn_.pass.width + x; }
   void light_row(int y, Row& row) const;
   bool is_empty(int x, int y) const;
   void draw_background(int y, Rgba* samples) const;
@@ -216,7 +218,9 @@ Point Shader::point_at(int x, int y) const {
 
 void Shader::find_points(int y, std::vector<Point>& points) const {
   points.clear();
-  for (int x = 0; x < options_.width; ++x) {
+  const Part& part = drawn_.pass.part;
+  if (!part.contains(part.left, y * factor_)) return;
+  for (int x = part.left / factor_; x < (part.left + part.width) / factor_; ++x) {
     if (is_even(x, y)) {
       points.push_back(point_at(x * factor_ + factor_ / 2, y * factor_ + factor_ / 2));
       points.back().is_pixel = true;
@@ -294,8 +298,9 @@ Vec3f Shader::ball(const Point& point) const {
 
 // Returns how the normal beside a point leans along an axis.
 float Shader::lean(const Point& point, int dx, int dy, const Vec3f& axis, float size, bool& is_one_surface) const {
-  const int x = std::clamp(point.x + dx, 0, drawn_.pass.width - 1);
-  const int y = std::clamp(point.y + dy, 0, drawn_.pass.height - 1);
+  const Part& part = drawn_.pass.part;
+  const int x = std::clamp(point.x + dx, part.left, part.left + part.width - 1);
+  const int y = std::clamp(point.y + dy, part.bottom, part.bottom + part.height - 1);
   const float off = std::abs(dot(point.facing, drawn_.place_at(x, y) - point.p));
   is_one_surface =
       is_one_surface && drawn_.depth_at(x, y) < 1 && off <= 2 * static_cast<float>(std::abs(dx + dy)) * size;
@@ -377,8 +382,8 @@ void Shader::draw_background(int y, Rgba* samples) const {
       for (int i = x * factor_; i < (x + 1) * factor_; ++i) {
         if (!is_one && drawn_.depth_at(i, y * factor_ + j) < 1) continue;
         if (!is_one) dark = darkness(center(i), center(y * factor_ + j));
-        samples[drawn_.index(i, j)] = {c[0] * (1 - dark) + 0.018F * dark, c[1] * (1 - dark) + 0.015F * dark,
-                                       c[2] * (1 - dark) + 0.012F * dark, c[3] + (1 - c[3]) * dark};
+        samples[sample(i, j)] = {c[0] * (1 - dark) + 0.018F * dark, c[1] * (1 - dark) + 0.015F * dark,
+                                 c[2] * (1 - dark) + 0.012F * dark, c[3] + (1 - c[3]) * dark};
       }
     }
   }
@@ -386,11 +391,15 @@ void Shader::draw_background(int y, Rgba* samples) const {
 
 // Adds rods and glass.
 void Shader::add_front(int y, std::vector<Rgba>& row) const {
-  const Shorts4* front = &drawn_.samples.front[drawn_.index(0, y * factor_)];
-  for (Rgba& sample : row) {
-    const float through = 1 - static_cast<float>((*front)[3]) / 65535;
-    for (std::size_t k = 0; k < 4; ++k) sample[k] = static_cast<float>((*front)[k]) / 65535 + through * sample[k];
-    ++front;
+  const Part& part = drawn_.pass.part;
+  if (!part.contains(part.left, y * factor_)) return;
+  for (int j = 0; j < factor_; ++j) {
+    const Shorts4* front = &drawn_.samples.front[drawn_.index(part.left, y * factor_ + j)];
+    for (Rgba& behind : std::span(row).subspan(sample(part.left, j), static_cast<std::size_t>(part.width))) {
+      const float through = 1 - static_cast<float>((*front)[3]) / 65535;
+      for (std::size_t k = 0; k < 4; ++k) behind[k] = static_cast<float>((*front)[k]) / 65535 + through * behind[k];
+      ++front;
+    }
   }
 }
 
@@ -412,7 +421,7 @@ void Shader::light_row(int y, Row& row) const {
     const int count = point.is_pixel ? factor_ : 1;
     for (int j = point.y - first; j < point.y - first + count; ++j) {
       for (int k = point.x - first; k < point.x - first + count; ++k) {
-        samples[drawn_.index(k, j - y * factor_)] = {seen.x, seen.y, seen.z, 1};
+        samples[sample(k, j - y * factor_)] = {seen.x, seen.y, seen.z, 1};
       }
     }
   }
@@ -451,7 +460,7 @@ Image Shader::picture() const {
   Image image{options_.width, height, std::vector<std::uint8_t>(line * static_cast<std::size_t>(height))};
   std::array<Row, kept> rows;  // row y at y % kept
   const auto samples_of = [&](int j) {
-    return rows[static_cast<std::size_t>(j / factor_ % kept)].samples.data() + drawn_.index(0, j % factor_);
+    return rows[static_cast<std::size_t>(j / factor_ % kept)].samples.data() + sample(0, j % factor_);
   };
   const auto for_rows = [](int first, int last, const auto& body) {
     parallel_for(static_cast<std::size_t>(last - first), 2, 0, [&](std::size_t begin, std::size_t end) {

@@ -62,8 +62,11 @@ struct Rays {
 struct Drawn {
   Drawn(const Pass& of, const Samples& samples_of, const Lighting& lights);
 
-  std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * pass.width + x; }
-  float depth_at(int x, int y) const { return samples.depth[index(x, y)]; }
+  // Of a sample in the part that is drawn. Outside of it, as where no shape is, the depth is 1.
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y - pass.part.bottom) * pass.part.width + (x - pass.part.left);
+  }
+  float depth_at(int x, int y) const { return pass.part.contains(x, y) ? samples.depth[index(x, y)] : 1; }
   Vec3f normal_at(int x, int y) const;
   Vec3f place_at(int x, int y) const { return rays.place(center(x), center(y), depth_at(x, y)); }
   const std::uint16_t* map(std::size_t light) const { return maps.data() + light * kShadowMapSize * kShadowMapSize; }
