@@ -62,25 +62,53 @@ std::pair<std::uint32_t, std::uint32_t> around(const Mesh& mesh, const PlacedFac
 
 namespace {
 
-// The corners at each vertex: list[begin[v]] to list[begin[v + 1]]. Corners of faces that are left out are not in it.
+// Calls visit(corner, vertex, normal) for the corners of the faces that are not left out.
+template <class Visit>
+void visit_corners(const Mesh& mesh, const PlacedFaces& faces, const Visit& visit) {
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const Vec3d normal = faces.normals[f];
+    if (normal == Vec3d{}) continue;
+    for (std::uint32_t c = mesh.face_begin[f]; c < mesh.face_begin[f + 1]; ++c) visit(c, mesh.corner_vertex[c], normal);
+  }
+}
+
+// For each vertex round which no two faces bend by more than the angle, one of its corners; else kNoVertex. Most
+// vertices are like this, and need no look at their edges.
+std::vector<std::uint32_t> corners_of_even_vertices(const Mesh& mesh, const PlacedFaces& faces, double crease_angle) {
+  std::vector<std::uint32_t> corners(mesh.vertex_count(), kNoVertex);
+  if (crease_angle < 0) return corners;
+  std::vector<Vec3f> sums(mesh.vertex_count());
+  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3d& normal) {
+    sums[v] += Vec3f(normal);
+    corners[v] = corner;
+  });
+  const auto cosine = static_cast<float>(std::cos(0.5 * std::min(crease_angle, std::numbers::pi)));
+  for (Vec3f& sum : sums) sum = sum / std::max(norm(sum), 1e-6F);
+  visit_corners(mesh, faces, [&](std::uint32_t, std::uint32_t v, const Vec3d& normal) {
+    if (dot(Vec3f(normal), sums[v]) < cosine) corners[v] = kNoVertex;
+  });
+  return corners;
+}
+
+// The corners at each of the other vertices: list[begin[v]] to list[begin[v + 1]].
 struct Incidence {
   std::vector<std::uint32_t> begin;
   std::vector<std::uint32_t> list;
 };
 
-Incidence incidence(const Mesh& mesh, const PlacedFaces& data) {
+Incidence incidence(const Mesh& mesh, const PlacedFaces& faces, const std::vector<std::uint32_t>& even) {
   Incidence result;
   result.begin.assign(mesh.vertex_count() + 1, 0);
-  const auto used = [&](std::size_t corner) { return data.normals[data.corner_face[corner]] != Vec3d{}; };
-  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
-    if (used(c)) ++result.begin[mesh.corner_vertex[c] + 1];
-  }
+  visit_corners(mesh, faces, [&](std::uint32_t, std::uint32_t v, const Vec3d&) {
+    if (even[v] == kNoVertex) ++result.begin[v + 1];
+  });
   std::partial_sum(result.begin.begin(), result.begin.end(), result.begin.begin());
   result.list.resize(result.begin.back());
+  if (result.list.empty()) return result;
   std::vector<std::uint32_t> next(result.begin.begin(), result.begin.end() - 1);
-  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
-    if (used(c)) result.list[next[mesh.corner_vertex[c]]++] = static_cast<std::uint32_t>(c);
-  }
+  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3d&) {
+    if (even[v] == kNoVertex) result.list[next[v]++] = corner;
+  });
   return result;
 }
 
@@ -92,10 +120,6 @@ class CreaseSplitter {
 
   // The group of each corner, named by one of its members (an index into corners).
   const std::vector<std::uint32_t>& groups(std::span<const std::uint32_t> corners) {
-    if (!split_all_ && is_one_fan(corners)) {
-      parent_.assign(corners.size(), 0);
-      return parent_;
-    }
     parent_.resize(corners.size());
     std::iota(parent_.begin(), parent_.end(), 0u);
     if (split_all_) return parent_;
@@ -114,25 +138,6 @@ class CreaseSplitter {
 
  private:
   const Vec3d& normal(std::uint32_t corner) const { return data_.normals[data_.corner_face[corner]]; }
-
-  // Whether the faces of at most a dozen corners follow each other round the vertex and meet smoothly. Most vertices
-  // are like this, and are done without sorting.
-  bool is_one_fan(std::span<const std::uint32_t> corners) const {
-    constexpr std::size_t few = 12;
-    std::array<std::pair<std::uint32_t, std::uint32_t>, few> sides;
-    const std::size_t count = corners.size();
-    if (count == 0 || count > few) return false;
-    for (std::size_t i = 0; i < count; ++i) sides[i] = around(mesh_, data_, corners[i]);
-    std::size_t at = 0;
-    for (std::size_t step = 0; step < count; ++step) {
-      std::size_t next = 0;
-      while (next < count && sides[next].second != sides[at].first) ++next;
-      const bool is_smooth = next < count && dot(normal(corners[at]), normal(corners[next])) >= cosine_;
-      if (!is_smooth || (next == 0) != (step + 1 == count)) return false;
-      at = next;
-    }
-    return true;
-  }
 
   void add_neighbors(std::uint32_t corner, std::uint32_t index) {
     const auto [previous, next] = around(mesh_, data_, corner);
@@ -156,7 +161,8 @@ class CreaseSplitter {
 }  // namespace
 
 SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double crease_angle) {
-  const Incidence at = incidence(mesh, faces);
+  const std::vector<std::uint32_t> even = corners_of_even_vertices(mesh, faces, crease_angle);
+  const Incidence at = incidence(mesh, faces, even);
   CreaseSplitter splitter(mesh, faces, crease_angle);
   SmoothGroups result;
   result.corner_vertex.assign(mesh.corner_vertex.size(), kNoVertex);
@@ -164,6 +170,7 @@ SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double cr
   result.begin.reserve(mesh.vertex_count() + 1);
   result.corner.reserve(mesh.vertex_count());
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (even[v] != kNoVertex) result.corner.push_back(even[v]);
     const std::span<const std::uint32_t> corners(at.list.data() + at.begin[v], at.begin[v + 1] - at.begin[v]);
     const auto& groups = splitter.groups(corners);
     for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -176,6 +183,9 @@ SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double cr
     }
     result.begin.push_back(static_cast<std::uint32_t>(result.corner.size()));
   }
+  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3d&) {
+    if (even[v] != kNoVertex) result.corner_vertex[corner] = result.begin[v];
+  });
   return result;
 }
 
@@ -185,30 +195,35 @@ namespace {
 // functions" (1964), 4.4.49.
 double angle_of(double y, double x) {
   const double size = std::abs(x);
-  const double r = std::min(size, y) / std::max({size, y, 1e-300});
+  const double r = std::min(size, y) / std::max(std::max(size, y), 1e-300);
   const double s = r * r;
   const double low = r * (0.9998660 + s * (-0.3302995 + s * (0.1801410 + s * (-0.0851330 + s * 0.0208351))));
   const double acute = y > size ? 0.5 * std::numbers::pi - low : low;
   return x < 0 ? std::numbers::pi - acute : acute;
 }
 
-// The face's normal, as long as the corner's angle.
-Vec3d weighted_normal(const Mesh& mesh, const PlacedFaces& faces, std::uint32_t corner) {
-  const auto [previous, next] = around(mesh, faces, corner);
-  const Vec3d p = faces.positions[mesh.corner_vertex[corner]];
-  const Vec3d a = faces.positions[previous] - p;
-  const Vec3d b = faces.positions[next] - p;
-  return faces.normals[faces.corner_face[corner]] * (angle_of(norm(cross(a, b)), dot(a, b)) + 1e-9);
+// Adds to each drawn vertex the normals of its faces, each as long as the angle of the face's corner.
+void add_weighted_normals(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups,
+                          std::vector<Vec3d>& sums) {
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    if (faces.normals[f] == Vec3d{}) continue;
+    const auto face = mesh.face(f);
+    Vec3d before = faces.positions[face.back()] - faces.positions[face.front()];
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::uint32_t next = face[i + 1 < face.size() ? i + 1 : 0];
+      const Vec3d after = faces.positions[next] - faces.positions[face[i]];
+      const double angle = angle_of(norm(cross(after, before)), dot(after, before));
+      sums[groups.corner_vertex[mesh.face_begin[f] + i]] += faces.normals[f] * (angle + 1e-9);
+      before = -after;
+    }
+  }
 }
 
 // Appends a vertex per smooth group.
 void add_vertices(const Mesh& mesh, const PlacedFaces& faces, const std::vector<Bytes4>& colors,
                   const SmoothGroups& groups, DrawSurface& surface) {
   std::vector<Vec3d> sums(groups.corner.size());
-  for (std::uint32_t c = 0; c < groups.corner_vertex.size(); ++c) {
-    const std::uint32_t drawn = groups.corner_vertex[c];
-    if (drawn != kNoVertex) sums[drawn] += weighted_normal(mesh, faces, c);
-  }
+  add_weighted_normals(mesh, faces, groups, sums);
   surface.vertices.reserve(groups.corner.size());
   for (std::size_t drawn = 0; drawn < sums.size(); ++drawn) {
     const std::uint32_t corner = groups.corner[drawn];

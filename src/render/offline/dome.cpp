@@ -14,7 +14,6 @@ void append(const DrawSurface& surface, Occluder& occluder) {
     for (const DrawVertex& vertex : surface.vertices) occluder.points.push_back(vertex.position);
     return;
   }
-  occluder.is_solid = occluder.is_solid && surface.is_solid;
   const auto first = static_cast<std::uint32_t>(occluder.positions.size());
   for (const DrawVertex& vertex : surface.vertices) occluder.positions.push_back(vertex.position);
   for (const std::uint32_t index : surface.indices) occluder.indices.push_back(first + index);
@@ -75,6 +74,9 @@ Occluder make_occluder(const std::vector<DrawSurface>& surfaces, const Vec3d& up
                        std::size_t max_triangles) {
   Occluder occluder;
   for (const DrawSurface& surface : surfaces) append(surface, occluder);
+  occluder.is_solid = std::all_of(surfaces.begin(), surfaces.end(), [](const DrawSurface& surface) {
+    return surface.is_solid || surface.indices.empty();
+  });
   measure(occluder, up);
   if (occluder.indices.size() > 3 * max_triangles) merge_cells(occluder, cell * occluder.radius);
   return occluder;

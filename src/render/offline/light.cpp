@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "knead/error.h"
+#include "math/system.h"
 #include "render/offline/passes.h"
 
 namespace knead::render {
@@ -218,25 +219,24 @@ void draw_map(const Occluder& occluder, const LightMatrix& light, const Map& map
   for (const Vec3f& p : occluder.points) draw_point(map, place(light, p, size), radius);
 }
 
+KNEAD_CLONES void round_all(const float* depths, std::span<std::uint16_t> rounded) {
+  for (std::size_t i = 0; i < rounded.size(); ++i) rounded[i] = static_cast<std::uint16_t>(depths[i]);
+}
+
 }  // namespace
 
-std::vector<std::uint16_t> draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size,
-                                            double point_radius) {
-  const std::size_t texels = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
-  std::vector<std::uint16_t> depths(texels * lights.size());
+void draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size, double point_radius,
+                      std::span<std::uint16_t> maps) {
+  const auto texels = static_cast<std::size_t>(size);
   parallel_for(lights.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
     std::vector<float> drawn(static_cast<std::size_t>(size + kRun) * static_cast<std::size_t>(size));
     for (std::size_t i = begin; i < end; ++i) {
       const Map map{size, drawn.data()};
       std::fill(drawn.begin(), drawn.end(), kFarthest);
       draw_map(occluder, lights[i], map, point_radius);
-      std::uint16_t* rounded = depths.data() + i * texels;
-      for (int y = 0; y < size; ++y) {
-        for (int x = 0; x < size; ++x) *rounded++ = static_cast<std::uint16_t>(map.row(y)[x]);
-      }
+      for (int y = 0; y < size; ++y) round_all(map.row(y), maps.subspan(i * texels * texels + y * texels, texels));
     }
   });
-  return depths;
 }
 
 }  // namespace knead::render

@@ -46,7 +46,7 @@ struct Occluder {
   std::vector<Vec3f> positions;
   std::vector<std::uint32_t> indices;  // three per triangle
   std::vector<Vec3f> points;           // of point clouds
-  bool is_solid = true;                // the triangles are closed and turned outwards
+  bool is_solid = false;               // the triangles are closed and turned outwards
   Vec3d center;                        // of a ball that holds everything
   double radius = 0;                   // 0: nothing casts a shadow
   double ground = 0;                   // the lowest dot(up, p)
@@ -67,10 +67,10 @@ void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane);
 // to the light.
 using LightMatrix = std::array<float, 12>;
 
-// Returns one map of size * size depths for each light, by rows: 0 to 65535, which is also where there is nothing.
+// Fills one map of size * size depths for each light, by rows: 0 to 65535, which is also where there is nothing.
 // Triangles are pushed back by one and a half times their slope over a texel. Points are squares with this half side.
-std::vector<std::uint16_t> draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size,
-                                            double point_radius);
+void draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size, double point_radius,
+                      std::span<std::uint16_t> maps);
 
 // The studio's light: a soft sky, a large key light, a fill and a rim, as many directional lights.
 

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -69,17 +71,29 @@ struct Drawn {
   float depth_at(int x, int y) const { return pass.part.contains(x, y) ? samples.depth[index(x, y)] : 1; }
   Vec3f normal_at(int x, int y) const;
   Vec3f place_at(int x, int y) const { return rays.place(center(x), center(y), depth_at(x, y)); }
-  const std::uint16_t* map(std::size_t light) const { return maps.data() + light * kShadowMapSize * kShadowMapSize; }
+  const std::uint16_t* map(std::size_t light) const { return maps.get() + light * kShadowMapSize * kShadowMapSize; }
 
   const Pass& pass;
   const Samples& samples;
   const Lighting& lighting;
   Rays rays;
-  int factor;                         // samples per pixel along each side
-  float lift;                         // off the surface, before a point is looked up
-  std::vector<LightMatrix> matrices;  // by light
-  std::vector<std::uint16_t> maps;    // one light after the other; empty: no shadows
+  int factor;                             // samples per pixel along each side
+  float lift;                             // off the surface, before a point is looked up
+  std::vector<LightMatrix> matrices;      // by light
+  std::unique_ptr<std::uint16_t[]> maps;  // one light after the other; null: no shadows
 };
+
+// Places that are looked up in a light's map together, in lanes.
+inline constexpr std::size_t kLanes = 64;
+using Lane = std::array<float, kLanes>;
+struct MapPlaces {
+  std::array<Lane, 3> q;
+  Lane depth;                       // from 0 to 65535
+  std::array<int, kLanes> nearest;  // the map's depth there
+};
+
+// Sets the depths. What lies beside the map gets a texel of its border, where there is nothing.
+void look_up(const LightMatrix& light, const std::uint16_t* map, MapPlaces& places);
 
 // The shadow on the ground, with one texel for 2 x 2 pixels or more: it is smooth.
 class Ground {
