@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 #include <vector>
 
 #include "knead/render.h"
@@ -163,6 +164,25 @@ TEST_F(LookTest, TheDefaultLooksAsWithSixteenTimesTheLights) {
   options.light_samples = 1024;
   options.supersampling = 4;
   EXPECT_LT(mean_difference(image, render(scene, options)), 1.2);
+}
+
+TEST_F(LookTest, AFlatThingDarkensTheGroundOnlyBesideIt) {
+  Mesh plate;
+  for (const double y : {0.0, 0.02}) {
+    for (const auto& [x, z] : {std::pair{-1, -1}, {-1, 1}, {1, 1}, {1, -1}}) {
+      plate.positions.push_back({static_cast<double>(x), y, static_cast<double>(z)});
+    }
+  }
+  plate.add_face(std::array{3U, 2U, 1U, 0U});
+  plate.add_face(std::array{4U, 5U, 6U, 7U});
+  for (std::uint32_t i = 0; i < 4; ++i) plate.add_face(std::array{i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4});
+  Scene scene = scene_of(plate);
+  scene.camera = fit_camera({{-2, 0, -2}, {2, 0.02, 2}}, {-0.5, -0.4, -0.7}, {0, 1, 0}, 1.2);
+  Options options = options_of_test();
+  options.light_samples = Options().light_samples;
+  const Image plain = render(scene, options);
+  options.ground = true;
+  EXPECT_LT(mean_difference(plain, render(scene, options)), 0.4);
 }
 
 TEST_F(LookTest, ABallTurnedInsideOutShowsItsBack) {

@@ -111,7 +111,10 @@ class Ground {
   bool is_seen(std::size_t texel) const { return missing_[texel] != kUnseen; }
   bool sees_ground(int x, int y) const;
   std::optional<Vec3f> ground_at(int x, int y) const;
-  void shade_row(int y);
+  struct Batch;
+  static void add_missing(float weight, Batch& batch);
+  void shade(Batch& batch);
+  void shade_rows(int first, int last);
   void darken_row(int y);
   float smoothed(int x, int y, const Vec3f& p) const;
 
