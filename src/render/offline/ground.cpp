@@ -203,24 +203,20 @@ void Ground::darken_row(int y) {
 }
 
 float Ground::darkness_at(float x, float y) const {
-  const float u = x / static_cast<float>(step_) - 0.5F;
-  const float v = y / static_cast<float>(step_) - 0.5F;
-  const int column = static_cast<int>(std::floor(u));
-  const int row = static_cast<int>(std::floor(v));
+  const float u = x / static_cast<float>(step_) + 0.5F;  // from the unseen border on, so that it is not negative
+  const float v = y / static_cast<float>(step_) + 0.5F;
+  const int column = static_cast<int>(u);
+  const int row = static_cast<int>(v);
   const float a = u - static_cast<float>(column);
   const float b = v - static_cast<float>(row);
-  float sum = 0;
-  float weight = 1e-6F;
-  for (int k = 0; k < 4; ++k) {
-    const int i = std::clamp(column + (k & 1), 0, width_ - 1);
-    const int j = std::clamp(row + (k >> 1), 0, height_ - 1);
-    const std::size_t texel = index(i, j);
-    if (!is_seen(texel)) continue;
-    const float w = ((k & 1) != 0 ? a : 1 - a) * ((k >> 1) != 0 ? b : 1 - b);
-    sum += w * darkness_[texel];
-    weight += w;
-  }
-  return sum / weight;
+  const std::size_t below = index(column - 1, row - 1);
+  const std::size_t above = index(column - 1, row);
+  const auto weight = [&](std::size_t texel, float w) { return is_seen(texel) ? w : 0; };
+  const std::array weights{weight(below, (1 - a) * (1 - b)), weight(below + 1, a * (1 - b)), weight(above, (1 - a) * b),
+                           weight(above + 1, a * b)};
+  const float sum = weights[0] * darkness_[below] + weights[1] * darkness_[below + 1] + weights[2] * darkness_[above] +
+                    weights[3] * darkness_[above + 1];
+  return sum / (1e-6F + weights[0] + weights[1] + weights[2] + weights[3]);
 }
 
 }  // namespace knead::render

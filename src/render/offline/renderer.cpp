@@ -260,7 +260,7 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 Image Renderer::render(const Scene& scene, const Options& options) {
-  // Occluders finer than this are drawn coarser; the cell is three texels of a shadow map.
+  // Occluders finer than this are drawn coarser; the cell is four texels of a shadow map.
   constexpr std::size_t most_occluders = 150'000;
   check(options);
   const int width = options.width * options.supersampling;
@@ -282,7 +282,7 @@ Image Renderer::render(const Scene& scene, const Options& options) {
   finder.add(rods);
   pass.part = finder.part();
   Lighting lighting{studio_lights(view, options.light_samples),
-                    make_occluder(surfaces, view.ground_up, 6.0 / kShadowMapSize, most_occluders), point_radius};
+                    make_occluder(surfaces, view.ground_up, 8.0 / kShadowMapSize, most_occluders), point_radius};
   if (pass.clipped) clip_occluder(lighting.occluder, pass.clip);
   report(pass, 0.15);
 

@@ -181,6 +181,7 @@ bool Shader::is_even(int x, int y) const {
   const float limit = 1.5F * static_cast<float>(factor_) * drawn_.rays.size(depth);
   for (int j = y * factor_; j < (y + 1) * factor_; ++j) {
     for (int i = x * factor_; i < (x + 1) * factor_; ++i) {
+      if (i == middle_x && j == middle_y) continue;
       if (drawn_.depth_at(i, j) == 1 || dot(drawn_.normal_at(i, j), n) <= 0.93F) return false;
       if (std::abs(dot(drawn_.place_at(i, j) - p, n)) >= limit) return false;
       const Bytes4& other = drawn_.samples.reflectance[drawn_.index(i, j)];
