@@ -22,7 +22,7 @@ PlacedFaces place_faces(const Mesh& mesh, const Placement& placement) {
     data.corner_face.insert(data.corner_face.end(), face.size(), static_cast<std::uint32_t>(f));
     const Vec3d normal = face.size() < 3 ? Vec3d{} : polygon_normal(data.positions, face);
     const double length = norm(normal);
-    data.normals.push_back(length > 0 && std::isfinite(length) ? normal / length : Vec3d{});
+    data.normals.push_back(length > 0 && std::isfinite(length) ? Vec3f(normal / length) : Vec3f{});
   }
   return data;
 }
@@ -34,7 +34,7 @@ std::vector<Triangle> corner_triangles(const Mesh& mesh, const PlacedFaces& face
   std::vector<std::uint32_t> local;
   std::vector<Triangle> triangles;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    if (faces.normals[f] == Vec3d{}) continue;
+    if (faces.normals[f] == Vec3f{}) continue;
     const std::uint32_t first = mesh.face_begin[f];
     const auto face = mesh.face(f);
     if (face.size() == 3) {
@@ -66,8 +66,8 @@ namespace {
 template <class Visit>
 void visit_corners(const Mesh& mesh, const PlacedFaces& faces, const Visit& visit) {
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const Vec3d normal = faces.normals[f];
-    if (normal == Vec3d{}) continue;
+    const Vec3f normal = faces.normals[f];
+    if (normal == Vec3f{}) continue;
     for (std::uint32_t c = mesh.face_begin[f]; c < mesh.face_begin[f + 1]; ++c) visit(c, mesh.corner_vertex[c], normal);
   }
 }
@@ -78,14 +78,14 @@ std::vector<std::uint32_t> corners_of_even_vertices(const Mesh& mesh, const Plac
   std::vector<std::uint32_t> corners(mesh.vertex_count(), kNoVertex);
   if (crease_angle < 0) return corners;
   std::vector<Vec3f> sums(mesh.vertex_count());
-  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3d& normal) {
-    sums[v] += Vec3f(normal);
+  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3f& normal) {
+    sums[v] += normal;
     corners[v] = corner;
   });
   const auto cosine = static_cast<float>(std::cos(0.5 * std::min(crease_angle, std::numbers::pi)));
   for (Vec3f& sum : sums) sum = sum / std::max(norm(sum), 1e-6F);
-  visit_corners(mesh, faces, [&](std::uint32_t, std::uint32_t v, const Vec3d& normal) {
-    if (dot(Vec3f(normal), sums[v]) < cosine) corners[v] = kNoVertex;
+  visit_corners(mesh, faces, [&](std::uint32_t, std::uint32_t v, const Vec3f& normal) {
+    if (dot(normal, sums[v]) < cosine) corners[v] = kNoVertex;
   });
   return corners;
 }
@@ -99,14 +99,14 @@ struct Incidence {
 Incidence incidence(const Mesh& mesh, const PlacedFaces& faces, const std::vector<std::uint32_t>& even) {
   Incidence result;
   result.begin.assign(mesh.vertex_count() + 1, 0);
-  visit_corners(mesh, faces, [&](std::uint32_t, std::uint32_t v, const Vec3d&) {
+  visit_corners(mesh, faces, [&](std::uint32_t, std::uint32_t v, const Vec3f&) {
     if (even[v] == kNoVertex) ++result.begin[v + 1];
   });
   std::partial_sum(result.begin.begin(), result.begin.end(), result.begin.begin());
   result.list.resize(result.begin.back());
   if (result.list.empty()) return result;
   std::vector<std::uint32_t> next(result.begin.begin(), result.begin.end() - 1);
-  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3d&) {
+  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3f&) {
     if (even[v] == kNoVertex) result.list[next[v]++] = corner;
   });
   return result;
@@ -137,7 +137,7 @@ class CreaseSplitter {
   }
 
  private:
-  const Vec3d& normal(std::uint32_t corner) const { return data_.normals[data_.corner_face[corner]]; }
+  const Vec3f& normal(std::uint32_t corner) const { return data_.normals[data_.corner_face[corner]]; }
 
   void add_neighbors(std::uint32_t corner, std::uint32_t index) {
     const auto [previous, next] = around(mesh_, data_, corner);
@@ -183,7 +183,7 @@ SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double cr
     }
     result.begin.push_back(static_cast<std::uint32_t>(result.corner.size()));
   }
-  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3d&) {
+  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3f&) {
     if (even[v] != kNoVertex) result.corner_vertex[corner] = result.begin[v];
   });
   return result;
@@ -204,16 +204,16 @@ double angle_of(double y, double x) {
 
 // Adds to each drawn vertex the normals of its faces, each as long as the angle of the face's corner.
 void add_weighted_normals(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups,
-                          std::vector<Vec3d>& sums) {
+                          std::vector<Vec3f>& sums) {
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    if (faces.normals[f] == Vec3d{}) continue;
+    if (faces.normals[f] == Vec3f{}) continue;
     const auto face = mesh.face(f);
     Vec3d before = faces.positions[face.back()] - faces.positions[face.front()];
     for (std::size_t i = 0; i < face.size(); ++i) {
       const std::uint32_t next = face[i + 1 < face.size() ? i + 1 : 0];
       const Vec3d after = faces.positions[next] - faces.positions[face[i]];
       const double angle = angle_of(norm(cross(after, before)), dot(after, before));
-      sums[groups.corner_vertex[mesh.face_begin[f] + i]] += faces.normals[f] * (angle + 1e-9);
+      sums[groups.corner_vertex[mesh.face_begin[f] + i]] += faces.normals[f] * static_cast<float>(angle + 1e-9);
       before = -after;
     }
   }
@@ -222,15 +222,15 @@ void add_weighted_normals(const Mesh& mesh, const PlacedFaces& faces, const Smoo
 // Appends a vertex per smooth group.
 void add_vertices(const Mesh& mesh, const PlacedFaces& faces, const std::vector<Bytes4>& colors,
                   const SmoothGroups& groups, DrawSurface& surface) {
-  std::vector<Vec3d> sums(groups.corner.size());
+  std::vector<Vec3f> sums(groups.corner.size());
   add_weighted_normals(mesh, faces, groups, sums);
   surface.vertices.reserve(groups.corner.size());
   for (std::size_t drawn = 0; drawn < sums.size(); ++drawn) {
     const std::uint32_t corner = groups.corner[drawn];
     const std::uint32_t v = mesh.corner_vertex[corner];
-    const double length = norm(sums[drawn]);
-    const Vec3d normal = length > 1e-12 ? sums[drawn] / length : faces.normals[faces.corner_face[corner]];
-    surface.vertices.push_back({Vec3f(faces.positions[v]), Vec3f(normal), colors.empty() ? to_bytes({}) : colors[v]});
+    const float length = norm(sums[drawn]);
+    const Vec3f normal = length > 1e-12F ? sums[drawn] / length : faces.normals[faces.corner_face[corner]];
+    surface.vertices.push_back({Vec3f(faces.positions[v]), normal, colors.empty() ? to_bytes({}) : colors[v]});
   }
 }
 

@@ -44,7 +44,8 @@ void merge_cells(Occluder& occluder, double cell) {
   std::vector<double> counts;
   std::vector<std::uint32_t> merged;
   merged.reserve(occluder.positions.size());
-  const auto index = [&](float x) { return static_cast<std::uint64_t>(std::floor(x / cell) + 1048576) & 0x1fffff; };
+  // Shifted to where nothing is negative, so that casts round down.
+  const auto index = [&](float x) { return static_cast<std::uint64_t>(x / cell + 1048576) & 0x1fffff; };
   for (const Vec3f& p : occluder.positions) {
     const std::uint64_t key = index(p.x) | index(p.y) << 21 | index(p.z) << 42;
     const auto [at, is_new] = cells.try_emplace(key, static_cast<std::uint32_t>(sums.size()));
