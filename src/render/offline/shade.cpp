@@ -31,10 +31,10 @@ KNEAD_CLONES void add_scaled(const Rgba* from, float weight, int step, std::span
 const std::vector<std::uint8_t>& srgb_bytes() {
   static const std::vector<std::uint8_t> table = [] {
     std::vector<std::uint8_t> bytes;
-    for (int i = 0; i < 1 << 16; ++i) {
-      const double c = i / 65535.0;
-      const double srgb = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
-      bytes.push_back(static_cast<std::uint8_t>(std::lround(255 * srgb)));
+    for (int byte = 0; byte < 256; ++byte) {
+      const double end = (byte + 0.5) / 255;  // where the next is nearer
+      const double c = end <= 0.04045 ? end / 12.92 : std::pow((end + 0.055) / 1.055, 2.4);
+      bytes.resize(static_cast<std::size_t>(65535 * std::min(c, 1.0)) + 1, static_cast<std::uint8_t>(byte));
     }
     return bytes;
   }();
