@@ -77,7 +77,8 @@ void set_cameras(const PictureRequest& request, double aspect, std::vector<Scene
   std::vector<Vec3d> points = request.shown;
   for (const Scene& scene : scenes) {
     if (!request.shown.empty()) break;
-    const std::vector<Vec3d> own = render::scene_points(scene);
+    std::vector<Vec3d> own = render::scene_points(scene);
+    if (points.empty()) std::swap(points, own);
     points.insert(points.end(), own.begin(), own.end());
   }
   render::Camera camera = fitted(request, points, aspect);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "knead/error.h"
+#include "math/system.h"
 
 namespace knead::detail {
 

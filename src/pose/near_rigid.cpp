@@ -13,6 +13,7 @@
 
 #include "knead/error.h"
 #include "math/sparse_cholesky.h"
+#include "math/system.h"
 #include "pose/lattice_nodes.h"
 
 namespace knead::detail {

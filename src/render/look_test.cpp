@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 #include <vector>
 
 #include "knead/render.h"
@@ -165,6 +166,53 @@ TEST_F(LookTest, TheDefaultLooksAsWithSixteenTimesTheLights) {
   EXPECT_LT(mean_difference(image, render(scene, options)), 1.2);
 }
 
+TEST_F(LookTest, AFlatThingDarkensTheGroundOnlyBesideIt) {
+  Mesh plate;
+  for (const double y : {0.0, 0.02}) {
+    for (const auto& [x, z] : {std::pair{-1, -1}, {-1, 1}, {1, 1}, {1, -1}}) {
+      plate.positions.push_back({static_cast<double>(x), y, static_cast<double>(z)});
+    }
+  }
+  plate.add_face(std::array{3U, 2U, 1U, 0U});
+  plate.add_face(std::array{4U, 5U, 6U, 7U});
+  for (std::uint32_t i = 0; i < 4; ++i) plate.add_face(std::array{i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4});
+  Scene scene = scene_of(plate);
+  scene.camera = fit_camera({{-2, 0, -2}, {2, 0.02, 2}}, {-0.5, -0.4, -0.7}, {0, 1, 0}, 1.2);
+  Options options = options_of_test();
+  options.light_samples = Options().light_samples;
+  const Image plain = render(scene, options);
+  options.ground = true;
+  EXPECT_LT(mean_difference(plain, render(scene, options)), 0.4);
+}
+
+TEST_F(LookTest, ABallTurnedInsideOutShowsItsBack) {
+  Mesh balls = sphere({-1.2, 0, 0}, 1);
+  const Mesh other = sphere({1.2, 0, 0}, 1);
+  const auto first = static_cast<std::uint32_t>(balls.vertex_count());
+  balls.positions.insert(balls.positions.end(), other.positions.begin(), other.positions.end());
+  for (std::size_t f = 0; f < other.face_count(); ++f) {
+    std::vector<std::uint32_t> face(other.face(f).rbegin(), other.face(f).rend());
+    for (std::uint32_t& v : face) v += first;
+    balls.add_face(face);
+  }
+  const Image image = render(scene_of(balls), options_of_test());
+  const Pixel left = at(image, kWide / 4, kHigh / 2);
+  const Pixel right = at(image, kWide * 3 / 4, kHigh / 2);
+  EXPECT_GT(left.red, left.blue);
+  EXPECT_LT(right.red, right.blue);
+}
+
+TEST_F(LookTest, FromWithinABallItsBackIsSeen) {
+  const Mesh ball = sphere({}, 1);
+  Scene scene = scene_of(ball, Projection::perspective);
+  scene.camera.eye = {0, 0, 0.5};
+  scene.camera.target = {};
+  Options options = options_of_test();
+  options.ambient_occlusion = false;  // no light comes in
+  const Pixel middle = at(render(scene, options), kWide / 2, kHigh / 2);
+  EXPECT_LT(middle.red, middle.blue);
+}
+
 TEST(ShadowMap, ATriangleCoversTheTexelsWhoseCentresItHolds) {
   Occluder occluder;
   occluder.radius = 1;
@@ -173,7 +221,8 @@ TEST(ShadowMap, ATriangleCoversTheTexelsWhoseCentresItHolds) {
   constexpr int size = 50;
   const LightMatrix identity{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
   for (int turn = 0; turn < 2; ++turn) {
-    const std::vector<std::uint16_t> map = draw_shadow_maps(occluder, {&identity, 1}, size, 0.01);
+    std::vector<std::uint16_t> map(size * size);
+    draw_shadow_maps(occluder, {&identity, 1}, size, 0.01, map);
     for (int y = 0; y < size; ++y) {
       for (int x = 0; x < size; ++x) {
         const double u = (x + 0.5) / size;
@@ -194,7 +243,8 @@ TEST(ShadowMap, TheNearestDepthStaysAndNothingIsDrawnOutside) {
   occluder.indices = {0, 1, 2, 3, 4, 5};
   occluder.points = {{0.5f, 0.5f, 0.1f}, {3, 3, 0}};
   const LightMatrix identity{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
-  const std::vector<std::uint16_t> map = draw_shadow_maps(occluder, {&identity, 1}, 40, 0.05);
+  std::vector<std::uint16_t> map(40 * 40);
+  draw_shadow_maps(occluder, {&identity, 1}, 40, 0.05, map);
   const auto at = [&](int x, int y) { return map[static_cast<std::size_t>(y * 40 + x)]; };
   EXPECT_NEAR(at(3, 3), 0.25 * 65535, 2);
   EXPECT_NEAR(at(20, 20), 0.1 * 65535, 2);

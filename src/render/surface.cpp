@@ -1,7 +1,9 @@
 #include "render/surface.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <span>
 
@@ -20,7 +22,7 @@ PlacedFaces place_faces(const Mesh& mesh, const Placement& placement) {
     data.corner_face.insert(data.corner_face.end(), face.size(), static_cast<std::uint32_t>(f));
     const Vec3d normal = face.size() < 3 ? Vec3d{} : polygon_normal(data.positions, face);
     const double length = norm(normal);
-    data.normals.push_back(length > 0 && std::isfinite(length) ? normal / length : Vec3d{});
+    data.normals.push_back(length > 0 && std::isfinite(length) ? Vec3f(normal / length) : Vec3f{});
   }
   return data;
 }
@@ -32,7 +34,7 @@ std::vector<Triangle> corner_triangles(const Mesh& mesh, const PlacedFaces& face
   std::vector<std::uint32_t> local;
   std::vector<Triangle> triangles;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    if (faces.normals[f] == Vec3d{}) continue;
+    if (faces.normals[f] == Vec3f{}) continue;
     const std::uint32_t first = mesh.face_begin[f];
     const auto face = mesh.face(f);
     if (face.size() == 3) {
@@ -60,25 +62,53 @@ std::pair<std::uint32_t, std::uint32_t> around(const Mesh& mesh, const PlacedFac
 
 namespace {
 
-// The corners at each vertex: list[begin[v]] to list[begin[v + 1]]. Corners of faces that are left out are not in it.
+// Calls visit(corner, vertex, normal) for the corners of the faces that are not left out.
+template <class Visit>
+void visit_corners(const Mesh& mesh, const PlacedFaces& faces, const Visit& visit) {
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const Vec3f normal = faces.normals[f];
+    if (normal == Vec3f{}) continue;
+    for (std::uint32_t c = mesh.face_begin[f]; c < mesh.face_begin[f + 1]; ++c) visit(c, mesh.corner_vertex[c], normal);
+  }
+}
+
+// For each vertex round which no two faces bend by more than the angle, one of its corners; else kNoVertex. Most
+// vertices are like this, and need no look at their edges.
+std::vector<std::uint32_t> corners_of_even_vertices(const Mesh& mesh, const PlacedFaces& faces, double crease_angle) {
+  std::vector<std::uint32_t> corners(mesh.vertex_count(), kNoVertex);
+  if (crease_angle < 0) return corners;
+  std::vector<Vec3f> sums(mesh.vertex_count());
+  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3f& normal) {
+    sums[v] += normal;
+    corners[v] = corner;
+  });
+  const auto cosine = static_cast<float>(std::cos(0.5 * std::min(crease_angle, std::numbers::pi)));
+  for (Vec3f& sum : sums) sum = sum / std::max(norm(sum), 1e-6F);
+  visit_corners(mesh, faces, [&](std::uint32_t, std::uint32_t v, const Vec3f& normal) {
+    if (dot(normal, sums[v]) < cosine) corners[v] = kNoVertex;
+  });
+  return corners;
+}
+
+// The corners at each of the other vertices: list[begin[v]] to list[begin[v + 1]].
 struct Incidence {
   std::vector<std::uint32_t> begin;
   std::vector<std::uint32_t> list;
 };
 
-Incidence incidence(const Mesh& mesh, const PlacedFaces& data) {
+Incidence incidence(const Mesh& mesh, const PlacedFaces& faces, const std::vector<std::uint32_t>& even) {
   Incidence result;
   result.begin.assign(mesh.vertex_count() + 1, 0);
-  const auto used = [&](std::size_t corner) { return data.normals[data.corner_face[corner]] != Vec3d{}; };
-  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
-    if (used(c)) ++result.begin[mesh.corner_vertex[c] + 1];
-  }
+  visit_corners(mesh, faces, [&](std::uint32_t, std::uint32_t v, const Vec3f&) {
+    if (even[v] == kNoVertex) ++result.begin[v + 1];
+  });
   std::partial_sum(result.begin.begin(), result.begin.end(), result.begin.begin());
   result.list.resize(result.begin.back());
+  if (result.list.empty()) return result;
   std::vector<std::uint32_t> next(result.begin.begin(), result.begin.end() - 1);
-  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
-    if (used(c)) result.list[next[mesh.corner_vertex[c]]++] = static_cast<std::uint32_t>(c);
-  }
+  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3f&) {
+    if (even[v] == kNoVertex) result.list[next[v]++] = corner;
+  });
   return result;
 }
 
@@ -107,7 +137,7 @@ class CreaseSplitter {
   }
 
  private:
-  const Vec3d& normal(std::uint32_t corner) const { return data_.normals[data_.corner_face[corner]]; }
+  const Vec3f& normal(std::uint32_t corner) const { return data_.normals[data_.corner_face[corner]]; }
 
   void add_neighbors(std::uint32_t corner, std::uint32_t index) {
     const auto [previous, next] = around(mesh_, data_, corner);
@@ -131,7 +161,8 @@ class CreaseSplitter {
 }  // namespace
 
 SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double crease_angle) {
-  const Incidence at = incidence(mesh, faces);
+  const std::vector<std::uint32_t> even = corners_of_even_vertices(mesh, faces, crease_angle);
+  const Incidence at = incidence(mesh, faces, even);
   CreaseSplitter splitter(mesh, faces, crease_angle);
   SmoothGroups result;
   result.corner_vertex.assign(mesh.corner_vertex.size(), kNoVertex);
@@ -139,6 +170,7 @@ SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double cr
   result.begin.reserve(mesh.vertex_count() + 1);
   result.corner.reserve(mesh.vertex_count());
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (even[v] != kNoVertex) result.corner.push_back(even[v]);
     const std::span<const std::uint32_t> corners(at.list.data() + at.begin[v], at.begin[v + 1] - at.begin[v]);
     const auto& groups = splitter.groups(corners);
     for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -151,35 +183,54 @@ SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double cr
     }
     result.begin.push_back(static_cast<std::uint32_t>(result.corner.size()));
   }
+  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3f&) {
+    if (even[v] != kNoVertex) result.corner_vertex[corner] = result.begin[v];
+  });
   return result;
 }
 
 namespace {
 
-// The face's normal, as long as the corner's angle.
-Vec3d weighted_normal(const Mesh& mesh, const PlacedFaces& faces, std::uint32_t corner) {
-  const auto [previous, next] = around(mesh, faces, corner);
-  const Vec3d p = faces.positions[mesh.corner_vertex[corner]];
-  const Vec3d a = faces.positions[previous] - p;
-  const Vec3d b = faces.positions[next] - p;
-  return faces.normals[faces.corner_face[corner]] * (std::atan2(norm(cross(a, b)), dot(a, b)) + 1e-9);
+// The angle of (x, y), where y is not negative, within 1e-5: Abramowitz and Stegun, "Handbook of mathematical
+// functions" (1964), 4.4.49.
+double angle_of(double y, double x) {
+  const double size = std::abs(x);
+  const double r = std::min(size, y) / std::max(std::max(size, y), 1e-300);
+  const double s = r * r;
+  const double low = r * (0.9998660 + s * (-0.3302995 + s * (0.1801410 + s * (-0.0851330 + s * 0.0208351))));
+  const double acute = y > size ? 0.5 * std::numbers::pi - low : low;
+  return x < 0 ? std::numbers::pi - acute : acute;
+}
+
+// Adds to each drawn vertex the normals of its faces, each as long as the angle of the face's corner.
+void add_weighted_normals(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups,
+                          std::vector<Vec3f>& sums) {
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    if (faces.normals[f] == Vec3f{}) continue;
+    const auto face = mesh.face(f);
+    Vec3d before = faces.positions[face.back()] - faces.positions[face.front()];
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::uint32_t next = face[i + 1 < face.size() ? i + 1 : 0];
+      const Vec3d after = faces.positions[next] - faces.positions[face[i]];
+      const double angle = angle_of(norm(cross(after, before)), dot(after, before));
+      sums[groups.corner_vertex[mesh.face_begin[f] + i]] += faces.normals[f] * static_cast<float>(angle + 1e-9);
+      before = -after;
+    }
+  }
 }
 
 // Appends a vertex per smooth group.
 void add_vertices(const Mesh& mesh, const PlacedFaces& faces, const std::vector<Bytes4>& colors,
                   const SmoothGroups& groups, DrawSurface& surface) {
-  std::vector<Vec3d> sums(groups.corner.size());
-  for (std::uint32_t c = 0; c < groups.corner_vertex.size(); ++c) {
-    const std::uint32_t drawn = groups.corner_vertex[c];
-    if (drawn != kNoVertex) sums[drawn] += weighted_normal(mesh, faces, c);
-  }
+  std::vector<Vec3f> sums(groups.corner.size());
+  add_weighted_normals(mesh, faces, groups, sums);
   surface.vertices.reserve(groups.corner.size());
   for (std::size_t drawn = 0; drawn < sums.size(); ++drawn) {
     const std::uint32_t corner = groups.corner[drawn];
     const std::uint32_t v = mesh.corner_vertex[corner];
-    const double length = norm(sums[drawn]);
-    const Vec3d normal = length > 1e-12 ? sums[drawn] / length : faces.normals[faces.corner_face[corner]];
-    surface.vertices.push_back({Vec3f(faces.positions[v]), Vec3f(normal), colors.empty() ? to_bytes({}) : colors[v]});
+    const float length = norm(sums[drawn]);
+    const Vec3f normal = length > 1e-12F ? sums[drawn] / length : faces.normals[faces.corner_face[corner]];
+    surface.vertices.push_back({Vec3f(faces.positions[v]), normal, colors.empty() ? to_bytes({}) : colors[v]});
   }
 }
 
@@ -212,6 +263,47 @@ void add_triangles(const Mesh& mesh, const PlacedFaces& faces, const std::vector
     const std::uint32_t first = mesh.face_begin[f];
     add_wire_triangle({t[0] - first, t[1] - first, t[2] - first}, drawn, mesh.face(f).size(), surface);
   }
+}
+
+// A number that no two edges share but by a chance of 1 in 2^64: the finalizer of SplitMix64 (Steele and others 2014).
+std::uint64_t edge_number(std::uint32_t a, std::uint32_t b) {
+  std::uint64_t x = (std::uint64_t{a} << 32 | b) + 0x9e3779b97f4a7c15;
+  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
+  x = (x ^ x >> 27) * 0x94d049bb133111eb;
+  return x ^ x >> 31;
+}
+
+// Closed: each edge is passed as often in one direction as in the other, so that the sum of numbers, with the sign of
+// the direction, is 0. Turned outwards: the volume of every connected part is positive.
+bool is_solid(const Mesh& mesh, const std::vector<Vec3d>& positions) {
+  std::vector<std::uint32_t> parent(positions.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto root = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  std::uint64_t open = 0;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::uint32_t a = face[i];
+      const std::uint32_t b = face[i + 1 < face.size() ? i + 1 : 0];
+      open += a < b ? edge_number(a, b) : 0 - edge_number(b, a);
+      if (i > 0) parent[root(a)] = root(face[0]);
+    }
+  }
+  if (open != 0) return false;
+  std::vector<double> volumes(positions.size());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    for (std::size_t i = 2; i < face.size(); ++i) {
+      volumes[root(face[0])] += dot(positions[face[0]], cross(positions[face[i - 1]], positions[face[i]]));
+    }
+  }
+  for (std::uint32_t v = 0; v < volumes.size(); ++v) {
+    if (parent[v] == v && !(volumes[v] >= 0)) return false;
+  }
+  return true;
 }
 
 void add_points(const Mesh& mesh, const std::vector<Bytes4>& colors, const Placement& placement, DrawSurface& surface) {
@@ -280,6 +372,7 @@ DrawSurface make_surface(const Mesh& mesh, const std::vector<Bytes4>& vertex_col
   const SmoothGroups groups = smooth_groups(mesh, faces, options.crease_angle);
   add_vertices(mesh, faces, vertex_colors, groups, surface);
   add_triangles(mesh, faces, groups.corner_vertex, options.wireframe, surface);
+  surface.is_solid = is_solid(mesh, faces.positions);
   return surface;
 }
 

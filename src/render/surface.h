@@ -189,6 +189,7 @@ struct DrawVertex {
 struct DrawSurface {
   std::vector<DrawVertex> vertices;
   std::vector<std::uint32_t> indices;
+  bool is_solid = false;  // closed, and every part turned outwards: from outside, the backs of its faces are hidden
 };
 
 struct SurfaceOptions {
@@ -212,7 +213,7 @@ inline constexpr std::uint32_t kNoVertex = 0xffffffff;
 
 struct PlacedFaces {
   std::vector<Vec3d> positions;            // per vertex, renderer units
-  std::vector<Vec3d> normals;              // per face, unit; zero: the face is left out
+  std::vector<Vec3f> normals;              // per face, unit; zero: the face is left out
   std::vector<std::uint32_t> corner_face;  // per corner
 };
 

@@ -144,7 +144,7 @@ PolygonEdges polygon_edges(const Mesh& mesh, const PlacedFaces& faces, const Smo
   std::vector<std::uint32_t> begin(mesh.vertex_count() + 1, 0);
   const auto for_each_edge = [&](auto visit) {
     for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-      if (faces.normals[f] == Vec3d{}) continue;
+      if (faces.normals[f] == Vec3f{}) continue;
       for (std::uint32_t c = mesh.face_begin[f]; c < mesh.face_begin[f + 1]; ++c) {
         const std::uint32_t next = c + 1 == mesh.face_begin[f + 1] ? mesh.face_begin[f] : c + 1;
         visit(c, next);

@@ -44,7 +44,8 @@ void merge_cells(Occluder& occluder, double cell) {
   std::vector<double> counts;
   std::vector<std::uint32_t> merged;
   merged.reserve(occluder.positions.size());
-  const auto index = [&](float x) { return static_cast<std::uint64_t>(std::floor(x / cell) + 1048576) & 0x1fffff; };
+  // Shifted to where nothing is negative, so that casts round down.
+  const auto index = [&](float x) { return static_cast<std::uint64_t>(x / cell + 1048576) & 0x1fffff; };
   for (const Vec3f& p : occluder.positions) {
     const std::uint64_t key = index(p.x) | index(p.y) << 21 | index(p.z) << 42;
     const auto [at, is_new] = cells.try_emplace(key, static_cast<std::uint32_t>(sums.size()));
@@ -74,6 +75,9 @@ Occluder make_occluder(const std::vector<DrawSurface>& surfaces, const Vec3d& up
                        std::size_t max_triangles) {
   Occluder occluder;
   for (const DrawSurface& surface : surfaces) append(surface, occluder);
+  occluder.is_solid = std::all_of(surfaces.begin(), surfaces.end(), [](const DrawSurface& surface) {
+    return surface.is_solid || surface.indices.empty();
+  });
   measure(occluder, up);
   if (occluder.indices.size() > 3 * max_triangles) merge_cells(occluder, cell * occluder.radius);
   return occluder;
@@ -102,6 +106,7 @@ std::vector<Vec3f> clipped(const std::array<Vec3f, 3>& triangle, const std::arra
 }  // namespace
 
 void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane) {
+  occluder.is_solid = false;
   std::erase_if(occluder.points, [&](const Vec3f& p) { return beyond(plane, p) > 0; });
   std::vector<std::uint32_t> indices;
   for (std::size_t i = 0; i < occluder.indices.size(); i += 3) {

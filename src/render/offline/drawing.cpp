@@ -34,7 +34,12 @@ void use(const gl::Program& program, const View& view, int width, int height) {
   glUniform4f(uniform(program, "clip"), 0, 0, 0, 1);
 }
 
-void use(const gl::Program& program, const Pass& pass) { use(program, pass.view, pass.width, pass.height); }
+// Shaders count samples from the part's corner.
+void use(const gl::Program& program, const Pass& pass) {
+  use(program, pass.view, pass.width, pass.height);
+  glUniform2f(uniform(program, "shift"), static_cast<float>(pass.view.shift_x - 2.0 * pass.part.left / pass.width),
+              static_cast<float>(pass.view.shift_y - 2.0 * pass.part.bottom / pass.height));
+}
 
 void use_clipped(const gl::Program& program, const Pass& pass) {
   use(program, pass);
@@ -86,6 +91,15 @@ void reset_state(int width, int height) {
   glDepthFunc(GL_LESS);
 }
 
+void reset_state(const Pass& pass) {
+  reset_state(pass.width, pass.height);
+  glViewport(-pass.part.left, -pass.part.bottom, pass.width, pass.height);
+}
+
+gl::Texture make_texture(const Pass& pass, GLenum internal_format) {
+  return gl::make_texture(pass.part.width, pass.part.height, internal_format);
+}
+
 void clear(float red, float green, float blue, float alpha) {
   glClearColor(red, green, blue, alpha);
   glClear(GL_COLOR_BUFFER_BIT);
@@ -129,6 +143,7 @@ SurfaceBuffers upload(const DrawSurface& surface) {
   describe_attribute(2, 4, GL_UNSIGNED_BYTE, sizeof(DrawVertex), offsetof(DrawVertex, color));
   describe_attribute(3, 4, GL_UNSIGNED_BYTE, sizeof(DrawVertex), offsetof(DrawVertex, edge));
   result.points = surface.indices.empty();
+  result.is_solid = surface.is_solid;
   result.count = static_cast<GLsizei>(result.points ? surface.vertices.size() : surface.indices.size());
   return result;
 }

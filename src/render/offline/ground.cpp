@@ -1,7 +1,7 @@
 #include <array>
-#include <utility>
 
 #include "knead/error.h"
+#include "math/system.h"
 #include "render/offline/shade.h"
 
 namespace knead::render {
@@ -28,34 +28,59 @@ std::optional<Vec3f> Ground::ground_at(int x, int y) const {
   return origin + ray * t;
 }
 
-// Light after light, because a row's texels are near each other in its map.
-void Ground::shade_row(int y) {
-  constexpr int size = kShadowMapSize;
-  const auto range = static_cast<float>(2 * drawn_.lighting.occluder.radius);
-  std::vector<std::pair<Vec3f, std::size_t>> places;
-  for (int x = 0; x < width_; ++x) {
-    const std::size_t texel = index(x, y);
-    missing_[texel] = sees_ground(x, y) ? 0 : kUnseen;
-    const std::optional<Vec3f> ground = is_seen(texel) ? ground_at(x, y) : std::nullopt;
-    if (ground) places.emplace_back(*ground + up_ * drawn_.lift, texel);
+// Texels that are lit together, and what they lack.
+struct Ground::Batch {
+  MapPlaces places{};
+  std::array<std::size_t, kLanes> texels{};
+  std::size_t count = 0;
+  Lane missing{};
+  Lane distance{};
+};
+
+KNEAD_CLONES void Ground::add_missing(float weight, Batch& batch) {
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const auto nearest = static_cast<float>(batch.places.nearest[i]);
+    const float gap = batch.places.depth[i] - nearest;
+    const float missing = gap > 0 && nearest < 65535 ? weight : 0;
+    batch.missing[i] += missing;
+    batch.distance[i] += missing * gap;
   }
-  for (std::size_t i = 0; i < weights_.size(); ++i) {
-    if (weights_[i] == 0) continue;
-    const LightMatrix& m = drawn_.matrices[i];
-    const std::uint16_t* const map = drawn_.map(i);
-    for (const auto& [p, texel] : places) {
-      const float u = m[0] * p.x + m[3] * p.y + m[6] * p.z + m[9];
-      const float v = m[1] * p.x + m[4] * p.y + m[7] * p.z + m[10];
-      if (!(u >= 0 && u <= 1 && v >= 0 && v <= 1)) continue;
-      const int column = std::min(static_cast<int>(u * size), size - 1);
-      const int line = std::min(static_cast<int>(v * size), size - 1);
-      const float depth = static_cast<float>(map[line * size + column]) / 65535;
-      const float gap = m[2] * p.x + m[5] * p.y + m[8] * p.z + m[11] - depth;
-      if (gap <= 0) continue;
-      missing_[texel] += weights_[i];
-      distance_[texel] += weights_[i] * gap * range;
+}
+
+void Ground::shade(Batch& batch) {
+  batch.missing = batch.distance = {};
+  for (std::size_t l = 0; l < weights_.size(); ++l) {
+    if (weights_[l] == 0) continue;
+    look_up(drawn_.matrices[l], drawn_.map(l), batch.places);
+    add_missing(weights_[l], batch);
+  }
+  const auto range = static_cast<float>(2 * drawn_.lighting.occluder.radius / 65535);
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    missing_[batch.texels[i]] = batch.missing[i];
+    distance_[batch.texels[i]] = batch.distance[i] * range;
+  }
+  batch.count = 0;
+}
+
+// In blocks, because texels near each other are near each other in the lights' maps.
+void Ground::shade_rows(int first, int last) {
+  constexpr int block = 16;
+  Batch batch;
+  for (int left = 0; left < width_; left += block) {
+    for (int y = first; y < last; ++y) {
+      for (int x = left; x < std::min(left + block, width_); ++x) {
+        const std::size_t texel = index(x, y);
+        missing_[texel] = sees_ground(x, y) ? 0 : kUnseen;
+        const std::optional<Vec3f> ground = is_seen(texel) ? ground_at(x, y) : std::nullopt;
+        if (!ground) continue;
+        const Vec3f p = *ground + up_ * drawn_.lift;
+        for (std::size_t k = 0; k < 3; ++k) batch.places.q[k][batch.count] = p[k];
+        batch.texels[batch.count++] = texel;
+        if (batch.count == kLanes) shade(batch);
+      }
     }
   }
+  shade(batch);
 }
 
 // Taps on a spiral in the unit circle, and their weights.
@@ -145,16 +170,23 @@ Ground::Ground(const Drawn& drawn)
   darkness_.resize(missing_.size());
   const auto for_rows = [&](const auto& body) {
     constexpr int at_once = 64;  // rows between two reports
+    constexpr int together = 4;
     for (int first = 0; first < height_; first += at_once) {
-      const int rows = std::min(at_once, height_ - first);
-      parallel_for(static_cast<std::size_t>(rows), 8, 0, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) body(first + static_cast<int>(i));
+      const int end_row = std::min(first + at_once, height_);
+      const auto groups = static_cast<std::size_t>((end_row - first + together - 1) / together);
+      parallel_for(groups, 2, 0, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const int from = first + together * static_cast<int>(i);
+          body(from, std::min(from + together, end_row));
+        }
       });
       report(drawn_.pass, *drawn_.pass.reported);
     }
   };
-  for_rows([&](int y) { shade_row(y); });
-  for_rows([&](int y) { darken_row(y); });
+  for_rows([&](int from, int to) { shade_rows(from, to); });
+  for_rows([&](int from, int to) {
+    for (int y = from; y < to; ++y) darken_row(y);
+  });
 }
 
 // Towards the picture's sides the shadow fades, so that none is cut off.
@@ -171,24 +203,20 @@ void Ground::darken_row(int y) {
 }
 
 float Ground::darkness_at(float x, float y) const {
-  const float u = x / static_cast<float>(step_) - 0.5F;
-  const float v = y / static_cast<float>(step_) - 0.5F;
-  const int column = static_cast<int>(std::floor(u));
-  const int row = static_cast<int>(std::floor(v));
+  const float u = x / static_cast<float>(step_) + 0.5F;  // from the unseen border on, so that it is not negative
+  const float v = y / static_cast<float>(step_) + 0.5F;
+  const int column = static_cast<int>(u);
+  const int row = static_cast<int>(v);
   const float a = u - static_cast<float>(column);
   const float b = v - static_cast<float>(row);
-  float sum = 0;
-  float weight = 1e-6F;
-  for (int k = 0; k < 4; ++k) {
-    const int i = std::clamp(column + (k & 1), 0, width_ - 1);
-    const int j = std::clamp(row + (k >> 1), 0, height_ - 1);
-    const std::size_t texel = index(i, j);
-    if (!is_seen(texel)) continue;
-    const float w = ((k & 1) != 0 ? a : 1 - a) * ((k >> 1) != 0 ? b : 1 - b);
-    sum += w * darkness_[texel];
-    weight += w;
-  }
-  return sum / weight;
+  const std::size_t below = index(column - 1, row - 1);
+  const std::size_t above = index(column - 1, row);
+  const auto weight = [&](std::size_t texel, float w) { return is_seen(texel) ? w : 0; };
+  const std::array weights{weight(below, (1 - a) * (1 - b)), weight(below + 1, a * (1 - b)), weight(above, (1 - a) * b),
+                           weight(above + 1, a * b)};
+  const float sum = weights[0] * darkness_[below] + weights[1] * darkness_[below + 1] + weights[2] * darkness_[above] +
+                    weights[3] * darkness_[above + 1];
+  return sum / (1e-6F + weights[0] + weights[1] + weights[2] + weights[3]);
 }
 
 }  // namespace knead::render

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "knead/error.h"
+#include "math/system.h"
 #include "render/offline/passes.h"
 
 namespace knead::render {
@@ -15,7 +16,7 @@ constexpr double kLineWidth = 1.6;  // in pixels, of the line where glass meets 
 void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color, const SurfaceBuffers& rods) {
   if (rods.count == 0) return;
   const gl::Framebuffer target = gl::make_framebuffer({&color, &buffer.normal}, &buffer.depth);
-  reset_state(pass.width, pass.height);
+  reset_state(pass);
   const gl::Program& program = pass.programs.rod;
   use(program, pass);
   set_simple_light(program, pass.view);
@@ -78,29 +79,28 @@ void copy(const Pass& pass, const gl::Texture& texture) {
 void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& color,
                 const std::vector<SurfaceBuffers>& surfaces) {
   if (surfaces.empty()) return;
-  const gl::Texture over = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
+  const gl::Texture over = make_texture(pass, GL_RGBA16F);
   const gl::Framebuffer over_target = gl::make_framebuffer({&over}, nullptr);
   clear(0, 0, 0, 0);
-  const gl::Texture layer = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
-  const gl::Texture depths[2] = {gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
-                                 gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F)};
+  const gl::Texture layer = make_texture(pass, GL_RGBA16F);
+  const gl::Texture depths[2] = {make_texture(pass, GL_DEPTH_COMPONENT32F), make_texture(pass, GL_DEPTH_COMPONENT32F)};
   const gl::Framebuffer targets[2] = {gl::make_framebuffer({&layer}, &depths[0]),
                                       gl::make_framebuffer({&layer}, &depths[1])};
-  reset_state(pass.width, pass.height);
+  reset_state(pass);
   glClearDepth(0);
   glClear(GL_DEPTH_BUFFER_BIT);  // depths[1]: nothing is drawn yet
   for (std::size_t i = 0; i < kMaxLayers; ++i) {
     glBindFramebuffer(GL_FRAMEBUFFER, targets[i % 2].get());
-    reset_state(pass.width, pass.height);
+    reset_state(pass);
     if (!draw_layer(pass, buffer, surfaces, depths[1 - i % 2])) break;
     glBindFramebuffer(GL_FRAMEBUFFER, over_target.get());
-    reset_state(pass.width, pass.height);
+    reset_state(pass);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE_MINUS_DST_ALPHA, GL_ONE);
     copy(pass, layer);
   }
   const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
-  reset_state(pass.width, pass.height);
+  reset_state(pass);
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   copy(pass, over);
@@ -162,19 +162,19 @@ Plane left_of(const MapPoint& a, const MapPoint& b) {
 }
 
 // Most triangles are a few texels large: each texel of the box around them is tried, a run of them at once.
-void draw_triangle(const Map& map, const MapPoint& a, const MapPoint& b, const MapPoint& c) {
-  const int top = map.first(std::min(std::min(a.y, b.y), c.y));
-  const int bottom = map.end(std::max(std::max(a.y, b.y), c.y));
-  const int left = map.first(std::min(std::min(a.x, b.x), c.x));
-  const int right = map.end(std::max(std::max(a.x, b.x), c.x));
-  if (top >= bottom || left >= right) return;
+void draw_triangle(const Map& map, const MapPoint& a, const MapPoint& b, const MapPoint& c, bool has_back) {
   // From a, so that the numbers are small.
   const MapPoint origin{0, 0, 0};
   const MapPoint u{b.x - a.x, b.y - a.y, b.z - a.z};
   const MapPoint v{c.x - a.x, c.y - a.y, c.z - a.z};
   const float twice_area = u.x * v.y - u.y * v.x;
-  if (twice_area == 0) return;
   const bool turns_left = twice_area > 0;
+  if (has_back ? twice_area == 0 : !turns_left) return;
+  const int top = map.first(std::min(std::min(a.y, b.y), c.y));
+  const int bottom = map.end(std::max(std::max(a.y, b.y), c.y));
+  const int left = map.first(std::min(std::min(a.x, b.x), c.x));
+  const int right = map.end(std::max(std::max(a.x, b.x), c.x));
+  if (top >= bottom || left >= right) return;
   const Plane first = turns_left ? left_of(origin, u) : left_of(u, origin);
   const Plane second = turns_left ? left_of(u, v) : left_of(v, u);
   const Plane third = turns_left ? left_of(v, origin) : left_of(origin, v);
@@ -212,31 +212,31 @@ void draw_map(const Occluder& occluder, const LightMatrix& light, const Map& map
   std::vector<MapPoint> places(occluder.positions.size());
   for (std::size_t i = 0; i < places.size(); ++i) places[i] = place(light, occluder.positions[i], size);
   for (std::size_t i = 0; i < occluder.indices.size(); i += 3) {
-    draw_triangle(map, places[occluder.indices[i]], places[occluder.indices[i + 1]], places[occluder.indices[i + 2]]);
+    draw_triangle(map, places[occluder.indices[i]], places[occluder.indices[i + 1]], places[occluder.indices[i + 2]],
+                  !occluder.is_solid);
   }
   const auto radius = static_cast<float>(0.5 * point_radius / occluder.radius * map.size);
   for (const Vec3f& p : occluder.points) draw_point(map, place(light, p, size), radius);
 }
 
+KNEAD_CLONES void round_all(const float* depths, std::span<std::uint16_t> rounded) {
+  for (std::size_t i = 0; i < rounded.size(); ++i) rounded[i] = static_cast<std::uint16_t>(depths[i]);
+}
+
 }  // namespace
 
-std::vector<std::uint16_t> draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size,
-                                            double point_radius) {
-  const std::size_t texels = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
-  std::vector<std::uint16_t> depths(texels * lights.size());
+void draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size, double point_radius,
+                      std::span<std::uint16_t> maps) {
+  const auto texels = static_cast<std::size_t>(size);
   parallel_for(lights.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
     std::vector<float> drawn(static_cast<std::size_t>(size + kRun) * static_cast<std::size_t>(size));
     for (std::size_t i = begin; i < end; ++i) {
       const Map map{size, drawn.data()};
       std::fill(drawn.begin(), drawn.end(), kFarthest);
       draw_map(occluder, lights[i], map, point_radius);
-      std::uint16_t* rounded = depths.data() + i * texels;
-      for (int y = 0; y < size; ++y) {
-        for (int x = 0; x < size; ++x) *rounded++ = static_cast<std::uint16_t>(map.row(y)[x]);
-      }
+      for (int y = 0; y < size; ++y) round_all(map.row(y), maps.subspan(i * texels * texels + y * texels, texels));
     }
   });
-  return depths;
 }
 
 }  // namespace knead::render

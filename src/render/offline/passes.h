@@ -46,6 +46,7 @@ struct Occluder {
   std::vector<Vec3f> positions;
   std::vector<std::uint32_t> indices;  // three per triangle
   std::vector<Vec3f> points;           // of point clouds
+  bool is_solid = false;               // the triangles are closed and turned outwards
   Vec3d center;                        // of a ball that holds everything
   double radius = 0;                   // 0: nothing casts a shadow
   double ground = 0;                   // the lowest dot(up, p)
@@ -66,10 +67,10 @@ void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane);
 // to the light.
 using LightMatrix = std::array<float, 12>;
 
-// Returns one map of size * size depths for each light, by rows: 0 to 65535, which is also where there is nothing.
+// Fills one map of size * size depths for each light, by rows: 0 to 65535, which is also where there is nothing.
 // Triangles are pushed back by one and a half times their slope over a texel. Points are squares with this half side.
-std::vector<std::uint16_t> draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size,
-                                            double point_radius);
+void draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size, double point_radius,
+                      std::span<std::uint16_t> maps);
 
 // The studio's light: a soft sky, a large key light, a fill and a rim, as many directional lights.
 
@@ -108,11 +109,22 @@ struct SurfaceBuffers {
   gl::Buffer indices;
   GLsizei count = 0;
   bool points = false;
+  bool is_solid = false;
   double point_radius = 0;  // renderer units
   Color color;              // glass: tint; shapes: the colour of the back
 };
 
 SurfaceBuffers upload(const DrawSurface& surface);
+
+// A part of a picture, in samples.
+struct Part {
+  int left = 0;
+  int bottom = 0;
+  int width = 0;
+  int height = 0;
+
+  bool contains(int x, int y) const { return x >= left && x < left + width && y >= bottom && y < bottom + height; }
+};
 
 // What the passes have in common.
 struct Pass {
@@ -121,6 +133,7 @@ struct Pass {
   const Options& options;
   int width = 0;  // in samples
   int height = 0;
+  Part part;                              // whole pixels, outside which nothing is drawn: all textures are of this part
   std::array<float, 4> clip{0, 0, 0, 1};  // dot(xyz, p) > w is taken away, in renderer units
   bool clipped = false;
   Color cut{};
@@ -152,11 +165,12 @@ void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color
 void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& color,
                 const std::vector<SurfaceBuffers>& surfaces);
 
-// The samples of what the GPU has drawn, rows from the bottom up. Numbers from 0 to 1 are stored as 0 to 65535.
+// The samples of the part that the GPU has drawn, rows from the bottom up. Numbers from 0 to 1 are stored as 0 to
+// 65535.
 using Shorts4 = std::array<std::uint16_t, 4>;
 struct Samples {
   std::unique_ptr<float[]> depth;         // 1: no shape
-  std::unique_ptr<Bytes4[]> reflectance;  // under a square root
+  std::unique_ptr<Bytes4[]> reflectance;  // in sRGB
   std::unique_ptr<Shorts4[]> normal;      // from -1 to 1
   std::unique_ptr<Shorts4[]> front;       // colour times alpha of rods and glass; null: there are none
 };
@@ -191,6 +205,9 @@ void draw_full_screen(const Pass& pass);
 
 // Everything off, depth test by GL_LESS once it is enabled.
 void reset_state(int width, int height);
+void reset_state(const Pass& pass);
+
+gl::Texture make_texture(const Pass& pass, GLenum internal_format);
 
 // The bound framebuffer.
 void clear(float red, float green, float blue, float alpha);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numbers>
 
@@ -15,10 +16,11 @@ namespace {
 
 // Closes the shapes that are already drawn where the clipping plane has opened them.
 void draw_cuts(const Pass& pass, const std::vector<SurfaceBuffers>& shapes, const gl::Framebuffer& target) {
-  const gl::Texture nearest = gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F);
+  const gl::Texture nearest = make_texture(pass, GL_DEPTH_COMPONENT32F);
   const gl::Framebuffer copy = gl::make_framebuffer({}, &nearest);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, target.get());
-  glBlitFramebuffer(0, 0, pass.width, pass.height, 0, 0, pass.width, pass.height, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+  const Part& part = pass.part;
+  glBlitFramebuffer(0, 0, part.width, part.height, 0, 0, part.width, part.height, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
   glBindFramebuffer(GL_FRAMEBUFFER, target.get());
   const gl::Program& program = pass.programs.cap;
   use_clipped(program, pass);
@@ -40,14 +42,19 @@ void draw_in_parts(const Pass& pass, const SurfaceBuffers& surface) {
   }
 }
 
+// Half of the time goes into the backs of faces, without a GPU.
+bool only_fronts_show(const Pass& pass, const SurfaceBuffers& surface) {
+  const bool is_outside = !pass.view.perspective || norm(pass.view.eye) > 1;  // of the ball that holds everything
+  return surface.is_solid && is_outside && !pass.clipped;
+}
+
 }  // namespace
 
 GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes) {
-  GBuffer buffer{gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
-                 gl::make_texture(pass.width, pass.height, GL_RGBA8),
-                 gl::make_texture(pass.width, pass.height, GL_RGBA16)};
+  GBuffer buffer{make_texture(pass, GL_DEPTH_COMPONENT32F), make_texture(pass, GL_RGBA8),
+                 make_texture(pass, GL_RGBA16)};
   const gl::Framebuffer target = gl::make_framebuffer({&buffer.reflectance, &buffer.normal}, &buffer.depth);
-  reset_state(pass.width, pass.height);
+  reset_state(pass);
   glEnable(GL_DEPTH_TEST);
   clear(0, 0, 0, 0);
   clear_depth();
@@ -58,7 +65,9 @@ GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes)
     set(program, "back_srgb", shape.color);
     set(program, "wire_width", 1.1 * pass.options.supersampling);
     set(program, "point_size", 2 * shape.point_radius / pass.view.pixel);
+    if (only_fronts_show(pass, shape)) glEnable(GL_CULL_FACE);
     draw_in_parts(pass, shape);
+    glDisable(GL_CULL_FACE);
   }
   if (pass.clipped) draw_cuts(pass, shapes, target);
   return buffer;
@@ -68,11 +77,11 @@ namespace {
 
 template <class T>
 std::unique_ptr<T[]> read_back(const Pass& pass, GLenum attachment, GLenum format, GLenum type) {
-  const std::size_t count = static_cast<std::size_t>(pass.width) * static_cast<std::size_t>(pass.height);
+  const std::size_t count = static_cast<std::size_t>(pass.part.width) * static_cast<std::size_t>(pass.part.height);
   std::unique_ptr<T[]> values(new T[count]);
   if (attachment != GL_DEPTH_ATTACHMENT) glReadBuffer(attachment);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, pass.width, pass.height, format, type, values.get());
+  glReadPixels(0, 0, pass.part.width, pass.part.height, format, type, values.get());
   return values;
 }
 
@@ -87,9 +96,9 @@ Samples read_samples(const Pass& pass, const GBuffer& buffer) {
 std::unique_ptr<Shorts4[]> draw_front(const Pass& pass, const GBuffer& buffer, const SurfaceBuffers& rods,
                                       const std::vector<SurfaceBuffers>& glass) {
   if (rods.count == 0 && glass.empty()) return nullptr;
-  const gl::Texture color = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
+  const gl::Texture color = make_texture(pass, GL_RGBA16F);
   const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
-  reset_state(pass.width, pass.height);
+  reset_state(pass);
   clear(0, 0, 0, 0);
   draw_rods(pass, buffer, color, rods);
   draw_glass(pass, buffer, color, glass);
@@ -144,24 +153,79 @@ std::vector<SurfaceBuffers> upload_shapes(const Scene& scene, const std::vector<
   return shapes;
 }
 
-std::vector<SurfaceBuffers> upload_glass(const Scene& scene, const Placement& placement) {
-  std::vector<SurfaceBuffers> surfaces;
+std::vector<DrawSurface> glass_surfaces(const Scene& scene, const Placement& placement) {
+  std::vector<DrawSurface> surfaces;
   for (const TranslucentSurface& surface : scene.surfaces) {
-    if (surface.mesh.face_count() == 0) continue;
-    surfaces.push_back(upload(make_surface(surface.mesh, {}, placement, {})));
-    surfaces.back().color = surface.color;
+    surfaces.push_back(make_surface(surface.mesh, {}, placement, {}));
   }
   return surfaces;
 }
 
-SurfaceBuffers upload_rods(const Scene& scene, const Placement& placement) {
+std::vector<SurfaceBuffers> upload_glass(const Scene& scene, const std::vector<DrawSurface>& glass) {
+  std::vector<SurfaceBuffers> surfaces;
+  for (std::size_t i = 0; i < glass.size(); ++i) {
+    if (glass[i].indices.empty()) continue;
+    surfaces.push_back(upload(glass[i]));
+    surfaces.back().color = scene.surfaces[i].color;
+  }
+  return surfaces;
+}
+
+DrawSurface rod_surface(const Scene& scene, const Placement& placement) {
   DrawSurface rods;
   for (const Arrow& arrow : scene.arrows) add_arrow(arrow, placement, rods);
   for (const Line& line : scene.lines) add_line(line, placement, rods);
-  SurfaceBuffers result = upload(rods);
-  if (rods.indices.empty()) result.count = 0;
-  return result;
+  return rods;
 }
+
+// The part of the picture that vertices touch, growing with them.
+class PartFinder {
+ public:
+  PartFinder(const Pass& pass, double point_radius)
+      : pass_(pass), point_radius_(static_cast<float>(point_radius / pass.view.pixel)) {}
+
+  void add(const DrawSurface& surface) {
+    const Mat4f& m = pass_.view.matrix;
+    for (const DrawVertex& vertex : surface.vertices) {
+      const Vec3f& p = vertex.position;
+      const auto row = [&](std::size_t k) { return m[k] * p.x + m[4 + k] * p.y + m[8 + k] * p.z + m[12 + k]; };
+      const float w = row(3);
+      if (!(w > 0)) sees_behind_ = true;
+      const float reach = 2 + (surface.indices.empty() ? point_radius_ / w : 0);
+      const float x = (0.5F + 0.5F * row(0) / w) * static_cast<float>(pass_.width);
+      const float y = (0.5F + 0.5F * row(1) / w) * static_cast<float>(pass_.height);
+      left_ = std::min(left_, x - reach);
+      right_ = std::max(right_, x + reach);
+      bottom_ = std::min(bottom_, y - reach);
+      top_ = std::max(top_, y + reach);
+    }
+  }
+
+  // Whole pixels, at least one; the whole picture if a vertex lies behind the eye.
+  Part part() const {
+    if (sees_behind_) return {0, 0, pass_.width, pass_.height};
+    const int factor = pass_.options.supersampling;
+    const auto first = [&](float x, int size) {
+      return static_cast<int>(std::clamp(x, 0.0F, static_cast<float>(size - factor))) / factor * factor;
+    };
+    const auto count = [&](int from, float to, int size) {
+      const int samples = static_cast<int>(std::clamp(to, 0.0F, static_cast<float>(size - 1))) / factor * factor - from;
+      return std::max(samples, 0) + factor;
+    };
+    const int left = first(left_, pass_.width);
+    const int bottom = first(bottom_, pass_.height);
+    return {left, bottom, count(left, right_, pass_.width), count(bottom, top_, pass_.height)};
+  }
+
+ private:
+  const Pass& pass_;
+  float point_radius_;
+  bool sees_behind_ = false;
+  float left_ = std::numeric_limits<float>::max();
+  float bottom_ = left_;
+  float right_ = -left_;
+  float top_ = -left_;
+};
 
 void set_clip(const Scene& scene, Pass& pass) {
   if (!scene.clip) return;
@@ -196,29 +260,36 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 Image Renderer::render(const Scene& scene, const Options& options) {
-  // Occluders finer than this are drawn coarser; the cell is three texels of a shadow map.
+  // Occluders finer than this are drawn coarser; the cell is four texels of a shadow map.
   constexpr std::size_t most_occluders = 150'000;
   check(options);
   const int width = options.width * options.supersampling;
   const int height = options.height * options.supersampling;
   const View view = make_view(scene, static_cast<double>(width) / height, height);
   double reported = 0;
-  Pass pass{*programs_, view, options, width, height};
+  Pass pass{*programs_, view, options, width, height, {}};
   pass.reported = &reported;
   set_clip(scene, pass);
 
   const std::vector<DrawSurface> surfaces = shape_surfaces(scene, view.placement, options);
+  const std::vector<DrawSurface> glass = glass_surfaces(scene, view.placement);
+  const DrawSurface rods = rod_surface(scene, view.placement);
   const double point_radius =
       options.point_radius > 0 ? options.point_radius * view.placement.scale : automatic_point_radius(surfaces);
+  PartFinder finder(pass, point_radius);
+  for (const DrawSurface& surface : surfaces) finder.add(surface);
+  for (const DrawSurface& surface : glass) finder.add(surface);
+  finder.add(rods);
+  pass.part = finder.part();
   Lighting lighting{studio_lights(view, options.light_samples),
-                    make_occluder(surfaces, view.ground_up, 6.0 / kShadowMapSize, most_occluders), point_radius};
+                    make_occluder(surfaces, view.ground_up, 8.0 / kShadowMapSize, most_occluders), point_radius};
   if (pass.clipped) clip_occluder(lighting.occluder, pass.clip);
   report(pass, 0.15);
 
   const FramebufferGuard guard;
   const GBuffer buffer = draw_shapes(pass, upload_shapes(scene, surfaces, point_radius));
   Samples samples = read_samples(pass, buffer);
-  samples.front = draw_front(pass, buffer, upload_rods(scene, view.placement), upload_glass(scene, view.placement));
+  samples.front = draw_front(pass, buffer, upload(rods), upload_glass(scene, glass));
   report(pass, 0.3);
   Image image = shade(pass, samples, lighting);
   report(pass, 1);

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "knead/error.h"
+#include "math/system.h"
 #include "render/offline/shade.h"
 
 namespace knead::render {
@@ -19,14 +20,21 @@ using Rgba = std::array<float, 4>;  // linear, multiplied by alpha
 float linear(float srgb) { return srgb <= 0.04045F ? srgb / 12.92F : std::pow((srgb + 0.055F) / 1.055F, 2.4F); }
 Vec3f linear(const Color& c) { return {linear(c.red), linear(c.green), linear(c.blue)}; }
 
+// sums[i] += weight * from[i * step].
+KNEAD_CLONES void add_scaled(const Rgba* from, float weight, int step, std::span<Rgba> sums) {
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    for (std::size_t c = 0; c < 4; ++c) sums[i][c] += weight * from[i * step][c];
+  }
+}
+
 // The bytes of linear values from 0 to 1, in even steps that are finer than those of the bytes.
 const std::vector<std::uint8_t>& srgb_bytes() {
   static const std::vector<std::uint8_t> table = [] {
     std::vector<std::uint8_t> bytes;
-    for (int i = 0; i < 1 << 16; ++i) {
-      const double c = i / 65535.0;
-      const double srgb = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
-      bytes.push_back(static_cast<std::uint8_t>(std::lround(255 * srgb)));
+    for (int byte = 0; byte < 256; ++byte) {
+      const double end = (byte + 0.5) / 255;  // where the next is nearer
+      const double c = end <= 0.04045 ? end / 12.92 : std::pow((end + 0.055) / 1.055, 2.4);
+      bytes.resize(static_cast<std::size_t>(65535 * std::min(c, 1.0)) + 1, static_cast<std::uint8_t>(byte));
     }
     return bytes;
   }();
@@ -38,8 +46,6 @@ int rounded(float x) {
   const float above = x + 0.5F;
   return static_cast<int>(above);
 }
-
-std::uint8_t srgb_byte(float c) { return srgb_bytes()[static_cast<std::size_t>(rounded(65535 * unit_clamp(c)))]; }
 
 LightMatrix light_matrix(const Vec3d& direction, const Occluder& occluder) {
   const Vec3d u = any_orthogonal(direction);
@@ -67,22 +73,18 @@ struct Point {
 };
 
 // What the lights' loops need of some points, and the light that they collect: loops that compilers turn into lanes.
-constexpr std::size_t kLanes = 64;
-using Lane = std::array<float, kLanes>;
 struct Lanes {
-  std::array<Lane, 3> q;  // lifted off the surface
+  MapPlaces places;  // lifted off the surface
   std::array<Lane, 3> n;
   std::array<Lane, 3> v;
   Lane nv;
   Lane nl;
-  Lane depth;  // in the light's map
-  std::array<int, kLanes> texel;
   std::array<Lane, 3> diffuse;
   std::array<Lane, 3> gloss;
 };
 
 // The cosines between the light and the normals. Returns false if no point faces the light.
-bool face(const Vec3f& d, Lanes& lanes) {
+KNEAD_CLONES bool face(const Vec3f& d, Lanes& lanes) {
   const auto& [nx, ny, nz] = lanes.n;
   int facing = 0;
   for (std::size_t i = 0; i < kLanes; ++i) {
@@ -92,28 +94,15 @@ bool face(const Vec3f& d, Lanes& lanes) {
   return facing > 0;
 }
 
-// The places of the points in a light's map.
-void look(const LightMatrix& m, Lanes& lanes) {
-  constexpr float size = kShadowMapSize;
-  const auto& [x, y, z] = lanes.q;
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    const float column = (m[0] * x[i] + m[3] * y[i] + m[6] * z[i] + m[9]) * size;
-    const float row = (m[1] * x[i] + m[4] * y[i] + m[7] * z[i] + m[10]) * size;
-    lanes.depth[i] = (m[2] * x[i] + m[5] * y[i] + m[8] * z[i] + m[11]) * 65535.0F;
-    lanes.texel[i] = static_cast<int>(std::max(std::min(row, size - 1), 0.0F)) * kShadowMapSize +
-                     static_cast<int>(std::max(std::min(column, size - 1), 0.0F));
-  }
-}
-
 // Lambert's clay with a dull sheen (GGX of roughness 0.45, Schlick's Fresnel with 0.04), by the cosines between normal,
 // light and viewer: the half vector has the length 1 / s before it is a unit vector.
-void shine(const Light& light, Lanes& lanes) {
+KNEAD_CLONES void shine(const Light& light, Lanes& lanes) {
   constexpr float a2 = 0.041F;
   const Vec3f d = light.direction;
   const Vec3f r = light.radiance;
   const auto& [vx, vy, vz] = lanes.v;
   for (std::size_t i = 0; i < kLanes; ++i) {
-    const float nl = lanes.nl[i];
+    const float nl = static_cast<float>(lanes.places.nearest[i]) < lanes.places.depth[i] ? 0 : lanes.nl[i];
     const float toward = 1 + vx[i] * d.x + vy[i] * d.y + vz[i] * d.z;
     const float s = 1 / std::sqrt(std::max(2 * toward, 1e-4F));
     const float nh = std::min(std::max((nl + lanes.nv[i]) * s, 0.0F), 1.0F);
@@ -129,12 +118,13 @@ void shine(const Light& light, Lanes& lanes) {
   }
 }
 
-// The samples of a row of pixels, and the points whose light they take; kept, because rows are of one size.
-struct Row {
-  std::vector<Rgba> samples;
-  std::vector<Point> points;
-  std::vector<Vec3f> light;
-};
+// Rows of pixels are lit a few at once, in blocks: points that are near each other find their texels in the caches.
+constexpr int kRowsLit = 4;
+constexpr int kBlock = 16;  // pixels
+
+// The samples of some rows of pixels: those of row y are at y % size.
+constexpr int kRowsAtOnce = 32;  // between two reports
+using Rows = std::array<std::vector<Rgba>, kRowsAtOnce + 2>;
 
 class Shader {
  public:
@@ -145,7 +135,7 @@ class Shader {
  private:
   bool is_even(int x, int y) const;
   Point point_at(int x, int y) const;
-  void find_points(int y, std::vector<Point>& points) const;
+  void find_points(int y, int left, int right, std::vector<Point>& points) const;
   void add_lamps(std::span<const Point> points, Vec3f* light) const;
   Vec3f ball(const Point& point) const;
   float lean(const Point& point, int dx, int dy, const Vec3f& axis, float size, bool& is_one_surface) const;
@@ -153,7 +143,11 @@ class Shader {
   float cavity(const Point& point) const;
   float occlusion(const Point& point) const;
 
-  void light_row(int y, Row& row) const;
+  // Of a sample in a row of pixels.
+  std::size_t sample(int x, int y) const { return static_cast<std::size_t>(y) * drawn_.pass.width + x; }
+  std::vector<Rgba>& row_of(Rows& rows, int y) const { return rows[static_cast<std::size_t>(y) % rows.size()]; }
+  void light_points(std::span<const Point> points, Rows& rows) const;
+  void light_rows(int first, int last, Rows& rows) const;
   bool is_empty(int x, int y) const;
   void draw_background(int y, Rgba* samples) const;
   void add_front(int y, std::vector<Rgba>& row) const;
@@ -162,13 +156,16 @@ class Shader {
   const Drawn& drawn_;
   const Options& options_;
   int factor_;
+  std::array<float, 256> linear_of_{};  // by bytes of sRGB
   std::vector<Bytes4> matcap_;
   std::optional<Ground> ground_;
 };
 
 Shader::Shader(const Drawn& drawn) : drawn_(drawn), options_(drawn.pass.options), factor_(drawn.factor) {
+  for (std::size_t i = 0; i < 256; ++i) linear_of_[i] = linear(static_cast<float>(i) / 255);
   if (options_.matcap) matcap_ = matcap_picture(*options_.matcap, kMatcapSize);
   if (drawn.lighting.has_ground(options_)) ground_.emplace(drawn);
+
   report(drawn.pass, 0.55);
 }
 
@@ -184,6 +181,7 @@ bool Shader::is_even(int x, int y) const {
   const float limit = 1.5F * static_cast<float>(factor_) * drawn_.rays.size(depth);
   for (int j = y * factor_; j < (y + 1) * factor_; ++j) {
     for (int i = x * factor_; i < (x + 1) * factor_; ++i) {
+      if (i == middle_x && j == middle_y) continue;
       if (drawn_.depth_at(i, j) == 1 || dot(drawn_.normal_at(i, j), n) <= 0.93F) return false;
       if (std::abs(dot(drawn_.place_at(i, j) - p, n)) >= limit) return false;
       const Bytes4& other = drawn_.samples.reflectance[drawn_.index(i, j)];
@@ -207,13 +205,13 @@ Point Shader::point_at(int x, int y) const {
   const float away = dot(point.n, ray);
   if (away > 0) point.n = normalized(point.n - ray * (1.02F * away));
   const Bytes4& color = drawn_.samples.reflectance[drawn_.index(x, y)];
-  point.color = {square(color[0] / 255.0F), square(color[1] / 255.0F), square(color[2] / 255.0F)};
+  for (std::size_t k = 0; k < 3; ++k) point.color[k] = linear_of_[color[k]];
   return point;
 }
 
-void Shader::find_points(int y, std::vector<Point>& points) const {
-  points.clear();
-  for (int x = 0; x < options_.width; ++x) {
+// Appends those of a row's pixels from left to right.
+void Shader::find_points(int y, int left, int right, std::vector<Point>& points) const {
+  for (int x = left; x < right; ++x) {
     if (is_even(x, y)) {
       points.push_back(point_at(x * factor_ + factor_ / 2, y * factor_ + factor_ / 2));
       points.back().is_pixel = true;
@@ -240,13 +238,13 @@ Vec3f shifted(const Point& point, float lift) {
 
 // Sets the light that comes from at most kLanes points.
 void Shader::add_lamps(std::span<const Point> points, Vec3f* light) const {
-  const bool has_shadows = !drawn_.maps.empty();
+  const bool has_shadows = drawn_.maps != nullptr;
   Lanes lanes{};
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& point = points[i];
     const Vec3f q = shifted(point, drawn_.lift);
     for (std::size_t k = 0; k < 3; ++k) {
-      lanes.q[k][i] = q[k];
+      lanes.places.q[k][i] = q[k];
       lanes.n[k][i] = point.n[k];
       lanes.v[k][i] = point.v[k];
     }
@@ -255,10 +253,7 @@ void Shader::add_lamps(std::span<const Point> points, Vec3f* light) const {
   for (std::size_t l = 0; l < drawn_.lighting.lights.size(); ++l) {
     const Light& lamp = drawn_.lighting.lights[l];
     if (!face(lamp.direction, lanes)) continue;
-    if (has_shadows) look(drawn_.matrices[l], lanes);
-    for (std::size_t i = 0; has_shadows && i < points.size(); ++i) {
-      if (static_cast<float>(drawn_.map(l)[lanes.texel[i]]) < lanes.depth[i]) lanes.nl[i] = 0;
-    }
+    if (has_shadows) look_up(drawn_.matrices[l], drawn_.map(l), lanes.places);
     shine(lamp, lanes);
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -291,8 +286,9 @@ Vec3f Shader::ball(const Point& point) const {
 
 // Returns how the normal beside a point leans along an axis.
 float Shader::lean(const Point& point, int dx, int dy, const Vec3f& axis, float size, bool& is_one_surface) const {
-  const int x = std::clamp(point.x + dx, 0, drawn_.pass.width - 1);
-  const int y = std::clamp(point.y + dy, 0, drawn_.pass.height - 1);
+  const Part& part = drawn_.pass.part;
+  const int x = std::clamp(point.x + dx, part.left, part.left + part.width - 1);
+  const int y = std::clamp(point.y + dy, part.bottom, part.bottom + part.height - 1);
   const float off = std::abs(dot(point.facing, drawn_.place_at(x, y) - point.p));
   is_one_surface =
       is_one_surface && drawn_.depth_at(x, y) < 1 && off <= 2 * static_cast<float>(std::abs(dx + dy)) * size;
@@ -374,8 +370,8 @@ void Shader::draw_background(int y, Rgba* samples) const {
       for (int i = x * factor_; i < (x + 1) * factor_; ++i) {
         if (!is_one && drawn_.depth_at(i, y * factor_ + j) < 1) continue;
         if (!is_one) dark = darkness(center(i), center(y * factor_ + j));
-        samples[drawn_.index(i, j)] = {c[0] * (1 - dark) + 0.018F * dark, c[1] * (1 - dark) + 0.015F * dark,
-                                       c[2] * (1 - dark) + 0.012F * dark, c[3] + (1 - c[3]) * dark};
+        samples[sample(i, j)] = {c[0] * (1 - dark) + 0.018F * dark, c[1] * (1 - dark) + 0.015F * dark,
+                                 c[2] * (1 - dark) + 0.012F * dark, c[3] + (1 - c[3]) * dark};
       }
     }
   }
@@ -383,25 +379,25 @@ void Shader::draw_background(int y, Rgba* samples) const {
 
 // Adds rods and glass.
 void Shader::add_front(int y, std::vector<Rgba>& row) const {
-  const Shorts4* front = &drawn_.samples.front[drawn_.index(0, y * factor_)];
-  for (Rgba& sample : row) {
-    const float through = 1 - static_cast<float>((*front)[3]) / 65535;
-    for (std::size_t k = 0; k < 4; ++k) sample[k] = static_cast<float>((*front)[k]) / 65535 + through * sample[k];
-    ++front;
+  const Part& part = drawn_.pass.part;
+  for (int j = 0; j < factor_; ++j) {
+    const Shorts4* front = &drawn_.samples.front[drawn_.index(part.left, y * factor_ + j)];
+    for (Rgba& behind : std::span(row).subspan(sample(part.left, j), static_cast<std::size_t>(part.width))) {
+      const float through = 1 - static_cast<float>((*front)[3]) / 65535;
+      for (std::size_t k = 0; k < 4; ++k) behind[k] = static_cast<float>((*front)[k]) / 65535 + through * behind[k];
+      ++front;
+    }
   }
 }
 
-void Shader::light_row(int y, Row& row) const {
-  auto& [samples, points, light] = row;
-  samples.resize(static_cast<std::size_t>(factor_) * drawn_.pass.width);
-  draw_background(y, samples.data());
-  find_points(y, points);
-  light.resize(points.size());
-  for (std::size_t i = 0; i < points.size() && !options_.matcap; i += kLanes) {
-    add_lamps({&points[i], std::min(kLanes, points.size() - i)}, &light[i]);
-  }
+// Writes what is seen of at most kLanes points into the samples that they stand for.
+void Shader::light_points(std::span<const Point> points, Rows& rows) const {
+  std::array<Vec3f, kLanes> light;
+  if (!options_.matcap) add_lamps(points, light.data());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& point = points[i];
+    const int y = point.y / factor_;
+    std::vector<Rgba>& samples = row_of(rows, y);
     Vec3f seen = options_.matcap ? ball(point) : light[i];
     if (options_.relief.cavity) seen *= cavity(point);
     if (options_.relief.occlusion) seen *= occlusion(point);
@@ -409,60 +405,83 @@ void Shader::light_row(int y, Row& row) const {
     const int count = point.is_pixel ? factor_ : 1;
     for (int j = point.y - first; j < point.y - first + count; ++j) {
       for (int k = point.x - first; k < point.x - first + count; ++k) {
-        samples[drawn_.index(k, j - y * factor_)] = {seen.x, seen.y, seen.z, 1};
+        samples[sample(k, j - y * factor_)] = {seen.x, seen.y, seen.z, 1};
       }
     }
   }
-  if (drawn_.samples.front) add_front(y, samples);
+}
+
+void Shader::light_rows(int first, int last, Rows& rows) const {
+  for (int y = first; y < last; ++y) {
+    row_of(rows, y).resize(static_cast<std::size_t>(factor_) * drawn_.pass.width);
+    draw_background(y, row_of(rows, y).data());
+  }
+  const Part& part = drawn_.pass.part;
+  const int bottom = std::max(first, part.bottom / factor_);
+  const int top = std::min(last, (part.bottom + part.height) / factor_);
+  const int right = (part.left + part.width) / factor_;
+  std::vector<Point> points;
+  for (int left = part.left / factor_; left < right; left += kBlock) {
+    for (int y = bottom; y < top; ++y) find_points(y, left, std::min(left + kBlock, right), points);
+    const bool is_last = left + kBlock >= right;
+    std::size_t lit = 0;
+    for (; lit + (is_last ? 1 : kLanes) <= points.size(); lit += kLanes) {
+      light_points(std::span(points).subspan(lit, std::min(kLanes, points.size() - lit)), rows);
+    }
+    points.erase(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(std::min(lit, points.size())));
+  }
+  for (int y = bottom; y < top && drawn_.samples.front; ++y) add_front(y, row_of(rows, y));
 }
 
 // The filter is a tent of one pixel to either side. samples_of: a row of samples.
 void Shader::resolve_row(int y, const std::function<const Rgba*(int)>& samples_of, std::uint8_t* pixels) const {
   const auto weight = [&](int k) { return 1 - std::abs(center(k) / static_cast<float>(factor_) - 0.5F); };
-  std::vector<Rgba> sums(static_cast<std::size_t>(drawn_.pass.width));
+  const int reach = factor_ - 1;
+  std::vector<Rgba> sums(
+      static_cast<std::size_t>(drawn_.pass.width + 2 * reach));  // the last ones go on beyond the ends
+  const std::span inner = std::span(sums).subspan(reach, drawn_.pass.width);
   float all = 0;
-  for (int k = 1 - factor_; k < 2 * factor_ - 1; ++k) {
-    const Rgba* row = samples_of(std::clamp(y * factor_ + k, 0, drawn_.pass.height - 1));
-    const float w = weight(k);
-    all += w;
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      for (std::size_t c = 0; c < 4; ++c) sums[i][c] += w * row[i][c];
-    }
+  for (int k = -reach; k < factor_ + reach; ++k) {
+    all += weight(k);
+    add_scaled(samples_of(std::clamp(y * factor_ + k, 0, drawn_.pass.height - 1)), weight(k), 1, inner);
   }
-  for (int x = 0; x < options_.width; ++x) {
-    Rgba sum{};
-    for (int k = 1 - factor_; k < 2 * factor_ - 1; ++k) {
-      const Rgba& from = sums[static_cast<std::size_t>(std::clamp(x * factor_ + k, 0, drawn_.pass.width - 1))];
-      for (std::size_t c = 0; c < 4; ++c) sum[c] += weight(k) / (all * all) * from[c];
-    }
-    for (std::size_t c = 0; c < 3; ++c) *pixels++ = sum[3] > 0 ? srgb_byte(sum[c] / sum[3]) : std::uint8_t{0};
-    *pixels++ = static_cast<std::uint8_t>(rounded(255 * unit_clamp(sum[3])));
+  std::fill_n(sums.begin(), reach, inner.front());
+  std::fill_n(sums.rbegin(), reach, inner.back());
+  std::vector<Rgba> colors(static_cast<std::size_t>(options_.width));
+  for (int k = 0; k < factor_ + 2 * reach; ++k) add_scaled(&sums[k], weight(k - reach) / (all * all), factor_, colors);
+  const std::uint8_t* const bytes = srgb_bytes().data();
+  for (const Rgba& color : colors) {
+    const float part = color[3] > 0 ? 1 / color[3] : 0;
+    for (std::size_t c = 0; c < 3; ++c) *pixels++ = bytes[rounded(65535 * unit_clamp(color[c] * part))];
+    *pixels++ = static_cast<std::uint8_t>(rounded(255 * unit_clamp(color[3])));
   }
 }
 
 Image Shader::picture() const {
-  constexpr int at_once = 32;  // rows between two reports
-  constexpr int kept = at_once + 2;
   const int height = options_.height;
   const std::size_t line = 4 * static_cast<std::size_t>(options_.width);
   Image image{options_.width, height, std::vector<std::uint8_t>(line * static_cast<std::size_t>(height))};
-  std::array<Row, kept> rows;  // row y at y % kept
-  const auto samples_of = [&](int j) {
-    return rows[static_cast<std::size_t>(j / factor_ % kept)].samples.data() + drawn_.index(0, j % factor_);
-  };
+  Rows rows;
+  const auto samples_of = [&](int j) { return row_of(rows, j / factor_).data() + sample(0, j % factor_); };
   const auto for_rows = [](int first, int last, const auto& body) {
-    parallel_for(static_cast<std::size_t>(last - first), 2, 0, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) body(first + static_cast<int>(i));
+    const auto groups = static_cast<std::size_t>((last - first + kRowsLit - 1) / kRowsLit);
+    parallel_for(groups, 1, 0, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const int from = first + kRowsLit * static_cast<int>(i);
+        body(from, std::min(from + kRowsLit, last));
+      }
     });
   };
   int lit = 0;
-  for (int first = 0; first < height; first += at_once) {
-    const int last = std::min(first + at_once, height);
+  for (int first = 0; first < height; first += kRowsAtOnce) {
+    const int last = std::min(first + kRowsAtOnce, height);
     const int needed = std::min(last + 1, height);
-    for_rows(lit, needed, [&](int y) { light_row(y, rows[static_cast<std::size_t>(y % kept)]); });
+    for_rows(lit, needed, [&](int from, int to) { light_rows(from, to, rows); });
     lit = needed;
-    for_rows(first, last, [&](int y) {
-      resolve_row(y, samples_of, image.pixels.data() + static_cast<std::size_t>(height - 1 - y) * line);
+    for_rows(first, last, [&](int from, int to) {
+      for (int y = from; y < to; ++y) {
+        resolve_row(y, samples_of, image.pixels.data() + static_cast<std::size_t>(height - 1 - y) * line);
+      }
     });
     report(drawn_.pass, 0.55 + 0.45 * last / height);
   }
@@ -470,6 +489,21 @@ Image Shader::picture() const {
 }
 
 }  // namespace
+
+KNEAD_CLONES void look_up(const LightMatrix& light, const std::uint16_t* map, MapPlaces& places) {
+  constexpr float size = kShadowMapSize;
+  const LightMatrix& m = light;
+  const auto& [x, y, z] = places.q;
+  std::array<int, kLanes> texels{};
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const float column = (m[0] * x[i] + m[3] * y[i] + m[6] * z[i] + m[9]) * size;
+    const float row = (m[1] * x[i] + m[4] * y[i] + m[7] * z[i] + m[10]) * size;
+    places.depth[i] = (m[2] * x[i] + m[5] * y[i] + m[8] * z[i] + m[11]) * 65535.0F;
+    texels[i] = static_cast<int>(std::max(std::min(row, size - 1), 0.0F)) * kShadowMapSize +
+                static_cast<int>(std::max(std::min(column, size - 1), 0.0F));
+  }
+  for (std::size_t i = 0; i < kLanes; ++i) places.nearest[i] = map[texels[i]];
+}
 
 Drawn::Drawn(const Pass& of, const Samples& samples_of, const Lighting& lights)
     : pass(of),
@@ -483,12 +517,12 @@ Drawn::Drawn(const Pass& of, const Samples& samples_of, const Lighting& lights)
   if (!lights.has_shadows(options) || (options.matcap && !options.ground)) return;
   const std::size_t count = lights.lights.size();
   for (const Light& light : lights.lights) matrices.push_back(light_matrix(Vec3d(light.direction), lights.occluder));
-  maps.reserve(count * kShadowMapSize * kShadowMapSize);
+  constexpr std::size_t texels = std::size_t{kShadowMapSize} * kShadowMapSize;
+  maps.reset(new std::uint16_t[count * texels]);
   for (std::size_t first = 0; first < count; first += at_once) {
     const std::size_t some = std::min(at_once, count - first);
-    const std::vector<std::uint16_t> drawn =
-        draw_shadow_maps(lights.occluder, {&matrices[first], some}, kShadowMapSize, lights.point_radius);
-    maps.insert(maps.end(), drawn.begin(), drawn.end());
+    draw_shadow_maps(lights.occluder, {&matrices[first], some}, kShadowMapSize, lights.point_radius,
+                     {&maps[first * texels], some * texels});
     report(of, 0.3 + 0.2 * static_cast<double>(first + some) / static_cast<double>(count));
   }
 }
@@ -502,6 +536,7 @@ Vec3f Drawn::normal_at(int x, int y) const {
 
 Image shade(const Pass& pass, const Samples& samples, const Lighting& lighting) {
   const Drawn drawn(pass, samples, lighting);
+
   return Shader(drawn).picture();
 }
 

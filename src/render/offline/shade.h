@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -62,21 +64,36 @@ struct Rays {
 struct Drawn {
   Drawn(const Pass& of, const Samples& samples_of, const Lighting& lights);
 
-  std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * pass.width + x; }
-  float depth_at(int x, int y) const { return samples.depth[index(x, y)]; }
+  // Of a sample in the part that is drawn. Outside of it, as where no shape is, the depth is 1.
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y - pass.part.bottom) * pass.part.width + (x - pass.part.left);
+  }
+  float depth_at(int x, int y) const { return pass.part.contains(x, y) ? samples.depth[index(x, y)] : 1; }
   Vec3f normal_at(int x, int y) const;
   Vec3f place_at(int x, int y) const { return rays.place(center(x), center(y), depth_at(x, y)); }
-  const std::uint16_t* map(std::size_t light) const { return maps.data() + light * kShadowMapSize * kShadowMapSize; }
+  const std::uint16_t* map(std::size_t light) const { return maps.get() + light * kShadowMapSize * kShadowMapSize; }
 
   const Pass& pass;
   const Samples& samples;
   const Lighting& lighting;
   Rays rays;
-  int factor;                         // samples per pixel along each side
-  float lift;                         // off the surface, before a point is looked up
-  std::vector<LightMatrix> matrices;  // by light
-  std::vector<std::uint16_t> maps;    // one light after the other; empty: no shadows
+  int factor;                             // samples per pixel along each side
+  float lift;                             // off the surface, before a point is looked up
+  std::vector<LightMatrix> matrices;      // by light
+  std::unique_ptr<std::uint16_t[]> maps;  // one light after the other; null: no shadows
 };
+
+// Places that are looked up in a light's map together, in lanes.
+inline constexpr std::size_t kLanes = 64;
+using Lane = std::array<float, kLanes>;
+struct MapPlaces {
+  std::array<Lane, 3> q;
+  Lane depth;                       // from 0 to 65535
+  std::array<int, kLanes> nearest;  // the map's depth there
+};
+
+// Sets the depths. What lies beside the map gets a texel of its border, where there is nothing.
+void look_up(const LightMatrix& light, const std::uint16_t* map, MapPlaces& places);
 
 // The shadow on the ground, with one texel for 2 x 2 pixels or more: it is smooth.
 class Ground {
@@ -94,7 +111,10 @@ class Ground {
   bool is_seen(std::size_t texel) const { return missing_[texel] != kUnseen; }
   bool sees_ground(int x, int y) const;
   std::optional<Vec3f> ground_at(int x, int y) const;
-  void shade_row(int y);
+  struct Batch;
+  static void add_missing(float weight, Batch& batch);
+  void shade(Batch& batch);
+  void shade_rows(int first, int last);
   void darken_row(int y);
   float smoothed(int x, int y, const Vec3f& p) const;
 

@@ -28,7 +28,7 @@ void main() {
 }
 )";
 
-// The G-buffer: reflectance under a square root, so that eight bits suffice; normal from 0 to 1, and 1 for "shape".
+// The G-buffer: reflectance in sRGB, for which eight bits suffice; normal from 0 to 1, and 1 for "shape".
 const char* const kSurfaceInputs = R"(
 in vec3 point;
 in vec3 surface_normal;
@@ -39,12 +39,15 @@ uniform float wire_width;  // in samples
 layout(location = 0) out vec4 reflectance;
 layout(location = 1) out vec4 normal_out;
 void write(vec3 color, vec3 n) {
-  reflectance = vec4(sqrt(color), 1.0);
+  reflectance = vec4(color, 1.0);
   normal_out = vec4(0.5 + 0.5 * n, 1.0);
 }
 vec3 unit_normal() {
   vec3 n = normalize(surface_normal);
   return gl_FrontFacing ? n : -n;
+}
+vec3 in_srgb(vec3 c) {
+  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(vec3(0.0031308), c));
 }
 // Faint on triangles that are hardly higher than a wire is wide: else nothing would be seen but wires.
 float wire() {
@@ -59,9 +62,9 @@ float wire() {
 
 const char* const kClayFragment = R"(
 void main() {
-  vec3 color = linear(gl_FrontFacing ? srgb : back_srgb);
+  vec3 color = gl_FrontFacing ? srgb : back_srgb;
 #ifdef WIRES
-  color = mix(color, color * 0.08, wire());
+  color = in_srgb(linear(color) * (1.0 - 0.92 * wire()));
 #endif
   write(color, unit_normal());
 }
@@ -82,7 +85,7 @@ void main() {
   float t = (clip.w - dot(clip.xyz, origin)) / toward;
   if (t <= range.x) discard;
   gl_FragDepth = clamp(depth_at(t), 0.0, 1.0);
-  write(linear(cut_srgb), clip.xyz);
+  write(cut_srgb, clip.xyz);
 }
 )";
 
@@ -92,7 +95,7 @@ void main() {
   float r2 = dot(p, p);
   if (r2 > 1.0) discard;
   vec3 n = normalize(side) * p.x + normalize(top) * p.y - forward * sqrt(1.0 - r2);
-  write(linear(srgb), normalize(n));
+  write(srgb, normalize(n));
 }
 )";
 
