@@ -4,6 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "math/elementary.h"
 #include "remesh/improver.h"
@@ -252,10 +256,8 @@ const double kMendMostBelow = tangent_of(7);   // level 3: distances up to kEdge
 const double kBendCreasesBelow = tangent_of(6);  // level 4: creases may move as well
 const double kMinRepaired = tangent_of(10);      // repair_crossings(): least quality around a collapsed edge
 constexpr double kEdgeShare = 0.06;              // of the longest edge of a triangle
-constexpr double kShortEdgeShare = 0.1;    // of max_chord: bound for collapses of short edges, which no triangle needs
-constexpr int kMendRounds = 6;             // rounds over the worst triangles, on each level
-constexpr std::size_t kWorthWaves = 2000;  // vertices that several threads move sooner
-constexpr std::size_t kWorthThreads = 48;  // in a wave
+constexpr double kShortEdgeShare = 0.1;  // of max_chord: bound for collapses of short edges, which no triangle needs
+constexpr int kMendRounds = 6;           // rounds over the worst triangles, on each level
 
 double cosine_of(double degrees) { return elementary::cos(degrees * std::numbers::pi / 180); }
 
@@ -269,6 +271,92 @@ double edge_quality(Improver& improver, std::uint32_t h) {
   return o == kNone ? q : std::min(q, improver.quality_of(o / 3));
 }
 
+// Parts of a surface that lie together, which several threads change at the same time. A change at a vertex whose
+// neighbours are all in its block reads and writes nothing of another block; a flip of an edge needs four of them.
+class Blocks {
+ public:
+  Blocks(const Surface& s, int threads) : block_(s.vertex_count()) {
+    while (s.vertex_count() / count_ > kVerticesOfBlock) count_ *= 2;
+    std::vector<std::uint32_t> vertices(s.vertex_count());
+    std::iota(vertices.begin(), vertices.end(), 0U);
+    const auto part = [&](std::size_t i, std::size_t parts) {
+      const std::size_t first = vertices.size() * i / parts;
+      return std::span(vertices).subspan(first, vertices.size() * (i + 1) / parts - first);
+    };
+    for (std::size_t parts = 1; parts < count_; parts *= 2) {
+      parallel_for(parts, 1, threads,
+                   [&](std::size_t i, std::size_t) { halve(s, part(i, parts), part(2 * i, 2 * parts).size()); });
+    }
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      for (const std::uint32_t v : part(i, count_)) block_[v] = i;
+    }
+  }
+
+  // Finds the vertices whose neighbours are all in their block. To be called after a change.
+  void find_inner(const Surface& s) {
+    inner_.assign(s.vertex_count(), 1);
+    for (std::size_t f = 0; f < s.face_count() && count_ > 1; ++f) {
+      if (!s.is_alive(f)) continue;
+      const auto [a, b, c] = s.triangle(f);
+      if (block_[a] != block_[b] || block_[b] != block_[c]) inner_[a] = inner_[b] = inner_[c] = 0;
+    }
+  }
+
+  // Return the block with all that a change at the vertex, or a flip of the edge, touches; the number of blocks if
+  // there is none.
+  std::uint32_t around(std::uint32_t v) const { return inner_[v] != 0 ? block_[v] : count_; }
+  std::uint32_t around_edge(const Surface& s, std::uint32_t e) const {
+    const std::uint32_t h = s.halfedge[e];
+    if (h == kNone || s.opposite[h] == kNone) return count_;
+    return std::max({around(s.origin(h)), around(s.target(h)), around(s.apex(h)), around(s.apex(s.opposite[h]))});
+  }
+
+  // Calls change(improver, i) for the numbers whose block is given, and not kNone: for those of each block in their
+  // order, several blocks at the same time; then for those between the blocks.
+  template <class Change>
+  void change_all(Improver& improver, const Improvement& improvement, std::span<const std::uint32_t> block,
+                  const Change& change) const {
+    std::vector<std::vector<std::uint32_t>> of_block(count_ + std::size_t{1});
+    for (std::uint32_t i = 0; i < block.size(); ++i) {
+      if (block[i] != kNone) of_block[block[i]].push_back(i);
+    }
+    const auto run = [&](Improver& by, const std::vector<std::uint32_t>& numbers) {
+      for (const std::uint32_t i : numbers) {
+        if (by.must_end()) break;
+        change(by, i);
+      }
+    };
+    std::vector<ImprovementCounts> counts(count_);
+    const int threads = improvement.guard == nullptr ? improvement.threads : 1;
+    parallel_for(count_, 1, threads, [&](std::size_t i, std::size_t) {
+      Improver own(improver.surface(), improvement);
+      run(own, of_block[i]);
+      counts[i] = own.counts();
+    });
+    for (const ImprovementCounts& some : counts) improver.add(some);
+    run(improver, of_block[count_]);
+  }
+
+ private:
+  static constexpr std::size_t kVerticesOfBlock = 8192;
+
+  // Brings those in front that are first along the longest side of their box.
+  static void halve(const Surface& s, std::span<std::uint32_t> vertices, std::size_t half) {
+    Box box;
+    for (const std::uint32_t v : vertices) box.extend(s.after[v]);
+    const Vec3d size = box.max - box.min;
+    const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    std::nth_element(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(half), vertices.end(),
+                     [&](std::uint32_t a, std::uint32_t b) {
+                       return std::pair(s.after[a][axis], a) < std::pair(s.after[b][axis], b);
+                     });
+  }
+
+  std::uint32_t count_ = 1;
+  std::vector<std::uint32_t> block_;  // of each vertex
+  std::vector<std::uint8_t> inner_;   // of each vertex: 1 if its neighbours are in its block
+};
+
 // Lets the edge rest if no flip of it is an improvement. Returns whether it rests.
 bool lay_to_rest(Improver& improver, SurfaceMemory& memory, std::uint32_t e) {
   if (memory.edge_rests(e)) return true;
@@ -278,20 +366,23 @@ bool lay_to_rest(Improver& improver, SurfaceMemory& memory, std::uint32_t e) {
   return true;
 }
 
-void flip_round(Improver& improver, SurfaceMemory& memory, int threads, const Bounds& bounds) {
+void flip_round(Improver& improver, const Improvement& improvement, Blocks& blocks, const Bounds& bounds) {
   constexpr std::size_t grain = 4096;
   const Surface& s = improver.surface();
-  const auto edges = static_cast<std::uint32_t>(s.halfedge.size());
-  memory.measure(s, threads);
-  parallel_for(edges, grain, threads, [&](std::size_t begin, std::size_t end) {
+  SurfaceMemory& memory = *improvement.memory;
+  memory.measure(s, improvement.threads);
+  blocks.find_inner(s);
+  std::vector<std::uint32_t> block(s.halfedge.size());
+  parallel_for(block.size(), grain, improvement.threads, [&](std::size_t begin, std::size_t end) {
     improver.stop_if_cancelled();
-    for (std::size_t e = begin; e < end; ++e) lay_to_rest(improver, memory, static_cast<std::uint32_t>(e));
+    for (std::size_t e = begin; e < end; ++e) {
+      lay_to_rest(improver, memory, static_cast<std::uint32_t>(e));
+      block[e] = blocks.around_edge(s, static_cast<std::uint32_t>(e));
+    }
   });
-  for (std::uint32_t e = 0; e < edges; ++e) {
-    if (memory.edge_rests(e)) continue;
-    if (improver.must_end()) break;
-    if (!lay_to_rest(improver, memory, e)) improver.try_flip(s.halfedge[e], bounds);
-  }
+  blocks.change_all(improver, improvement, block, [&](Improver& by, std::uint32_t e) {
+    if (!lay_to_rest(by, memory, e)) by.try_flip(s.halfedge[e], bounds);
+  });
 }
 
 using ByLength = std::vector<std::pair<double, std::uint32_t>>;  // the square of a length, and its edge
@@ -324,46 +415,7 @@ void collapse_short_edges(Improver& improver, double shortest, int threads, cons
   }
 }
 
-// Moves a vertex of a poor face. Returns whether it has moved.
-bool move_poor(Improver& improver, SurfaceMemory& memory, std::uint32_t v, const Bounds& bounds) {
-  if (memory.vertex_rests(v)) return false;
-  const Attempt attempt = improver.try_move(v, bounds);
-  if (attempt == Attempt::hopeless) memory.let_vertex_rest(v);
-  return attempt == Attempt::done;
-}
-
-// Returns the vertices in waves: each is in a later one than its neighbours before it. Waves that are done one after
-// the other, each in any order, do what the vertices in their order do.
-std::vector<std::vector<std::uint32_t>> waves_of(const Surface& s, std::span<const std::uint32_t> vertices) {
-  std::vector<std::uint32_t> wave(s.vertex_count(), 0);  // 0: none
-  std::vector<std::vector<std::uint32_t>> waves;
-  for (const std::uint32_t v : vertices) {
-    std::uint32_t last = 0;
-    s.for_each_outgoing(v, [&](std::uint32_t h) { last = std::max({last, wave[s.target(h)], wave[s.apex(h)]}); });
-    wave[v] = last + 1;
-    if (waves.size() == last) waves.emplace_back();
-    waves[last].push_back(v);
-  }
-  return waves;
-}
-
-void move_in_waves(Improver& improver, const Improvement& improvement,
-                   std::span<const std::vector<std::uint32_t>> waves, const Bounds& bounds) {
-  constexpr std::size_t grain = 16;
-  for (const std::vector<std::uint32_t>& wave : waves) {
-    if (improver.must_end()) break;
-    std::vector<std::uint8_t> moved(wave.size());
-    parallel_for(wave.size(), grain, improvement.threads, [&](std::size_t begin, std::size_t end) {
-      Improver own(improver.surface(), improvement);
-      for (std::size_t i = begin; i < end; ++i) moved[i] = move_poor(own, *improvement.memory, wave[i], bounds) ? 1 : 0;
-    });
-    for (std::size_t i = 0; i < wave.size(); ++i) {
-      if (moved[i] != 0) improver.tell({&wave[i], 1});
-    }
-  }
-}
-
-void move_round(Improver& improver, const Improvement& improvement, const Bounds& bounds) {
+void move_round(Improver& improver, const Improvement& improvement, Blocks& blocks, const Bounds& bounds) {
   const Surface& s = improver.surface();
   SurfaceMemory& memory = *improvement.memory;
   memory.measure(s, improvement.threads);
@@ -372,18 +424,15 @@ void move_round(Improver& improver, const Improvement& improvement, const Bounds
     if (!s.is_alive(f) || memory.quality(s, f) > kMoveBelow) continue;
     for (const std::uint32_t v : s.triangle(f)) poor[v] = 1;
   }
-  std::vector<std::uint32_t> vertices;
-  for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
-    if (poor[v] != 0) vertices.push_back(v);
+  blocks.find_inner(s);
+  std::vector<std::uint32_t> block(s.vertex_count(), kNone);
+  for (std::uint32_t v = 0; v < block.size(); ++v) {
+    if (poor[v] != 0) block[v] = blocks.around(v);
   }
-  if (improvement.threads != 1 && improvement.guard == nullptr && vertices.size() > kWorthWaves) {
-    const std::vector<std::vector<std::uint32_t>> waves = waves_of(s, vertices);
-    if (vertices.size() > kWorthThreads * waves.size()) return move_in_waves(improver, improvement, waves, bounds);
-  }
-  for (const std::uint32_t v : vertices) {
-    if (improver.must_end()) break;
-    if (move_poor(improver, memory, v, bounds)) improver.tell({&v, 1});
-  }
+  blocks.change_all(improver, improvement, block, [&](Improver& by, std::uint32_t v) {
+    if (memory.vertex_rests(v)) return;
+    if (by.move_vertex(v, bounds) == Attempt::hopeless) memory.let_vertex_rest(v);
+  });
 }
 
 // Returns the edges of a face, shortest first.
@@ -421,7 +470,7 @@ bool repair_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
     if (improver.collapse_edge(h, std::min(std::max(1.5 * was, 1e-3), around), bounds)) return true;
   }
   for (const std::uint32_t v : s.triangle(f)) {
-    if (improver.move_vertex(v, bounds) || improver.search_vertex(v, bounds)) return true;
+    if (improver.move_vertex(v, bounds) == Attempt::done || improver.search_vertex(v, bounds)) return true;
   }
   return improver.merge_apex_into_crease(edges[2], bounds);
 }
@@ -523,13 +572,14 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
   SurfaceMemory& memory = *task.memory;
   memory.begin(surface, task.threads);
   Improver improver(surface, task);
+  Blocks blocks(surface, task.threads);
   const double chord = improvement.targets.max_chord;
   const Bounds bounds = bounds_of(0.5 * chord, 30, 40, 3);
   const Bounds collapse_bounds = bounds_of(kShortEdgeShare * chord, 30, 40, 3);
   for (int i = 0; i < improvement.targets.iterations && !improver.must_end(); ++i) {
-    flip_round(improver, memory, task.threads, bounds);
+    flip_round(improver, task, blocks, bounds);
     if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, task.threads, collapse_bounds);
-    move_round(improver, task, bounds);
+    move_round(improver, task, blocks, bounds);
   }
   return improver.counts();
 }

@@ -332,16 +332,11 @@ Attempt Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, c
   if (place == better.end() || place->second == was) return Attempt::refused;
   carry_values(v, place->second);
   s_.after[v] = place->second;
+  tell({&v, 1});
   return Attempt::done;
 }
 
-bool Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
-  const bool moves = try_move(v, bounds) == Attempt::done;
-  if (moves) tell({&v, 1});
-  return moves;
-}
-
-Attempt Improver::try_move(std::uint32_t v, const Bounds& bounds) {
+Attempt Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
   if (read_star(v) != Freedom::free) return Attempt::hopeless;
   const Vec3d d = star_.mean() - s_.after[v];
   const std::array<Vec3d, 3> places{s_.after[v] + d, s_.after[v] + d * 0.5, s_.after[v] + d * 0.25};
@@ -361,9 +356,7 @@ bool Improver::search_vertex(std::uint32_t v, const Bounds& bounds) {
     const Vec3d along = x * direction[0] + y * direction[1];
     for (const double share : {0.03, 0.1, 0.25, 0.5}) places.push_back(s_.after[v] + along * (share * size));
   }
-  const bool moves = move_to_best(v, places, bounds) == Attempt::done;
-  if (moves) tell({&v, 1});
-  return moves;
+  return move_to_best(v, places, bounds) == Attempt::done;
 }
 
 bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {

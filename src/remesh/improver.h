@@ -77,8 +77,8 @@ class Improver {
   bool flip_edge(std::uint32_t h, const Bounds& bounds) { return gains_by_flip(h) && try_flip(h, bounds); }
   // Collapses the edge of h if all triangles around it then have at least `least_quality`.
   bool collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds);
-  // Moves the vertex towards the mean of its neighbours.
-  bool move_vertex(std::uint32_t v, const Bounds& bounds);
+  // Moves the vertex towards the mean of its neighbours. Tells what came of it.
+  Attempt move_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the vertex to the best of many positions in all tangential directions.
   bool search_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the apex of a thin triangle onto its opposite edge h, a crease, which then runs through the apex.
@@ -92,11 +92,6 @@ class Improver {
   // The parts of flip_edge(): returns whether a flip may be tried and improves the two faces; tries one that does.
   bool gains_by_flip(std::uint32_t h);
   bool try_flip(std::uint32_t h, const Bounds& bounds);
-  // As move_vertex(), but the caller calls tell() when that was done. Several improvers of one surface may do this at
-  // the same time, without a guard, for vertices that are no neighbours.
-  Attempt try_move(std::uint32_t v, const Bounds& bounds);
-  // Tells the guard and the memory that the faces around the vertices have changed.
-  void tell(std::span<const std::uint32_t> vertices);
 
   // Returns quality(surface, face, surface.after).
   double quality_of(std::uint32_t face) {
@@ -115,6 +110,8 @@ class Improver {
 
   Surface& surface() { return s_; }
   const ImprovementCounts& counts() const { return counts_; }
+  // Adds what another improver of the surface has done.
+  void add(const ImprovementCounts& counts) { counts_ += counts; }
 
  private:
   struct Merge {
@@ -125,6 +122,8 @@ class Improver {
     double t = 0;       // position of `place` along the edge, 0 at the kept vertex
   };
 
+  // Tells the guard and the memory that the faces around the vertices have changed.
+  void tell(std::span<const std::uint32_t> vertices);
   // Returns where the vertex may move; if anywhere, reads its star.
   Freedom read_star(std::uint32_t v);
   // Calls visit(h) for the half-edges that begin at the vertex, until they are too many.
@@ -138,7 +137,7 @@ class Improver {
   // and moves nothing if that exceeds the bounds.
   bool restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
   std::vector<Merge> plan_merges(std::uint32_t h, const Bounds& bounds) const;
-  // Moves the vertex, whose star has been read, to the place that is best for its triangles, without tell().
+  // Moves the vertex, whose star has been read, to the place that is best for its triangles.
   Attempt move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds);
   void evaluate_merge(Merge& merge, double least_quality, const Bounds& bounds) const;
   bool is_straight(std::uint32_t v, double tolerance) const;
