@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -270,92 +269,6 @@ double edge_quality(Improver& improver, std::uint32_t h) {
   const std::uint32_t o = improver.surface().opposite[h];
   return o == kNone ? q : std::min(q, improver.quality_of(o / 3));
 }
-
-// Parts of a surface that lie together, which several threads change at the same time. A change at a vertex whose
-// neighbours are all in its block reads and writes nothing of another block; a flip of an edge needs four of them.
-class Blocks {
- public:
-  Blocks(const Surface& s, int threads) : block_(s.vertex_count()) {
-    while (s.vertex_count() / count_ > kVerticesOfBlock) count_ *= 2;
-    std::vector<std::uint32_t> vertices(s.vertex_count());
-    std::iota(vertices.begin(), vertices.end(), 0U);
-    const auto part = [&](std::size_t i, std::size_t parts) {
-      const std::size_t first = vertices.size() * i / parts;
-      return std::span(vertices).subspan(first, vertices.size() * (i + 1) / parts - first);
-    };
-    for (std::size_t parts = 1; parts < count_; parts *= 2) {
-      parallel_for(parts, 1, threads,
-                   [&](std::size_t i, std::size_t) { halve(s, part(i, parts), part(2 * i, 2 * parts).size()); });
-    }
-    for (std::uint32_t i = 0; i < count_; ++i) {
-      for (const std::uint32_t v : part(i, count_)) block_[v] = i;
-    }
-  }
-
-  // Finds the vertices whose neighbours are all in their block. To be called after a change.
-  void find_inner(const Surface& s) {
-    inner_.assign(s.vertex_count(), 1);
-    for (std::size_t f = 0; f < s.face_count() && count_ > 1; ++f) {
-      if (!s.is_alive(f)) continue;
-      const auto [a, b, c] = s.triangle(f);
-      if (block_[a] != block_[b] || block_[b] != block_[c]) inner_[a] = inner_[b] = inner_[c] = 0;
-    }
-  }
-
-  // Return the block with all that a change at the vertex, or a flip of the edge, touches; the number of blocks if
-  // there is none.
-  std::uint32_t around(std::uint32_t v) const { return inner_[v] != 0 ? block_[v] : count_; }
-  std::uint32_t around_edge(const Surface& s, std::uint32_t e) const {
-    const std::uint32_t h = s.halfedge[e];
-    if (h == kNone || s.opposite[h] == kNone) return count_;
-    return std::max({around(s.origin(h)), around(s.target(h)), around(s.apex(h)), around(s.apex(s.opposite[h]))});
-  }
-
-  // Calls change(improver, i) for the numbers whose block is given, and not kNone: for those of each block in their
-  // order, several blocks at the same time; then for those between the blocks.
-  template <class Change>
-  void change_all(Improver& improver, const Improvement& improvement, std::span<const std::uint32_t> block,
-                  const Change& change) const {
-    std::vector<std::vector<std::uint32_t>> of_block(count_ + std::size_t{1});
-    for (std::uint32_t i = 0; i < block.size(); ++i) {
-      if (block[i] != kNone) of_block[block[i]].push_back(i);
-    }
-    const auto run = [&](Improver& by, const std::vector<std::uint32_t>& numbers) {
-      for (const std::uint32_t i : numbers) {
-        if (by.must_end()) break;
-        change(by, i);
-      }
-    };
-    std::vector<ImprovementCounts> counts(count_);
-    const int threads = improvement.guard == nullptr ? improvement.threads : 1;
-    parallel_for(count_, 1, threads, [&](std::size_t i, std::size_t) {
-      Improver own(improver.surface(), improvement);
-      run(own, of_block[i]);
-      counts[i] = own.counts();
-    });
-    for (const ImprovementCounts& some : counts) improver.add(some);
-    run(improver, of_block[count_]);
-  }
-
- private:
-  static constexpr std::size_t kVerticesOfBlock = 8192;
-
-  // Brings those in front that are first along the longest side of their box.
-  static void halve(const Surface& s, std::span<std::uint32_t> vertices, std::size_t half) {
-    Box box;
-    for (const std::uint32_t v : vertices) box.extend(s.after[v]);
-    const Vec3d size = box.max - box.min;
-    const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    std::nth_element(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(half), vertices.end(),
-                     [&](std::uint32_t a, std::uint32_t b) {
-                       return std::pair(s.after[a][axis], a) < std::pair(s.after[b][axis], b);
-                     });
-  }
-
-  std::uint32_t count_ = 1;
-  std::vector<std::uint32_t> block_;  // of each vertex
-  std::vector<std::uint8_t> inner_;   // of each vertex: 1 if its neighbours are in its block
-};
 
 // Lets the edge rest if no flip of it is an improvement. Returns whether it rests.
 bool lay_to_rest(Improver& improver, SurfaceMemory& memory, std::uint32_t e) {

@@ -1,6 +1,9 @@
 // Changes of a surface that improve triangles and keep the volume.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -161,6 +164,56 @@ class Improver {
   std::vector<std::uint32_t> moving_;  // by restore_volume()
   std::vector<Vec3d> moving_stars_;
   ImprovementCounts counts_;
+};
+
+// Parts of a surface that lie together, which several threads change at the same time. A change at a vertex whose
+// neighbours are all in its block reads and writes nothing of another block; a flip of an edge needs four of them.
+class Blocks {
+ public:
+  Blocks(const Surface& s, int threads);
+
+  // Finds the vertices whose neighbours are all in their block. To be called after a change.
+  void find_inner(const Surface& s);
+
+  // Return the block with all that a change at the vertex, or a flip of the edge, touches; the number of blocks if
+  // there is none.
+  std::uint32_t around(std::uint32_t v) const { return inner_[v] != 0 ? block_[v] : count_; }
+  std::uint32_t around_edge(const Surface& s, std::uint32_t e) const {
+    const std::uint32_t h = s.halfedge[e];
+    if (h == kNone || s.opposite[h] == kNone) return count_;
+    return std::max({around(s.origin(h)), around(s.target(h)), around(s.apex(h)), around(s.apex(s.opposite[h]))});
+  }
+
+  // Calls change(improver, i) for the numbers whose block is given, and not kNone: for those of each block in their
+  // order, several blocks at the same time; then for those between the blocks.
+  template <class Change>
+  void change_all(Improver& improver, const Improvement& improvement, std::span<const std::uint32_t> block,
+                  const Change& change) const {
+    std::vector<std::vector<std::uint32_t>> of_block(count_ + std::size_t{1});
+    for (std::uint32_t i = 0; i < block.size(); ++i) {
+      if (block[i] != kNone) of_block[block[i]].push_back(i);
+    }
+    const auto run = [&](Improver& by, const std::vector<std::uint32_t>& numbers) {
+      for (const std::uint32_t i : numbers) {
+        if (by.must_end()) break;
+        change(by, i);
+      }
+    };
+    std::vector<ImprovementCounts> counts(count_);
+    const int threads = improvement.guard == nullptr ? improvement.threads : 1;
+    parallel_for(count_, 1, threads, [&](std::size_t i, std::size_t) {
+      Improver own(improver.surface(), improvement);
+      run(own, of_block[i]);
+      counts[i] = own.counts();
+    });
+    for (const ImprovementCounts& some : counts) improver.add(some);
+    run(improver, of_block[count_]);
+  }
+
+ private:
+  std::uint32_t count_ = 1;
+  std::vector<std::uint32_t> block_;  // of each vertex
+  std::vector<std::uint8_t> inner_;   // of each vertex: 1 if its neighbours are in its block
 };
 
 }  // namespace knead::remesh_detail

@@ -179,6 +179,14 @@ void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, cons
   Surface& s = patch.surface;
   const Columns columns = columns_of(mesh, Domain::corner);
   s.corner_values.stride = columns.stride;
+  const std::size_t held =
+      static_cast<std::size_t>(std::count(patch.holds_face.begin(), patch.holds_face.end(), std::uint8_t{1}));
+  const std::size_t more = held + held / 8;  // as splits will make
+  patch.triangles.reserve(held);
+  s.face_source.reserve(more);
+  s.corner.reserve(3 * more);
+  s.opposite.reserve(3 * more);
+  s.edge.reserve(3 * more);
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     if (patch.holds_face[f] == 0) continue;
@@ -255,6 +263,9 @@ Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Defo
   const std::vector<std::uint32_t> number = number_vertices(before, patch);
   stop_if_cancelled(options.progress);
   Surface& s = patch.surface;
+  const std::size_t vertices = patch.vertex_source.size() + patch.vertex_source.size() / 8;  // as splits will make
+  s.before.reserve(vertices);
+  s.after.reserve(vertices);
   for (const std::uint32_t v : patch.vertex_source) {
     s.before.push_back(before.positions[v]);
     s.after.push_back(after[v]);

@@ -260,7 +260,9 @@ Refinement::Refinement(Surface& surface, const Deformation& deformation, const R
       shortest_(kShortestShare * options.targets.max_chord),
       flat_cosine2_(flat_cosine2(options.targets.max_angle)),
       outside_(static_cast<double>(outside)) {
+  deviation_.reserve(s_.halfedge.capacity());
   deviation_.resize(s_.halfedge.size());
+  uncarried_.reserve(s_.halfedge.size());
   for (std::uint32_t e = 0; e < s_.halfedge.size(); ++e) {
     if ((s_.edge_flags[e] & kLocked) == 0) uncarried_.push_back(e);
   }
