@@ -158,6 +158,12 @@ struct RemeshOutcome {
 // Returns a pointer that does not own the mesh, for a caller who keeps the mesh alive and wants no copy of it.
 std::shared_ptr<const Mesh> borrow(const Mesh& mesh);
 
+namespace remesh_detail {
+
+struct MorePlaces;
+
+}  // namespace remesh_detail
+
 namespace session_detail {
 
 struct RelaxMesh;  // what relaxing needs to know of the faces
@@ -297,10 +303,10 @@ class DeformedShape {
                                  Progress* progress);
   RemeshOutcome remesh_halves(const Part& part, const RemeshSettings& settings, Halving& halving, Progress* progress);
   static bool can_halve(const RemeshCounts& counts, const Halving& halving);
-  void finish_stopped(const Mesh& mesh, const Deformation& deformation, const RemeshOptions& options,
-                      Remeshed& stopped) const;
+  void finish_stopped(const Mesh& mesh, const Deformation& deformation, const RemeshOptions& options, Remeshed& stopped,
+                      remesh_detail::MorePlaces& places) const;
   AdvectStatus move_uncounted(const Flow& flow, Progress* progress);
-  void adopt(Remeshed& remeshed, std::span<const Vec3d> before);
+  void adopt(Remeshed& remeshed, remesh_detail::MorePlaces& places, std::span<const Vec3d> before);
   const session_detail::RelaxMesh& relax_mesh() const;
 
   std::shared_ptr<const Mesh> start_ = std::make_shared<const Mesh>();

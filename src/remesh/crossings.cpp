@@ -1,6 +1,7 @@
 #include "remesh/crossings.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -34,6 +35,29 @@ Box search_box(const Surface& s) {
   return box;
 }
 
+// Returns the triangles of the mesh that are outside the patch and overlap its search box.
+std::vector<Triangle> triangles_near(const Mesh& before, const Patch& patch, int threads, const Progress* progress) {
+  constexpr std::size_t grain = 8192;  // faces
+  const Box box = search_box(patch.surface);
+  std::vector<std::vector<Triangle>> of_chunk(before.face_count() / grain + 1);
+  parallel_for(before.face_count(), grain, threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(progress);
+    std::vector<Triangle> parts;
+    for (std::size_t f = begin; f < end; ++f) {
+      if (patch.holds_face[f] != 0 || before.face(f).size() < 3) continue;
+      parts.clear();
+      triangulate_polygon(before.positions, before.face(f), parts);
+      for (const Triangle& t : parts) {
+        const auto& p = before.positions;
+        if (overlap(bounding_box(std::array{p[t[0]], p[t[1]], p[t[2]]}), box)) of_chunk[begin / grain].push_back(t);
+      }
+    }
+  });
+  std::vector<Triangle> found;
+  for (const std::vector<Triangle>& some : of_chunk) found.insert(found.end(), some.begin(), some.end());
+  return found;
+}
+
 // Returns how many sets of pairs hang together: those that share a vertex do.
 std::size_t count_curves(const SelfIntersections& found, std::span<const Triangle> triangles, std::size_t vertices) {
   if (found.pairs.empty()) return 0;
@@ -62,27 +86,16 @@ CrossingSearch::CrossingSearch(const Mesh& before, const Patch& patch, bool sing
       single_precision_(single_precision),
       threads_(threads),
       progress_(progress) {
-  const Box box = search_box(patch.surface);
   std::vector<std::uint32_t> number(before.vertex_count(), kNone);
   for (std::uint32_t p = 0; p < patch.vertex_source.size(); ++p) number[patch.vertex_source[p]] = p;
-  std::vector<Triangle> parts;
-  for (std::size_t f = 0; f < before.face_count(); ++f) {
-    stop_if_cancelled(progress_);
-    if (patch.holds_face[f] != 0 || before.face(f).size() < 3) continue;
-    parts.clear();
-    triangulate_polygon(before.positions, before.face(f), parts);
-    for (const Triangle& t : parts) {
-      const std::array<Vec3d, 3> corners{before.positions[t[0]], before.positions[t[1]], before.positions[t[2]]};
-      if (!overlap(bounding_box(corners), box)) continue;
-      Triangle named{};
-      for (std::size_t i = 0; i < 3; ++i) {
-        if (number[t[i]] == kNone) {
-          number[t[i]] = first_ + static_cast<std::uint32_t>(outside_positions_.size());
-          outside_positions_.push_back(corners[i]);
-        }
-        named[i] = number[t[i]];
+  for (const Triangle& t : triangles_near(before, patch, threads, progress)) {
+    Triangle& named = outside_.emplace_back();
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (number[t[i]] == kNone) {
+        number[t[i]] = first_ + static_cast<std::uint32_t>(outside_positions_.size());
+        outside_positions_.push_back(before.positions[t[i]]);
       }
-      outside_.push_back(named);
+      named[i] = number[t[i]];
     }
   }
 }
@@ -95,7 +108,7 @@ PlacedFace CrossingSearch::as_written(PlacedFace face) const {
   return face;
 }
 
-CrossingSearch::Triangles CrossingSearch::triangles(const Surface& s) const {
+CrossingSearch::Triangles CrossingSearch::triangles(const Surface& s, const std::optional<Box>& box) const {
   Triangles result;
   result.positions.reserve(s.vertex_count() + outside_positions_.size());
   const auto first = s.after.begin() + first_;
@@ -103,26 +116,41 @@ CrossingSearch::Triangles CrossingSearch::triangles(const Surface& s) const {
   result.positions.insert(result.positions.end(), outside_positions_.begin(), outside_positions_.end());
   result.positions.insert(result.positions.end(), first, s.after.end());
   for (Vec3d& p : result.positions) p = as_written(p);
-  result.triangles.reserve(outside_.size() + s.face_count());
-  result.triangles = outside_;
+  result.triangles.reserve(box ? 0 : outside_.size() + s.face_count());
+  const auto add = [&](const Triangle& t) {
+    const auto& p = result.positions;
+    const bool is_in = !box || overlap(bounding_box(std::array{p[t[0]], p[t[1]], p[t[2]]}), *box);
+    if (is_in) result.triangles.push_back(t);
+    return is_in;
+  };
+  for (const Triangle& t : outside_) add(t);
+  result.outside = result.triangles.size();
+  result.faces.reserve(box ? 0 : s.face_count());
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
     if (!s.is_alive(f)) continue;
     const auto [a, b, c] = s.triangle(f);
-    result.triangles.push_back({number(a), number(b), number(c)});
-    result.faces.push_back(f);
+    if (add({number(a), number(b), number(c)})) result.faces.push_back(f);
   }
   return result;
 }
 
 Crossings CrossingSearch::find(const Patch& patch, const std::vector<bool>& only) const {
   const Surface& s = patch.surface;
-  const Triangles searched = triangles(s);
+  std::optional<Box> box;
+  if (!only.empty()) {
+    box.emplace();
+    for (std::uint32_t f = 0; f < s.face_count(); ++f) {
+      if (!only[f] || !s.is_alive(f)) continue;
+      for (const std::uint32_t v : s.triangle(f)) box->extend(as_written(s.after[v]));
+    }
+  }
+  const Triangles searched = triangles(s, box);
   std::vector<bool> is_changed(searched.triangles.size(), false);
   for (std::size_t i = 0; i < searched.faces.size(); ++i) {
     const std::uint32_t f = searched.faces[i];
     if (!only.empty() && !only[f]) continue;
     const Triangle t = s.triangle(f);
-    is_changed[outside_.size() + i] = !patch.is_unchanged(f) || std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
+    is_changed[searched.outside + i] = !patch.is_unchanged(f) || std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
       return s.has(v, kMoved) || s.has(v, kRegion);
     });
   }
@@ -141,8 +169,8 @@ Crossings CrossingSearch::find(const Patch& patch, const std::vector<bool>& only
     crosses[t] = true;
     crosses[u] = true;
   }
-  for (std::size_t w = outside_.size(); w < crosses.size(); ++w) {  // in ascending order
-    if (crosses[w]) crossings.faces.push_back(searched.faces[w - outside_.size()]);
+  for (std::size_t w = searched.outside; w < crosses.size(); ++w) {  // in ascending order
+    if (crosses[w]) crossings.faces.push_back(searched.faces[w - searched.outside]);
   }
   return crossings;
 }
@@ -182,8 +210,8 @@ CrossingGuard::CrossingGuard(const Surface& surface, const CrossingSearch& searc
   for (std::uint32_t place = 0; place < place_.size(); ++place) {
     const std::uint32_t t = tree_.member_at(place);
     set(place, all.placed(t));
-    if (t < search.outside_count()) continue;
-    face_[place] = all.faces[t - search.outside_count()];
+    if (t < all.outside) continue;
+    face_[place] = all.faces[t - all.outside];
     obstacle_of_[face_[place]] = place;
   }
 }

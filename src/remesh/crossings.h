@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -46,14 +47,15 @@ class CrossingSearch {
     std::vector<Triangle> triangles;
     std::vector<Vec3d> positions;      // as written
     std::vector<std::uint32_t> faces;  // of the surface
+    std::size_t outside = 0;           // triangles before those of the faces
 
     PlacedFace placed(std::uint32_t t) const {
       const Triangle& v = triangles[t];
       return {v, {positions[v[0]], positions[v[1]], positions[v[2]]}};
     }
   };
-  Triangles triangles(const Surface& surface) const;
-  std::size_t outside_count() const { return outside_.size(); }
+  // Leaves out those whose boxes do not overlap the given one.
+  Triangles triangles(const Surface& surface, const std::optional<Box>& box = {}) const;
   int threads() const { return threads_; }
   // Returns the face with its vertices numbered so, and its corners as they are written.
   PlacedFace as_written(PlacedFace face) const;

@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "math/elementary.h"
 #include "remesh/improver.h"
@@ -252,10 +255,8 @@ const double kMendMostBelow = tangent_of(7);   // level 3: distances up to kEdge
 const double kBendCreasesBelow = tangent_of(6);  // level 4: creases may move as well
 const double kMinRepaired = tangent_of(10);      // repair_crossings(): least quality around a collapsed edge
 constexpr double kEdgeShare = 0.06;              // of the longest edge of a triangle
-constexpr double kShortEdgeShare = 0.1;    // of max_chord: bound for collapses of short edges, which no triangle needs
-constexpr int kMendRounds = 6;             // rounds over the worst triangles, on each level
-constexpr std::size_t kWorthWaves = 2000;  // vertices that several threads move sooner
-constexpr std::size_t kWorthThreads = 48;  // in a wave
+constexpr double kShortEdgeShare = 0.1;  // of max_chord: bound for collapses of short edges, which no triangle needs
+constexpr int kMendRounds = 6;           // rounds over the worst triangles, on each level
 
 double cosine_of(double degrees) { return elementary::cos(degrees * std::numbers::pi / 180); }
 
@@ -278,20 +279,23 @@ bool lay_to_rest(Improver& improver, SurfaceMemory& memory, std::uint32_t e) {
   return true;
 }
 
-void flip_round(Improver& improver, SurfaceMemory& memory, int threads, const Bounds& bounds) {
+void flip_round(Improver& improver, const Improvement& improvement, Blocks& blocks, const Bounds& bounds) {
   constexpr std::size_t grain = 4096;
   const Surface& s = improver.surface();
-  const auto edges = static_cast<std::uint32_t>(s.halfedge.size());
-  memory.measure(s, threads);
-  parallel_for(edges, grain, threads, [&](std::size_t begin, std::size_t end) {
+  SurfaceMemory& memory = *improvement.memory;
+  memory.measure(s, improvement.threads);
+  blocks.find_inner(s);
+  std::vector<std::uint32_t> block(s.halfedge.size());
+  parallel_for(block.size(), grain, improvement.threads, [&](std::size_t begin, std::size_t end) {
     improver.stop_if_cancelled();
-    for (std::size_t e = begin; e < end; ++e) lay_to_rest(improver, memory, static_cast<std::uint32_t>(e));
+    for (std::size_t e = begin; e < end; ++e) {
+      lay_to_rest(improver, memory, static_cast<std::uint32_t>(e));
+      block[e] = blocks.around_edge(s, static_cast<std::uint32_t>(e));
+    }
   });
-  for (std::uint32_t e = 0; e < edges; ++e) {
-    if (memory.edge_rests(e)) continue;
-    if (improver.must_end()) break;
-    if (!lay_to_rest(improver, memory, e)) improver.try_flip(s.halfedge[e], bounds);
-  }
+  blocks.change_all(improver, improvement, block, [&](Improver& by, std::uint32_t e) {
+    if (!lay_to_rest(by, memory, e)) by.try_flip(s.halfedge[e], bounds);
+  });
 }
 
 using ByLength = std::vector<std::pair<double, std::uint32_t>>;  // the square of a length, and its edge
@@ -324,46 +328,7 @@ void collapse_short_edges(Improver& improver, double shortest, int threads, cons
   }
 }
 
-// Moves a vertex of a poor face. Returns whether it has moved.
-bool move_poor(Improver& improver, SurfaceMemory& memory, std::uint32_t v, const Bounds& bounds) {
-  if (memory.vertex_rests(v)) return false;
-  const Attempt attempt = improver.try_move(v, bounds);
-  if (attempt == Attempt::hopeless) memory.let_vertex_rest(v);
-  return attempt == Attempt::done;
-}
-
-// Returns the vertices in waves: each is in a later one than its neighbours before it. Waves that are done one after
-// the other, each in any order, do what the vertices in their order do.
-std::vector<std::vector<std::uint32_t>> waves_of(const Surface& s, std::span<const std::uint32_t> vertices) {
-  std::vector<std::uint32_t> wave(s.vertex_count(), 0);  // 0: none
-  std::vector<std::vector<std::uint32_t>> waves;
-  for (const std::uint32_t v : vertices) {
-    std::uint32_t last = 0;
-    s.for_each_outgoing(v, [&](std::uint32_t h) { last = std::max({last, wave[s.target(h)], wave[s.apex(h)]}); });
-    wave[v] = last + 1;
-    if (waves.size() == last) waves.emplace_back();
-    waves[last].push_back(v);
-  }
-  return waves;
-}
-
-void move_in_waves(Improver& improver, const Improvement& improvement,
-                   std::span<const std::vector<std::uint32_t>> waves, const Bounds& bounds) {
-  constexpr std::size_t grain = 16;
-  for (const std::vector<std::uint32_t>& wave : waves) {
-    if (improver.must_end()) break;
-    std::vector<std::uint8_t> moved(wave.size());
-    parallel_for(wave.size(), grain, improvement.threads, [&](std::size_t begin, std::size_t end) {
-      Improver own(improver.surface(), improvement);
-      for (std::size_t i = begin; i < end; ++i) moved[i] = move_poor(own, *improvement.memory, wave[i], bounds) ? 1 : 0;
-    });
-    for (std::size_t i = 0; i < wave.size(); ++i) {
-      if (moved[i] != 0) improver.tell({&wave[i], 1});
-    }
-  }
-}
-
-void move_round(Improver& improver, const Improvement& improvement, const Bounds& bounds) {
+void move_round(Improver& improver, const Improvement& improvement, Blocks& blocks, const Bounds& bounds) {
   const Surface& s = improver.surface();
   SurfaceMemory& memory = *improvement.memory;
   memory.measure(s, improvement.threads);
@@ -372,18 +337,15 @@ void move_round(Improver& improver, const Improvement& improvement, const Bounds
     if (!s.is_alive(f) || memory.quality(s, f) > kMoveBelow) continue;
     for (const std::uint32_t v : s.triangle(f)) poor[v] = 1;
   }
-  std::vector<std::uint32_t> vertices;
-  for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
-    if (poor[v] != 0) vertices.push_back(v);
+  blocks.find_inner(s);
+  std::vector<std::uint32_t> block(s.vertex_count(), kNone);
+  for (std::uint32_t v = 0; v < block.size(); ++v) {
+    if (poor[v] != 0) block[v] = blocks.around(v);
   }
-  if (improvement.threads != 1 && improvement.guard == nullptr && vertices.size() > kWorthWaves) {
-    const std::vector<std::vector<std::uint32_t>> waves = waves_of(s, vertices);
-    if (vertices.size() > kWorthThreads * waves.size()) return move_in_waves(improver, improvement, waves, bounds);
-  }
-  for (const std::uint32_t v : vertices) {
-    if (improver.must_end()) break;
-    if (move_poor(improver, memory, v, bounds)) improver.tell({&v, 1});
-  }
+  blocks.change_all(improver, improvement, block, [&](Improver& by, std::uint32_t v) {
+    if (memory.vertex_rests(v)) return;
+    if (by.move_vertex(v, bounds) == Attempt::hopeless) memory.let_vertex_rest(v);
+  });
 }
 
 // Returns the edges of a face, shortest first.
@@ -421,7 +383,7 @@ bool repair_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
     if (improver.collapse_edge(h, std::min(std::max(1.5 * was, 1e-3), around), bounds)) return true;
   }
   for (const std::uint32_t v : s.triangle(f)) {
-    if (improver.move_vertex(v, bounds) || improver.search_vertex(v, bounds)) return true;
+    if (improver.move_vertex(v, bounds) == Attempt::done || improver.search_vertex(v, bounds)) return true;
   }
   return improver.merge_apex_into_crease(edges[2], bounds);
 }
@@ -523,13 +485,14 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
   SurfaceMemory& memory = *task.memory;
   memory.begin(surface, task.threads);
   Improver improver(surface, task);
+  Blocks blocks(surface, task.threads);
   const double chord = improvement.targets.max_chord;
   const Bounds bounds = bounds_of(0.5 * chord, 30, 40, 3);
   const Bounds collapse_bounds = bounds_of(kShortEdgeShare * chord, 30, 40, 3);
   for (int i = 0; i < improvement.targets.iterations && !improver.must_end(); ++i) {
-    flip_round(improver, memory, task.threads, bounds);
+    flip_round(improver, task, blocks, bounds);
     if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, task.threads, collapse_bounds);
-    move_round(improver, task, bounds);
+    move_round(improver, task, blocks, bounds);
   }
   return improver.counts();
 }

@@ -69,9 +69,9 @@ TEST(Improve, TrianglesGetBetterAndTheVolumeStays) {
   }
 }
 
-// Some thousand vertices are moved by several threads in waves, by one thread in their order.
+// So many vertices are several blocks, which several threads change at the same time.
 TEST(Improve, HasTheSameBitsForEveryNumberOfThreads) {
-  const Surface stirred = stirred_ball(9000);
+  const Surface stirred = stirred_ball(40'000);
   Improvement task = improvement();
   Surface one = stirred;
   improve(one, task);

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <utility>
 
 #include "math/elementary.h"
 #include "remesh/crossings.h"
@@ -332,16 +334,11 @@ Attempt Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, c
   if (place == better.end() || place->second == was) return Attempt::refused;
   carry_values(v, place->second);
   s_.after[v] = place->second;
+  tell({&v, 1});
   return Attempt::done;
 }
 
-bool Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
-  const bool moves = try_move(v, bounds) == Attempt::done;
-  if (moves) tell({&v, 1});
-  return moves;
-}
-
-Attempt Improver::try_move(std::uint32_t v, const Bounds& bounds) {
+Attempt Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
   if (read_star(v) != Freedom::free) return Attempt::hopeless;
   const Vec3d d = star_.mean() - s_.after[v];
   const std::array<Vec3d, 3> places{s_.after[v] + d, s_.after[v] + d * 0.5, s_.after[v] + d * 0.25};
@@ -361,9 +358,7 @@ bool Improver::search_vertex(std::uint32_t v, const Bounds& bounds) {
     const Vec3d along = x * direction[0] + y * direction[1];
     for (const double share : {0.03, 0.1, 0.25, 0.5}) places.push_back(s_.after[v] + along * (share * size));
   }
-  const bool moves = move_to_best(v, places, bounds) == Attempt::done;
-  if (moves) tell({&v, 1});
-  return moves;
+  return move_to_best(v, places, bounds) == Attempt::done;
 }
 
 bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
@@ -535,6 +530,50 @@ void Improver::tell(std::span<const std::uint32_t> vertices) {
   for (const std::uint32_t v : vertices) {
     if (guard_ != nullptr) guard_->update_around(v);
     if (memory_ != nullptr) memory_->forget_around(s_, v);
+  }
+}
+
+namespace {
+
+constexpr std::size_t kVerticesOfBlock = 8192;
+
+// Brings those in front that are first along the longest side of their box.
+void halve(const Surface& s, std::span<std::uint32_t> vertices, std::size_t half) {
+  Box box;
+  for (const std::uint32_t v : vertices) box.extend(s.after[v]);
+  const Vec3d size = box.max - box.min;
+  const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  std::nth_element(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(half), vertices.end(),
+                   [&](std::uint32_t a, std::uint32_t b) {
+                     return std::pair(s.after[a][axis], a) < std::pair(s.after[b][axis], b);
+                   });
+}
+
+}  // namespace
+
+Blocks::Blocks(const Surface& s, int threads) : block_(s.vertex_count()) {
+  while (s.vertex_count() / count_ > kVerticesOfBlock) count_ *= 2;
+  std::vector<std::uint32_t> vertices(s.vertex_count());
+  std::iota(vertices.begin(), vertices.end(), 0U);
+  const auto part = [&](std::size_t i, std::size_t parts) {
+    const std::size_t first = vertices.size() * i / parts;
+    return std::span(vertices).subspan(first, vertices.size() * (i + 1) / parts - first);
+  };
+  for (std::size_t parts = 1; parts < count_; parts *= 2) {
+    parallel_for(parts, 1, threads,
+                 [&](std::size_t i, std::size_t) { halve(s, part(i, parts), part(2 * i, 2 * parts).size()); });
+  }
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    for (const std::uint32_t v : part(i, count_)) block_[v] = i;
+  }
+}
+
+void Blocks::find_inner(const Surface& s) {
+  inner_.assign(s.vertex_count(), 1);
+  for (std::size_t f = 0; f < s.face_count() && count_ > 1; ++f) {
+    if (!s.is_alive(f)) continue;
+    const auto [a, b, c] = s.triangle(f);
+    if (block_[a] != block_[b] || block_[b] != block_[c]) inner_[a] = inner_[b] = inner_[c] = 0;
   }
 }
 

@@ -1,6 +1,9 @@
 // Changes of a surface that improve triangles and keep the volume.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -77,8 +80,8 @@ class Improver {
   bool flip_edge(std::uint32_t h, const Bounds& bounds) { return gains_by_flip(h) && try_flip(h, bounds); }
   // Collapses the edge of h if all triangles around it then have at least `least_quality`.
   bool collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds);
-  // Moves the vertex towards the mean of its neighbours.
-  bool move_vertex(std::uint32_t v, const Bounds& bounds);
+  // Moves the vertex towards the mean of its neighbours. Tells what came of it.
+  Attempt move_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the vertex to the best of many positions in all tangential directions.
   bool search_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the apex of a thin triangle onto its opposite edge h, a crease, which then runs through the apex.
@@ -92,11 +95,6 @@ class Improver {
   // The parts of flip_edge(): returns whether a flip may be tried and improves the two faces; tries one that does.
   bool gains_by_flip(std::uint32_t h);
   bool try_flip(std::uint32_t h, const Bounds& bounds);
-  // As move_vertex(), but the caller calls tell() when that was done. Several improvers of one surface may do this at
-  // the same time, without a guard, for vertices that are no neighbours.
-  Attempt try_move(std::uint32_t v, const Bounds& bounds);
-  // Tells the guard and the memory that the faces around the vertices have changed.
-  void tell(std::span<const std::uint32_t> vertices);
 
   // Returns quality(surface, face, surface.after).
   double quality_of(std::uint32_t face) {
@@ -115,6 +113,8 @@ class Improver {
 
   Surface& surface() { return s_; }
   const ImprovementCounts& counts() const { return counts_; }
+  // Adds what another improver of the surface has done.
+  void add(const ImprovementCounts& counts) { counts_ += counts; }
 
  private:
   struct Merge {
@@ -125,6 +125,8 @@ class Improver {
     double t = 0;       // position of `place` along the edge, 0 at the kept vertex
   };
 
+  // Tells the guard and the memory that the faces around the vertices have changed.
+  void tell(std::span<const std::uint32_t> vertices);
   // Returns where the vertex may move; if anywhere, reads its star.
   Freedom read_star(std::uint32_t v);
   // Calls visit(h) for the half-edges that begin at the vertex, until they are too many.
@@ -138,7 +140,7 @@ class Improver {
   // and moves nothing if that exceeds the bounds.
   bool restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
   std::vector<Merge> plan_merges(std::uint32_t h, const Bounds& bounds) const;
-  // Moves the vertex, whose star has been read, to the place that is best for its triangles, without tell().
+  // Moves the vertex, whose star has been read, to the place that is best for its triangles.
   Attempt move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds);
   void evaluate_merge(Merge& merge, double least_quality, const Bounds& bounds) const;
   bool is_straight(std::uint32_t v, double tolerance) const;
@@ -162,6 +164,56 @@ class Improver {
   std::vector<std::uint32_t> moving_;  // by restore_volume()
   std::vector<Vec3d> moving_stars_;
   ImprovementCounts counts_;
+};
+
+// Parts of a surface that lie together, which several threads change at the same time. A change at a vertex whose
+// neighbours are all in its block reads and writes nothing of another block; a flip of an edge needs four of them.
+class Blocks {
+ public:
+  Blocks(const Surface& s, int threads);
+
+  // Finds the vertices whose neighbours are all in their block. To be called after a change.
+  void find_inner(const Surface& s);
+
+  // Return the block with all that a change at the vertex, or a flip of the edge, touches; the number of blocks if
+  // there is none.
+  std::uint32_t around(std::uint32_t v) const { return inner_[v] != 0 ? block_[v] : count_; }
+  std::uint32_t around_edge(const Surface& s, std::uint32_t e) const {
+    const std::uint32_t h = s.halfedge[e];
+    if (h == kNone || s.opposite[h] == kNone) return count_;
+    return std::max({around(s.origin(h)), around(s.target(h)), around(s.apex(h)), around(s.apex(s.opposite[h]))});
+  }
+
+  // Calls change(improver, i) for the numbers whose block is given, and not kNone: for those of each block in their
+  // order, several blocks at the same time; then for those between the blocks.
+  template <class Change>
+  void change_all(Improver& improver, const Improvement& improvement, std::span<const std::uint32_t> block,
+                  const Change& change) const {
+    std::vector<std::vector<std::uint32_t>> of_block(count_ + std::size_t{1});
+    for (std::uint32_t i = 0; i < block.size(); ++i) {
+      if (block[i] != kNone) of_block[block[i]].push_back(i);
+    }
+    const auto run = [&](Improver& by, const std::vector<std::uint32_t>& numbers) {
+      for (const std::uint32_t i : numbers) {
+        if (by.must_end()) break;
+        change(by, i);
+      }
+    };
+    std::vector<ImprovementCounts> counts(count_);
+    const int threads = improvement.guard == nullptr ? improvement.threads : 1;
+    parallel_for(count_, 1, threads, [&](std::size_t i, std::size_t) {
+      Improver own(improver.surface(), improvement);
+      run(own, of_block[i]);
+      counts[i] = own.counts();
+    });
+    for (const ImprovementCounts& some : counts) improver.add(some);
+    run(improver, of_block[count_]);
+  }
+
+ private:
+  std::uint32_t count_ = 1;
+  std::vector<std::uint32_t> block_;  // of each vertex
+  std::vector<std::uint8_t> inner_;   // of each vertex: 1 if its neighbours are in its block
 };
 
 }  // namespace knead::remesh_detail

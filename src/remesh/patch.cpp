@@ -138,9 +138,10 @@ void append_row(const Columns& columns, std::size_t element, Values& values) {
   }
 }
 
-// Sets the values of the vertices, which are given by their numbers in the mesh.
-void take_values(const Columns& columns, const std::vector<std::uint32_t>& sources, Values& values) {
-  values.stride = columns.stride;
+// Sets the values of the vertices, which are given by their numbers in the mesh: those of the columns, then the places.
+void take_values(const Columns& columns, const MorePlaces& places, const std::vector<std::uint32_t>& sources,
+                 Values& values) {
+  values.stride = columns.stride + 3 * places.before.size();
   values.resize(sources.size());
   std::size_t offset = 0;
   for (const Attribute* attribute : columns.attributes) {
@@ -150,6 +151,12 @@ void take_values(const Columns& columns, const std::vector<std::uint32_t>& sourc
                   values.of(i).subspan(offset).begin());
     }
     offset += n;
+  }
+  for (const std::span<const Vec3d> list : places.before) {
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) values.of(i)[offset + axis] = list[sources[i]][axis];
+    }
+    offset += 3;
   }
 }
 
@@ -172,6 +179,14 @@ void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, cons
   Surface& s = patch.surface;
   const Columns columns = columns_of(mesh, Domain::corner);
   s.corner_values.stride = columns.stride;
+  const std::size_t held =
+      static_cast<std::size_t>(std::count(patch.holds_face.begin(), patch.holds_face.end(), std::uint8_t{1}));
+  const std::size_t more = held + held / 8;  // as splits will make
+  patch.triangles.reserve(held);
+  s.face_source.reserve(more);
+  s.corner.reserve(3 * more);
+  s.opposite.reserve(3 * more);
+  s.edge.reserve(3 * more);
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     if (patch.holds_face[f] == 0) continue;
@@ -239,7 +254,7 @@ void mark_region(const std::vector<std::uint8_t>& moved, bool whole, Patch& patc
 }  // namespace
 
 Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-                    const RemeshOptions& options) {
+                    const RemeshOptions& options, const MorePlaces& places) {
   std::vector<std::uint8_t> moved(before.vertex_count());
   for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = same_bits(before.positions[v], after[v]) ? 0 : 1;
   Patch patch;
@@ -248,11 +263,14 @@ Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Defo
   const std::vector<std::uint32_t> number = number_vertices(before, patch);
   stop_if_cancelled(options.progress);
   Surface& s = patch.surface;
+  const std::size_t vertices = patch.vertex_source.size() + patch.vertex_source.size() / 8;  // as splits will make
+  s.before.reserve(vertices);
+  s.after.reserve(vertices);
   for (const std::uint32_t v : patch.vertex_source) {
     s.before.push_back(before.positions[v]);
     s.after.push_back(after[v]);
   }
-  take_values(columns_of(before, Domain::vertex), patch.vertex_source, s.vertex_values);
+  take_values(columns_of(before, Domain::vertex), places, patch.vertex_source, s.vertex_values);
   take_faces(before, number, options.progress, patch);
   stop_if_cancelled(options.progress);
   connect(s, options.progress);
@@ -364,8 +382,9 @@ namespace {
 // Builds the resulting mesh.
 class Assembly {
  public:
-  Assembly(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, const Progress* progress)
-      : before_(before), after_(after), patch_(patch), s_(patch.surface), progress_(progress) {
+  Assembly(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, MorePlaces& places,
+           const Progress* progress)
+      : before_(before), after_(after), patch_(patch), s_(patch.surface), places_(places), progress_(progress) {
     const std::size_t vertices = before.vertex_count() + s_.vertex_count() - patch.vertex_source.size();
     const std::size_t corners = before.corner_vertex.size() + 3 * (s_.face_count() - patch.triangles.size());
     const std::size_t faces = before.face_count() + s_.face_count();
@@ -375,6 +394,8 @@ class Assembly {
     result_.moved.reserve(vertices);
     result_.vertex_source.reserve(vertices);
     result_.face_source.reserve(faces);
+    places.after.resize(places.before.size());
+    for (std::vector<Vec3d>& list : places.after) list.reserve(vertices);
     for (const Attribute& attribute : before.attributes) {
       const std::size_t count = attribute.domain == Domain::vertex   ? vertices
                                 : attribute.domain == Domain::corner ? corners
@@ -420,6 +441,10 @@ class Assembly {
     result_.vertex_source.resize(number + last - first);
     std::iota(result_.vertex_source.begin() + number, result_.vertex_source.end(), first);
     append_from_mesh(Domain::vertex, first, last);
+    for (std::size_t i = 0; i < places_.before.size(); ++i) {
+      const auto from = places_.before[i].begin();
+      places_.after[i].insert(places_.after[i].end(), from + first, from + last);
+    }
   }
 
   std::uint32_t add_patch_vertex(std::uint32_t p, std::uint32_t source) {
@@ -427,7 +452,11 @@ class Assembly {
     mesh().positions.push_back(s_.after[p]);
     result_.moved.push_back(s_.has(p, kMoved));
     result_.vertex_source.push_back(source);
-    append_values(Domain::vertex, s_.vertex_values.of(p));
+    std::span<const double> rest = append_values(Domain::vertex, s_.vertex_values.of(p));
+    for (std::vector<Vec3d>& list : places_.after) {
+      list.push_back({rest[0], rest[1], rest[2]});
+      rest = rest.subspan(3);
+    }
     return number_[p];
   }
 
@@ -516,19 +545,22 @@ class Assembly {
     }
   }
 
-  void append_values(Domain domain, std::span<const double> row) {
+  // Returns what follows the values of attributes in the row.
+  std::span<const double> append_values(Domain domain, std::span<const double> row) {
     for (Attribute& attribute : mesh().attributes) {
       if (attribute.domain != domain) continue;
       const auto n = static_cast<std::size_t>(attribute.components);
       attribute.values.insert(attribute.values.end(), row.begin(), row.begin() + static_cast<std::ptrdiff_t>(n));
       row = row.subspan(n);
     }
+    return row;
   }
 
   const Mesh& before_;
   std::span<const Vec3d> after_;
   const Patch& patch_;
   const Surface& s_;
+  MorePlaces& places_;
   const Progress* progress_;
   Remeshed result_;
   std::vector<std::uint32_t> number_;   // of each vertex of the patch: its number in the result
@@ -537,8 +569,9 @@ class Assembly {
 
 }  // namespace
 
-Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, const Progress* progress) {
-  return Assembly(before, after, patch, progress).run();
+Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, MorePlaces& places,
+                     const Progress* progress) {
+  return Assembly(before, after, patch, places, progress).run();
 }
 
 }  // namespace knead::remesh_detail

@@ -27,13 +27,19 @@ struct Patch {
   bool is_unchanged(std::size_t f) const { return f < triangles.size() && surface.triangle(f) == triangles[f]; }
 };
 
+// More places of the vertices, which a remesh interpolates like the values of an attribute.
+struct MorePlaces {
+  std::vector<std::span<const Vec3d>> before;  // lists with a place for each vertex of the mesh before
+  std::vector<std::vector<Vec3d>> after;       // the same lists for the vertices of the result
+};
+
 // Returns the part of the mesh that the deformation touches.
 Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-                    const RemeshOptions& options);
+                    const RemeshOptions& options, const MorePlaces& places = {});
 
 // Returns the mesh with the patch in place of the faces that were taken out.
-Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Patch& patch,
-                     const Progress* progress = nullptr);
+Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, MorePlaces& places,
+                     const Progress* progress);
 
 // As resolve(settings, mesh) for settings and a mesh that are known to be valid. threads as for parallel_for.
 RemeshTargets resolve_on(const RemeshSettings& settings, const Mesh& mesh, int threads);
@@ -55,8 +61,8 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<con
 // Improves the triangles of a refined surface. Called again, on the refined surface, where its result has crossings.
 using Improve = std::function<ImprovementCounts(Surface& surface, const Improvement& improvement)>;
 
-// Does what remesh() does, with `improve` in place of its compensation and improvement.
+// Does what remesh() does, with `improve`, if it is not empty, in place of its compensation and improvement.
 Remeshed remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-                     const RemeshOptions& options, const Improve& improve);
+                     const RemeshOptions& options, const Improve& improve, MorePlaces& places);
 
 }  // namespace knead::remesh_detail

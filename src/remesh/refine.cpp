@@ -36,15 +36,29 @@ std::uint32_t longest_around(const Surface& s, std::uint32_t e) {
   return s.edge[longest];
 }
 
+// Returns the edges that are too long, ascending.
+std::vector<std::uint32_t> long_edges(const Surface& s, const RemeshOptions& options) {
+  constexpr std::size_t grain = 8192;
+  const double limit2 = options.targets.max_edge * options.targets.max_edge;
+  std::vector<std::vector<std::uint32_t>> of_chunk(s.halfedge.size() / grain + 1);
+  parallel_for(s.halfedge.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t e = begin; e < end; ++e) {
+      const std::uint32_t h = s.halfedge[e];
+      if (h == kNone || !s.is_alive(h / 3) || !(length2(s, h) > limit2)) continue;
+      if (options.whole || s.has(s.origin(h), kMoved) || s.has(s.target(h), kMoved)) {
+        of_chunk[begin / grain].push_back(static_cast<std::uint32_t>(e));
+      }
+    }
+  });
+  std::vector<std::uint32_t> found;
+  for (const std::vector<std::uint32_t>& some : of_chunk) found.insert(found.end(), some.begin(), some.end());
+  return found;
+}
+
 // Returns the edges to split for those that are too long, the longest first.
-std::vector<LongEdge> long_edges(const Surface& s, double limit, bool whole, bool& has_locked) {
+std::vector<LongEdge> edges_to_split(const Surface& s, const RemeshOptions& options, bool& has_locked) {
   std::vector<LongEdge> found;
-  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
-    const std::uint32_t h = s.halfedge[e];
-    if (h == kNone || !s.is_alive(h / 3)) continue;
-    const std::uint32_t a = s.origin(h);
-    const std::uint32_t b = s.target(h);
-    if (!(length2(s, h) > limit * limit) || !(whole || s.has(a, kMoved) || s.has(b, kMoved))) continue;
+  for (const std::uint32_t e : long_edges(s, options)) {
     const std::uint32_t longest = longest_around(s, e);
     if ((s.edge_flags[longest] & kLocked) != 0) {
       has_locked = true;
@@ -59,18 +73,19 @@ std::vector<LongEdge> long_edges(const Surface& s, double limit, bool whole, boo
 
 }  // namespace
 
-LimitedEdges limit_edges(Surface& s, const RemeshTargets& targets, bool whole, std::size_t outside,
-                         const Progress* progress) {
+LimitedEdges limit_edges(Surface& s, const RemeshOptions& options, std::size_t outside, std::optional<Surface>& was) {
   LimitedEdges result;
   for (int round = 0;; ++round) {
-    stop_if_cancelled(progress);
+    stop_if_cancelled(options.progress);
     bool has_locked = false;
-    const std::vector<LongEdge> edges = long_edges(s, targets.max_edge, whole, has_locked);
-    const bool has_room = s.vertex_count() + outside + edges.size() <= targets.max_vertices && round < kMaxRounds;
+    const std::vector<LongEdge> edges = edges_to_split(s, options, has_locked);
+    const bool has_room =
+        s.vertex_count() + outside + edges.size() <= options.targets.max_vertices && round < kMaxRounds;
     if (edges.empty() || !has_room) {
       result.met = edges.empty() && !has_locked;
       return result;
     }
+    if (!was) was = s;
     for (const auto& [length, e] : edges) {
       const std::uint32_t h = s.halfedge[e];
       const std::uint32_t a = s.origin(h);
@@ -115,16 +130,23 @@ double Refinement::pieces(std::uint32_t e, const Slack& slack) const {
   return std::max(1.0, std::min(std::max(by_length, by_chord), most));
 }
 
-// Returns about how many vertices the surface has when these edges, and the faces at them, are in pieces.
+// Returns about how many vertices the surface has when these edges, ascending, and the faces at them are in pieces.
 double Refinement::estimate(std::span<const std::uint32_t> edges, const Slack& slack) const {
-  std::vector<double> count(s_.halfedge.size(), 1);
   double vertices = static_cast<double>(s_.vertex_count());
+  std::vector<std::uint32_t> faces;
   for (const std::uint32_t e : edges) {
-    count[e] = pieces(e, slack);
-    vertices += count[e] - 1;
+    vertices += pieces(e, slack) - 1;
+    const std::uint32_t h = s_.halfedge[e];
+    faces.push_back(h / 3);
+    if (s_.opposite[h] != kNone) faces.push_back(s_.opposite[h] / 3);
   }
-  for (std::size_t f = 0; f < s_.face_count(); ++f) {
-    std::array<double, 3> at{count[s_.edge[3 * f]], count[s_.edge[3 * f + 1]], count[s_.edge[3 * f + 2]]};
+  std::sort(faces.begin(), faces.end());
+  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+  const auto count = [&](std::uint32_t e) {
+    return std::binary_search(edges.begin(), edges.end(), e) ? pieces(e, slack) : 1.0;
+  };
+  for (const std::size_t f : faces) {
+    std::array<double, 3> at{count(s_.edge[3 * f]), count(s_.edge[3 * f + 1]), count(s_.edge[3 * f + 2])};
     std::sort(at.begin(), at.end());
     vertices += (at[0] - 1) * (at[1] - 1) / 2;
   }
@@ -185,13 +207,25 @@ constexpr double kFeatureShare = 1.0 / 6;  // of max_chord: the target for featu
 constexpr double kCapCosine = -0.6;        // of 127 degrees: split the longest edge of such a triangle first
 constexpr double kShortestShare = 1e-2;    // of max_chord: half the length below which edges are not split
 
-// Returns for each vertex the sum of the area vectors of its faces.
-std::vector<Vec3d> mean_normals(const Surface& s, const std::vector<Vec3d>& positions) {
+constexpr std::size_t kEdgeGrain = 8192;  // edges or vertices that a thread takes at a time
+
+// Returns the sum of the area vectors of the faces around v.
+Vec3d mean_normal(const Surface& s, std::uint32_t v, const std::vector<Vec3d>& positions) {
+  Vec3d sum{};
+  s.for_each_outgoing(v, [&](std::uint32_t h) { sum += area_vector(s, h / 3, positions); });
+  return sum;
+}
+
+// Returns that of each end of the edges; zero for other vertices.
+std::vector<Vec3d> mean_normals_of(const Surface& s, std::span<const std::uint32_t> edges, int threads) {
+  std::vector<std::uint8_t> is_end(s.vertex_count(), 0);
+  for (const std::uint32_t e : edges) is_end[s.origin(s.halfedge[e])] = is_end[s.target(s.halfedge[e])] = 1;
   std::vector<Vec3d> normals(s.vertex_count());
-  for (std::size_t f = 0; f < s.face_count(); ++f) {
-    const Vec3d n = area_vector(s, f, positions);
-    for (const std::uint32_t v : s.triangle(f)) normals[v] += n;
-  }
+  parallel_for(normals.size(), kEdgeGrain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      if (is_end[v] != 0) normals[v] = mean_normal(s, static_cast<std::uint32_t>(v), s.after);
+    }
+  });
   return normals;
 }
 
@@ -220,12 +254,15 @@ Refinement::Refinement(Surface& surface, const Deformation& deformation, const R
       deformation_(deformation),
       targets_(options.targets),
       whole_(options.whole),
+      threads_(options.threads),
       progress_(options.progress),
       deadline_(deadline),
       shortest_(kShortestShare * options.targets.max_chord),
       flat_cosine2_(flat_cosine2(options.targets.max_angle)),
       outside_(static_cast<double>(outside)) {
+  deviation_.reserve(s_.halfedge.capacity());
   deviation_.resize(s_.halfedge.size());
+  uncarried_.reserve(s_.halfedge.size());
   for (std::uint32_t e = 0; e < s_.halfedge.size(); ++e) {
     if ((s_.edge_flags[e] & kLocked) == 0) uncarried_.push_back(e);
   }
@@ -269,17 +306,18 @@ bool Refinement::carry_middles() {
     return false;
   }
   std::vector<Vec3d> points(uncarried_.size());
-  for (std::size_t i = 0; i < uncarried_.size(); ++i) {
+  const auto middle = [&](std::size_t i, const std::vector<Vec3d>& positions) {
     const std::uint32_t h = s_.halfedge[uncarried_[i]];
-    points[i] = (s_.before[s_.origin(h)] + s_.before[s_.target(h)]) * 0.5;
-  }
+    return (positions[s_.origin(h)] + positions[s_.target(h)]) * 0.5;
+  };
+  parallel_for(points.size(), kEdgeGrain, threads_, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) points[i] = middle(i, s_.before);
+  });
   deformation_.carry(points);
   carried_ += static_cast<double>(points.size());
-  for (std::size_t i = 0; i < uncarried_.size(); ++i) {
-    const std::uint32_t h = s_.halfedge[uncarried_[i]];
-    const Vec3d chord = (s_.after[s_.origin(h)] + s_.after[s_.target(h)]) * 0.5;
-    deviation_[uncarried_[i]] = points[i] - chord;
-  }
+  parallel_for(points.size(), kEdgeGrain, threads_, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) deviation_[uncarried_[i]] = points[i] - middle(i, s_.after);
+  });
   untested_.insert(untested_.end(), uncarried_.begin(), uncarried_.end());
   uncarried_.clear();
   return true;
@@ -297,8 +335,7 @@ bool Refinement::is_moved(std::uint32_t e) const {
   return deviation_[e] != Vec3d{} || s_.before[a] != s_.after[a] || s_.before[b] != s_.after[b];
 }
 
-bool Refinement::needs_split(std::uint32_t e, const std::vector<Vec3d>& normals_before,
-                             const std::vector<Vec3d>& normals_after) const {
+bool Refinement::needs_split(std::uint32_t e, const std::vector<Vec3d>& normals) const {
   const bool is_feature = (s_.edge_flags[e] & kFeature) != 0;
   const double chord = targets_.max_chord * (is_feature ? kFeatureShare : 1.0);
   if (norm2(deviation_[e]) > chord * chord) return true;
@@ -310,25 +347,30 @@ bool Refinement::needs_split(std::uint32_t e, const std::vector<Vec3d>& normals_
   if (!moves || (s_.edge_flags[e] & kBoundary) != 0 || size2 < targets_.min_edge * targets_.min_edge) return false;
   const std::uint32_t a = s_.origin(s_.halfedge[e]);
   const std::uint32_t b = s_.target(s_.halfedge[e]);
-  const Vec3d& n = normals_after[a];
-  const Vec3d& m = normals_after[b];
+  const Vec3d& n = normals[a];
+  const Vec3d& m = normals[b];
   const double along = dot(n, m);
   if (along > 0 && along * along > flat_cosine2_ * (norm2(n) * norm2(m))) return false;
-  return angle_between(n, m) > targets_.max_angle + angle_between(normals_before[a], normals_before[b]);
+  const double was = angle_between(mean_normal(s_, a, s_.before), mean_normal(s_, b, s_.before));
+  return angle_between(n, m) > targets_.max_angle + was;
 }
 
 std::vector<std::uint32_t> Refinement::find_marked(const std::vector<bool>& forced) {
   std::vector<std::uint32_t> marked;
   if (untested_.empty()) return marked;
-  const std::vector<Vec3d> normals_before = mean_normals(s_, s_.before);
-  const std::vector<Vec3d> normals_after = mean_normals(s_, s_.after);
-  std::sort(untested_.begin(), untested_.end());
+  if (!std::is_sorted(untested_.begin(), untested_.end())) std::sort(untested_.begin(), untested_.end());
   untested_.erase(std::unique(untested_.begin(), untested_.end()), untested_.end());
-  for (const std::uint32_t e : untested_) {
+  const std::vector<Vec3d> normals = mean_normals_of(s_, untested_, threads_);
+  std::vector<std::vector<std::uint32_t>> of_chunk(untested_.size() / kEdgeGrain + 1);
+  parallel_for(untested_.size(), kEdgeGrain, threads_, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(progress_);
-    if (!is_open(e)) continue;
-    if ((e < forced.size() && forced[e]) || needs_split(e, normals_before, normals_after)) marked.push_back(e);
-  }
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t e = untested_[i];
+      if (!is_open(e)) continue;
+      if ((e < forced.size() && forced[e]) || needs_split(e, normals)) of_chunk[begin / kEdgeGrain].push_back(e);
+    }
+  });
+  for (const std::vector<std::uint32_t>& some : of_chunk) marked.insert(marked.end(), some.begin(), some.end());
   untested_.clear();
   return marked;
 }

@@ -1,6 +1,7 @@
 // The moment at which a remesh ends with what it has.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +17,7 @@
 
 namespace knead::remesh_detail {
 
-// Counts from when it is made. Loops ask it and end early.
+// Counts from when it is made. Loops, of several threads too, ask it and end early.
 class Deadline {
  public:
   // Infinity: never.
@@ -38,7 +39,7 @@ class Deadline {
 
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   double seconds_;
-  bool has_ended_work_ = false;
+  std::atomic<bool> has_ended_work_ = false;
 };
 
 // Splits the edges that are longer than their limit after the triangles have been improved.
@@ -48,19 +49,20 @@ struct LimitedEdges {
   bool met = true;  // no edge is longer than the limit
 };
 
-// Splits edges with a moved end, or with `whole` all edges, in their middle until none is longer than
-// targets.max_edge, the longest first. The surface keeps its form. Locked edges stay as they are, and so does the rest
-// when there are targets.max_vertices less `outside` vertices.
-LimitedEdges limit_edges(Surface& surface, const RemeshTargets& targets, bool whole, std::size_t outside,
-                         const Progress* progress);
+// Splits edges with a moved end, or with options.whole all edges, in their middle until none is longer than
+// options.targets.max_edge, the longest first. The surface keeps its form. Locked edges stay as they are, and so does
+// the rest when there are options.targets.max_vertices less `outside` vertices. Of the options, `threads` and
+// `progress` count, too. Copies the surface to `was` before the first split.
+LimitedEdges limit_edges(Surface& surface, const RemeshOptions& options, std::size_t outside,
+                         std::optional<Surface>& was);
 
 // Splits edges until a mesh can follow a deformation.
 
 // Splits edges of a surface. It keeps, for every edge, where the deformation moves its middle.
 class Refinement {
  public:
-  // Of the options: `targets`; `whole`, by which edges that do not move must also be shorter than targets.max_edge; and
-  // `progress`, which cancels. `outside`: vertices of the mesh outside the surface, which count towards
+  // Of the options: `targets`; `whole`, by which edges that do not move must also be shorter than targets.max_edge;
+  // `threads`; and `progress`, which cancels. `outside`: vertices of the mesh outside the surface, which count towards
   // targets.max_vertices. No round begins after the deadline.
   Refinement(Surface& surface, const Deformation& deformation, const RemeshOptions& options, std::size_t outside,
              Deadline& deadline);
@@ -103,8 +105,8 @@ class Refinement {
   std::vector<std::uint32_t> find_marked(const std::vector<bool>& forced);
   std::optional<std::vector<std::uint32_t>> find_edges_of_large_faces() const;
   bool is_moved(std::uint32_t e) const;
-  bool needs_split(std::uint32_t e, const std::vector<Vec3d>& normals_before,
-                   const std::vector<Vec3d>& normals_after) const;
+  // `normals`: those of the vertices after the deformation.
+  bool needs_split(std::uint32_t e, const std::vector<Vec3d>& normals) const;
   std::vector<std::uint32_t> with_longest_of_caps(const std::vector<std::uint32_t>& marked) const;
   void split_edge(std::uint32_t e);
   bool is_open(std::uint32_t e) const;
@@ -114,6 +116,7 @@ class Refinement {
   const Deformation& deformation_;
   RemeshTargets targets_;
   bool whole_;
+  int threads_;
   const Progress* progress_;
   Deadline& deadline_;
   double shortest_;         // edges shorter than twice this length are not split

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -36,13 +37,14 @@ constexpr std::size_t kMaxPairs = 5000;  // with more, refining crossing faces d
 class Remesher {
  public:
   Remesher(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-           const RemeshOptions& options, Improve improve)
+           const RemeshOptions& options, Improve improve, MorePlaces& places)
       : deadline_(options.seconds),
         before_(before),
         after_(after),
         options_(options),
         improve_(std::move(improve)),
-        patch_(extract_patch(before, after, deformation, options)),
+        places_(places),
+        patch_(extract_patch(before, after, deformation, options, places)),
         search_(before, patch_, options.single_precision, options.threads, options.progress),
         refinement_(patch_.surface, deformation, options, before.vertex_count() - patch_.vertex_source.size(),
                     deadline_) {}
@@ -58,7 +60,7 @@ class Remesher {
     stop_if_cancelled(options_.progress);
     normalise_normals(before_, patch_.surface);
     counts_.out_of_time = deadline_.has_ended_work();
-    Remeshed result = merge_patch(before_, after_, patch_, options_.progress);
+    Remeshed result = merge_patch(before_, after_, patch_, places_, options_.progress);
     result.counts = counts_;
     result.crossing_places = std::move(crossing_places_);
     return result;
@@ -69,14 +71,14 @@ class Remesher {
   // rounding of the new vertices may.
   void limit_edges_of_result() {
     if (!counts_.complete || deadline_.is_over()) return;
-    Surface saved = surface();
+    std::optional<Surface> saved;
     const std::size_t outside = before_.vertex_count() - patch_.vertex_source.size();
-    const LimitedEdges done = limit_edges(surface(), options_.targets, options_.whole, outside, options_.progress);
+    const LimitedEdges done = limit_edges(surface(), options_, outside, saved);
     counts_.complete = done.met;
-    if (done.splits == 0) return;
-    const bool crosses = search_.find(patch_, changed_since(saved)).pairs > 0;
+    if (!saved) return;
+    const bool crosses = search_.find(patch_, changed_since(*saved)).pairs > 0;
     if (crosses && search_.find(patch_).pairs > counts_.crossings) {
-      surface() = std::move(saved);
+      surface() = *std::move(saved);
       counts_.complete = false;
     } else {
       counts_.splits += done.splits;
@@ -373,6 +375,7 @@ class Remesher {
   std::span<const Vec3d> after_;
   const RemeshOptions& options_;
   Improve improve_;  // empty: the compensation and improvement of this module
+  MorePlaces& places_;
   Patch patch_;
   CrossingSearch search_;
   Refinement refinement_;
@@ -385,7 +388,7 @@ class Remesher {
 }  // namespace
 
 Remeshed remesh_detail::remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-                                    const RemeshOptions& options, const Improve& improve) {
+                                    const RemeshOptions& options, const Improve& improve, MorePlaces& places) {
   if (!options.assume_valid) validate(before);
   if (after.size() != before.vertex_count()) {
     throw InvalidInput("give as many positions after the deformation as the mesh has vertices");
@@ -402,12 +405,13 @@ Remeshed remesh_detail::remesh_with(const Mesh& before, std::span<const Vec3d> a
   if (!options.face_labels.empty() && options.face_labels.size() != before.face_count()) {
     throw InvalidInput("give a label for each face, or none");
   }
-  return Remesher(before, after, deformation, options, improve).run();
+  return Remesher(before, after, deformation, options, improve, places).run();
 }
 
 Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                 const RemeshOptions& options) {
-  return remesh_with(before, after, deformation, options, {});
+  MorePlaces none;
+  return remesh_with(before, after, deformation, options, {}, none);
 }
 
 Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options) {

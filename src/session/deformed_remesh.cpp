@@ -17,11 +17,7 @@ namespace knead {
 
 namespace {
 
-// The vertex attributes that carry normals, and the places at the start and before the stroke, through a remesh, which
-// interpolates them.
-constexpr const char* kNormals = "knead carried normal";
-constexpr const char* kRest = "knead place at the start";
-constexpr const char* kBefore = "knead place before the stroke";
+constexpr const char* kNormals = "knead carried normal";  // the vertex attribute that carries normals through a remesh
 
 // The work of a remesh is limited to so many evaluations for each vertex that the mesh may have (a few seconds by
 // default), or to so many times what the stroke itself takes. That is found on some of the vertices: how often the
@@ -214,25 +210,20 @@ std::vector<Vec3d> take_normals(Mesh& mesh) {
   return normals;
 }
 
-void add_places(const char* name, std::span<const Vec3d> places, Mesh& mesh) {
-  Attribute attribute{name, Domain::vertex, NumberType::float64, 3, {}};
-  attribute.values.resize(3 * places.size());
-  double* to = attribute.values.data();
-  for (const Vec3d& p : places) {
-    for (std::size_t axis = 0; axis < 3; ++axis) *to++ = p[axis];
-  }
-  mesh.attributes.push_back(std::move(attribute));
-}
-
-std::vector<Vec3d> take_places(Mesh& mesh) {
-  const Attribute attribute = std::move(mesh.attributes.back());
-  mesh.attributes.pop_back();
-  std::vector<Vec3d> places(attribute.values.size() / 3);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const double* const value = attribute.values.data() + 3 * i;
-    places[i] = {value[0], value[1], value[2]};
-  }
-  return places;
+// Returns the mesh with the vertices at these positions and, where there are normals, with an attribute that carries
+// them.
+std::shared_ptr<const Mesh> mesh_at(const std::shared_ptr<const Mesh>& mesh, std::span<const Vec3d> positions,
+                                    const std::vector<Vec3d>& normals) {
+  const auto& now = mesh->positions;
+  const bool is_there = std::equal(positions.begin(), positions.end(), now.begin(), now.end(), same_bits);
+  if (is_there && normals.empty()) return mesh;
+  Mesh result;
+  result.positions.assign(positions.begin(), positions.end());
+  result.face_begin = mesh->face_begin;
+  result.corner_vertex = mesh->corner_vertex;
+  result.attributes = mesh->attributes;
+  add_normals(normals, result);
+  return std::make_shared<const Mesh>(std::move(result));
 }
 
 // What is known of the vertices and faces before a remesh, handed on to those after it.
@@ -336,32 +327,25 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
 
 RemeshOutcome DeformedShape::remesh(const Part& part, const RemeshSettings& settings, Halving& halving,
                                     Progress* progress) {
-  Provenance provenance = provenance_ ? *provenance_ : unchanged(*mesh_);
-  if (part.flow.segments.empty()) {
-    provenance_ = std::make_shared<const Provenance>(std::move(provenance));
-    return {};
-  }
-  Mesh mesh;
-  mesh.positions.assign(part.before.begin(), part.before.end());
-  mesh.face_begin = mesh_->face_begin;
-  mesh.corner_vertex = mesh_->corner_vertex;
-  mesh.attributes = mesh_->attributes;
-  if (!provenance.creases) {
+  const std::shared_ptr<const Mesh> mesh = mesh_at(mesh_, part.before, normals());
+  if (!provenance_ || !provenance_->creases) {
+    const auto provenance =
+        provenance_ ? std::make_shared<Provenance>(*provenance_) : std::make_shared<Provenance>(unchanged(*mesh_));
     try {
-      provenance.creases =
-          remesh_detail::find_creases_unless_cancelled(mesh, kDefaultCreaseDeg, motion_.threads, progress);
+      if (!part.flow.segments.empty()) {
+        provenance->creases =
+            remesh_detail::find_creases_unless_cancelled(*mesh, kDefaultCreaseDeg, motion_.threads, progress);
+      }
     } catch (const Cancelled&) {
       return {AdvectStatus::cancelled, std::nullopt};
     }
+    provenance_ = provenance;
   }
-  add_normals(normals(), mesh);
-  add_places(kRest, provenance.rest, mesh);
-  add_places(kBefore, part.before_stroke, mesh);
-  provenance_ = std::make_shared<const Provenance>(std::move(provenance));
-  return remesh(mesh, part, settings, halving, progress);
+  if (part.flow.segments.empty()) return {};
+  return remesh(*mesh, part, settings, halving, progress);
 }
 
-// The mesh is the one before the part, with all attributes that the remesh interpolates.
+// The mesh is the one before the part.
 RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const RemeshSettings& settings,
                                     Halving& halving, Progress* progress) {
   const FlowReach reach(part.flow);
@@ -370,6 +354,8 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
   RemeshOptions options = remesh_options(settings, labels);
   const std::vector<std::uint8_t> held = held_vertices(mask_, mesh.positions);
   options.held = held;
+  const std::shared_ptr<const Provenance> provenance = provenance_;
+  remesh_detail::MorePlaces places{{provenance->rest, part.before_stroke}, {}};
   CarryBudget budget;
   Deformation deformation;
   deformation.points_left = [&] { return budget.points_left(halving.spent); };
@@ -391,7 +377,8 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
     budget.of_the_stroke = cost * evaluations_each(part, progress);
     budget.most = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices),
                            kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size()));
-    RemeshOutcome outcome{AdvectStatus::done, knead::remesh(mesh, positions_, deformation, options)};
+    RemeshOutcome outcome{AdvectStatus::done,
+                          remesh_detail::remesh_with(mesh, positions_, deformation, options, {}, places)};
     const bool is_whole = halving.most_faces == 0;
     if (is_whole) halving.most_faces = kMoreThanWhole * outcome.remeshed->counts.faces;
     halving.faces += outcome.remeshed->counts.faces;
@@ -406,9 +393,9 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
       halving.spent = 0;
       options.stop_where_crossed = false;
       options.seconds = seconds_until(end);
-      if (outcome.remeshed->counts.stopped) finish_stopped(mesh, deformation, options, *outcome.remeshed);
+      if (outcome.remeshed->counts.stopped) finish_stopped(mesh, deformation, options, *outcome.remeshed, places);
     }
-    adopt(*outcome.remeshed, part.before);
+    adopt(*outcome.remeshed, places, part.before);
     return outcome;
   } catch (const Stopped& stopped) {
     return {stopped.status, std::nullopt};
@@ -431,11 +418,13 @@ bool DeformedShape::can_halve(const RemeshCounts& counts, const Halving& halving
 // Remeshes the whole to its end, after a first remesh that stopped where many triangles crossed. Where the time does
 // not suffice, keeps the result with fewer crossings.
 void DeformedShape::finish_stopped(const Mesh& mesh, const Deformation& deformation, const RemeshOptions& options,
-                                   Remeshed& stopped) const {
+                                   Remeshed& stopped, remesh_detail::MorePlaces& places) const {
   if (options.seconds > 0) {
-    Remeshed whole = knead::remesh(mesh, positions_, deformation, options);
+    remesh_detail::MorePlaces others{places.before, {}};
+    Remeshed whole = remesh_detail::remesh_with(mesh, positions_, deformation, options, {}, others);
     if (!whole.counts.out_of_time || whole.counts.crossings < stopped.counts.crossings) {
       stopped = std::move(whole);
+      places = std::move(others);
       return;
     }
   }
@@ -489,7 +478,7 @@ AdvectStatus DeformedShape::move_uncounted(const Flow& flow, Progress* progress)
   return move(flow, progress);
 }
 
-void DeformedShape::adopt(Remeshed& remeshed, std::span<const Vec3d> before) {
+void DeformedShape::adopt(Remeshed& remeshed, remesh_detail::MorePlaces& places, std::span<const Vec3d> before) {
   std::vector<bool> touched_before = provenance_->touched;
   for (std::size_t i = 0; i < touched_before.size(); ++i) {
     if (before[i] != mesh_->positions[i]) touched_before[i] = true;
@@ -501,8 +490,8 @@ void DeformedShape::adopt(Remeshed& remeshed, std::span<const Vec3d> before) {
     if (source != kNewVertex) earlier_steps_[i] = steps_before[source];
   }
   Provenance provenance = after_remesh(*provenance_, remeshed, touched_before, before);
-  provenance.before_stroke = take_places(remeshed.mesh);
-  provenance.rest = take_places(remeshed.mesh);
+  provenance.rest = std::move(places.after[0]);
+  provenance.before_stroke = std::move(places.after[1]);
   provenance_ = std::make_shared<const Provenance>(std::move(provenance));
   std::vector<Vec3d> normals;
   if (normals_) normals = take_normals(remeshed.mesh);

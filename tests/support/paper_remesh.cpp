@@ -86,7 +86,8 @@ ImprovementCounts diffuse_and_collapse(Surface& surface, const Improvement& impr
 
 Remeshed remesh_as_in_the_paper(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                                 const RemeshOptions& options) {
-  return remesh_with(before, after, deformation, options, diffuse_and_collapse);
+  MorePlaces none;
+  return remesh_with(before, after, deformation, options, diffuse_and_collapse, none);
 }
 
 }  // namespace knead::test
