@@ -19,6 +19,8 @@
 namespace knead::remesh_limits_test {
 namespace {
 
+constexpr double kSoon = 120;  // seconds of the processor, four times what the longest takes under a sanitizer
+
 Mesh ball() { return make_shape(ShapeKind::sphere, 642); }
 
 Session session_of(const std::string& strokes) { return parse_session("{\"knead\": 1}\n" + strokes + "\n", "s.knead"); }
@@ -86,7 +88,7 @@ TEST(RemeshLimits, ExtremeStrokesOfASphereEndOrAreRefusedSoon) {
     SCOPED_TRACE(strokes.substr(0, 120));
     const std::clock_t began = std::clock();
     const std::string refusal = refusal_of(ball(), strokes);
-    EXPECT_LT(static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC, 30);
+    EXPECT_LT(static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC, kSoon);
     EXPECT_EQ(!refusal.empty(), is_refused);
     if (refusal.empty()) continue;
     EXPECT_EQ(refusal.rfind("s.knead:", 0), 0U) << refusal;
@@ -113,7 +115,7 @@ TEST(RemeshLimits, ABallStampedIntoABallEndsOrIsRefusedSoon) {
   } catch (const RemeshLimit& limit) {
     EXPECT_NE(std::string(limit.what()).find("max_vertices"), std::string::npos) << limit.what();
   }
-  EXPECT_LT(static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC, 60);
+  EXPECT_LT(static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC, kSoon);
   std::filesystem::remove_all(folder);
 }
 
@@ -147,7 +149,7 @@ TEST(RemeshLimits, ABendOfNoWidthEndsSoon) {
       R"({"tool": "bend", "center": [0, 0, 0], "axis": [1, 0, 0], "normal": [0, 0, 1], "angle_deg": 60, "width": 1e-9})";
   const std::clock_t began = std::clock();
   EXPECT_EQ(replay(ball(), session_of(bend)).status, AdvectStatus::step_limit);
-  EXPECT_LT(static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC, 30);
+  EXPECT_LT(static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC, kSoon);
 }
 
 TEST(RemeshLimits, TheFiguresOfARefusalDo) {
@@ -228,7 +230,7 @@ TEST(RemeshLimits, FansOfThreeFacesAndRepeatedVerticesEnd) {
   for (const Mesh& mesh : meshes) {
     const std::clock_t began = std::clock();
     EXPECT_EQ(refusal_of(mesh, stroke), "");
-    EXPECT_LT(static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC, 30);
+    EXPECT_LT(static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC, kSoon);
   }
 }
 
