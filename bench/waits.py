@@ -131,7 +131,7 @@ def painted(bench):
     """What a dab takes after the first, which reads the surface, in segments of a ball of the same reach."""
     sphere = bench.shape("none", 500_000, "sphere")
     nothing = bench.deform(sphere, bench.session("nothing", []), processor=True)
-    line = [[math.cos(0.3 + 0.0182 * i), math.sin(0.3 + 0.0182 * i), 0.1] for i in range(52)]
+    line = [[math.cos(0.0182 * i), math.sin(0.0182 * i), 0.0005 * i - 0.2] for i in range(800)]  # over two turns
     paint = {"tool": "paint", "path": line, "outer": 0.07, "depth": 0.01}
     ball = {"tool": "implicit", "path": line, "inner": 0.01, "outer": 0.07}
     resolved = bench.folder / "resolved.knead"
@@ -139,7 +139,7 @@ def painted(bench):
     dabs = sum(len(json.loads(text).get("samples", [0])) for text in resolved.read_text().splitlines()[1:] if text)
     first = bench.deform(sphere, bench.session("first", [{**paint, "path": line[:1]}]), processor=True)
     by_paint = bench.deform(sphere, bench.session("paint", [paint]), processor=True) - first
-    drags = 40  # one is over too soon to be measured
+    drags = 3  # one is over too soon to be measured
     by_ball = bench.deform(sphere, bench.session("ball", drags * [ball]), processor=True) - nothing
     return by_paint / (dabs - 1) / (by_ball / drags / (len(line) - 1))
 
