@@ -202,6 +202,18 @@ TEST_F(LookTest, ABallTurnedInsideOutShowsItsBack) {
   EXPECT_LT(right.red, right.blue);
 }
 
+// The tip comes out below, inside out. The volume is positive all the same.
+TEST_F(LookTest, APartPushedThroughAShapeShowsItsBack) {
+  Mesh ball = sphere({}, 1);
+  for (Vec3d& p : ball.positions) {
+    if (p.y > 0.3) p = {0.5 * p.x, 0.3 - 2.4 * (p.y - 0.3), 0.5 * p.z};
+  }
+  Scene scene = scene_of(ball);
+  scene.camera = fit_camera({{-1, -1.4, -1}, {1, 1, 1}}, {0, 1, 0.1}, {0, 0, 1}, 1);
+  const Pixel middle = at(render(scene, options_of_test()), kWide / 2, kHigh / 2);
+  EXPECT_LT(middle.red, middle.blue);
+}
+
 TEST_F(LookTest, FromWithinABallItsBackIsSeen) {
   const Mesh ball = sphere({}, 1);
   Scene scene = scene_of(ball, Projection::perspective);

@@ -143,7 +143,6 @@ SurfaceBuffers upload(const DrawSurface& surface) {
   describe_attribute(2, 4, GL_UNSIGNED_BYTE, sizeof(DrawVertex), offsetof(DrawVertex, color));
   describe_attribute(3, 4, GL_UNSIGNED_BYTE, sizeof(DrawVertex), offsetof(DrawVertex, edge));
   result.points = surface.indices.empty();
-  result.is_solid = surface.is_solid;
   result.count = static_cast<GLsizei>(result.points ? surface.vertices.size() : surface.indices.size());
   return result;
 }

@@ -109,7 +109,6 @@ struct SurfaceBuffers {
   gl::Buffer indices;
   GLsizei count = 0;
   bool points = false;
-  bool is_solid = false;
   double point_radius = 0;  // renderer units
   Color color;              // glass: tint; shapes: the colour of the back
 };

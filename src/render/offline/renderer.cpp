@@ -42,10 +42,15 @@ void draw_in_parts(const Pass& pass, const SurfaceBuffers& surface) {
   }
 }
 
-// Half of the time goes into the backs of faces, without a GPU.
-bool only_fronts_show(const Pass& pass, const SurfaceBuffers& surface) {
-  const bool is_outside = !pass.view.perspective || norm(pass.view.eye) > 1;  // of the ball that holds everything
-  return surface.is_solid && is_outside && !pass.clipped;
+// Most backs of faces are hidden: so they are not shaded, which takes long without a GPU.
+void draw_fronts_first(const Pass& pass, const SurfaceBuffers& surface) {
+  glEnable(GL_CULL_FACE);
+  for (const GLenum hidden : {GL_BACK, GL_FRONT}) {
+    glCullFace(hidden);
+    if (!surface.points || hidden == GL_BACK) draw_in_parts(pass, surface);
+  }
+  glCullFace(GL_BACK);
+  glDisable(GL_CULL_FACE);
 }
 
 }  // namespace
@@ -65,9 +70,7 @@ GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes)
     set(program, "back_srgb", shape.color);
     set(program, "wire_width", 1.1 * pass.options.supersampling);
     set(program, "point_size", 2 * shape.point_radius / pass.view.pixel);
-    if (only_fronts_show(pass, shape)) glEnable(GL_CULL_FACE);
-    draw_in_parts(pass, shape);
-    glDisable(GL_CULL_FACE);
+    draw_fronts_first(pass, shape);
   }
   if (pass.clipped) draw_cuts(pass, shapes, target);
   return buffer;
