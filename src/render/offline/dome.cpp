@@ -106,7 +106,6 @@ std::vector<Vec3f> clipped(const std::array<Vec3f, 3>& triangle, const std::arra
 }  // namespace
 
 void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane) {
-  occluder.is_solid = false;
   std::erase_if(occluder.points, [&](const Vec3f& p) { return beyond(plane, p) > 0; });
   std::vector<std::uint32_t> indices;
   for (std::size_t i = 0; i < occluder.indices.size(); i += 3) {
@@ -114,6 +113,7 @@ void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane) {
     for (std::size_t k = 0; k < 3; ++k) triangle[k] = occluder.positions[occluder.indices[i + k]];
     const auto is_beyond = [&](const Vec3f& p) { return beyond(plane, p) > 0; };
     const auto count = std::count_if(triangle.begin(), triangle.end(), is_beyond);
+    if (count > 0) occluder.is_solid = false;
     if (count == 0) {
       for (std::size_t k = 0; k < 3; ++k) indices.push_back(occluder.indices[i + k]);
     } else if (count < 3) {
