@@ -202,8 +202,9 @@ fit() {
   {
     printf '[%s](../examples/gallery/%s.knead): distance in %% of the diagonal %s before, %s fitted; ' "$name" "$name" \
       "$(distances_of "$report" distance_before)" "$(distances_of "$report" distance_after)"
-    printf '%s strokes of up to %s pins, volume error %s, %s crossings.\n\n' "$(value "$report" strokes)" \
-      "$(value "$report" pins)" "$(number %.1e "$(value "$report" volume_error)")" "$(value "$report" crossings_after)"
+    printf '%s strokes of up to %s unknowns, triangles stretched by up to %s, volume error %s, %s crossings.\n\n' \
+      "$(value "$report" strokes)" "$(value "$report" unknowns)" "$(number %.2g "$(value "$report" greatest_stretch)")" \
+      "$(number %.1e "$(value "$report" volume_error)")" "$(value "$report" crossings_after)"
   } >>"$page"
 }
 
