@@ -62,7 +62,7 @@ class LookTest : public testing::Test {
 
 // Brightness where this x of a sheet is seen.
 double brightness_at(const Image& image, const Scene& scene, double x) {
-  const int column = static_cast<int>(kWide / 2 + x * kHigh / scene.camera.height);
+  const int column = static_cast<int>(0.5 * kWide + x * kHigh / scene.camera.height);
   double sum = 0;
   for (int y = kHigh / 2 - 20; y < kHigh / 2 + 20; ++y) sum += at(image, column, y).green;
   return sum / 40;
@@ -233,7 +233,7 @@ TEST(ShadowMap, ATriangleCoversTheTexelsWhoseCentresItHolds) {
   constexpr int size = 50;
   const LightMatrix identity{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
   for (int turn = 0; turn < 2; ++turn) {
-    std::vector<std::uint16_t> map(size * size);
+    std::vector<std::uint16_t> map(std::size_t{size} * size);
     draw_shadow_maps(occluder, {&identity, 1}, size, 0.01, map);
     for (int y = 0; y < size; ++y) {
       for (int x = 0; x < size; ++x) {
@@ -255,9 +255,9 @@ TEST(ShadowMap, TheNearestDepthStaysAndNothingIsDrawnOutside) {
   occluder.indices = {0, 1, 2, 3, 4, 5};
   occluder.points = {{0.5f, 0.5f, 0.1f}, {3, 3, 0}};
   const LightMatrix identity{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
-  std::vector<std::uint16_t> map(40 * 40);
+  std::vector<std::uint16_t> map(std::size_t{40} * 40);
   draw_shadow_maps(occluder, {&identity, 1}, 40, 0.05, map);
-  const auto at = [&](int x, int y) { return map[static_cast<std::size_t>(y * 40 + x)]; };
+  const auto at = [&](int x, int y) { return map[static_cast<std::size_t>(y) * 40 + static_cast<std::size_t>(x)]; };
   EXPECT_NEAR(at(3, 3), 0.25 * 65535, 2);
   EXPECT_NEAR(at(20, 20), 0.1 * 65535, 2);
   EXPECT_NEAR(at(20, 24), 0.25 * 65535, 2);

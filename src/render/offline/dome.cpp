@@ -208,6 +208,7 @@ std::vector<Light> studio_lights(const View& view, int count) {
   const int keys = std::max(1, (count * 3) / 8);
   const int skies = std::max(1, count - keys);
   std::vector<Light> lights;
+  lights.reserve(static_cast<std::size_t>(keys) + static_cast<std::size_t>(skies));
   for (int i = 0; i < keys; ++i) lights.push_back(key_light(studio, r2(i), 1.0 / keys));
   for (int i = 0; i < skies; ++i) lights.push_back(sky_light(studio, r2(i), 1.0 / skies));
   return lights;
