@@ -189,7 +189,7 @@ struct DrawVertex {
 struct DrawSurface {
   std::vector<DrawVertex> vertices;
   std::vector<std::uint32_t> indices;
-  bool is_solid = false;  // closed, and every part turned outwards: from outside, the backs of its faces are hidden
+  bool is_solid = false;  // closed, and every part turned outwards: the backs of its faces need not cast shadows
 };
 
 struct SurfaceOptions {
