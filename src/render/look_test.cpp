@@ -225,6 +225,15 @@ TEST_F(LookTest, FromWithinABallItsBackIsSeen) {
   EXPECT_LT(middle.red, middle.blue);
 }
 
+// What casts a shadow stays off the border of a map: places beyond it are looked up there.
+TEST(Occluder, HoldsTheBallsOfPoints) {
+  DrawSurface cloud;
+  cloud.vertices = {{{-1, 0, 0}, {}, {}}, {{1, 0, 0}, {}, {}}};
+  const Occluder occluder = make_occluder({cloud}, {0, 1, 0}, 0.1, 100, 0.25);
+  EXPECT_GE(occluder.radius, 1.25);
+  EXPECT_LT(occluder.radius, 1.3);
+}
+
 TEST(ShadowMap, ATriangleCoversTheTexelsWhoseCentresItHolds) {
   Occluder occluder;
   occluder.radius = 1;

@@ -414,40 +414,37 @@ Image gradient(int width, int height) {
   return image;
 }
 
-using Pixels = std::unique_ptr<stbi_uc, decltype(&stbi_image_free)>;
+struct Decoded {
+  int width = 0;
+  int height = 0;
+  int channels = 0;                                                                        // of the file
+  std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels{nullptr, &stbi_image_free};  // always of four
+};
 
-Pixels decoded(const std::string& file, int& width, int& height, int& channels) {
-  return {stbi_load_from_memory(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()), &width,
-                                &height, &channels, 4),
-          &stbi_image_free};
+Decoded decoded(const std::string& file) {
+  Decoded image;
+  image.pixels.reset(stbi_load_from_memory(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()),
+                                           &image.width, &image.height, &image.channels, 4));
+  return image;
 }
 
 TEST(Image, PngKeepsEveryByte) {
   const Image image = gradient(37, 23);
-  const std::string png = encode_png(image);
-  int width = 0;
-  int height = 0;
-  int channels = 0;
-  const Pixels pixels = decoded(png, width, height, channels);
-  ASSERT_NE(pixels, nullptr);
-  EXPECT_EQ(width, 37);
-  EXPECT_EQ(height, 23);
-  EXPECT_EQ(channels, 4);
-  EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), pixels.get()));
+  const Decoded png = decoded(encode_png(image));
+  ASSERT_NE(png.pixels, nullptr);
+  EXPECT_EQ(png.width, 37);
+  EXPECT_EQ(png.height, 23);
+  EXPECT_EQ(png.channels, 4);
+  EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), png.pixels.get()));
   EXPECT_THROW(encode_png({}), InvalidInput);
 }
 
 TEST(Image, OpaquePngHasNoAlpha) {
   Image image = gradient(37, 23);
   for (std::size_t i = 3; i < image.pixels.size(); i += 4) image.pixels[i] = 255;
-  const std::string png = encode_png(image);
-  int width = 0;
-  int height = 0;
-  int channels = 0;
-  const Pixels pixels = decoded(png, width, height, channels);
-  ASSERT_NE(pixels, nullptr);
-  EXPECT_EQ(channels, 3);
-  EXPECT_EQ(decode_image(png), image);
+  const std::string file = encode_png(image);
+  EXPECT_EQ(decoded(file).channels, 3);
+  EXPECT_EQ(decode_image(file), image);
 }
 
 TEST(Image, JpegKeepsWhatOneSees) {
@@ -457,17 +454,13 @@ TEST(Image, JpegKeepsWhatOneSees) {
       image.pixels.push_back(static_cast<std::uint8_t>(value));
     }
   }
-  const std::string jpeg = encode_jpeg(image);
-  int width = 0;
-  int height = 0;
-  int channels = 0;
-  const Pixels pixels = decoded(jpeg, width, height, channels);
-  ASSERT_NE(pixels, nullptr);
-  EXPECT_EQ(width, 64);
-  EXPECT_EQ(height, 48);
+  const Decoded jpeg = decoded(encode_jpeg(image));
+  ASSERT_NE(jpeg.pixels, nullptr);
+  EXPECT_EQ(jpeg.width, 64);
+  EXPECT_EQ(jpeg.height, 48);
   int worst = 0;
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-    worst = std::max(worst, std::abs(int{image.pixels[i]} - int{pixels.get()[i]}));
+    worst = std::max(worst, std::abs(int{image.pixels[i]} - int{jpeg.pixels.get()[i]}));
   }
   EXPECT_LE(worst, 16);  // of 255; a smooth image at the quality of 88
   EXPECT_THROW(encode_jpeg({}), InvalidInput);

@@ -19,7 +19,7 @@ void append(const DrawSurface& surface, Occluder& occluder) {
   for (const std::uint32_t index : surface.indices) occluder.indices.push_back(first + index);
 }
 
-void measure(Occluder& occluder, const Vec3d& up) {
+void measure(Occluder& occluder, const Vec3d& up, double point_radius) {
   Box box;
   double ground = kInfinity;
   const auto visit = [&](const Vec3f& p) {
@@ -32,9 +32,11 @@ void measure(Occluder& occluder, const Vec3d& up) {
   occluder.ground = ground;
   occluder.center = box.center();
   double radius = 0;
-  const auto reach = [&](const Vec3f& p) { radius = std::max(radius, norm(Vec3d(p) - occluder.center)); };
-  std::for_each(occluder.positions.begin(), occluder.positions.end(), reach);
-  std::for_each(occluder.points.begin(), occluder.points.end(), reach);
+  const auto reach = [&](const Vec3f& p, double more) {
+    radius = std::max(radius, norm(Vec3d(p) - occluder.center) + more);
+  };
+  for (const Vec3f& p : occluder.positions) reach(p, 0);
+  for (const Vec3f& p : occluder.points) reach(p, point_radius);
   occluder.radius = std::max(radius * 1.01, 1e-6);
 }
 
@@ -72,13 +74,13 @@ void merge_cells(Occluder& occluder, double cell) {
 }  // namespace
 
 Occluder make_occluder(const std::vector<DrawSurface>& surfaces, const Vec3d& up, double cell,
-                       std::size_t max_triangles) {
+                       std::size_t max_triangles, double point_radius) {
   Occluder occluder;
   for (const DrawSurface& surface : surfaces) append(surface, occluder);
   occluder.is_solid = std::all_of(surfaces.begin(), surfaces.end(), [](const DrawSurface& surface) {
     return surface.is_solid || surface.indices.empty();
   });
-  measure(occluder, up);
+  measure(occluder, up, point_radius);
   if (occluder.indices.size() > 3 * max_triangles) merge_cells(occluder, cell * occluder.radius);
   return occluder;
 }

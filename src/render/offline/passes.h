@@ -55,7 +55,7 @@ struct Occluder {
 // cell: vertices that lie in one cell of this size become one where there are more than max_triangles triangles, as in
 // Rossignac and Borrel, "Multi-resolution 3D approximations for rendering complex scenes" (1993). Deterministic.
 Occluder make_occluder(const std::vector<DrawSurface>& surfaces, const Vec3d& up, double cell,
-                       std::size_t max_triangles);
+                       std::size_t max_triangles, double point_radius);
 
 // Removes what lies beyond the plane: dot(plane xyz, p) > plane w. Triangles across it are cut.
 void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane);

@@ -42,14 +42,13 @@ void draw_in_parts(const Pass& pass, const SurfaceBuffers& surface) {
   }
 }
 
-// Most backs of faces are hidden: so they are not shaded, which takes long without a GPU.
-void draw_fronts_first(const Pass& pass, const SurfaceBuffers& surface) {
+// Most backs are hidden by fronts that are drawn before them, and are not shaded, which takes long without a GPU.
+void draw_faces(const Pass& pass, const SurfaceBuffers& surface) {
   glEnable(GL_CULL_FACE);
-  for (const GLenum hidden : {GL_BACK, GL_FRONT}) {
-    glCullFace(hidden);
-    if (!surface.points || hidden == GL_BACK) draw_in_parts(pass, surface);
-  }
   glCullFace(GL_BACK);
+  draw_in_parts(pass, surface);
+  glCullFace(GL_FRONT);
+  draw_in_parts(pass, surface);
   glDisable(GL_CULL_FACE);
 }
 
@@ -70,7 +69,7 @@ GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes)
     set(program, "back_srgb", shape.color);
     set(program, "wire_width", 1.1 * pass.options.supersampling);
     set(program, "point_size", 2 * shape.point_radius / pass.view.pixel);
-    draw_fronts_first(pass, shape);
+    shape.points ? draw_in_parts(pass, shape) : draw_faces(pass, shape);
   }
   if (pass.clipped) draw_cuts(pass, shapes, target);
   return buffer;
@@ -285,7 +284,8 @@ Image Renderer::render(const Scene& scene, const Options& options) {
   finder.add(rods);
   pass.part = finder.part();
   Lighting lighting{studio_lights(view, options.light_samples),
-                    make_occluder(surfaces, view.ground_up, 8.0 / kShadowMapSize, most_occluders), point_radius};
+                    make_occluder(surfaces, view.ground_up, 8.0 / kShadowMapSize, most_occluders, point_radius),
+                    point_radius};
   if (pass.clipped) clip_occluder(lighting.occluder, pass.clip);
   report(pass, 0.15);
 
