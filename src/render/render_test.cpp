@@ -204,6 +204,9 @@ TEST_F(RenderTest, RodsShineThroughAndCoverInFront) {
   const Pixel shown = at(render(scene, small_options()), 120, 100);
   EXPECT_LT(shown.red, hidden.red);
   EXPECT_GT(shown.blue, 150);
+  scene.lines[0].points = {{-0.5, 0, 1}, {0.5, 0, 1}};  // its far half lies in the ball
+  const Pixel half = at(render(scene, small_options()), 120, 100);
+  EXPECT_NEAR(half.red, shown.red, 10);
 }
 
 TEST_F(RenderTest, SmoothShadingStopsAtCreases) {

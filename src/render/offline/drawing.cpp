@@ -82,6 +82,7 @@ void reset_state(int width, int height) {
   glViewport(0, 0, width, height);
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
+  glCullFace(GL_BACK);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_POLYGON_OFFSET_FILL);
