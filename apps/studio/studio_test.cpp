@@ -179,6 +179,63 @@ TEST_F(StudioTest, WhatWasLeftBehindIsOfferedAndComesBackToTheBit) {
   EXPECT_TRUE(Studio(options()).document().abandoned().empty());
 }
 
+TEST_F(StudioTest, AHalfDragComesBackAsOneStrokeThatIsRemeshed) {
+  const std::string half = R"({"set": {"drag": "view", "remesh": true}}
+{"tool": "ball"}
+{"move": [0, 0, 1]}
+{"press": [0, 0, 1]}
+{"move": [0.2, 0.2, 1]}
+{"move": [0.4, 0.2, 1]}
+{"move": [0.5, 0.4, 1]})";
+  Studio whole(options());
+  run(whole, ball() + half + "\n" + R"({"release": [0.5, 0.4, 1]})");
+  const std::vector<Vec3d> expected = positions(whole);
+  const std::string line = stroke_line(whole.document().shown().history[0]->strokes.front());
+  EXPECT_NE(expected.size(), 2562U);
+  whole.document().close();
+  {
+    Studio studio(options());
+    run(studio, ball() + half);
+  }  // without close(): killed
+  Studio next(options());
+  run(next, R"({"recover": "newest"})");
+  EXPECT_EQ(errors(next), "");
+  ASSERT_EQ(next.document().shown().history.size(), 1U);
+  ASSERT_EQ(next.document().shown().history[0]->strokes.size(), 1U);
+  EXPECT_EQ(stroke_line(next.document().shown().history[0]->strokes.front()), line);
+  EXPECT_TRUE(positions(next) == expected);
+  next.document().close();
+}
+
+TEST_F(StudioTest, RecoveredWorkKeepsTheNameAndTheFilesOfItsSession) {
+  {
+    Studio studio(options());
+    run(studio, ball());
+    run(studio, kTools[10].script);
+    saved_and_replayed(studio);
+    run(studio, kTools[0].script);
+  }  // without close(): killed
+  for (int crash = 0; crash < 2; ++crash) {
+    Studio next(options());
+    ASSERT_EQ(next.document().abandoned().size(), 1U);
+    EXPECT_FALSE(next.document().abandoned()[0].is_saved);
+    run(next, R"({"recover": "newest"})");
+    EXPECT_EQ(errors(next), "");
+    EXPECT_EQ(next.document().shown().session_path, folder_ / "work.knead");
+    EXPECT_EQ(next.document().shown().shape_path, folder_ / "work_shape.ply");
+    EXPECT_TRUE(next.document().shown().is_changed);
+  }
+  Studio last(options());
+  run(last, R"({"recover": "newest"}
+{"key": "Ctrl+S"})");
+  EXPECT_EQ(errors(last), "");
+  EXPECT_FALSE(last.document().shown().is_changed);
+  const Session session = read_session(folder_ / "work.knead");
+  EXPECT_EQ(session.mesh, "work_shape.ply");
+  EXPECT_TRUE(replay(read_shape(folder_ / "work_shape.ply").mesh, session).shape.positions() == positions(last));
+  last.document().close();
+}
+
 TEST_F(StudioTest, AMirroredDragIsSymmetric) {
   Studio studio(options());
   run(studio, ball(10242));

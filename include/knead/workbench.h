@@ -311,9 +311,10 @@ class Journal {
   // later calls try again, once a second at most.
   std::optional<std::string> trouble() const;
 
-  // Notes that the file holds the work as it is now. After a crash the journal is then no unsaved work (is_saved),
-  // until something is written again, or the file is gone.
-  void note_saved(const std::filesystem::path& file) const;
+  // Notes the session file of the work, whose name a recovered work keeps. `holds_all`: the file holds the work as it
+  // is now. After a crash the journal is then no unsaved work (is_saved), until something is written again, or the file
+  // is gone.
+  void note_saved(const std::filesystem::path& file, bool holds_all = true) const;
 
   // Removes the folder, after the work was saved elsewhere or given up. Nothing may be written afterwards. Files that
   // cannot be removed stay.
@@ -352,10 +353,14 @@ struct RecoveredWork {
   Session session;  // its name is the path of the file, relative to which stamps name their meshes
   std::string title;
   std::vector<ShapeFile> also{};  // as many as the session has
+  std::filesystem::path saved{};  // the session file that was noted last (Journal::note_saved); empty: none
+  // The files of `shape` and `also`, as the saved session names them. Empty where it names none with the same bytes.
+  std::vector<std::filesystem::path> files{};
 };
 
-// Returns the shapes as they were opened and the strokes up to the last whole batch. Changes nothing. Throws
-// IoError(read) and InvalidInput, as read_shape and read_session do.
+// Returns the shapes as they were opened and the strokes up to the last whole batch. A stroke that was being made when
+// the program ended is one stroke, with its remesh settings. Changes nothing. Throws IoError(read) and InvalidInput, as
+// read_shape and read_session do.
 RecoveredWork recover_journal(const std::filesystem::path& folder);
 
 // Removes a journal; does nothing if another program uses it.

@@ -1,4 +1,4 @@
-// Inside of the journal: the files in its folder.
+// Inside of the history: the files in a journal's folder, and the states that are kept for undo.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,8 @@
 namespace knead::session_detail {
 
 inline constexpr const char* kSessionFile = "session.knead";
-// Two lines: the length of kSessionFile in bytes when the work was saved, and the file that it was saved to.
+// Two lines: the length of kSessionFile in bytes when the work was saved, 0 if it has changed since; and the session
+// file that it was saved to, or opened from.
 inline constexpr const char* kSavedFile = "saved";
 
 // The whole batches of the journal in this folder. Throws IoError(read), and InvalidInput where not even the header is

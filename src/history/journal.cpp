@@ -18,6 +18,7 @@
 #include "knead/session.h"
 #include "knead/workbench.h"
 #include "math/system.h"
+#include "strokes/continued.h"
 
 namespace knead {
 
@@ -120,17 +121,70 @@ class Unheld {
   bool held_;
 };
 
-Session read_whole(const fs::path& folder) {
-  return parse_session(session_detail::read_journal(folder), (folder / kSessionFile).string());
+// Joins the pieces of a stroke that was growing when the program ended (Workbench::live_lines). Of a finished stroke
+// there are none.
+std::vector<SessionStroke> with_joined_pieces(std::vector<SessionStroke> strokes) {
+  std::vector<SessionStroke> result;
+  for (SessionStroke& stroke : strokes) {
+    std::optional<Stroke> both;
+    if (!result.empty() && stroke.new_entry == false && stroke.remesh && stroke.remesh == result.back().remesh &&
+        stroke.mirror == result.back().mirror) {
+      both = joined(result.back().stroke, stroke.stroke);
+    }
+    if (both) {
+      result.back().stroke = std::move(*both);
+    } else {
+      result.push_back(std::move(stroke));
+    }
+  }
+  return result;
 }
 
-bool is_saved(const fs::path& folder) {
+Session read_whole(const fs::path& folder) {
+  Session session = parse_session(session_detail::read_journal(folder), (folder / kSessionFile).string());
+  session.strokes = with_joined_pieces(std::move(session.strokes));
+  return session;
+}
+
+// What kSavedFile says; no file where it says nothing.
+struct SavedNote {
+  std::uintmax_t length = 0;
+  fs::path file;
+};
+
+SavedNote read_saved_note(const fs::path& folder) {
   std::ifstream note(folder / kSavedFile, std::ios::binary);
   std::uintmax_t length = 0;
   std::string file;
+  if (!(note >> length) || !std::getline(note >> std::ws, file)) return {};
+  return {length, file};
+}
+
+bool is_saved(const fs::path& folder) {
+  const SavedNote note = read_saved_note(folder);
   std::error_code error;
-  if (!(note >> length) || !std::getline(note >> std::ws, file)) return false;
-  return fs::file_size(folder / kSessionFile, error) == length && fs::exists(file, error);
+  return fs::file_size(folder / kSessionFile, error) == note.length && fs::exists(note.file, error);
+}
+
+std::string bytes_of_file(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+// Returns the file of each shape of the work (RecoveredWork::files).
+std::vector<fs::path> files_of(const RecoveredWork& work) {
+  std::vector<fs::path> files(1 + work.also.size());
+  try {
+    const Session saved = read_session(work.saved);
+    for (std::size_t i = 0; i < files.size() && i <= saved.also.size(); ++i) {
+      if (i == 0 && !saved.mesh) continue;
+      const fs::path path = work.saved.parent_path() / (i == 0 ? *saved.mesh : saved.also[i - 1]);
+      if (bytes_of_file(path) == (i == 0 ? work.shape : work.also[i - 1]).bytes) files[i] = path;
+    }
+  } catch (const std::exception&) {
+    return files;  // the saved session is gone: the journal has the shapes
+  }
+  return files;
 }
 
 AbandonedJournal describe(const fs::path& folder, const Unheld& file) {
@@ -200,6 +254,8 @@ RecoveredWork recover_journal(const fs::path& folder) {
   work.title = work.session.note.value_or(folder.filename().string());
   work.shape = read_shape(folder / *work.session.mesh);
   for (const std::string& name : work.session.also) work.also.push_back(read_shape(folder / name));
+  work.saved = read_saved_note(folder).file;
+  work.files = files_of(work);
   return work;
 }
 
@@ -343,9 +399,9 @@ std::optional<std::string> Journal::trouble() const {
                      folder_.string());
 }
 
-void Journal::note_saved(const fs::path& file) const {
+void Journal::note_saved(const fs::path& file, bool holds_all) const {
   std::error_code error;  // without the note the work is offered once too often
-  const std::uintmax_t length = fs::file_size(folder_ / kSessionFile, error);
+  const std::uintmax_t length = holds_all ? fs::file_size(folder_ / kSessionFile, error) : 0;
   const fs::path saved = fs::absolute(file, error);
   if (error || file_->trouble()) return;
   std::ofstream(folder_ / kSavedFile, std::ios::binary) << length << "\n" << saved.string() << "\n";

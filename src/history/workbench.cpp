@@ -404,7 +404,13 @@ std::vector<SessionStroke> Workbench::lines_of(std::size_t index, std::vector<Se
 LineChange Workbench::live_lines(const StrokeDelta& change, const std::vector<SessionStroke>& strokes) {
   LineChange lines;
   if (change.from_start) lines.taken_back = live_lines_;
-  if (change.rest_as_line) lines.appended.push_back({*change.rest_as_line});
+  if (change.rest_as_line) {
+    lines.appended.push_back(*change.rest_as_line);
+    if (strokes[change.first_new - 1].remesh) {  // recover_journal joins the pieces, to be remeshed as one stroke
+      lines.appended.back().remesh = strokes[change.first_new - 1].remesh;
+      lines.appended.back().new_entry = false;
+    }
+  }
   std::size_t first = change.first_new;
   if (change.rest && !change.rest_as_line) {
     lines.taken_back = 1;
@@ -412,10 +418,7 @@ LineChange Workbench::live_lines(const StrokeDelta& change, const std::vector<Se
   }
   if (first < strokes.size()) {
     const std::vector<SessionStroke> marked = lines_of(now_.size(), strokes);
-    for (std::size_t i = first; i < strokes.size(); ++i) {
-      lines.appended.push_back(marked[i]);
-      lines.appended.back().remesh.reset();
-    }
+    lines.appended.insert(lines.appended.end(), marked.begin() + static_cast<std::ptrdiff_t>(first), marked.end());
   }
   live_lines_ = live_lines_ - lines.taken_back + lines.appended.size();
   return lines;

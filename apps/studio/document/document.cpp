@@ -582,6 +582,7 @@ bool Document::put_objects(std::vector<DocumentObject> list, std::optional<std::
   shown_.diagonal = diagonal > 0 ? diagonal : 1;
   journal(result.lines);
   shown_.is_changed = true;
+  if (journal_ && !shown_.session_path.empty()) journal_->note_saved(shown_.session_path, false);
   measure_volume();
   picker_is_stale_ = true;
   show_state();

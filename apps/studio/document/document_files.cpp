@@ -127,17 +127,20 @@ void Document::recover(const std::filesystem::path& journal, Progress& progress)
   guarded(Subject::opening, [&] {
     RecoveredWork work = recover_journal(journal);
     std::string view = text_of_file(journal / kViewFile);
-    const auto object_of = [](std::string name, ShapeFile file) {
-      return DocumentObject{std::move(name), {}, std::make_shared<const ShapeFile>(std::move(file))};
+    std::vector<DocumentObject> list;
+    const auto add = [&](const std::string& name, ShapeFile& file) {
+      const std::filesystem::path& path = work.files[list.size()];
+      list.push_back(
+          {path.empty() ? name : path.filename().string(), path, std::make_shared<const ShapeFile>(std::move(file))});
     };
-    std::vector<DocumentObject> list{object_of(work.title, std::move(work.shape))};
-    for (std::size_t i = 0; i < work.also.size(); ++i) {
-      list.push_back(object_of(work.session.also[i], std::move(work.also[i])));
-    }
+    add(work.title, work.shape);
+    for (std::size_t i = 0; i < work.also.size(); ++i) add(work.session.also[i], work.also[i]);
     open(std::move(list), work.title);
     append(std::move(work.session), progress);
     shown_.recovered_view = std::move(view);
+    shown_.session_path = work.saved;
     shown_.is_changed = true;
+    if (journal_ && !work.saved.empty()) journal_->note_saved(work.saved, false);
     show();
     discard_journal(journal);
   });
