@@ -15,8 +15,9 @@ namespace {
 constexpr std::size_t kDenser = 8;  // samples of which evenly spread ones are taken
 constexpr std::uint32_t kLeaf = 8;
 constexpr std::size_t kGrain = 64;
-constexpr double kSigma = 2.5;      // of the median distance
-constexpr double kMinSigma = 1e-9;  // a length
+constexpr double kSigma = 2.5;       // of the median distance
+constexpr double kSigmaOfFar = 0.5;  // the least, of MatchOptions::far: a match as far as that has no weight
+constexpr double kMinSigma = 1e-9;   // a length
 constexpr double kMinCosine = 0.1;
 
 // A number from 0 to 1 for each i: the bits of i in reverse order.
@@ -194,7 +195,8 @@ Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source
   Matches result;
   result.median = median_of(distances);
   result.median_along = median_of(std::move(along));
-  const double sigma = kSigma * std::max(result.median, kMinSigma);
+  // Where nearly all of the surface lies right, the rest is what is left to do: within `far` nothing is an outlier.
+  const double sigma = std::max({kSigma * result.median, kSigmaOfFar * options.far, kMinSigma});
   for (std::size_t i = 0; i < count; ++i) {
     // As exp(-ratio^2), from + and * only: the same bits on every machine.
     const double ratio = distances[i] / sigma;
