@@ -13,10 +13,10 @@ set(KNEAD_FETCH_Eigen3 Eigen3::Eigen . # 3.4.0
     https://gitlab.com/libeigen/eigen.git 3147391d946bb4b6c68edd901f2add6ac1f31f8c)
 set(KNEAD_FETCH_CLI11 CLI11::CLI11 include # 2.4.2
     https://github.com/CLIUtils/CLI11.git 6c7b07a878ad834957b98d0f9ce1dbe0cb204fc9)
-set(KNEAD_FETCH_GTest GTest::gtest_main googletest/include # 1.16.0
+set(KNEAD_FETCH_GTest GTest::gtest_main "" # 1.16.0
     https://github.com/google/googletest.git 6910c9d9165801d8827d628cb72eb7ea9dd538c5)
 
-# Only the headers are used, and nothing of it is installed. GoogleTest, which is compiled, has no installed part either.
+# Only the headers are used, but for GoogleTest. Nothing of it is installed.
 function(knead_fetch package)
   include(FetchContent)
   list(GET KNEAD_FETCH_${package} 0 target)
@@ -27,7 +27,9 @@ function(knead_fetch package)
   FetchContent_Declare(${name} GIT_REPOSITORY ${repository} GIT_TAG ${commit} SOURCE_SUBDIR no_build_of_its_own)
   FetchContent_MakeAvailable(${name})
   if(package STREQUAL "GTest")
-    add_subdirectory(${${name}_SOURCE_DIR}/googletest ${PROJECT_BINARY_DIR}/googletest EXCLUDE_FROM_ALL SYSTEM)
+    set(BUILD_GMOCK OFF)
+    set(INSTALL_GTEST OFF)
+    add_subdirectory(${${name}_SOURCE_DIR} ${${name}_BINARY_DIR} EXCLUDE_FROM_ALL SYSTEM)
     return()
   endif()
   add_library(${target} INTERFACE IMPORTED GLOBAL)
