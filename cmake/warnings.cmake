@@ -31,7 +31,7 @@ function(knead_configure target)
             # The same bits from every compiler: no contraction of a * b + c (architecture, decision 3).
             -ffp-contract=off
             # g++ 13 and later take a reference into a table or a document for one into the argument that finds it.
-            $<$<CXX_COMPILER_ID:GNU>:-Wno-dangling-reference>
+            $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,13>>:-Wno-dangling-reference>
             # g++ 12's SLP vectoriser drops the rounding of double -> float -> double on neighbouring components.
             $<$<CXX_COMPILER_ID:GNU>:-fno-tree-slp-vectorize>)
   if(KNEAD_SANITIZE)

@@ -24,6 +24,9 @@ class ShownPanels {
     studio.preferences().desktop_dialogs = false;
     ImGuiIO& io = ImGui::GetIO();
     io.DeltaTime = 1.0F / 60;
+#if IMGUI_VERSION_NUM >= 19200
+    io.BackendFlags |= ImGuiBackendFlags_RendererHasTextures;  // letters are added when they are first used
+#endif
     for (const auto& [name, key] : kKeys) number_key(key);
     interface.set_size(width, height);
     show(width, height);
