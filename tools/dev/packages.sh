@@ -255,7 +255,7 @@ check_tools() {
     if [[ $compiler == *clang* ]]; then least=14; fi
   fi
   if ! have ninja || [[ ${version%%.*} -lt $least || $(printf '%s\n' 3.25 "$cmake" | sort -V | sed -n 1p) != 3.25 ]]; then
-    die "needed are g++ 12 or clang 14, CMake 3.25, or later, and ninja; here are $compiler, CMake $cmake." \
+    die "needed are g++ 12 or clang 14, and CMake 3.25 (or later), and ninja; here are $compiler, CMake $cmake." \
       "The archives that ./dev release makes on another system run here."
   fi
 }
