@@ -157,6 +157,10 @@ Gui::Gui(double unit) : unit_(static_cast<float>(unit)) {
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;        // panels have their places
   ImGui::GetIO().MouseDoubleClickTime = 0.5F;  // also where pictures are slow
+#if IMGUI_VERSION_NUM >= 18900
+  ImGui::GetIO().ConfigInputTrickleEventQueue =
+      false;  // a window tells it what one frame may have, and draws no more frames
+#endif
   set_style(unit_);
   load_font(kTextHeight * unit_);
   load_font(kHeadingHeight * unit_);
