@@ -1,5 +1,6 @@
 // knead deform --table: one deformed shape for each row of a table of values.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>

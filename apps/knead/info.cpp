@@ -1,6 +1,7 @@
 // knead info SHAPE: shows what is in a file. knead check SHAPE: prints that, and whether the surface is sound. knead
 // make KIND: makes a procedural closed shape.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <memory>

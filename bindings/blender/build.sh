@@ -19,11 +19,8 @@ rm -rf "$package/lib/knead/__pycache__"
 "$python" "$here/icons.py" "$package/icons"
 cp "$here/LICENSE" "$package" # of the add-on's own files
 cp "$here/../../LICENSE" "$package/licences/knead.txt"
-for library in libtbb12 libfmt9 libepoxy0 libdraco7 libmeshoptimizer2d zlib1g libeigen3-dev libxsimd-dev nlohmann-json3-dev \
-  pybind11-dev; do
-  if [[ -f /usr/share/doc/$library/copyright ]]; then
-    cp "/usr/share/doc/$library/copyright" "$package/licences/$library.txt"
-  fi
+for library in /usr/share/doc/{libtbb12,libfmt[0-9]*,libepoxy0,libdraco[0-9]*,libmeshoptimizer[0-9]*,zlib1g,libeigen3-dev,libxsimd-dev,nlohmann-json3-dev,pybind11-dev}; do
+  if [[ -f $library/copyright ]]; then cp "$library/copyright" "$package/licences/$(basename "$library").txt"; fi
 done
 mkdir -p "$(dirname "$out")"
 (cd "$scratch" && rm -f "$out" && "$python" -m zipfile -c "$out" knead_blender)

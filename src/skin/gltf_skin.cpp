@@ -84,7 +84,7 @@ struct Channel {
     if (path == "rotation") {
       local.turn = quaternion_of(now.data());
     } else {
-      (path == "scale" ? local.scale : local.translation) = {now[0], now[1], now[2]};
+      (path == "scale" ? local.scale : local.translation) = Vec3d{now[0], now[1], now[2]};
     }
   }
 

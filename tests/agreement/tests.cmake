@@ -1,3 +1,6 @@
+if(POLICY CMP0167) # its own file says where it is
+  cmake_policy(SET CMP0167 NEW)
+endif()
 find_package(Boost 1.74 REQUIRED)
 knead_test(
   knead_agreement_test

@@ -18,8 +18,8 @@ source "$root/tools/dev/packages.sh"
 # Tests are part of a build as soon as their packages are installed; `demo` does not install them.
 has_test_packages() {
   local wanted
-  read -ra wanted <<<"${packages[test]}"
-  ! have dpkg-query || [[ -z $(missing_packages "${wanted[@]}") ]]
+  mapfile -t wanted < <(packages_of test)
+  [[ $package_column -eq 0 || -z $(missing_packages "${wanted[@]}") ]]
 }
 
 configure() {
@@ -28,6 +28,8 @@ configure() {
     if has_test_packages; then options+=(-DKNEAD_BUILD_TESTS=ON); else options+=(-DKNEAD_BUILD_TESTS=OFF); fi
   fi
   if have ccache; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+  options+=("-DKNEAD_STRICT=${KNEAD_STRICT:-OFF}" "-DKNEAD_FETCH=${KNEAD_FETCH:-OFF}")
+  if [[ $1 == asan || $1 == fuzz ]] && ! have clang++-14; then options+=(-DCMAKE_CXX_COMPILER=clang++); fi
   if [[ $1 == web* ]]; then options+=(-DKNEAD_SOURCES="$root/build/sources"); fi
   if [[ -x /usr/bin/python3 ]]; then options+=(-DPython_EXECUTABLE=/usr/bin/python3); fi # Debian's, not a shim
   if [[ $1 != web* ]] && have mold; then options+=(-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=mold); fi

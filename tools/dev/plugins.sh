@@ -5,24 +5,26 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/build.sh"
 
 blender() {
-  require build
+  require_build
   require_render
-  require python || die "the add-on needs the module of Python, which needs the packages above"
+  require python test || die "the add-on and its tests need the module of Python, which needs the packages above"
   compile release knead knead_python
   bindings/blender/build.sh build/release/python out/knead_blender.zip
   say "made out/knead_blender.zip; in Blender: Edit > Preferences > Add-ons > Install"
-  if ! have blender; then
-    say "Blender is not installed, so the add-on is not tested; on Debian: apt-get install blender xvfb"
-  elif has_test_packages; then
-    run_tests release -L '^knead_blender$'
-  fi
+  have blender || require blender || die "the add-on is made and not tested, because there is no Blender"
+  run_tests release -L '^knead_blender$'
+}
+
+# Prints which Qt the system's ParaView is built with.
+qt_of_paraview() {
+  if [[ $(apt-cache depends paraview 2>/dev/null) == *libqt6* ]]; then echo qt6; else echo qt5; fi
 }
 
 # The plugin is a project of its own, because only it needs ParaView; it takes the library as any program does that finds
 # it installed.
 paraview() {
-  require build
-  require python paraview || die "the plugin needs the packages above"
+  require_build
+  require python paraview "paraview_$(qt_of_paraview)" || die "the plugin needs the packages above"
   compile release knead knead_python
   local options=()
   if have ccache; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi

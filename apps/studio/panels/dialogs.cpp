@@ -321,9 +321,8 @@ void draw_search(Studio& studio, const Gui& gui, CommandSearch& search) {
   const bool enters = ImGui::InputText("##words", &search.text, ImGuiInputTextFlags_EnterReturnsTrue);
   if (ImGui::IsItemEdited()) search.chosen = 0;
   const std::vector<Action> found = found_actions(search.text);
-  const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
-  if (pressed(ImGuiKey_DownArrow)) ++search.chosen;
-  if (pressed(ImGuiKey_UpArrow) && search.chosen > 0) --search.chosen;
+  if (is_pressed(ImGuiKey_DownArrow)) ++search.chosen;
+  if (is_pressed(ImGuiKey_UpArrow) && search.chosen > 0) --search.chosen;
   search.chosen = std::min(search.chosen, found.empty() ? 0 : found.size() - 1);
   if (enters && !found.empty()) action = found[search.chosen];
   if (const auto clicked = draw_found(studio, search, found)) action = clicked;

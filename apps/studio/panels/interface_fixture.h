@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "panels/interface.h"
+#include "platform/imgui_keys.h"
 #include "studio_fixture.h"
 
 namespace knead::studio {
@@ -23,7 +24,10 @@ class ShownPanels {
     studio.preferences().desktop_dialogs = false;
     ImGuiIO& io = ImGui::GetIO();
     io.DeltaTime = 1.0F / 60;
-    for (std::size_t i = 0; i < kKeys.size(); ++i) io.KeyMap[kKeys[i].second] = static_cast<int>(i);
+#if IMGUI_VERSION_NUM >= 19200
+    io.BackendFlags |= ImGuiBackendFlags_RendererHasTextures;  // letters are added when they are first used
+#endif
+    for (const auto& [name, key] : kKeys) number_key(key);
     interface.set_size(width, height);
     show(width, height);
     frame();
@@ -147,7 +151,7 @@ class ShownPanels {
                                                                           {"Down", ImGuiKey_DownArrow},
                                                                           {"Backspace", ImGuiKey_Backspace},
                                                                           {"Tab", ImGuiKey_Tab},
-                                                                          {"Numpad Enter", ImGuiKey_KeyPadEnter},
+                                                                          {"Numpad Enter", kNumpadEnter},
                                                                           {"A", ImGuiKey_A}}};
 
   static void show(int width, int height) {
@@ -159,11 +163,9 @@ class ShownPanels {
     if (const auto* wheel = std::get_if<WheelTurned>(&event)) {
       io.MouseWheel += static_cast<float>(wheel->steps);
     } else if (const auto* key = std::get_if<KeyChanged>(&event)) {
-      io.KeyCtrl = key->modifiers.ctrl;
-      io.KeyShift = key->modifiers.shift;
-      io.KeyAlt = key->modifiers.alt;
-      for (std::size_t i = 0; i < kKeys.size(); ++i) {
-        if (key->key == kKeys[i].first) io.KeysDown[i] = key->down;
+      set_modifiers(key->modifiers);
+      for (const auto& [name, imgui_key] : kKeys) {
+        if (key->key == name) set_key(imgui_key, key->down);
       }
     }
   }

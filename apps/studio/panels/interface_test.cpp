@@ -351,11 +351,11 @@ TEST_F(InterfaceTest, ACommaInAFieldIsAPointAndANumberBeyondItsSliderAsks) {
   const auto type = [&](const std::string& text) {
     const auto place = panels.place_in(panels.interface.layout().top_bar, radius);
     ASSERT_TRUE(place);
-    ImGui::GetIO().KeyCtrl = true;
+    set_modifiers({.ctrl = true});
     panels.move(place->first, place->second);
-    ImGui::GetIO().KeyCtrl = true;
+    set_modifiers({.ctrl = true});
     panels.press(place->first, place->second);
-    ImGui::GetIO().KeyCtrl = false;
+    set_modifiers({});
     panels.release(place->first, place->second);
     panels.frame();
     for (const char c : text) panels.type(std::string(1, c));

@@ -35,9 +35,9 @@ class ToolBarTest : public StudioTest {
     const Area area{in.Pos.x, in.Pos.y, in.Pos.x + in.Size.x, in.Pos.y + in.Size.y};
     const auto place = panels.place_in(area, in.GetID(slider));
     ASSERT_TRUE(place) << slider;
-    ImGui::GetIO().KeyCtrl = true;
+    set_modifiers({.ctrl = true});
     panels.press(place->first, place->second);
-    ImGui::GetIO().KeyCtrl = false;
+    set_modifiers({});
     panels.release(place->first, place->second);
     panels.frame();
     for (const char c : text) panels.type(std::string(1, c));

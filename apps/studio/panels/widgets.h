@@ -11,6 +11,8 @@
 #include <optional>
 #include <string>
 
+#include "platform/imgui_keys.h"
+
 namespace knead::studio {
 
 inline const ImVec4 kWarning{0.95F, 0.72F, 0.35F, 1};
@@ -172,12 +174,11 @@ bool choose_one(const char* label, T& value, const Values& values, const Name& n
 }
 
 // Keys in a dialog. Enter means its first button: not in the frame in which it appears, nor in a field.
-inline bool escape_pressed() { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false); }
+inline bool escape_pressed() { return is_pressed(ImGuiKey_Escape, false); }
 
 inline bool enter_pressed() {
   return !ImGui::IsWindowAppearing() && !ImGui::IsAnyItemActive() &&
-         (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false) ||
-          ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_KeyPadEnter), false));
+         (is_pressed(ImGuiKey_Enter, false) || is_pressed(kNumpadEnter, false));
 }
 
 inline void text_in_colour(const ImVec4& colour, const std::string& text) {

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <iterator>
+#include <utility>
 #include <variant>
 
 #include "knead/render.h"
@@ -60,21 +61,32 @@ void load_font(float height) {
   fonts.AddFontDefault(&config);
 }
 
+// The picture that holds the letters, and the number of its columns; where a rectangle of it lies. Since 1.92 Dear
+// ImGui adds letters when they are first used, and must not be asked to make them all.
+#if IMGUI_VERSION_NUM >= 19200
+std::pair<unsigned char*, int> pixels_of(ImFontAtlas& fonts) { return {fonts.TexData->Pixels, fonts.TexData->Width}; }
+std::pair<int, int> place_of(const ImFontAtlasRect& rectangle) { return {rectangle.x, rectangle.y}; }
+#else
+std::pair<unsigned char*, int> pixels_of(ImFontAtlas& fonts) {
+  std::pair<unsigned char*, int> found;
+  fonts.GetTexDataAsRGBA32(&found.first, &found.second, nullptr);
+  return found;
+}
+std::pair<int, int> place_of(const ImFontAtlasCustomRect& rectangle) { return {rectangle.X, rectangle.Y}; }
+#endif
+
 // Puts pictures of all matcaps beside the letters.
 std::array<int, render::kMatcapCount> load_balls(int size) {
   std::array<int, render::kMatcapCount> rectangles{};
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
   for (int& rectangle : rectangles) rectangle = fonts.AddCustomRectRegular(size, size);
-  unsigned char* pixels = nullptr;
-  int width = 0;
-  int height = 0;
-  fonts.GetTexDataAsRGBA32(&pixels, &width, &height);
+  const auto [pixels, width] = pixels_of(fonts);
   for (std::size_t i = 0; i < rectangles.size(); ++i) {
-    const ImFontAtlasCustomRect& place = *fonts.GetCustomRectByIndex(rectangles[i]);
+    const auto [x_from, y_from] = place_of(*fonts.GetCustomRectByIndex(rectangles[i]));
     const render::Image ball = render::matcap_ball(render::all_matcaps()[i], size);
     const std::size_t row = 4 * static_cast<std::size_t>(size);
     for (int y = 0; y < size; ++y) {
-      unsigned char* const to = pixels + 4 * (static_cast<std::ptrdiff_t>(place.Y + y) * width + place.X);
+      unsigned char* const to = pixels + 4 * (static_cast<std::ptrdiff_t>(y_from + y) * width + x_from);
       std::memcpy(to, ball.pixels.data() + row * static_cast<std::size_t>(y), row);
     }
   }
@@ -145,6 +157,10 @@ Gui::Gui(double unit) : unit_(static_cast<float>(unit)) {
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;        // panels have their places
   ImGui::GetIO().MouseDoubleClickTime = 0.5F;  // also where pictures are slow
+#if IMGUI_VERSION_NUM >= 18900
+  ImGui::GetIO().ConfigInputTrickleEventQueue =
+      false;  // a window tells it what one frame may have, and draws no more frames
+#endif
   set_style(unit_);
   load_font(kTextHeight * unit_);
   load_font(kHeadingHeight * unit_);
@@ -192,7 +208,7 @@ void Gui::draw_ball(render::Matcap matcap) const {
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
   ImVec2 from;
   ImVec2 to;
-  const ImFontAtlasCustomRect& place = *fonts.GetCustomRectByIndex(balls_[static_cast<std::size_t>(matcap)]);
+  const auto& place = *fonts.GetCustomRectByIndex(balls_[static_cast<std::size_t>(matcap)]);
   fonts.CalcCustomRectUV(&place, &from, &to);
   const float size = ImGui::GetFontSize();
   ImGui::Image(fonts.TexID, {size, size}, from, to);

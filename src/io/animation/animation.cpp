@@ -1,6 +1,7 @@
 // PC2 and MDD: positions alone. Sources: Blender's manual, "Mesh Cache Modifier", and the layouts that its readers
 // document (MOD_meshcache_pc2.c, MOD_meshcache_mdd.c).
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>

@@ -25,6 +25,7 @@
 
 #include "application.h"
 #include "platform/gui.h"
+#include "platform/imgui_keys.h"
 
 // The page's side (bindings/web/page/studio.js).
 EM_JS(void, page_set_title, (const char* title), { Module.page.setTitle(UTF8ToString(title)); });
@@ -141,7 +142,7 @@ constexpr std::array<NamedKey, 22> kKeys{{{"Tab", ImGuiKey_Tab},
                                           {"Space", ImGuiKey_Space},
                                           {"Enter", ImGuiKey_Enter},
                                           {"Escape", ImGuiKey_Escape},
-                                          {"Numpad Enter", ImGuiKey_KeyPadEnter},
+                                          {"Numpad Enter", kNumpadEnter},
                                           {"A", ImGuiKey_A},
                                           {"C", ImGuiKey_C},
                                           {"V", ImGuiKey_V},
@@ -150,16 +151,15 @@ constexpr std::array<NamedKey, 22> kKeys{{{"Tab", ImGuiKey_Tab},
                                           {"Z", ImGuiKey_Z}}};
 
 // Dear ImGui looks at the keys once a picture: of one that changes twice it gets the second change in the next.
-void take_keys(ImGuiIO& io, PageInput& input) {
-  std::vector<std::size_t> changed;
+void take_keys(PageInput& input) {
+  std::vector<ImGuiKey> changed;
   while (!input.keys.empty()) {
     const auto found = std::find_if(kKeys.begin(), kKeys.end(),
                                     [&](const NamedKey& named) { return named.name == input.keys.front().key; });
     if (found != kKeys.end()) {
-      const auto index = static_cast<std::size_t>(found - kKeys.begin());
-      if (std::find(changed.begin(), changed.end(), index) != changed.end()) return;
-      io.KeysDown[index] = input.keys.front().down;
-      changed.push_back(index);
+      if (std::find(changed.begin(), changed.end(), found->key) != changed.end()) return;
+      set_key(found->key, input.keys.front().down);
+      changed.push_back(found->key);
     }
     input.keys.pop_front();
   }
@@ -169,7 +169,7 @@ void take_keys(ImGuiIO& io, PageInput& input) {
 
 GuiBackend::GuiBackend(Window& window) {
   ImGuiIO& io = ImGui::GetIO();
-  for (std::size_t i = 0; i < kKeys.size(); ++i) io.KeyMap[kKeys[i].key] = static_cast<int>(i);
+  for (const NamedKey& named : kKeys) number_key(named.key);
   io.DisplaySize = {static_cast<float>(window.width()), static_cast<float>(window.height())};
   ImGui_ImplOpenGL3_Init("#version 300 es");
 }
@@ -184,11 +184,9 @@ void GuiBackend::begin_frame(const Window& window) {
   io.DisplaySize = {static_cast<float>(window.width()), static_cast<float>(window.height())};
   PageInput& input = the_state().input;
   io.MouseWheel += static_cast<float>(std::exchange(input.wheel, 0));
-  io.KeyShift = input.modifiers.shift;
-  io.KeyCtrl = input.modifiers.ctrl;
-  io.KeyAlt = input.modifiers.alt;
+  set_modifiers(input.modifiers);
   if (the_state().events.empty()) {  // else what is typed may be for what will be clicked
-    take_keys(io, input);
+    take_keys(input);
     for (const unsigned code : std::exchange(input.text, {})) io.AddInputCharacter(code);
   }
   ImGui_ImplOpenGL3_NewFrame();
