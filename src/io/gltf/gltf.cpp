@@ -413,11 +413,13 @@ std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
   return glb::face_labels(layout == nullptr ? source : layout->glb);
 }
 
-std::string generate(const Mesh& mesh, const WriteOptions& options) {
+std::string as_text(const std::string& glb_bytes) {
   ShapeFile source;
   source.format = "gltf";
-  return unwrapped(source, {}, glb::generate(mesh, options));
+  return unwrapped(source, {}, glb_bytes);
 }
+
+std::string generate(const Mesh& mesh, const WriteOptions& options) { return as_text(glb::generate(mesh, options)); }
 
 void write_beside(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes) {
   const Layout* layout = layout_in(source);
