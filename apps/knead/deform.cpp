@@ -294,8 +294,9 @@ void run_deform(const DeformOptions& options) {
   const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames.frames) write({0, certified.result.shape});
-  if (!target.is_animation() && !is_stream(target.path(0)) && format_of(target.path(0)) == "obj")
+  if (!target.is_animation() && !is_stream(target.path(0))) {
     copy_materials(inputs.shape, options.shape, target.path(0), options.common.quiet);
+  }
   if (!is_reported(options)) return;
   const Clock measuring;
   Report report = report_of(inputs.shape.mesh, certified, seconds);

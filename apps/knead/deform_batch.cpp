@@ -318,7 +318,7 @@ class Batch {
                       variant.result[kMadeOf],
                       ""};
     const std::scoped_lock lock(mutex_);
-    if (format_of(variant.output) == "obj" && !std::exchange(has_materials_, true)) {
+    if (!std::exchange(has_materials_, true)) {
       copy_materials(inputs_.shape, options_.shape, variant.output, options_.common.quiet);
     }
   }

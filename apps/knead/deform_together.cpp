@@ -244,7 +244,7 @@ class TogetherOutput {
     const std::string path = targets_[number].path_of(frame.index);
     write_part(path, part(number), frame.shape.state(), writing_[number]);
     const bool is_last = frame.index + 1 == std::max(frames_, 1);
-    if (!is_last || format_of(path) != "obj") return;
+    if (!is_last || !is_shape_file(path)) return;
     copy_materials(source(number), number == 0 ? options_.shape : options_.also[number - 1], path,
                    options_.common.quiet);
   }

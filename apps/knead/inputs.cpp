@@ -101,6 +101,7 @@ void write_remeshed_or_stream(const std::string& path, const StreamFormat& forma
 }
 
 void copy_materials(const ShapeFile& shape, const std::string& source, const std::string& target, bool quiet) {
+  if (format_of(target) != shape.format) return;
   std::vector<std::string> notes;
   copy_material_files(shape, source, target, &notes);
   if (!quiet) print_notes(notes);

@@ -168,7 +168,8 @@ std::vector<Vec3d> vertex_normals_of(const ShapeFile& source);
 // to the folder of `target`, and returns the paths written. Copies only regular files (no links) of at most 64 MB whose
 // plain names end in .mtl; never replaces a file. Skips what it cannot read, because the shape does not need it.
 // Returns an empty list if both folders are the same or the shape is not from an OBJ file. `notes`: null, or what gets
-// a sentence for each file that was copied, was not, or is another one in that folder. Throws IoError(write).
+// a sentence for each file that was copied, was not, or is another one in that folder, and for each texture of a glTF
+// file that is not there. Throws IoError(write).
 std::vector<std::filesystem::path> copy_material_files(const ShapeFile& shape, const std::filesystem::path& source,
                                                        const std::filesystem::path& target,
                                                        std::vector<std::string>* notes = nullptr);

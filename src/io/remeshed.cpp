@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "io/formats.h"
+#include "io/gltf/gltf.h"
 #include "io/obj/obj.h"
 #include "io/text.h"
 #include "knead/error.h"
@@ -152,7 +153,13 @@ std::vector<fs::path> copy_material_files(const ShapeFile& shape, const fs::path
   };
   const auto* layout = io_detail::find_layout<io_detail::obj::Layout>(shape);
   std::error_code error;
-  if (layout == nullptr || fs::equivalent(folder_of(source), folder_of(target), error)) return copied;
+  if (fs::equivalent(folder_of(source), folder_of(target), error)) return copied;
+  const bool is_gltf = shape.format == "glb" || shape.format == "gltf";
+  for (const std::string& name : is_gltf ? io_detail::gltf::image_files(shape) : std::vector<std::string>{}) {
+    const bool is_lacking = fs::exists(folder_of(source) / name, error) && !fs::exists(folder_of(target) / name, error);
+    if (is_lacking) note((folder_of(source) / name).string() + ": the texture was not copied; copy it yourself");
+  }
+  if (layout == nullptr) return copied;
   for (std::string name : layout->material_files) {
     if (name.substr(0, 2) == "./") name.erase(0, 2);
     const fs::path from = folder_of(source) / name;

@@ -218,6 +218,12 @@ TEST(Universal, LinesBetweenDatasetsBelongToNone) {
             std::string::npos);
 }
 
+TEST(Su2, ElementsThatAreNotKnownAreNamed) {
+  const std::string text = "NDIME= 3\nNPOIN= 4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\nNELEM= 1\n24 0 1 2 3 0 1 2 3 0 1 0\n";
+  const ShapeFile shape = parse_shape(text, "su2", "a.su2");
+  EXPECT_THROW(read_cells("a.su2", shape), InvalidInput);
+}
+
 // OpenFOAM writes the points alone where the mesh moves.
 TEST(Foam, AnEarlierTimeHasTheFacesOfAMovingMesh) {
   namespace fs = std::filesystem;
