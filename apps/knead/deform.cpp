@@ -76,9 +76,9 @@ class Target {
 
   // Of an animation: a series of ParaView has one for each frame, and one that names them.
   std::size_t files() const {
-    std::string extension = std::filesystem::path(path_).extension().string();
-    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-    return extension == ".pvd" ? static_cast<std::size_t>(count_) + 1 : 1;
+    return lower_case(std::filesystem::path(path_).extension().string()) == ".pvd"
+               ? static_cast<std::size_t>(count_) + 1
+               : 1;
   }
 
  private:
@@ -204,13 +204,6 @@ void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
   if (!quiet) print_message(fmt::format("note: {}: its strokes were resolved on {}", session.name, path.string()));
 }
 
-void copy_materials(const DeformOptions& options, const ShapeFile& shape, const std::string& source,
-                    const std::string& target) {
-  for (const std::filesystem::path& path : copy_material_files(shape, source, target)) {
-    if (!options.common.quiet) print_message(fmt::format("note: {}: the materials were copied too", path.string()));
-  }
-}
-
 Report report_of(const Mesh& mesh, const Certified& certified, const ReportSeconds& seconds) {
   Report report = make_report(mesh, certified.result, certified.options, seconds);
   report.certificate = certified.certificate;
@@ -301,8 +294,9 @@ void run_deform(const DeformOptions& options) {
   const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames.frames) write({0, certified.result.shape});
-  if (!target.is_animation() && !is_stream(target.path(0)) && format_of(target.path(0)) == "obj")
-    copy_materials(options, inputs.shape, options.shape, target.path(0));
+  if (!target.is_animation() && !is_stream(target.path(0))) {
+    copy_materials(inputs.shape, options.shape, target.path(0), options.common.quiet);
+  }
   if (!is_reported(options)) return;
   const Clock measuring;
   Report report = report_of(inputs.shape.mesh, certified, seconds);

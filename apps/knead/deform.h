@@ -163,10 +163,6 @@ void require_flows(const Session& session);
 // strokes that have no inverse.
 void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet);
 
-// Copies the materials of an OBJ file from beside `source` to beside `target`.
-void copy_materials(const DeformOptions& options, const ShapeFile& shape, const std::string& source,
-                    const std::string& target);
-
 // --- several shapes in one flow: --also
 // ---------------------------------------------------------------------------------------------
 

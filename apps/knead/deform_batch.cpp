@@ -208,12 +208,15 @@ class Batch {
     const bool is_plain =
         fs::path(name).filename() == name && name != "." && name != ".." && name.find('\\') == name.npos;
     const fs::path file = name + shape_suffix(options_.shape);
-    if (!is_plain || file == kResults) {
+    if (!is_plain || lower_case(file.string()) == kResults) {
       throw InvalidInput(fmt::format("\"name\" must be that of a file, without folders, got {}", name));
     }
-    if (!names_.emplace(name, variant.row->line).second) {
+    const auto [other, is_new] = names_.emplace(lower_case(name), variant.row->line);
+    if (!is_new) {
       throw InvalidInput(
-          fmt::format("line {} has the name {}, too; give each row a name of its own", names_.at(name), name));
+          fmt::format("line {} has the name {}, too, or one that differs in upper and lower case alone, which are one "
+                      "file on many systems; give each row a name of its own",
+                      other->second, name));
     }
     variant.output = (fs::path(options_.output) / file).string();
   }
@@ -316,8 +319,8 @@ class Batch {
                       variant.result[kMadeOf],
                       ""};
     const std::scoped_lock lock(mutex_);
-    if (format_of(variant.output) == "obj" && !std::exchange(has_materials_, true)) {
-      copy_material_files(inputs_.shape, options_.shape, variant.output);
+    if (!std::exchange(has_materials_, true)) {
+      copy_materials(inputs_.shape, options_.shape, variant.output, options_.common.quiet);
     }
   }
 
@@ -430,7 +433,7 @@ class Batch {
   int threads_ = 0;
   std::string made_with_;
   std::vector<Variant> variants_;
-  std::map<std::string, std::size_t> names_;  // and their lines
+  std::map<std::string, std::size_t> names_;  // in lower case, and their lines
   Progress progress_;
   std::optional<ProgressBar> bar_;
   std::mutex mutex_;  // of messages, results and what follows

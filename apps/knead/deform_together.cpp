@@ -81,7 +81,8 @@ std::vector<PartTarget> targets_together(const DeformOptions& options) {
       throw UsageError("--also: standard input and output hold one shape; give files, and a folder");
     }
     PartTarget target = target_of(options, shape);
-    if (std::ranges::find(targets, target.path, &PartTarget::path) != targets.end()) {
+    const auto is_same = [&](const PartTarget& other) { return lower_case(other.path) == lower_case(target.path); };
+    if (std::ranges::any_of(targets, is_same)) {
       throw UsageError(fmt::format("--also {}: another shape has this name, and both results go to {}; rename one",
                                    shape, options.output));
     }
@@ -243,8 +244,9 @@ class TogetherOutput {
     const std::string path = targets_[number].path_of(frame.index);
     write_part(path, part(number), frame.shape.state(), writing_[number]);
     const bool is_last = frame.index + 1 == std::max(frames_, 1);
-    if (!is_last || format_of(path) != "obj") return;
-    copy_materials(options_, source(number), number == 0 ? options_.shape : options_.also[number - 1], path);
+    if (!is_last || !is_shape_file(path)) return;
+    copy_materials(source(number), number == 0 ? options_.shape : options_.also[number - 1], path,
+                   options_.common.quiet);
   }
 
   const DeformOptions& options_;

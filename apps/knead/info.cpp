@@ -55,7 +55,11 @@ std::string table_of(const ShapeInfo& info) {
   text += row("euler", fmt::format("{}", m.euler));
   text += row("volume", m.closed() && m.oriented() ? fmt::format("{:.6g}", m.volume) : "- (not closed and oriented)");
   text += row("area", fmt::format("{:.6g}", m.area));
-  return text + rows_of(m.box, info.attributes);
+  text += rows_of(m.box, info.attributes);
+  if (info.cells) text += row("cells", fmt::format("{}", *info.cells));
+  for (const auto& [name, points] : info.patches)
+    text += row("patch", fmt::format("{}, {}", name, counted(points, "point")));
+  return text;
 }
 
 std::string table_of(const ShapeSummary& summary) {
@@ -95,7 +99,8 @@ void run_info(const InfoOptions& options) {
   check_streams({options.shape}, options.format);
   if (options.no_topology) return show(read_summary_or_stream(options.shape, options.format), options.common);
   const ReadOptions keep_no_bytes{.most_kept_bytes = 0};  // only the mesh is looked at
-  show(describe(read_shape_or_stream(options.shape, options.format, keep_no_bytes)), options.common);
+  const ShapeFile file = read_shape_or_stream(options.shape, options.format, keep_no_bytes);
+  show(is_stream(options.shape) ? describe(file) : describe(file, options.shape), options.common);
 }
 
 }  // namespace
@@ -297,13 +302,11 @@ void run_make(const MakeOptions& options) {
 
 Subcommand make_command() {
   const auto options = std::make_shared<MakeOptions>();
-  std::vector<std::string_view> written = shape_extensions();
-  std::erase(written, "ptx");  // is read only
   std::vector<Option> described{
       {"KIND", &options->kind, fmt::format("{}", fmt::join(shape_names(), ", ")), "", OptionKind::required},
       {"-n,--vertices", &options->vertices, "About this many vertices (each kind has its own default)", "N"},
       {"-o,--output", &options->output,
-       fmt::format("The file, in the format of its extension: {}", fmt::join(written, ", ")), "FILE",
+       fmt::format("The file, in the format of its extension: {}", fmt::join(written_extensions(true), ", ")), "FILE",
        OptionKind::required},
   };
   add_format_option(described, options->format);

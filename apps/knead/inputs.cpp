@@ -101,6 +101,13 @@ void write_remeshed_or_stream(const std::string& path, const StreamFormat& forma
   print(serialize_remeshed(format_of(format_path(path, format)), source, mesh, face_source, options));
 }
 
+void copy_materials(const ShapeFile& shape, const std::string& source, const std::string& target, bool quiet) {
+  if (format_of(target) != shape.format) return;
+  std::vector<std::string> notes;
+  copy_material_files(shape, source, target, &notes);
+  if (!quiet) print_notes(notes);
+}
+
 namespace {
 
 constexpr std::size_t kMaxKeptBytes = std::size_t{64} << 20;  // of a file that can be read again
@@ -152,6 +159,9 @@ Inputs read_inputs(const std::string& shape, const StreamFormat& format, const s
                    const std::vector<std::string>& set, int threads) {
   Inputs inputs;
   inputs.quiet = quiet;
+  if (is_shape_file(session) && !is_shape_file(shape) && !is_stream(shape)) {
+    throw UsageError(fmt::format("{}: a session stands where the shape belongs; write {} {}", shape, session, shape));
+  }
   inputs.session =
       without_off(read_session_with(session, set));  // first: it is the shorter, and the one that people mistype
   inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});

@@ -62,6 +62,10 @@ void write_remeshed_or_stream(const std::string& path, const StreamFormat& forma
                               const Mesh& mesh, std::span<const std::uint32_t> face_source,
                               const WriteOptions& options = {});
 
+// Copies the material files that an OBJ file names to the folder of a target in its own format, with notes on standard
+// error.
+void copy_materials(const ShapeFile& shape, const std::string& source, const std::string& target, bool quiet);
+
 // --- a session applied to a shape, watched and interruptible
 // ----------------------------------------------------------
 

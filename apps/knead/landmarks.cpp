@@ -3,19 +3,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <string_view>
-#include <system_error>
 
 #include "inputs.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "output.h"
 
 namespace knead::command {
 
@@ -26,20 +23,6 @@ const std::array<std::string, 2> kVertices{"source_vertex", "target_vertex"};
 constexpr std::string_view kTolerance = "tolerance";
 constexpr std::string_view kHeaders =
     "the first line must be source_x,source_y,source_z,target_x,target_y,target_z or source_vertex,target_vertex";
-
-std::string bytes_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw IoError(IoError::Operation::read, path, "cannot be read: " + std::generic_category().message(errno));
-  }
-  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (file.bad()) throw IoError(IoError::Operation::read, path, "cannot be read to its end");
-  if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff")) {
-    throw InvalidInput(Place{path}, "is UTF-16; save it as CSV in UTF-8");
-  }
-  if (bytes.starts_with("\xef\xbb\xbf")) bytes.erase(0, 3);
-  return bytes;
-}
 
 // The lines of a text, which end with LF, CR LF or CR; the first has the number 1.
 std::vector<std::string> lines_of(const std::string& bytes) {
@@ -75,11 +58,6 @@ Fields fields_of(const std::string& line, char separator) {
   return fields;
 }
 
-std::string lower(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c;
-  return text;
-}
-
 }  // namespace
 
 std::optional<double> number_in(std::string field, char separator) {
@@ -96,7 +74,7 @@ Table read_table(const std::string& path) {
   table.path = path;
   std::size_t number = 0;
   bool is_first = true;
-  for (const std::string& line : lines_of(bytes_of(path))) {
+  for (const std::string& line : lines_of(read_text(path))) {
     ++number;
     if (trimmed(line).empty() || trimmed(line).starts_with('#')) continue;
     if (is_first) table.separator = line.find(';') != line.npos ? ';' : (line.find('\t') != line.npos ? '\t' : ',');
@@ -121,7 +99,7 @@ std::optional<std::array<std::size_t, count>> columns_named(const Fields& names,
                                                             const std::array<std::string, count>& wanted) {
   std::array<std::size_t, count> places{};
   for (std::size_t i = 0; i < count; ++i) {
-    const auto is_it = [&](const std::string& name) { return lower(name) == wanted[i]; };
+    const auto is_it = [&](const std::string& name) { return lower_case(name) == wanted[i]; };
     const auto found = std::find_if(names.begin(), names.end(), is_it);
     if (found == names.end()) return std::nullopt;
     places[i] = static_cast<std::size_t>(found - names.begin());
@@ -225,7 +203,7 @@ std::string fcsv_value(const std::string& bytes, std::string_view name) {
 }
 
 Points read_table_points(const std::string& path) {
-  const std::string bytes = bytes_of(path);
+  const std::string bytes = read_text(path);
   Table table = read_table(path);
   Points points;
   if (path.ends_with(".fcsv")) {
@@ -246,7 +224,7 @@ Points read_table_points(const std::string& path) {
 Points read_slicer_json(const std::string& path) {
   Points points;
   try {
-    const Json file = parse_json(bytes_of(path));
+    const Json file = parse_json(read_text(path));
     const Json& markups = file.at("markups").items().at(0);
     if (const Json* system = markups.find("coordinateSystem")) points.system = system_of(system->text());
     for (const Json& point : markups.at("controlPoints").items()) {

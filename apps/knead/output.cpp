@@ -72,6 +72,11 @@ void print_message(std::string_view message) noexcept {
   }
 }
 
+std::string lower_case(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c;
+  return text;
+}
+
 std::string counted(std::size_t count, std::string_view noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
@@ -84,11 +89,8 @@ namespace {
 
 // Without the point, in lower case.
 std::string extension_of(const fs::path& path) {
-  std::string extension = shape_suffix(path);
-  if (extension.empty()) return extension;
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
-  return extension.substr(1);
+  const std::string extension = lower_case(shape_suffix(path));
+  return extension.empty() ? extension : extension.substr(1);
 }
 
 }  // namespace
@@ -113,7 +115,10 @@ bool is_shape_file(const fs::path& path) {
 }
 
 void require_shape_extension(const std::filesystem::path& path) {
-  if (!is_shape_file(path)) require_extension(path, shape_extensions());
+  if (is_shape_file(path)) return;
+  throw UsageError(fmt::format(
+      "{}: cannot write this kind of file; name one that ends in .{}, for points .{}, or as the shape's", path.string(),
+      fmt::join(written_extensions(true), ", ."), fmt::join(written_extensions(false), ", .")));
 }
 
 void require_writable(const fs::path& path) {

@@ -33,6 +33,9 @@ void print(std::string_view text);
 // Prints one line on standard error: "knead: " and the message, with control characters (of file names, say) escaped.
 void print_message(std::string_view message) noexcept;
 
+// Returns the text with the letters A to Z in lower case.
+std::string lower_case(std::string text);
+
 // Returns "1 stroke", "2 strokes".
 std::string counted(std::size_t count, std::string_view noun);
 

@@ -67,7 +67,7 @@ void run_remesh(RemeshCommand command) {
   end_after_last_shape(command.output, command.common.json);
   write_remeshed_or_stream(command.output, command.format, shape, result.mesh, result.face_source);
   if (is_stream(command.output)) return;
-  if (format_of(command.output) == "obj") copy_material_files(shape, command.shape, command.output);
+  copy_materials(shape, command.shape, command.output, quiet);
   if (command.common.json) {
     print(json_of(result));
   } else if (!quiet) {

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -40,17 +38,9 @@ struct SkinFlags {
   CommonOptions common;
 };
 
-std::string read_text_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file || file.bad()) throw IoError(IoError::Operation::read, path, "cannot be read");
-  return text;
-}
-
-bool is_glb(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  return extension == ".glb";
+bool is_gltf(const std::string& path) {
+  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
+  return extension == ".glb" || extension == ".gltf";
 }
 
 void check_options(const SkinFlags& flags) {
@@ -65,8 +55,9 @@ void check_options(const SkinFlags& flags) {
   FrameFlags time;
   time.fps = flags.fps;
   check_fps(time);
-  if (flags.frames && !is_glb(flags.output) && !is_animation(flags.output) && !is_pattern(flags.output)) {
-    throw UsageError("--frames needs an --output of .glb, .pc2, .mdd, .usda or .pvd, or a pattern such as F_%04d.ply");
+  if (flags.frames && !is_gltf(flags.output) && !is_animation(flags.output) && !is_pattern(flags.output)) {
+    throw UsageError(
+        "--frames needs an --output of .glb, .gltf, .pc2, .mdd, .usda or .pvd, or a pattern such as F_%04d.ply");
   }
   if (flags.frames && flags.session) throw UsageError("--session holds one pose; leave out --frames");
   require_different(flags.file, flags.output);
@@ -95,9 +86,9 @@ Vec3d vector_of(const Json& json, const std::string& path, const std::string& bo
 SkinPose read_pose(const std::string& path, const Skin& skin) {
   Json json;
   try {
-    json = parse_json(read_text_file(path));
-  } catch (const JsonError&) {
-    throw InvalidInput(Place{path}, "this is not JSON");
+    json = parse_json(read_text(path));
+  } catch (const JsonError& error) {
+    throw InvalidInput(Place{path}, error.what());
   }
   if (!json.is_object())
     throw InvalidInput(Place{path}, "a pose is an object: {\"bone\": {\"axis\": [1, 0, 0], \"angle_deg\": 90}}");
@@ -105,6 +96,9 @@ SkinPose read_pose(const std::string& path, const Skin& skin) {
   for (const auto& [bone, turn] : json.members()) {
     const auto found = std::find(skin.names.begin(), skin.names.end(), bone);
     if (found == skin.names.end()) throw InvalidInput(Place{path}, fmt::format("the file has no bone \"{}\"", bone));
+    if (std::find(found + 1, skin.names.end(), bone) != skin.names.end()) {
+      throw InvalidInput(Place{path}, fmt::format("two bones are called \"{}\"; give each a name of its own", bone));
+    }
     const Json* const axis = turn.is_object() ? turn.find("axis") : nullptr;
     const Json* const angle = turn.is_object() ? turn.find("angle_deg") : nullptr;
     if (axis == nullptr || !axis->is_array() || angle == nullptr || !angle->is_number()) {
@@ -193,7 +187,7 @@ void write_correctives(const SkinFlags& flags, const ShapeFile& source, const Sk
     targets.keys.insert(targets.keys.end(), weights.begin(), weights.end());
   }
   targets.animation = flags.animation.value_or(0);
-  write_file_atomically(flags.output, serialize_morphed(source, targets));
+  write_file_atomically(flags.output, serialize_morphed(source, targets, format_of(flags.output)));
   if (!flags.common.quiet && !flags.common.json) {
     print(fmt::format("{}: {}, {}\n", flags.output, counted(correctives.size(), "corrective shape"),
                       times.empty() ? "no animation" : counted(times.size(), "key")));
@@ -239,12 +233,13 @@ void run_skin(const SkinFlags& flags) {
   } catch (const InvalidInput& error) {
     throw InvalidInput(Place{flags.file}, error.what());
   }
+  if (!flags.common.quiet) print_notes(file.notes);
   if (flags.time && file.animations.empty())
     throw InvalidInput(Place{flags.file}, "has no animation; leave out --time");
   const SkinPose pose = flags.pose ? read_pose(*flags.pose, file.skin) : flags.time ? file.at(*flags.time) : file.pose;
   SkinOptions options;
   options.threads = threads_of(flags.threads);
-  if (is_glb(flags.output)) return write_correctives(flags, source, file, pose, options);
+  if (is_gltf(flags.output)) return write_correctives(flags, source, file, pose, options);
   if (flags.frames) return write_frames(flags, source, file, options);
   require_shape_extension(flags.output);
   if (!flags.common.quiet) print_notes(conversion_losses(flags.output, source));
@@ -273,8 +268,8 @@ Subcommand skin_command() {
   std::vector<Option> described{
       {"FILE", &flags->file, "A .glb or .gltf file with a skeleton", "", OptionKind::required},
       {"-o,--output", &flags->output,
-       "The posed shape; or .glb: the same file with corrective shapes as morph targets, whose weights follow the "
-       "joints",
+       "The posed shape; or .glb, .gltf: the same file with corrective shapes as morph targets, whose weights follow "
+       "the joints",
        "FILE", OptionKind::required},
       {"--pose", &flags->pose,
        "A JSON file {\"bone\": {\"axis\": [x, y, z], \"angle_deg\": 90}}: turns from rest, in the shape's axes",

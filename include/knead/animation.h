@@ -77,9 +77,9 @@ struct MorphTargets {
   std::size_t animation = 0;               // of the file, to which the keys are added; a new one if it has none
 };
 
-// Returns the bytes of a GLB file of the source with these morph targets (positions and normals). A source in glTF
-// keeps everything that it has, as its skeleton and animations. Throws InvalidInput for lists that do not fit, for
-// positions that the format cannot hold, and for a source that has morph targets of its own.
-std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targets);
+// Returns the bytes of a file, "glb" or "gltf", of the source with these morph targets (positions and normals). A
+// source in glTF keeps everything that it has, as its skeleton and animations. Throws InvalidInput for lists that do
+// not fit, for positions that the format cannot hold, and for a source that has morph targets of its own.
+std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targets, std::string_view format = "glb");
 
 }  // namespace knead

@@ -3,10 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "knead/cells.h"
@@ -25,11 +27,17 @@ struct ShapeInfo {
   Measures measures;
   std::vector<std::string> attributes;  // names
   std::vector<std::string> notes;       // what the reader found odd, and defects of the mesh
+
+  // Of a volume mesh: the number of its cells, and the name and number of points of each patch.
+  std::optional<std::size_t> cells{};
+  std::vector<std::pair<std::string, std::size_t>> patches{};
 };
 
 // Returns what is in a shape, with the reader's notes if it is from a file. Time: linear.
 ShapeInfo describe(const Mesh& mesh);
 ShapeInfo describe(const ShapeFile& file);
+// Does this for a file that was read from the path, with its cells and patches; a note says why these cannot be read.
+ShapeInfo describe(const ShapeFile& file, const std::filesystem::path& path);
 
 // Whether a surface is sound. The members are keys of `knead check --json`.
 struct SurfaceCheck {

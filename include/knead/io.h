@@ -61,6 +61,10 @@ ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& optio
 // multiple of bytes.size(), whatever the file declares.
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name);
 
+// Returns a text file, without a byte order mark. Throws IoError(read) for a file that cannot be read; InvalidInput for
+// UTF-16, and for what only stands in for the file: a pointer of Git LFS, or a web page.
+std::string read_text(const std::filesystem::path& path);
+
 // What can be said of a shape without looking at which faces are neighbours.
 struct ShapeSummary {
   std::string format;
@@ -163,9 +167,12 @@ std::vector<Vec3d> vertex_normals_of(const ShapeFile& source);
 // Copies the material files that an OBJ file names from the folder of `source`, the file that the shape was read from,
 // to the folder of `target`, and returns the paths written. Copies only regular files (no links) of at most 64 MB whose
 // plain names end in .mtl; never replaces a file. Skips what it cannot read, because the shape does not need it.
-// Returns an empty list if both folders are the same or the shape is not from an OBJ file. Throws IoError(write).
+// Returns an empty list if both folders are the same or the shape is not from an OBJ file. `notes`: null, or what gets
+// a sentence for each file that was copied, was not, or is another one in that folder, and for each texture of a glTF
+// file that is not there. Throws IoError(write).
 std::vector<std::filesystem::path> copy_material_files(const ShapeFile& shape, const std::filesystem::path& source,
-                                                       const std::filesystem::path& target);
+                                                       const std::filesystem::path& target,
+                                                       std::vector<std::string>* notes = nullptr);
 
 // Returns the formats that can be read and written.
 std::vector<std::string_view> format_names();
@@ -173,6 +180,9 @@ std::vector<std::string_view> format_names();
 // Returns the extensions of files that can be read and written, without the point: those of each format together, the
 // one that is the format's name first.
 std::vector<std::string_view> shape_extensions();
+
+// Returns the formats of which a new file can hold a mesh with faces, or points without.
+std::vector<std::string_view> written_extensions(bool has_faces);
 
 // Returns the end of a file's name that names its format, as it is spelled: ".ply"; ".msh.gz" of a compressed file;
 // ".points" for OpenFOAM's files, which are named `points`. Empty if it has none.
@@ -423,7 +433,7 @@ struct JsonMember {
 class JsonError : public InvalidInput {
  public:
   // What is wrong with the text.
-  enum class Kind { not_json, incomplete, repeated_key, too_deep, too_large };
+  enum class Kind { not_json, incomplete, repeated_key, too_deep, too_large, bad_escape };
 
   JsonError(Kind kind, std::size_t byte, std::optional<std::string> key);
 

@@ -74,6 +74,10 @@ struct Mesh {
   }
 };
 
+// Returns what the values of a color are multiplied with to be from 0 to 1: by the type where they are bytes or shorts,
+// else by the greatest of them, which may be up to 1, 255 or 65535. Reals little above 1 are light brighter than white.
+double color_scale(const Attribute& color);
+
 // Throws InvalidInput, with the number of the first vertex, face or corner at fault, unless the invariants hold, every
 // coordinate is finite, and every attribute has its numbers. Time: linear.
 void validate(const Mesh& mesh);

@@ -170,11 +170,13 @@ struct SkinFile {
   double duration = 0;                         // of the animation, seconds; 0: there is none
   std::vector<std::string> animations;         // names; the first one is used unless another is asked for
   std::function<SkinPose(double seconds)> at;  // the pose at a time
+  std::vector<std::string> notes{};            // what was odd, in sentences
 };
 
 // Returns the skeleton of a glTF file (JOINTS_0, WEIGHTS_0, further sets, inverse bind matrices) for all vertices of
 // the shape; those of meshes without a skin have no weights. `animation`: its number. Throws InvalidInput for a file
-// without a skin, several skins that disagree, and what is damaged.
+// without a skin, several skins that disagree, joints without weights, weights that are no numbers, and what is
+// damaged.
 SkinFile read_skin(const ShapeFile& shape, std::size_t animation = 0);
 
 }  // namespace knead

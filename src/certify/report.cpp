@@ -43,6 +43,12 @@ Json json_of(const ShapeInfo& info) {
   json.set("box_max", json_of(m.box.max));
   json.set("diagonal", m.box.diagonal());
   json.set("attributes", info.attributes);
+  if (info.cells) {
+    json.set("cells", *info.cells);
+    Json patches = Json::array();
+    for (const auto& [name, points] : info.patches) patches.push_back(Json{{"name", name}, {"points", points}});
+    json.set("patches", std::move(patches));
+  }
   json.set("notes", info.notes);
   return json;
 }
@@ -69,6 +75,19 @@ ShapeInfo describe(const ShapeFile& file) {
   ShapeInfo info = describe(file.mesh);
   info.format = file.format;
   info.notes.insert(info.notes.begin(), file.notes.begin(), file.notes.end());
+  return info;
+}
+
+ShapeInfo describe(const ShapeFile& file, const std::filesystem::path& path) {
+  ShapeInfo info = describe(file);
+  try {
+    const std::size_t cells = read_cells(path, file).size();
+    const std::vector<Patch> patches = read_patches(path, file);
+    if (cells + patches.size() > 0) info.cells = cells;
+    for (const Patch& patch : patches) info.patches.emplace_back(patch.name, patch.points.size());
+  } catch (const std::exception& error) {
+    info.notes.push_back(fmt::format("its cells and patches are not read: {}", error.what()));
+  }
   return info;
 }
 

@@ -189,8 +189,52 @@ TEST(WriteMesh, FilesOfEveryName) {
 
 TEST(Convert, WhatAFormatCannotHoldAtAllIsSaidBeforehand) {
   const ShapeFile points = parse_shape("0 0 0\n1 0 0\n", "xyz", "points.xyz");
-  EXPECT_THROW(conversion_losses("out.stl", points), InvalidInput);
+  const auto complaint = [](const char* path, const ShapeFile& shape) -> std::string {
+    try {
+      conversion_losses(path, shape);
+    } catch (const InvalidInput& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(
+      complaint("out.stl", points),
+      "out.stl: a file .stl holds faces, and this shape has none; write .ply, .obj, .glb, .gltf, .off, .xyz or .pcd");
   EXPECT_TRUE(conversion_losses("out.ply", points).empty());
+  const ShapeFile mesh = parse_shape("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "obj", "a.obj");
+  for (const char* path : {"out.ptx", "out.msh", "out.bdf", "points"}) {
+    EXPECT_NE(complaint(path, mesh).find("; write .ply, .obj, .glb, .gltf, .stl or .off"), std::string::npos) << path;
+  }
+  EXPECT_EQ(text_of(conversion_losses("out.xyz", mesh)), "XYZ cannot hold faces\n");
+}
+
+// Colors of any type and scale are from 0 to 1, or bytes or shorts, in the other format.
+TEST(Convert, ColorsAreScaledByTheGreatest) {
+  const auto in_glb = [](const std::string& type, const std::string& rows) {
+    std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    for (const char* name : {"red", "green", "blue"}) ply += "property " + type + " " + name + "\n";
+    ply += "element face 1\nproperty list uchar int vertex_indices\nend_header\n" + rows + "3 0 1 2\n";
+    const ShapeFile source = parse_shape(ply, "ply", "a.ply");
+    EXPECT_EQ(serialize_shape("ply", source, source.mesh.positions), ply);
+    Attribute color = *through("glb", source).mesh.find_attribute("color");
+    EXPECT_EQ(color.components, 3);
+    return color;
+  };
+  const std::string whole = "0 0 0 255 0 0\n1 0 0 0 128 0\n0 1 0 0 0 255\n";
+  for (const char* type : {"float", "double", "int", "uchar"}) {
+    const Attribute color = in_glb(type, whole);
+    EXPECT_EQ(color.type, NumberType::uint8) << type;
+    EXPECT_EQ(color.values, (std::vector<double>{255, 0, 0, 0, 128, 0, 0, 0, 255})) << type;
+  }
+  EXPECT_EQ(in_glb("float", "0 0 0 65535 0 0\n1 0 0 0 257 0\n0 1 0 0 0 1\n").type, NumberType::uint16);
+  const Attribute mean = in_glb("float", "0 0 0 127.5 0 0\n1 0 0 0 255 0\n0 1 0 0 0 51\n");
+  EXPECT_EQ(mean.type, NumberType::float32);
+  EXPECT_NEAR(mean.values[0], 0.5, 1e-6);
+  EXPECT_NEAR(mean.values[8], 0.2, 1e-6);
+  EXPECT_EQ(in_glb("float", "0 0 0 1 0 0\n1 0 0 0 1 0\n0 1 0 0 0 0\n").values[0], 1);
+  // Light brighter than white is white.
+  EXPECT_EQ(in_glb("float", "0 0 0 1.5 0 0\n1 0 0 0 0.25 0\n0 1 0 -1 0 0\n").values,
+            (std::vector<double>{1, 0, 0, 0, 0.25, 0, 0, 0, 0}));
 }
 
 TEST(Convert, NothingIsSaidTwice) {

@@ -157,7 +157,7 @@ struct Format {
   std::string (*rewrite)(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                          const WriteOptions& options);
 
-  // A new file, and what it leaves out of the mesh.
+  // A new file, and what it leaves out of the mesh; null for formats that are written from files of their own only.
   std::string (*generate)(const Mesh& mesh, const WriteOptions& options);
   std::vector<std::string> (*losses)(const Mesh& mesh);
 
@@ -223,6 +223,13 @@ void write_own_format(const std::filesystem::path& path, const ShapeFile& source
 
 // Writes a file in another format than the source's.
 void write_new_file(const std::filesystem::path& path, const std::string& bytes);
+
+// Returns what a file is that does not fit its format, and what to do: a format that is not read, or one that is read
+// by another name. `head`: its first bytes, of so many. Empty: nothing is known.
+std::optional<std::string> other_kind(std::string_view head, std::size_t size, std::string_view format);
+
+// Returns whether all whole lines of a text are those of an OBJ file with vertices.
+bool looks_like_obj(std::string_view head);
 
 // The format whose files have that extension, without the point and in lower case. Throws InvalidInput that lists the
 // known ones and names `file`.

@@ -77,6 +77,8 @@ std::string sentence(JsonError::Kind kind, std::size_t byte, const std::optional
       return "a number is too large; numbers must be finite";
     case JsonError::Kind::incomplete:
       return "the JSON ends too early; complete it";
+    case JsonError::Kind::bad_escape:
+      return R"(a backslash in a text begins no escape of JSON; write / or \\ in its place)";
     case JsonError::Kind::not_json:
       break;
   }
@@ -205,8 +207,12 @@ class JsonBuilder : public nlohmann::json_sax<nlohmann::json> {
     return true;
   }
 
-  bool parse_error(std::size_t byte, const std::string&, const nlohmann::json::exception& error) override {
+  bool parse_error(std::size_t byte, const std::string& token, const nlohmann::json::exception& error) override {
     constexpr int kNumberOverflow = 406;
+    constexpr std::size_t kLongestEscape = 6;  // of \u0000
+    const std::size_t escape = token.starts_with('"') ? token.rfind('\\') : token.npos;
+    const bool is_escape = byte <= size_ && escape != token.npos && token.size() - escape <= kLongestEscape;
+    if (is_escape) throw_error(JsonError::Kind::bad_escape, byte);
     if (error.id == kNumberOverflow) throw_error(JsonError::Kind::too_large, byte);
     throw_error(byte > size_ ? JsonError::Kind::incomplete : JsonError::Kind::not_json, byte);
   }

@@ -54,6 +54,27 @@ TEST_F(Materials, AreCopiedOnceByName) {
   EXPECT_EQ(file_bytes(folder_ / "out" / "a.mtl"), "other");
 }
 
+TEST_F(Materials, NotesSayWhatCameOfThem) {
+  put("in/map.mtl", "newmtl m\nmap_Kd m.png");
+  put("out/a.mtl", "other");
+  const auto notes = [&](const std::string& line) {
+    const ShapeFile shape = parse_shape(line + "\nv 0 0 0\n", "obj", "a.obj");
+    std::vector<std::string> list;
+    copy_material_files(shape, folder_ / "in" / "a.obj", folder_ / "out" / "b.obj", &list);
+    EXPECT_EQ(list.size(), 1u);
+    return list.empty() ? "" : list[0];
+  };
+  const auto out = [&](const std::string& text) { return (folder_ / "out" / text).string(); };
+  EXPECT_EQ(notes("mtllib \"two words.mtl\""), out("two words.mtl: the materials were copied too"));
+  EXPECT_EQ(notes("mtllib a.mtl"), out("a.mtl: is another file of materials, and was kept"));
+  EXPECT_EQ(notes("mtllib map.mtl"), out("map.mtl: the materials were copied too, but not their textures"));
+  EXPECT_NE(notes("mtllib deeper/c.mtl").find("the materials were not copied"), std::string::npos);
+  EXPECT_EQ(copied("mtllib \"a.mtl\" \"map.mtl\""), std::vector<std::string>{});
+  fs::remove_all(folder_ / "out");
+  fs::create_directories(folder_ / "out");
+  EXPECT_EQ(copied("mtllib \"a.mtl\" \"map.mtl\""), (std::vector<std::string>{"a.mtl", "map.mtl"}));
+}
+
 TEST_F(Materials, NothingElseIsOpened) {
   for (const char* name : {"../outside.mtl", "deeper/c.mtl", "secret.txt", "endless.mtl", "link.mtl", "absent.mtl",
                            "/etc/passwd", "..", ".mtl", ""}) {

@@ -12,6 +12,39 @@
 
 namespace knead::io_detail {
 
+namespace {
+
+bool is_unit_color(const Attribute& color) {
+  if (color.name != "color" || color.type == NumberType::uint8 || color.type == NumberType::uint16) return true;
+  if (color.values.empty()) return true;
+  return !is_integer(color.type) &&
+         std::all_of(color.values.begin(), color.values.end(), [](double c) { return c >= 0 && c <= 1; });
+}
+
+void make_unit_color(Attribute& color) {
+  const double scale = color_scale(color);
+  const bool is_whole =
+      std::all_of(color.values.begin(), color.values.end(), [](double c) { return c == std::floor(c); });
+  const bool keeps_numbers = scale < 1 && is_whole;  // as bytes or shorts
+  for (double& c : color.values) c = keeps_numbers ? std::clamp(c, 0.0, 1 / scale) : std::clamp(c * scale, 0.0, 1.0);
+  color.type = !keeps_numbers                           ? NumberType::float32
+               : scale == unit_scale(NumberType::uint8) ? NumberType::uint8
+                                                        : NumberType::uint16;
+}
+
+}  // namespace
+
+bool has_unit_colors(const Mesh& mesh) {
+  return std::all_of(mesh.attributes.begin(), mesh.attributes.end(), is_unit_color);
+}
+
+Mesh with_unit_colors(Mesh mesh) {
+  for (Attribute& attribute : mesh.attributes) {
+    if (!is_unit_color(attribute)) make_unit_color(attribute);
+  }
+  return mesh;
+}
+
 std::optional<Attribute> merge_corners(const Mesh& mesh, const Attribute& attribute) {
   const std::size_t n = static_cast<std::size_t>(attribute.components);
   Attribute merged{attribute.name, Domain::vertex, attribute.type, attribute.components, {}};

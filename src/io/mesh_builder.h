@@ -30,6 +30,12 @@ inline double as_byte(double value, NumberType type) {
   return type == NumberType::uint8 ? value : std::round(std::clamp(value * unit_scale(type), 0.0, 1.0) * 255);
 }
 
+// Returns whether all colors are bytes, shorts, or reals from 0 to 1.
+bool has_unit_colors(const Mesh& mesh);
+
+// Makes them so, by their color_scale().
+Mesh with_unit_colors(Mesh mesh);
+
 // Attributes of corners and of vertices, one as the other.
 
 // An attribute of corners as one of vertices, if all corners at each vertex have the same values; vertices in no face

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <system_error>
 
 #include "io/formats.h"
+#include "io/gltf/gltf.h"
 #include "io/obj/obj.h"
 #include "io/text.h"
 #include "knead/error.h"
@@ -125,10 +127,14 @@ bool is_plain_name(const std::string& name) {
   return ends_well && name.find_first_of("/\\:") == std::string::npos && name.find('\0') == std::string::npos;
 }
 
-bool is_worth_copying(const fs::path& from, const fs::path& to) {
+// Returns the bytes of a regular file; nothing for a link, which may lead anywhere, and what cannot be read.
+std::optional<std::string> material_bytes(const fs::path& path) {
   std::error_code error;
-  const bool is_there = fs::is_regular_file(fs::symlink_status(from, error));  // a link may lead anywhere
-  return is_there && fs::file_size(from, error) <= kMaxBytes && !error && !fs::exists(fs::symlink_status(to, error));
+  const bool is_there = fs::is_regular_file(fs::symlink_status(path, error));
+  if (!is_there || !(fs::file_size(path, error) <= kMaxBytes) || error) return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  return file ? std::optional(std::move(bytes)) : std::nullopt;
 }
 
 fs::path folder_of(const fs::path& path) {
@@ -138,22 +144,40 @@ fs::path folder_of(const fs::path& path) {
 
 }  // namespace
 
-std::vector<fs::path> copy_material_files(const ShapeFile& shape, const fs::path& source, const fs::path& target) {
+std::vector<fs::path> copy_material_files(const ShapeFile& shape, const fs::path& source, const fs::path& target,
+                                          std::vector<std::string>* notes) {
   std::vector<fs::path> copied;
+  const auto note = [&](const std::string& text) {
+    const bool is_new = notes != nullptr && std::find(notes->begin(), notes->end(), text) == notes->end();
+    if (is_new) notes->push_back(text);
+  };
   const auto* layout = io_detail::find_layout<io_detail::obj::Layout>(shape);
   std::error_code error;
-  if (layout == nullptr || fs::equivalent(folder_of(source), folder_of(target), error)) return copied;
+  if (fs::equivalent(folder_of(source), folder_of(target), error)) return copied;
+  const bool is_gltf = shape.format == "glb" || shape.format == "gltf";
+  for (const std::string& name : is_gltf ? io_detail::gltf::image_files(shape) : std::vector<std::string>{}) {
+    const bool is_lacking = fs::exists(folder_of(source) / name, error) && !fs::exists(folder_of(target) / name, error);
+    if (is_lacking) note((folder_of(source) / name).string() + ": the texture was not copied; copy it yourself");
+  }
+  if (layout == nullptr) return copied;
   for (std::string name : layout->material_files) {
     if (name.substr(0, 2) == "./") name.erase(0, 2);
-    if (!is_plain_name(name)) continue;
     const fs::path from = folder_of(source) / name;
     const fs::path to = folder_of(target) / name;
-    if (!is_worth_copying(from, to)) continue;
-    std::ifstream file(from, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-    if (!file) continue;
-    write_file_atomically(to, bytes);
+    const std::optional<std::string> bytes = is_plain_name(name) ? material_bytes(from) : std::nullopt;
+    if (!bytes) {
+      if (fs::is_regular_file(from, error)) note(from.string() + ": the materials were not copied; copy them yourself");
+      continue;
+    }
+    if (fs::exists(fs::symlink_status(to, error))) {
+      const bool is_copy = std::find(copied.begin(), copied.end(), to) != copied.end();
+      if (!is_copy && material_bytes(to) != bytes) note(to.string() + ": is another file of materials, and was kept");
+      continue;
+    }
+    write_file_atomically(to, *bytes);
     copied.push_back(to);
+    note(to.string() + ": the materials were copied too" +
+         (bytes->find("map_") != bytes->npos ? ", but not their textures" : ""));
   }
   return copied;
 }

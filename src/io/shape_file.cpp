@@ -69,8 +69,8 @@ constexpr std::array<Format, 15> kFormats = {
       nullptr, never, false, never, xyz::visit_coordinates, kPointExtensions},
      {"pcd", pcd::parse, nullptr, pcd::rewrite, pcd::generate, pcd::losses, pcd::source_losses, nullptr, nullptr,
       nullptr, pcd::stores_floats, false, pcd::stores_floats, pcd::visit_coordinates},
-     {"ptx", ptx::parse, nullptr, ptx::rewrite, ptx::generate, ptx::losses, ptx::source_losses, nullptr, nullptr,
-      nullptr, never, false, never, ptx::visit_coordinates},
+     {"ptx", ptx::parse, nullptr, ptx::rewrite, nullptr, nullptr, ptx::source_losses, nullptr, nullptr, nullptr, never,
+      false, never, ptx::visit_coordinates},
      solver::format<solver::kSu2>(),
      solver::format<solver::kGmsh>(),
      solver::format<solver::kFoam>(kFoamExtensions),
@@ -217,10 +217,12 @@ using io_detail::ByteSink;
 using io_detail::check_decimals;
 using io_detail::Format;
 using io_detail::format_named;
+using io_detail::has_unit_colors;
 using io_detail::moved_mesh;
 using io_detail::moved_normals;
 using io_detail::SourceBytes;
 using io_detail::SourceFile;
+using io_detail::with_unit_colors;
 
 namespace {
 
@@ -238,7 +240,19 @@ bool is_plain_file(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error) && !io_detail::is_gzip_name(path);
 }
 
+// Names a file of points that a folder of OpenFOAM has.
+void require_no_folder(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(path, error)) return;
+  std::string file = "a file in it";
+  for (const char* const points : {"points", "polyMesh/points", "constant/polyMesh/points"}) {
+    if (std::filesystem::exists(path / points, error)) file = (path / points).string();
+  }
+  throw IoError(IoError::Operation::read, path.string(), "is a folder; name " + file);
+}
+
 std::string read_bytes(const std::filesystem::path& path) {
+  require_no_folder(path);
   const auto fail = [&](int error) {
     throw IoError(
         IoError::Operation::read, path.string(),
@@ -334,6 +348,35 @@ ShapeFile with_notes(const Format& format, ShapeFile shape) {
 
 }  // namespace
 
+namespace {
+
+// Throws InvalidInput for a mesh of which no new file of a format can be made.
+void require_held(const Format& format, const Mesh& mesh, const std::string& file) {
+  const bool has_faces = mesh.face_count() > 0;
+  const std::vector<std::string_view> extensions = written_extensions(has_faces);
+  if (std::find(extensions.begin(), extensions.end(), format.name) != extensions.end()) return;
+  if (has_faces && format.generate != nullptr) return;  // its points alone
+  std::string others;
+  for (const std::string_view extension : extensions) {
+    others += (others.empty() ? "." : extension == extensions.back() ? " or ." : ", .") + std::string(extension);
+  }
+  const std::string what = format.generate == nullptr
+                               ? "can only be written from a shape that was read from such a file"
+                               : "holds faces, and this shape has none";
+  throw InvalidInput(Place{file}, "a file ." + std::string(format.name) + " " + what + "; write " + others);
+}
+
+}  // namespace
+
+std::vector<std::string_view> written_extensions(bool has_faces) {
+  std::vector<std::string_view> extensions;
+  for (const io_detail::Format& format : io_detail::formats()) {
+    const bool is_held = format.generate != nullptr && (has_faces ? format.remeshed != nullptr : format.name != "stl");
+    if (is_held) extensions.push_back(format.name);
+  }
+  return extensions;
+}
+
 std::vector<std::string_view> format_names() {
   std::vector<std::string_view> names;
   for (const io_detail::Format& format : io_detail::formats()) names.push_back(format.name);
@@ -362,14 +405,49 @@ std::string format_of(const std::filesystem::path& path) {
   return std::string(io_detail::format_with_extension(extension, path.string()).name);
 }
 
+namespace {
+
+// Calls parse() for a file that begins so and has so many bytes. What it refuses, and is of another kind than its name
+// says, is refused for that.
+template <class Parse>
+auto parsed(const std::string& head, std::size_t size, const Format& format, const std::string& name,
+            const Parse& parse) {
+  io_detail::text_begin(head, name);
+  try {
+    return parse();
+  } catch (const InvalidInput&) {
+    if (const auto other = io_detail::other_kind(head, size, format.name)) throw InvalidInput(Place{name}, *other);
+    throw;
+  }
+}
+
+constexpr std::size_t kHead = 4096;  // bytes that tell the kind of a file
+
+std::string head_of(const SourceFile& file) {
+  std::string head(std::min(kHead, file.size()), '\0');
+  file.read(0, head);
+  return head;
+}
+
+ShapeFile parse_beside(const Format& format, const std::filesystem::path& path) {
+  std::string bytes = read_bytes(path);
+  return parsed(bytes.substr(0, kHead), bytes.size(), format, path.string(),
+                [&] { return format.parse_beside(std::move(bytes), path); });
+}
+
+}  // namespace
+
 ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& options) {
+  require_no_folder(path);
   const Format& source = format_named(format_of(path), path.string());
-  if (source.parse_beside != nullptr) return with_notes(source, source.parse_beside(read_bytes(path), path));
+  if (source.parse_beside != nullptr) return with_notes(source, parse_beside(source, path));
   std::error_code error;
   const bool is_large = source.parse_in_pieces != nullptr && is_plain_file(path) &&
                         std::filesystem::file_size(path, error) > options.most_kept_bytes && !error;
   if (is_large) {
-    std::optional<ShapeFile> shape = source.parse_in_pieces(std::make_shared<const SourceFile>(path), path.string());
+    const auto file = std::make_shared<const SourceFile>(path);
+    std::optional<ShapeFile> shape = parsed(head_of(*file), file->size(), source, path.string(),
+                                            [&] { return source.parse_in_pieces(file, path.string()); });
     if (shape) return with_notes(source, *std::move(shape));
   }
   return parse_shape(read_bytes(path), source.name, path.string());
@@ -377,18 +455,28 @@ ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& optio
 
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name) {
   const Format& source = format_named(format, name);
-  return with_notes(source, source.parse(std::move(bytes), name));
+  return with_notes(source, parsed(bytes.substr(0, kHead), bytes.size(), source, name,
+                                   [&] { return source.parse(std::move(bytes), name); }));
 }
 
 std::string io_detail::bytes_of_file(const std::filesystem::path& path) { return read_bytes(path); }
 
+std::string read_text(const std::filesystem::path& path) {
+  std::string bytes = read_bytes(path);
+  bytes.erase(0, io_detail::text_begin(bytes, path.string()));
+  return bytes;
+}
+
 ShapeSummary read_summary(const std::filesystem::path& path) {
+  require_no_folder(path);
   const Format& source = format_named(format_of(path), path.string());
-  if (source.parse_beside != nullptr) return summary_of(source.parse_beside(read_bytes(path), path));
+  if (source.parse_beside != nullptr) return summary_of(parse_beside(source, path));
   if (source.summarize != nullptr && is_plain_file(path)) {
     ShapeFile file;
     file.file = std::make_shared<const SourceFile>(path);
-    if (std::optional<ShapeSummary> summary = source.summarize(file, path.string())) return *std::move(summary);
+    std::optional<ShapeSummary> summary = parsed(head_of(*file.file), file.file->size(), source, path.string(),
+                                                 [&] { return source.summarize(file, path.string()); });
+    if (summary) return *std::move(summary);
   }
   return parse_summary(read_bytes(path), source.name, path.string());
 }
@@ -397,10 +485,11 @@ ShapeSummary parse_summary(std::string bytes, std::string_view format, const std
   const Format& source = format_named(format, name);
   ShapeFile file;
   file.bytes = std::move(bytes);
-  if (source.summarize != nullptr) {
-    if (std::optional<ShapeSummary> summary = source.summarize(file, name)) return *std::move(summary);
-  }
-  return summary_of(source.parse(std::move(file.bytes), name));
+  return parsed(file.bytes.substr(0, kHead), file.bytes.size(), source, name, [&] {
+    std::optional<ShapeSummary> summary;
+    if (source.summarize != nullptr) summary = source.summarize(file, name);
+    return summary ? *std::move(summary) : summary_of(source.parse(std::move(file.bytes), name));
+  });
 }
 
 std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,
@@ -410,7 +499,8 @@ std::string serialize_shape(std::string_view format, const ShapeFile& source, st
   if (target.name != source.format) {
     WriteOptions exact = options;
     exact.double_coordinates = options.double_coordinates || !fits_floats(positions);
-    return target.generate(moved_mesh(source, positions, options), exact);
+    require_held(target, source.mesh, "output");
+    return target.generate(with_unit_colors(moved_mesh(source, positions, options)), exact);
   }
   if (target.rewrite_in_pieces != nullptr) {
     std::string bytes;
@@ -425,7 +515,9 @@ std::string serialize_shape(std::string_view format, const ShapeFile& source, st
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options) {
   validate(mesh);
   check_decimals(options);
-  return format_named(format, "output").generate(mesh, options);
+  const Format& target = format_named(format, "output");
+  require_held(target, mesh, "output");
+  return has_unit_colors(mesh) ? target.generate(mesh, options) : target.generate(with_unit_colors(mesh), options);
 }
 
 void write_shape(const std::filesystem::path& path, const ShapeFile& source, std::span<const Vec3d> positions,
@@ -453,14 +545,12 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const Write
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source) {
   const std::string format = format_of(path);
   if (format == source.format) return {};
-  if (format == "ptx") {
-    throw InvalidInput(Place{path.string()},
-                       "PTX holds the rows and columns of a scanner, which this shape has not; write .pcd or .xyz");
-  }
-  if (format == "stl" && source.mesh.face_count() == 0) {
-    throw InvalidInput(Place{path.string()}, "STL holds faces, and this shape has none; write .ply or .xyz");
-  }
-  std::vector<std::string> losses = format_named(format, path.string()).losses(source.mesh);
+  const Format& target = format_named(format, path.string());
+  require_held(target, source.mesh, path.string());
+  const bool has_units = has_unit_colors(source.mesh);
+  std::vector<std::string> losses =
+      has_units ? target.losses(source.mesh) : target.losses(with_unit_colors(source.mesh));
+  if (!has_units) losses.emplace_back("colors that are not from 0 to 1 are scaled to what the format has");
   const std::vector<std::string> more = format_named(source.format, path.string()).source_losses(source);
   losses.insert(losses.end(), more.begin(), more.end());
   std::vector<std::string> once;

@@ -14,6 +14,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/obj/normals_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/obj/obj_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/off/off_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/other_kinds_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/ply/ply_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/real_files_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/remeshed_test.cpp

@@ -97,6 +97,12 @@ std::size_t token_end(std::string_view text, std::size_t begin) {
 
 std::string_view without_end_zeros(std::string_view text) { return text.substr(0, text.find_last_not_of('\0') + 1); }
 
+std::string upper(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  return result;
+}
+
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t most = 40;
   std::string result = "'";
@@ -116,6 +122,7 @@ std::size_t text_begin(std::string_view bytes, const std::string& name) {
   const std::string_view mark = bytes.substr(0, 2);
   if (mark == "\xfe\xff" || mark == "\xff\xfe")
     throw InvalidInput(Place{name, 1}, "is UTF-16 text; convert it to UTF-8");
+  if (const std::optional<std::string> other = stand_in(bytes)) throw InvalidInput(Place{name}, *other);
   return bytes.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0;
 }
 

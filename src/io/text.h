@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -43,6 +44,9 @@ std::size_t token_end(std::string_view text, std::size_t begin);
 // The text without the zero bytes that end it, which some programs write.
 std::string_view without_end_zeros(std::string_view text);
 
+// Returns the text with the letters a to z in upper case.
+std::string upper(std::string_view text);
+
 // A piece of the file for a message: in quotes, cut to a few characters, without control characters.
 std::string in_quotes(std::string_view text);
 
@@ -64,7 +68,11 @@ T swap_bytes(T value) {
 [[noreturn]] void fail_at_line(const std::string& name, std::string_view bytes, std::size_t position,
                                const std::string& what);
 
-// The first byte of a text after a UTF-8 byte-order mark, if it has one. Throws InvalidInput for UTF-16.
+// Returns what bytes are that stand where a file should be, and what to do: a pointer of Git LFS, or a web page.
+std::optional<std::string> stand_in(std::string_view bytes);
+
+// The first byte of a text after a UTF-8 byte-order mark, if it has one. Throws InvalidInput for UTF-16 and for what
+// only stands in for the file.
 std::size_t text_begin(std::string_view bytes, const std::string& name);
 
 // Binary. Every failure is an InvalidInput that names the byte.

@@ -14,6 +14,23 @@
 
 namespace knead {
 
+double color_scale(const Attribute& color) {
+  constexpr double of_byte = 1.0 / 255;
+  constexpr double of_short = 1.0 / 65535;
+  if (color.type == NumberType::uint8) return of_byte;
+  if (color.type == NumberType::uint16) return of_short;
+  const bool is_real = color.type == NumberType::float32 || color.type == NumberType::float64;
+  double most = 0;
+  bool is_whole = true;
+  for (const double c : color.values) {
+    most = std::max(most, c);
+    is_whole = is_whole && c == std::floor(c);
+  }
+  constexpr double bright = 16;
+  if (is_real && most <= (is_whole ? 1 : bright)) return 1;
+  return most <= 255 ? of_byte : of_short;
+}
+
 namespace {
 
 void check_faces(const Mesh& mesh) {

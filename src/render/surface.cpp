@@ -313,25 +313,6 @@ void add_points(const Mesh& mesh, const std::vector<Bytes4>& colors, const Place
   }
 }
 
-double largest_value(NumberType type) {
-  switch (type) {
-    case NumberType::int8:
-      return 127;
-    case NumberType::uint8:
-      return 255;
-    case NumberType::int16:
-      return 32767;
-    case NumberType::uint16:
-      return 65535;
-    case NumberType::int32:
-      return 2147483647;
-    case NumberType::uint32:
-      return 4294967295;
-    default:
-      return 1;
-  }
-}
-
 std::uint8_t to_byte(double value) {
   return static_cast<std::uint8_t>(std::isnan(value) ? 0 : std::lround(255 * std::clamp(value, 0.0, 1.0)));
 }
@@ -354,9 +335,9 @@ std::vector<Bytes4> colors_of(const Shape& shape) {
   if (attribute == nullptr || attribute->domain != Domain::vertex || attribute->components < 3) return colors;
   const auto step = static_cast<std::size_t>(attribute->components);
   if (attribute->values.size() != step * count) return colors;
-  const double largest = largest_value(attribute->type);
+  const double scale = color_scale(*attribute);
   for (std::size_t v = 0; v < count; ++v) {
-    for (std::size_t k = 0; k < 3; ++k) colors[v][k] = to_byte(attribute->values[step * v + k] / largest);
+    for (std::size_t k = 0; k < 3; ++k) colors[v][k] = to_byte(attribute->values[step * v + k] * scale);
   }
   return colors;
 }

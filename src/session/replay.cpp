@@ -62,6 +62,7 @@ class Timing {
       ends_.push_back((ends_.empty() ? 0 : ends_.back()) + durations_.back());
       length_ += durations_.back() * std::min(1.0, until - static_cast<double>(i));
     }
+    if (!std::isfinite(length_)) throw InvalidInput("the durations of the strokes have no sum; give smaller ones");
   }
 
   double length() const { return length_; }

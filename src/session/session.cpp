@@ -3,17 +3,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstdio>
-#include <memory>
 #include <span>
-#include <system_error>
 
 #include "io/numbers.h"
+#include "io/text.h"
 #include "knead/io.h"
 #include "knead/session.h"
 #include "knead/tools.h"
-#include "math/system.h"
 #include "session/stroke_json.h"
 #include "strokes/mirror.h"
 
@@ -74,7 +70,6 @@ using session_detail::JsonValue;
 constexpr int kFormatVersion = 1;
 // Bytes of a line: a hundred thousand samples of a painted stroke are some 10 MB, and hold 25 times as much in memory.
 constexpr std::size_t kLongestLine = std::size_t{16} << 20;
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr std::string_view kBlanks = " \t\r\n";
 
 std::string line_of(const SessionStroke& stroke, bool names_parameters);
@@ -118,7 +113,7 @@ class SessionReader {
   explicit SessionReader(const std::string& name) : place_{name, 0} { session_.name = name; }
 
   Session read(std::string_view rest) {
-    if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
+    rest.remove_prefix(io_detail::text_begin(rest, place_.file));
     while (rest.find_first_not_of(kBlanks) != std::string_view::npos) {
       const Line line = next_line(rest);
       ++place_.line;
@@ -133,7 +128,7 @@ class SessionReader {
       if (json) {
         read_line(JsonValue(*json, "", place_));
       } else {
-        read_incomplete(line);
+        read_incomplete(line, rest);
       }
     }
     if (place_.line == 0) {
@@ -152,11 +147,33 @@ class SessionReader {
     }
   }
 
-  void read_incomplete(const Line& line) {
+  void read_incomplete(const Line& line, std::string_view rest) {
+    if (goes_on(line, next_line(rest))) {
+      throw InvalidInput(place_, fmt::format("the JSON object of this line goes on in line {}; write each object on "
+                                             "one line",
+                                             place_.line + 1));
+    }
     if (line.ended || place_.line == 1) {
       throw InvalidInput(place_, "the JSON object of this line is incomplete; complete it or remove the line");
     }
     session_.warnings.push_back(to_string(place_) + ": the last line is incomplete and was left out");
+  }
+
+  // Returns whether a text is JSON as far as it goes.
+  static bool is_json(const std::string& text, bool is_whole) {
+    try {
+      parse_json(text);
+    } catch (const JsonError& error) {
+      return !is_whole && error.kind() == JsonError::Kind::incomplete;
+    }
+    return true;
+  }
+
+  // Returns whether an incomplete line and the next one, which is no object of its own, are JSON together.
+  static bool goes_on(const Line& line, const Line& next) {
+    const std::string text(next.text);
+    const bool has_text = text.find_first_not_of(kBlanks) != std::string::npos;
+    return has_text && !is_json(text, true) && is_json(std::string(line.text) + "\n" + text, false);
   }
 
   void read_header(const JsonObject& header) {
@@ -226,10 +243,6 @@ class SessionReader {
   std::optional<RemeshSettings> remesh_;  // of the strokes that follow
 };
 
-[[noreturn]] void fail_to_read(const std::string& file) {
-  throw IoError(IoError::Operation::read, file, "cannot be read: " + std::generic_category().message(errno));
-}
-
 }  // namespace
 
 Session parse_session(std::string_view text, const std::string& name) { return SessionReader(name).read(text); }
@@ -253,17 +266,7 @@ Session with_values(Session session, const ParameterValues& values) {
   return session;
 }
 
-Session read_session(const std::filesystem::path& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(open_to_read(path), std::fclose);
-  if (file == nullptr) fail_to_read(path.string());
-  std::string text;
-  std::string buffer(std::size_t{1} << 16, '\0');
-  while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), file.get())) {
-    text.append(buffer, 0, count);
-  }
-  if (std::ferror(file.get()) != 0) fail_to_read(path.string());
-  return parse_session(text, path.string());
-}
+Session read_session(const std::filesystem::path& path) { return parse_session(read_text(path), path.string()); }
 
 namespace {
 

@@ -198,7 +198,26 @@ TEST(SessionErrors, OfStrokesThatReadTheSurface) {
   });
 }
 
+TEST(SessionErrors, OfOtherTextSayWhatItIs) {
+  EXPECT_EQ(error_of("{\n  \"knead\": 1\n}\n"),
+            "s.knead:1: the JSON object of this line goes on in line 2; write each object on one line");
+  EXPECT_EQ(error_of("{\"knead\": 1}\n{\"tool\": \"rotate\",\n \"inner\": 1}\n"),
+            "s.knead:2: the JSON object of this line goes on in line 3; write each object on one line");
+  EXPECT_EQ(error_of("{\"knead\": 1}\n{\"relax\": {\"points\": [[0, 0,\n{\"undo\": 1}\n"),
+            "s.knead:2: the JSON object of this line is incomplete; complete it or remove the line");
+  EXPECT_EQ(error_of(std::string("\xff\xfe{\0", 4)), "s.knead:1: is UTF-16 text; convert it to UTF-8");
+  EXPECT_NE(error_of("version https://git-lfs.github.com/spec/v1\noid 0\n").find("pointer of Git LFS"),
+            std::string::npos);
+  EXPECT_NE(error_of("<!DOCTYPE html>\n<html>\n").find("is a web page"), std::string::npos);
+}
+
 TEST(SessionErrors, OfJsonNameColumnAndKey) {
+  for (const char* path : {R"(C:\scans\a.ply)", R"(C:\users\a.ply)", R"(D:\)", R"(\\server\x)"}) {
+    EXPECT_NE(error_of("{\"knead\": 1, \"mesh\": \"" + std::string(path) + "\"}\n")
+                  .find("at \"mesh\", a backslash in a text begins no escape"),
+              std::string::npos)
+        << path;
+  }
   expect_errors({
       {R"({"undo": 1)", "the JSON object of this line is incomplete"},
       {R"({"undo" 1})", "at \"undo\", column 9 is not JSON"},
@@ -221,13 +240,16 @@ TEST(SessionErrors, OfStrokesNameTheKeyAndWhatWasExpected) {
       {rotate + R"("inner": 0.6, "outer": 0.2})", R"("outer" must be a number greater than "inner" (0.6), got 0.2)"},
       {rotate + R"("inner": -2, "outer": 0})", R"("outer" must be a number greater than 0, got 0)"},
       {rotate + R"("inner": 0.1})", R"("outer" is missing; tool "rotate" needs it)"},
-      {rotate + R"("inner": 0.1, "outer": "1"})", R"("outer" must be a number, got "1")"},
+      {rotate + R"("inner": 0.1, "outer": "1"})", R"("outer" must be a number, without quotes, got "1")"},
       {rotate + R"("inner": 0.1, "outer": 1, "gage": 1})",
        R"(unknown key "gage"; tool "rotate" has the keys "tool", )"},
       {R"({"tool": "rotate", "center": [0,0], "axis": [0,0,1], "angle_deg": 1, "inner": 0.1, "outer": 1})",
        R"("center" must be three numbers [x, y, z], got an array of 2)"},
       {R"({"tool": "rotate", "center": [0,0,"0"], "axis": [0,0,1], "angle_deg": 1, "inner": 0.1, "outer": 1})",
-       R"("center" must be three numbers)"},
+       R"("center"[2] must be a number, without quotes, got "0")"},
+      {rotate + R"("inner": 0.1, "outer": 1, "duration": 0})", R"("duration" must be a number above 0, at most 1e9)"},
+      {rotate + R"("inner": 0.1, "outer": 1, "duration": 1e308})",
+       R"("duration" must be a number above 0, at most 1e9)"},
       {R"({"tool": "rotate", "center": [0,0,0], "axis": [0,0,0], "angle_deg": 1, "inner": 0.1, "outer": 1})",
        R"("axis" must be a vector of any length but 0)"},
       {implicit + R"("path": [[0,0,0]]})", R"("path" must hold 2 or more points, got 1)"},

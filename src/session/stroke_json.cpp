@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "io/numbers.h"
+#include "io/text.h"
 
 namespace knead::session_detail {
 
@@ -49,7 +50,9 @@ void JsonValue::fail(const std::string& expected) const {
 }
 
 double JsonValue::number() const {
-  if (!value_.is_number()) fail("a number");
+  double quoted = 0;
+  const bool is_quoted = value_.is_text() && io_detail::parse_real(value_.text(), quoted) == io_detail::ParseResult::ok;
+  if (!value_.is_number()) fail(is_quoted ? "a number, without quotes" : "a number");
   return value_.number();
 }
 
@@ -72,12 +75,11 @@ bool JsonValue::flag() const {
 }
 
 Vec3d JsonValue::vector() const {
-  constexpr auto is_number = [](const Json& item) { return item.is_number(); };
-  if (!value_.is_array() || value_.items().size() != 3 ||
-      !std::all_of(value_.items().begin(), value_.items().end(), is_number)) {
-    fail("three numbers [x, y, z]");
-  }
+  if (!value_.is_array() || value_.items().size() != 3) fail("three numbers [x, y, z]");
   const std::vector<Json>& numbers = value_.items();
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!numbers[i].is_number()) items()[i].number();  // names the one that is none
+  }
   return {numbers[0].number(), numbers[1].number(), numbers[2].number()};
 }
 
@@ -383,8 +385,9 @@ void read_common_keys(const JsonObject& line, const Place& place, SessionStroke&
   if (line.has("off")) stroke.off = line.at("off").flag();
   if (line.has("new_entry")) stroke.new_entry = line.at("new_entry").flag();
   if (line.has("duration")) {
+    constexpr double most = 1e9;  // sums of many stay numbers
     stroke.duration = line.number("duration");
-    if (!(stroke.duration > 0)) line.at("duration").fail("a number above 0");
+    if (!(stroke.duration > 0 && stroke.duration <= most)) line.at("duration").fail("a number above 0, at most 1e9");
   }
   if (line.has("mirror")) {
     stroke.mirror = read_mirror(line.at("mirror"), place);

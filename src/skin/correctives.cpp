@@ -57,8 +57,16 @@ class Maker {
   Maker(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options)
       : mesh_(mesh), skin_(skin), options_(options), parents_(parents_of(skin, mesh.positions.size())) {
     const std::vector<BoneTransform> motions = motions_of(skin, pose);
+    std::vector<bool> is_used(pose.size(), false);  // something hangs on it, or on a bone behind it
+    for (const BoneWeight& w : skin.weights) {
+      std::int32_t at = w.weight > 0 ? static_cast<std::int32_t>(w.bone) : -1;
+      while (at >= 0 && !is_used[static_cast<std::size_t>(at)]) {
+        is_used[static_cast<std::size_t>(at)] = true;
+        at = parents_[static_cast<std::size_t>(at)];
+      }
+    }
     for (std::size_t b = 0; b < pose.size(); ++b) {
-      if (parents_[b] < 0) continue;  // a root moves the whole shape
+      if (parents_[b] < 0 || !is_used[b]) continue;  // a root moves the whole shape
       const BoneTransform motion = joint_motion(parents_, motions, b);
       const Screw screw = screw_of(rigid_part(motion, skin.rest[b].offset), skin.rest[b].offset);
       if (screw.angle >= kMinTurn) joints_.push_back({b, motion, screw.axis, screw.angle});

@@ -256,9 +256,16 @@ class Reader {
       for (int set = 0;; ++set) {
         const std::optional<std::size_t> joints = attributes.whole(fmt::format("JOINTS_{}", set).c_str());
         const std::optional<std::size_t> weights = attributes.whole(fmt::format("WEIGHTS_{}", set).c_str());
-        if (!joints || !weights) break;
+        if (!joints && !weights && set > 0) break;
+        if (!joints || !weights) {
+          attributes.fail(fmt::format("has {}; export the weights with the skeleton",
+                                      joints    ? fmt::format("JOINTS_{0} without WEIGHTS_{0}", set)
+                                      : weights ? fmt::format("WEIGHTS_{0} without JOINTS_{0}", set)
+                                                : "a skin, but no JOINTS_0 and WEIGHTS_0"));
+        }
         add_set(*joints, *weights, bones, rows);
       }
+      note_free(rows, attributes);
     }
     for (const std::vector<BoneWeight>& row : rows) {
       file_.skin.weights.insert(file_.skin.weights.end(), row.begin(), row.end());
@@ -266,14 +273,27 @@ class Reader {
     }
   }
 
+  void note_free(const std::vector<std::vector<BoneWeight>>& rows, const Value& attributes) {
+    const auto is_free = [](const std::vector<BoneWeight>& row) { return row.empty(); };
+    const auto count = static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), is_free));
+    if (count == rows.size()) attributes.fail("has weights that are all 0; export the weights with the skeleton");
+    if (count == 0) return;
+    file_.notes.push_back(
+        fmt::format("{} of {} vertices of a mesh have no weight; they go with most of the shape", count, rows.size()));
+  }
+
   void add_set(std::size_t joints, std::size_t weights, const std::vector<std::uint32_t>& bones,
                std::vector<std::vector<BoneWeight>>& rows) const {
+    constexpr double kRounding = 1e-3;  // what exporters leave below 0
     const std::vector<double> joint = numbers(joints, false);
     const std::vector<double> weight = numbers(weights);
     if (joint.size() != 4 * rows.size() || weight.size() != 4 * rows.size()) {
       root().item("accessors", joints).fail("has not four joints and weights for each vertex; repair the file");
     }
     for (std::size_t i = 0; i < weight.size(); ++i) {
+      if (!(weight[i] >= -kRounding && std::isfinite(weight[i]))) {
+        root().item("accessors", weights).fail(fmt::format("has the weight {}; repair the file", weight[i]));
+      }
       if (!(weight[i] > 0)) continue;
       const auto number = static_cast<std::size_t>(joint[i]);
       if (number >= bones.size()) {
@@ -315,7 +335,9 @@ class Reader {
     binds_.push_back(bind);
     file_.skin.rest.push_back(inverse(bind));
     const std::optional<Value> name = root().item("nodes", node).find("name");
-    file_.skin.names.push_back(name ? name->text() : "");
+    const bool is_named = name && std::find(node_of_.begin(), node_of_.end() - 1, node) == node_of_.end() - 1;
+    file_.skin.names.push_back(is_named ? name->text()
+                                        : "");  // a node that two skins bind elsewhere is one bone by name
     return static_cast<std::uint32_t>(node_of_.size() - 1);
   }
 

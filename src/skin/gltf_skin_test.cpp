@@ -109,6 +109,51 @@ TEST(GltfSkin, SaysWhatIsMissing) {
   EXPECT_THROW(read_skin(plain), InvalidInput);
 }
 
+TEST(GltfSkin, SaysWhatIsWrongWithWeights) {
+  const auto changed = [](const std::string& from, const std::string& to) {
+    std::string bytes = triangle(1);
+    return bytes.replace(bytes.find(from), from.size(), to);
+  };
+  const auto complaint = [](const std::string& bytes) -> std::string {
+    try {
+      read_skin(shape_of(bytes));
+    } catch (const InvalidInput& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_NE(complaint(changed("WEIGHTS_0", "_EIGHTS_0")).find("JOINTS_0 without WEIGHTS_0"), std::string::npos);
+  EXPECT_NE(complaint(changed("JOINTS_0", "_OINTS_0")).find("WEIGHTS_0 without JOINTS_0"), std::string::npos);
+  EXPECT_NE(complaint(changed(R"("JOINTS_0":1,"WEIGHTS_0":2)", R"("_OINTS_0":1,"_EIGHTS_0":2)")).find("no JOINTS_0"),
+            std::string::npos);
+  const std::string file = triangle(1);
+  const std::size_t weights = file.size() - 264 + 48;
+  const auto with_weights = [&](const std::vector<float>& of_all) {
+    std::string bytes;
+    for (const float w : of_all) put(bytes, w);
+    return std::string(file).replace(weights, bytes.size(), bytes);
+  };
+  EXPECT_NE(complaint(with_weights({NAN})).find("has the weight nan"), std::string::npos);
+  EXPECT_NE(complaint(with_weights({INFINITY})).find("has the weight inf"), std::string::npos);
+  EXPECT_NE(complaint(with_weights({-1})).find("has the weight -1"), std::string::npos);
+  EXPECT_NE(complaint(with_weights(std::vector<float>(12, 0.f))).find("all 0"), std::string::npos);
+  const SkinFile one = read_skin(shape_of(with_weights({0})));
+  ASSERT_EQ(one.notes.size(), 1u);
+  EXPECT_NE(one.notes[0].find("1 of 3 vertices of a mesh have no weight"), std::string::npos);
+}
+
+TEST(GltfSkin, MorphTargetsAsTextAreTheSame) {
+  const ShapeFile shape = shape_of(triangle(1));
+  MorphTargets targets;
+  targets.shapes = {shape.mesh.positions};
+  targets.shapes[0][2] += Vec3d{0, 0, 0.25};
+  targets.weights = {0};
+  const ShapeFile text = parse_shape(serialize_morphed(shape, targets, "gltf"), "gltf", "t.gltf");
+  EXPECT_EQ(text.mesh.positions, shape.mesh.positions);
+  EXPECT_EQ(read_skin(text).skin.names, read_skin(shape).skin.names);
+  EXPECT_NE(text.bytes.find("\"targets\""), std::string::npos);
+}
+
 TEST(GltfSkin, MorphTargetsKeepTheSkeletonAndJoinItsAnimation) {
   const ShapeFile shape = shape_of(triangle(1));
   MorphTargets targets;

@@ -53,6 +53,7 @@ class Finder {
     find_base();
     find_limbs();
     find_weights();
+    remove_free_limbs();
     for (std::size_t i = 1; i < joints_.limbs.size(); ++i) measure(i);
     find_stages(detail);
     return std::move(joints_);
@@ -179,6 +180,26 @@ class Finder {
       for (const auto& [limb, weight] : of_limb) joints_.weights.push_back({limb, weight});
       joints_.begin.push_back(joints_.weights.size());
     }
+  }
+
+  // Limbs on which nothing hangs, nor on those behind them, move nothing.
+  void remove_free_limbs() {
+    std::vector<bool> is_used(joints_.limbs.size(), false);
+    is_used[0] = true;
+    for (const BoneWeight& w : joints_.weights) is_used[w.bone] = true;
+    for (std::size_t i = is_used.size() - 1; i > 0; --i) {
+      if (is_used[i]) is_used[*joints_.limbs[i].before] = true;
+    }
+    std::vector<std::size_t> number(is_used.size());
+    std::vector<SkinLimb> used;
+    for (std::size_t i = 0; i < is_used.size(); ++i) {
+      number[i] = used.size();
+      if (!is_used[i]) continue;
+      used.push_back(joints_.limbs[i]);
+      if (i > 0) used.back().before = number[*used.back().before];
+    }
+    joints_.limbs = std::move(used);
+    for (BoneWeight& w : joints_.weights) w.bone = static_cast<std::uint32_t>(number[w.bone]);
   }
 
   // Weight of a vertex beyond a limb's joint.

@@ -63,6 +63,30 @@ TEST(Skin, KeepsVolumeWhereLinearBlendLosesIt) {
   EXPECT_EQ(report.bones, 1u);
 }
 
+// Bones that end a chain, and a chain of them, move nothing: the pose is that of the other bones.
+TEST(Skin, BonesOnWhichNothingHangsMoveNothing) {
+  Arm arm;
+  const SkinResult without = pose_skin(arm.mesh, arm.skin, arm.bent(40), {}, false);
+  for (const double x : {3.0, 3.5}) arm.skin.rest.push_back({{}, {x, 0, 0}});
+  arm.skin.parents = {-1, 0, 1, 2};
+  const auto turned = [&](std::vector<BoneTurn> turns) {
+    return pose_skin(arm.mesh, arm.skin, turned_pose(arm.skin, turns), {}, false);
+  };
+  const SkinResult leaf = turned({{2, {0, 0, 1}, 60}, {3, {0, 1, 0}, 30}});
+  EXPECT_EQ(leaf.positions, arm.mesh.positions);
+  EXPECT_EQ(leaf.report.bones, 0U);
+  const SkinResult both = turned({{1, {0, 0, 1}, 40}, {3, {0, 0, 1}, 60}});
+  EXPECT_EQ(both.positions, without.positions);
+  EXPECT_EQ(both.report.bones, 1U);
+  arm.skin.weights.push_back({3, 0});  // a weight of 0 is none
+  arm.skin.begin.back() = arm.skin.weights.size();
+  EXPECT_EQ(turned({{3, {0, 0, 1}, 60}}).positions, arm.mesh.positions);
+  const SkinPose pose = turned_pose(arm.skin, std::vector<BoneTurn>{{1, {0, 0, 1}, 40}, {2, {0, 0, 1}, 60}});
+  const std::vector<Corrective> correctives = make_correctives(arm.mesh, arm.skin, pose);
+  ASSERT_EQ(correctives.size(), 1U);
+  EXPECT_EQ(correctives[0].bones, std::vector<std::uint32_t>{1});
+}
+
 // A body that only flows is strained ever more where the first steps did: stretched by 3.2 here, by 0.268 in the mean.
 TEST(Skin, TheFleshOfAJointSharesTheStrain) {
   const Arm arm;

@@ -66,6 +66,21 @@ TEST_F(CheckTest, SaysAllThatInfoSaysAndMore) {
   EXPECT_EQ(knead_ok({"check", "s.ply", "-q"}), "");
 }
 
+TEST_F(CheckTest, InfoOfAVolumeMeshListsPatchesAndCells) {
+  const std::string points = "$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n";
+  const std::string names = "$PhysicalNames\n1\n2 5 \"wall\"\n$EndPhysicalNames\n";
+  write("t.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + names + points +
+                     "$Elements\n2\n1 2 2 5 5 1 2 3\n2 4 2 6 6 1 2 3 4\n$EndElements\n");
+  const json info = json::parse(knead_ok({"info", "t.msh", "--json"}));
+  EXPECT_EQ(info["cells"], 1);
+  EXPECT_EQ(info["patches"], json::parse(R"([{"name": "wall", "points": 3}, {"name": "6", "points": 4}])"));
+  EXPECT_NE(knead_ok({"info", "t.msh"}).find("\npatch                 wall, 3 points\n"), std::string::npos);
+  EXPECT_FALSE(json::parse(knead_ok({"info", "s.ply", "--json"})).contains("patches"));
+  write("points", "FoamFile { format ascii; class vectorField; }\n1((0 0 0))");
+  const json alone = json::parse(knead_ok({"info", "points", "--json"}));
+  EXPECT_NE(alone["notes"].dump().find("its cells and patches are not read"), std::string::npos);
+}
+
 TEST_F(CheckTest, InfoWithoutTopologySaysTheSameOfWhatItSays) {
   write("t.ply", read("s.ply") + "after");
   for (const std::string name : {"t.ply", "apart.obj"}) {

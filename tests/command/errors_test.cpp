@@ -22,6 +22,26 @@ class ErrorsTest : public CommandTest {
   }
 };
 
+TEST_F(ErrorsTest, WhatStandsInTheWrongPlaceIsNamed) {
+  const Outcome order = knead({"deform", "s.knead", "a.ply", "-o", "b.ply"});
+  EXPECT_EQ(order.exit_code, 2);
+  EXPECT_NE(order.err.find("a session stands where the shape belongs; write a.ply s.knead"), std::string::npos)
+      << order.err;
+  const Outcome folder = knead({"info", "."});
+  EXPECT_EQ(folder.exit_code, 3);
+  EXPECT_NE(folder.err.find(".: is a folder; name a file in it"), std::string::npos) << folder.err;
+  const Outcome session = knead({"deform", "a.ply", ".", "-o", "b.ply"});
+  EXPECT_NE(session.err.find("is a folder"), std::string::npos) << session.err;
+  const Outcome output = knead({"deform", "a.ply", "s.knead", "-o", "b.step"});
+  EXPECT_NE(output.err.find("ends in .ply, .obj, .glb, .gltf, .stl, .off, for points .ply, .obj, .glb, .gltf, .off, "
+                            ".xyz, .pcd, or as the shape's"),
+            std::string::npos)
+      << output.err;
+  const Outcome solver = knead({"deform", "a.ply", "s.knead", "-o", "b.msh"});
+  EXPECT_EQ(solver.exit_code, 3);
+  EXPECT_NE(solver.err.find("write .ply, .obj, .glb, .gltf, .stl or .off"), std::string::npos) << solver.err;
+}
+
 TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {
   const std::vector<Words> wrong{
       {},

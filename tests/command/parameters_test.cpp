@@ -108,6 +108,16 @@ TEST_F(ParametersTest, OfATableMayHaveNames) {
   EXPECT_EQ(read("out/long, very.ply"), expected("0.9", "7"));
 }
 
+// On many systems they are one file.
+TEST_F(ParametersTest, NamesThatDifferInCaseAloneAreRefused) {
+  write("t.csv", "name,length\nV,0.1\nv,0.9\nResults,0.5\n");
+  const json counts = json::parse(batch("out", {"--json"}).out);
+  EXPECT_EQ(counts["made"], 2);
+  EXPECT_EQ(counts["failed"], 1);
+  EXPECT_NE(read("out/results.csv").find("line 2 has the name v, too, or one that differs in upper and lower case"),
+            std::string::npos);
+}
+
 TEST_F(ParametersTest, OfATableGoOnWhereTheyWereLeft) {
   write("t.csv", "name,length\na,0.1\nb,0.2\n");
   EXPECT_EQ(batch("out").exit_code, 0);

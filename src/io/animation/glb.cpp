@@ -354,7 +354,7 @@ AnimationFile::Writer glb_writer(const std::filesystem::path& path, const ShapeF
 
 namespace knead {
 
-std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targets) {
+std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targets, std::string_view format) {
   using namespace io_detail;
   const std::size_t count = targets.shapes.size();
   require(count > 0, "there are no morph targets");
@@ -375,7 +375,8 @@ std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targe
   Track track{floats_of(targets.weights), floats_of(targets.times), floats_of(targets.keys), targets.names, {}};
   const auto document = glb::open_document(frames.base.shape.bytes, layout_of<Layout>(frames.base.shape), "source");
   if (targets.animation < document.root().count("animations")) track.animation = targets.animation;
-  return Morpher(frames.base.shape, frames.targets).run(track);
+  const std::string bytes = Morpher(frames.base.shape, frames.targets).run(track);
+  return format == "gltf" ? gltf::as_text(bytes) : bytes;
 }
 
 }  // namespace knead

@@ -128,6 +128,10 @@ class Words {
 // and so on; none if lines differ in how many they have, or have more than 64.
 ShapeFile parse(std::string bytes, const std::string& name);
 
+// Throws InvalidInput where another number of points is declared, in the line that begins at `begin`, than follow.
+void check_declared(std::size_t count, std::size_t rows, std::size_t begin, std::string_view bytes,
+                    const std::string& name);
+
 // Reads a table into the mesh of `shape`, which has the bytes.
 Layout read_table(ShapeFile& shape, const TableStart& start, const std::string& name);
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
@@ -171,9 +175,6 @@ ShapeFile parse(std::string bytes, const std::string& name);
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                     const WriteOptions& options);
 
-// Throws InvalidInput: other shapes have no rows and columns of a scanner.
-std::string generate(const Mesh& mesh, const WriteOptions& options);
-std::vector<std::string> losses(const Mesh& mesh);
 std::vector<std::string> source_losses(const ShapeFile& source);
 void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
 

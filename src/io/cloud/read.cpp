@@ -57,9 +57,7 @@ class TableReader {
     while (!word.empty() && is_blank(word.back())) word.remove_suffix(1);
     while (!word.empty() && is_blank(word.front())) word.remove_prefix(1);
     const std::size_t count = text_.whole(word, kMaxElements, "x y z, or the number of points");
-    if (count == rows_) return;
-    fail_at_line(name_, shape_.bytes, *start_.count_begin,
-                 fmt::format("{} points are declared, but {} follow; the file is cut short or damaged", count, rows_));
+    check_declared(count, rows_, *start_.count_begin, shape_.bytes, name_);
   }
 
   // The places of all columns but the coordinates, from the first row.
@@ -212,6 +210,15 @@ class TableReader {
 
 }  // namespace
 
+void check_declared(std::size_t count, std::size_t rows, std::size_t begin, std::string_view bytes,
+                    const std::string& name) {
+  if (count == rows) return;
+  fail_at_line(name, bytes, begin,
+               fmt::format("{} points are declared, but {} follow; {}", count, rows,
+                           count > rows ? "the file is cut short or damaged"
+                                        : "correct the number, or remove the lines that are too many"));
+}
+
 Layout read_table(ShapeFile& shape, const TableStart& start, const std::string& name) {
   return TableReader(shape, start, name).run();
 }
@@ -227,11 +234,7 @@ class Reader {
   Layout run() {
     read_beginning();
     for (std::string_view word = words_.next(); !word.empty(); word = words_.next()) read_line(word);
-    if (count_ && *count_ != rows_) {
-      fail_at_line(name_, shape_.bytes, count_begin_,
-                   std::to_string(*count_) + " points are declared, but " + std::to_string(rows_) +
-                       " follow; the file is cut short or damaged");
-    }
+    if (count_) check_declared(*count_, rows_, count_begin_, shape_.bytes, name_);
     if (rows_ == 0) throw InvalidInput(Place{name_}, "has no points (lines 'x y z'); there is no shape in it");
     if (shape_.mesh.positions.empty()) {
       throw InvalidInput(Place{name_}, "no point has finite coordinates; there is no shape in it");
@@ -276,6 +279,9 @@ class Reader {
     if (layout_.label_first) word = words_.next_on_line();
     Vec3d p;
     for (std::size_t axis = 0; axis < 3; ++axis, word = words_.next_on_line()) {
+      if (axis == 1 && word.empty() && count_ == rows_) {
+        fail_at_line(name_, shape_.bytes, begin, "a second scan begins here; put each scan into a file of its own");
+      }
       p[axis] = words_.text().real(word, "a coordinate");
     }
     if (is_finite(p)) {
@@ -354,6 +360,11 @@ class Reader {
 
   void add_notes() {
     if (layout_.has_names) shape_.notes.emplace_back("a line names the columns; it is kept but not read");
+    if (layout_.label_first && looks_like_obj(std::string_view(shape_.bytes).substr(0, 4096))) {
+      shape_.notes.emplace_back(
+          "its lines are those of an OBJ file, of which each is read as a point; if it is one, let "
+          "its name end in .obj");
+    }
     add_columns_note();
     if (layout_.label_first || layout_.labels) {
       shape_.notes.emplace_back("words that are no numbers stand beside the coordinates; they are kept but not read");

@@ -200,14 +200,6 @@ std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, s
   return splice.finish();
 }
 
-std::string generate(const Mesh&, const WriteOptions&) {
-  throw InvalidInput("PTX holds the rows and columns of a scanner, which this shape has not; write .pcd or .xyz");
-}
-
-std::vector<std::string> losses(const Mesh&) {
-  return {"PTX holds the rows and columns of a scanner, which this shape has not"};
-}
-
 std::vector<std::string> source_losses(const ShapeFile& source) {
   const Layout& layout = layout_of<Layout>(source);
   std::vector<std::string> losses{"the scanner's rows, columns and poses are left out"};

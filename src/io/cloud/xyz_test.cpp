@@ -87,6 +87,14 @@ TEST(Xyz, ErrorsNameTheLine) {
   EXPECT_EQ(error_of("x y z\nu v w\n1 1 1\n"), "points.xyz:2: expected a coordinate, found 'u'");
   EXPECT_EQ(error_of("#\n4\n0 0 0\n"),
             "points.xyz:2: 4 points are declared, but 1 follow; the file is cut short or damaged");
+  EXPECT_EQ(
+      error_of("1\n0 0 0\n1 0 0\n"),
+      "points.xyz:1: 1 points are declared, but 2 follow; correct the number, or remove the lines that are too many");
+  EXPECT_EQ(error_of("1\n0 0 0 5 1 2 3\n2\n0 0 0 5 1 2 3\n"),
+            "points.xyz:3: a second scan begins here; put each scan into a file of its own");
+  EXPECT_NE(text_of(parse("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").notes).find("let its name end in .obj"),
+            std::string::npos);
+  EXPECT_EQ(text_of(parse("V 0 0 0\nV 1 0 0\n").notes).find("OBJ"), std::string::npos);  // vanadium
   EXPECT_NE(error_of("2\n0 0 0\n4\n").find("points.xyz:3:"), std::string::npos);
   EXPECT_NE(error_of("0 0 0\n1,,2,3\n").find("points.xyz:2: expected a number between"), std::string::npos);
   EXPECT_NE(error_of(",1,2,3\n").find("points.xyz:1: expected a number between"), std::string::npos);

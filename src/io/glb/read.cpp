@@ -120,7 +120,7 @@ Json parse_object(std::string_view text, std::size_t begin, const std::string& n
     if (!json.is_object()) fail_at_byte(name, begin, "the JSON is not an object; repair the file");
     return json;
   } catch (const JsonError& error) {
-    if (error.kind() == Kind::not_json || error.kind() == Kind::incomplete) {
+    if (error.kind() == Kind::not_json || error.kind() == Kind::incomplete || error.kind() == Kind::bad_escape) {
       fail_at_byte(name, begin + error.byte(), "this is not JSON; the file is damaged");
     }
     if (error.kind() == Kind::too_large) {

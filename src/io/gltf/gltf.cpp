@@ -81,6 +81,9 @@ std::string read_beside(const fs::path& folder, const std::string& file, const g
   if (!stream.good() && !stream.eof()) {
     buffer.fail(fmt::format("is in the file {}, which cannot be read; check its permissions", in_quotes(file)));
   }
+  if (const std::optional<std::string> other = stand_in(bytes)) {
+    buffer.fail(fmt::format("is in the file {}, which {}", in_quotes(file), *other));
+  }
   return bytes;
 }
 
@@ -413,11 +416,28 @@ std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
   return glb::face_labels(layout == nullptr ? source : layout->glb);
 }
 
-std::string generate(const Mesh& mesh, const WriteOptions& options) {
+std::vector<std::string> image_files(const ShapeFile& source) {
+  const bool is_container = source.format == "glb";
+  const std::string_view text = is_container ? parts_of(source.bytes, source.format).text
+                                             : std::string_view(source.bytes).substr(mark_size(source.bytes));
+  std::vector<std::string> files;
+  const Json json = parse_json(text);
+  const Json* const images = json.find("images");
+  for (const Json& image : images != nullptr && images->is_array() ? images->items() : std::vector<Json>{}) {
+    const Json* const uri = image.find("uri");
+    if (uri == nullptr || !uri->is_text() || uri->text().starts_with("data:")) continue;
+    if (const std::optional<std::string> name = plain_file_name(uri->text())) files.push_back(*name);
+  }
+  return files;
+}
+
+std::string as_text(const std::string& glb_bytes) {
   ShapeFile source;
   source.format = "gltf";
-  return unwrapped(source, {}, glb::generate(mesh, options));
+  return unwrapped(source, {}, glb_bytes);
 }
+
+std::string generate(const Mesh& mesh, const WriteOptions& options) { return as_text(glb::generate(mesh, options)); }
 
 void write_beside(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes) {
   const Layout* layout = layout_in(source);

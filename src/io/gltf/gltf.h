@@ -120,6 +120,12 @@ std::vector<std::string> source_losses(const ShapeFile& source);
 std::vector<std::string> remesh_losses(const ShapeFile& source);
 std::vector<std::uint32_t> face_labels(const ShapeFile& source);
 
+// Returns the plain names of the files that hold the images of a source.
+std::vector<std::string> image_files(const ShapeFile& source);
+
+// Returns a GLB file as text, with its buffer as a data URI.
+std::string as_text(const std::string& glb_bytes);
+
 // A new .gltf file with its buffer as a data URI.
 std::string generate(const Mesh& mesh, const WriteOptions& options);
 

@@ -96,7 +96,18 @@ TEST(Obj, WeightsAndColors) {
   EXPECT_EQ(parse("v 0 0 0 0.1 0.2 0.3 1").mesh.find_attribute("color")->values.size(), 3u);
 }
 
+TEST(Obj, SevenNumbersAreAWeightAndAColorOrAColorAndItsAlpha) {
+  const auto color = [](const std::string& text) { return parse(text).mesh.find_attribute("color")->values; };
+  EXPECT_EQ(color("v 0 0 0 1 1 0 0\nv 1 0 0 1 0 1 0.5\n"), (std::vector<double>{1, 0, 0, 0, 1, 0.5}));
+  EXPECT_EQ(color("v 0 0 0 1 1 0 1\nv 1 0 0 1 0 1 1\n"), (std::vector<double>{1, 1, 0, 1, 0, 1}));
+  EXPECT_EQ(color("v 0 0 0 0.5 1 0 0\nv 1 0 0 1 0 1 0\n"), (std::vector<double>{0.5, 1, 0, 1, 0, 1}));
+  EXPECT_EQ(parse("v 0 0 0 1 1 0 0\n").notes[0], "vertices have seven numbers, which are read as x y z w r g b");
+  EXPECT_EQ(parse("v 0 0 0 5 6\n").notes[0], "1 vertex has two numbers after x y z, which are kept but not read");
+}
+
 TEST(Obj, ErrorsNameTheLine) {
+  EXPECT_EQ(error_of("v 0 0 0\ncall other.obj\n"),
+            "shape.obj:2: the lines of another file belong here (call); put them in its place");
   EXPECT_EQ(error_of("v 0 0 0\nv 1 nan 0\nf 1 2 1\n"),
             "shape.obj:2: a coordinate is not finite, and a face uses the vertex; repair the file");
   EXPECT_EQ(error_of("v 0 0 0\nv 1 0\n"), "shape.obj:2: a number is missing; expected 'v x y z'");

@@ -81,6 +81,7 @@ class Reader {
     while (position_ < bytes_.size()) read_line();
     if (shape_.mesh.positions.empty()) throw InvalidInput(Place{name_}, "has no vertices (lines 'v x y z')");
     for (References* each : {&vertex_, &texture_, &normal_}) check_references(*each);
+    shift_colors();
     add_attributes();
     check_unplaced();
     remove_unplaced(unplaced_, shape_.mesh);
@@ -97,11 +98,7 @@ class Reader {
   }
 
   void check_encoding() {
-    const auto begins_with = [&](std::string_view mark) { return bytes_.substr(0, mark.size()) == mark; };
-    if (begins_with("\xfe\xff") || begins_with("\xff\xfe")) {
-      throw InvalidInput(Place{name_, 1}, "is UTF-16 text; convert it to UTF-8");
-    }
-    position_ = first_byte(bytes_);
+    position_ = text_begin(bytes_, name_);
     if (const std::size_t zero = bytes_.find('\0'); zero != std::string_view::npos) {
       fail(zero, "a zero byte; this is not OBJ text");
     }
@@ -121,6 +118,7 @@ class Reader {
     } else if (keyword == "vt") {
       read_texture();
     } else if (!keyword.empty() && keyword[0] != '#') {
+      if (keyword == "call") fail(begin, "the lines of another file belong here (call); put them in its place");
       add_other(keyword);
       if (keyword == "mtllib") add_materials();
     }
@@ -142,6 +140,12 @@ class Reader {
     std::string_view line = bytes_.substr(begin, end_of_line(bytes_, begin) - begin);
     while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
     if (line.size() <= most && layout_.material_files.size() < most) layout_.material_files.emplace_back(line);
+    for (std::size_t at = 0; at < line.size(); ++at) {  // names in quotes, which may have blanks
+      const std::size_t quote = line.find('"', at);
+      at = line.find('"', std::min(quote, line.size() - 1) + 1);
+      const bool is_name = at < line.size() && at - quote <= most && layout_.material_files.size() < most;
+      if (is_name) layout_.material_files.emplace_back(line.substr(quote + 1, at - quote - 1));
+    }
     for (std::string_view token = next_token(); !token.empty(); token = next_token()) {
       const bool is_name = token != line && token.size() <= most && layout_.material_files.size() < most;
       if (is_name) layout_.material_files.emplace_back(token);
@@ -188,7 +192,7 @@ class Reader {
     return {x, y, next_number(expected)};
   }
 
-  // v x y z [w], or v x y z r g b [a].
+  // v x y z [w], v x y z r g b [a], or v x y z w r g b.
   void read_vertex() {
     const Vec3d p = next_vector("'v x y z'");
     if (!is_finite(p)) unplaced_.add(shape_.mesh.vertex_count(), position_);
@@ -202,13 +206,31 @@ class Reader {
       more[count++] = parse_number(token);
     }
     if (count == 1) ++weights_;
+    if (count == 2) ++pairs_;
     if (count >= 3) add_color(more);
+    if (count < 4) return;
+    fourth_.push_back(finite(more[3]));
+    are_weights_ = are_weights_ && more[0] == 1;
+    are_alphas_ = are_alphas_ && more[3] == 1;
   }
 
   void add_color(const double* rgb) {
     ++colored_;
     colors_.resize(3 * shape_.mesh.vertex_count() - 3, 1.0);  // white for vertices before that have none
     for (std::size_t i = 0; i < 3; ++i) colors_.push_back(finite(rgb[i]));
+  }
+
+  // Seven numbers on every line are x y z w r g b where each w is 1, and not each of the last ones.
+  void shift_colors() {
+    if (fourth_.empty()) return;
+    const bool is_shifted = fourth_.size() == vertex_.given && are_weights_ && !are_alphas_;
+    shape_.notes.emplace_back(is_shifted ? "vertices have seven numbers, which are read as x y z w r g b"
+                                         : "vertices have seven numbers, which are read as x y z r g b a");
+    for (std::size_t v = 0; v < fourth_.size() && is_shifted; ++v) {
+      std::copy_n(colors_.begin() + static_cast<std::ptrdiff_t>(3 * v + 1), 2,
+                  colors_.begin() + static_cast<std::ptrdiff_t>(3 * v));
+      colors_[3 * v + 2] = fourth_[v];
+    }
   }
 
   void read_texture() {
@@ -380,6 +402,8 @@ class Reader {
     };
     say(weights_, "vertex has a weight, which is kept but not applied",
         "vertices have a weight, which is kept but not applied");
+    say(pairs_, "vertex has two numbers after x y z, which are kept but not read",
+        "vertices have two numbers after x y z, which are kept but not read");
     say(colored_ > 0 ? vertex_.given - colored_ : 0, "vertex has no color and is read as white",
         "vertices have no color and are read as white");
     say(not_finite_, "attribute value is not finite and is read as 0",
@@ -407,6 +431,10 @@ class Reader {
   std::vector<std::uint32_t> face_normals_;
   std::size_t colored_ = 0;
   std::size_t weights_ = 0;
+  std::size_t pairs_ = 0;
+  std::vector<double> fourth_;  // numbers after x y z
+  bool are_weights_ = true;     // of lines with seven numbers the fourth
+  bool are_alphas_ = true;      // and the last
   std::size_t not_finite_ = 0;
 };
 

@@ -100,12 +100,6 @@ NormalLines plan_normals(const Layout& layout, std::span<const Vec3d> corner_nor
 
 namespace {
 
-// Colors as OBJ has them: 0 to 1.
-double color_scale(const Attribute& color) {
-  if (color.type == NumberType::uint8) return 1.0 / 255;
-  return color.type == NumberType::uint16 ? 1.0 / 65535 : 1.0;
-}
-
 const Attribute* vertex_color(const Mesh& mesh) {
   const Attribute* color = mesh.find_attribute("color");
   return color != nullptr && color->domain == Domain::vertex && color->components >= 3 ? color : nullptr;
@@ -122,6 +116,7 @@ void append_color(std::string& text, double value) {
 
 void append_vertices(std::string& text, const Mesh& mesh, std::optional<int> decimals) {
   const Attribute* color = vertex_color(mesh);
+  const double scale = color != nullptr ? color_scale(*color) : 1;
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
     const Vec3d& p = mesh.positions[i];
     const std::array<double, 3> xyz{p.x, p.y, p.z};
@@ -129,7 +124,7 @@ void append_vertices(std::string& text, const Mesh& mesh, std::optional<int> dec
     for (std::size_t c = 0; color != nullptr && c < 3; ++c) {
       text += ' ';
       const std::size_t first = i * static_cast<std::size_t>(color->components);
-      append_color(text, color->values[first + c] * color_scale(*color));
+      append_color(text, color->values[first + c] * scale);
     }
     text += '\n';
   }

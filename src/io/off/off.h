@@ -16,8 +16,10 @@
 namespace knead::io_detail::off {
 
 // [ST][C][N][n]OFF, the letters in any order, or no keyword: the counts, then a vertex on each line, then a face on
-// each. Attributes: "normal" (N), "uv" (ST), "color" of vertices (C, or three or four more numbers than the keyword
-// says) and of faces, "color_index" of faces with one number each; colors are uint8 where all are whole numbers.
+// each. After x y z stand the normal, then the color, as Geomview says, or the color first, as MeshLab writes: what the
+// numbers of most vertices can be. Attributes: "normal" (N), "uv" (ST), "color" of vertices (C, or three or four more
+// numbers than the keyword says) and of faces, "color_index" of faces with one number each; colors are uint8 where all
+// are whole numbers and one is above 1.
 // OFF BINARY is read in either byte order, and with the count of color numbers after each face or without (as PMP
 // writes), whichever takes up the whole file.
 ShapeFile parse(std::string bytes, const std::string& name);
@@ -43,13 +45,15 @@ struct Layout {
   bool color_counts = false;             // whether the faces of a binary file say how many color numbers follow
   std::size_t vertex_begin = 0;          // the first byte after the counts
   std::size_t width = 0;                 // numbers per vertex
+  std::size_t uv = 0;                    // of them, the last ones
+  bool colors_first = false;             // the normal stands after the color
   std::size_t faces_end = 0;             // the byte after the last face
   bool all_read = true;                  // every color and further number is an attribute of the mesh
 };
 
 // Making a mesh of the vertices and faces of an OFF file, text or binary.
 
-// What the keyword says that each vertex has, in this order after x y z.
+// What the keyword says that each vertex has; texture coordinates are the last numbers.
 struct Fields {
   bool normals = false;
   bool colors = false;  // three or four numbers; four in a binary file
@@ -101,7 +105,11 @@ class MeshBuilder {
   // Adds attributes and notes to the shape. Whether every number is in an attribute.
   bool finish();
 
+  // After finish(): whether the color stands before the normal.
+  bool colors_first() const { return colors_first_; }
+
  private:
+  void split_vertices();
   double finite(double value);
   void add_attribute(const char* name, int components, std::vector<double>& values);
   bool add_colors(const Colors& colors, Domain domain);
@@ -110,6 +118,10 @@ class MeshBuilder {
   Fields fields_;
   FaceBuilder faces_;
   std::vector<std::uint32_t> face_;
+  std::size_t width_ = 0;     // numbers after x y z
+  std::vector<double> rest_;  // those of all vertices
+  std::vector<bool> is_whole_;
+  bool colors_first_ = false;
   std::vector<double> normals_;
   std::vector<double> uv_;
   Colors vertex_colors_;
@@ -117,7 +129,7 @@ class MeshBuilder {
   std::size_t not_finite_ = 0;
 };
 
-// The rest of a file after its header. All of the layout but all_read.
+// The rest of a file after its header. All of the layout but all_read and the order of the color.
 Layout read_text(MeshBuilder& builder, const Header& header, ShapeFile& shape, const std::string& name);
 Layout read_binary(MeshBuilder& builder, const Header& header, ShapeFile& shape, const std::string& name);
 

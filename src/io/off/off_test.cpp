@@ -101,6 +101,48 @@ TEST(Off, NormalsFollowTheShape) {
   EXPECT_EQ(bytes, expected);
 }
 
+// MeshLab writes the color before the normal, whatever the keyword's letters.
+TEST(Off, ColorsMayStandBeforeNormals) {
+  const auto file = [](const std::string& keyword, std::array<std::string, 3> colors, bool first) {
+    const std::array<std::string, 3> normals{"0 0 1", "0.6 0 0.8", "0 -1 0"};
+    std::string text = keyword + "\n3 1 0\n";
+    for (std::size_t i = 0; i < 3; ++i) {
+      text += std::array{"0 0 0 ", "1 0 0 ", "0 1 0 "}[i];
+      text += first ? colors[i] + " " + normals[i] : normals[i] + " " + colors[i];
+      text += keyword.starts_with("ST") ? " 0.5 1\n" : "\n";
+    }
+    return text + "3 0 1 2\n";
+  };
+  const std::vector<Vec3d> over{{0, 0, 0}, {0, 1, 0}, {-1, 0, 0}};  // turned by a quarter about z
+  for (const std::array<std::string, 3>& colors :
+       std::vector<std::array<std::string, 3>>{{"255 0 0 255", "0 255 0 255", "9 8 7 255"},
+                                               {"1.0 0.0 0.0 1.0", "0 1 0 1", "0.25 0.5 0.75 1"},
+                                               {"200 0 0", "0 1 0", "3 4 5"},
+                                               {"1 0 0 1", "0 1 0 1", "0 0 1 1"}}) {
+    for (const std::string keyword : {"NCOFF", "CNOFF", "STNCOFF"}) {
+      for (const bool first : {true, false}) {
+        const ShapeFile shape = parse(file(keyword, colors, first));
+        EXPECT_EQ(shape.mesh.find_attribute("normal")->values, (std::vector<double>{0, 0, 1, 0.6, 0, 0.8, 0, -1, 0}))
+            << shape.bytes;
+        const bool are_reals = colors[2] == "0.25 0.5 0.75 1" || colors[2] == "0 0 1 1";
+        EXPECT_EQ(shape.mesh.find_attribute("color")->type, are_reals ? NumberType::float32 : NumberType::uint8);
+        std::string turned = replaced(file(keyword, colors, first), "1 0 0 " + (first ? colors[1] + " " : "") + "0.6 0",
+                                      "0 1 0 " + (first ? colors[1] + " " : "") + "0 0.6");
+        turned = replaced(turned, "0 1 0 " + (first ? colors[2] + " " : "") + "0 -1",
+                          "-1 0 0 " + (first ? colors[2] + " " : "") + "1 0");
+        const ShapeFile moved = parse(serialize_shape("off", shape, over));
+        EXPECT_EQ(moved.mesh.find_attribute("color")->values, shape.mesh.find_attribute("color")->values);
+        for (std::size_t i = 0; i < 9; ++i) {
+          EXPECT_NEAR(moved.mesh.find_attribute("normal")->values[i],
+                      parse(turned).mesh.find_attribute("normal")->values[i], 1e-12);
+        }
+        const ShapeFile anew = parse(serialize_remeshed("off", shape, moved.mesh, std::vector<std::uint32_t>{0}));
+        EXPECT_EQ(anew.mesh.attributes, moved.mesh.attributes);
+      }
+    }
+  }
+}
+
 TEST(Off, ColorsWithoutAKeyword) {
   const ShapeFile floats = parse("OFF\n3 1 0\n0 0 0 1 0 0.5\n1 0 0 1 0 1\n0 1 0 0 0 0\n3 0 1 2 7\n");
   EXPECT_EQ(floats.mesh.attributes[0],

@@ -99,6 +99,8 @@ ShapeFile parse(std::string bytes, const std::string& name) {
   const auto read = header.binary ? read_binary : read_text;
   Layout layout = read(builder, header, shape, name);
   layout.all_read = builder.finish();
+  layout.uv = header.fields.uv ? 2 : 0;
+  layout.colors_first = builder.colors_first();
   set_layout(shape, layout);
   return shape;
 }
@@ -127,8 +129,10 @@ bool Colors::readable(Domain domain) const {
 std::optional<Attribute> Colors::attribute(Domain domain) const {
   if (width_ == 0 || !readable(domain)) return std::nullopt;
   if (width_ == 1) return Attribute{"color_index", domain, NumberType::int32, 1, values_};
-  return Attribute{"color", domain, whole_ ? NumberType::uint8 : NumberType::float32, static_cast<int>(width_),
-                   values_};
+  // Whole numbers that are all 0 or 1 are those of a program that prints reals without a point.
+  const double most = *std::max_element(values_.begin(), values_.end());
+  return Attribute{"color", domain, whole_ && most != 1 ? NumberType::uint8 : NumberType::float32,
+                   static_cast<int>(width_), values_};
 }
 
 double MeshBuilder::finite(double value) {
@@ -139,14 +143,47 @@ double MeshBuilder::finite(double value) {
 
 void MeshBuilder::add_vertex(std::span<const double> numbers, const std::vector<bool>& is_whole) {
   shape_.mesh.positions.push_back({numbers[0], numbers[1], numbers[2]});
-  if (numbers.size() == 3) return;
-  const std::size_t color_begin = fields_.normals ? 6 : 3;
-  const std::size_t color_end = numbers.size() - (fields_.uv ? 2 : 0);
-  for (std::size_t i = 3; i < color_begin; ++i) normals_.push_back(finite(numbers[i]));
-  for (std::size_t i = color_end; i < numbers.size(); ++i) uv_.push_back(finite(numbers[i]));
-  bool whole = true;
-  for (std::size_t i = color_begin; i < color_end; ++i) whole = whole && is_whole[i];
-  vertex_colors_.add(numbers.subspan(color_begin, color_end - color_begin), whole);
+  width_ = numbers.size() - 3;
+  rest_.insert(rest_.end(), numbers.begin() + 3, numbers.end());
+  is_whole_.insert(is_whole_.end(), is_whole.begin() + 3,
+                   is_whole.begin() + static_cast<std::ptrdiff_t>(numbers.size()));
+}
+
+namespace {
+
+// How well numbers can be a color and a normal: 0 to 2.
+int fitness(std::span<const double> color, std::span<const double> normal) {
+  const auto is_unit = [](double c) { return c >= 0 && c <= 1; };
+  const auto is_byte = [](double c) { return c >= 0 && c <= 255 && c == std::floor(c); };
+  if (!std::all_of(color.begin(), color.end(), is_unit) && !std::all_of(color.begin(), color.end(), is_byte)) return 0;
+  constexpr double tolerance = 0.02;  // components may be written with two digits
+  return std::abs(norm(Vec3d{normal[0], normal[1], normal[2]}) - 1) < tolerance ? 2 : 1;
+}
+
+}  // namespace
+
+void MeshBuilder::split_vertices() {
+  const std::size_t normals = fields_.normals ? 3 : 0;
+  const std::size_t uv = fields_.uv ? 2 : 0;
+  const std::size_t colors = width_ - normals - uv;
+  const std::span<const double> all(rest_);
+  std::int64_t better = 0;  // with the color first
+  for (std::size_t at = 0; at < all.size() && normals > 0 && colors > 0; at += width_) {
+    better += fitness(all.subspan(at, colors), all.subspan(at + colors, 3)) -
+              fitness(all.subspan(at + 3, colors), all.subspan(at, 3));
+  }
+  colors_first_ = better > 0;
+  const std::size_t color_begin = colors_first_ ? 0 : normals;
+  const std::size_t normal_begin = colors_first_ ? colors : 0;
+  for (std::size_t at = 0; at < all.size(); at += width_) {
+    for (std::size_t i = 0; i < normals; ++i) normals_.push_back(finite(all[at + normal_begin + i]));
+    for (std::size_t i = width_ - uv; i < width_; ++i) uv_.push_back(finite(all[at + i]));
+    bool whole = true;
+    for (std::size_t i = 0; i < colors; ++i) whole = whole && is_whole_[at + color_begin + i];
+    vertex_colors_.add(all.subspan(at + color_begin, colors), whole);
+  }
+  rest_ = {};
+  is_whole_ = {};
 }
 
 void MeshBuilder::add_face(std::span<const std::uint32_t> vertices, std::span<const double> color, bool is_whole) {
@@ -171,6 +208,8 @@ bool MeshBuilder::add_colors(const Colors& colors, Domain domain) {
 
 bool MeshBuilder::finish() {
   faces_.append_notes(shape_.notes);
+  split_vertices();
+  if (colors_first_) shape_.notes.emplace_back("colors stand before normals, as MeshLab writes them");
   if (fields_.normals) add_attribute("normal", 3, normals_);
   if (fields_.uv) add_attribute("uv", 2, uv_);
   const bool vertices_read = add_colors(vertex_colors_, Domain::vertex);
@@ -430,7 +469,7 @@ class TextReader {
   void read_vertex(std::size_t i) {
     numbers_.clear();
     whole_.clear();
-    first_color_ = fields_.normals ? 6 : 3;
+    first_color_ = 3;
     for (std::string_view word = begin_row(i, vertices_, "vertices"); !word.empty(); word = text_.next_on_line()) {
       bool is_whole_number = false;
       if (numbers_.size() < 3) {

@@ -1,5 +1,6 @@
 // Writing a mesh as a new OFF file.
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "io/formats.h"
@@ -139,11 +140,19 @@ Vec3d vector_at(const std::vector<double>& values, std::size_t i) {
 std::string rewrite_text(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                          const Attribute* old_normals, const WriteOptions& options) {
   Splice splice(source.bytes, options.decimals);
-  TextCursor text(source.bytes, source.format, layout_of<Layout>(source).vertex_begin);
+  const Layout& layout = layout_of<Layout>(source);
+  TextCursor text(source.bytes, source.format, layout.vertex_begin);
   const auto next = [&] { return text.next(); };
   for (std::size_t i = 0; i < positions.size(); ++i) {
     splice.replace_changed(source.mesh.positions[i], positions[i], next);
-    if (!normals.empty()) splice.replace_direction(vector_at(old_normals->values, i), normals[i], next);
+    if (!normals.empty()) {
+      std::vector<std::string_view> words;
+      for (std::string_view word = text.next_on_line(); !word.empty(); word = text.next_on_line()) {
+        words.push_back(word);
+      }
+      std::size_t word = layout.colors_first ? words.size() - layout.uv - 3 : 0;
+      splice.replace_direction(vector_at(old_normals->values, i), normals[i], [&] { return words[word++]; });
+    }
     text.next_line();
   }
   return splice.finish();
@@ -159,7 +168,8 @@ std::string rewrite_binary(const ShapeFile& source, std::span<const Vec3d> posit
     replace_floats(bytes, begin, source.mesh.positions[i], positions[i], layout.order);
     if (normals.empty()) continue;
     const Vec3d old = vector_at(old_normals->values, i);
-    replace_floats(bytes, begin + 3 * sizeof(float), old, normals[i], layout.order);
+    const std::size_t normal = layout.colors_first ? layout.width - layout.uv - 3 : 3;
+    replace_floats(bytes, begin + normal * sizeof(float), old, normals[i], layout.order);
   }
   return bytes;
 }
@@ -205,11 +215,14 @@ struct Columns {
   const Attribute* uv = nullptr;
   const Attribute* face_color = nullptr;
 
-  explicit Columns(const Mesh& mesh)
+  std::array<const Attribute*, 3> in_order{};  // of those of vertices, or null
+
+  Columns(const Mesh& mesh, bool colors_first)
       : normal(find(mesh, "normal", Domain::vertex)),
         color(find(mesh, "color", Domain::vertex)),
         uv(find(mesh, "uv", Domain::vertex)),
-        face_color(find(mesh, "color", Domain::face)) {
+        face_color(find(mesh, "color", Domain::face)),
+        in_order{colors_first ? color : normal, colors_first ? normal : color, uv} {
     if (face_color == nullptr) face_color = find(mesh, "color_index", Domain::face);
   }
 };
@@ -257,9 +270,10 @@ class TextWriter {
       if (axis > 0) text_ += ' ';
       append_decimals(text_, mesh_.positions[i][axis], decimals_);
     }
-    if (columns_.normal != nullptr) append_numbers(values_of(*columns_.normal, i));
-    if (columns_.color != nullptr) append_color(*columns_.color, i);
-    if (columns_.uv != nullptr) append_numbers(values_of(*columns_.uv, i));
+    for (const Attribute* attribute : columns_.in_order) {
+      if (attribute == nullptr) continue;
+      attribute == columns_.color ? append_color(*attribute, i) : append_numbers(values_of(*attribute, i));
+    }
     text_ += line_end_;
   }
 
@@ -323,7 +337,7 @@ class BinaryWriter {
  private:
   void append_vertex(std::size_t i) {
     for (std::size_t axis = 0; axis < 3; ++axis) append_real_number(mesh_.positions[i][axis]);
-    for (const Attribute* attribute : {columns_.normal, columns_.color, columns_.uv}) {
+    for (const Attribute* attribute : columns_.in_order) {
       if (attribute == nullptr) continue;
       for (const double value : values_of(*attribute, i)) append_real_number(value);
     }
@@ -363,7 +377,7 @@ class BinaryWriter {
 }  // namespace
 
 std::string remeshed(const NewMesh& shape, const WriteOptions& options) {
-  const Columns columns(shape.mesh);
+  const Columns columns(shape.mesh, layout_of<Layout>(shape.source).colors_first);
   if (layout_of<Layout>(shape.source).binary) return BinaryWriter(shape, columns).run();
   return TextWriter(shape, columns, options.decimals).run();
 }

@@ -1,5 +1,6 @@
 // Where the points of Nastran's, Abaqus' and universal files stand.
 #include <algorithm>
+#include <map>
 
 #include "io/solver/solver.h"
 #include "knead/error.h"
@@ -45,6 +46,7 @@ class NastranScan {
       }
       const std::string word = upper(trimmed(line.substr(0, std::min(line.find(','), std::size_t{8}))));
       if (word == "ENDDATA") break;
+      if (word.starts_with("INCLUDE")) lines_.fail("names a file with more cards; put its lines here");
       if (word == "GRID" || word == "GRID*") read_grid(line, word == "GRID*");
       if (word == "GRDSET" || word == "GRDSET*") require_basic(fields_of(line, word == "GRDSET*"), "GRDSET");
     }
@@ -141,7 +143,7 @@ class AbaqusScan {
   void read_keyword(std::string_view line) {
     const std::vector<std::string_view> parts = split_at_commas(line.substr(1));
     keyword_ = upper(trimmed(parts[0]));
-    for (const char* const maker : {"NGEN", "NFILL", "NCOPY", "NMAP", "SYSTEM", "INCLUDE"}) {
+    for (const char* const maker : {"NGEN", "NFILL", "NCOPY", "NMAP", "SYSTEM", "INCLUDE", "IMPORT"}) {
       if (keyword_ == maker) lines_.fail("*" + keyword_ + " is not understood; write all nodes out by *NODE");
     }
     while (trimmed(lines_.line()).ends_with(',') && lines_.next()) read_parameters(split_at_commas(lines_.line()));
@@ -150,10 +152,11 @@ class AbaqusScan {
   }
 
   void read_parameters(const std::vector<std::string_view>& parts) {
-    if (keyword_ != "NODE") return;
     for (const std::string_view parameter : parts) {
       const std::string text = upper(trimmed(parameter));
       const std::string key(trimmed(std::string_view(text).substr(0, text.find('='))));
+      if (keyword_ == "INSTANCE" && key == "LIBRARY") lines_.fail("takes an instance from another file (LIBRARY=)");
+      if (keyword_ != "NODE") continue;
       if (key == "INPUT") lines_.fail("the nodes lie in another file (INPUT=); name that file, or put them here");
       const bool is_cartesian = key != "SYSTEM" || trimmed(std::string_view(text).substr(text.find('=') + 1)) == "R";
       if (!is_cartesian) lines_.fail("the nodes are not in Cartesian coordinates (SYSTEM=)");
@@ -182,10 +185,76 @@ class AbaqusScan {
 
 constexpr std::string_view kDelimiter = "-1";
 
-void scan_unv_points(Lines& lines, const PointVisitor& visit) {
-  while (true) {
-    if (!lines.next()) lines.fail("dataset 2411 has no end, a line -1; the file is cut short");
-    if (trimmed(lines.line()) == kDelimiter) return;
+// The words of a line.
+std::vector<std::string_view> words_of(std::string_view line) {
+  std::vector<std::string_view> words;
+  for (line = trimmed(line); !line.empty(); line = trimmed(line.substr(words.back().size()))) {
+    words.push_back(line.substr(0, token_end(line, 0)));
+  }
+  return words;
+}
+
+// Goes to the next dataset and returns its number; empty at the end. Lines between datasets belong to none.
+std::string next_dataset(Lines& lines) {
+  while (lines.next()) {
+    if (trimmed(lines.line()) != kDelimiter) continue;
+    if (!lines.next()) lines.fail("a dataset has no number; the file is cut short");
+    const std::vector<std::string_view> words = words_of(lines.line());
+    const std::string number(words.empty() ? "" : words[0]);
+    const bool is_number = !number.empty() && number[0] >= '0' && number[0] <= '9';
+    if (!is_number) lines.fail("expected the number of a dataset, found " + in_quotes(trimmed(lines.line())));
+    return number;
+  }
+  return {};
+}
+
+// Goes to the next line of a dataset; false at its end.
+bool next_row(Lines& lines) {
+  if (!lines.next()) lines.fail("a dataset has no end, a line -1; the file is cut short");
+  return trimmed(lines.line()) != kDelimiter;
+}
+
+// Why the coordinates of nodes are no places, by the number of the coordinate system that the nodes name.
+using OtherSystems = std::map<std::string, std::string, std::less<>>;
+
+// Returns whether the axes and the origin of a coordinate system, four rows of three numbers, are others than the
+// global ones.
+bool is_moved_system(Lines& lines) {
+  bool is_moved = false;
+  for (std::size_t row = 0; row < 4; ++row) {
+    if (!next_row(lines)) lines.fail("a coordinate system has four rows of three numbers; the file is cut short");
+    const std::vector<std::string_view> words = words_of(lines.line());
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      is_moved = is_moved || lines.number(words[i]) != (i == row ? 1.0 : 0.0);
+    }
+  }
+  return is_moved;
+}
+
+// Reads dataset 2420: the part and its name; of each system its number, type and color, its name, and the rows.
+void read_systems(Lines& lines, OtherSystems& others) {
+  if (!next_row(lines) || !next_row(lines)) return;
+  while (next_row(lines)) {
+    const std::vector<std::string_view> words = words_of(lines.line());
+    if (words.size() < 2) lines.fail("expected the number and type of a coordinate system");
+    const std::string number(words[0]);
+    const std::string type(words[1]);
+    if (!next_row(lines)) return;
+    const bool is_moved = is_moved_system(lines);
+    if (type == "1") others[number] = "a cylindrical one";
+    if (type == "2") others[number] = "a spherical one";
+    if (type == "0" && is_moved) others[number] = "one that is turned or moved";
+  }
+}
+
+void scan_unv_points(Lines& lines, const OtherSystems& others, const PointVisitor& visit) {
+  while (next_row(lines)) {
+    const std::vector<std::string_view> node = words_of(lines.line());
+    const auto other = node.size() < 2 ? others.end() : others.find(node[1]);
+    if (other != others.end()) {
+      lines.fail("a node is in the coordinate system " + other->first + ", " + other->second +
+                 "; only the global Cartesian one can be deformed");
+    }
     if (!lines.next()) lines.fail("a node has no coordinates; the file is cut short");
     const std::string_view line = lines.line();
     PointSite site;
@@ -214,24 +283,28 @@ void scan_abaqus(std::string_view bytes, const std::string& name, const PointVis
 }
 
 void scan_unv(std::string_view bytes, const std::string& name, const PointVisitor& visit) {
-  Lines lines(bytes, name);
-  bool has_nodes = false;
-  while (lines.next()) {
-    if (trimmed(lines.line()).empty()) continue;
-    if (trimmed(lines.line()) != kDelimiter) lines.fail("expected a line -1, where a dataset begins");
-    if (!lines.next()) lines.fail("a dataset has no number; the file is cut short");
-    const std::string_view dataset = trimmed(lines.line());
-    if (dataset == "15" || dataset == "781") {
-      lines.fail("has its nodes in dataset " + std::string(dataset) + "; write them as 2411");
-    }
-    if (dataset == "2411") {
-      scan_unv_points(lines, visit);
-      has_nodes = true;
+  OtherSystems others;  // they may stand behind the nodes
+  Lines systems(bytes, name);
+  for (std::string dataset = next_dataset(systems); !dataset.empty(); dataset = next_dataset(systems)) {
+    if (dataset == "18") systems.fail("has coordinate systems in dataset 18; write them as 2420");
+    if (dataset == "2420") {
+      read_systems(systems, others);
       continue;
     }
-    while (trimmed(lines.line()) != kDelimiter) {
-      if (!lines.next()) lines.fail("a dataset has no end, a line -1; the file is cut short");
+    while (next_row(systems)) continue;
+  }
+  Lines lines(bytes, name);
+  bool has_nodes = false;
+  for (std::string dataset = next_dataset(lines); !dataset.empty(); dataset = next_dataset(lines)) {
+    if (dataset == "15" || dataset == "781") {
+      lines.fail("has its nodes in dataset " + dataset + "; write them as 2411");
     }
+    has_nodes = has_nodes || dataset == "2411";
+    if (dataset == "2411") {
+      scan_unv_points(lines, others, visit);
+      continue;
+    }
+    while (next_row(lines)) continue;
   }
   if (!has_nodes) throw InvalidInput(Place{name}, "has no nodes (dataset 2411); is it a universal file?");
 }

@@ -125,6 +125,11 @@ class FoamScan {
     const std::size_t begin = skip_gap(text_.position());
     std::size_t end = begin;
     while (end < bytes_.size() && !ends_word(bytes_[end])) ++end;
+    if (bytes_.substr(begin, 8) == "#include") {
+      text_.take(begin, end);
+      text_.fail("the lines of another file belong here (" + std::string(bytes_.substr(begin, end - begin)) +
+                 "); put them in its place");
+    }
     return text_.take(begin, end == begin && end < bytes_.size() ? end + 1 : end);
   }
 

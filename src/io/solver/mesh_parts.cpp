@@ -1,7 +1,10 @@
 // The patches and cells of solvers' meshes.
 #include <algorithm>
 #include <array>
+#include <filesystem>
+#include <optional>
 #include <string>
+#include <system_error>
 
 #include "io/formats.h"
 #include "io/solver/solver.h"
@@ -115,13 +118,56 @@ namespace {
 
 namespace solver = io_detail::solver;
 
-// Returns the bytes of a file beside another one, which may be compressed.
-std::string read_beside(const std::filesystem::path& path, const char* name) {
-  const std::filesystem::path file = path.parent_path() / name;
+namespace fs = std::filesystem;
+
+// A file, or its compressed form; empty: neither is there.
+fs::path existing(const fs::path& file) {
   std::error_code error;
-  const bool is_plain = std::filesystem::exists(file, error);
-  return io_detail::bytes_of_file(is_plain ? file
-                                           : std::filesystem::path(file.string() + std::string(io_detail::kGzip)));
+  if (fs::exists(file, error)) return file;
+  const fs::path compressed = file.string() + std::string(io_detail::kGzip);
+  return fs::exists(compressed, error) ? compressed : fs::path();
+}
+
+// The time that names a folder of OpenFOAM; nothing for another name.
+std::optional<double> time_of(const fs::path& name) {
+  double time = 0;
+  const bool is_time = io_detail::parse_real(name.string(), time) == io_detail::ParseResult::ok;
+  return is_time ? std::optional(time) : std::nullopt;
+}
+
+// Where a mesh moves, each time has its points: the other files are those of the last time before it that has them, or
+// of `constant`. Returns the path of such a file, of a mesh whose folder is given; empty: there is none.
+fs::path file_of_earlier_time(const fs::path& mesh, const char* name) {
+  std::error_code error;
+  fs::path folder = fs::absolute(mesh, error).lexically_normal();
+  fs::path within;  // the time's folder, e.g. polyMesh, or region/polyMesh
+  while (folder.has_relative_path() && !time_of(folder.filename())) {
+    within = within.empty() ? folder.filename() : folder.filename() / within;
+    folder = folder.parent_path();
+  }
+  const std::optional<double> now = time_of(folder.filename());
+  if (!now) return {};
+  fs::path best = existing(folder.parent_path() / "constant" / within / name);
+  std::optional<double> latest;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder.parent_path(), error)) {
+    const std::optional<double> time = time_of(entry.path().filename());
+    if (!time || *time >= *now || (latest && *time <= *latest)) continue;
+    const fs::path file = existing(entry.path() / within / name);
+    if (file.empty()) continue;
+    latest = time;
+    best = file;
+  }
+  return best;
+}
+
+// Returns the bytes of a file beside another one, or of an earlier time, which may be compressed.
+std::string read_beside(const fs::path& path, const char* name) {
+  fs::path file = existing(path.parent_path() / name);
+  if (file.empty()) file = file_of_earlier_time(path.parent_path(), name);
+  if (!file.empty()) return io_detail::bytes_of_file(file);
+  throw IoError(IoError::Operation::read, path.string(),
+                "the file " + std::string(name) +
+                    " of its mesh is neither beside it nor in constant/polyMesh of its case; copy it beside it");
 }
 
 void require_points(std::span<const std::uint32_t> numbers, std::size_t points, const std::string& path,

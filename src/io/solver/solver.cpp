@@ -215,10 +215,6 @@ void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
   });
 }
 
-std::string no_elements(const Kind& kind) {
-  return std::string(kind.what) + " holds the elements of a solver's mesh, which this shape has not";
-}
-
 bool Lines::next() {
   if (next_ >= bytes_.size()) return false;
   const std::size_t end = std::min(bytes_.find_first_of("\r\n", next_), bytes_.size());
@@ -226,6 +222,8 @@ bool Lines::next() {
   next_ = end + (bytes_.substr(end, 2) == "\r\n" ? 2 : 1);
   return true;
 }
+
+double Lines::number(std::string_view word) const { return number_of(word, bytes_, name_); }
 
 void Lines::fail(const std::string& what) const {
   fail_at_line(name_, bytes_, static_cast<std::size_t>(line_.data() - bytes_.data()), what);
@@ -235,12 +233,6 @@ std::string_view trimmed(std::string_view text) {
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
   return text;
-}
-
-std::string upper(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-  return result;
 }
 
 PointSite words_from(std::string_view first, std::size_t dimensions, TextCursor& text) {

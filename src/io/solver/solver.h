@@ -89,9 +89,6 @@ std::vector<std::string> source_losses(const ShapeFile& source);
 bool stores_floats(const ShapeFile& source);
 void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
 
-// Why no other shape can be written in the format.
-std::string no_elements(const Kind& kind);
-
 // Returns the kind's row of the format table.
 template <const Kind& kind>
 constexpr Format format(std::span<const std::string_view> extensions = {}) {
@@ -99,10 +96,6 @@ constexpr Format format(std::span<const std::string_view> extensions = {}) {
   row.name = kind.format;
   row.parse = [](std::string bytes, const std::string& name) { return parse(kind, std::move(bytes), name); };
   row.rewrite = rewrite;
-  row.generate = [](const Mesh&, const WriteOptions&) -> std::string {
-    throw InvalidInput(no_elements(kind) + "; write .ply or .xyz");
-  };
-  row.losses = [](const Mesh&) { return std::vector<std::string>{no_elements(kind)}; };
   row.source_losses = source_losses;
   row.rewrites_floats = stores_floats;
   row.reads_floats = stores_floats;
@@ -123,6 +116,9 @@ class Lines {
   // The line without its end.
   std::string_view line() const { return line_; }
 
+  // The number that a word of the file spells, as C, Fortran or Nastran do; an empty one is 0. Throws InvalidInput.
+  double number(std::string_view word) const;
+
   // Throws InvalidInput that names the line.
   [[noreturn]] void fail(const std::string& what) const;
 
@@ -135,7 +131,6 @@ class Lines {
 
 // The text without the blanks around it.
 std::string_view trimmed(std::string_view text);
-std::string upper(std::string_view text);
 
 // Returns the words of a line whose first one is given. Throws InvalidInput if it has fewer.
 PointSite words_from(std::string_view first, std::size_t dimensions, TextCursor& text);

@@ -180,6 +180,85 @@ TEST(Nastran, FieldsHoldAsManyDigitsAsFit) {
                      "             0.0 1.000000000E+00", "-.33333333333333 1.000000000E+00"));
 }
 
+TEST(Solver, WhatAnotherFileHoldsIsRefused) {
+  EXPECT_NE(refusal("BEGIN BULK\nINCLUDE 'grids.bdf'\nGRID,1,,0.,0.,0.\nENDDATA\n", "bdf", "a.bdf").find("a.bdf:2: "),
+            std::string::npos);
+  EXPECT_NE(refusal("include 'grids.bdf'\nGRID,1,,0.,0.,0.\n", "bdf", "a.bdf").find("a.bdf:1: "), std::string::npos);
+  const std::string grid = "GRID,1,,0.,0.,0.\n";
+  EXPECT_EQ(parse_shape("INCLUDE 'loads.dat'\nBEGIN BULK\n" + grid, "bdf", "a").mesh.vertex_count(), 1U);
+  EXPECT_NE(refusal("*NODE\n1, 0, 0, 0\n*INSTANCE, LIBRARY=old, NAME=a\n", "inp", "a.inp").find("a.inp:3: "),
+            std::string::npos);
+  const std::string head = "FoamFile { format ascii; class vectorField; }\n";
+  EXPECT_NE(refusal(head + "#include \"points2\"\n1((0 0 0))", "foam", "points").find("points:2: "), std::string::npos);
+}
+
+// Dataset 2420, here behind the nodes, says what the systems are that these name.
+TEST(Universal, NodesInOtherCoordinateSystemsAreRefused) {
+  const auto file = [](const std::string& type, const std::string& x) {
+    return "    -1\n  2411\n         1         7         1        11\n 1.D+00 9.D+01 0.D+00\n    -1\n"
+           "    -1\n  2420\n 1\nPart\n 7 " +
+           type + " 0\nCS7\n " + x + " 0.D+00 0.D+00\n 0. 1.D+00 0.\n 0. 0. 1.D+00\n 0. 0. 0.\n    -1\n";
+  };
+  EXPECT_EQ(parse_shape(file("0", "1.D+00"), "unv", "a").mesh.positions, (std::vector<Vec3d>{{1, 90, 0}}));
+  EXPECT_EQ(refusal(file("1", "1.D+00"), "unv", "a.unv"),
+            "a.unv:3: a node is in the coordinate system 7, a cylindrical one; only the global Cartesian one can be "
+            "deformed");
+  EXPECT_NE(refusal(file("2", "1.D+00"), "unv", "a.unv").find("a spherical one"), std::string::npos);
+  EXPECT_NE(refusal(file("0", "-1.D+00"), "unv", "a.unv").find("one that is turned or moved"), std::string::npos);
+  const std::string other = replaced(file("1", "1.D+00"), " 7 1 0\n", " 8 1 0\n");
+  EXPECT_EQ(parse_shape(other, "unv", "a").mesh.vertex_count(), 1U);
+}
+
+TEST(Universal, LinesBetweenDatasetsBelongToNone) {
+  const std::string text =
+      "Workpiece\n    -1\n   164\n 1\n    -1\nFile of today\n-- 1\n    -1\n  2411\n 1 1 1 11\n 1. 2. 3.\n    -1\nend\n";
+  const ShapeFile shape = parse_shape(text, "unv", "a.unv");
+  EXPECT_EQ(shape.mesh.positions, (std::vector<Vec3d>{{1, 2, 3}}));
+  EXPECT_NE(refusal("    -1\nWorkpiece\n", "unv", "a.unv").find("a.unv:2: expected the number of a dataset"),
+            std::string::npos);
+}
+
+TEST(Su2, ElementsThatAreNotKnownAreNamed) {
+  const std::string text = "NDIME= 3\nNPOIN= 4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\nNELEM= 1\n24 0 1 2 3 0 1 2 3 0 1 0\n";
+  const ShapeFile shape = parse_shape(text, "su2", "a.su2");
+  EXPECT_THROW(read_cells("a.su2", shape), InvalidInput);
+}
+
+// OpenFOAM writes the points alone where the mesh moves.
+TEST(Foam, AnEarlierTimeHasTheFacesOfAMovingMesh) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("knead_times_" + std::to_string(::getpid()));
+  const auto put = [&](const fs::path& file, const std::string& bytes) {
+    fs::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << bytes;
+  };
+  const std::string head = "FoamFile { format ascii; class ";
+  const std::string points = head + "vectorField; }\n4((0 0 0)(1 0 0)(0 1 0)(0 0 1))";
+  const auto put_mesh = [&](const fs::path& to, const std::string& patch) {
+    put(to / "faces", head + "faceList; }\n4(3(0 2 1)3(0 1 3)3(0 3 2)3(1 2 3))");
+    put(to / "owner", head + "labelList; }\n4(0 0 0 0)");
+    put(to / "neighbour", head + "labelList; }\n0()");
+    put(to / "boundary", head + "polyBoundaryMesh; }\n1(" + patch + " { nFaces 4; startFace 0; })");
+  };
+  const fs::path now = folder / "0.5" / "polyMesh" / "points";
+  put(now, points);
+  const ShapeFile shape = read_shape(now);
+  try {
+    read_cells(now, shape);
+    ADD_FAILURE() << "there are no faces";
+  } catch (const IoError& error) {
+    EXPECT_NE(std::string(error.what()).find("constant/polyMesh"), std::string::npos) << error.what();
+  }
+  put_mesh(folder / "constant" / "polyMesh", "first");
+  put_mesh(folder / "1" / "polyMesh", "later");
+  EXPECT_EQ(read_cells(now, shape).size(), 1U);
+  EXPECT_EQ(read_patches(now, shape).at(0).name, "first");
+  put_mesh(folder / "0.25" / "polyMesh", "second");
+  EXPECT_EQ(read_patches(now, shape).at(0).name, "second");
+  EXPECT_EQ(read_patches(folder / "0.5" / ".." / "0.5" / "polyMesh" / "points", shape).at(0).name, "second");
+  fs::remove_all(folder);
+}
+
 TEST(Nastran, OtherSectionsAndCardsStay) {
   const ShapeFile shape = parse_shape(bdf_samples()[2].bytes, "bdf", "a");
   EXPECT_EQ(shape.mesh.positions, (std::vector<Vec3d>{{0, 1500, -1}, {0, 1, 2}}));

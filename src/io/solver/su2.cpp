@@ -91,6 +91,8 @@ void read_elements(std::size_t count, std::size_t first, std::span<const Vec3d> 
     const std::size_t type = text.whole(next_line_word(text), kMaxElements, "the type of an element");
     const auto* const found = std::find_if(kSu2Elements.begin(), kSu2Elements.end(),
                                            [&](const Su2Element& element) { return element.type == type; });
+    const bool is_known = found != kSu2Elements.end() || points_of_vtk_type(type) > 0;
+    if (!is_known) text.fail("elements of the type " + std::to_string(type) + " are not known");
     if (found == kSu2Elements.end() || found->kind.has_value() == has_flat_cells) continue;
     std::array<std::uint32_t, 8> points{};
     for (std::size_t k = 0; k < found->corners; ++k) {
