@@ -23,7 +23,7 @@ class Attributes(list):
 
         shape = self._shape
         shape._native = shape._native.with_attribute(name, numpy.asarray(values), shape._vertices)
-        self[:] = shape._native.attributes()
+        super().__setitem__(slice(None), shape._native.attributes())
 
 
 class Shape:
