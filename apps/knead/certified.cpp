@@ -183,6 +183,15 @@ Complaint is_far(const char* which, double distance, double limit) {
                                  which, distance, limit));
 }
 
+constexpr std::string_view kNoInvertedCells = "no-inverted-cells";
+constexpr const char* kNoCells = "no cells; give a volume mesh of gmsh, SU2 or OpenFOAM";
+
+Complaint has_inverted_cells(const Certificate& certificate, double) {
+  if (!certificate.inverted_cells_after) return kNoCells;
+  const std::size_t count = *certificate.inverted_cells_after;
+  return complain_if(count > 0, fmt::format("{} inverted; deform less", counted(count, "cell")));
+}
+
 struct BoundKind {
   std::string_view name;
   std::string_view placeholder;
@@ -203,6 +212,7 @@ constexpr std::array kBoundKinds{
               [](const Certificate& c, double limit) { return is_far("root-mean-square", c.distance_rms, limit); }},
     BoundKind{"distance-max", "FRACTION", 1, false, Cure::shorter_chords,
               [](const Certificate& c, double limit) { return is_far("greatest", c.distance_max, limit); }},
+    BoundKind{kNoInvertedCells, "", 0, true, Cure::none, has_inverted_cells},
 };
 
 const BoundKind& kind_named(std::string_view name, std::string_view item) {
@@ -218,6 +228,7 @@ Bound parse_bound(std::string_view item) {
   const std::size_t equals = item.find('=');
   const BoundKind& kind = kind_named(item.substr(0, equals), item);
   Bound bound{std::string(kind.name), 0};
+  if (item == kNoInvertedCells) return bound;
   const std::string_view number = equals == std::string_view::npos ? "" : item.substr(equals + 1);
   const char* const end = number.data() + number.size();
   const auto [stop, error] = std::from_chars(number.data(), end, bound.limit);
@@ -234,7 +245,8 @@ Bound parse_bound(std::string_view item) {
 std::string known_bounds() {
   std::string names;
   for (const BoundKind& kind : kBoundKinds) {
-    names += fmt::format("{}{}={}", names.empty() ? "" : ", ", kind.name, kind.placeholder);
+    names += fmt::format("{}{}{}", names.empty() ? "" : ", ", kind.name,
+                         kind.placeholder.empty() ? "" : fmt::format("={}", kind.placeholder));
   }
   return names;
 }
@@ -301,8 +313,6 @@ Complaint angle_below(double bound, const std::optional<double>& angle) {
                                                  *angle, bound));
 }
 
-constexpr const char* kNoCells = "no cells; give a volume mesh of gmsh, SU2 or OpenFOAM";
-
 Complaint cells_above(const std::optional<CellCheck>& cells, double CellCheck::*value, double bound, const char* what) {
   if (!cells) return kNoCells;
   return complain_if(!((*cells).*value <= bound),
@@ -346,7 +356,7 @@ constexpr std::array kRequirementKinds{
         "min-angle",
         [](const SurfaceCheck& f, double bound) { return angle_below(bound, f.info.measures.smallest_angle_deg); },
         "DEGREES", 60},
-    RequirementKind{"no-inverted-cells",
+    RequirementKind{kNoInvertedCells,
                     [](const SurfaceCheck& f, double) {
                       if (!f.cells) return Complaint(kNoCells);
                       return complain_if(f.cells->inverted > 0,

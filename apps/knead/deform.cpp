@@ -122,6 +122,9 @@ std::string summary(const std::string& output, const std::string& frames, const 
   text += report.volume_error ? fmt::format("volume   changed by a fraction of {:.2g}\n", *report.volume_error)
                               : "volume   none: the shape is not closed and oriented\n";
   if (report.flipped_triangles > 0) text += fmt::format("flipped  {} triangles\n", report.flipped_triangles);
+  if (report.cells) {
+    text += fmt::format("cells    {} of {} inverted\n", report.cells->inverted, report.cells->cells);
+  }
   if (report.penetration)
     text += fmt::format("inside   the surface is at most {:.2g} deep inside a stamp's tool\n", *report.penetration);
   if (report.self_intersections_before && report.self_intersections_after) {
@@ -200,7 +203,7 @@ void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
   options.part = {};
   options.frames = {};
   options.normals = normals_of_clouds(own);
-  session.strokes = replay_watched(own.mesh(), session, options, quiet).resolved;
+  session.strokes = replay_watched(own.mesh(), without_cells(session), options, quiet).resolved;
   if (!quiet) print_message(fmt::format("note: {}: its strokes were resolved on {}", session.name, path.string()));
 }
 
@@ -351,7 +354,8 @@ void run_resolve(const ResolveOptions& options) {
   require_flows(inputs.session);
   ReplayOptions replay;
   replay.may_cross = true;  // the shape is not kept
-  const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, replay, options.common.quiet);
+  const ReplayResult result =
+      replay_watched(inputs.shape.mesh, without_cells(inputs.session), replay, options.common.quiet);
   Session resolved;
   resolved.note = inputs.session.note;
   resolved.strokes = result.resolved;

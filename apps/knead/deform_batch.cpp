@@ -30,10 +30,11 @@ namespace fs = std::filesystem;
 constexpr std::string_view kName = "name";
 constexpr const char* kResults = "results.csv";
 // Of a result, besides the values. "made_of" tells what it was made of, so that it need not be made again.
-constexpr std::array<std::string_view, 7> kColumns{
-    "file", "moved_vertices", "volume_error", "greatest_stretch", "flipped_triangles", "made_of", "error"};
-constexpr std::size_t kMadeOf = 5;
-constexpr std::size_t kError = 6;
+constexpr std::array<std::string_view, 8> kColumns{
+    "file",           "moved_vertices", "volume_error", "greatest_stretch", "flipped_triangles",
+    "inverted_cells", "made_of",        "error"};
+constexpr std::size_t kMadeOf = 6;
+constexpr std::size_t kError = 7;
 // Shapes of more vertices are deformed one after the other, by all threads.
 constexpr std::size_t kLargeShape = 500'000;
 
@@ -316,6 +317,7 @@ class Batch {
                       text(report.volume_error),
                       text(report.greatest_stretch),
                       fmt::format("{}", report.flipped_triangles),
+                      report.cells ? fmt::format("{}", report.cells->inverted) : "",
                       variant.result[kMadeOf],
                       ""};
     const std::scoped_lock lock(mutex_);

@@ -110,7 +110,7 @@ void resolve_on_first(Inputs& inputs, ReplayOptions options, bool quiet) {
   options.may_cross = true;
   options.normals = inputs.shape.mesh.face_count() == 0 ? vertex_normals_of(inputs.shape) : std::vector<Vec3d>{};
   options.remesh.face_labels = face_labels(inputs.shape);
-  inputs.session.strokes = replay_watched(inputs.shape.mesh, inputs.session, options, quiet).resolved;
+  inputs.session.strokes = replay_watched(inputs.shape.mesh, without_cells(inputs.session), options, quiet).resolved;
   if (inputs.session.strokes.size() != count && options.part.until) {
     throw UsageError(
         "--until: strokes of this session read a surface; with --also, make it whole by knead resolve first");
@@ -263,7 +263,7 @@ class TogetherOutput {
 // Nothing if there are too many to be counted. Can be interrupted.
 std::optional<std::uint64_t> crossings_between(const JoinedMeshes& joined, const DeformedShape& shape, int threads) {
   const Mesh mesh = shape.to_mesh();
-  const std::vector<Triangle> triangles = triangulate(mesh);
+  const std::vector<Triangle> triangles = triangulate(WeldedMesh(mesh).mesh());
   std::vector<std::uint32_t> sources = triangle_faces(mesh);
   if (const Provenance* const from = shape.provenance()) {
     for (std::uint32_t& face : sources) face = from->face_source[face];

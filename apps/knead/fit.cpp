@@ -42,7 +42,7 @@ struct FitOptions {
 };
 
 void require_volume(const std::string& path, const Mesh& mesh) {
-  const Measures m = measure(mesh);
+  const Measures m = measure(WeldedMesh(mesh).mesh());
   if (m.closed() && m.oriented() && m.volume > 0) return;
   throw InvalidInput(Place{path}, "--scale needs the volume of both shapes, and this one is not closed; leave it out");
 }

@@ -145,7 +145,7 @@ std::size_t count_flipped_since(const CheckOptions& options, const Mesh& before,
                                                           "was before the deformation",
                                                           options.shape));
   }
-  return count_flipped(mesh, before.positions, mesh.positions);
+  return count_flipped(WeldedMesh(mesh).mesh(), before.positions, mesh.positions);
 }
 
 std::string table_of_check(const SurfaceCheck& check) {
@@ -165,6 +165,8 @@ std::string table_of_check(const SurfaceCheck& check) {
   if (const std::optional<CellCheck>& cells = check.cells) {
     text += row("cells", fmt::format("{}", cells->cells));
     text += row("inverted cells", fmt::format("{}", cells->inverted));
+    if (cells->by_corners > 0)
+      text += row("judged by corners", fmt::format("{} of the third order", cells->by_corners));
     if (cells->least_scaled_jacobian) {
       text += row("least scaled Jacobian", fmt::format("{:.6g}", *cells->least_scaled_jacobian));
     }

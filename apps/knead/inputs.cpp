@@ -144,12 +144,21 @@ void put_on_walls_watched(Inputs& inputs, const std::string& path, int threads) 
   const std::span<const Vec3d> points = inputs.shape.mesh.positions;
   progress.total = points.size();  // until it is known better
   const ProgressBar bar(progress, 0, !inputs.quiet);
+  const bool has_walls = !inputs.session.walls.empty();
   try {
     const auto cells = std::make_shared<const VolumeCells>(read_cells(path, inputs.shape));
-    inputs.session =
-        on_walls(std::move(inputs.session), read_patches(path, inputs.shape), points, {threads, &progress, cells});
+    if (!has_walls && cells->size() == 0) return;
+    const std::vector<Patch> patches = has_walls ? read_patches(path, inputs.shape) : std::vector<Patch>{};
+    inputs.session = on_walls(std::move(inputs.session), patches, points, {threads, &progress, cells});
+    if (cells->by_corners > 0 && !inputs.quiet) {
+      print_message(fmt::format("note: {}: {} of the third order or above: judged by their corners", path,
+                                counted(cells->by_corners, "cell")));
+    }
   } catch (const Cancelled&) {
     throw Interrupted{};
+  } catch (const std::exception& error) {  // that the points can be deformed without
+    if (has_walls) throw;
+    if (!inputs.quiet) print_message(fmt::format("note: the cells are not judged: {}", error.what()));
   }
 }
 
@@ -165,12 +174,17 @@ Inputs read_inputs(const std::string& shape, const StreamFormat& format, const s
   inputs.session =
       without_off(read_session_with(session, set));  // first: it is the shorter, and the one that people mistype
   inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});
-  if (!inputs.session.walls.empty()) put_on_walls_watched(inputs, shape, threads);
+  if (!inputs.session.walls.empty() || !is_stream(shape)) put_on_walls_watched(inputs, shape, threads);
   if (!quiet) {
     print_notes(inputs.session.warnings);
     for (const std::string& note : inputs.shape.notes) print_message(fmt::format("note: {}: {}", shape, note));
   }
   return inputs;
+}
+
+Session without_cells(Session session) {
+  if (session.walls.empty()) session.mesh_walls.reset();
+  return session;
 }
 
 ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet) {

@@ -83,6 +83,9 @@ struct Inputs {
 Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet,
                    const std::vector<std::string>& set = {}, int threads = 0);
 
+// Returns the session for what keeps no points, so that no cell need be judged.
+Session without_cells(Session session);
+
 // replay(), with a progress bar unless quiet, its warnings on standard error, and options.progress set to its own.
 // Returns a result whose status is done; throws Interrupted or QualityError for other statuses. The mesh must outlive
 // the result.

@@ -64,7 +64,7 @@ std::vector<PlayedStroke> play(const Inputs& inputs, bool quiet) {
   const bool reads = std::any_of(session.strokes.begin(), session.strokes.end(),
                                  [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
   const std::vector<SessionStroke> resolved =
-      reads ? replay_watched(inputs.shape.mesh, session, {}, quiet).resolved : session.strokes;
+      reads ? replay_watched(inputs.shape.mesh, without_cells(session), {}, quiet).resolved : session.strokes;
   std::vector<PlayedStroke> played;
   for (const SessionStroke& stroke : session.strokes) {
     PlayedStroke& result = played.emplace_back();

@@ -143,10 +143,13 @@ int polyhedron_orientation(std::span<const std::uint32_t> faces, std::span<const
 
 // The cells of a volume mesh, or of a mesh of two dimensions.
 struct VolumeCells {
-  Cells cells;          // linear, or the corners of cells of the second order
-  MiddleNodes middles;  // of those
+  Cells cells;                               // linear, or the corners of cells of the second order
+  MiddleNodes middles;                       // of those
+  std::vector<std::uint32_t> on_surfaces{};  // points of faces that the file names, also those within the mesh
   // Of OpenFOAM all cells, each as polyhedron_volume() takes it.
   std::vector<std::vector<std::uint32_t>> polyhedra{};
+  // How many of the linear cells are those of the third order and above, without their nodes.
+  std::size_t by_corners = 0;
   // Cells of two dimensions stand as prisms of one layer, as OpenFOAM has them: of n points the number n + i is the
   // i-th one, lifted along z, and 2 n + i the middle between the two.
   bool is_flat = false;
@@ -164,7 +167,8 @@ void add_flat_cell(std::span<const std::uint32_t> corners, std::span<const std::
 // Whether the cells of a volume mesh are good. The members are keys of `knead check --json`.
 struct CellCheck {
   std::size_t cells = 0;
-  std::size_t inverted = 0;  // in a corner or a middle node at least
+  std::size_t inverted = 0;    // in a corner or a middle node at least
+  std::size_t by_corners = 0;  // how many are of the third order and above: judged by their corners
   // With the middle nodes of cells of the second order; nothing for OpenFOAM's cells.
   std::optional<double> least_scaled_jacobian{};
   double max_non_orthogonality_deg = 0;  // these four as checkMesh of OpenFOAM has them
@@ -175,6 +179,14 @@ struct CellCheck {
 
 // Judges the cells. Throws InvalidInput for a cell that names no point.
 CellCheck check_cells(const VolumeCells& cells, std::span<const Vec3d> points, int threads = 0);
+
+// Returns how many cells a deformation has inverted: a corner has turned, or a middle node or a polyhedron is inverted
+// now and was not before. A linear cell that looked to the other side as a whole counts as well: SU2 has such meshes.
+std::size_t count_inverted_since(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                                 int threads = 0);
+
+// Returns whether the wedges look inward, as gmsh numbers them: at least nine of ten do, and not all other cells.
+bool wedges_look_inward(const Cells& cells, std::span<const Vec3d> points);
 
 // Returns 1 for each cell that is inverted in a corner or a middle node: linear cells, then polyhedra.
 std::vector<std::uint8_t> inverted_cells(const VolumeCells& cells, std::span<const Vec3d> points, int threads = 0);

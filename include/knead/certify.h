@@ -98,6 +98,9 @@ struct Certificate {
   std::optional<double> det_greatest;
   // The greatest motion of a vertex around which the flow of the stroke can move nothing; a length, 0 if all is well.
   double motion_outside = 0;
+  // Of a volume mesh, in a corner or a middle node at least; nothing without cells.
+  std::optional<std::size_t> inverted_cells_before;
+  std::optional<std::size_t> inverted_cells_after;
   // In degrees, of triangles with area; nothing if there is none. touched_angle_after: of the faces at vertices that
   // moved; touched_angle_before: of the faces that those came from.
   std::optional<double> smallest_angle_before;
@@ -220,6 +223,7 @@ struct Report {
   std::optional<std::uint64_t> self_intersections_after;
   std::optional<std::uint64_t> crossings_between{};  // pairs of triangles of two shapes; if there are several
   std::optional<RemeshReport> remesh;                // if the result was remeshed
+  std::optional<CellCheck> cells{};                  // of a volume mesh, after: the key "volume_cells"
   std::optional<Certificate> certificate;            // if the caller made one
 };
 

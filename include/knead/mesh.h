@@ -167,6 +167,39 @@ class JoinedMeshes {
   std::vector<Begin> begins_;  // of each mesh, and the ends of the last one
 };
 
+// Several vertices as one.
+
+// A mesh whose vertices at equal places are one, as a surface is read: files without an index have vertices of their
+// own for each triangle, and others have several along a seam of normals or texture coordinates.
+class WeldedMesh {
+ public:
+  // The mesh must outlive this. Only vertices on its border are joined, so two parts that touch stay two. Time: linear
+  // in the corners, and a sort of the vertices on the border. Throws InvalidInput for faces that are not sound.
+  explicit WeldedMesh(const Mesh& mesh);
+
+  // Returns a mesh with the same vertices, whose faces name the first one at each place, without attributes; the given
+  // mesh if count() is 0.
+  const Mesh& mesh() const { return own_ ? *own_ : *given_; }
+
+  // Returns the first vertex at the place of a vertex: itself, if it is alone there.
+  std::uint32_t first(std::uint32_t vertex) const { return first_.empty() ? vertex : first_[vertex]; }
+
+  // Returns how many vertices lie where an earlier one does.
+  std::size_t count() const { return count_; }
+
+  // Gives every vertex the item of the first one at its place.
+  template <class T>
+  void share(std::vector<T>& items) const {
+    for (std::uint32_t v = 0; v < first_.size(); ++v) items[v] = items[first_[v]];
+  }
+
+ private:
+  const Mesh* given_;
+  std::optional<Mesh> own_;
+  std::vector<std::uint32_t> first_;  // of each vertex; empty if all are alone
+  std::size_t count_ = 0;
+};
+
 // Vertex normals; authored normals and tangents after a deformation.
 
 // Returns one unit normal for each vertex: the mean of the normals of its faces, weighted by the angles of the faces at

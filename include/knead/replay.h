@@ -205,7 +205,9 @@ class DeformedShape {
   Vec3d normal(std::uint32_t vertex) const;
   // Returns whether the shape carries normals.
   bool has_normals() const { return normals_.has_value(); }
-  std::span<const Triangle> triangles() const;  // a polygon is always cut in the same way
+  // Those of the faces, of which a polygon is always cut in the same way. They name the first vertex at each place, as
+  // WeldedMesh does.
+  std::span<const Triangle> triangles() const;
 
   // Returns whether a remesh has changed vertices or faces since the start.
   bool is_remeshed() const { return provenance_ != nullptr; }
@@ -263,6 +265,9 @@ class DeformedShape {
 
   // Takes the positions of the chosen vertices, and their counts of steps, from a shape that has the same faces.
   void take(const std::vector<bool>& vertices, const DeformedShape& from);
+
+  // Takes these positions, one for each vertex.
+  void set_positions(std::vector<Vec3d> positions);
 
   // Returns the shape as it is. Shares memory with `before`, which may be an empty state.
   ShapeState state(const ShapeState& before = {}) const;
@@ -405,7 +410,8 @@ struct ReplayResult {
   DeformedShape shape;          // without vertices unless the status is done
   std::size_t strokes = 0;      // applied; a part of one counts as one
   std::size_t segments = 0;
-  std::optional<double> penetration{};  // the deepest of all stamps, each at its end, into the stamp's tool
+  std::optional<double> penetration{};         // the deepest of all stamps, each at its end, into the stamp's tool
+  std::shared_ptr<const VolumeCells> cells{};  // of the session's mesh, see on_walls(); null: none
   std::vector<SessionStroke> resolved;  // the applied strokes as strokes that read no surface, in the session's order
   std::vector<std::string> warnings;    // each with the session's file and line
 };

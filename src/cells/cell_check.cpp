@@ -131,6 +131,41 @@ std::vector<std::uint8_t> inverted_cells(const VolumeCells& cells, std::span<con
       .is_inverted;
 }
 
+std::size_t count_inverted_since(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                                 int threads) {
+  std::vector<std::uint8_t> has_turned;  // of linear cells
+  if (!cells.is_flat) {
+    has_turned = compare_cells(cells.cells, before, after, threads, CellValues::inversions).is_inverted;
+  }
+  const std::vector<std::uint8_t> is_inverted = inverted_cells(cells, after, threads);
+  std::vector<std::uint8_t> was_inverted;
+  has_turned.resize(is_inverted.size());
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < is_inverted.size(); ++i) {
+    if (is_inverted[i] != 0 && was_inverted.empty()) was_inverted = inverted_cells(cells, before, threads);
+    if (has_turned[i] != 0 || (is_inverted[i] != 0 && was_inverted[i] == 0)) ++count;
+  }
+  return count;
+}
+
+bool wedges_look_inward(const Cells& cells, std::span<const Vec3d> points) {
+  std::size_t wedges = 0;
+  std::size_t inward_wedges = 0;
+  std::size_t inward = 0;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    std::array<Vec3d, 8> corners;
+    const std::span<const std::uint32_t> numbers = cells.corners_of(i);
+    std::transform(numbers.begin(), numbers.end(), corners.begin(), [&](std::uint32_t v) { return points[v]; });
+    const bool is_wedge = cells.kinds[i] == CellKind::wedge;
+    const bool is_inward = cell_quality(cells.kinds[i], std::span(corners).first(numbers.size())).orientation == -1;
+    wedges += is_wedge ? 1 : 0;
+    inward_wedges += is_wedge && is_inward ? 1 : 0;
+    inward += is_inward ? 1 : 0;
+  }
+  const std::size_t others = cells.size() - wedges;
+  return inward_wedges > 0 && 10 * inward_wedges >= 9 * wedges && (others == 0 || inward - inward_wedges < others);
+}
+
 CellCheck check_cells(const VolumeCells& cells, std::span<const Vec3d> points, int threads) {
   const auto greatest = [](const std::vector<double>& values) {
     return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
@@ -143,6 +178,7 @@ CellCheck check_cells(const VolumeCells& cells, std::span<const Vec3d> points, i
     jacobians = jacobians_of(cells, all, threads);
   });
   check.cells = cells.size();
+  check.by_corners = cells.by_corners;
   check.inverted = static_cast<std::size_t>(std::count(jacobians.is_inverted.begin(), jacobians.is_inverted.end(), 1));
   if (!jacobians.values.empty()) {
     check.least_scaled_jacobian = *std::min_element(jacobians.values.begin(), jacobians.values.end());

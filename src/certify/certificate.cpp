@@ -135,7 +135,7 @@ std::vector<bool> of_triangles(const Mesh& mesh, const std::vector<bool>& faces)
 void add_crossings(const Mesh& before, const WrittenShape& after, const Provenance* provenance,
                    const ReplayOptions& replay, Certificate& certificate) {
   SelfIntersectionOptions options{.threads = replay.motion.threads, .progress = replay.progress};
-  const SelfIntersections first = self_intersections(triangulate(before), before.positions, options);
+  const SelfIntersections first = self_intersections(triangulate(WeldedMesh(before).mesh()), before.positions, options);
   const ChangedFaces changed = changed_faces(before, after, provenance);
   const std::vector<bool> gone = of_triangles(before, changed.before);
   const std::vector<bool> made = of_triangles(after.mesh, changed.after);
@@ -145,7 +145,8 @@ void add_crossings(const Mesh& before, const WrittenShape& after, const Provenan
     kept = static_cast<std::size_t>(std::count_if(first.pairs.begin(), first.pairs.end(),
                                                   [&](const auto& pair) { return !gone[pair[0]] && !gone[pair[1]]; }));
   }
-  const SelfIntersections last = self_intersections(triangulate(after.mesh), after.mesh.positions, options);
+  const std::vector<Triangle> triangles = triangulate(WeldedMesh(after.mesh).mesh());
+  const SelfIntersections last = self_intersections(triangles, after.mesh.positions, options);
   certificate.crossings_before = first.count;
   certificate.crossings_after = std::min(kept + last.count, options.limit);
 }
@@ -166,6 +167,11 @@ void add_measures(const Mesh& before, const Mesh& after, bool same_faces, int th
   if (!has_volume || !std::isfinite(error)) return;
   certificate.volume_error = error;
   if (!certificate.det_least) certificate.volume_error_sampling = error - certificate.volume_error_integration;
+}
+
+std::size_t inverted_count(const VolumeCells& cells, std::span<const Vec3d> points) {
+  const std::vector<std::uint8_t> inverted = inverted_cells(cells, points);
+  return static_cast<std::size_t>(std::count(inverted.begin(), inverted.end(), 1));
 }
 
 void add_distances(const std::vector<StrokeDistance>& strokes, Certificate& certificate) {
@@ -206,23 +212,32 @@ void CertificateBuilder::add(const AppliedStroke& stroke) {
 Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float) const {
   const Mesh& before = mesh_;
   const WrittenShape after = written_shape(result.shape, as_float);
+  const WeldedMesh welded(before);
+  const WeldedMesh welded_after(after.mesh);
   Certificate certificate;
   certificate.volume_error_integration = drift_;
   certificate.det_least = det_least_;
   certificate.det_greatest = det_greatest_;
   const std::array<std::function<void()>, 3> works{
       [&] { add_crossings(before, after, result.shape.provenance(), options_, certificate); },
-      [&] { add_measures(before, after.mesh, !result.shape.is_remeshed(), options_.motion.threads, certificate); },
+      [&] {
+        add_measures(welded.mesh(), welded_after.mesh(), !result.shape.is_remeshed(), options_.motion.threads,
+                     certificate);
+      },
       [&] {
         certificate.flipped_triangles = result.shape.is_remeshed()
-                                            ? session_detail::opposing_more(before, after.mesh)
-                                            : count_flipped(before, before.positions, after.mesh.positions);
+                                            ? session_detail::opposing_more(welded.mesh(), welded_after.mesh())
+                                            : count_flipped(welded.mesh(), before.positions, after.mesh.positions);
         add_angles(before, after, certificate);
       }};
   parallel_for(works.size(), 1, options_.motion.threads, [&](std::size_t i, std::size_t) {
     stop_if_cancelled(options_.progress);
     works[i]();
   });
+  if (result.cells) {
+    certificate.inverted_cells_before = inverted_count(*result.cells, before.positions);
+    certificate.inverted_cells_after = inverted_count(*result.cells, after.mesh.positions);
+  }
   certificate.motion_outside = motion_outside_;
   certificate.strokes = strokes_;
   add_distances(strokes_, certificate);

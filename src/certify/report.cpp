@@ -65,9 +65,16 @@ std::size_t count_repeated(std::vector<Vec3d> positions) {
 
 ShapeInfo describe(const Mesh& mesh) {
   ShapeInfo info;
-  info.measures = measure(mesh);
+  const WeldedMesh welded(mesh);
+  info.measures = measure(welded.mesh());
+  info.measures.unused_vertices -= welded.count();
   for (const Attribute& attribute : mesh.attributes) info.attributes.push_back(attribute.name);
   info.notes = describe_defects(info.measures);
+  if (welded.count() > 0) {
+    info.notes.push_back(
+        fmt::format("vertices at the place of an earlier one, as along seams: {}; each place counts as one vertex",
+                    welded.count()));
+  }
   return info;
 }
 
@@ -92,19 +99,20 @@ ShapeInfo describe(const ShapeFile& file, const std::filesystem::path& path) {
 }
 
 SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info, const Progress* progress) {
+  const WeldedMesh welded(mesh);
   SurfaceCheck check;
-  check.self_intersections = self_intersections(triangulate(mesh), mesh.positions, {.progress = progress});
-  check.folded_edges = count_folded_edges(mesh);
+  check.self_intersections = self_intersections(triangulate(welded.mesh()), mesh.positions, {.progress = progress});
+  check.folded_edges = count_folded_edges(welded.mesh());
   const std::size_t count = check.self_intersections.count;
   if (!check.self_intersections.complete) {
     info.notes.push_back(fmt::format("more than {} pairs of triangles intersect; the count stops there", count));
   }
-  const std::size_t repeated = count > 0 ? count_repeated(mesh.positions) : 0;
+  const std::size_t repeated = count > 0 ? count_repeated(mesh.positions) - welded.count() : 0;
   if (repeated > 0) {
-    info.notes.push_back(
-        fmt::format("{} vertices share their position with another one, as along seams; triangles that touch there "
-                    "count as intersecting",
-                    repeated));
+    info.notes.push_back(fmt::format(
+        "{} vertices off the border share their position with another one; triangles that touch there count "
+        "as intersecting",
+        repeated));
   }
   check.info = std::move(info);
   return check;
@@ -137,6 +145,7 @@ namespace {
 Json json_of(const CellCheck& check) {
   return Json{{"cells", check.cells},
               {"inverted", check.inverted},
+              {"by_corners", check.by_corners},
               {"least_scaled_jacobian", check.least_scaled_jacobian},
               {"max_non_orthogonality_deg", check.max_non_orthogonality_deg},
               {"mean_non_orthogonality_deg", check.mean_non_orthogonality_deg},
@@ -203,13 +212,16 @@ void add_measures(const Mesh& mesh, const DeformedShape& result, int threads, Re
   VolumeAndArea before;
   VolumeAndArea deformed;
   bool has_volume = false;
+  const WeldedMesh welded(mesh);
   const std::array<std::function<void()>, 5> works{
       [&] {
-        report.flipped_triangles = result.is_remeshed() ? session_detail::opposing_more(mesh, result.to_mesh())
-                                                        : count_flipped(mesh, mesh.positions, result.positions());
+        const bool is_remeshed = result.is_remeshed();
+        report.flipped_triangles =
+            is_remeshed ? session_detail::opposing_more(welded.mesh(), WeldedMesh(result.to_mesh()).mesh())
+                        : count_flipped(welded.mesh(), mesh.positions, result.positions());
       },
       [&] { report.greatest_stretch = greatest_stretch_of(mesh, result); },
-      [&] { has_volume = is_closed_and_oriented(mesh, threads); },
+      [&] { has_volume = is_closed_and_oriented(welded.mesh(), threads); },
       [&] { before = measure_volume_and_area(mesh, mesh.positions); },
       [&] { deformed = measure_volume_and_area(result.mesh(), result.positions()); },
   };
@@ -277,6 +289,8 @@ Json json_of(const Certificate& certificate) {
           {"det_least", certificate.det_least},
           {"det_greatest", certificate.det_greatest},
           {"motion_outside", certificate.motion_outside},
+          {"inverted_cells_before", certificate.inverted_cells_before},
+          {"inverted_cells_after", certificate.inverted_cells_after},
           {"smallest_angle_before", certificate.smallest_angle_before},
           {"smallest_angle_after", certificate.smallest_angle_after},
           {"touched_angle_before", certificate.touched_angle_before},
@@ -311,6 +325,7 @@ Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOpt
   add_steps(result.shape, report);
   add_measures(mesh, result.shape, options.motion.threads, report);
   add_remesh(result.shape, report);
+  if (result.cells) report.cells = check_cells(*result.cells, result.shape.positions(), options.motion.threads);
   return report;
 }
 
@@ -351,6 +366,7 @@ std::string to_json(const Report& report) {
   if (report.crossings_between) json.set("crossings_between", *report.crossings_between);
   if (report.penetration) json.set("penetration", *report.penetration);
   if (report.remesh) json.set("remesh", json_of(*report.remesh));
+  if (report.cells) json.set("volume_cells", json_of(*report.cells));
   if (report.certificate) json.set("certificate", json_of(*report.certificate));
   return to_indented_text(json);
 }

@@ -6,6 +6,7 @@
 
 #include "knead/flow.h"
 #include "knead/mesh.h"
+#include "support/unwelded.h"
 
 namespace knead::report_test {
 namespace {
@@ -101,6 +102,23 @@ TEST(Report, HasNoVolumeErrorWhereTheShapeIsOpen) {
   EXPECT_FALSE(report.volume_error);
   EXPECT_TRUE(nlohmann::json::parse(to_json(report)).at("volume_error").is_null());
   EXPECT_GT(report.threads, 0);
+}
+
+TEST(Report, UnweldedShapesAreWhatTheirPlacesAre) {
+  const Mesh sphere = make_shape(ShapeKind::sphere, 162);
+  const Mesh soup = test::unwelded(sphere);
+  const ReplayOptions options;
+  const Report report = make_report(soup, replay(soup, one_stroke(), options), options, {});
+  const Report expected = make_report(sphere, replay(sphere, one_stroke(), options), options, {});
+  ASSERT_TRUE(report.volume_error);
+  EXPECT_NEAR(*report.volume_error, *expected.volume_error, 1e-6);
+  const SurfaceCheck check = check_surface(soup, describe(soup));
+  EXPECT_TRUE(check.info.measures.closed());
+  EXPECT_EQ(check.info.measures.unused_vertices, 0U);
+  EXPECT_EQ(check.info.measures.vertices, soup.vertex_count());
+  EXPECT_EQ(check.self_intersections.count, 0U);
+  ASSERT_EQ(check.info.notes.size(), 1U);
+  EXPECT_NE(check.info.notes[0].find("each place counts as one vertex"), std::string::npos);
 }
 
 TEST(Report, OfNothingIsZero) {

@@ -15,6 +15,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
+#include "support/unwelded.h"
 
 namespace knead::fit_test {
 namespace {
@@ -246,6 +247,14 @@ TEST(Fit, TurnsATargetThatIsInsideOut) {
   EXPECT_TRUE(std::any_of(notes.begin(), notes.end(),
                           [](const std::string& note) { return note.find("faces look inward") != std::string::npos; }));
   EXPECT_NEAR(fit.report.after.mean, expected.report.after.mean, 5e-4);
+}
+
+TEST(Fit, UnweldedTargetsAreSurfaces) {
+  const Mesh target = bent_cylinder(30);
+  const BodyFit expected = fit_body(cylinder(), target, {});
+  const BodyFit fit = fit_body(cylinder(), test::unwelded(target), {});
+  EXPECT_NEAR(fit.report.after.mean, expected.report.after.mean, 5e-4);
+  EXPECT_EQ(fit.strokes.size(), expected.strokes.size());
 }
 
 // What cannot be reached without spoiling the shape is no success, and no worse than the landmarks.

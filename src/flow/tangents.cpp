@@ -348,6 +348,7 @@ constexpr double kShortestTangentStep = 1e-9;
 constexpr double kStepOverKink = 1e-6;  // the estimate may ask for less
 constexpr int kStepsBetweenQuestions = 64;
 constexpr double kBeforeKink = 0.98;
+constexpr double kErrorOfRates = 1e-12;  // of the greatest: that of the differences which give them
 
 // A place and its derivatives.
 using State = std::array<Vec3d, 1 + kTangents>;
@@ -362,6 +363,9 @@ class TangentLine {
       : segment_(segment), options_(options), parts_(parts_of(segment)) {
     constexpr std::size_t kBeginAndEnd = 2;
     NextRates next(rates);
+    for (std::size_t k = 0; k < kTangents; ++k) {
+      for (const double rate : rates[k]) rounding_[k] = std::max(rounding_[k], kErrorOfRates * std::abs(rate));
+    }
     for (std::size_t i = 0; i < kBeginAndEnd; ++i) ends_[i] = next(i == 0 ? segment.begin : segment.end);
     std::vector<SegmentMask> masks;
     if (segment.parts.empty()) {
@@ -438,7 +442,8 @@ class TangentLine {
     double most = norm(error[0]) / options_.tolerance;
     for (std::size_t k = 1; k < state.size(); ++k) {
       const double size = std::max(norm(state[k]), norm(first[k]));
-      if (size > 0) most = std::max(most, norm(error[k]) / (options_.relative_tolerance * size));
+      const double allowed = std::max(options_.relative_tolerance * size, rounding_[k - 1]);
+      if (allowed > 0) most = std::max(most, norm(error[k]) / allowed);
     }
     return most;
   }
@@ -515,7 +520,9 @@ class TangentLine {
   std::vector<Segment> parts_;
   std::vector<std::unique_ptr<const VaryingFields>> fields_;  // of the parts
   std::array<Varying, 2> ends_;                               // the begin and the end
-  double reach_ = kInfinity;                                  // of a step
+  std::array<double, kTangents>
+      rounding_{};            // of derivatives, which cannot be asked for where they cancel, as at a pin
+  double reach_ = kInfinity;  // of a step
   double tool_speed_ = 0;
   double turning_ = 0;
   Vec3d turning_center_;

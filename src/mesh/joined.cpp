@@ -1,10 +1,14 @@
+// Several meshes as one; several vertices as one.
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "knead/error.h"
 #include "knead/mesh.h"
+#include "mesh/edges.h"
 
 namespace knead {
 
@@ -121,6 +125,34 @@ std::size_t count_between(const SelfIntersections& found, const JoinedMeshes& jo
   return static_cast<std::size_t>(std::count_if(found.pairs.begin(), found.pairs.end(), [&](const auto& pair) {
     return joined.part_of_face(triangle_source[pair[0]]) != joined.part_of_face(triangle_source[pair[1]]);
   }));
+}
+
+WeldedMesh::WeldedMesh(const Mesh& mesh) : given_(&mesh) {
+  require_faces(mesh, mesh.positions);
+  std::vector<bool> is_border(mesh.vertex_count(), false);
+  for_each_edge(mesh, [&](std::span<const EdgeUse> uses) {
+    if (uses.size() == 1) is_border[uses[0].low] = is_border[uses[0].high] = true;
+  });
+  std::vector<std::uint32_t> border;
+  for (std::uint32_t v = 0; v < is_border.size(); ++v) {
+    if (is_border[v]) border.push_back(v);
+  }
+  const auto key = [&](std::uint32_t v) {
+    const Vec3d& p = mesh.positions[v];
+    return std::tuple(p.x, p.y, p.z, v);
+  };
+  std::sort(border.begin(), border.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::vector<std::uint32_t> first(mesh.vertex_count());
+  std::iota(first.begin(), first.end(), 0U);
+  for (std::size_t i = 1; i < border.size(); ++i) {
+    if (mesh.positions[border[i]] != mesh.positions[border[i - 1]]) continue;
+    first[border[i]] = first[border[i - 1]];
+    ++count_;
+  }
+  if (count_ == 0) return;
+  first_ = std::move(first);
+  own_.emplace(Mesh{mesh.positions, mesh.face_begin, mesh.corner_vertex, {}});
+  for (std::uint32_t& v : own_->corner_vertex) v = first_[v];
 }
 
 }  // namespace knead

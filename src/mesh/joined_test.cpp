@@ -1,9 +1,10 @@
-// Several meshes as one, and the way back.
+// Several meshes as one, and the way back; several vertices as one.
 #include <gtest/gtest.h>
 
 #include <vector>
 
 #include "knead/mesh.h"
+#include "support/unwelded.h"
 
 namespace knead::joined_test {
 namespace {
@@ -118,6 +119,37 @@ TEST(JoinedMeshes, CountsCrossingsOfDifferentMeshesOnly) {
   EXPECT_GT(between(folded), 20U);
   EXPECT_EQ(between(far), 0U);
   EXPECT_GT(self_intersections(triangulate(far.mesh()), far.mesh().positions).count, 20U);
+}
+
+TEST(WeldedMesh, EachPlaceIsOneVertex) {
+  const Mesh sphere = make_shape(ShapeKind::sphere, 642);
+  Mesh soup = test::unwelded(sphere);
+  soup.positions[4].x = -0.0 + soup.positions[4].x;
+  const WeldedMesh welded(soup);
+  EXPECT_EQ(welded.count(), soup.vertex_count() - sphere.vertex_count());
+  EXPECT_TRUE(measure(welded.mesh()).closed());
+  EXPECT_EQ(measure(welded.mesh()).euler, 2);
+  EXPECT_EQ(measure(soup).components, sphere.face_count());
+  EXPECT_EQ(welded.mesh().vertex_count(), soup.vertex_count());
+  for (std::uint32_t v = 0; v < soup.vertex_count(); ++v) {
+    EXPECT_LE(welded.first(v), v);
+    EXPECT_EQ(soup.positions[welded.first(v)], soup.positions[v]);
+  }
+  std::vector<Vec3d> moved = soup.positions;
+  for (std::uint32_t v = 0; v < moved.size(); ++v) moved[v].x += welded.first(v) == v ? 1 : 5;
+  welded.share(moved);
+  EXPECT_EQ(moved[17], soup.positions[17] + Vec3d(1, 0, 0));
+}
+
+// Two closed parts that touch in a vertex have no border.
+TEST(WeldedMesh, WhatOnlyTouchesStaysApart) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 42);
+  Mesh other = ball;
+  for (Vec3d& p : other.positions) p = ball.positions[7] * 2 - p;
+  const JoinedMeshes both{std::vector<const Mesh*>{&ball, &other}};
+  const WeldedMesh welded(both.mesh());
+  EXPECT_EQ(welded.count(), 0U);
+  EXPECT_EQ(&welded.mesh(), &both.mesh());
 }
 
 }  // namespace

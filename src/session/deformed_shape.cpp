@@ -77,6 +77,7 @@ namespace session_detail {
 struct RelaxMesh {
   std::shared_ptr<const Mesh> mesh;
   std::shared_ptr<const Provenance> provenance;
+  WeldedMesh welded;
   remesh_detail::RelaxTopology topology;
 };
 
@@ -101,9 +102,12 @@ remesh_detail::RelaxTopology masked_topology(const Mask& mask, const remesh_deta
 const session_detail::RelaxMesh& DeformedShape::relax_mesh() const {
   if (relax_mesh_ && relax_mesh_->mesh == mesh_ && relax_mesh_->provenance == provenance_) return *relax_mesh_;
   const bool has_creases = provenance_ && provenance_->creases;
-  const std::vector<MeshEdge> creases = has_creases ? *provenance_->creases : find_creases(*start_);
-  relax_mesh_ = std::make_shared<const session_detail::RelaxMesh>(session_detail::RelaxMesh{
-      mesh_, provenance_, remesh_detail::relax_topology(triangles(), positions_.size(), creases)});
+  std::vector<MeshEdge> creases = has_creases ? *provenance_->creases : find_creases(WeldedMesh(*start_).mesh());
+  WeldedMesh welded(*mesh_);
+  for (MeshEdge& crease : creases) crease = {welded.first(crease[0]), welded.first(crease[1])};
+  remesh_detail::RelaxTopology topology = remesh_detail::relax_topology(triangles(), positions_.size(), creases);
+  relax_mesh_ = std::make_shared<const session_detail::RelaxMesh>(
+      session_detail::RelaxMesh{mesh_, provenance_, std::move(welded), std::move(topology)});
   return *relax_mesh_;
 }
 
@@ -122,6 +126,7 @@ AdvectStatus DeformedShape::relax(const RelaxStroke& stroke, double from, double
                    stroke.iterations});
     ++dabs_;
   }
+  relax_mesh().welded.share(positions_);
   return AdvectStatus::done;
 }
 
@@ -253,7 +258,7 @@ Mesh DeformedShape::to_mesh() const {
 }
 
 std::span<const Triangle> DeformedShape::triangles() const {
-  if (!triangles_) triangles_ = std::make_shared<const std::vector<Triangle>>(triangulate(*mesh_));
+  if (!triangles_) triangles_ = std::make_shared<const std::vector<Triangle>>(triangulate(WeldedMesh(*mesh_).mesh()));
   return *triangles_;
 }
 
@@ -357,6 +362,12 @@ void DeformedShape::take(const std::vector<bool>& vertices, const DeformedShape&
   work_ = from.work_;
   earlier_steps_ = from.steps();
   blocks_.reset();
+}
+
+void DeformedShape::set_positions(std::vector<Vec3d> positions) {
+  earlier_steps_ = steps();
+  blocks_.reset();
+  positions_ = std::move(positions);
 }
 
 ShapeState DeformedShape::state(const ShapeState& before) const {

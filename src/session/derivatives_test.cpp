@@ -302,5 +302,23 @@ TEST(Derivatives, OfNoPointsAndNoParametersAreNone) {
   EXPECT_TRUE(SessionDerivatives(session).jvp({}, unit_of(session, 0), {}).points.empty());
 }
 
+// There the derivative is 0 or that of the pin's path, whatever the rounding of what cancels.
+TEST(Derivatives, PointsOnPinsHaveThem) {
+  const Session session = parse_session(R"({"knead": 1, "parameters": {"d": 0.1}})"
+                                        "\n"
+                                        R"({"tool": "pins", "points": [[0, 0, 0], [0.5, 0, 0], [0, 0.3, 0.2]], )"
+                                        R"("to": [["$d", 0, 0], [0.5, 0, 0], [0, 0.3, "$d"]], "radius": 1})"
+                                        "\n",
+                                        "s");
+  const SessionDerivatives derivatives(session);
+  const std::vector<Vec3d> points{{0.5, 0, 0}, {0, 0, 0}, {0, 0.3, 0.2}};
+  DerivativeOptions options;
+  options.diagonal = 6;
+  const PointTangents moved = derivatives.jvp(points, std::vector<double>{1}, options);
+  const std::vector<Vec3d> expected{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
+  for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LT(norm(moved.tangents[i] - expected[i]), 1e-6) << i;
+  EXPECT_NEAR(derivatives.vjp(points, std::vector<Vec3d>(3, {1, 0, 0}), options).front(), 1, 1e-6);
+}
+
 }  // namespace
 }  // namespace knead::derivatives_test

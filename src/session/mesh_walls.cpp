@@ -67,7 +67,6 @@ MeshWalls::MeshWalls(WallParts parts, std::span<const Vec3d> points, double diag
       kept_(points.size()),
       is_fixed_(points.size()),
       diagonal_(diagonal) {
-  if (cells_) was_inverted_ = inverted_cells(*cells_, points, options.threads);
   if (is_flow()) return;
   for (const SlidingWall& wall : walls_) {
     for (const std::uint32_t i : wall.surface.numbers()) {
@@ -104,22 +103,83 @@ double MeshWalls::put_on_planes(std::span<Vec3d> points) const {
   return greatest;
 }
 
-void MeshWalls::require_cells(std::span<const Vec3d> before, std::span<const Vec3d> after, const std::string& name,
-                              int threads) const {
-  if (!cells_) return;
-  const std::vector<std::uint8_t> is_inverted = inverted_cells(*cells_, after, threads);
-  std::vector<std::uint8_t> has_turned;  // of linear cells
-  if (!cells_->is_flat) {
-    has_turned = compare_cells(cells_->cells, before, after, threads, CellValues::inversions).is_inverted;
+std::shared_ptr<const MeshWalls> MeshWalls::without_layers() const {
+  const auto keeps_layers = [](const SlidingWall& wall) { return wall.keeps_layers; };
+  if (!cells_ || std::none_of(walls_.begin(), walls_.end(), keeps_layers)) return nullptr;
+  auto others = std::make_shared<MeshWalls>(*this);
+  const auto is_kept = [&](const Link& link) { return walls_[link.wall].keeps_layers; };
+  std::erase_if(others->links_, is_kept);
+  std::erase_if(others->wall_links_, is_kept);
+  if (pairs_.empty() && std::all_of(walls_.begin(), walls_.end(),
+                                    [&](const SlidingWall& wall) { return keeps_layers(wall) || is_fixed(wall); })) {
+    others->walls_.clear();
   }
-  has_turned.resize(is_inverted.size());
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < is_inverted.size(); ++i) {
-    if (has_turned[i] != 0 || (is_inverted[i] != 0 && was_inverted_[i] == 0)) ++count;
+  return others;
+}
+
+std::vector<Vec3d> MeshWalls::no_worse(std::span<const Vec3d> before, std::span<const Vec3d> with_layers,
+                                       std::span<const Vec3d> without, int threads) const {
+  constexpr int kParts = 8;
+  constexpr double kSameAngle = 0.05;  // degrees
+  const auto quality = [&](std::span<const Vec3d> points) {
+    return std::pair(count_inverted_since(*cells_, before, points, threads),
+                     check_cells(*cells_, points, threads).max_non_orthogonality_deg);
+  };
+  const auto [most_inverted, greatest_angle] = quality(without);
+  std::vector<Vec3d> points(with_layers.begin(), with_layers.end());
+  for (int part = kParts; part > 0; --part) {
+    const double share = static_cast<double>(part) / kParts;
+    for (std::size_t i = 0; i < points.size() && part < kParts; ++i) {
+      points[i] = without[i] + (with_layers[i] - without[i]) * share;
+    }
+    const auto [inverted, angle] = quality(points);
+    if (inverted <= most_inverted && angle <= greatest_angle + kSameAngle) return points;
   }
-  if (count == 0) return;
-  throw QualityLimit(fmt::format("{}: {} cell{} would be inverted; deform less, or give the walls another \"width\"",
-                                 name, count, count == 1 ? "" : "s"));
+  return {without.begin(), without.end()};
+}
+
+namespace {
+
+// Middle nodes go along with the corners beside them.
+void move_middle_nodes(const VolumeCells& cells, std::span<const Vec3d> flowed, std::span<Vec3d> points) {
+  for (std::size_t i = 0; i < cells.middles.cells.size(); ++i) {
+    const std::size_t cell = cells.middles.cells[i];
+    const std::span<const std::uint32_t> corners = cells.cells.corners_of(cell);
+    std::size_t node = cells.middles.first[i];
+    for (const auto& [a, b] : edges_of(cells.cells.kinds[cell])) {
+      const std::uint32_t v = cells.middles.points[node++];
+      points[v] = flowed[v] + (points[corners[a]] - flowed[corners[a]] + points[corners[b]] - flowed[corners[b]]) * 0.5;
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<MeshWalls::KeptCells> MeshWalls::keep_cells(std::span<const Vec3d> before, std::span<const Vec3d> after,
+                                                          const CarryPoints& carry, const std::string& name,
+                                                          int threads, const Progress* progress) const {
+  if (!cells_) return std::nullopt;
+  std::size_t count = count_inverted_since(*cells_, before, after, threads);
+  if (count == 0) return std::nullopt;
+  KeptCells kept{{after.begin(), after.end()}};
+  // The cells of a layer have no points inside, and nodes of the third order would not go along.
+  if (!cells_->is_flat && cells_->by_corners == 0 && cells_->cells.size() > 0) {
+    std::vector<std::uint8_t> fixed(after.size());
+    for (const std::uint32_t v : cells_->on_surfaces) fixed[v] = 1;
+    const auto carry_on = [&](double from, double to, std::span<Vec3d> points) {
+      from == 0 && to == 1 ? static_cast<void>(std::copy(after.begin(), after.end(), points.begin()))
+                           : carry(from, to, points);
+    };
+    const CellOptions options{.fixed = fixed, .threads = threads, .progress = progress};
+    DeformedCells deformed = deform_cells(cells_->cells, before, carry_on, options);
+    kept = {std::move(deformed.points), deformed.freed};
+    move_middle_nodes(*cells_, after, kept.points);
+    count = count_inverted_since(*cells_, before, kept.points, threads);
+  }
+  if (count == 0) return kept;
+  throw QualityLimit(fmt::format("{}: {} cell{} would be inverted; deform less, or give the {} another \"{}\"", name,
+                                 count, count == 1 ? "" : "s", is_flow() ? "strokes" : "walls",
+                                 is_flow() ? "outer" : "width"));
 }
 
 double MeshWalls::width_of(const SlidingWall& wall, std::span<const Vec3d> points, const WallOptions& options) const {

@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "knead/cells.h"
+#include "knead/remesh.h"
 #include "knead/session.h"
 #include "knead/vec.h"
 #include "session/wall_surface.h"
@@ -24,6 +26,7 @@ struct SlidingWall {
   session_detail::WallSurface surface;
   std::optional<double> width{};  // nothing: a tenth of the diagonal, or 3/4 of how far the mesh goes from it
   bool is_followed = true;        // false: it only keeps its points, and the mesh near it does not follow
+  bool keeps_layers = false;      // it is there for that alone
 };
 
 // What put_back() did.
@@ -61,11 +64,29 @@ class MeshWalls {
   // another wall may leave them beside. Returns the greatest distance.
   double put_on_planes(std::span<Vec3d> points) const;
 
-  // Throws QualityLimit, with the session's name, if a cell is inverted that was not before: a corner has turned, or a
-  // middle node or a polyhedron is inverted now. A linear cell that looks to the other side as a whole before is
-  // judged as well: SU2 has such meshes.
-  void require_cells(std::span<const Vec3d> before, std::span<const Vec3d> after, const std::string& name,
-                     int threads) const;
+  // Returns the walls without those that keep layers; null if there are none, or no cells to judge them by.
+  std::shared_ptr<const MeshWalls> without_layers() const;
+
+  // Returns the points with layers kept, or as far on the way there from those without as no cell is worse: the parts
+  // are eighths. Worse are more inverted cells than without, or a greater non-orthogonality.
+  std::vector<Vec3d> no_worse(std::span<const Vec3d> before, std::span<const Vec3d> with_layers,
+                              std::span<const Vec3d> without, int threads) const;
+
+  // What keep_cells() did.
+  struct KeptCells {
+    std::vector<Vec3d> points;
+    std::size_t freed = 0;  // how many points inside have left the flow
+  };
+
+  // Returns nothing if no cell is inverted at `after` that was not `before` (count_inverted_since()). Else returns
+  // points with which none is, by deform_cells(): points on the boundary and on surfaces stay at `after`. `carry` moves
+  // points by a part of the flow. Throws QualityLimit, with the session's name, if cells stay inverted; Cancelled.
+  std::optional<KeptCells> keep_cells(std::span<const Vec3d> before, std::span<const Vec3d> after,
+                                      const CarryPoints& carry, const std::string& name, int threads,
+                                      const Progress* progress) const;
+
+  // Returns the cells; null if there are none.
+  const std::shared_ptr<const VolumeCells>& cells() const { return cells_; }
 
   // Puts the points of the walls back, and moves those near them along. `before`: the points before a part of the
   // stroke, on the walls; `after`: where the flow took them, changed here. What has not moved keeps its bits.
@@ -97,10 +118,9 @@ class MeshWalls {
   std::vector<SlidingWall> walls_;
   std::vector<std::array<std::uint32_t, 2>> pairs_;
   std::shared_ptr<const VolumeCells> cells_;
-  std::vector<std::uint8_t> was_inverted_;  // the cells
-  std::vector<Vec3d> shifts_;               // of the pairs
-  std::vector<std::uint32_t> on_wall_;      // points of all walls, ascending
-  std::vector<std::uint8_t> kept_;          // for each point of the mesh: how many walls and pairs it belongs to
+  std::vector<Vec3d> shifts_;           // of the pairs
+  std::vector<std::uint32_t> on_wall_;  // points of all walls, ascending
+  std::vector<std::uint8_t> kept_;      // for each point of the mesh: how many walls and pairs it belongs to
   std::vector<std::uint8_t> is_fixed_;
   // By their points: of points on no wall, and of points on a wall beside other ones.
   std::vector<Link> links_;

@@ -321,8 +321,12 @@ class Replay {
       if (result_.status == AdvectStatus::step_limit) result_.failed_line = source.line;
       if (result_.status != AdvectStatus::done) return std::move(result_);
     }
-    for (std::size_t i = 0; i < plan_.last_frames; ++i) deliver(shape_);
-    if (options_.frames.count == 0) require_cells(shape_);
+    for (std::size_t i = 0; i < plan_.last_frames; ++i) deliver(shape_, plain_, done_);
+    if (options_.frames.count == 0) {
+      keep_quality(plain_, shape_);
+      keep_cells(done_, shape_);
+    }
+    if (session_.mesh_walls) result_.cells = session_.mesh_walls->cells();
     result_.strokes = plan_.strokes.size();
     shape_.free_layout();
     result_.shape = std::move(shape_);
@@ -331,6 +335,7 @@ class Replay {
 
  private:
   void set_walls(const Mesh& mesh) {
+    if (session_.walls.empty()) return;  // there are cells alone
     const Place place{session_.name, 1};
     if (mesh.face_count() > 0) throw InvalidInput(place, "walls need a mesh without faces");
     if (mesh.vertex_count() < session_.mesh_walls->points()) {
@@ -338,11 +343,44 @@ class Replay {
     }
     shape_.set_walls(session_.mesh_walls);
     if (reference_) reference_->set_walls(session_.mesh_walls);
+    if (const auto others = session_.mesh_walls->without_layers()) {
+      plain_ = shape_;
+      plain_->set_walls(others);
+    }
   }
 
-  void require_cells(const DeformedShape& shape) const {
-    if (!session_.mesh_walls) return;
-    session_.mesh_walls->require_cells(mesh_->positions, shape.positions(), session_.name, options_.motion.threads);
+  // Where keeping layers would cost quality. `plain`: the same without that; nothing where no wall asks for it.
+  void keep_quality(const std::optional<DeformedShape>& plain, DeformedShape& shape) const {
+    if (!plain || result_.status != AdvectStatus::done) return;
+    shape.set_positions(session_.mesh_walls->no_worse(mesh_->positions, shape.positions(), plain->positions(),
+                                                      options_.motion.threads));
+  }
+
+  // Where `flow` has taken the shape.
+  void keep_cells(const Flow& flow, DeformedShape& shape) {
+    const bool has_cells = session_.mesh_walls && session_.mesh_walls->points() <= mesh_->vertex_count();
+    if (!has_cells || shape.is_remeshed() || result_.status != AdvectStatus::done) return;
+    AdvectOptions motion = advect_options(options_.motion, shape.reference_length());
+    motion.precision = Precision::float64;
+    const auto carry = [&](double from, double to, std::span<Vec3d> points) {
+      const auto length = static_cast<double>(flow.segments.size());
+      advect(flow_between(flow, from * length, to * length), points, motion);
+    };
+    std::optional<MeshWalls::KeptCells> kept;
+    try {
+      kept = session_.mesh_walls->keep_cells(mesh_->positions, shape.positions(), carry, session_.name,
+                                             options_.motion.threads, options_.progress);
+    } catch (const Cancelled&) {
+      result_.status = AdvectStatus::cancelled;
+    }
+    if (!kept) return;
+    shape.set_positions(std::move(kept->points));
+    if (!std::exchange(has_freed_, true)) {
+      result_.warnings.push_back(
+          fmt::format("{}: {} of the mesh's points, all inside, leave the flow so that no cell is "
+                      "inverted",
+                      session_.name, kept->freed));
+    }
   }
 
   void apply(PlannedStroke& planned) {
@@ -353,6 +391,9 @@ class Replay {
     StrokeRun run(std::move(planned.stroke), planned.run, shape_, options_.progress);
     const DeformedShape before = options_.on_stroke ? shape_ : DeformedShape();
     if (result_.status == AdvectStatus::done) at_line(session_, source, [&] { run.enter(); });
+    std::optional<StrokeRun> plain;
+    if (plain_ && result_.status == AdvectStatus::done)
+      plain.emplace(run.stroke(), planned.run, *plain_, options_.progress);
     if (result_.status == AdvectStatus::done && !is_backwards(options_)) warn_of_zones(run);
     count(run, expected);
     for (const double moment : planned.frames) {
@@ -360,16 +401,18 @@ class Replay {
       const DeformedShape& frame = run.frame(moment);
       if (run.status() == AdvectStatus::done) {
         at_line(session_, source, [&] { refuse_crossings(source, frame); });
-        deliver(frame);
+        deliver(frame, plain ? std::optional(plain->frame(moment)) : std::nullopt, flow_until(run, moment));
       }
       count(run, 1);
     }
     if (result_.status != AdvectStatus::done) return;
     at_line(session_, source, [&] {
       run.leave();
+      if (plain) plain->leave();
       if (run.status() == AdvectStatus::done) refuse_crossings(source, shape_);
     });
     count(run, work);
+    done_ = flow_until(run, 1);
     if (run.status() == AdvectStatus::done) report(run, before);
     take(run);
   }
@@ -446,9 +489,24 @@ class Replay {
                             std::make_move_iterator(outcome.parts.end()));
   }
 
-  void deliver(const DeformedShape& shape) {
-    require_cells(shape);
-    if (options_.frames.deliver) options_.frames.deliver({frame_++, shape});
+  // What has moved the mesh until a moment of the stroke; nothing without cells.
+  Flow flow_until(const StrokeRun& run, double moment) const {
+    if (!session_.mesh_walls) return {};
+    Flow all = done_;
+    Flow last = run.flow(moment);
+    std::move(last.segments.begin(), last.segments.end(), std::back_inserter(all.segments));
+    return all;
+  }
+
+  void deliver(const DeformedShape& shape, const std::optional<DeformedShape>& plain, const Flow& flow) {
+    std::optional<DeformedShape> kept;
+    if (session_.mesh_walls) {
+      keep_quality(plain, kept.emplace(shape));
+      keep_cells(flow, *kept);
+    }
+    if (result_.status == AdvectStatus::done && options_.frames.deliver) {
+      options_.frames.deliver({frame_++, kept ? *kept : shape});
+    }
   }
 
   void count(const StrokeRun& run, std::size_t segments) {
@@ -467,8 +525,11 @@ class Replay {
   std::optional<DeformedShape> reference_;  // at the standard accuracy, if strokes read that surface
   std::size_t strokes_read_ = 0;            // by the reference
   std::uint64_t points_ = 0;
-  std::uint64_t work_ = 0;  // segments done
+  std::uint64_t work_ = 0;              // segments done
+  std::optional<DeformedShape> plain_;  // the shape without layers kept, if a wall keeps them
   int frame_ = 0;
+  Flow done_;               // what has moved the mesh, if it has cells
+  bool has_freed_ = false;  // points of the mesh from the flow
   ReplayResult result_;
 };
 

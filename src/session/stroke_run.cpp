@@ -269,9 +269,10 @@ std::size_t StrokeRun::segments() const {
   return stroke_.relax != nullptr ? 0 : static_cast<std::size_t>(std::ceil(end()));
 }
 
-Flow StrokeRun::flow() const {
+Flow StrokeRun::flow(double moment) const {
   if (stroke_.relax != nullptr) return {};
-  return options_.backwards ? flow_between(stroke_.flow, end(), 0) : prefix(stroke_.flow, end());
+  const double to = std::min(moment * length(), end());
+  return options_.backwards ? flow_between(stroke_.flow, end(), moment == 1 ? 0 : to) : prefix(stroke_.flow, to);
 }
 
 void StrokeRun::enter() {
@@ -401,8 +402,10 @@ StrokeRun::TakenBack StrokeRun::taken_back_by(unsigned parts) const {
 
 std::vector<bool> StrokeRun::members_of(const StrokeCylinder& limit_cylinder, const TakenBack& back) const {
   const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
-  return limit_cylinder_members(limit_cylinder, shape_.positions(), back.shape.positions(), shape_.triangles(),
-                                10 * tolerance + 1e-3 * limit_cylinder.radius);
+  std::vector<bool> members = limit_cylinder_members(limit_cylinder, shape_.positions(), back.shape.positions(),
+                                                     shape_.triangles(), 10 * tolerance + 1e-3 * limit_cylinder.radius);
+  WeldedMesh(shape_.mesh()).share(members);
+  return members;
 }
 
 // Leaves the limit cylinders out: limit_cylinder_members says which points each held. Where all of them held the whole

@@ -63,7 +63,8 @@ class StrokeRun {
   const PreparedStroke& stroke() const { return stroke_; }  // after enter: as it was read
   StrokeOutcome take_outcome() { return std::move(stroke_.outcome); }
   std::size_t segments() const;  // of the flow that have moved the shape, a part of one counted as one
-  Flow flow() const;             // that the stroke moves the shape by, as far as it is applied
+  // Returns the flow that the stroke moves the shape by until a moment from 0 to 1, as far as it is applied.
+  Flow flow(double moment = 1) const;
   const std::optional<Remeshed>& remeshed() const { return remeshed_; }
 
  private:

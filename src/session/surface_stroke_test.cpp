@@ -12,6 +12,7 @@
 #include "knead/replay.h"
 #include "knead/vec.h"
 #include "support/dual.h"
+#include "support/unwelded.h"
 
 namespace knead::surface_stroke_test {
 namespace {
@@ -282,6 +283,41 @@ TEST_F(SurfaceStroke, PointCloudsWithNormalsArePainted) {
     worst = std::max(worst, norm(painted.shape.positions()[i] - expected.shape.positions()[i]));
   }
   EXPECT_LT(worst, 0.2 * 0.1);
+}
+
+// The places decide, not the numbers of vertices.
+TEST_F(SurfaceStroke, UnweldedShapesMoveAsWeldedOnes) {
+  const Mesh mesh = shape();
+  const Mesh unwelded = test::unwelded(mesh);
+  std::vector<std::string> lines;
+  for (const char* kind : {"paint", "stamp", "slip", "twist"}) lines.push_back(lines_of(kind));
+  lines.emplace_back(R"({"relax": {"points": [[0, 0, 1]], "radius": 0.5}})");
+  lines.emplace_back(R"({"tool": "inflate", "points": [[0, 0, 1]], "radius": 0.4, "volume": 0.01})");
+  for (const std::string& line : lines) {
+    const std::vector<Vec3d> expected = replay(mesh, session_of(line + "\n")).shape.positions();
+    const std::vector<Vec3d> moved = replay(unwelded, session_of(line + "\n")).shape.positions();
+    EXPECT_LT(test::farthest_apart(mesh, expected, moved), 1e-6) << line;
+    EXPECT_GT(test::farthest_apart(mesh, mesh.positions, moved), 1e-4) << line;
+  }
+}
+
+// The two sides of a sheet have normals that cancel where they share places.
+TEST_F(SurfaceStroke, ASheetOfTwoSidesIsPainted) {
+  const Mesh front{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {0, 3, 6}, {0, 1, 2, 0, 2, 3}, {}};
+  Mesh sheet = test::unwelded(front);
+  const std::vector<Vec3d> there = sheet.positions;
+  for (std::uint32_t t = 0; t < 6; t += 3) {
+    for (const std::uint32_t c : {0U, 2U, 1U}) {
+      sheet.positions.push_back(there[t + c]);
+      sheet.corner_vertex.push_back(static_cast<std::uint32_t>(sheet.positions.size() - 1));
+    }
+    sheet.face_begin.push_back(static_cast<std::uint32_t>(sheet.corner_vertex.size()));
+  }
+  const Session painting =
+      session_of(R"({"tool": "paint", "outer": 2, "depth": -0.1, "path": [[0.4, 0.3, 0.1], [0.6, 0.3, 0.1]]})"
+                 "\n");
+  const std::vector<Vec3d> moved = replay(sheet, painting).shape.positions();
+  EXPECT_GT(moved[0].z, 0.01);
 }
 
 }  // namespace

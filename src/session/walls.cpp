@@ -116,7 +116,7 @@ class WallFinder {
 
   void add_layers(const Patch& patch, const Wall& wall) {
     require_faces(patch, "keep layers on");
-    parts_.walls.push_back({WallSurface(Form::open, patch.points, patch.faces, points_), wall.width});
+    parts_.walls.push_back({WallSurface(Form::open, patch.points, patch.faces, points_), wall.width, true, true});
   }
 
   void add_periodic(const Patch& patch, const Patch& other, const Wall& wall) {
@@ -220,7 +220,10 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
   Mirror mirror;
   double width = kBorder * box.diagonal();
   WallFinder finder(points, box.diagonal(), place);
-  if (session.walls.empty()) return session;
+  if (session.walls.empty()) {
+    if (options.cells && options.cells->size() > 0) session.mesh_walls = finder.find(options);
+    return session;
+  }
   if (box.min.z == box.max.z) {  // of two dimensions: the plane of the mesh is a wall, too
     mirror.push_back({{0, 0, 1}, {0, 0, box.min.z}});
     std::vector<std::uint32_t> all(points.size());

@@ -496,9 +496,10 @@ SkinResult pose_skin(const Mesh& mesh, const Skin& skin, const SkinPose& pose, c
   validate(skin, mesh.positions.size());
   validate(skin, pose);
   require_options(options);
-  SkinResult result = Poser(mesh, skin, pose, options).run();
+  const WeldedMesh welded(mesh);
+  SkinResult result = Poser(welded.mesh(), skin, pose, options).run();
   SkinReport& report = result.report;
-  const RestShape rest(mesh, options.threads, options.progress);
+  const RestShape rest(welded.mesh(), options.threads, options.progress);
   report.flow = rest.measure(result.positions);
   if (!measured) return result;
   report.linear = rest.measure(linear_blend(mesh.positions, skin, pose));

@@ -85,7 +85,11 @@ std::optional<PaintSample> SurfaceFinder::closest_on_triangles(const Vec3d& p) c
   const Triangle& triangle = surface_.triangles[found->triangle];
   Vec3d sum{0, 0, 0};
   for (std::size_t i = 0; i < 3; ++i) sum += vertex_normal(triangle[i]) * found->barycentric[i];
-  const std::optional<Vec3d> normal = unit_or_nothing(sum);
+  std::optional<Vec3d> normal = unit_or_nothing(sum);
+  if (!normal) {  // the two sides of a sheet share their vertices: the triangle's own side counts
+    const Vec3d& a = surface_.positions[triangle[0]];
+    normal = unit_or_nothing(cross(surface_.positions[triangle[1]] - a, surface_.positions[triangle[2]] - a));
+  }
   if (!normal) return std::nullopt;
   return PaintSample{found->point, *normal};
 }

@@ -176,7 +176,7 @@ double deepest_penetration(const StampTool& tool, const LiveSurface& surface, co
 namespace {
 
 void require_solid(const Mesh& mesh) {
-  const Measures measures = measure(mesh);
+  const Measures measures = measure(WeldedMesh(mesh).mesh());
   if (measures.faces == 0) throw InvalidInput("\"mesh\" must be a closed surface, and this has no faces");
   if (!measures.closed()) {
     throw InvalidInput(fmt::format("\"mesh\" must be a closed surface, and this has {} boundary edges; close its holes",

@@ -1,4 +1,6 @@
 // knead deform --set and --table: sessions with parameters.
+#include <fmt/format.h>
+
 #include <chrono>
 #include <csignal>
 #include <cstring>
@@ -95,7 +97,8 @@ TEST_F(ParametersTest, OfATableGiveAShapeForEachRow) {
   EXPECT_TRUE(
       read("out/results.csv")
           .starts_with(
-              "name,length,angle,file,moved_vertices,volume_error,greatest_stretch,flipped_triangles,made_of,error\n"
+              "name,length,angle,file,moved_vertices,volume_error,greatest_stretch,flipped_triangles,inverted_cells,"
+              "made_of,error\n"
               "0001,0.1,20,0001.ply,"));
 }
 
@@ -151,10 +154,51 @@ TEST_F(ParametersTest, OfATableMayFailAlone) {
   EXPECT_EQ(read("out/a.ply"), expected("0.1", "1"));
   EXPECT_EQ(read("out/f.ply"), expected("0.2", "9"));
   EXPECT_NE(read("out/results.csv")
-                .find("c,1.5,1,,,,,,,\"s.knead: parameter \"\"length\"\" must be from 0 to 1, got 1.5\"\n"),
+                .find("c,1.5,1,,,,,,,,\"s.knead: parameter \"\"length\"\" must be from 0 to 1, got 1.5\"\n"),
             std::string::npos);
   write("t.csv", "name,length,angle\na,0.1,1\nc,0.5,1\n");
   EXPECT_EQ(batch("out").out, "out: 2 variants, 1 made, 1 kept, 0 failed\n");
+}
+
+// A block of two layers of tetrahedra, of which a strong turn inverts some whatever the points inside do.
+TEST_F(ParametersTest, OfATableSayHowManyCellsAreInverted) {
+  std::string nodes;
+  std::string elements;
+  const auto number = [](int i, int j, int k) { return 1 + i + 3 * (j + 3 * k); };
+  for (int k = 0; k < 3; ++k) {
+    for (int j = 0; j < 3; ++j) {
+      for (int i = 0; i < 3; ++i) nodes += fmt::format("{} {} {} {}\n", number(i, j, k), i, j, k);
+    }
+  }
+  int count = 0;
+  for (int cell = 0; cell < 8; ++cell) {
+    const auto at = [&](int bits) {
+      return number(cell % 2 + bits % 2, cell / 2 % 2 + bits / 2 % 2, cell / 4 + bits / 4);
+    };
+    for (const auto& [a, b] : std::vector<std::pair<int, int>>{{1, 3}, {3, 2}, {2, 6}, {6, 4}, {4, 5}, {5, 1}}) {
+      elements += fmt::format("{} 4 2 1 1 {} {} {} {}\n", ++count, at(0), at(a), at(b), at(7));
+    }
+  }
+  write("b.msh",
+        fmt::format("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n27\n{}$EndNodes\n$Elements\n{}\n{}$EndElements\n",
+                    nodes, count, elements));
+  write(
+      "turn.knead",
+      "{\"knead\": 1, \"parameters\": {\"a\": 5}}\n{\"tool\": \"rotate\", \"center\": [0, 0, 0], \"axis\": [1, 1, 0], "
+      "\"inner\": 0.1, \"outer\": 3, \"angle_deg\": \"$a\"}\n");
+  write("t.csv", "name,a\nsmall,5\nlarge,1500\n");
+  const Outcome outcome = knead({"deform", "b.msh", "turn.knead", "--table", "t.csv", "-o", "cells", "-q"});
+  EXPECT_EQ(outcome.exit_code, 4);
+  EXPECT_NE(outcome.err.find("would be inverted; deform less"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(path("cells/large.msh")));
+  const std::string results = read("cells/results.csv");
+  EXPECT_NE(results.find(",0,0,"), std::string::npos) << results;
+  const json report = json::parse(
+      knead_ok({"deform", "b.msh", "turn.knead", "-o", "o.msh", "--json", "-q", "--require", "no-inverted-cells"}));
+  EXPECT_EQ(report.at("volume_cells").at("inverted"), 0);
+  EXPECT_EQ(report.at("certificate").at("inverted_cells_after"), 0);
+  EXPECT_EQ(knead({"deform", "b.msh", "turn.knead", "--set", "a=1500", "-o", "p.msh", "-q"}).exit_code, 4);
+  EXPECT_FALSE(fs::exists(path("p.msh")));
 }
 
 TEST_F(ParametersTest, OfATableMayMissQuality) {

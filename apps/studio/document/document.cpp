@@ -371,7 +371,8 @@ void Document::count_crossings(Progress& progress) {
     SelfIntersectionOptions options;
     options.threads = options_.threads;
     options.progress = &progress;
-    const SelfIntersections found = self_intersections(triangulate(*state.mesh), state.positions.copy(), options);
+    const SelfIntersections found =
+        self_intersections(triangulate(WeldedMesh(*state.mesh).mesh()), state.positions.copy(), options);
     std::string text =
         found.count == 1 ? "1 pair of triangles crosses" : fmt::format("{} pairs of triangles cross", found.count);
     if (shown_.objects.joined != nullptr && found.complete) {
@@ -444,7 +445,7 @@ Opening prepare(std::vector<DocumentObject> list, const std::string& title, cons
   try {
     const Mesh& mesh = opening.objects.mesh();
     opening.history.emplace(mesh, folder, face_labels(opening.objects), options.threads);
-    opening.measures = measure(mesh);
+    opening.measures = measure(WeldedMesh(mesh).mesh());
     opening.picker = pickers.make(opening.history->state());
     opening.history->prepare();
     check_room_for_drawing(mesh);

@@ -1,5 +1,7 @@
 """Vertices and faces as callers have them."""
 
+import os
+
 from ._knead import InvalidInput
 
 
@@ -11,6 +13,10 @@ def faces_for(vertices, faces=None):
     """
     import numpy as np
 
+    if isinstance(vertices, (str, bytes, os.PathLike)):
+        raise TypeError(f"{vertices!r} is the path of a shape; read it by knead.read")
+    if type(vertices).__name__ == "Scene" and hasattr(vertices, "geometry"):
+        raise TypeError("a trimesh.Scene holds several meshes; give one of scene.geometry, or scene.to_mesh() for all")
     if faces is None:
         if isinstance(vertices, (np.ndarray, list, tuple)):
             return None

@@ -377,6 +377,25 @@ def render(
     return _knead.render(shape, faces, _flows_of(session, shape, faces), look)
 
 
+def picture(shape, session=None):
+    """Returns a small picture as PNG bytes for notebooks; None where there is no OpenGL."""
+    import struct
+    import zlib
+
+    try:
+        pixels = render(shape, session=session, size=(480, 360))
+    except _knead.Unavailable:
+        return None
+    height, width, _ = pixels.shape
+    parts = (
+        (b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)),
+        (b"IDAT", zlib.compress(b"".join(b"\0" + row.tobytes() for row in pixels))),
+        (b"IEND", b""),
+    )
+    chunks = [struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in parts]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+
 _rendering = []  # the process that has rendered first
 
 

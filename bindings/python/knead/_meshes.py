@@ -7,7 +7,7 @@ from ._arrays import faces_for
 from ._deform import _accuracy, deform
 from ._knead import InvalidInput
 from ._session import native_session
-from ._shapes import Shape, cell_blocks
+from ._shapes import Shape, cell_blocks, solid_blocks
 
 
 def deform_cells(
@@ -43,7 +43,7 @@ def deform_cells(
     """
     import numpy as np
 
-    blocks = cell_blocks(cells)
+    blocks = solid_blocks(points, cells)
     count = len(getattr(points, "vertices", getattr(points, "points", points)))
     mask = np.zeros(count, np.uint8)
     if fixed is not None:
@@ -93,7 +93,7 @@ def safe_until(
     """
     accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
     how = (bool(inverse), until, least_scaled_jacobian)
-    return _knead.safe_until(points, cell_blocks(cells), native_session(session), accuracy, how, progress)
+    return _knead.safe_until(points, solid_blocks(points, cells), native_session(session), accuracy, how, progress)
 
 
 def widest_outer(points, cells, stroke):
@@ -116,13 +116,15 @@ def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **opt
     """
     import numpy as np
 
+    faces = faces_for(mesh)
+    if hasattr(mesh, "cast_to_structured_grid"):  # pyvista's images and rectilinear grids, whose points follow from a rule
+        mesh = mesh.cast_to_structured_grid()
     name = next((n for n in ("vertices", "points") if hasattr(mesh, n)), None)
     if name is None:
         raise TypeError(f"deform_mesh needs an object with .vertices or .points, got a {type(mesh).__name__}")
     package = type(mesh).__module__.split(".")[0]
     given = np.asarray(getattr(mesh, name))
     if least_scaled_jacobian is None:
-        faces = faces_for(mesh)
         if "precision" not in options and _has_volume_cells(mesh):
             options["precision"] = "float64"
         moved = deform(_in_space(given), session, faces, **options)

@@ -63,6 +63,8 @@ class Session(collections.abc.MutableSequence):
     def __init__(self, strokes=(), mesh=None, note=None, parameters=None, walls=None):
         if isinstance(strokes, (Stroke, dict)):
             strokes = [strokes]
+        if isinstance(strokes, (str, bytes, os.PathLike)):
+            raise TypeError(f"{strokes!r} is the path of a session; read it by knead.Session.read")
         named = isinstance(strokes, Session) and parameters is None
         self._parameters = strokes._parameters if named else _native_parameters(parameters)
         if walls is None:
@@ -221,6 +223,18 @@ class Session(collections.abc.MutableSequence):
         return self.text() == other.text()
 
     __hash__ = None
+
+    def _repr_png_(self):
+        """Draws the tools on the shape that a session's file names; None for others."""
+        from ._deform import picture
+        from ._shapes import read
+
+        if not (self.mesh and self.path):
+            return None
+        try:
+            return picture(read(os.path.join(os.path.dirname(self.path), self.mesh)), self)
+        except (_knead.FileError, _knead.InvalidInput):
+            return None
 
     def __repr__(self):
         given = ("mesh", self.mesh), ("note", self.note), ("parameters", self.parameters or None), ("walls", self.walls or None)

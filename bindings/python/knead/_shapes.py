@@ -2,9 +2,28 @@
 
 import json
 import os
+import warnings
 
 from . import _knead
 from ._arrays import faces_for
+
+
+class Attributes(list):
+    """The names of the attributes of a Shape; with a name as index, the numbers of one."""
+
+    def __init__(self, shape):
+        super().__init__(shape._native.attributes())
+        self._shape = shape
+
+    def __getitem__(self, name):
+        return self._shape._native.attribute(name) if isinstance(name, str) else super().__getitem__(name)
+
+    def __setitem__(self, name, values):
+        import numpy
+
+        shape = self._shape
+        shape._native = shape._native.with_attribute(name, numpy.asarray(values), shape._vertices)
+        super().__setitem__(slice(None), shape._native.attributes())
 
 
 class Shape:
@@ -74,8 +93,13 @@ class Shape:
 
     @property
     def attributes(self):
-        """The names of what else the file holds for vertices, corners and faces."""
-        return self._native.attributes()
+        """What else the file holds for vertices, corners or faces: a list of names; with a name as index the numbers.
+
+        shape.attributes["color"] is a new array with a row for each element, of the type that the file has; assign
+        another of that shape, or one under a new name for each vertex, face or corner, as far as the format can hold it.
+        Normals are those of the file; write() turns them with the vertices that have moved since they were read or set.
+        """
+        return Attributes(self)
 
     @property
     def format(self):
@@ -95,6 +119,11 @@ class Shape:
         an unknown extension.
         """
         self._native.write(os.fspath(path), self._vertices, double, decimals)
+
+    def _repr_png_(self):
+        from ._deform import picture
+
+        return picture(self)
 
     def __repr__(self):
         return f"<knead.Shape: {self.format}, {len(self._vertices)} vertices>"
@@ -149,12 +178,12 @@ def check_cells(points, cells, before=None):
     `before`, the points before the deformation, also volume_ratio, and inverted says whether a corner has turned since; a
     cell that was flat or tangled before is not counted.
     cells: (m, 4) tetrahedra, (m, 5) pyramids, (m, 6) wedges or (m, 8) hexahedra in VTK's order of corners; or the cells
-    of a meshio mesh, of which surfaces, lines and points are left out. The wedges of Gmsh have their triangles the other
-    way round: give `before`. Raises InvalidInput for a corner that is no point.
+    of a meshio mesh, of which surfaces, lines and points are left out. Wedges that look inward, as Gmsh numbers them, are
+    turned, with a warning. Raises InvalidInput for a corner that is no point.
     """
     import numpy as np
 
-    blocks = cell_blocks(cells)
+    blocks = solid_blocks(points if before is None else before, cells)
 
     def measured(places):
         parts = [_knead.cell_qualities(places, block) for block in blocks]
@@ -171,6 +200,16 @@ def check_cells(points, cells, before=None):
     turned = jacobian * np.where(was == -1, -1, 1)
     inverted = (orientation != was) & (was != 0)
     return {"volume": volume, "volume_ratio": ratio, "scaled_jacobian": turned, "inverted": inverted, **faces}
+
+
+def solid_blocks(points, cells):
+    """Returns the volume cells as cell_blocks, with wedges that look inward turned."""
+    blocks = cell_blocks(cells)
+    wedges = [block.ndim == 2 and block.shape[1] == 6 for block in blocks]
+    if not any(wedges) or not _knead.wedges_look_inward(points, blocks):
+        return blocks
+    warnings.warn("the wedges look inward, as Gmsh numbers them; they are read with their triangles turned", stacklevel=3)
+    return [block[:, [0, 2, 1, 3, 5, 4]] if wedge else block for block, wedge in zip(blocks, wedges, strict=True)]
 
 
 def cell_blocks(cells, is_flat=False):

@@ -304,6 +304,10 @@ void add_cells(py::module_& module) {
   module.def("cell_qualities", &cell_qualities);
   module.def("cell_face_qualities", &cell_face_qualities);
   module.def("deform_cells", &deform_cells_by);
+  module.def("wedges_look_inward", [](const py::object& vertices, const std::vector<CellArray>& blocks) {
+    const Points points = points_from(vertices, "points");
+    return wedges_look_inward(cells_from(blocks, points.span().size()), points.span());
+  });
   module.def("safe_until", &safe_until_of);
   module.def("widest_outer", &widest_outer_of);
 }

@@ -44,7 +44,7 @@ class Surface {
     mesh_ = mesh_from(points_from(vertices, "vertices"), faces);
     const py::gil_scoped_release released;
     validate(mesh_);
-    triangles_ = triangulate(mesh_);
+    triangles_ = triangulate(WeldedMesh(mesh_).mesh());
     link();
     tree_.emplace(triangles_, mesh_.positions);
   }

@@ -10,7 +10,7 @@ from knead import _strokes
 HEAD = '''# Made by bindings/python/tests/make_stubs.py.
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
 from os import PathLike
-from typing import Any, ClassVar, Literal, Protocol, TypeVar, overload
+from typing import Any, ClassVar, Literal, Protocol, SupportsIndex, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -120,6 +120,15 @@ class Session(MutableSequence[Stroke]):
     def __delitem__(self, index: int | slice) -> None: ...
     def insert(self, index: int, value: Stroke | Mapping[str, Any]) -> None: ...
 
+class _Attributes(list[str]):
+    @overload
+    def __getitem__(self, name: str) -> NDArray[Any]: ...
+    @overload
+    def __getitem__(self, name: SupportsIndex) -> str: ...
+    @overload
+    def __getitem__(self, name: slice) -> list[str]: ...
+    def __setitem__(self, name: str, values: ArrayLike) -> None: ...  # type: ignore[override]
+
 class Shape:
     def __init__(self, vertices: Points_, faces: Faces | None = None) -> None: ...
     @property
@@ -133,7 +142,7 @@ class Shape:
     @property
     def patches(self) -> dict[str, NDArray[np.uint32]]: ...
     @property
-    def attributes(self) -> list[str]: ...
+    def attributes(self) -> _Attributes: ...
     @property
     def format(self) -> str: ...
     @property
@@ -297,6 +306,7 @@ class Fit:
     report: dict[str, Any]
     problem: str
 
+@overload
 def fit(
     source: Points_ | tuple[ArrayLike, Faces],
     target: Points_ | tuple[ArrayLike, Faces],
@@ -309,7 +319,22 @@ def fit(
     also: Iterable[Points_] = (),
     max_stretch: float = 5,
     threads: int = 0,
-    progress: Progress | None = None,
+    progress: None = None,
+) -> Fit: ...
+@overload
+def fit(
+    source: Points_ | tuple[ArrayLike, Faces],
+    target: Points_ | tuple[ArrayLike, Faces],
+    landmarks: ArrayLike | None = None,
+    map: ArrayLike | Literal["functional"] | None = None,
+    *,
+    volume: Literal["keep", "total", "free"] = "keep",
+    align: bool | Literal["auto", "always", "never"] = True,
+    surface: bool = True,
+    also: Iterable[Points_] = (),
+    max_stretch: float = 5,
+    threads: int = 0,
+    progress: Progress,
 ) -> Fit | None: ...
 
 class Population:

@@ -194,3 +194,43 @@ def test_one_session_moves_several_shapes():
     assert np.array_equal(both[1], knead.deform(shirt, pull, diagonal=size))
     with pytest.raises(TypeError, match="sequence of shapes"):
         knead.deform(body, pull, also=shirt)
+
+
+def test_chunks_have_the_bits_of_the_whole(sphere, pull):
+    size = float(np.linalg.norm(np.ptp(sphere.vertices, axis=0)))
+    whole = knead.deform(sphere.vertices, pull)
+    for count in (3, 7):
+        parts = [knead.deform(part, pull, diagonal=size) for part in np.array_split(sphere.vertices, count)]
+        assert bits(np.concatenate(parts)) == bits(whole)
+
+
+def test_paths_are_no_shapes_and_no_sessions(sphere, pull, tmp_path):
+    with pytest.raises(TypeError, match="read it by knead.read"):
+        knead.deform("file.stl", pull)
+    with pytest.raises(TypeError, match="knead.Session.read"):
+        knead.deform(sphere.vertices, tmp_path / "s.knead")
+    with pytest.raises(TypeError, match="knead.Session.read"):
+        knead.Session("s.knead")
+
+
+def test_scenes_and_images(sphere, pull):
+    scene = type("Scene", (), {"geometry": {}})()
+    for take in (knead.deform, knead.deform_mesh):
+        with pytest.raises(TypeError, match="several meshes"):
+            take(scene, pull)
+
+    class Grid:
+        def __init__(self, points):
+            self.points = points
+
+        def copy(self):
+            return Grid(self.points.copy())
+
+    class Image:
+        points = property(lambda self: sphere.vertices)
+
+        def cast_to_structured_grid(self):
+            return Grid(sphere.vertices.copy())
+
+    moved = knead.deform_mesh(Image(), pull)
+    assert isinstance(moved, Grid) and bits(moved.points) == bits(knead.deform(sphere.vertices, pull))

@@ -82,10 +82,29 @@ def test_a_flow_keeps_the_volume_of_cells():
 
 def test_gmsh_orders_wedges_the_other_way():
     wedge = np.array([[0, 1, 3, 4, 5, 7]])
-    assert knead.check_cells(CUBE, wedge)["inverted"].all()
-    quality = knead.check_cells(CUBE * 2, wedge, before=CUBE)
+    as_vtk = wedge[:, [0, 2, 1, 3, 5, 4]]
+    with pytest.warns(UserWarning, match="look inward, as Gmsh numbers them"):
+        quality = knead.check_cells(CUBE, wedge)
+    for key, values in knead.check_cells(CUBE, as_vtk).items():
+        assert (quality[key] == values).all(), key
+    assert not quality["inverted"].any()
+    with pytest.warns(UserWarning, match="Gmsh"):
+        quality = knead.check_cells(CUBE * 2, wedge, before=CUBE)
     assert not quality["inverted"].any() and (quality["scaled_jacobian"] > 0).all()
     assert quality["volume_ratio"] == pytest.approx(8)
+
+
+def test_gmsh_wedges_beside_hexahedra():
+    """A hexahedron, and a wedge on its side x = 1 in Gmsh's order."""
+    points = np.vstack([CUBE, [[2, 0, 0], [2, 0, 1]]])
+    blocks = [type("Block", (), {"type": kind, "data": np.array([corners])})() for kind, corners in
+              (("hexahedron", range(8)), ("wedge", (1, 8, 2, 5, 9, 6)))]
+    with pytest.warns(UserWarning, match="Gmsh"):
+        quality = knead.check_cells(points, blocks)
+    assert not quality["inverted"].any() and quality["non_orthogonality_deg"].max() < 40
+    with pytest.warns(UserWarning, match="Gmsh"):
+        moved, report = knead.deform_cells(points, blocks, knead.Implicit(path=[[0, 0, 0], [0.1, 0, 0]], inner=0.1, outer=0.5))
+    assert report["result"]["inverted"] == 0 and report["result"]["least_scaled_jacobian"] > 0.3
 
 
 def test_cells_that_were_flat_before_are_not_counted():

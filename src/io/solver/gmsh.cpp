@@ -28,10 +28,6 @@ struct GmshGroups {
   std::array<std::vector<std::int64_t>, 2> cells;
 };
 
-// By gmsh's number of the type, from 1.
-constexpr std::array<std::uint8_t, 21> kElementPoints = {2,  3,  4,  4, 8, 6,  5,  3,  6, 9, 10,
-                                                         27, 18, 14, 1, 8, 20, 15, 13, 9, 10};
-
 // What stands between $MeshFormat and its end.
 struct GmshHead {
   bool is_4 = false;
@@ -245,17 +241,16 @@ class GmshScan {
     }
   }
 
-  std::size_t element_points(std::int64_t type) const {
-    if (type < 1 || type > static_cast<std::int64_t>(kElementPoints.size())) {
-      text_.fail("elements of the type " + std::to_string(type) + " are not known");
-    }
-    return kElementPoints[static_cast<std::size_t>(type - 1)];
+  const GmshElement& element_of(std::int64_t type) const {
+    const GmshElement* const element = gmsh_element(type);
+    if (element == nullptr) text_.fail("elements of the type " + std::to_string(type) + " are not known");
+    return *element;
   }
 
   template <class T>
   void read_element_points(std::int64_t type, std::span<const std::int64_t> groups, std::int64_t dimension) {
     std::vector<std::int64_t> element{type};
-    for (std::size_t k = element_points(type); k > 0; --k) element.push_back(number<T>());
+    for (std::size_t k = element_of(type).points; k > 0; --k) element.push_back(number<T>());
     if (dimension == 2 || dimension == 3) {
       std::vector<std::int64_t>& cells = groups_->cells[static_cast<std::size_t>(dimension - 2)];
       cells.insert(cells.end(), element.begin(), element.end());
@@ -284,13 +279,6 @@ class GmshScan {
     }
   }
 
-  // The dimension of the elements of a type, by gmsh's number.
-  static std::int64_t dimension_of(std::int64_t type) {
-    if (type == 15) return 0;
-    if (type == 1 || type == 8) return 1;
-    return type == 2 || type == 3 || type == 9 || type == 10 || type == 16 || type == 20 || type == 21 ? 2 : 3;
-  }
-
   void read_elements_2() {
     const std::int64_t count = is_binary_ ? whole_of(last_line_word()) : whole_of(text_.next());
     for (std::int64_t i = 0; i < count;) {
@@ -305,7 +293,7 @@ class GmshScan {
           const std::int64_t value = small();
           if (tag == 0) groups.push_back(value);
         }
-        read_element_points<std::int32_t>(type, groups, dimension_of(type));
+        read_element_points<std::int32_t>(type, groups, element_of(type).dimension());
       }
       i += std::max<std::int64_t>(equal, 1);
     }
@@ -360,7 +348,7 @@ void for_each_element(const std::vector<std::int64_t>& elements, const PointInde
   for (std::size_t i = 0; i < elements.size();) {
     const std::int64_t type = elements[i++];
     points.clear();
-    for (std::size_t k = kElementPoints[static_cast<std::size_t>(type - 1)]; k > 0; --k) {
+    for (std::size_t k = gmsh_element(type)->points; k > 0; --k) {
       points.push_back(index(elements[i++]));
     }
     use(type, points);
@@ -403,6 +391,10 @@ VolumeCells gmsh_cells(std::string_view bytes, const std::string& name, std::spa
   const bool flat = is_flat(points);
   for_each_element(groups.cells[flat ? 0 : 1], index, [&](std::int64_t type, std::span<const std::uint32_t> numbers) {
     flat ? add_flat_cell(type, numbers, points, cells) : add_cell(type, numbers, cells);
+  });
+  if (flat) return cells;
+  for_each_element(groups.cells[0], index, [&](std::int64_t, std::span<const std::uint32_t> numbers) {
+    cells.on_surfaces.insert(cells.on_surfaces.end(), numbers.begin(), numbers.end());
   });
   return cells;
 }

@@ -135,6 +135,23 @@ std::string_view trimmed(std::string_view text);
 // Returns the words of a line whose first one is given. Throws InvalidInput if it has fewer.
 PointSite words_from(std::string_view first, std::size_t dimensions, TextCursor& text);
 
+// An element of gmsh: of a point, an edge, a triangle, and so on.
+struct GmshElement {
+  enum class Form : std::uint8_t { point, edge, triangle, quadrilateral, tetrahedron, hexahedron, wedge, pyramid };
+  std::uint8_t type = 0;
+  Form form = Form::point;
+  std::uint8_t order = 1;
+  std::uint8_t points = 1;
+
+  std::int64_t dimension() const {
+    return form >= Form::tetrahedron ? 3 : form >= Form::triangle ? 2 : form == Form::edge;
+  }
+};
+
+// Returns the element of gmsh's number: those up to the fifth order, and up to the third also those without nodes inside
+// faces and cells; null for others.
+const GmshElement* gmsh_element(std::int64_t type);
+
 // Appends the triangles of a face, or an edge, of an element of gmsh's type; none for a point or a cell.
 void add_faces(std::int64_t type, std::span<const std::uint32_t> points, std::vector<Triangle>& faces);
 

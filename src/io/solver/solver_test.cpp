@@ -310,6 +310,43 @@ TEST(Patches, HaveTheNamesAndPointsOfTheirFiles) {
   EXPECT_TRUE(read_patches("a.bdf", parse_shape(bdf_samples()[0].bytes, "bdf", "a")).empty());
 }
 
+// By their corners. A face has nodes in the order of its corners, its edges, and what is inside.
+TEST(Cells, OfTheThirdOrderAreThoseOfTheirCorners) {
+  const auto third = [](int k) { return std::to_string(k / 3.0); };
+  std::string nodes;
+  for (const auto& [i, j, k] :
+       std::vector<std::array<int, 3>>{{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {0, 0, 3}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0},
+                                       {1, 2, 0}, {0, 2, 0}, {0, 1, 0}, {0, 0, 2}, {0, 0, 1}, {0, 1, 2}, {0, 2, 1},
+                                       {1, 0, 2}, {2, 0, 1}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}) {
+    nodes += std::to_string(std::count(nodes.begin(), nodes.end(), '\n') + 1) + " " + third(i) + " " + third(j) + " " +
+             third(k) + "\n";
+  }
+  std::string tetrahedron = "2 29 2 1 1";
+  for (int k = 1; k <= 20; ++k) tetrahedron += " " + std::to_string(k);
+  const std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n20\n" + nodes +
+                           "$EndNodes\n$Elements\n2\n1 21 2 7 7 1 2 3 5 6 7 8 9 10 17\n" + tetrahedron +
+                           "\n$EndElements\n";
+  const ShapeFile shape = parse_shape(text, "msh", "a.msh");
+  const VolumeCells cells = read_cells("a.msh", shape);
+  ASSERT_EQ(cells.size(), 1U);
+  EXPECT_EQ(cells.by_corners, 1U);
+  const CellCheck check = check_cells(cells, shape.mesh.positions);
+  EXPECT_EQ(check.inverted, 0U);
+  EXPECT_EQ(check.by_corners, 1U);
+  const std::vector<Patch> patches = read_patches("a.msh", shape);
+  const auto found = std::find_if(patches.begin(), patches.end(), [](const Patch& patch) { return patch.name == "7"; });
+  ASSERT_NE(found, patches.end());
+  EXPECT_EQ(found->faces.size(), 9U);
+  double area = 0;
+  for (const Triangle& t : found->faces) {
+    const std::vector<Vec3d>& p = shape.mesh.positions;
+    const Vec3d twice = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+    EXPECT_GT(twice.z, 0.1);
+    area += 0.5 * twice.z;
+  }
+  EXPECT_NEAR(area, 0.5, 1e-5);
+}
+
 // As SU2's own meshes and gmsh's have them: gmsh's own format has wedges that look to the other side.
 TEST(Cells, WedgesOfSu2HaveTheirCornersAsVtkHasThem) {
   const std::string text =
