@@ -512,6 +512,7 @@ ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improv
   SurfaceMemory own;
   Improvement task = with_memory(improvement, own);
   task.exact = true;
+  task.may_collapse = false;
   task.memory->begin(surface, task.threads);
   const double chord = chord_of(surface, task);
   const Level level{kMendBelow, widest_bounds(chord), 0, 2 * chord};

@@ -53,6 +53,7 @@ struct Improvement {
   SurfaceMemory* memory = nullptr;     // of this surface, for several functions in a row; null: they use their own
   int threads = 1;                     // as for parallel_for; changes no bit
   bool exact = false;                  // vertices stay in the planes and on the lines of the surface
+  bool may_collapse = true;
 };
 
 struct ImprovementCounts {
@@ -81,7 +82,8 @@ inline constexpr int kGuardedLevels = 8;
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level);
 
 // Improves thin triangles of the flat faces of parts before a deformation, as mend() does, but in their planes: then the
-// deformation is followed from good triangles that lie where the thin ones did. `surface.after` must be `before`.
+// deformation is followed from good triangles that lie where the thin ones did. Removes none. `surface.after` must be
+// `before`.
 ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improvement);
 
 // Moves all free vertices but the locked ones a little, so that the volume grows by about `volume`.

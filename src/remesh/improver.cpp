@@ -78,7 +78,8 @@ Improver::Improver(Surface& surface, const Improvement& improvement)
       deadline_(improvement.deadline),
       guard_(improvement.guard),
       memory_(improvement.memory),
-      exact_(improvement.exact) {}
+      exact_(improvement.exact),
+      may_collapse_(improvement.may_collapse) {}
 
 bool Improver::is_open(std::uint32_t v) const {
   return s_.has(v, kRegion) && !s_.has(v, kFixed) && !s_.has(v, kRemoved);
@@ -283,7 +284,7 @@ void Improver::evaluate_merge(Merge& merge, double least_quality, const Bounds& 
 }
 
 bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds) {
-  if (s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
+  if (!may_collapse_ || s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
   Merge best;
   for (Merge& merge : plan_merges(h, bounds)) {
     // The first candidate keeps the volume; if it is good, the others are not needed.

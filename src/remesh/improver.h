@@ -160,6 +160,7 @@ class Improver {
   CrossingGuard* guard_ = nullptr;
   SurfaceMemory* memory_ = nullptr;
   bool exact_ = false;
+  bool may_collapse_ = true;
   Star star_;
   std::vector<std::uint32_t> moving_;  // by restore_volume()
   std::vector<Vec3d> moving_stars_;
