@@ -125,7 +125,9 @@ std::vector<std::uint8_t> add_edges_of_parts(const Surface& s, const std::vector
     }
     if (creases[e] == 0) continue;
     on_crease[s.origin(h)] = on_crease[s.target(h)] = 1;
-    for (const std::uint32_t side : {h, s.opposite[h]}) facet_of(side).has_crease = true;
+    for (const std::uint32_t side : {h, s.opposite[h]}) {
+      if (side != kNone) facet_of(side).has_crease = true;
+    }
   }
   for (std::size_t e = 0; e < bends.size(); ++e) {
     const std::uint32_t h = s.halfedge[e];
