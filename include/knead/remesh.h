@@ -185,8 +185,8 @@ Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformat
 
 // Returns the mesh refined and improved where it lies, as `knead remesh` does: the whole of it, with its creases. The
 // surface stays, to kExactDistance of its diagonal, unless the settings name `min_edge` or `max_chord`: then curved
-// parts may move by about `max_chord`. Of the options, `targets`, `whole`, `exact` and `creases` are replaced. Throws as
-// above, and QualityLimit if the surface did not stay.
+// parts may move by about `max_chord`. Of the options, `targets`, `whole`, `exact` and `creases` are replaced. Throws
+// as above, and QualityLimit if the surface did not stay.
 Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options = {});
 
 // What a deformation did to the cells of a volume mesh.

@@ -66,9 +66,7 @@ struct Facet {
   bool has_crease = false;
 
   // One triangle, and the two of a quadrilateral, are also found in curved surfaces.
-  bool is_of_part() const {
-    return triangles >= kClearlyFlat || (is_narrow && (triangles > 1 || has_crease));
-  }
+  bool is_of_part() const { return triangles >= kClearlyFlat || (is_narrow && (triangles > 1 || has_crease)); }
 };
 
 }  // namespace

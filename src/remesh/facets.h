@@ -31,6 +31,7 @@ std::vector<Bend> find_bends(const Surface& s, double angle_deg, const Progress*
 // - soft edges between two vertices of creases.
 // Other edges belong to a rough or curved surface. Removes flat edges. Returns 1 for each triangle of a face that has
 // three of them, or is long and narrow.
-std::vector<std::uint8_t> add_edges_of_parts(const Surface& s, const std::vector<Bend>& bends, std::vector<std::uint8_t>& creases);
+std::vector<std::uint8_t> add_edges_of_parts(const Surface& s, const std::vector<Bend>& bends,
+                                             std::vector<std::uint8_t>& creases);
 
 }  // namespace knead::remesh_detail

@@ -25,7 +25,8 @@ Mesh in_triangles(const Mesh& mesh) {
   return result;
 }
 
-// A plate of 12 triangles, 120 x 20 x 4, as large as said, turned and moved, with coordinates rounded to float as in STL.
+// A plate of 12 triangles, 120 x 20 x 4, as large as said, turned and moved, with coordinates rounded to float as in
+// STL.
 Mesh plate(double size = 1) {
   Mesh mesh = in_triangles(prism({{-60, -10, 0}, {60, -10, 0}, {60, 10, 0}, {-60, 10, 0}}));
   const double c = std::cos(0.4);
@@ -78,7 +79,7 @@ TEST(Parts, EverySharpEdgeOfAPlateIsACrease) {
 }
 
 TEST(Parts, TheStripsOfARoundBarMeetAtCreases) {
-  EXPECT_EQ(find_creases(round_bar()).size(), 120U);  // of 9 degrees along it, and two rims
+  EXPECT_EQ(find_creases(round_bar()).size(), 120U);      // of 9 degrees along it, and two rims
   EXPECT_TRUE(find_creases(quad_torus(24, 12)).empty());  // its quadrilaterals are flat, too, but of a curved grid
 }
 

@@ -75,15 +75,15 @@ struct ImprovementCounts {
 ImprovementCounts improve(Surface& surface, const Improvement& improvement);
 
 // Changes the worst triangles in any way that improves them. Each level from 0 to kMendLevels - 1 allows larger
-// changes. Levels kMendLevels to kGuardedLevels - 1 are for surfaces where that made triangles cross: they allow smaller
-// and smaller changes.
+// changes. Levels kMendLevels to kGuardedLevels - 1 are for surfaces where that made triangles cross: they allow
+// smaller and smaller changes.
 inline constexpr int kMendLevels = 4;
 inline constexpr int kGuardedLevels = 8;
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level);
 
-// Improves thin triangles of the flat faces of parts before a deformation, as mend() does, but in their planes: then the
-// deformation is followed from good triangles that lie where the thin ones did. Removes none. `surface.after` must be
-// `before`.
+// Improves thin triangles of the flat faces of parts before a deformation, as mend() does, but in their planes: then
+// the deformation is followed from good triangles that lie where the thin ones did. Removes none. `surface.after` must
+// be `before`.
 ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improvement);
 
 // Moves all free vertices but the locked ones a little, so that the volume grows by about `volume`.

@@ -366,8 +366,8 @@ class Remesher {
   void improve_once(int step, CrossingGuard* guard, SurfaceMemory& memory) {
     Surface& s = surface();
     stop_if_cancelled(options_.progress);
-    const Improvement improvement{options_.targets, options_.progress, guard, &deadline_, &memory, options_.threads,
-                                  options_.exact};
+    const Improvement improvement{options_.targets, options_.progress, guard,         &deadline_,
+                                  &memory,          options_.threads,  options_.exact};
     if (improve_) {
       if (step == 1) count(improve_(s, improvement));
     } else if (step == 0) {
@@ -467,8 +467,8 @@ double greatest_distance(std::span<const Vec3d> points, const Mesh& mesh, const 
   return *std::max_element(most.begin(), most.end());
 }
 
-// Returns the greatest distance between the surfaces before and after, from the vertices that one of them lacks and from
-// the middles of the faces after.
+// Returns the greatest distance between the surfaces before and after, from the vertices that one of them lacks and
+// from the middles of the faces after.
 double distance_between(const Mesh& before, const Remeshed& after, const RemeshOptions& options) {
   std::vector<std::uint8_t> stays(before.vertex_count(), 0);
   std::vector<Vec3d> of_after;
@@ -504,9 +504,10 @@ Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions 
   result.counts.distance = distance_between(mesh, result, options);
   const double most = kExactDistance * options.targets.diagonal + plane_tolerance(mesh.positions);
   if (options.exact && result.counts.distance > most) {
-    throw QualityLimit(fmt::format("the surface would move by {:.1g} of its size; where it may, say by how much: "
-                                   "\"max_chord\" of {:.1g}",
-                                   result.counts.distance / options.targets.diagonal, kDefaultMaxChord));
+    throw QualityLimit(
+        fmt::format("the surface would move by {:.1g} of its size; where it may, say by how much: "
+                    "\"max_chord\" of {:.1g}",
+                    result.counts.distance / options.targets.diagonal, kDefaultMaxChord));
   }
   return result;
 }
