@@ -1,4 +1,4 @@
-// knead remesh SHAPE -o OUT: refines a mesh and improves its triangles; the shape stays as it is.
+// knead remesh SHAPE -o OUT: refines a mesh and improves its triangles; the surface stays where it is.
 #include <fmt/format.h>
 
 #include <array>
@@ -43,7 +43,8 @@ std::string json_of(const Remeshed& result) {
                   {"splits", counts.splits},
                   {"collapses", counts.collapses},
                   {"flips", counts.flips},
-                  {"complete", counts.complete}};
+                  {"complete", counts.complete},
+                  {"distance", counts.distance}};
   return to_indented_text(json);
 }
 
@@ -72,9 +73,9 @@ void run_remesh(RemeshCommand command) {
     print(json_of(result));
   } else if (!quiet) {
     const RemeshCounts& counts = result.counts;
-    print(fmt::format("{}: {} vertices, {} faces; {}, {}, {}\n", command.output, result.mesh.vertex_count(),
-                      result.mesh.face_count(), counted(counts.splits, "split"), counted(counts.collapses, "collapse"),
-                      counted(counts.flips, "flip")));
+    print(fmt::format("{}: {} vertices, {} faces; {}, {}, {}; {:.1g} from the surface before\n", command.output,
+                      result.mesh.vertex_count(), result.mesh.face_count(), counted(counts.splits, "split"),
+                      counted(counts.collapses, "collapse"), counted(counts.flips, "flip"), counts.distance));
     if (!counts.complete)
       print_notes(std::array{std::string("stopped at a limit; some edges are still above the targets")});
   }
@@ -93,6 +94,11 @@ Subcommand remesh_command() {
   options.insert(
       options.end(),
       {
+          {"--max-chord", &command->flags.max_chord,
+           fmt::format("Let curved parts move by about so much to improve their triangles; as a fraction of the box "
+                       "diagonal (default: 0, with --min-edge {})",
+                       kDefaultMaxChord),
+           "FRACTION"},
           {"--iterations", &command->flags.iterations,
            fmt::format("Rounds that improve triangles (default: {})", kDefaultRemeshIterations), "N"},
           {"--threads", &command->threads, "Number of threads (default: all); does not change the result", "N"},
@@ -100,7 +106,7 @@ Subcommand remesh_command() {
   add_format_option(options, command->format);
   add_common_options(options, command->common);
   return {"remesh", "Refine a mesh and improve its triangles", options,
-          "  knead remesh scan.ply -o even.ply\n"
+          "  knead remesh scan.ply --max-chord 3e-4 -o even.ply\n"
           "  knead remesh box.obj --max-edge 0.05 -o fine.obj\n"
           "  knead remesh fine.obj --min-edge 0.1 --max-edge 0.5 --json -o coarse.obj",
           [command] { run_remesh(*command); }};

@@ -56,6 +56,7 @@ class RemeshLimit : public QualityLimit {
   using QualityLimit::QualityLimit;
 };
 
+inline constexpr double kExactDistance = 1e-6;
 inline constexpr double kDefaultMaxAngleDeg = 30;
 inline constexpr double kDefaultMaxChord = 3e-4;
 inline constexpr int kDefaultRemeshIterations = 4;
@@ -75,10 +76,17 @@ using MeshEdge = std::array<std::uint32_t, 2>;
 
 inline constexpr double kDefaultCreaseDeg = 40;
 
-// Returns the creases of a mesh, ascending. A crease is a connected set of at least five sharp edges, a third of them
-// with an angle above 60 degrees. An edge is sharp if the normals of its two faces differ by more than angle_deg and
-// another such edge continues it about straight at one end at least. Other sharp edges are noise of a rough surface.
-// Call this for the shape before any deformation: a smooth surface that a deformation folds has no creases.
+// Returns the creases of a mesh, ascending. An edge is sharp if the normals of its two faces differ by more than
+// angle_deg. Creases are
+// - sharp edges between two flat faces of several triangles, or where most edges around are flat or sharp: those of a
+//   CAD part or a polyhedron;
+// - the other edges of such flat faces: of three triangles or more, or long and narrow, as the strips of a fillet; and
+//   edges between two vertices of creases;
+// - connected sets of at least five sharp edges, a third of them with an angle above 60 degrees, which are continued
+//   about straight at one end at least.
+// Other sharp edges are noise of a rough surface. Triangles count as flat if they lie in one plane to the rounding of
+// float coordinates. Call this for the shape before any deformation: a smooth surface that a deformation folds has no
+// creases.
 std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg = kDefaultCreaseDeg);
 
 // The deformation that remesh() follows.
@@ -99,6 +107,9 @@ struct RemeshOptions {
   RemeshTargets targets;
   bool single_precision = true;  // find crossings in the positions rounded to float, as most files store them
   bool whole = false;            // improve the whole surface, not only the part that moved
+  // Keep the surface before: change triangles within their planes, and straight edges between planes along their lines.
+  // For a deformation that moves nothing.
+  bool exact = false;
   // Where many triangles still cross when all faces that cross have been split, stops there, for callers who then
   // remesh the deformation in parts. The result is not improved.
   bool stop_where_crossed = false;
@@ -132,6 +143,7 @@ struct RemeshCounts {
   double missing_volume = 0;         // true volume minus the volume of the refined mesh
   double compensated_volume = 0;     // the part of it that was restored
   bool out_of_time = false;          // RemeshOptions::seconds ended the work
+  double distance = 0;               // from the old to the new surface; of remesh(mesh, settings) only
   // False if a limit on rounds or time left edges that do not meet the targets, if most triangles were too thin to
   // improve, or if the triangles lie in a heap, where nearly every pair overlaps.
   bool complete = true;
@@ -171,8 +183,10 @@ inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
 Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                 const RemeshOptions& options);
 
-// Returns the mesh refined and improved where it lies, as `knead remesh` does: the whole of it, with its creases. Of
-// the options, `targets`, `whole` and `creases` are replaced. Throws as above.
+// Returns the mesh refined and improved where it lies, as `knead remesh` does: the whole of it, with its creases. The
+// surface stays, to kExactDistance of its diagonal, unless the settings name `min_edge` or `max_chord`: then curved
+// parts may move by about `max_chord`. Of the options, `targets`, `whole`, `exact` and `creases` are replaced. Throws
+// as above, and QualityLimit if the surface did not stay.
 Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options = {});
 
 // What a deformation did to the cells of a volume mesh.

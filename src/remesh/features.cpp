@@ -12,6 +12,7 @@
 
 #include "knead/mesh.h"
 #include "mesh/edges.h"
+#include "remesh/facets.h"
 #include "remesh/patch.h"
 #include "remesh/surface.h"
 
@@ -251,9 +252,9 @@ bool is_continued(const Surface& s, const std::vector<bool>& sharp, std::uint32_
   return found;
 }
 
-// Returns one half-edge for each edge of a crease: a sharp edge that another one continues at one end at least, in a
-// connected set of enough edges, a third of them clearly sharp. Other sharp edges are noise of a rough surface.
-std::vector<std::uint32_t> find_crease_halfedges(const Surface& s, double angle_deg, const Progress* progress) {
+// Returns one half-edge for each edge of a crease of a rough or curved surface: a sharp edge that another one continues
+// at one end at least, in a connected set of enough edges, a third of them clearly sharp. Others are noise.
+std::vector<std::uint32_t> find_long_creases(const Surface& s, double angle_deg, const Progress* progress) {
   const std::vector<Vec3d> normals = reliable_normals(s, progress);
   const auto cosine = [&](std::uint32_t h) { return dot(normals[h / 3], normals[s.opposite[h] / 3]); };
   const double most = elementary::cos(angle_deg * std::numbers::pi / 180);
@@ -296,13 +297,34 @@ std::uint32_t halfedge_between(const Surface& s, std::uint32_t v, std::uint32_t 
 }  // namespace
 
 std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg, const Progress* progress) {
+  std::vector<std::uint8_t> creases(s.halfedge.size(), 0);
+  for (const std::uint32_t h : find_long_creases(s, angle_deg, progress)) creases[s.edge[h]] = 1;
+  add_edges_of_parts(s, find_bends(s, angle_deg, progress), creases);
   std::vector<MeshEdge> edges;
-  for (const std::uint32_t h : find_crease_halfedges(s, angle_deg, progress)) {
-    edges.push_back({std::min(s.origin(h), s.target(h)), std::max(s.origin(h), s.target(h))});
+  for (std::size_t e = 0; e < creases.size(); ++e) {
+    const std::uint32_t h = s.halfedge[e];
+    if (creases[e] != 0) edges.push_back({std::min(s.origin(h), s.target(h)), std::max(s.origin(h), s.target(h))});
   }
   std::sort(edges.begin(), edges.end());
   return edges;
 }
+
+namespace {
+
+// Marks the edges that bend, and finds the flat faces of parts, of so many faces of the mesh.
+void mark_planes(std::size_t face_count, const Progress* progress, Surface& s) {
+  const std::vector<Bend> bends = find_bends(s, kDefaultCreaseDeg, progress);
+  std::vector<std::uint8_t> creases(bends.size());
+  for (std::size_t e = 0; e < bends.size(); ++e) {
+    creases[e] = (s.edge_flags[e] & kCrease) != 0 ? 1 : 0;
+    if (bends[e] != Bend::flat) s.set_edge(s.halfedge[e], kBend);
+  }
+  const std::vector<std::uint8_t> of_part = add_edges_of_parts(s, bends, creases);
+  s.of_part.assign(face_count, 0);
+  for (std::size_t f = 0; f < of_part.size(); ++f) s.of_part[s.face_source[f]] |= of_part[f];
+}
+
+}  // namespace
 
 void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
                    Patch& patch) {
@@ -320,6 +342,7 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<con
       s.set_edge(h, kCrease);
     }
   }
+  mark_planes(mesh.face_count(), options.progress, s);
   if (s.corner_values.stride == 0 && options.face_labels.empty() && !has_face_values) return;
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     const std::uint32_t o = s.opposite[h];
@@ -372,13 +395,15 @@ std::vector<Vec3f> face_normals(const Mesh& mesh, int threads, const Progress* p
 }
 
 // Returns 1 for each vertex, but 0 if all triangles around it are sound, with normals so close to that of one face that
-// no two of them differ by the angle. Both ends of a sharp edge have 1, and all corners of a thin triangle.
+// no two of them differ by the angle, and different from it. Both ends of a sharp edge have 1, and of one between
+// triangles in one plane, and all corners of a thin triangle.
 std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg, int threads,
                                               const Progress* progress) {
   constexpr double margin_deg = 0.1;  // far above rounding errors
   std::vector<std::uint8_t> rough(mesh.vertex_count(), 1);
   if (!(angle_deg > 2 * margin_deg && angle_deg <= 180)) return rough;
   const auto least = static_cast<float>(elementary::cos((0.5 * angle_deg - margin_deg) * std::numbers::pi / 180));
+  const auto most = static_cast<float>(elementary::cos(margin_deg * std::numbers::pi / 180));
   const std::vector<Vec3f> normals = face_normals(mesh, threads, progress);
   std::vector<std::uint32_t> last(mesh.vertex_count(), 0);  // face at each vertex
   for (std::uint32_t f = 0; f < normals.size(); ++f) {
@@ -388,18 +413,19 @@ std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg
   parallel_for(normals.size(), kFaces, threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(progress);
     std::vector<Triangle> parts;
-    const auto look_at = [&](std::span<const std::uint32_t> corners, const Vec3f& normal) {
+    const auto look_at = [&](std::span<const std::uint32_t> corners, const Vec3f& normal, std::size_t own) {
       for (const std::uint32_t v : corners) {
-        if (!(dot(normals[last[v]], normal) > least)) of_chunk[begin / kFaces].push_back(v);
+        const float cosine = dot(normals[last[v]], normal);
+        if (!(cosine > least) || (cosine > most && last[v] != own)) of_chunk[begin / kFaces].push_back(v);
       }
     };
     for (std::size_t f = begin; f < end; ++f) {
       const auto face = mesh.face(f);
-      if (face.size() == 3) look_at(face, normals[f]);
+      if (face.size() == 3) look_at(face, normals[f], f);
       if (face.size() <= 3) continue;
       parts.clear();
       triangulate_polygon(mesh.positions, face, parts);
-      for (const Triangle& t : parts) look_at(t, Vec3f(sound_normal(mesh, t)));
+      for (const Triangle& t : parts) look_at(t, Vec3f(sound_normal(mesh, t)), kNone);
     }
   });
   std::fill(rough.begin(), rough.end(), std::uint8_t{0});

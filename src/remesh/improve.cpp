@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "math/elementary.h"
+#include "remesh/facets.h"
 #include "remesh/improver.h"
 
 namespace knead::remesh_detail {
@@ -244,7 +245,7 @@ double tangent_of(double degrees) { return elementary::tan(degrees * std::number
 // A triangle is changed only if its quality, the tangent of its smallest angle, is below one of these thresholds.
 //
 // The result should have no angle below 5 degrees: that is what tests/surveys/remesh_survey.cpp asks for and 97% of
-// its random sessions reach (docs/mathematics.md, "Random sessions"). The thresholds of mend() therefore end at 6 and 7
+// its random sessions reach (docs/mathematics.md, "Random sessions"). The thresholds of mend() therefore end at 7
 // degrees, a little above; those of earlier levels are higher, because a change within narrow bounds costs little. No
 // vertex is moved for a triangle above 28 degrees, so details that a stroke did not stretch are not smoothed.
 const double kFlipBelow = tangent_of(35);      // improve(): try to flip an edge
@@ -252,11 +253,12 @@ const double kMoveBelow = tangent_of(28);      // improve(): try to move the ver
 const double kMendBelow = tangent_of(15);      // mend(), level 0: any change, within the bounds of improve()
 const double kMendMoreBelow = tangent_of(10);  // levels 1 and 2: within wider bounds
 const double kMendMostBelow = tangent_of(7);   // level 3: distances up to kEdgeShare of the longest edge; also split it
-const double kBendCreasesBelow = tangent_of(6);  // level 4: creases may move as well
-const double kMinRepaired = tangent_of(10);      // repair_crossings(): least quality around a collapsed edge
-constexpr double kEdgeShare = 0.06;              // of the longest edge of a triangle
+const double kMinRepaired = tangent_of(10);    // repair_crossings(): least quality around a collapsed edge
+constexpr double kEdgeShare = 0.06;            // of the longest edge of a triangle
 constexpr double kShortEdgeShare = 0.1;  // of max_chord: bound for collapses of short edges, which no triangle needs
 constexpr int kMendRounds = 6;           // rounds over the worst triangles, on each level
+constexpr std::size_t kMostGrowth = 8;   // of the number of faces by splits in planes
+constexpr std::size_t kFewFaces = 1000;
 
 double cosine_of(double degrees) { return elementary::cos(degrees * std::numbers::pi / 180); }
 
@@ -390,11 +392,11 @@ bool repair_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
 
 using PoorFaces = std::vector<std::pair<double, std::uint32_t>>;  // quality and face, worst first
 
-PoorFaces find_poor_faces(Improver& improver, double below) {
+PoorFaces find_poor_faces(Improver& improver, double below, bool of_parts = false) {
   const Surface& s = improver.surface();
   PoorFaces poor;
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
-    if (!s.is_alive(f)) continue;
+    if (!s.is_alive(f) || (of_parts && !s.is_of_part(f))) continue;
     const double q = improver.quality_of(f);
     if (q < below) poor.emplace_back(q, f);
   }
@@ -406,8 +408,8 @@ PoorFaces find_poor_faces(Improver& improver, double below) {
 struct Level {
   double below = 0;  // mends the faces of less quality
   Bounds bounds;
-  double edge_share = 0;  // distances may reach at least this share of a face's longest edge
-  bool bend_creases = false;
+  double edge_share = 0;  // distances may reach at least this share of a face's longest edge, in no face of a part
+  double of_part = 0;     // the most distance in a face of a part
 };
 
 // Mends the poor faces. Those that no other change mends are split, if they may be. Returns true if a face was changed.
@@ -418,8 +420,9 @@ bool repair_round(Improver& improver, const PoorFaces& poor, const Level& level,
     if (improver.must_end()) break;
     if (!s.is_alive(f) || improver.quality_of(f) >= level.below) continue;
     Bounds own = level.bounds;
-    own.distance = std::max(own.distance, level.edge_share * longest_length(s, f));
-    if (level.edge_share > 0) own.crease *= 1.5;
+    own.distance = s.is_of_part(f) ? std::min(own.distance, level.of_part)
+                                   : std::max(own.distance, level.edge_share * longest_length(s, f));
+    if (may_split) own.crease *= 1.5;
     const bool is_repaired =
         repair_face(improver, f, own) || (may_split && improver.split_chord(longest_edge(s, f, s.after)));
     changed = is_repaired || changed;
@@ -431,6 +434,14 @@ Improvement with_memory(Improvement improvement, SurfaceMemory& own) {
   if (improvement.memory == nullptr) improvement.memory = &own;
   return improvement;
 }
+
+// Returns the length that takes the place of max_chord.
+double chord_of(const Surface& s, const Improvement& improvement) {
+  return improvement.exact ? plane_tolerance(s.before) : improvement.targets.max_chord;
+}
+
+// Returns how many faces splits in planes may make of the surface.
+std::size_t most_faces(const Surface& s) { return kMostGrowth * (s.face_count() + kFewFaces); }
 
 Bounds widest_bounds(double chord) {
   Bounds bounds = bounds_of(2 * chord, 80, 80, 20);
@@ -466,7 +477,7 @@ void spread_volume(Surface& s, double volume, const std::vector<bool>& locked) {
 ImprovementCounts repair_crossings(Surface& surface, const Improvement& improvement,
                                    std::span<const std::uint32_t> faces) {
   Improver improver(surface, improvement);
-  const Bounds bounds = widest_bounds(improvement.targets.max_chord);
+  const Bounds bounds = widest_bounds(chord_of(surface, improvement));
   for (const std::uint32_t f : faces) {
     if (improver.must_end()) break;
     if (!surface.is_alive(f)) continue;
@@ -486,7 +497,7 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
   memory.begin(surface, task.threads);
   Improver improver(surface, task);
   Blocks blocks(surface, task.threads);
-  const double chord = improvement.targets.max_chord;
+  const double chord = chord_of(surface, improvement);
   const Bounds bounds = bounds_of(0.5 * chord, 30, 40, 3);
   const Bounds collapse_bounds = bounds_of(kShortEdgeShare * chord, 30, 40, 3);
   for (int i = 0; i < improvement.targets.iterations && !improver.must_end(); ++i) {
@@ -497,29 +508,49 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
   return improver.counts();
 }
 
+ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improvement) {
+  SurfaceMemory own;
+  Improvement task = with_memory(improvement, own);
+  task.exact = true;
+  task.may_collapse = false;
+  task.memory->begin(surface, task.threads);
+  const double chord = chord_of(surface, task);
+  const Level level{kMendBelow, widest_bounds(chord), 0, 2 * chord};
+  const std::size_t most = most_faces(surface);
+  Improver improver(surface, task);
+  for (int i = 0; i < 2 * kMendRounds && surface.face_count() < most && !improver.must_end(); ++i) {
+    if (!repair_round(improver, find_poor_faces(improver, level.below, true), level, true)) break;
+  }
+  return improver.counts();
+}
+
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level) {
   SurfaceMemory own;
   const Improvement task = with_memory(improvement, own);
   task.memory->begin(surface, task.threads);
-  const double chord = improvement.targets.max_chord;
+  const double chord = chord_of(surface, improvement);
+  const double share = task.exact ? 0 : kEdgeShare;
   // Worse triangles justify larger changes: they are few and small.
-  const std::array<Level, kGuardedLevels> levels{{{kMendBelow, bounds_of(0.5 * chord, 30, 40, 3), 0, false},
-                                                  {kMendMoreBelow, bounds_of(chord, 50, 60, 10), 0, false},
-                                                  {kMendMoreBelow, widest_bounds(chord), 0, false},
-                                                  {kMendMostBelow, widest_bounds(chord), kEdgeShare, false},
-                                                  {kBendCreasesBelow, widest_bounds(chord), kEdgeShare, true},
-                                                  {kMendMostBelow, bounds_of(0.7 * chord, 80, 80, 20), 0, false},
-                                                  {kMendMostBelow, bounds_of(0.25 * chord, 80, 80, 20), 0, false},
-                                                  {kMendMostBelow, bounds_of(0.08 * chord, 80, 80, 20), 0, false},
-                                                  {kMendMostBelow, bounds_of(0.02 * chord, 80, 80, 20), 0, false}}};
+  const std::array<Level, kGuardedLevels> levels{{{kMendBelow, bounds_of(0.5 * chord, 30, 40, 3), 0, 0.5 * chord},
+                                                  {kMendMoreBelow, bounds_of(chord, 50, 60, 10), 0, 0.5 * chord},
+                                                  {kMendMoreBelow, widest_bounds(chord), 0, 0.5 * chord},
+                                                  {kMendMostBelow, widest_bounds(chord), share, 0.5 * chord},
+                                                  {kMendMostBelow, bounds_of(0.7 * chord, 80, 80, 20), 0, 0.5 * chord},
+                                                  {kMendMostBelow, bounds_of(0.25 * chord, 80, 80, 20), 0, chord},
+                                                  {kMendMostBelow, bounds_of(0.08 * chord, 80, 80, 20), 0, chord},
+                                                  {kMendMostBelow, bounds_of(0.02 * chord, 80, 80, 20), 0, chord}}};
   const Level& at = levels.at(static_cast<std::size_t>(level));
-  Improver improver(surface, task, at.bend_creases);
-  const int rounds = at.edge_share > 0 ? 2 * kMendRounds : kMendRounds;
+  Improver improver(surface, task);
+  const bool may_split = level + 1 == kMendLevels;
+  const int rounds = may_split ? 2 * kMendRounds : kMendRounds;
   PoorFaces poor = find_poor_faces(improver, at.below);
   // Splitting serves few faces between better ones. More come of edges that may not be split, and would come for ever.
+  // In planes it is what else there is.
   const std::size_t few = std::min(2 * poor.size(), surface.face_count() / 4);
+  const std::size_t most = most_faces(surface);
   for (int i = 0; i < rounds && !improver.must_end(); ++i) {
-    if (!repair_round(improver, poor, at, at.edge_share > 0 && poor.size() <= few)) break;
+    const bool has_room = task.exact ? surface.face_count() < most : poor.size() <= few;
+    if (!repair_round(improver, poor, at, may_split && has_room)) break;
     poor = find_poor_faces(improver, at.below);
   }
   return improver.counts();

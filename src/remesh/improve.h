@@ -52,6 +52,8 @@ struct Improvement {
   Deadline* deadline = nullptr;        // ends after a change, with less improved; null: never
   SurfaceMemory* memory = nullptr;     // of this surface, for several functions in a row; null: they use their own
   int threads = 1;                     // as for parallel_for; changes no bit
+  bool exact = false;                  // vertices stay in the planes and on the lines of the surface
+  bool may_collapse = true;
 };
 
 struct ImprovementCounts {
@@ -73,11 +75,16 @@ struct ImprovementCounts {
 ImprovementCounts improve(Surface& surface, const Improvement& improvement);
 
 // Changes the worst triangles in any way that improves them. Each level from 0 to kMendLevels - 1 allows larger
-// changes; the last one may also move creases. Levels kMendLevels to kGuardedLevels - 1 are for surfaces where that
-// made triangles cross: they allow smaller and smaller changes.
-inline constexpr int kMendLevels = 5;
-inline constexpr int kGuardedLevels = 9;
+// changes. Levels kMendLevels to kGuardedLevels - 1 are for surfaces where that made triangles cross: they allow
+// smaller and smaller changes.
+inline constexpr int kMendLevels = 4;
+inline constexpr int kGuardedLevels = 8;
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level);
+
+// Improves thin triangles of the flat faces of parts before a deformation, as mend() does, but in their planes: then
+// the deformation is followed from good triangles that lie where the thin ones did. Removes none. `surface.after` must
+// be `before`.
+ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improvement);
 
 // Moves all free vertices but the locked ones a little, so that the volume grows by about `volume`.
 void spread_volume(Surface& surface, double volume, const std::vector<bool>& locked);

@@ -71,23 +71,18 @@ void SurfaceMemory::forget_around(const Surface& s, std::uint32_t v) {
   vertex_rests_[v] = 0;
 }
 
-Improver::Improver(Surface& surface, const Improvement& improvement, bool bend_creases)
+Improver::Improver(Surface& surface, const Improvement& improvement)
     : s_(surface),
       targets_(improvement.targets),
       progress_(improvement.progress),
       deadline_(improvement.deadline),
       guard_(improvement.guard),
       memory_(improvement.memory),
-      bend_creases_(bend_creases) {}
+      exact_(improvement.exact),
+      may_collapse_(improvement.may_collapse) {}
 
 bool Improver::is_open(std::uint32_t v) const {
   return s_.has(v, kRegion) && !s_.has(v, kFixed) && !s_.has(v, kRemoved);
-}
-
-bool Improver::is_feature(std::uint32_t h) const {
-  if (!s_.edge_has(h, kFeature)) return false;
-  const bool is_hard = s_.edge_has(h, kSeam) || s_.edge_has(h, kBoundary) || s_.edge_has(h, kLocked);
-  return is_hard || !bend_creases_;
 }
 
 template <class Visit>
@@ -127,6 +122,7 @@ bool Improver::any_turns(std::uint32_t v, const Vec3d& p, const Vec3d& star, con
 }
 
 bool Improver::restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds) {
+  if (exact_) return true;  // it is rounding
   moving_.clear();
   moving_stars_.clear();
   Vec3d sum{};
@@ -176,7 +172,7 @@ bool Improver::try_flip(std::uint32_t h, const Bounds& bounds) {
   const double was = std::min(quality(a, b, c), quality(b, a, d));
   if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return is_crowded(s_, w); })) return false;
   Vec3d sum = cross(b - a, c - a) + cross(d - b, a - b);
-  if (was < bounds.turn.reliable) {
+  if (was < bounds.turn.reliable && !exact_) {
     for (const std::uint32_t w : v) sum += star_vector(s_, w);
   }
   if (cosine(cross(c - d, a - d), sum) < bounds.fold || cosine(cross(d - c, b - c), sum) < bounds.fold) return false;
@@ -288,7 +284,7 @@ void Improver::evaluate_merge(Merge& merge, double least_quality, const Bounds& 
 }
 
 bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds) {
-  if (s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
+  if (!may_collapse_ || s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
   Merge best;
   for (Merge& merge : plan_merges(h, bounds)) {
     // The first candidate keeps the volume; if it is good, the others are not needed.
@@ -366,8 +362,9 @@ bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
   const std::uint32_t o = s_.opposite[h];
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
-  const bool is_crease = s_.edge_has(h, kCrease) && !s_.edge_has(h, kSeam) && o != kNone;
-  if (!is_crease || s_.edge_has(h, kLocked) || freedom(v) != Freedom::free || !is_open(a) || !is_open(b)) return false;
+  const std::uint8_t flags = s_.edge_flags[s_.edge[h]];
+  const bool is_open_feature = is_feature(h) && (flags & (kSeam | kLocked | kBoundary)) == 0;
+  if (!is_open_feature || o == kNone || freedom(v) != Freedom::free || !is_open(a) || !is_open(b)) return false;
   const std::uint32_t d = s_.apex(o);
   if (!is_open(d) || are_neighbours(s_, v, d)) return false;
   const Vec3d edge = s_.after[b] - s_.after[a];
@@ -396,8 +393,7 @@ bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
   s_.edge_flags[s_.edge[h]] = 0;
   s_.for_each_outgoing(v, [&](std::uint32_t e) {
     if (s_.target(e) != a && s_.target(e) != b) return;
-    s_.set_edge(e, kFeature);
-    s_.set_edge(e, kCrease);
+    s_.edge_flags[s_.edge[e]] = flags;
   });
   if (!restore_volume(volume, ring, bounds)) counts_.volume += volume / 6;
   ++counts_.flips;
@@ -440,12 +436,21 @@ void Improver::carry_values(std::uint32_t v, const Vec3d& p) {
   });
 }
 
+// In planes: the least angle of a face stays if it lies between two features, and its part of a curved surface has no
+// diagonals that could be flipped afterwards.
+bool Improver::is_helped_by_split(std::uint32_t h) const {
+  const auto length2 = [&](std::uint32_t e) { return norm2(s_.after[s_.target(e)] - s_.after[s_.origin(e)]); };
+  const std::uint32_t n = Surface::next(h);
+  const std::uint32_t p = Surface::previous(h);
+  return s_.is_of_part(h / 3) && !(is_feature(h) && is_feature(length2(n) > length2(p) ? n : p));
+}
+
 bool Improver::split_chord(std::uint32_t h) {
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
   const bool is_still = !s_.has(a, kRegion) || !s_.has(b, kRegion);
   if (is_still || s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
-  if (s_.vertex_count() >= targets_.max_vertices) return false;
+  if (s_.vertex_count() >= targets_.max_vertices || (exact_ && !is_helped_by_split(h))) return false;
   if (norm2(s_.after[b] - s_.after[a]) < 4 * targets_.max_chord * targets_.max_chord) return false;
   const Vec3d middle = (s_.after[a] + s_.after[b]) * 0.5;
   if (!may_split(h, middle)) return false;

@@ -67,8 +67,7 @@ enum class Attempt {
 
 class Improver {
  public:
-  // With `bend_creases`, creases are treated like any other edge.
-  Improver(Surface& surface, const Improvement& improvement, bool bend_creases = false);
+  Improver(Surface& surface, const Improvement& improvement);
 
   // Returns where the vertex may move.
   Freedom freedom(std::uint32_t v) const;
@@ -84,7 +83,7 @@ class Improver {
   Attempt move_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the vertex to the best of many positions in all tangential directions.
   bool search_vertex(std::uint32_t v, const Bounds& bounds);
-  // Moves the apex of a thin triangle onto its opposite edge h, a crease, which then runs through the apex.
+  // Moves the apex of a thin triangle onto its opposite edge h, a feature, which then runs through the apex.
   bool merge_apex_into_crease(std::uint32_t h, const Bounds& bounds);
 
   // Splits the edge at the middle of its chord, which does not change the surface. Between vertices that are too close
@@ -133,7 +132,8 @@ class Improver {
   template <class Visit>
   Freedom freedom(std::uint32_t v, Visit visit) const;
   bool is_open(std::uint32_t v) const;
-  bool is_feature(std::uint32_t h) const;
+  bool is_helped_by_split(std::uint32_t h) const;
+  bool is_feature(std::uint32_t h) const { return s_.edge_has(h, kFeature) || (exact_ && s_.edge_has(h, kBend)); }
   // Returns whether a face around v would turn too far if v were at p. `star`: the star vector of v.
   bool any_turns(std::uint32_t v, const Vec3d& p, const Vec3d& star, const TurnLimit& limit);
   // Moves all free vertices of the list by one vector, so that six times the volume grows by `volume`. Returns false
@@ -159,7 +159,8 @@ class Improver {
   Deadline* deadline_ = nullptr;
   CrossingGuard* guard_ = nullptr;
   SurfaceMemory* memory_ = nullptr;
-  bool bend_creases_ = false;
+  bool exact_ = false;
+  bool may_collapse_ = true;
   Star star_;
   std::vector<std::uint32_t> moving_;  // by restore_volume()
   std::vector<Vec3d> moving_stars_;

@@ -1,15 +1,19 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/remesh.h"
 #include "knead/vec.h"
 #include "remesh/crossings.h"
+#include "remesh/facets.h"
 #include "remesh/features.h"
 #include "remesh/improve.h"
 #include "remesh/improver.h"
@@ -45,6 +49,7 @@ class Remesher {
         improve_(std::move(improve)),
         places_(places),
         patch_(extract_patch(before, after, deformation, options, places)),
+        flat_(improve_before(deformation)),
         search_(before, patch_, options.single_precision, options.threads, options.progress),
         refinement_(patch_.surface, deformation, options, before.vertex_count() - patch_.vertex_source.size(),
                     deadline_) {}
@@ -56,6 +61,7 @@ class Remesher {
     end_step();
     improve_without_crossings();
     counts_.splits += refinement_.splits();
+    count(flat_);
     limit_edges_of_result();
     stop_if_cancelled(options_.progress);
     normalise_normals(before_, patch_.surface);
@@ -67,6 +73,33 @@ class Remesher {
   }
 
  private:
+  // Improves the flat faces of parts in the surface before, and carries what has changed.
+  ImprovementCounts improve_before(const Deformation& deformation) {
+    Surface& s = surface();
+    if (options_.exact || improve_ || options_.targets.iterations == 0 ||
+        std::count(s.of_part.begin(), s.of_part.end(), 1) == 0) {
+      return {};
+    }
+    const std::vector<Vec3d> before = s.before;
+    const std::vector<Vec3d> after = std::exchange(s.after, s.before);
+    const Improvement task{options_.targets, options_.progress, nullptr, &deadline_, nullptr, options_.threads};
+    const ImprovementCounts done = improve_flat_faces(s, task);
+    s.before = s.after;
+    std::vector<std::uint32_t> changed;
+    std::vector<Vec3d> points;
+    for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
+      if (v < before.size() && s.before[v] == before[v]) {
+        s.after[v] = after[v];
+      } else {
+        changed.push_back(v);
+        points.push_back(s.before[v]);
+      }
+    }
+    deformation.carry(points);
+    for (std::size_t i = 0; i < changed.size(); ++i) s.after[changed[i]] = points[i];
+    return done;
+  }
+
   // Splits edges that improving has made longer than the limit. Takes that back if it makes triangles cross, as the
   // rounding of the new vertices may.
   void limit_edges_of_result() {
@@ -209,8 +242,9 @@ class Remesher {
     CrossingGuard guard(surface(), search_);
     guard.watch_everything();
     std::vector<std::uint32_t> faces = found.faces;
+    const Improvement task{options_.targets, options_.progress, &guard, &deadline_, nullptr, 1, options_.exact};
     for (int round = 0; round < kMaxUntanglings && !faces.empty(); ++round) {
-      count(repair_crossings(surface(), {options_.targets, options_.progress, &guard, &deadline_}, faces));
+      count(repair_crossings(surface(), task, faces));
       std::erase_if(faces, [&](std::uint32_t f) {
         stop_if_cancelled(options_.progress);
         return !guard.crosses(f);
@@ -332,7 +366,8 @@ class Remesher {
   void improve_once(int step, CrossingGuard* guard, SurfaceMemory& memory) {
     Surface& s = surface();
     stop_if_cancelled(options_.progress);
-    const Improvement improvement{options_.targets, options_.progress, guard, &deadline_, &memory, options_.threads};
+    const Improvement improvement{options_.targets, options_.progress, guard,         &deadline_,
+                                  &memory,          options_.threads,  options_.exact};
     if (improve_) {
       if (step == 1) count(improve_(s, improvement));
     } else if (step == 0) {
@@ -377,6 +412,7 @@ class Remesher {
   Improve improve_;  // empty: the compensation and improvement of this module
   MorePlaces& places_;
   Patch patch_;
+  ImprovementCounts flat_;  // what was done before the refinement
   CrossingSearch search_;
   Refinement refinement_;
   RemeshCounts counts_;
@@ -414,12 +450,66 @@ Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformat
   return remesh_with(before, after, deformation, options, {}, none);
 }
 
+namespace {
+
+// Returns the greatest distance of these points from the surface of a mesh.
+double greatest_distance(std::span<const Vec3d> points, const Mesh& mesh, const RemeshOptions& options) {
+  constexpr std::size_t grain = 256;
+  if (points.empty() || mesh.face_count() == 0) return 0;
+  const SurfaceTree tree(triangulate(mesh), mesh.positions);
+  std::vector<double> most(points.size() / grain + 1, 0.0);
+  parallel_for(points.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(options.progress);
+    for (std::size_t i = begin; i < end; ++i) {
+      most[begin / grain] = std::max(most[begin / grain], tree.closest(points[i])->distance);
+    }
+  });
+  return *std::max_element(most.begin(), most.end());
+}
+
+// Returns the greatest distance between the surfaces before and after, from the vertices that one of them lacks and
+// from the middles of the faces after.
+double distance_between(const Mesh& before, const Remeshed& after, const RemeshOptions& options) {
+  std::vector<std::uint8_t> stays(before.vertex_count(), 0);
+  std::vector<Vec3d> of_after;
+  for (std::size_t v = 0; v < after.mesh.vertex_count(); ++v) {
+    const std::uint32_t source = after.vertex_source[v];
+    const bool same = source != kNewVertex && same_bits(after.mesh.positions[v], before.positions[source]);
+    if (same) stays[source] = 1;
+    if (!same) of_after.push_back(after.mesh.positions[v]);
+  }
+  const bool has_changed = after.counts.flips + after.counts.collapses > 0;
+  for (std::size_t f = 0; f < after.mesh.face_count() && has_changed; ++f) {
+    const auto face = after.mesh.face(f);
+    if (face.size() != 3) continue;
+    const auto& p = after.mesh.positions;
+    of_after.push_back((p[face[0]] + p[face[1]] + p[face[2]]) / 3.0);
+  }
+  std::vector<Vec3d> of_before;
+  for (const std::uint32_t v : before.corner_vertex) {
+    if (std::exchange(stays[v], std::uint8_t{1}) == 0) of_before.push_back(before.positions[v]);
+  }
+  return std::max(greatest_distance(of_after, before, options), greatest_distance(of_before, after.mesh, options));
+}
+
+}  // namespace
+
 Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options) {
   const std::vector<MeshEdge> creases = find_creases(mesh);
   options.targets = resolve(settings, mesh);
   options.whole = true;
+  options.exact = !settings.min_edge && !settings.max_chord;
   options.creases = creases;
-  return remesh(mesh, mesh.positions, {[](std::span<Vec3d>) {}}, options);
+  Remeshed result = remesh(mesh, mesh.positions, {[](std::span<Vec3d>) {}}, options);
+  result.counts.distance = distance_between(mesh, result, options);
+  const double most = kExactDistance * options.targets.diagonal + plane_tolerance(mesh.positions);
+  if (options.exact && result.counts.distance > most) {
+    throw QualityLimit(
+        fmt::format("the surface would move by {:.1g} of its size; where it may, say by how much: "
+                    "\"max_chord\" of {:.1g}",
+                    result.counts.distance / options.targets.diagonal, kDefaultMaxChord));
+  }
+  return result;
 }
 
 }  // namespace knead

@@ -39,6 +39,7 @@ enum EdgeFlag : std::uint8_t {
   kLocked = 4,    // never split: also has faces outside this surface, or has more than two
   kSeam = 8,      // a feature across which values or labels differ
   kCrease = 16,   // a feature of the shape
+  kBend = 32,     // its two faces are not in one plane before the deformation
 };
 
 enum VertexFlag : std::uint8_t {
@@ -60,6 +61,7 @@ struct Surface {
   std::vector<std::uint32_t> face_source;  // of each face: a number given by the caller; splits inherit it
   std::vector<std::uint32_t> outgoing;     // of each vertex: a half-edge that begins there
   std::vector<std::uint8_t> vertex_flags;  // of each vertex
+  std::vector<std::uint8_t> of_part;       // of each face_source: 1 for a flat face of a part (facets.h); may be empty
   std::vector<Vec3d> before;               // of each vertex; meaningless after triangles are improved
   std::vector<Vec3d> after;
   Values vertex_values;
@@ -68,6 +70,9 @@ struct Surface {
   std::size_t face_count() const { return face_source.size(); }
   std::size_t vertex_count() const { return after.size(); }
   bool is_alive(std::size_t face) const { return corner[3 * face] != kNone; }
+  bool is_of_part(std::size_t face) const {
+    return face_source[face] < of_part.size() && of_part[face_source[face]] != 0;
+  }
   std::uint32_t origin(std::uint32_t h) const { return corner[h]; }
   std::uint32_t target(std::uint32_t h) const { return corner[next(h)]; }
   std::uint32_t apex(std::uint32_t h) const { return corner[previous(h)]; }

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "knead/error.h"
 #include "knead/tools.h"
@@ -310,6 +312,48 @@ double sound_share(const SolvedBend& bend, const LiveSurface& surface, int threa
   throw InvalidInput(fmt::format("{}bend by at most {:.0f} degrees, or make the zone wider", what, sign * angle));
 }
 
+// The surface of a part of few triangles, with vertices in the zone of a bend.
+struct SplitSurface {
+  std::vector<Vec3d> positions;
+  std::vector<Triangle> triangles;
+
+  // Makes four triangles of each.
+  void split() {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+      const auto [at, is_new] = middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(positions.size()));
+      if (is_new) positions.push_back((positions[a] + positions[b]) * 0.5);
+      return at->second;
+    };
+    std::vector<Triangle> parts;
+    for (const auto& [a, b, c] : triangles) {
+      const std::uint32_t ab = middle(a, b);
+      const std::uint32_t bc = middle(b, c);
+      const std::uint32_t ca = middle(c, a);
+      parts.insert(parts.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    triangles = std::move(parts);
+  }
+};
+
+// Returns nothing if a vertex lies in the zone.
+std::optional<SplitSurface> split_for(const BendStroke& stroke, const LiveSurface& surface) {
+  constexpr std::size_t most = 50'000;
+  const Arc arc(stroke);
+  const auto is_in_zone = [&](const Vec3d& p) { return arc.height(p) > arc.inner() && arc.height(p) < arc.outer(); };
+  if (std::any_of(surface.positions.begin(), surface.positions.end(), is_in_zone)) return std::nullopt;
+  SplitSurface result{{surface.positions.begin(), surface.positions.end()},
+                      {surface.triangles.begin(), surface.triangles.end()}};
+  const auto is_long = [&](const Triangle& t) {
+    const double limit = 0.25 * arc.width();
+    const auto& p = result.positions;
+    return std::max({norm(p[t[1]] - p[t[0]]), norm(p[t[2]] - p[t[1]]), norm(p[t[0]] - p[t[2]])}) > limit;
+  };
+  const auto any_long = [&] { return std::any_of(result.triangles.begin(), result.triangles.end(), is_long); };
+  while (result.triangles.size() < most && any_long()) result.split();
+  return result;
+}
+
 }  // namespace
 
 bool bends_body(const BendStroke& stroke, const LiveSurface& surface) {
@@ -327,8 +371,14 @@ bool bends_body(const BendStroke& stroke, const LiveSurface& surface) {
   return !propose_limit_cylinder(*limit_cylinder_of(any), surface.positions, surface.triangles).radius;
 }
 
-PoseResult bend_on(const BendStroke& stroke, const LiveSurface& surface, int threads) {
-  if (surface.positions.empty()) return {};
+PoseResult bend_on(const BendStroke& stroke, const LiveSurface& live, int threads) {
+  if (live.positions.empty()) return {};
+  LiveSurface surface = live;
+  const std::optional<SplitSurface> split = split_for(stroke, live);
+  if (split) {
+    surface.positions = split->positions;
+    surface.triangles = split->triangles;
+  }
   constexpr double kFullTurn = 360;  // closes a ring
   constexpr double kMaxTurn = 345;
   if (std::abs(stroke.angle_deg) >= kFullTurn) refuse(stroke, kMaxTurn, surface, threads);
@@ -336,7 +386,7 @@ PoseResult bend_on(const BendStroke& stroke, const LiveSurface& surface, int thr
   if (is_spoiled(bend.result)) {
     refuse(stroke, std::floor(std::abs(stroke.angle_deg) * sound_share(bend, surface, threads)), surface, threads);
   }
-  bend.result.stopped = !apply_grids(bend.flow, surface);
+  bend.result.stopped = !apply_grids(bend.flow, live);
   return std::move(bend.result);
 }
 

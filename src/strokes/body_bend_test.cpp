@@ -147,6 +147,29 @@ TEST(BodyBend, AShortZoneIsRefusedWithAnAngleThatWorks) {
   EXPECT_NO_THROW(Bent(bar()).bend(bend_of(170, 3.54)));
 }
 
+// Twelve triangles, none with a vertex in the zone.
+TEST(BodyBend, APartOfFewTrianglesBendsToo) {
+  Mesh coarse;
+  for (const double x : {-6.0, 6.0}) {
+    for (const auto& [y, z] : {std::pair(-0.5, -0.5), std::pair(0.5, -0.5), std::pair(0.5, 0.5), std::pair(-0.5, 0.5)})
+      coarse.positions.push_back({x, y, z});
+  }
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const std::uint32_t next = (k + 1) % 4;
+    coarse.add_face(std::array{k, k + 4, next});
+    coarse.add_face(std::array{next, k + 4, next + 4});
+  }
+  for (const auto& face : {std::array{0U, 1U, 2U}, std::array{0U, 2U, 3U}}) {
+    coarse.add_face(face);
+    coarse.add_face(std::array{4 + face[2], 4 + face[1], 4 + face[0]});
+  }
+  Bent shape(coarse);
+  shape.bend(bend_of(270, 8));
+  const auto& p = shape.mesh.positions;
+  EXPECT_NEAR(dot(normalized(p[1] - p[0]), normalized(p[5] - p[4])), std::cos(1.5 * std::acos(-1)), 0.03);
+  for (const std::size_t first : {0, 4}) EXPECT_NEAR(norm(p[first + 2] - p[first]), std::sqrt(2), 0.02);
+}
+
 TEST(BodyBend, AZoneBesideTheShapeIsRefused) {
   EXPECT_EQ(refusal_of(bend_of(150, 2, 20), bar()).rfind("\"width\": no vertex", 0), 0U);
   EXPECT_EQ(refusal_of(bend_of(150, 14, -3), bar()).rfind("\"center\": nothing", 0), 0U);

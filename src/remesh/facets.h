@@ -1,0 +1,37 @@
+// The flat faces of a surface, as CAD programs make them of few triangles, and the edges between these.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "knead/error.h"
+#include "knead/vec.h"
+#include "remesh/surface.h"
+
+namespace knead::remesh_detail {
+
+// Returns how far from a plane its points may lie because their coordinates were rounded to float; a length.
+double plane_tolerance(std::span<const Vec3d> positions);
+
+// How two triangles meet at their edge.
+enum class Bend : std::uint8_t {
+  open,  // there is no second triangle, or the edge is locked
+  flat,  // they lie in one plane, to plane_tolerance()
+  soft,  // the angle between their normals is at most that of a crease
+  sharp
+};
+
+// Returns the bend of each edge, by the positions `before`. `progress` cancels.
+std::vector<Bend> find_bends(const Surface& s, double angle_deg, const Progress* progress);
+
+// Adds to `creases`, which has a 1 for each crease that is known, the edges between the flat faces of a part:
+// - sharp edges between two faces of several triangles, or where most edges around are flat or sharp;
+// - soft edges of a face that has three triangles, or is long and narrow (a strip of a fillet or of a hole);
+// - soft edges between two vertices of creases.
+// Other edges belong to a rough or curved surface. Removes flat edges. Returns 1 for each triangle of a face that has
+// three of them, or is long and narrow.
+std::vector<std::uint8_t> add_edges_of_parts(const Surface& s, const std::vector<Bend>& bends,
+                                             std::vector<std::uint8_t>& creases);
+
+}  // namespace knead::remesh_detail
