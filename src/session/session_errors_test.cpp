@@ -212,7 +212,7 @@ TEST(SessionErrors, OfOtherTextSayWhatItIs) {
 }
 
 TEST(SessionErrors, OfJsonNameColumnAndKey) {
-  for (const char* path : {R"(C:\scans\a.ply)", R"(C:\users\a.ply)", R"(D:\)", R"(\\server\x)"}) {
+  for (const char* path : {R"(C:\scans\a.ply)", R"(C:\users\a.ply)", R"(\\server\x)"}) {
     EXPECT_NE(error_of("{\"knead\": 1, \"mesh\": \"" + std::string(path) + "\"}\n")
                   .find("at \"mesh\", a backslash in a text begins no escape"),
               std::string::npos)
