@@ -171,6 +171,11 @@ Inputs read_inputs(const std::string& shape, const StreamFormat& format, const s
   if (is_shape_file(session) && !is_shape_file(shape) && !is_stream(shape)) {
     throw UsageError(fmt::format("{}: a session stands where the shape belongs; write {} {}", shape, session, shape));
   }
+  const std::string extension = lower_case(shape_suffix(session));
+  for (const std::string_view mesh : written_extensions(true)) {
+    if (extension != fmt::format(".{}", mesh)) continue;
+    throw UsageError(fmt::format("{}: a shape stands where the session belongs; name a .knead file", session));
+  }
   inputs.session =
       without_off(read_session_with(session, set));  // first: it is the shorter, and the one that people mistype
   inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});

@@ -165,8 +165,11 @@ void write_correctives(const SkinFlags& flags, const ShapeFile& source, const Sk
   const SkinPose widest = widest_pose(file.skin, poses);
   const std::vector<Corrective> correctives = watched(
       flags, options, [&](const SkinOptions& own) { return make_correctives(source.mesh, file.skin, widest, own); });
-  if (correctives.empty())
+  if (correctives.empty() && !flags.pose && !flags.time && times.empty())
     throw InvalidInput(Place{flags.file}, "no joint turns by 5 degrees; give --pose, --time, or an animation");
+  if (correctives.empty() && !flags.common.quiet) {
+    print_message("note: no joint that moves a vertex turns by 5 degrees; the file gets no corrective shapes");
+  }
   MorphTargets targets;
   std::vector<std::pair<std::string, SkinMeasures>> results;
   for (const Corrective& corrective : correctives) {

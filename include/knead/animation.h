@@ -69,7 +69,7 @@ class AnimationFile {
 
 // Shapes that a glTF file blends in (morph targets), and how strongly over time.
 struct MorphTargets {
-  std::vector<std::vector<Vec3d>> shapes;  // 1 or more: a position for each vertex of the source
+  std::vector<std::vector<Vec3d>> shapes;  // a position for each vertex of the source; none: the file stays
   std::vector<std::string> names{};        // as many, or none
   std::vector<double> weights;             // as many: as the file stands
   std::vector<double> times{};             // seconds, 0 or more, ascending; empty: the weights stay

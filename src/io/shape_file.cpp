@@ -108,6 +108,7 @@ const Format& format_with_extension(std::string_view extension, const std::strin
     supported += (supported.empty() ? "." : ", .") + std::string(format.name);
     for (const std::string_view other : format.extensions) supported += ", ." + std::string(other);
   }
+  if (extension == "knead") throw InvalidInput(Place{file}, "is a session, not a shape; name the shape it is for");
   const std::string what =
       extension.empty() ? "its name has no extension" : "format '" + std::string(extension) + "' is not supported";
   throw InvalidInput(Place{file}, what + "; use one of " + supported);

@@ -148,10 +148,8 @@ class SessionReader {
   }
 
   void read_incomplete(const Line& line, std::string_view rest) {
-    if (goes_on(line, next_line(rest))) {
-      throw InvalidInput(place_, fmt::format("the JSON object of this line goes on in line {}; write each object on "
-                                             "one line",
-                                             place_.line + 1));
+    if (goes_on(line, std::string(next_line(rest).text))) {
+      throw InvalidInput(place_, fmt::format("the object goes on in line {}; write each on one line", place_.line + 1));
     }
     if (line.ended || place_.line == 1) {
       throw InvalidInput(place_, "the JSON object of this line is incomplete; complete it or remove the line");
@@ -159,21 +157,19 @@ class SessionReader {
     session_.warnings.push_back(to_string(place_) + ": the last line is incomplete and was left out");
   }
 
-  // Returns whether a text is JSON as far as it goes.
+  // Returns whether a text is JSON, or the beginning of JSON.
   static bool is_json(const std::string& text, bool is_whole) {
     try {
-      parse_json(text);
+      return !parse_json(text).is_null();
     } catch (const JsonError& error) {
       return !is_whole && error.kind() == JsonError::Kind::incomplete;
     }
-    return true;
   }
 
   // Returns whether an incomplete line and the next one, which is no object of its own, are JSON together.
-  static bool goes_on(const Line& line, const Line& next) {
-    const std::string text(next.text);
-    const bool has_text = text.find_first_not_of(kBlanks) != std::string::npos;
-    return has_text && !is_json(text, true) && is_json(std::string(line.text) + "\n" + text, false);
+  static bool goes_on(const Line& line, const std::string& next) {
+    const bool has_text = next.find_first_not_of(kBlanks) != std::string::npos;
+    return has_text && !is_json(next, true) && is_json(std::string(line.text) + "\n" + next, false);
   }
 
   void read_header(const JsonObject& header) {

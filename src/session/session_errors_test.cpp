@@ -199,10 +199,9 @@ TEST(SessionErrors, OfStrokesThatReadTheSurface) {
 }
 
 TEST(SessionErrors, OfOtherTextSayWhatItIs) {
-  EXPECT_EQ(error_of("{\n  \"knead\": 1\n}\n"),
-            "s.knead:1: the JSON object of this line goes on in line 2; write each object on one line");
+  EXPECT_EQ(error_of("{\n  \"knead\": 1\n}\n"), "s.knead:1: the object goes on in line 2; write each on one line");
   EXPECT_EQ(error_of("{\"knead\": 1}\n{\"tool\": \"rotate\",\n \"inner\": 1}\n"),
-            "s.knead:2: the JSON object of this line goes on in line 3; write each object on one line");
+            "s.knead:2: the object goes on in line 3; write each on one line");
   EXPECT_EQ(error_of("{\"knead\": 1}\n{\"relax\": {\"points\": [[0, 0,\n{\"undo\": 1}\n"),
             "s.knead:2: the JSON object of this line is incomplete; complete it or remove the line");
   EXPECT_EQ(error_of(std::string("\xff\xfe{\0", 4)), "s.knead:1: is UTF-16 text; convert it to UTF-8");
@@ -212,7 +211,7 @@ TEST(SessionErrors, OfOtherTextSayWhatItIs) {
 }
 
 TEST(SessionErrors, OfJsonNameColumnAndKey) {
-  for (const char* path : {R"(C:\scans\a.ply)", R"(C:\users\a.ply)", R"(D:\)", R"(\\server\x)"}) {
+  for (const char* path : {R"(C:\scans\a.ply)", R"(C:\users\a.ply)", R"(\\server\x)"}) {
     EXPECT_NE(error_of("{\"knead\": 1, \"mesh\": \"" + std::string(path) + "\"}\n")
                   .find("at \"mesh\", a backslash in a text begins no escape"),
               std::string::npos)

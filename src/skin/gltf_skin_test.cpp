@@ -152,6 +152,7 @@ TEST(GltfSkin, MorphTargetsAsTextAreTheSame) {
   EXPECT_EQ(text.mesh.positions, shape.mesh.positions);
   EXPECT_EQ(read_skin(text).skin.names, read_skin(shape).skin.names);
   EXPECT_NE(text.bytes.find("\"targets\""), std::string::npos);
+  EXPECT_EQ(serialize_morphed(shape, {}), shape.bytes);  // without any the file stays as it is
 }
 
 TEST(GltfSkin, MorphTargetsKeepTheSkeletonAndJoinItsAnimation) {

@@ -67,7 +67,8 @@ TEST(Skin, KeepsVolumeWhereLinearBlendLosesIt) {
 // Bones that end a chain, and a chain of them, move nothing: the pose is that of the other bones.
 TEST(Skin, BonesOnWhichNothingHangsMoveNothing) {
   Arm arm;
-  const SkinResult without = pose_skin(arm.mesh, arm.skin, arm.bent(40), {}, false);
+  const std::vector<BoneTurn> bent{{1, {0, 0, 1}, 40}};
+  const SkinResult without = pose_skin(arm.mesh, arm.skin, turned_pose(arm.skin, bent), {}, false);
   for (const double x : {3.0, 3.5}) arm.skin.rest.push_back({{}, {x, 0, 0}});
   arm.skin.parents = {-1, 0, 1, 2};
   const auto turned = [&](std::vector<BoneTurn> turns) {

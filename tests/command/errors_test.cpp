@@ -27,6 +27,9 @@ TEST_F(ErrorsTest, WhatStandsInTheWrongPlaceIsNamed) {
   EXPECT_EQ(order.exit_code, 2);
   EXPECT_NE(order.err.find("a session stands where the shape belongs; write a.ply s.knead"), std::string::npos)
       << order.err;
+  EXPECT_NE(knead({"deform", "a.ply", "a.ply", "-o", "b.ply"}).err.find("a shape stands where the session belongs"),
+            std::string::npos);
+  EXPECT_NE(knead({"info", "s.knead"}).err.find("is a session, not a shape"), std::string::npos);
   const Outcome folder = knead({"info", "."});
   EXPECT_EQ(folder.exit_code, 3);
   EXPECT_NE(folder.err.find(".: is a folder; name a file in it"), std::string::npos) << folder.err;

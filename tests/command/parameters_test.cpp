@@ -146,7 +146,8 @@ TEST_F(ParametersTest, OfATableMayFailAlone) {
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_EQ(outcome.err,
             "knead: t.csv:3: \"length\" must be a number, got two\n"
-            "knead: t.csv:5: line 2 has the name a, too; give each row a name of its own\n"
+            "knead: t.csv:5: line 2 has the name a, too, or one that differs in upper and lower case alone, which are "
+            "one file on many systems; give each row a name of its own\n"
             "knead: t.csv:6: \"name\" must be that of a file, without folders, got ../d\n"
             "knead: t.csv:7: the line has 4 fields, but the first line names 3\n"
             "knead: t.csv:4: s.knead: parameter \"length\" must be from 0 to 1, got 1.5\n"

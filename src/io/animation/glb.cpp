@@ -357,7 +357,6 @@ namespace knead {
 std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targets, std::string_view format) {
   using namespace io_detail;
   const std::size_t count = targets.shapes.size();
-  require(count > 0, "there are no morph targets");
   require(targets.weights.size() == count, fmt::format("{} morph targets need as many weights", count));
   require(targets.names.empty() || targets.names.size() == count,
           fmt::format("{} morph targets need as many names", count));

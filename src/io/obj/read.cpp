@@ -140,11 +140,12 @@ class Reader {
     std::string_view line = bytes_.substr(begin, end_of_line(bytes_, begin) - begin);
     while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
     if (line.size() <= most && layout_.material_files.size() < most) layout_.material_files.emplace_back(line);
-    for (std::size_t at = 0; at < line.size(); ++at) {  // names in quotes, which may have blanks
-      const std::size_t quote = line.find('"', at);
-      at = line.find('"', std::min(quote, line.size() - 1) + 1);
-      const bool is_name = at < line.size() && at - quote <= most && layout_.material_files.size() < most;
-      if (is_name) layout_.material_files.emplace_back(line.substr(quote + 1, at - quote - 1));
+    for (std::string_view left = line; left.find('"') != left.npos;) {  // names in quotes, which may have blanks
+      left.remove_prefix(left.find('"') + 1);
+      const std::size_t end = left.find('"');
+      if (end == left.npos) break;
+      if (end <= most && layout_.material_files.size() < most) layout_.material_files.emplace_back(left.substr(0, end));
+      left.remove_prefix(end + 1);
     }
     for (std::string_view token = next_token(); !token.empty(); token = next_token()) {
       const bool is_name = token != line && token.size() <= most && layout_.material_files.size() < most;

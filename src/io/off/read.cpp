@@ -151,13 +151,15 @@ void MeshBuilder::add_vertex(std::span<const double> numbers, const std::vector<
 
 namespace {
 
-// How well numbers can be a color and a normal: 0 to 2.
+// How well numbers can be a color, mostly an opaque one, and a normal: 0 to 3.
 int fitness(std::span<const double> color, std::span<const double> normal) {
   const auto is_unit = [](double c) { return c >= 0 && c <= 1; };
   const auto is_byte = [](double c) { return c >= 0 && c <= 255 && c == std::floor(c); };
   if (!std::all_of(color.begin(), color.end(), is_unit) && !std::all_of(color.begin(), color.end(), is_byte)) return 0;
   constexpr double tolerance = 0.02;  // components may be written with two digits
-  return std::abs(norm(Vec3d{normal[0], normal[1], normal[2]}) - 1) < tolerance ? 2 : 1;
+  const bool is_normal = std::abs(norm(Vec3d{normal[0], normal[1], normal[2]}) - 1) < tolerance;
+  const bool is_opaque = color.size() == 4 && (color[3] == 1 || color[3] == 255);
+  return 1 + (is_normal ? 1 : 0) + (is_opaque ? 1 : 0);
 }
 
 }  // namespace

@@ -287,6 +287,9 @@ void scan_unv(std::string_view bytes, const std::string& name, const PointVisito
   Lines systems(bytes, name);
   for (std::string dataset = next_dataset(systems); !dataset.empty(); dataset = next_dataset(systems)) {
     if (dataset == "18") systems.fail("has coordinate systems in dataset 18; write them as 2420");
+    if (dataset == "15" || dataset == "781") {
+      systems.fail("has its nodes in dataset " + dataset + "; write them as 2411");
+    }
     if (dataset == "2420") {
       read_systems(systems, others);
       continue;
@@ -296,9 +299,6 @@ void scan_unv(std::string_view bytes, const std::string& name, const PointVisito
   Lines lines(bytes, name);
   bool has_nodes = false;
   for (std::string dataset = next_dataset(lines); !dataset.empty(); dataset = next_dataset(lines)) {
-    if (dataset == "15" || dataset == "781") {
-      lines.fail("has its nodes in dataset " + dataset + "; write them as 2411");
-    }
     has_nodes = has_nodes || dataset == "2411";
     if (dataset == "2411") {
       scan_unv_points(lines, others, visit);

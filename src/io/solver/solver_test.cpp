@@ -413,8 +413,8 @@ TEST(Solver, WhatIsRefusedNamesTheLine) {
       {"inp", "8 1 0 0 0\n", "a.inp: has no *NODE"},
       {"unv", "-1\n781\n", "a.unv:2: has its nodes in dataset 781"},
       {"unv", "-1\n2411\n1 1 1 1\n0 0\n-1\n", "a.unv:4: expected three coordinates"},
-      {"unv", "-1\n2411\n1 1 1 1\n0 0 0\n", "dataset 2411 has no end"},
-      {"unv", "abc\n", "a.unv:1: expected a line -1"}};
+      {"unv", "-1\n2411\n1 1 1 1\n0 0 0\n", "a dataset has no end"},
+      {"unv", "abc\n", "a.unv: has no nodes (dataset 2411)"}};
   for (const auto& [format, text, message] : cases) {
     const std::string found = refusal_of(format, text);
     EXPECT_NE(found.find(message), std::string::npos) << found << " instead of " << message;
