@@ -129,6 +129,7 @@ std::size_t count_between(const SelfIntersections& found, const JoinedMeshes& jo
 
 WeldedMesh::WeldedMesh(const Mesh& mesh) : given_(&mesh) {
   require_faces(mesh, mesh.positions);
+  if (is_closed_and_oriented(mesh)) return;  // most meshes are, and this is soon known
   std::vector<bool> is_border(mesh.vertex_count(), false);
   for_each_edge(mesh, [&](std::span<const EdgeUse> uses) {
     if (uses.size() == 1) is_border[uses[0].low] = is_border[uses[0].high] = true;

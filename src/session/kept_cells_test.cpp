@@ -1,6 +1,7 @@
 // Cells that a flow would invert: points inside the mesh make way, or the session is refused.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -17,11 +18,11 @@ namespace {
 
 // A box with layers at one side that are 1 / 50 of the others in height.
 struct Layers {
-  test::VolumeMesh volume = test::box_of_cells(8, CellKind::tetrahedron);
+  test::VolumeMesh volume;
   Mesh mesh;
   std::shared_ptr<VolumeCells> cells = std::make_shared<VolumeCells>();
 
-  explicit Layers(double size = 1) {
+  explicit Layers(double size = 1, CellKind kind = CellKind::tetrahedron) : volume(test::box_of_cells(8, kind)) {
     for (Vec3d& p : volume.points) {
       p.z = std::expm1(2 * (p.z + 1)) / std::expm1(4) * 2 - 1;
       p *= size;
@@ -30,8 +31,26 @@ struct Layers {
     cells->cells = volume.cells;
   }
 
-  Session session(const std::string& line) const {
-    return on_walls(parse_session("{\"knead\": 1}\n" + line, "s.knead"), {}, mesh.positions, {1, nullptr, cells});
+  Session session(const std::string& line, const std::string& walls = "") const {
+    return on_walls(parse_session("{\"knead\": 1" + walls + "}\n" + line, "s.knead"), {{floor()}}, mesh.positions,
+                    {1, nullptr, cells});
+  }
+
+  // The side with the layers.
+  Patch floor() const {
+    Patch patch{"floor", {}};
+    for (const CellBoundaryFace& face : boundary_faces(cells->cells, mesh.positions.size())) {
+      const Triangle t{face[0], face[1], face[2]};
+      if (mesh.positions[t[0]].z + mesh.positions[t[1]].z + mesh.positions[t[2]].z > -2.9999) continue;
+      patch.faces.push_back(t);
+      patch.points.insert(patch.points.end(), t.begin(), t.end());
+      if (face[3] == kNoCorner) continue;
+      patch.faces.push_back({face[1], face[3], face[2]});  // corners ascend, so that these are the other half
+      patch.points.push_back(face[3]);
+    }
+    std::sort(patch.points.begin(), patch.points.end());
+    patch.points.erase(std::unique(patch.points.begin(), patch.points.end()), patch.points.end());
+    return patch;
   }
 };
 
@@ -89,6 +108,29 @@ TEST(KeptCells, EveryFrameKeepsThem) {
   const ReplayResult result = replay(layers.mesh, layers.session(turn(100)), options);
   EXPECT_EQ(frames, 4);
   EXPECT_EQ(result.warnings.size(), 1U);
+}
+
+// A wall that moves takes the cells beside it along, but not where they would be worse for it.
+TEST(KeptCells, LayersNeverMakeThemWorse) {
+  const Layers layers(1, CellKind::hexahedron);
+  const auto moved = [&](double degrees, const std::string& walls) {
+    const std::string line =
+        "{\"tool\": \"rotate\", \"center\": [0, 0, -0.8], \"axis\": [0.2, 1, 0.1], \"inner\": 0.2, \"outer\": 0.9, "
+        "\"angle_deg\": " +
+        std::to_string(degrees) + "}\n";
+    return replay(layers.mesh, layers.session(line, walls)).shape.positions();
+  };
+  for (const double degrees : {10.0, 25.0, 40.0}) {
+    const std::vector<Vec3d> plain = moved(degrees, "");
+    const CellCheck expected = check_cells(*layers.cells, plain);
+    for (const char* width : {"0.2", "0.6", "1.2"}) {
+      const std::vector<Vec3d> kept = moved(
+          degrees, ", \"walls\": [{\"patch\": \"floor\", \"layers\": true, \"width\": " + std::string(width) + "}]");
+      const CellCheck check = check_cells(*layers.cells, kept);
+      EXPECT_LE(check.inverted, expected.inverted) << degrees << " " << width;
+      EXPECT_LE(check.max_non_orthogonality_deg, expected.max_non_orthogonality_deg + 1e-3) << degrees << " " << width;
+    }
+  }
 }
 
 TEST(KeptCells, TheSameBitsForEveryNumberOfThreads) {

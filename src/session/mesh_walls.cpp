@@ -120,7 +120,7 @@ std::shared_ptr<const MeshWalls> MeshWalls::without_layers() const {
 std::vector<Vec3d> MeshWalls::no_worse(std::span<const Vec3d> before, std::span<const Vec3d> with_layers,
                                        std::span<const Vec3d> without, int threads) const {
   constexpr int kParts = 8;
-  constexpr double kSameAngle = 0.05;  // degrees
+  constexpr double kSameAngle = 1e-3;  // degrees
   const auto quality = [&](std::span<const Vec3d> points) {
     return std::pair(count_inverted_since(*cells_, before, points, threads),
                      check_cells(*cells_, points, threads).max_non_orthogonality_deg);

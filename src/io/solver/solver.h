@@ -148,8 +148,8 @@ struct GmshElement {
   }
 };
 
-// Returns the element of gmsh's number: those up to the fifth order, and up to the third also those without nodes inside
-// faces and cells; null for others.
+// Returns the element of gmsh's number: those up to the fifth order, and up to the third also those without nodes
+// inside faces and cells; null for others.
 const GmshElement* gmsh_element(std::int64_t type);
 
 // Appends the triangles of a face, or an edge, of an element of gmsh's type; none for a point or a cell.
