@@ -38,9 +38,8 @@ struct Planes {
   double tolerance = 0;
 };
 
-Planes find_planes(const Surface& s, const Progress* progress) {
-  Planes planes{std::vector<std::uint32_t>(s.face_count()), std::vector<Vec3d>(s.face_count()),
-                plane_tolerance(s.before)};
+Planes find_planes(const Surface& s, double tolerance, const Progress* progress) {
+  Planes planes{std::vector<std::uint32_t>(s.face_count()), std::vector<Vec3d>(s.face_count()), tolerance};
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
     stop_if_cancelled(progress);
     planes.face[f] = face_with_plane(s, f, planes.tolerance);
@@ -80,8 +79,8 @@ double plane_tolerance(std::span<const Vec3d> positions) {
   return kFloatSteps * most + kFlatShare * box.diagonal();
 }
 
-std::vector<Bend> find_bends(const Surface& s, double angle_deg, const Progress* progress) {
-  const Planes planes = find_planes(s, progress);
+std::vector<Bend> find_bends(const Surface& s, double angle_deg, double tolerance, const Progress* progress) {
+  const Planes planes = find_planes(s, tolerance, progress);
   const double most = elementary::cos(angle_deg * std::numbers::pi / 180);
   std::vector<Bend> bends(s.halfedge.size(), Bend::open);
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {

@@ -17,13 +17,13 @@ double plane_tolerance(std::span<const Vec3d> positions);
 // How two triangles meet at their edge.
 enum class Bend : std::uint8_t {
   open,  // there is no second triangle, or the edge is locked
-  flat,  // they lie in one plane, to plane_tolerance()
+  flat,  // they lie in one plane, to the tolerance
   soft,  // the angle between their normals is at most that of a crease
   sharp
 };
 
 // Returns the bend of each edge, by the positions `before`. `progress` cancels.
-std::vector<Bend> find_bends(const Surface& s, double angle_deg, const Progress* progress);
+std::vector<Bend> find_bends(const Surface& s, double angle_deg, double tolerance, const Progress* progress);
 
 // Adds to `creases`, which has a 1 for each crease that is known, the edges between the flat faces of a part:
 // - sharp edges between two faces of several triangles, or where most edges around are flat or sharp;

@@ -69,7 +69,7 @@ double smallest_angle(const Mesh& mesh) {
   return test::smallest_moved_angle(all);
 }
 
-TEST(Parts, EverySharpEdgeOfAPlateIsACrease) {
+TEST(FlatFaces, EverySharpEdgeOfAPlateIsACrease) {
   const Mesh mesh = plate();
   EXPECT_EQ(mesh.face_count(), 12U);
   EXPECT_EQ(find_creases(mesh).size(), 12U);
@@ -78,12 +78,12 @@ TEST(Parts, EverySharpEdgeOfAPlateIsACrease) {
   EXPECT_EQ(find_creases(wedge).size(), 9U);
 }
 
-TEST(Parts, TheStripsOfARoundBarMeetAtCreases) {
+TEST(FlatFaces, TheStripsOfARoundBarMeetAtCreases) {
   EXPECT_EQ(find_creases(round_bar()).size(), 120U);      // of 9 degrees along it, and two rims
   EXPECT_TRUE(find_creases(quad_torus(24, 12)).empty());  // its quadrilaterals are flat, too, but of a curved grid
 }
 
-TEST(Parts, RemeshingAloneKeepsThemAndMendsThinTriangles) {
+TEST(FlatFaces, RemeshingAloneKeepsThemAndMendsThinTriangles) {
   for (const double size : {1e-3, 1.0, 1e3}) {
     const Mesh mesh = plate(size);
     const double diagonal = bounding_box(mesh.positions).diagonal();
@@ -104,7 +104,7 @@ TEST(Parts, RemeshingAloneKeepsThemAndMendsThinTriangles) {
   }
 }
 
-TEST(Parts, RemeshingAloneKeepsNarrowStripsAndRims) {
+TEST(FlatFaces, RemeshingAloneKeepsNarrowStripsAndRims) {
   const Mesh mesh = round_bar();
   const Remeshed result = remesh(mesh, {});
   EXPECT_GT(smallest_angle(result.mesh), 7);
@@ -112,7 +112,7 @@ TEST(Parts, RemeshingAloneKeepsNarrowStripsAndRims) {
   EXPECT_NEAR(measure(result.mesh).volume / measure(mesh).volume, 1, 1e-12);
 }
 
-TEST(Parts, RemeshingAloneMovesACurvedSurfaceOnlyWhereThatIsAskedFor) {
+TEST(FlatFaces, RemeshingAloneMovesACurvedSurfaceOnlyWhereThatIsAskedFor) {
   Mesh ball = make_shape(ShapeKind::sphere, 2000);
   for (Vec3d& p : ball.positions) {
     p = normalized(Vec3d{p.x, p.y, 0.1 * p.z});  // thin triangles near the equator
@@ -145,7 +145,7 @@ void expect_exact_image(const Mesh& part, const Stroke& stroke) {
   EXPECT_LT(distance(back, part), 5e-4 * diagonal);
 }
 
-TEST(Parts, AreFollowedExactlyByTheirFewTriangles) {
+TEST(FlatFaces, AreFollowedExactlyByTheirFewTriangles) {
   BendStroke bend;
   bend.center = {0, 0, 0};
   bend.axis = {0, 1, 0};

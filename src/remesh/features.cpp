@@ -296,10 +296,11 @@ std::uint32_t halfedge_between(const Surface& s, std::uint32_t v, std::uint32_t 
 
 }  // namespace
 
-std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg, const Progress* progress) {
+std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg, double tolerance,
+                                        const Progress* progress) {
   std::vector<std::uint8_t> creases(s.halfedge.size(), 0);
   for (const std::uint32_t h : find_long_creases(s, angle_deg, progress)) creases[s.edge[h]] = 1;
-  add_edges_of_parts(s, find_bends(s, angle_deg, progress), creases);
+  add_edges_of_parts(s, find_bends(s, angle_deg, tolerance, progress), creases);
   std::vector<MeshEdge> edges;
   for (std::size_t e = 0; e < creases.size(); ++e) {
     const std::uint32_t h = s.halfedge[e];
@@ -311,16 +312,16 @@ std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg, cons
 
 namespace {
 
-// Marks the edges that bend, and finds the flat faces of parts, of so many faces of the mesh.
-void mark_planes(std::size_t face_count, const Progress* progress, Surface& s) {
-  const std::vector<Bend> bends = find_bends(s, kDefaultCreaseDeg, progress);
+// Marks the edges that bend, and finds the flat faces of parts.
+void mark_planes(const Mesh& mesh, const Progress* progress, Surface& s) {
+  const std::vector<Bend> bends = find_bends(s, kDefaultCreaseDeg, plane_tolerance(mesh.positions), progress);
   std::vector<std::uint8_t> creases(bends.size());
   for (std::size_t e = 0; e < bends.size(); ++e) {
     creases[e] = (s.edge_flags[e] & kCrease) != 0 ? 1 : 0;
     if (bends[e] != Bend::flat) s.set_edge(s.halfedge[e], kBend);
   }
   const std::vector<std::uint8_t> of_part = add_edges_of_parts(s, bends, creases);
-  s.of_part.assign(face_count, 0);
+  s.of_part.assign(mesh.face_count(), 0);
   for (std::size_t f = 0; f < of_part.size(); ++f) s.of_part[s.face_source[f]] |= of_part[f];
 }
 
@@ -342,7 +343,7 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<con
       s.set_edge(h, kCrease);
     }
   }
-  mark_planes(mesh.face_count(), options.progress, s);
+  mark_planes(mesh, options.progress, s);
   if (s.corner_values.stride == 0 && options.face_labels.empty() && !has_face_values) return;
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     const std::uint32_t o = s.opposite[h];
@@ -460,7 +461,7 @@ std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double ang
   surface.after = surface.before;
   for (std::uint32_t& v : surface.corner) v = number[v];
   connect(surface, progress);
-  std::vector<MeshEdge> creases = find_crease_edges(surface, angle_deg, progress);
+  std::vector<MeshEdge> creases = find_crease_edges(surface, angle_deg, plane_tolerance(mesh.positions), progress);
   for (MeshEdge& edge : creases) edge = {vertices[edge[0]], vertices[edge[1]]};
   return creases;
 }

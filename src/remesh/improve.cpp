@@ -440,9 +440,6 @@ double chord_of(const Surface& s, const Improvement& improvement) {
   return improvement.exact ? plane_tolerance(s.before) : improvement.targets.max_chord;
 }
 
-// Returns how many faces splits in planes may make of the surface.
-std::size_t most_faces(const Surface& s) { return kMostGrowth * (s.face_count() + kFewFaces); }
-
 Bounds widest_bounds(double chord) {
   Bounds bounds = bounds_of(2 * chord, 80, 80, 20);
   bounds.crease = chord / 3;
@@ -516,7 +513,7 @@ ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improv
   task.memory->begin(surface, task.threads);
   const double chord = chord_of(surface, task);
   const Level level{kMendBelow, widest_bounds(chord), 0, 2 * chord};
-  const std::size_t most = most_faces(surface);
+  const std::size_t most = kMostGrowth * (surface.face_count() + kFewFaces);
   Improver improver(surface, task);
   for (int i = 0; i < 2 * kMendRounds && surface.face_count() < most && !improver.must_end(); ++i) {
     if (!repair_round(improver, find_poor_faces(improver, level.below, true), level, true)) break;
@@ -525,32 +522,29 @@ ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improv
 }
 
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level) {
+  const bool may_split = level + 1 == kMendLevels;
+  if (improvement.exact && may_split) return improve_flat_faces(surface, improvement);
   SurfaceMemory own;
   const Improvement task = with_memory(improvement, own);
   task.memory->begin(surface, task.threads);
   const double chord = chord_of(surface, improvement);
-  const double share = task.exact ? 0 : kEdgeShare;
   // Worse triangles justify larger changes: they are few and small.
   const std::array<Level, kGuardedLevels> levels{{{kMendBelow, bounds_of(0.5 * chord, 30, 40, 3), 0, 0.5 * chord},
                                                   {kMendMoreBelow, bounds_of(chord, 50, 60, 10), 0, 0.5 * chord},
                                                   {kMendMoreBelow, widest_bounds(chord), 0, 0.5 * chord},
-                                                  {kMendMostBelow, widest_bounds(chord), share, 0.5 * chord},
+                                                  {kMendMostBelow, widest_bounds(chord), kEdgeShare, 0.5 * chord},
                                                   {kMendMostBelow, bounds_of(0.7 * chord, 80, 80, 20), 0, 0.5 * chord},
                                                   {kMendMostBelow, bounds_of(0.25 * chord, 80, 80, 20), 0, chord},
                                                   {kMendMostBelow, bounds_of(0.08 * chord, 80, 80, 20), 0, chord},
                                                   {kMendMostBelow, bounds_of(0.02 * chord, 80, 80, 20), 0, chord}}};
   const Level& at = levels.at(static_cast<std::size_t>(level));
   Improver improver(surface, task);
-  const bool may_split = level + 1 == kMendLevels;
   const int rounds = may_split ? 2 * kMendRounds : kMendRounds;
   PoorFaces poor = find_poor_faces(improver, at.below);
   // Splitting serves few faces between better ones. More come of edges that may not be split, and would come for ever.
-  // In planes it is what else there is.
   const std::size_t few = std::min(2 * poor.size(), surface.face_count() / 4);
-  const std::size_t most = most_faces(surface);
   for (int i = 0; i < rounds && !improver.must_end(); ++i) {
-    const bool has_room = task.exact ? surface.face_count() < most : poor.size() <= few;
-    if (!repair_round(improver, poor, at, may_split && has_room)) break;
+    if (!repair_round(improver, poor, at, may_split && poor.size() <= few)) break;
     poor = find_poor_faces(improver, at.below);
   }
   return improver.counts();

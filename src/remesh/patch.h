@@ -44,8 +44,10 @@ Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Pat
 // As resolve(settings, mesh) for settings and a mesh that are known to be valid. threads as for parallel_for.
 RemeshTargets resolve_on(const RemeshSettings& settings, const Mesh& mesh, int threads);
 
-// Returns the creases of a surface with positions `before`, as find_creases(). `progress` cancels.
-std::vector<MeshEdge> find_crease_edges(const Surface& surface, double angle_deg, const Progress* progress = nullptr);
+// Returns the creases of a surface with positions `before`, as find_creases(). `tolerance`: plane_tolerance() of the
+// mesh. `progress` cancels.
+std::vector<MeshEdge> find_crease_edges(const Surface& surface, double angle_deg, double tolerance,
+                                        const Progress* progress = nullptr);
 
 // As find_creases(mesh), but throws Cancelled when `progress` is cancelled. threads as for parallel_for.
 std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, int threads,

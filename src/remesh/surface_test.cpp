@@ -9,6 +9,7 @@
 
 #include "knead/mesh.h"
 #include "mesh/manifold_check.h"
+#include "remesh/facets.h"
 #include "remesh/patch.h"
 
 namespace knead::remesh_detail::surface_test {
@@ -215,7 +216,7 @@ TEST(Surface, CreasesAreThoseOfAllTrianglesAtOnce) {
     connect(all);
     for (const double angle : {0.05, 1.0, 20.0, 40.0, 90.0, 179.0, 300.0}) {
       const std::vector<MeshEdge> found = find_creases(mesh, angle);
-      EXPECT_EQ(found, find_crease_edges(all, angle)) << roughness << " " << angle;
+      EXPECT_EQ(found, find_crease_edges(all, angle, plane_tolerance(mesh.positions))) << roughness << " " << angle;
       creases += found.size();
     }
   }
