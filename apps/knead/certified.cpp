@@ -18,6 +18,8 @@ namespace {
 
 constexpr int kMaxRefinements = 3;
 constexpr int kMaxRounds = 100;
+constexpr std::string_view kDistance = "distance";
+constexpr double kDefaultDistance = 1e-3;
 
 struct Complaints {
   std::string text;  // of the first
@@ -75,10 +77,20 @@ bool is_out_of_time(const Certified& certified) {
                                  counted(static_cast<std::size_t>(refinements), "refinement")));
 }
 
+// A certified result is near to the exact image, also where nothing was asked for.
+std::vector<Bound> with_distance(std::vector<Bound> bounds, const ReplayOptions& options) {
+  const bool is_bounded =
+      std::any_of(bounds.begin(), bounds.end(), [](const Bound& bound) { return bound.name.starts_with(kDistance); });
+  const bool is_wanted = options.must_follow && options.part.direction == Direction::forwards;
+  if (is_wanted && !is_bounded) bounds.push_back({std::string(kDistance), kDefaultDistance});
+  return bounds;
+}
+
 }  // namespace
 
 Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, bool check,
-                           const std::vector<Bound>& bounds, bool quiet) {
+                           const std::vector<Bound>& asked, bool quiet) {
+  const std::vector<Bound> bounds = check || !asked.empty() ? with_distance(asked, options) : std::vector<Bound>{};
   Certified certified{{}, {}, options, inputs.session};
   if (bounds.empty()) {
     if (check) {
@@ -208,7 +220,7 @@ constexpr std::array kBoundKinds{
     BoundKind{kCrossingsBound, "N", 1e9, true, Cure::shorter_chords, crosses},
     BoundKind{"flipped", "N", 1e9, true, Cure::shorter_chords, is_flipped},
     BoundKind{"min-angle", "DEGREES", 60, false, Cure::more_rounds, is_narrow},
-    BoundKind{"distance", "FRACTION", 1, false, Cure::shorter_chords,
+    BoundKind{kDistance, "FRACTION", 1, false, Cure::shorter_chords,
               [](const Certificate& c, double limit) { return is_far("root-mean-square", c.distance_rms, limit); }},
     BoundKind{"distance-max", "FRACTION", 1, false, Cure::shorter_chords,
               [](const Certificate& c, double limit) { return is_far("greatest", c.distance_max, limit); }},

@@ -201,6 +201,7 @@ void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
   for (const std::string& other : session.also) own.also.push_back(read_shape(folder / other));
   if (!own.also.empty()) join(own);
   options.part = {};
+  options.must_follow = false;
   options.frames = {};
   options.normals = normals_of_clouds(own);
   session.strokes = replay_watched(own.mesh(), without_cells(session), options, quiet).resolved;

@@ -88,6 +88,7 @@ struct DeformOptions {
   std::string backend = "cpu";
   std::optional<int> threads;
   bool inverse = false;
+  bool keep_mesh = false;
   bool check = false;
   std::optional<std::string> require;
   RemeshFlags remesh;

@@ -85,6 +85,7 @@ ReplayOptions replay_options(const DeformOptions& options) {
   replay.motion.threads = threads_of(options.threads);
   if (options.inverse) replay.part.direction = Direction::backwards;
   replay.part.until = options.until;
+  replay.must_follow = !options.keep_mesh;
   replay.frames = frame_options(options.frames);
   replay.remesh.settings = settings_of(options.remesh);
   if (const std::optional<double> seconds = options.remesh.seconds) {
@@ -143,6 +144,9 @@ std::vector<Option> describe(DeformOptions& options) {
                     "folder -o or as the frames of an animation -o. Lines that were done before are skipped",
                     "FILE"});
   add_remesh_options(result, options.remesh);
+  result.push_back({"--keep-mesh", &options.keep_mesh,
+                    "Keep a result whose faces are too coarse for the motion: far from the exact image of the surface "
+                    "(else exit code 4)"});
   result.insert(
       result.end(),
       {

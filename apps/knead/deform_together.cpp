@@ -108,6 +108,7 @@ void resolve_on_first(Inputs& inputs, ReplayOptions options, bool quiet) {
   options.part = {};
   options.frames = {};
   options.may_cross = true;
+  options.must_follow = false;
   options.normals = inputs.shape.mesh.face_count() == 0 ? vertex_normals_of(inputs.shape) : std::vector<Vec3d>{};
   options.remesh.face_labels = face_labels(inputs.shape);
   inputs.session.strokes = replay_watched(inputs.shape.mesh, without_cells(inputs.session), options, quiet).resolved;

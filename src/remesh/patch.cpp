@@ -306,6 +306,7 @@ std::uint32_t add_edge(Surface& s, std::uint8_t flags, std::uint32_t h) {
   s.edge[h] = static_cast<std::uint32_t>(s.halfedge.size());
   s.halfedge.push_back(h);
   s.edge_flags.push_back(flags);
+  if (!s.next_copy.empty()) s.next_copy.push_back(kNone);
   return s.edge[h];
 }
 
@@ -318,13 +319,14 @@ void join_uses(Surface& s, std::span<const std::uint32_t> uses) {
     s.opposite[uses[1]] = uses[0];
     return;
   }
-  const int flags = uses.size() == 1 ? kFeature | kBoundary : kFeature | kLocked;
+  std::vector<std::uint32_t> edges;
   for (const std::uint32_t h : uses) {
-    add_edge(s, static_cast<std::uint8_t>(flags), h);
+    edges.push_back(add_edge(s, kFeature | kBoundary, h));
     if (uses.size() == 1) return;
     s.set(s.origin(h), kFixed);
     s.set(s.target(h), kFixed);
   }
+  join_copies(s, edges);
 }
 
 void join_halfedges(Surface& s, const Progress* progress) {
@@ -369,6 +371,7 @@ void connect(Surface& s, const Progress* progress) {
   s.edge.assign(s.corner.size(), kNone);
   s.halfedge.clear();
   s.edge_flags.clear();
+  s.next_copy.clear();
   s.outgoing.assign(s.vertex_count(), kNone);
   s.vertex_flags.resize(s.vertex_count(), 0);
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) s.outgoing[s.corner[h]] = h;

@@ -63,7 +63,7 @@ std::vector<LongEdge> edges_to_split(const Surface& s, const RemeshOptions& opti
     if ((s.edge_flags[longest] & kLocked) != 0) {
       has_locked = true;
     } else {
-      found.emplace_back(-length2(s, s.halfedge[longest]), longest);
+      found.emplace_back(-length2(s, s.halfedge[longest]), s.first_copy(longest));
     }
   }
   std::sort(found.begin(), found.end());
@@ -413,7 +413,8 @@ std::vector<std::uint32_t> Refinement::with_longest_of_caps(const std::vector<st
       const std::uint32_t longest = longest_edge(s_, h / 3, s_.after);
       if (longest == h || !is_cap(s_, longest)) continue;
       is_free = is_free && is_open(s_.edge[longest]);
-      if (!s_.edge_has(longest, kBoundary)) result.push_back(s_.edge[longest]);
+      const bool is_alone = s_.edge_has(longest, kBoundary) && !s_.has_copies(s_.edge[longest]);
+      if (!is_alone) result.push_back(s_.edge[longest]);
     }
     if (is_free) {
       result.push_back(e);
@@ -421,6 +422,7 @@ std::vector<std::uint32_t> Refinement::with_longest_of_caps(const std::vector<st
       result.resize(count);
     }
   }
+  for (std::uint32_t& e : result) e = s_.first_copy(e);
   std::sort(result.begin(), result.end());
   result.erase(std::unique(result.begin(), result.end()), result.end());
   return result;
@@ -433,16 +435,18 @@ void Refinement::split_edge(std::uint32_t e) {
   const Vec3d before = (s_.before[a] + s_.before[b]) * 0.5;
   const Vec3d after = (s_.after[a] + s_.after[b]) * 0.5 + deviation_[e];
   const bool moves = is_moved(e);
+  s_.for_each_copy(e, [&](std::uint32_t c) {
+    deviation_[c] = {};
+    uncarried_.push_back(c);
+  });
   const std::uint32_t m = split(s_, h, before, after);
   if (moves) {
     s_.set(m, kMoved);
     s_.set(m, kRegion);
   }
-  uncarried_.push_back(e);
   for (std::size_t n = deviation_.size(); n < s_.halfedge.size(); ++n)
     uncarried_.push_back(static_cast<std::uint32_t>(n));
   deviation_.resize(s_.halfedge.size());
-  deviation_[e] = {};
   ++splits_;
 }
 

@@ -24,6 +24,7 @@ std::uint32_t append_face(Surface& s, std::uint32_t face) {
 std::uint32_t append_edge(Surface& s, std::uint8_t flags) {
   s.halfedge.push_back(kNone);
   s.edge_flags.push_back(flags);
+  if (!s.next_copy.empty()) s.next_copy.push_back(kNone);
   return static_cast<std::uint32_t>(s.edge_flags.size() - 1);
 }
 
@@ -64,6 +65,28 @@ std::uint32_t split_side(Surface& s, std::uint32_t h, std::uint32_t m) {
   set_edge(s, k + 2, across);
   pair(s, n, k + 2);
   return k;
+}
+
+// Splits the edge of h alone at the new vertex m. Returns the edge of the half at its target.
+std::uint32_t split_at(Surface& s, std::uint32_t h, std::uint32_t m) {
+  const std::uint32_t o = s.opposite[h];
+  const std::uint32_t far = append_edge(s, s.edge_flags[s.edge[h]]);
+  const std::uint32_t near = s.edge[h];
+  const std::uint32_t k = split_side(s, h, m);
+  set_edge(s, k, far);
+  set_edge(s, h, near);
+  s.outgoing[m] = k;
+  if (o == kNone) {
+    s.opposite[h] = kNone;
+    s.opposite[k] = kNone;
+    return far;
+  }
+  const std::uint32_t l = split_side(s, o, m);
+  set_edge(s, l, near);
+  set_edge(s, o, far);
+  pair(s, h, l);
+  pair(s, k, o);
+  return far;
 }
 
 // Sets the values of the corners around an edge that is collapsed into its target. Corners that have the value of one
@@ -144,24 +167,25 @@ std::uint32_t split(Surface& s, std::uint32_t h, const Vec3d& before, const Vec3
   s.vertex_values.resize(m + std::size_t{1});
   s.vertex_values.blend(a, b, 0.5, m);
   s.outgoing.push_back(kNone);
-  const std::uint32_t o = s.opposite[h];
-  const std::uint32_t far = append_edge(s, s.edge_flags[s.edge[h]]);
-  const std::uint32_t near = s.edge[h];
-  const std::uint32_t k = split_side(s, h, m);
-  set_edge(s, k, far);
-  set_edge(s, h, near);
-  s.outgoing[m] = k;
-  if (o == kNone) {
-    s.opposite[h] = kNone;
-    s.opposite[k] = kNone;
+  if (!s.has_copies(s.edge[h])) {
+    split_at(s, h, m);
     return m;
   }
-  const std::uint32_t l = split_side(s, o, m);
-  set_edge(s, l, near);
-  set_edge(s, o, far);
-  pair(s, h, l);
-  pair(s, k, o);
+  s.set(m, kFixed);
+  std::array<std::vector<std::uint32_t>, 2> halves;  // the edges at a, and those at b
+  s.for_each_copy(s.edge[h], [&](std::uint32_t near) {
+    const std::uint32_t g = s.halfedge[near];
+    const std::size_t end = s.origin(g) == a ? 0 : 1;
+    halves[end].push_back(near);
+    halves[1 - end].push_back(split_at(s, g, m));
+  });
+  for (const std::vector<std::uint32_t>& edges : halves) join_copies(s, edges);
   return m;
+}
+
+void join_copies(Surface& s, std::span<const std::uint32_t> edges) {
+  s.next_copy.resize(s.halfedge.size(), kNone);
+  for (std::size_t i = 0; i < edges.size(); ++i) s.next_copy[edges[i]] = edges[(i + 1) % edges.size()];
 }
 
 void flip(Surface& s, std::uint32_t h) {

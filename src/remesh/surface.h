@@ -36,7 +36,7 @@ struct Values {
 enum EdgeFlag : std::uint8_t {
   kFeature = 1,   // a crease, a boundary or a seam: neither flipped nor smoothed across
   kBoundary = 2,  // has one face: may be split, but is never collapsed, so that coincident boundaries stay together
-  kLocked = 4,    // never split: also has faces outside this surface, or has more than two
+  kLocked = 4,    // never split: also has faces outside this surface
   kSeam = 8,      // a feature across which values or labels differ
   kCrease = 16,   // a feature of the shape
   kBend = 32,     // its two faces are not in one plane before the deformation
@@ -53,11 +53,14 @@ enum VertexFlag : std::uint8_t {
 // a removed face are kNone. An edge keeps its number while its half-edges change; when it is split, the half at the
 // origin keeps the number.
 struct Surface {
-  std::vector<std::uint32_t> corner;       // of each half-edge: the vertex where it begins
-  std::vector<std::uint32_t> opposite;     // of each half-edge; kNone at a boundary
-  std::vector<std::uint32_t> edge;         // of each half-edge: its edge
-  std::vector<std::uint32_t> halfedge;     // of each edge: one of its half-edges, kNone for a removed edge
-  std::vector<std::uint8_t> edge_flags;    // of each edge
+  std::vector<std::uint32_t> corner;     // of each half-edge: the vertex where it begins
+  std::vector<std::uint32_t> opposite;   // of each half-edge; kNone at a boundary
+  std::vector<std::uint32_t> edge;       // of each half-edge: its edge
+  std::vector<std::uint32_t> halfedge;   // of each edge: one of its half-edges, kNone for a removed edge
+  std::vector<std::uint8_t> edge_flags;  // of each edge
+  // Where more than two faces meet, or two that disagree about which side is out, each has an edge of its own. Of each
+  // edge: the next one of these, in a ring, or kNone. Empty if there are none.
+  std::vector<std::uint32_t> next_copy;
   std::vector<std::uint32_t> face_source;  // of each face: a number given by the caller; splits inherit it
   std::vector<std::uint32_t> outgoing;     // of each vertex: a half-edge that begins there
   std::vector<std::uint8_t> vertex_flags;  // of each vertex
@@ -69,6 +72,7 @@ struct Surface {
 
   std::size_t face_count() const { return face_source.size(); }
   std::size_t vertex_count() const { return after.size(); }
+  bool has_copies(std::uint32_t e) const { return !next_copy.empty() && next_copy[e] != kNone; }
   bool is_alive(std::size_t face) const { return corner[3 * face] != kNone; }
   bool is_of_part(std::size_t face) const {
     return face_source[face] < of_part.size() && of_part[face_source[face]] != 0;
@@ -82,6 +86,24 @@ struct Surface {
 
   std::array<std::uint32_t, 3> triangle(std::size_t f) const {
     return {corner[3 * f], corner[3 * f + 1], corner[3 * f + 2]};
+  }
+
+  // Calls visit(c) for the edge and its copies.
+  template <class Visit>
+  void for_each_copy(std::uint32_t e, Visit visit) const {
+    std::uint32_t c = e;
+    do {
+      const std::uint32_t next = has_copies(c) ? next_copy[c] : e;
+      visit(c);
+      c = next;
+    } while (c != e);
+  }
+
+  // Returns the copy that stands for all: the one with the lowest number.
+  std::uint32_t first_copy(std::uint32_t e) const {
+    std::uint32_t first = e;
+    for_each_copy(e, [&](std::uint32_t c) { first = std::min(first, c); });
+    return first;
   }
 
   // Calls visit(h) for the half-edges of one fan that begin at v.
@@ -125,9 +147,12 @@ struct Surface {
   }
 };
 
+// Makes these edges copies of each other.
+void join_copies(Surface& surface, std::span<const std::uint32_t> edges);
+
 // Computes connectivity and flags from the corners. Boundary edges become features. Edges with more than two faces, or
-// with two faces of opposite orientation, become locked features. Vertices with several fans become fixed. `progress`
-// cancels.
+// with two faces of opposite orientation, become as many boundaries, copies with fixed ends. Vertices with several fans
+// become fixed. `progress` cancels.
 void connect(Surface& surface, const Progress* progress = nullptr);
 
 // Returns twice the area of the face times its normal.
@@ -136,7 +161,8 @@ Vec3d area_vector(const Surface& surface, std::size_t face, std::span<const Vec3
 // Returns the sum of the area vectors of the faces around v. If v moves by d, the volume grows by dot(star, d) / 6.
 Vec3d star_vector(const Surface& surface, std::uint32_t v);
 
-// Splits the edge of half-edge h. The new vertex gets the given positions and the mean values. Returns its number.
+// Splits the edge of half-edge h, and its copies at the same vertex. The new vertex gets the given positions and the
+// mean values. Returns its number.
 std::uint32_t split(Surface& surface, std::uint32_t h, const Vec3d& before, const Vec3d& after);
 
 // Replaces the edge of h, which must have two faces, by the other diagonal of their quadrilateral. h and its opposite

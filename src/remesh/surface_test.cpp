@@ -165,17 +165,32 @@ TEST(Surface, ThinPlacesAreNotPinchedByACollapse) {
   EXPECT_LT(refused, s.corner.size());
 }
 
-TEST(Surface, EdgesOfThreeFacesAndOnesThatDisagreeAreLocked) {
+TEST(Surface, EdgesOfThreeFacesAndOnesThatDisagreeAreSplitAtOneVertex) {
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
   const std::vector<std::array<std::uint32_t, 3>> faces{{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
   for (const auto& face : faces) mesh.add_face(face);
-  const Surface s = surface_of(mesh);
-  EXPECT_TRUE(s.edge_has(0, kLocked));
+  Surface s = surface_of(mesh);
+  EXPECT_TRUE(s.edge_has(0, kBoundary));
+  EXPECT_TRUE(s.has_copies(s.edge[0]));
   EXPECT_TRUE(s.has(0, kFixed));
   EXPECT_TRUE(s.has(1, kFixed));
   EXPECT_FALSE(s.has(2, kFixed));
-  EXPECT_TRUE(s.edge_has(1, kBoundary));
+  EXPECT_FALSE(s.has_copies(s.edge[1]));
+  // Twice: each half is again an edge of three faces.
+  const std::uint32_t m = split(s, 3, {0.5, 0, 0}, {0.5, 0, 0});
+  EXPECT_EQ(s.face_count(), 6u);
+  EXPECT_TRUE(s.has(m, kFixed));
+  const std::uint32_t h = s.halfedge[s.edge[0]];
+  const std::uint32_t n = split(s, h, {0.25, 0, 0}, {0.25, 0, 0});
+  EXPECT_EQ(s.face_count(), 9u);
+  Mesh result;
+  result.positions = s.after;
+  for (std::size_t f = 0; f < s.face_count(); ++f) result.add_face(s.triangle(f));
+  const Measures measures = measure(result);
+  EXPECT_EQ(measures.nonmanifold_edges, 3u);
+  EXPECT_EQ(measures.boundary_edges, 6u);
+  EXPECT_NE(m, n);
 }
 
 // A ball that was pushed about, with thin triangles, a hole and a pinched vertex.

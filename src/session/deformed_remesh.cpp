@@ -12,8 +12,11 @@
 #include "knead/flow.h"
 #include "knead/replay.h"
 #include "remesh/patch.h"
+#include "session/deformed_shape_detail.h"
 
 namespace knead {
+
+using session_detail::KeptCount;
 
 namespace {
 
@@ -119,28 +122,6 @@ std::uint64_t whole_number(double evaluations) {
   constexpr double kMax = 1e18;
   return static_cast<std::uint64_t>(std::clamp(evaluations, 0.0, kMax));
 }
-
-// Puts the count of the work around it back when a remesh, which counts its own steps, ends.
-class KeptCount {
- public:
-  explicit KeptCount(Progress* progress) : progress_(progress) {
-    if (progress_ == nullptr) return;
-    done_ = progress_->done;
-    total_ = progress_->total;
-  }
-  ~KeptCount() {
-    if (progress_ == nullptr) return;
-    progress_->done = done_;
-    progress_->total = total_;
-  }
-  KeptCount(const KeptCount&) = delete;
-  KeptCount& operator=(const KeptCount&) = delete;
-
- private:
-  Progress* progress_;
-  std::uint64_t done_ = 0;
-  std::uint64_t total_ = 0;
-};
 
 void add(const RemeshCounts& more, RemeshCounts& counts) {
   counts.splits += more.splits;

@@ -41,6 +41,28 @@ class ScopedProgress {
   std::uint64_t done_ = 0;
 };
 
+// Puts the count of the work around it back when work that counts its own steps ends.
+class KeptCount {
+ public:
+  explicit KeptCount(Progress* progress) : progress_(progress) {
+    if (progress_ == nullptr) return;
+    done_ = progress_->done;
+    total_ = progress_->total;
+  }
+  ~KeptCount() {
+    if (progress_ == nullptr) return;
+    progress_->done = done_;
+    progress_->total = total_;
+  }
+  KeptCount(const KeptCount&) = delete;
+  KeptCount& operator=(const KeptCount&) = delete;
+
+ private:
+  Progress* progress_;
+  std::uint64_t done_ = 0;
+  std::uint64_t total_ = 0;
+};
+
 // Normals carried by the flow.
 
 // Returns whether a normal is neither zero nor too long to be normalised.

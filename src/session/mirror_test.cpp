@@ -51,6 +51,35 @@ Mesh flipped(const Mesh& mesh) {
   return result;
 }
 
+TEST(MirrorKey, AToolThatOverlapsItsImageIsTold) {
+  const auto pulled = [](double x) {
+    Session session = session_of({});
+    SessionStroke line;
+    line.stroke = ImplicitStroke{{{x, 0.8, 0}, {x, 1, 0}}, 0.15, 0.4};
+    line.mirror = coordinate_mirror("x");
+    session.strokes = {line};
+    return replay(sphere(), session);
+  };
+  const auto motion = [](const ReplayResult& result) {
+    const Mesh before = sphere();
+    double greatest = 0;
+    for (std::size_t i = 0; i < before.vertex_count(); ++i) {
+      greatest = std::max(greatest, norm(result.shape.positions()[i] - before.positions[i]));
+    }
+    return greatest;
+  };
+  const auto is_told = [](const ReplayResult& result) {
+    return std::any_of(result.warnings.begin(), result.warnings.end(), [](const std::string& warning) {
+      return warning.find("up to 2 times as far") != std::string::npos;
+    });
+  };
+  EXPECT_FALSE(is_told(pulled(0)));
+  EXPECT_FALSE(is_told(pulled(0.5)));
+  const ReplayResult near = pulled(0.01);
+  EXPECT_TRUE(is_told(near));
+  EXPECT_GT(motion(near), 1.5 * motion(pulled(0)));
+}
+
 TEST(MirrorKey, IsReadAndWritten) {
   for (const std::string& line : {kRotate, kPull, kPaint, kBend, kPins}) {
     const Session session = session_of({line});

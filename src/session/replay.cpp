@@ -14,6 +14,7 @@
 #include "knead/replay.h"
 #include "knead/tools.h"
 #include "session/deformed_shape_detail.h"
+#include "session/exact_image.h"
 #include "session/mesh_walls.h"
 #include "session/replay_plan.h"
 
@@ -301,6 +302,7 @@ class Replay {
         options_(options),
         plan_(make_plan(*mesh, session, options)),
         shape_(mesh, options.motion, options.remesh, options.normals),
+        image_(mesh),
         points_(points_moved(*mesh, plan_, options)) {
     if (plan_.strokes_on_reference > 0) reference_ = reference_shape(mesh, options);
     if (session.mesh_walls) set_walls(*mesh);
@@ -321,6 +323,7 @@ class Replay {
       if (result_.status == AdvectStatus::step_limit) result_.failed_line = source.line;
       if (result_.status != AdvectStatus::done) return std::move(result_);
     }
+    compare_with_image();
     for (std::size_t i = 0; i < plan_.last_frames; ++i) deliver(shape_, plain_, done_);
     if (options_.frames.count == 0) {
       keep_quality(plain_, shape_);
@@ -387,6 +390,7 @@ class Replay {
     const std::size_t work = planned.work();
     const std::size_t expected = planned.stroke.expected_segments;
     const SessionStroke& source = *planned.stroke.source;
+    if (planned.stroke.relax != nullptr) compare_with_image();
     if (reference_) at_line(session_, source, [&] { apply_to_reference(planned.stroke); });
     StrokeRun run(std::move(planned.stroke), planned.run, shape_, options_.progress);
     const DeformedShape before = options_.on_stroke ? shape_ : DeformedShape();
@@ -475,8 +479,20 @@ class Replay {
                         run.stroke().relax});
   }
 
+  // Of what has moved the vertices since the last time.
+  void compare_with_image() {
+    std::optional<std::string> error;
+    try {
+      error = image_.compare(shape_, options_);
+    } catch (const QualityLimit& limit) {
+      throw QualityLimit(Place{session_.name}, limit.what());
+    }
+    if (error) result_.warnings.push_back(session_.name + ": " + *error);
+  }
+
   void take(StrokeRun& run) {
     const SessionStroke& source = *run.stroke().source;
+    if (!is_backwards(options_)) image_.add(run, shape_);
     result_.segments += run.segments();
     if (options_.strokes_warn) add_warnings(session_, source, result_.warnings);
     StrokeOutcome outcome = run.take_outcome();
@@ -524,6 +540,7 @@ class Replay {
   DeformedShape shape_;
   std::optional<DeformedShape> reference_;  // at the standard accuracy, if strokes read that surface
   std::size_t strokes_read_ = 0;            // by the reference
+  session_detail::ExactImage image_;
   std::uint64_t points_ = 0;
   std::uint64_t work_ = 0;              // segments done
   std::optional<DeformedShape> plain_;  // the shape without layers kept, if a wall keeps them

@@ -21,7 +21,9 @@ namespace {
 
 // Flow along a mask's border that is worth a warning, by the tool's speed.
 constexpr double kFastBorder = 2;
-// Segments and vertices that are looked at for it.
+// Motion by a tool and its images together that is worth a warning, by that of the tool.
+constexpr double kFastImages = 1.1;
+// Segments and vertices that are looked at for these.
 constexpr std::size_t kMaxSegments = 8;
 constexpr std::size_t kMaxPlaces = 4000;
 
@@ -281,6 +283,21 @@ void StrokeRun::enter() {
   if (status() != AdvectStatus::done || options_.backwards) return;
   check_limit_cylinder();
   warn_of_border();
+  warn_of_images();
+}
+
+// Beside a plane of its mirror, or a wall that slides, a tool and its image hold the same part of the shape.
+void StrokeRun::warn_of_images() {
+  const std::vector<Segment>& segments = stroke_.flow.segments;
+  double fastest = 1;
+  for (std::size_t i = 0; i < segments.size(); i += segments.size() / kMaxSegments + 1) {
+    fastest = std::max(fastest, speed_of_images(segments[i]));
+  }
+  if (!(fastest > kFastImages)) return;
+  stroke_.outcome.warnings.push_back(fmt::format(
+      "the tool and its mirror image overlap, and their motions add up: the shape moves up to {:.2g} times as far as "
+      "the tool; move the tool into the plane of the mirror or sliding wall, or farther away",
+      fastest));
 }
 
 // The shape itself goes through a stroke that is applied as a whole; else a copy goes ahead of it.

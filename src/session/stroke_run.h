@@ -82,6 +82,7 @@ class StrokeRun {
   void check_limit_cylinder();
   void warn_of_cpu();
   void warn_of_border();
+  void warn_of_images();
   void advance(double to);
   void move_between(double from, double to, DeformedShape& shape);
   const std::vector<TakenBack>& taken_back();

@@ -387,6 +387,48 @@ PoseStroke with_images(const PoseStroke& stroke, const Mirror& mirror, std::span
   return MirroredPose(stroke, mirror, positions).find();
 }
 
+namespace {
+
+// Places in the tool at a time, the same ones of each image in the same order.
+std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
+  std::vector<Vec3d> places;
+  for (std::size_t i = 0; i < segment.fields.size(); i += segment.fields.size() / kMaxAnchors + 1) {
+    const Field& field = segment.fields[i];
+    std::vector<Vec3d> anchors;
+    find_anchors(field, anchors);
+    for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMaxAnchors + 1) {
+      places.push_back(anchors[k] + displacement_of(segment, field) * time);
+      add_places(places.back(), field.thresholds.inner, places);
+    }
+  }
+  return places;
+}
+
+double greatest_speed(const Segment& segment, std::span<const Vec3d> places, double time) {
+  double greatest = 0;
+  for (const Vec3d& v : velocities(Flow{{segment}}, places, time)) greatest = std::max(greatest, norm(v));
+  return greatest;
+}
+
+}  // namespace
+
+double speed_of_images(const Segment& segment) {
+  double of_sum = 0;
+  double of_one = 0;
+  for (const double time : {0.0, 0.5, 1.0}) {
+    std::vector<Vec3d> places;
+    for (const Segment& part : segment.parts) {
+      const std::vector<Vec3d> own = places_in_tool(part, time);
+      const std::size_t count = std::min(own.size(), places.size());
+      for (std::size_t i = 0; i < count; ++i) places.push_back((own[i] + places[i]) * 0.5);
+      places.insert(places.begin(), own.begin(), own.end());
+    }
+    of_sum = std::max(of_sum, greatest_speed(segment, places, time));
+    for (const Segment& part : segment.parts) of_one = std::max(of_one, greatest_speed(part, places, time));
+  }
+  return of_one > 0 ? of_sum / of_one : 1;
+}
+
 std::vector<StrokeCylinder> limit_cylinders_of(const Stroke& stroke, const Mirror& mirror) {
   std::vector<StrokeCylinder> limit_cylinders;
   std::vector<Segment> segments;

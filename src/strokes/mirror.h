@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/stroke.h"
 #include "knead/tools.h"
@@ -19,6 +20,10 @@ std::vector<SymmetryImage> images_in(const Mirror& mirror);
 // the positions. What is its own image counts once; a pin in a plane stays in it. Throws InvalidInput for a vertex that
 // is not there, and for a pose with `exact`.
 PoseStroke with_images(const PoseStroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions);
+
+// Returns how many times as fast the sum of a stroke and its images moves points as one of them alone does at most, at
+// some places about their tools; 1 for a segment that is no sum.
+double speed_of_images(const Segment& segment);
 
 // Returns the limit cylinders of the stroke and of its images, each once; none where it has none.
 std::vector<StrokeCylinder> limit_cylinders_of(const Stroke& stroke, const Mirror& mirror);

@@ -56,6 +56,16 @@ TEST_F(RemeshTest, DeformAgreesWithTheLibrary) {
             std::abs(report["volume_error"].get<double>()));
 }
 
+TEST_F(RemeshTest, CoarseFacesAreRefusedUnlessTheMeshIsToBeKept) {
+  knead_ok({"make", "box", "-n", "8", "-o", "box.ply", "-q"});
+  write("twist.knead",
+        "{\"knead\": 1}\n"
+        R"({"tool": "twist", "center": [0, 0, 0], "axis": [0, 0, 1], "rate_deg": 90, "inner": -1, "outer": 1})");
+  expect_error(knead({"deform", "box.ply", "twist.knead", "-o", "c.ply"}), 4, "--keep-mesh");
+  EXPECT_FALSE(std::filesystem::exists(path("c.ply")));
+  knead_ok({"deform", "box.ply", "twist.knead", "-o", "c.ply", "--keep-mesh"});
+}
+
 TEST_F(RemeshTest, WithoutItVerticesAndFacesStay) {
   const json report = deform({});
   EXPECT_FALSE(report.contains("remesh"));

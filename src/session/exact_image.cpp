@@ -1,0 +1,252 @@
+#include "session/exact_image.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <queue>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "knead/vec.h"
+#include "mesh/box_tree.h"
+#include "session/deformed_shape_detail.h"
+
+namespace knead::session_detail {
+
+namespace {
+
+// Parts of the smallest feature of the flow. A shorter edge misses a negligible part of a bend; a face that was not
+// moved may hold a feature inside if its edge is longer; pieces of faces are not cut below this.
+constexpr double kLong = 0.05;
+constexpr double kHoldsFeature = 0.5;
+constexpr double kPiece = 0.25;
+
+constexpr std::size_t kFewestSamples = 1024;
+constexpr std::size_t kVerticesPerSample = 64;
+constexpr std::size_t kFacesPerSample = 2;  // of the faces that are looked at whatever their size
+constexpr std::size_t kFacesAtOnce = 4096;
+
+constexpr double kFar = 1e-3;  // of the reference length: a distance from the face itself that asks for the nearest one
+// How far the faces may be from the image, and how much they may change the volume: where the mesh stays, where it is
+// to follow, and what is worth a word. Parts of the size, and of the volume.
+constexpr double kFarFromImage = 1e-2;
+constexpr double kFarOfRemeshed = 1e-3;
+constexpr double kChordsOfRemeshed = 4;  // or so many times the chord that was asked for
+constexpr double kWorthAWord = 3e-3;
+
+constexpr double kVolume = 1e-3;  // a change that asks whether the shape is closed
+
+// The part of a triangle that a sample stands for.
+struct Piece {
+  double length2 = 0;  // of its longest edge
+  std::uint32_t triangle = 0;
+  std::array<Vec3d, 3> corners;
+
+  friend bool operator<(const Piece& a, const Piece& b) { return a.length2 < b.length2; }
+};
+
+struct Samples {
+  std::vector<Vec3d> points;
+  std::vector<Triangle> faces;  // of the shape before, that each lies in
+};
+
+double square(double x) { return x * x; }
+
+double length2_of(const std::array<Vec3d, 3>& c, std::size_t i) { return norm2(c[(i + 1) % 3] - c[i]); }
+
+std::size_t longest_of(const std::array<Vec3d, 3>& c) {
+  std::size_t longest = 0;
+  for (std::size_t i = 1; i < 3; ++i) {
+    if (length2_of(c, i) > length2_of(c, longest)) longest = i;
+  }
+  return longest;
+}
+
+std::array<Vec3d, 3> triangle_at(const Triangle& t, std::span<const Vec3d> positions) {
+  return {positions[t[0]], positions[t[1]], positions[t[2]]};
+}
+
+Piece piece_of(std::uint32_t triangle, const std::array<Vec3d, 3>& corners) {
+  return {length2_of(corners, longest_of(corners)), triangle, corners};
+}
+
+bool may_move(const FlowReach& reach, std::span<const Vec3d> corners) {
+  const Box box = bounding_box(corners);
+  return reach.may_move(box.center(), 0.5 * box.diagonal() * (1 + 1e-9));
+}
+
+// Of a shape and what became of it.
+struct Compared {
+  const Mesh& before;
+  const DeformedShape& now;
+  bool same_faces = false;
+  FlowReach reach;
+  double feature = 0;
+
+  // Whether to look at the k-th face.
+  bool is_chosen(std::size_t f, std::size_t stride, std::vector<Vec3d>& corners) const {
+    const std::span<const std::uint32_t> face = before.face(f);
+    corners.clear();
+    for (const std::uint32_t v : face) corners.push_back(before.positions[v]);
+    double length2 = 0;
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      length2 = std::max(length2, norm2(corners[(i + 1) % face.size()] - corners[i]));
+    }
+    if (face.size() < 3 || (length2 <= square(kLong * feature) && f % stride != 0)) return false;
+    const auto has_moved = [&](std::uint32_t v) { return now.positions()[v] != before.positions[v]; };
+    if (same_faces && std::any_of(face.begin(), face.end(), has_moved)) return true;
+    return (!same_faces || length2 > square(kHoldsFeature * feature)) && may_move(reach, corners);
+  }
+};
+
+// The triangles of faces that the flow may bend, the longest ones of them.
+std::vector<Piece> pieces_of(const Compared& work, std::size_t most, std::vector<Triangle>& triangles) {
+  const Mesh& before = work.before;
+  const std::size_t stride = kFacesPerSample * before.face_count() / most + 1;
+  std::vector<std::vector<std::uint32_t>> of_parts((before.face_count() + kFacesAtOnce - 1) / kFacesAtOnce);
+  parallel_for(before.face_count(), kFacesAtOnce, work.now.motion().threads, [&](std::size_t begin, std::size_t end) {
+    std::vector<Vec3d> corners;
+    for (std::size_t f = begin; f < end; ++f) {
+      if (work.is_chosen(f, stride, corners)) of_parts[begin / kFacesAtOnce].push_back(static_cast<std::uint32_t>(f));
+    }
+  });
+  for (const std::vector<std::uint32_t>& part : of_parts) {
+    for (const std::uint32_t f : part) triangulate_polygon(before.positions, before.face(f), triangles);
+  }
+  std::vector<Piece> pieces;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    pieces.push_back(piece_of(t, triangle_at(triangles[t], before.positions)));
+  if (pieces.size() > most) {
+    const auto end = pieces.begin() + static_cast<std::ptrdiff_t>(most);
+    std::nth_element(pieces.begin(), end, pieces.end(), [](const Piece& a, const Piece& b) { return b < a; });
+    pieces.erase(end, pieces.end());
+  }
+  return pieces;
+}
+
+// The middles of longest edges, of pieces that are halved there, the longest one first.
+Samples samples_of(const Compared& work) {
+  const std::size_t most = kFewestSamples + work.before.vertex_count() / kVerticesPerSample;
+  std::vector<Triangle> triangles;
+  std::priority_queue<Piece> queue({}, pieces_of(work, most, triangles));
+  Samples samples;
+  while (!queue.empty() && samples.points.size() < most) {
+    const Piece piece = queue.top();
+    queue.pop();
+    if (!may_move(work.reach, piece.corners)) continue;
+    const std::size_t i = longest_of(piece.corners);
+    const Vec3d middle = (piece.corners[i] + piece.corners[(i + 1) % 3]) * 0.5;
+    samples.points.push_back(middle);
+    samples.faces.push_back(triangles[piece.triangle]);
+    if (piece.length2 <= square(kPiece * work.feature)) continue;
+    for (const std::size_t k : {i, (i + 1) % 3}) {
+      std::array<Vec3d, 3> half = piece.corners;
+      half[k] = middle;
+      queue.push(piece_of(piece.triangle, half));
+    }
+  }
+  return samples;
+}
+
+// The greatest distance of the points, moved, from the shape.
+double greatest_distance(const Samples& samples, const Compared& work, const Progress* progress) {
+  const DeformedShape& now = work.now;
+  const double far = kFar * now.reference_length();
+  double greatest = 0;
+  std::vector<Vec3d> others;  // not near to their own faces
+  for (std::size_t i = 0; i < samples.points.size(); ++i) {
+    double distance = kInfinity;
+    if (work.same_faces) {
+      const std::array<Vec3d, 3> corners = triangle_at(samples.faces[i], now.positions());
+      distance = std::sqrt(nearest_on_triangle(corners, samples.points[i]).distance2);
+    }
+    if (distance > far) {
+      others.push_back(samples.points[i]);
+    } else {
+      greatest = std::max(greatest, distance);
+    }
+  }
+  const auto is_cancelled = [&] { return progress != nullptr && progress->cancel; };
+  if (others.empty() || is_cancelled()) return greatest;
+  const SurfaceTree tree(now.triangles(), now.positions());
+  std::vector<double> distances(others.size());
+  parallel_for(others.size(), 64, now.motion().threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !is_cancelled(); ++i) distances[i] = tree.closest(others[i])->distance;
+  });
+  return std::max(greatest, *std::max_element(distances.begin(), distances.end()));
+}
+
+double volume_change(const Mesh& before, const Flow& flow, const DeformedShape& now) {
+  if (std::any_of(flow.segments.begin(), flow.segments.end(), changes_volume)) return 0;
+  const double first = measure_volume_and_area(before, before.positions).volume;
+  const double change = measure_volume_and_area(now.mesh(), now.positions()).volume / first - 1;
+  if (!(std::abs(change) > kVolume) || !std::isfinite(change)) return 0;
+  const Measures measures = measure(before, now.motion().threads);
+  return measures.closed() && measures.oriented() ? change : 0;
+}
+
+struct ImageError {
+  double distance = 0;  // the greatest of a sample, relative to the reference length
+  double volume = 0;    // after / before - 1; 0 of what has none, and after strokes that change volumes on purpose
+};
+
+// Compares the shape with the image of `before` under the flow, at points of the longest faces that it moves. Large
+// faces are also looked at inside, down to the size of what the flow moves.
+ImageError image_error(const Mesh& before, const Flow& flow, const DeformedShape& now, bool same_faces,
+                       Progress* progress) {
+  const double feature = std::min(FlowReach(flow).smallest_feature(), now.reference_length());
+  const Compared work{before, now, same_faces, FlowReach(flow), feature};
+  Samples samples = samples_of(work);
+  if (samples.points.empty()) return {};
+  AdvectOptions options = advect_options(now.motion(), now.reference_length());
+  const KeptCount kept(progress);
+  if (progress != nullptr) progress->total = 0;
+  options.progress = progress;
+  if (advect(flow, samples.points, options).status != AdvectStatus::done) return {};
+  ImageError error;
+  error.distance = greatest_distance(samples, work, progress) / now.reference_length();
+  if (error.distance > kFar) error.volume = volume_change(before, flow, now);
+  return error;
+}
+
+}  // namespace
+
+void ExactImage::add(const StrokeRun& run, const DeformedShape& shape) {
+  if (shape.mesh().face_count() == 0) return;
+  if (run.stroke().relax != nullptr) {
+    surface_ = std::make_shared<const Mesh>(shape.to_mesh());
+    provenance_ = shape.provenance();
+    return;
+  }
+  Flow flow = run.flow();
+  std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(flow_.segments));
+  if (run.remeshed()) ++remeshes_;
+}
+
+std::optional<std::string> ExactImage::compare(const DeformedShape& shape, const ReplayOptions& options) {
+  if (flow_.segments.empty()) return std::nullopt;
+  const Flow flow = std::exchange(flow_, {});
+  const bool same_faces = shape.provenance() == provenance_;
+  const ImageError error = image_error(*surface_, flow, shape, same_faces, options.progress);
+  const double chord = options.remesh.settings ? options.remesh.settings->max_chord.value_or(0) : 0;
+  const double of_remesh = std::max(kFarOfRemeshed, kChordsOfRemeshed * chord);
+  const double far = same_faces ? kFarFromImage : of_remesh * static_cast<double>(std::max<std::size_t>(remeshes_, 1));
+  const bool is_far = error.distance > far || std::abs(error.volume) > kFarFromImage;
+  if (!is_far && error.distance <= kWorthAWord && std::abs(error.volume) <= kWorthAWord) return std::nullopt;
+  std::string text = fmt::format(
+      "the faces {}follow these strokes: the exact image of the surface is up to {:.2g} of its size away from them, "
+      "and "
+      "the volume changes by a fraction of {:.2g}; ",
+      is_far ? "cannot " : "do not quite ", error.distance, error.volume);
+  text += same_faces ? "add --remesh (or a remesh line), use a finer mesh, or keep it with --keep-mesh"
+                     : "use a smaller \"max_chord\", a finer mesh, or keep it with --keep-mesh";
+  if (is_far && options.must_follow) throw QualityLimit(text);
+  return text;
+}
+
+}  // namespace knead::session_detail
