@@ -1,3 +1,4 @@
+// What remeshing must keep or look into: samples inside large faces, normals, creases and seams.
 #include "remesh/features.h"
 
 #include <fmt/format.h>
@@ -6,11 +7,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <span>
-#include "math/elementary.h"
 
 #include "knead/mesh.h"
+#include "math/elementary.h"
 #include "mesh/edges.h"
 #include "remesh/facets.h"
 #include "remesh/patch.h"
@@ -368,71 +370,75 @@ void for_each_proper_triangle(const Mesh& mesh, const Progress* progress, Visit 
   });
 }
 
-// Returns the normal of a triangle, or zero if it is about to be thin.
-Vec3d sound_normal(const Mesh& mesh, const Triangle& t) {
+// Returns the normal of a triangle, or zero if it is about to be thin, or lower than `least_height`.
+Vec3f sound_normal(const Mesh& mesh, const Triangle& t, double least_height) {
   const Vec3d& a = mesh.positions[t[0]];
   const std::array<Vec3d, 3> sides{mesh.positions[t[1]] - a, mesh.positions[t[2]] - a,
                                    mesh.positions[t[2]] - mesh.positions[t[1]]};
   const Vec3d normal = cross(sides[0], sides[1]);
   const double size2 = norm2(normal);
   const std::array<double, 3> lengths2{norm2(sides[0]), norm2(sides[1]), norm2(sides[2])};
-  const double twice_cosine =  // times the two longer sides
-      lengths2[0] + lengths2[1] + lengths2[2] - 2 * std::min({lengths2[0], lengths2[1], lengths2[2]});
-  const bool sound = size2 > kThin * kThin * twice_cosine * twice_cosine;  // its quality is above twice kThin
-  return sound ? normal / std::sqrt(size2) : Vec3d{};
+  const auto [shortest2, longest2] = std::minmax({lengths2[0], lengths2[1], lengths2[2]});
+  const double twice_cosine = lengths2[0] + lengths2[1] + lengths2[2] - 2 * shortest2;  // times the two longer sides
+  const bool is_sound = size2 > kThin * kThin * twice_cosine * twice_cosine &&  // its quality is above twice kThin
+                        size2 > least_height * least_height * longest2;
+  return Vec3f(is_sound ? normal / std::sqrt(size2) : Vec3d{});
 }
 
-// Returns for each face the normal of its first triangle, or zero if that is about to be thin.
-std::vector<Vec3f> face_normals(const Mesh& mesh, int threads, const Progress* progress) {
-  std::vector<Vec3f> normals(mesh.face_count());
-  parallel_for(normals.size(), kFaces, threads, [&](std::size_t begin, std::size_t end) {
-    stop_if_cancelled(progress);
-    for (std::size_t f = begin; f < end; ++f) {
-      const auto face = mesh.face(f);
-      if (face.size() >= 3) normals[f] = Vec3f(sound_normal(mesh, {face[0], face[1], face[2]}));
+// The triangles at each vertex, in ascending order.
+struct Stars {
+  std::vector<std::uint32_t> begin;  // of each vertex, and one more
+  std::vector<std::uint32_t> triangles;
+
+  Stars(std::span<const Triangle> all, std::size_t vertices) : begin(vertices + 1, 0), triangles(3 * all.size()) {
+    for (const Triangle& t : all) {
+      for (const std::uint32_t v : t) ++begin[v];
     }
-  });
-  return normals;
-}
+    std::exclusive_scan(begin.begin(), begin.end(), begin.begin(), 0U);
+    for (std::uint32_t t = 0; t < all.size(); ++t) {
+      for (const std::uint32_t v : all[t]) triangles[begin[v]++] = t;
+    }
+    std::copy_backward(begin.begin(), begin.end() - 1, begin.end());
+    begin.front() = 0;
+  }
+};
 
-// Returns 1 for each vertex, but 0 if all triangles around it are sound, with normals so close to that of one face that
-// no two of them differ by the angle, and different from it. Both ends of a sharp edge have 1, and of one between
-// triangles in one plane, and all corners of a thin triangle.
-std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg, int threads,
+// Returns 1 for each vertex, but 0 if all triangles around it are sound, and no two of them have normals that differ by
+// the angle, or by less than a tenth of a degree. So both ends of a sharp edge have 1, and of one between triangles in
+// one plane, and all corners of a thin triangle.
+std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg, double tolerance, int threads,
                                               const Progress* progress) {
   constexpr double margin_deg = 0.1;  // far above rounding errors
+  constexpr std::size_t most_triangles = 32;
   std::vector<std::uint8_t> rough(mesh.vertex_count(), 1);
   if (!(angle_deg > 2 * margin_deg && angle_deg <= 180)) return rough;
-  const auto least = static_cast<float>(elementary::cos((0.5 * angle_deg - margin_deg) * std::numbers::pi / 180));
+  const auto least = static_cast<float>(elementary::cos((angle_deg - margin_deg) * std::numbers::pi / 180));
   const auto most = static_cast<float>(elementary::cos(margin_deg * std::numbers::pi / 180));
-  const std::vector<Vec3f> normals = face_normals(mesh, threads, progress);
-  std::vector<std::uint32_t> last(mesh.vertex_count(), 0);  // face at each vertex
-  for (std::uint32_t f = 0; f < normals.size(); ++f) {
-    for (const std::uint32_t v : mesh.face(f)) last[v] = f;
-  }
-  std::vector<std::vector<std::uint32_t>> of_chunk(normals.size() / kFaces + 1);
-  parallel_for(normals.size(), kFaces, threads, [&](std::size_t begin, std::size_t end) {
+  const std::vector<Triangle> triangles = triangulate(mesh);
+  const double least_height = 2 * tolerance / elementary::sin(margin_deg * std::numbers::pi / 180);
+  std::vector<Vec3f> normals(triangles.size());
+  parallel_for(triangles.size(), kFaces, threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(progress);
-    std::vector<Triangle> parts;
-    const auto look_at = [&](std::span<const std::uint32_t> corners, const Vec3f& normal, std::size_t own) {
-      for (const std::uint32_t v : corners) {
-        const float cosine = dot(normals[last[v]], normal);
-        if (!(cosine > least) || (cosine > most && last[v] != own)) of_chunk[begin / kFaces].push_back(v);
+    for (std::size_t t = begin; t < end; ++t) normals[t] = sound_normal(mesh, triangles[t], least_height);
+  });
+  const Stars stars(triangles, mesh.vertex_count());
+  const auto are_rough = [&](std::uint32_t f, std::uint32_t g) {
+    const float cosine = dot(normals[f], normals[g]);
+    return !(cosine > least) || cosine > most;
+  };
+  parallel_for(mesh.vertex_count(), kFaces, threads, [&](std::size_t first, std::size_t last) {
+    stop_if_cancelled(progress);
+    for (std::size_t v = first; v < last; ++v) {
+      const std::span<const std::uint32_t> star(stars.triangles.data() + stars.begin[v],
+                                                stars.begin[v + 1] - stars.begin[v]);
+      bool is_rough = star.size() > most_triangles;
+      for (std::size_t i = 0; i < star.size() && !is_rough; ++i) {
+        is_rough = !(norm2(normals[star[i]]) > 0);
+        for (std::size_t k = 0; k < i && !is_rough; ++k) is_rough = are_rough(star[i], star[k]);
       }
-    };
-    for (std::size_t f = begin; f < end; ++f) {
-      const auto face = mesh.face(f);
-      if (face.size() == 3) look_at(face, normals[f], f);
-      if (face.size() <= 3) continue;
-      parts.clear();
-      triangulate_polygon(mesh.positions, face, parts);
-      for (const Triangle& t : parts) look_at(t, Vec3f(sound_normal(mesh, t)), kNone);
+      rough[v] = is_rough ? 1 : 0;
     }
   });
-  std::fill(rough.begin(), rough.end(), std::uint8_t{0});
-  for (const std::vector<std::uint32_t>& vertices : of_chunk) {
-    for (const std::uint32_t v : vertices) rough[v] = 1;
-  }
   return rough;
 }
 
@@ -441,7 +447,8 @@ std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg
 // Connects the triangles at rough vertices only: all faces at an edge between two of those are among them.
 std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, int threads,
                                                     const Progress* progress) {
-  const std::vector<std::uint8_t> rough = find_rough_vertices(mesh, angle_deg, threads, progress);
+  const double tolerance = plane_tolerance(mesh.positions);
+  const std::vector<std::uint8_t> rough = find_rough_vertices(mesh, angle_deg, tolerance, threads, progress);
   std::vector<bool> used(mesh.vertex_count(), false);
   Surface surface;
   for_each_proper_triangle(mesh, progress, [&](const Triangle& t) {
@@ -461,7 +468,7 @@ std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double ang
   surface.after = surface.before;
   for (std::uint32_t& v : surface.corner) v = number[v];
   connect(surface, progress);
-  std::vector<MeshEdge> creases = find_crease_edges(surface, angle_deg, plane_tolerance(mesh.positions), progress);
+  std::vector<MeshEdge> creases = find_crease_edges(surface, angle_deg, tolerance, progress);
   for (MeshEdge& edge : creases) edge = {vertices[edge[0]], vertices[edge[1]]};
   return creases;
 }
