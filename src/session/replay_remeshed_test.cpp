@@ -467,7 +467,7 @@ TEST(ReplayRemeshed, WhatStillCrossesWhenTheTimeIsOverIsNamed) {
   const RemeshCounts& counts = result.shape.provenance()->counts;
   EXPECT_TRUE(counts.out_of_time);
   ASSERT_GT(counts.crossings, 1U);
-  ASSERT_EQ(result.warnings.size(), 1U);
+  ASSERT_GE(result.warnings.size(), 1U);
   EXPECT_EQ(result.warnings[0].rfind("s.knead:2: the mesh was not improved to the end, for want of time; " +
                                          std::to_string(counts.crossings) + " pairs of triangles still cross, near (",
                                      0),
