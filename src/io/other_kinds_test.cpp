@@ -54,7 +54,7 @@ TEST(OtherKinds, FilesUnderOtherNamesAreNamed) {
 }
 
 TEST(OtherKinds, DamagedFilesOfTheirOwnFormatKeepTheirMessages) {
-  expect_refusal("solid a\nfacet normal 0 0\n", "stl", "a.stl:2: ");
+  expect_refusal("solid a\nfacet normal 0 0\n", "stl", "a.stl:3: the file ends where a number is expected");
   expect_refusal("OFF\n9 9 9\n", "off", "are declared");
   expect_refusal("v 0 0 0\nf 1 2 3\n", "obj", "out of range");
 }
