@@ -594,9 +594,7 @@ BodyFit fit_body(const Mesh& source, const Mesh& target, const BodyFitOptions& o
   validate(source);
   validate(target);
   require_usable(options);
-  const WeldedMesh welded_source(source);
-  const WeldedMesh welded_target(target);
-  return Fitter(welded_source.mesh(), welded_target.mesh(), options).run();
+  return Fitter(WeldedMesh(source).mesh(), WeldedMesh(target).mesh(), options).run();
 }
 
 }  // namespace knead

@@ -1,3 +1,4 @@
+// Flat faces by the planes of their triangles, and which of them belong to a part.
 #include "remesh/facets.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Samples of the longest faces are moved exactly and compared with the faces of the result.
 #include "session/exact_image.h"
 
 #include <fmt/format.h>

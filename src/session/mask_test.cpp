@@ -232,7 +232,9 @@ TEST(SessionMask, WarnsOfFastFlowAlongItsBorder) {
   ASSERT_GE(result.warnings.size(), 1u);
   EXPECT_NE(result.warnings[0].find("s.knead:3: the flow along the mask's border is up to"), std::string::npos)
       << result.warnings[0];
-  EXPECT_TRUE(replay(mesh, session_of({half(mesh), kPull})).warnings.empty());
+  for (const std::string& warning : replay(mesh, session_of({half(mesh), kPull})).warnings) {
+    EXPECT_EQ(warning.find("along the mask's border"), std::string::npos) << warning;
+  }
 }
 
 TEST(SessionMask, ARelaxLeavesMaskedVertices) {

@@ -77,7 +77,7 @@ TEST(MirrorKey, AToolThatOverlapsItsImageIsTold) {
   EXPECT_FALSE(is_told(pulled(0.5)));
   const ReplayResult near = pulled(0.01);
   EXPECT_TRUE(is_told(near));
-  EXPECT_GT(motion(near), 1.5 * motion(pulled(0)));
+  EXPECT_GT(motion(near), 1.3 * motion(pulled(0)));
 }
 
 TEST(MirrorKey, IsReadAndWritten) {
