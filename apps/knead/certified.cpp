@@ -77,11 +77,12 @@ bool is_out_of_time(const Certified& certified) {
                                  counted(static_cast<std::size_t>(refinements), "refinement")));
 }
 
-// A certified result is near to the exact image, also where nothing was asked for.
-std::vector<Bound> with_distance(std::vector<Bound> bounds, const ReplayOptions& options) {
+// A certified result whose mesh follows is near to the exact image, also where nothing was asked for.
+std::vector<Bound> with_distance(std::vector<Bound> bounds, const Inputs& inputs, const ReplayOptions& options) {
   const bool is_bounded =
       std::any_of(bounds.begin(), bounds.end(), [](const Bound& bound) { return bound.name.starts_with(kDistance); });
-  const bool is_wanted = options.must_follow && options.part.direction == Direction::forwards;
+  const bool is_wanted = options.must_follow && options.part.direction == Direction::forwards &&
+                         will_remesh(inputs.mesh(), inputs.session, options);
   if (is_wanted && !is_bounded) bounds.push_back({std::string(kDistance), kDefaultDistance});
   return bounds;
 }
@@ -90,7 +91,8 @@ std::vector<Bound> with_distance(std::vector<Bound> bounds, const ReplayOptions&
 
 Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, bool check,
                            const std::vector<Bound>& asked, bool quiet) {
-  const std::vector<Bound> bounds = check || !asked.empty() ? with_distance(asked, options) : std::vector<Bound>{};
+  const std::vector<Bound> bounds =
+      check || !asked.empty() ? with_distance(asked, inputs, options) : std::vector<Bound>{};
   Certified certified{{}, {}, options, inputs.session};
   if (bounds.empty()) {
     if (check) {

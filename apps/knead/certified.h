@@ -54,9 +54,9 @@ struct Certified {
 // Calls replay_watched(), and certifies the result if `check` or bounds ask for it. If a remeshed result misses a
 // bound, tries up to three times more, with chords half as long (volume, crossings, flipped, distance) or twice as many
 // rounds (min-angle). Throws QualityError if a bound is still not met. With bounds, delivers frames only after all are
-// met. Without a bound on distances of its own, and with options.must_follow, the result is bounded to 1e-3 of the size
-// from the exact image. options.remesh.single_precision: the result is written, and so certified, with positions
-// rounded to float.
+// met. Without a bound on distances of its own, and with options.must_follow, a remeshed result is bounded to 1e-3 of
+// the size from the exact image. options.remesh.single_precision: the result is written, and so certified, with
+// positions rounded to float.
 Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, bool check,
                            const std::vector<Bound>& asked, bool quiet);
 

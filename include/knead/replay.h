@@ -395,8 +395,9 @@ struct ReplayOptions {
   // Keeps the result of a stroke after which triangles cross that did not before, although the mesh followed it. False:
   // such a stroke is refused (RemeshLimit), unless RemeshPolicy::seconds ended the work.
   bool may_cross = false;
-  // Refuses (QualityLimit) a result whose faces are far from the exact image of the surface: more than 1e-2 of the
-  // size, or of the volume; where the mesh follows, 1e-3 of the size. False: a warning.
+  // Refuses (QualityLimit) a result whose faces are far from the exact image of the surface: a root mean square of more
+  // than 1e-2 of the size, or a fraction of 1e-2 of the volume; where the mesh follows, 1e-3 of the size. Also what
+  // moves faces, but no vertex. False: a warning.
   bool must_follow = false;
   bool strokes_warn = true;  // false: the result lacks stroke_warnings(), for a caller who has shown them
 };

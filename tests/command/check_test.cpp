@@ -208,7 +208,7 @@ TEST_F(CheckTest, DeformCountsBeforeAndAfter) {
   write("up.knead",
         "{\"knead\": 1}\n"
         "{\"tool\": \"implicit\", \"inner\": 2, \"outer\": 4, \"path\": [[0, 0, -1], [0, 0, 0]]}\n");
-  const Words deform{"deform", "apart.obj", "up.knead", "-o", "out.obj"};
+  const Words deform{"deform", "apart.obj", "up.knead", "--keep-mesh", "-o", "out.obj"};
   const auto with = [&](const Words& more) {
     Words words = deform;
     words.insert(words.end(), more.begin(), more.end());

@@ -85,7 +85,7 @@ class Check:
         return self.unchanged(wild, source) or self.moved(wild, source) or self.opened(wild)
 
     def deform(self, source, session, target):
-        done = self.run(self.knead, "deform", source, session, "-q", "-o", target)
+        done = self.run(self.knead, "deform", source, session, "--keep-mesh", "-q", "-o", target)
         return done.stderr if done.returncode else ""
 
     def unchanged(self, wild, source):

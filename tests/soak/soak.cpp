@@ -201,7 +201,7 @@ class Soak {
     for (const char* simd : {"", "KNEAD_SIMD=scalar "}) {
       const fs::path out = folder_ / "out.ply";
       const std::string way = fmt::format("{}--threads {}", simd, 1 + below(4));
-      run_command(fmt::format("{}{} deform {} {} --threads {} -q -o {}", simd, command_,
+      run_command(fmt::format("{}{} deform {} {} --keep-mesh --threads {} -q -o {}", simd, command_,
                               (folder_ / "shape.ply").string(), session.name, way.substr(way.rfind(' ') + 1),
                               out.string()));
       expect(read_bytes(out) == bytes, "the command with " + way);
@@ -210,8 +210,8 @@ class Soak {
     const fs::path text = folder_ / "shape.obj";
     const fs::path out = folder_ / "out.obj";
     write_mesh(text, shape.mesh);
-    run_command(
-        fmt::format("{} deform {} {} --digits shortest -q -o {}", command_, text.string(), session.name, out.string()));
+    run_command(fmt::format("{} deform {} {} --keep-mesh --digits shortest -q -o {}", command_, text.string(),
+                            session.name, out.string()));
     expect(read_shape(out).mesh.positions == end.positions(), "the command with OBJ");
   }
 

@@ -139,5 +139,5 @@ def test_patches_of_openfoam_lie_in_files_beside(tmp_path):
     assert (moved[held] == shape.vertices[held]).all() and np.abs(moved - shape.vertices).max() > 0.005 * size
     lost = pickle.loads(pickle.dumps(shape))
     lost._path = str(tmp_path / "points")
-    with pytest.raises(knead.FileError, match="cannot be read"):
+    with pytest.raises(knead.FileError, match="the file faces of its mesh is neither beside it"):
         lost.patches
