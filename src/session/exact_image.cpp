@@ -36,6 +36,7 @@ constexpr double kFar = 1e-3;  // of the reference length: a distance from the f
 // How far the faces may be from the image (root mean square), and how much they may change the volume: where the mesh
 // stays, and where it is to follow. Parts of the size, and of the volume.
 constexpr double kFarFromImage = 1e-2;
+constexpr double kFarOfOpen = 5e-2;  // the first of a surface that is not closed, which bounds no solid
 constexpr double kFarOfRemeshed = 1e-3;
 constexpr double kChordsOfRemeshed = 4;  // or so many times the chord that was asked for
 constexpr double kWorthAWord = 0.5;      // of these bounds
@@ -62,6 +63,7 @@ struct ImageError {
   double rms = 0;           // of the whole surface, if that is more than kFar
   double volume = 0;        // after / before - 1; 0 of what has none, and after strokes that change volumes on purpose
   bool is_at_rest = false;  // no vertex has moved
+  bool is_closed = false;   // the surface before; only where it matters
 };
 
 double square(double x) { return x * x; }
@@ -206,7 +208,7 @@ double volume_change(const Mesh& before, const Flow& flow, const DeformedShape& 
   const double first = measure_volume_and_area(before, before.positions).volume;
   const double change = measure_volume_and_area(now.mesh(), now.positions()).volume / first - 1;
   if (!(std::abs(change) > kVolume) || !std::isfinite(change)) return 0;
-  const Measures measures = measure(before, now.motion().threads);
+  const Measures measures = measure(WeldedMesh(before).mesh(), now.motion().threads);
   return measures.closed() && measures.oriented() ? change : 0;
 }
 
@@ -229,6 +231,8 @@ ImageError image_error(const Mesh& before, const Flow& flow, const DeformedShape
   if (error.greatest <= kFar) return error;
   error.rms = rms_of(distances, samples, before) / now.reference_length();
   error.volume = volume_change(before, flow, now);
+  error.is_closed =
+      error.rms > kWorthAWord * kFarFromImage && measure(WeldedMesh(before).mesh(), now.motion().threads).closed();
   error.is_at_rest = same_faces && std::equal(before.positions.begin(), before.positions.end(), now.positions().begin(),
                                               now.positions().end());
   return error;
@@ -256,7 +260,8 @@ std::optional<std::string> ExactImage::compare(const DeformedShape& shape, const
   const double chord = options.remesh.settings ? options.remesh.settings->max_chord.value_or(0) : 0;
   const double of_remesh = std::max(kFarOfRemeshed, kChordsOfRemeshed * chord);
   const bool follows = !same_faces && !shape.provenance()->counts.out_of_time;
-  const double far = follows ? of_remesh * static_cast<double>(std::max<std::size_t>(remeshes_, 1)) : kFarFromImage;
+  const double of_mesh = error.is_closed ? kFarFromImage : kFarOfOpen;
+  const double far = follows ? of_remesh * static_cast<double>(std::max<std::size_t>(remeshes_, 1)) : of_mesh;
   const bool is_missed = error.is_at_rest && error.greatest > kFarFromImage;
   const double share = std::max(error.rms / far, std::abs(error.volume) / kFarFromImage);  // of what is allowed
   const bool is_far = share > 1 || is_missed;
@@ -264,10 +269,12 @@ std::optional<std::string> ExactImage::compare(const DeformedShape& shape, const
   std::string text = fmt::format(
       "the faces {}follow these strokes: the exact image of the surface is {:.2g} of its size away from them (root "
       "mean "
-      "square; {:.2g} at most), and the volume changes by a fraction of {:.2g}; ",
-      is_far ? "cannot " : "do not quite ", error.rms, error.greatest, error.volume);
-  text += same_faces ? "add --remesh (or a remesh line), use a finer mesh, or keep it with --keep-mesh"
-                     : "use a smaller \"max_chord\", a finer mesh, or keep it with --keep-mesh";
+      "square; {:.2g} at most){}; {}",
+      is_far ? "cannot " : "do not quite ", error.rms, error.greatest,
+      error.volume == 0 ? "" : fmt::format(", and the volume changes by a fraction of {:.2g}", error.volume),
+      same_faces ? "add --remesh (or a remesh line), or use a finer mesh"
+                 : "use a smaller \"max_chord\", or a finer mesh");
+  if (is_far && options.must_follow) text += ", or keep it with --keep-mesh";
   if (is_far && options.must_follow) throw QualityLimit(text);
   return text;
 }

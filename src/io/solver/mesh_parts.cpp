@@ -287,7 +287,7 @@ fs::path file_of_earlier_time(const fs::path& mesh, const char* name) {
 // Returns the bytes of a file beside another one, or of an earlier time, which may be compressed.
 std::string read_beside(const fs::path& path, const char* name) {
   fs::path file = existing(path.parent_path() / name);
-  if (file.empty()) file = file_of_earlier_time(path.parent_path(), name);
+  if (file.empty()) file = file_of_earlier_time(fs::absolute(path).parent_path(), name);
   if (!file.empty()) return io_detail::bytes_of_file(file);
   throw IoError(IoError::Operation::read, path.string(),
                 "the file " + std::string(name) +
