@@ -295,6 +295,7 @@ class DeformedShape {
   };
   struct Halving {
     int left = 0;                // how often the flow may still be halved
+    bool is_narrow = false;      // a mask's border is: halves are tried, too, where the whole is much work
     double spent = 0;            // evaluations on the points of all remeshes of the stroke
     std::size_t faces = 0;       // of the whole and of the halves that have been begun
     std::size_t most_faces = 0;  // that all of them may have together; 0 before the whole
@@ -304,6 +305,8 @@ class DeformedShape {
   RemeshOutcome remesh(const Part& part, const RemeshSettings& settings, Halving& halving, Progress* progress);
   RemeshOutcome remesh(const Mesh& mesh, const Part& part, const RemeshSettings& settings, Halving& halving,
                        Progress* progress);
+  RemeshOutcome remesh_narrow(const Mesh& mesh, const Part& part, const RemeshSettings& settings, Halving& halving,
+                              Progress* progress);
   RemeshOutcome remesh_in_halves(const Part& part, const RemeshSettings& settings, Halving& halving,
                                  Progress* progress);
   RemeshOutcome remesh_halves(const Part& part, const RemeshSettings& settings, Halving& halving, Progress* progress);

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
 
 #include "flow/block_mover.h"
+#include "flow/masked.h"
 #include "flow/segment_mover.h"
 #include "knead/flow.h"
 #include "knead/replay.h"
@@ -78,6 +80,15 @@ constexpr std::size_t kMoreThanWhole = 4;
 constexpr double kMaxPairsPerFace = 0.5;
 constexpr double kTimeOfHalves = 0.5;  // of the time that is left
 
+// A mask's border is narrow if the stroke moves a vertex farther than twice its width. Places along it then drift apart
+// exponentially, and with them grows the mesh that a whole flow needs; halves, remeshed in between, need far less. So
+// each part of the flow may take so much of the work only, before its halves are tried, and all of them so much.
+constexpr double kNarrow = 0.5;
+constexpr double kWorkOfPart = 1.0 / 64;
+constexpr double kWorkOfNarrow = 1.0 / 8;
+constexpr int kMaxHalvingsOfNarrow = 8;
+constexpr double kRoundedUp = 1.05;  // a width in a message, so that its two digits suffice
+
 using Moment = std::chrono::steady_clock::time_point;
 
 constexpr double kLongest = 1e9;  // seconds, 30 years: longer is for ever
@@ -94,6 +105,16 @@ double seconds_until(Moment end) {
 }
 
 bool has_new_crossings(const RemeshCounts& counts) { return counts.crossings > counts.crossings_before; }
+
+// The width from which on the mask's border is not narrow for a stroke that has moved the vertices so far; 0 if the
+// flow does not reach the mask.
+double sufficient_width(const Flow& flow, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+  double farthest2 = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) farthest2 = std::max(farthest2, norm2(after[i] - before[i]));
+  const auto acts = [](const Segment& segment) { return detail::mask_on(segment).acts; };
+  const bool is_reached = std::any_of(flow.segments.begin(), flow.segments.end(), acts);
+  return is_reached ? kNarrow * std::sqrt(farthest2) : 0;
+}
 
 std::pair<Flow, Flow> halves_of(const Flow& flow) {
   const std::size_t half = flow.segments.size() / 2;
@@ -301,9 +322,18 @@ RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
 
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                                     Progress* progress) {
-  Halving halving{kMaxHalvings};
+  const double width = mask_.is_empty() ? 0 : sufficient_width(flow, before, positions_);
+  const bool is_narrow = width > mask_.width();
+  Halving halving{is_narrow ? kMaxHalvingsOfNarrow : kMaxHalvings, is_narrow};
   halving.end = after(policy_->seconds);
-  return remesh({before, before, flow}, settings, halving, progress);
+  RemeshOutcome outcome = remesh({before, before, flow}, settings, halving, progress);
+  if (is_narrow && outcome.status == AdvectStatus::done && !outcome.remeshed) {
+    throw RemeshLimit(
+        fmt::format("the mesh cannot follow this stroke along the mask's border, which is narrow for so far a motion; "
+                    "make the mask's \"width\" {:.2g} or more, or deform less",
+                    kRoundedUp * width));
+  }
+  return outcome;
 }
 
 RemeshOutcome DeformedShape::remesh(const Part& part, const RemeshSettings& settings, Halving& halving,
@@ -323,7 +353,20 @@ RemeshOutcome DeformedShape::remesh(const Part& part, const RemeshSettings& sett
     provenance_ = provenance;
   }
   if (part.flow.segments.empty()) return {};
-  return remesh(*mesh, part, settings, halving, progress);
+  return halving.is_narrow ? remesh_narrow(*mesh, part, settings, halving, progress)
+                           : remesh(*mesh, part, settings, halving, progress);
+}
+
+// Tries halves where the whole is too much work. Returns no mesh if they are, too.
+RemeshOutcome DeformedShape::remesh_narrow(const Mesh& mesh, const Part& part, const RemeshSettings& settings,
+                                           Halving& halving, Progress* progress) {
+  try {
+    return remesh(mesh, part, settings, halving, progress);
+  } catch (const RemeshLimit&) {
+    if (halving.left == 0) return {};
+  }
+  if (halving.most_faces == 0) halving.most_faces = std::numeric_limits<std::size_t>::max();
+  return remesh_in_halves(part, settings, halving, progress);
 }
 
 // The mesh is the one before the part.
@@ -356,8 +399,11 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
     options.seconds = seconds_until(halving.end);
     budget.least = std::max(1.0, kMinEach * static_cast<double>(part.flow.segments.size()));
     budget.of_the_stroke = cost * evaluations_each(part, progress);
-    budget.most = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices),
-                           kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size()));
+    const double of_strokes = kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size());
+    const double all = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices), of_strokes);
+    budget.most = halving.is_narrow ? std::min(std::max(kWorkOfNarrow * all, of_strokes),
+                                               halving.spent + std::max(kWorkOfPart * all, of_strokes))
+                                    : all;
     RemeshOutcome outcome{AdvectStatus::done,
                           remesh_detail::remesh_with(mesh, positions_, deformation, options, {}, places)};
     const bool is_whole = halving.most_faces == 0;
@@ -372,6 +418,8 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
       }
       if (!is_whole || halves.remeshed || halves.status == AdvectStatus::cancelled) return halves;
       halving.spent = 0;
+      halving.left = 0;
+      budget.most = all;
       options.stop_where_crossed = false;
       options.seconds = seconds_until(end);
       if (outcome.remeshed->counts.stopped) finish_stopped(mesh, deformation, options, *outcome.remeshed, places);

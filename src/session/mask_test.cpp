@@ -114,6 +114,52 @@ TEST(SessionMask, RemeshingLeavesMaskedVerticesAndTheFacesAmongThemAsTheyAre) {
   EXPECT_EQ(count_flipped(after, after.positions, after.positions), 0u);
 }
 
+// Followed as a whole, thousands of triangles cross after this pull.
+TEST(SessionMask, APullFarBesideANarrowBorderIsFollowedInParts) {
+  const Mesh mesh = ball();
+  const ImplicitStroke pull{{{0.05, 0, 1}, {0.35, 0, 1.5}}, 0.15, 0.5};
+  ReplayOptions options;
+  options.remesh.settings = RemeshSettings{};
+  options.must_follow = true;
+  const ReplayResult result = replay(mesh, session_of({half(mesh, 0.1), pull}), options);
+  ASSERT_EQ(result.status, AdvectStatus::done);
+  const Mesh after = result.shape.to_mesh();
+  EXPECT_EQ(result.shape.provenance()->counts.crossings, 0u);
+  EXPECT_GT(after.vertex_count(), mesh.vertex_count());
+  EXPECT_LT(after.vertex_count(), 5 * mesh.vertex_count());
+  EXPECT_NEAR(measure(after).volume / measure(mesh).volume, 1, 1e-8);
+  const std::vector<std::uint32_t>& source = result.shape.provenance()->vertex_source;
+  const auto held = std::count_if(mesh.positions.begin(), mesh.positions.end(), [](const Vec3d& p) { return p.x < 0; });
+  std::ptrdiff_t kept = 0;
+  for (std::size_t v = 0; v < source.size(); ++v) {
+    if (source[v] != kNewVertex && mesh.positions[source[v]].x < 0) {
+      kept += after.positions[v] == mesh.positions[source[v]] ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(kept, held);
+}
+
+TEST(SessionMask, ARefusalBesideANarrowBorderNamesAWidthThatWillDo) {
+  const Mesh mesh = ball();
+  const ImplicitStroke pull{{{0.05, 0, 1}, {0.35, 0, 1.5}}, 0.15, 0.5};
+  ReplayOptions options;
+  options.remesh.settings = RemeshSettings{};
+  options.remesh.settings->max_vertices = 4000;
+  double width = 0;
+  try {
+    replay(mesh, session_of({half(mesh, 0.02), pull}), options);
+    ADD_FAILURE() << "not refused";
+  } catch (const RemeshLimit& limit) {
+    const std::string text = limit.what();
+    const std::string words = "make the mask's \"width\" ";
+    ASSERT_NE(text.find(words), std::string::npos) << text;
+    width = std::stod(text.substr(text.find(words) + words.size()));
+  }
+  EXPECT_NEAR(width, 0.3, 0.02);  // half of the way of the vertices, 0.58
+  options.remesh.settings->max_vertices.reset();
+  EXPECT_EQ(replay(mesh, session_of({half(mesh, width), pull}), options).status, AdvectStatus::done);
+}
+
 TEST(SessionMask, ResolvedItNamesNoVertexAndGivesTheSameBits) {
   const Mesh mesh = ball();
   MaskStroke soft = half(mesh);

@@ -293,8 +293,9 @@ class Replay {
       return;
     const std::size_t more = counts.crossings - counts.crossings_before;
     throw RemeshLimit(fmt::format(
-        "{} after this stroke, which remeshing cannot end; deform less, or use a finer mesh",
-        more == 1 ? "1 more pair of triangles crosses" : fmt::format("{} more pairs of triangles cross", more)));
+        "{} after this stroke, which remeshing cannot end; deform less, {}or use a finer mesh",
+        more == 1 ? "1 more pair of triangles crosses" : fmt::format("{} more pairs of triangles cross", more),
+        shape.mask().is_empty() ? "" : "make the mask's \"width\" larger, "));
   }
 
   // A stroke that reads the surface is then read. After the last of these, the surface is not needed any more.
