@@ -44,7 +44,7 @@ def test_same_bits_as_the_command(path, folder):
     session = knead.Session.read(here)
     source = folder / session.mesh
     shape = knead.read(source)
-    run("deform", source, here, "-q", "--digits", "shortest", "-o", folder / "theirs.ply")
+    run("deform", source, here, "-q", "--keep-mesh", "--digits", "shortest", "-o", folder / "theirs.ply")
     theirs = knead.read(folder / "theirs.ply").vertices
     try:
         ours = knead.deform(shape.vertices, session, shape.faces)

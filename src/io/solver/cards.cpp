@@ -40,13 +40,13 @@ class NastranScan {
     bool is_bulk = !has_sections_;
     while (lines_.next()) {
       const std::string_view line = card();
-      const std::string_view text = trimmed(line);
-      if (!text.empty() && (text[0] == 'I' || text[0] == 'i') && upper(text).starts_with("INCLUDE")) {
-        lines_.fail("names a file with more cards; put its lines here");
-      }
       if (!is_bulk) {
         is_bulk = is_begin_bulk(line);
         continue;
+      }
+      const std::string_view text = trimmed(line);
+      if (!text.empty() && (text[0] == 'I' || text[0] == 'i') && upper(text).starts_with("INCLUDE")) {
+        lines_.fail("names a file with more cards; put its lines here");
       }
       const std::string word = upper(trimmed(line.substr(0, std::min(line.find(','), std::size_t{8}))));
       if (word == "ENDDATA") break;

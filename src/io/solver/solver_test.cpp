@@ -403,7 +403,6 @@ TEST(Solver, WhatIsRefusedNamesTheLine) {
       {"foam", "FoamFile{format binary;}\n2\n(abc)", "a.foam:3: 2 points are declared, but only 4 bytes follow"},
       {"bdf", "GRID,1,5,0.,0.,0.\n", "a.bdf:1: GRID is in the coordinate system '5'"},
       {"bdf", "GRID,1,,0.,0.,0.\n  include 'b.bdf'\n", "a.bdf:2: names a file with more cards"},
-      {"bdf", "SOL 101\nINCLUDE 'b.bdf'\nBEGIN BULK\nGRID,1,,0.,0.,0.\n", "a.bdf:2: names a file with more cards"},
       {"bdf", "CEND\nGRID    1\t0\t0.\n", "a.bdf:2: has tabs"},
       {"bdf", "GRID*   1               0               0.              0.\nENDDATA\n", "expected the line after GRID*"},
       {"bdf", "GRID,1,,0.,x,0.\n", "a.bdf:1: expected a coordinate, found 'x'"},
