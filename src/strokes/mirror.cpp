@@ -397,8 +397,9 @@ std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
     std::vector<Vec3d> anchors;
     find_anchors(field, anchors);
     for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMaxAnchors + 1) {
-      places.push_back(anchors[k] + displacement_of(segment, field) * time);
-      add_places(places.back(), field.thresholds.inner, places);
+      const Vec3d place = anchors[k] + displacement_of(segment, field) * time;
+      places.push_back(place);
+      add_places(place, field.thresholds.inner, places);
     }
   }
   return places;
