@@ -46,7 +46,7 @@ else
   answer ctrl+s "$work/made.knead"
   answer ctrl+e "$work/made.ply"
   quit
-  "$knead" deform "$shape" "$work/made.knead" -o "$work/replayed.ply" -q
+  "$knead" deform "$shape" "$work/made.knead" --keep-mesh -o "$work/replayed.ply" -q
   cmp "$work/made.ply" "$work/replayed.ply" || die "the saved session gives another shape than the one on the screen"
 fi
 

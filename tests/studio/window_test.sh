@@ -102,7 +102,7 @@ cmp "$work/made.ply" "$work/recovered.ply" || die "the recovered work gives anot
 answer ctrl+s "$work/again.knead" desktop
 wait_for "the title of the saved session" has_title '^again.knead - '
 picture saved
-"$knead" deform "$work/hand.ply" "$work/again.knead" -o "$work/replayed.ply" -q
+"$knead" deform "$work/hand.ply" "$work/again.knead" --keep-mesh -o "$work/replayed.ply" -q
 cmp "$work/made.ply" "$work/replayed.ply" || die "the saved session gives another shape than the one on the screen"
 quit
 [[ -z $(ls "$work/state/knead/journals") ]] || die "a journal is left behind"

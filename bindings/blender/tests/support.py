@@ -40,7 +40,7 @@ def deform(vertices, faces, session, folder):
         rows = np.empty(len(faces), np.dtype([("n", "u1"), ("v", "<i4", 3)]))
         rows["n"], rows["v"] = 3, faces
         file.write(rows.tobytes())
-    subprocess.run([os.environ["KNEAD"], "deform", source, session, "-o", result], check=True, capture_output=True)
+    subprocess.run([os.environ["KNEAD"], "deform", source, session, "--keep-mesh", "-o", result], check=True, capture_output=True)
     return read_ply(result)
 
 

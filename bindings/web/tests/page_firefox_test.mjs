@@ -21,7 +21,7 @@ async function pullAndExport(test, tab) {
   const two = await save(tab, 'two');
   assert.ok(one.length > 0 && strokes(two).length > one.length);
   writeFileSync(path.join(home, 'two.knead'), two);
-  knead('deform', sphere, path.join(home, 'two.knead'), '-o', path.join(home, 'out.ply'));
+  knead('deform', sphere, path.join(home, 'two.knead'), '--keep-mesh', '-o', path.join(home, 'out.ply'));
   assert.ok(exported.equals(readFileSync(path.join(home, 'out.ply'))), 'other bytes than the command writes');
   await tab.keyboard.press('Control+z');
   await settle(tab, 20);

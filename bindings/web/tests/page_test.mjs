@@ -36,7 +36,7 @@ describe('the page of Studio', { skip }, () => {
     assert.ok(strokes(two).length > strokes(one).length);
     assert.deepEqual(strokes(undone), strokes(one));
     writeFileSync(path.join(home, 'two.knead'), two);
-    knead('deform', sphere, path.join(home, 'two.knead'), '-o', path.join(home, 'out.ply'));
+    knead('deform', sphere, path.join(home, 'two.knead'), '--keep-mesh', '-o', path.join(home, 'out.ply'));
     assert.ok(exported.equals(readFileSync(path.join(home, 'out.ply'))), 'other bytes than the command writes');
     assert.deepEqual(tab.problems, []);
   });
@@ -82,7 +82,7 @@ describe('the page of Studio', { skip }, () => {
     }
     const exported = await write(tab, 'Control+e', 'exported.ply', 'exported.ply');
     writeFileSync(path.join(home, 'all.knead'), text);
-    knead('deform', sphere, path.join(home, 'all.knead'), '-o', path.join(home, 'out.ply'));
+    knead('deform', sphere, path.join(home, 'all.knead'), '--keep-mesh', '-o', path.join(home, 'out.ply'));
     assert.ok(exported.equals(readFileSync(path.join(home, 'out.ply'))), 'other bytes than the command writes');
     assert.deepEqual(tab.problems, []);
   });
