@@ -1,4 +1,4 @@
-// What faces that are too coarse for a motion are told from.
+// Faces that are too coarse for a motion are refused, and others are not.
 #include <gtest/gtest.h>
 
 #include <string>
