@@ -120,7 +120,7 @@ std::string summary(const std::string& output, const std::string& frames, const 
   text += frames;
   text += fmt::format("steps    {:.3g} per vertex on average, {} at most\n", report.steps_mean, report.steps_max);
   text += report.volume_error ? fmt::format("volume   changed by a fraction of {:.2g}\n", *report.volume_error)
-                              : "volume   none: the shape is not closed and oriented\n";
+                              : "volume   none: the shape is not closed and oriented, or holds none\n";
   if (report.flipped_triangles > 0) text += fmt::format("flipped  {} triangles\n", report.flipped_triangles);
   if (report.cells) {
     text += fmt::format("cells    {} of {} inverted\n", report.cells->inverted, report.cells->cells);

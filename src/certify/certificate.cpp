@@ -17,6 +17,7 @@
 #include "knead/tools.h"
 #include "knead/vec.h"
 #include "math/elementary.h"
+#include "mesh/edges.h"
 
 namespace knead {
 
@@ -163,10 +164,9 @@ void add_measures(const Mesh& before, const Mesh& after, bool same_faces, int th
   certificate.smallest_angle_before = first.smallest_angle_deg;
   certificate.smallest_angle_after = last.smallest_angle_deg;
   const bool has_volume = first.closed() && first.oriented() && last.closed() && last.oriented();
-  const double error = last.volume / first.volume - 1;
-  if (!has_volume || !std::isfinite(error)) return;
-  certificate.volume_error = error;
-  if (!certificate.det_least) certificate.volume_error_sampling = error - certificate.volume_error_integration;
+  if (has_volume) certificate.volume_error = volume_change({first.volume, first.area}, last.volume);
+  if (certificate.det_least || !certificate.volume_error) return;
+  certificate.volume_error_sampling = *certificate.volume_error - certificate.volume_error_integration;
 }
 
 std::size_t inverted_count(const VolumeCells& cells, std::span<const Vec3d> points) {

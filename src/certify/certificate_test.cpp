@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -96,6 +97,19 @@ TEST(Certificate, OfARigidMotionIsExact) {
   EXPECT_EQ(c.volume_error_integration, 0);
   EXPECT_NEAR(*c.volume_error, 0, 1e-6);  // positions as float
   EXPECT_EQ(c.strokes.at(0).points, 642u + 1280u);
+}
+
+// The sheet's normals cancel at every vertex, and its volume is zero but for rounding.
+TEST(Certificate, ASheetWithTwoSidesHasNoVolumeAndNothingFlipped) {
+  Mesh sheet = ball();
+  for (std::uint32_t f = 0; f < 5120; ++f) {
+    const auto face = sheet.face(f);
+    sheet.add_face(std::array{face[2], face[1], face[0]});
+  }
+  const Certified thin = certify(sheet, session_of({kPull}), remeshing());
+  EXPECT_FALSE(thin.certificate.volume_error.has_value());
+  EXPECT_EQ(thin.certificate.flipped_triangles, 0u);
+  EXPECT_LT(thin.certificate.distance_max, 1e-3);
 }
 
 // The surface is pushed through itself where the mesh is too coarse to follow.

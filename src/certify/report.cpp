@@ -232,8 +232,7 @@ void add_measures(const Mesh& mesh, const DeformedShape& result, int threads, Re
   report.volume_after = deformed.volume;
   report.area_before = before.area;
   report.area_after = deformed.area;
-  const double error = deformed.volume / before.volume - 1;
-  if (has_volume && std::isfinite(error)) report.volume_error = error;
+  if (has_volume) report.volume_error = volume_change(before, deformed.volume);
 }
 
 void add_remesh(const DeformedShape& result, Report& report) {

@@ -14,6 +14,7 @@
 #include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
+#include "mesh/edges.h"
 
 namespace knead::session_detail {
 
@@ -125,6 +126,28 @@ double moved_beside(const AppliedStroke& stroke) {
   return greatest;
 }
 
+// Returns how many triangles oppose the normals of their vertices.
+std::size_t opposing(const Mesh& mesh) {
+  // Triangles without area oppose nothing, so that with all vertices in one place every other one counts as turned.
+  const std::vector<Vec3d> none(mesh.vertex_count());
+  return count_flipped(mesh, none, mesh.positions);
+}
+
+// Returns the mesh without the faces at edges of more than two faces.
+Mesh without_branches(const Mesh& mesh) {
+  std::vector<bool> is_branch(mesh.vertex_count(), false);
+  for_each_edge(mesh, [&](std::span<const EdgeUse> edge) {
+    if (edge.size() > 2) is_branch[edge[0].low] = is_branch[edge[0].high] = true;
+  });
+  Mesh result;
+  result.positions = mesh.positions;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    if (std::none_of(face.begin(), face.end(), [&](std::uint32_t v) { return is_branch[v]; })) result.add_face(face);
+  }
+  return result;
+}
+
 }  // namespace
 
 Flow for_members(Flow flow) {
@@ -146,12 +169,9 @@ StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& opti
 }
 
 std::size_t opposing_more(const Mesh& before, const Mesh& after) {
-  // Triangles without area oppose nothing, so that with all vertices in one place every other one counts as turned.
-  const std::vector<Vec3d> none_before(before.vertex_count());
-  const std::vector<Vec3d> none_after(after.vertex_count());
-  const std::size_t first = count_flipped(before, none_before, before.positions);
-  const std::size_t last = count_flipped(after, none_after, after.positions);
-  return last > first ? last - first : 0;
+  const auto more = [](std::size_t first, std::size_t last) { return last > first ? last - first : 0; };
+  if (more(opposing(before), opposing(after)) == 0) return 0;
+  return more(opposing(without_branches(before)), opposing(without_branches(after)));
 }
 
 }  // namespace knead::session_detail

@@ -32,7 +32,7 @@ StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>&
                            double length);
 
 // Returns how many more triangles of the mesh after than of the mesh before oppose the normals of their vertices; 0 for
-// fewer.
+// fewer. Does not judge triangles at edges of more than two faces, where normals mean nothing.
 std::size_t opposing_more(const Mesh& before, const Mesh& after);
 
 }  // namespace knead::session_detail

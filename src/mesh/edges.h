@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -54,6 +55,9 @@ class CornerParts {
 
 // Returns true if measure(mesh) is closed() and oriented(), in less time. threads as for parallel_for.
 bool is_closed_and_oriented(const Mesh& mesh, int threads = 0);
+
+// Returns by which fraction a volume changes; nothing if there was none but for rounding, as in a sheet with two sides.
+std::optional<double> volume_change(const VolumeAndArea& before, double after);
 
 // Calls visit(uses) once for each edge, with all its uses in the order of corners; edges come in the order of their
 // smaller, then their larger vertex. A corner followed by the same vertex has no edge. Time: linear, plus a sort of the

@@ -343,6 +343,12 @@ VolumeAndArea measure_volume_and_area(const Mesh& mesh, std::span<const Vec3d> p
   return volume_and_area(mesh, positions, shape_box(mesh, positions));
 }
 
+std::optional<double> volume_change(const VolumeAndArea& before, double after) {
+  constexpr double rounding = 1e-12;  // of the volume of a ball with this area, or a few times that
+  if (!(std::abs(before.volume) > rounding * before.area * std::sqrt(before.area))) return std::nullopt;
+  return after / before.volume - 1;
+}
+
 std::vector<std::string> describe_defects(const Measures& m) {
   std::vector<std::string> list;
   const auto say = [&](std::size_t count, const char* one, const char* many) {

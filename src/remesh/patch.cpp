@@ -175,10 +175,21 @@ std::vector<std::uint32_t> number_vertices(const Mesh& mesh, Patch& patch) {
   return number;
 }
 
+// Appends the rows of the corner at v: that of the face, then those of its equal faces.
+void append_corner(const Mesh& mesh, const Columns& columns, std::uint32_t f, std::uint32_t v, Patch& patch) {
+  const std::span<const EqualFace> equal = patch.equal_to(f);
+  for (std::size_t row = 0; row < patch.corner_rows; ++row) {
+    const std::uint32_t of = row == 0 || row > equal.size() ? f : equal[row - 1].other;
+    const auto face = mesh.face(of);
+    const auto at = static_cast<std::size_t>(std::find(face.begin(), face.end(), v) - face.begin());
+    append_row(columns, mesh.face_begin[of] + at, patch.surface.corner_values);
+  }
+}
+
 void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, const Progress* progress, Patch& patch) {
   Surface& s = patch.surface;
   const Columns columns = columns_of(mesh, Domain::corner);
-  s.corner_values.stride = columns.stride;
+  s.corner_values.stride = columns.stride * patch.corner_rows;
   const std::size_t held =
       static_cast<std::size_t>(std::count(patch.holds_face.begin(), patch.holds_face.end(), std::uint8_t{1}));
   const std::size_t more = held + held / 8;  // as splits will make
@@ -188,22 +199,56 @@ void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, cons
   s.opposite.reserve(3 * more);
   s.edge.reserve(3 * more);
   std::vector<Triangle> parts;
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    if (patch.holds_face[f] == 0) continue;
+  for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+    if (patch.holds_face[f] != 1) continue;
     stop_if_cancelled(progress);
-    const auto face = mesh.face(f);
     parts.clear();
-    triangulate_polygon(mesh.positions, face, parts);
+    triangulate_polygon(mesh.positions, mesh.face(f), parts);
     for (const Triangle& t : parts) {
-      s.face_source.push_back(static_cast<std::uint32_t>(f));
+      s.face_source.push_back(f);
       patch.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
       s.corner.insert(s.corner.end(), patch.triangles.back().begin(), patch.triangles.back().end());
-      for (std::size_t i = 0; i < 3 && columns.stride > 0; ++i) {
-        const auto at = static_cast<std::size_t>(std::find(face.begin(), face.end(), t[i]) - face.begin());
-        append_row(columns, mesh.face_begin[f] + at, s.corner_values);
-      }
+      if (columns.stride == 0) continue;
+      for (const std::uint32_t v : t) append_corner(mesh, columns, f, v, patch);
     }
   }
+}
+
+// Returns whether the vertices of the second face are those of the first, begun anywhere and with this step.
+bool is_same_cycle(std::span<const std::uint32_t> face, std::span<const std::uint32_t> other, std::size_t step) {
+  const std::size_t n = face.size();
+  const auto at = static_cast<std::size_t>(std::find(other.begin(), other.end(), face[0]) - other.begin());
+  std::size_t same = 0;
+  while (same < n && other.size() == n && at < n && other[(at + same * step) % n] == face[same]) ++same;
+  return same == n;
+}
+
+// Finds the equal faces of the mesh among these pairs of triangles. Returns false if there are none.
+bool find_equal_faces(const Mesh& mesh, const std::vector<std::array<std::uint32_t, 2>>& pairs, Patch& patch) {
+  for (const auto& [a, b] : pairs) {
+    const std::uint32_t kept = patch.surface.face_source[a];
+    const std::uint32_t other = patch.surface.face_source[b];
+    if (kept == other || patch.holds_face[kept] != 1 || patch.holds_face[other] != 1) continue;
+    const auto face = mesh.face(kept);
+    const bool is_reversed = !is_same_cycle(face, mesh.face(other), 1);
+    if (is_reversed && !is_same_cycle(face, mesh.face(other), face.size() - 1)) continue;
+    patch.holds_face[other] = 2;
+    patch.equal_faces.push_back({kept, other, is_reversed});
+    patch.corner_rows = std::max(patch.corner_rows, 1 + patch.equal_to(kept).size());
+  }
+  return !patch.equal_faces.empty();
+}
+
+// Connects the triangles of the patch. Takes equal faces once, since each would be divided in its own way and they
+// would cross.
+void connect_patch(const Mesh& mesh, const std::vector<std::uint32_t>& number, const Progress* progress, Patch& patch) {
+  if (!find_equal_faces(mesh, connect(patch.surface, progress), patch)) return;
+  patch.triangles.clear();
+  patch.surface.corner.clear();
+  patch.surface.face_source.clear();
+  patch.surface.corner_values.numbers.clear();
+  take_faces(mesh, number, progress, patch);
+  connect(patch.surface, progress);
 }
 
 // Returns 1 for each vertex of the patch that a face outside it uses.
@@ -253,6 +298,12 @@ void mark_region(const std::vector<std::uint8_t>& moved, bool whole, Patch& patc
 
 }  // namespace
 
+std::span<const EqualFace> Patch::equal_to(std::uint32_t f) const {
+  const auto range = std::equal_range(equal_faces.begin(), equal_faces.end(), EqualFace{f, 0, false},
+                                      [](const EqualFace& a, const EqualFace& b) { return a.kept < b.kept; });
+  return {range.first, range.second};
+}
+
 Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                     const RemeshOptions& options, const MorePlaces& places) {
   std::vector<std::uint8_t> moved(before.vertex_count());
@@ -273,7 +324,7 @@ Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Defo
   take_values(columns_of(before, Domain::vertex), places, patch.vertex_source, s.vertex_values);
   take_faces(before, number, options.progress, patch);
   stop_if_cancelled(options.progress);
-  connect(s, options.progress);
+  connect_patch(before, number, options.progress, patch);
   stop_if_cancelled(options.progress);
   fix_border(before, number, options, patch);
   stop_if_cancelled(options.progress);
@@ -310,6 +361,16 @@ std::uint32_t add_edge(Surface& s, std::uint8_t flags, std::uint32_t h) {
   return s.edge[h];
 }
 
+// Appends the pairs of faces with the same vertices among those of one edge, given by their half-edges in order.
+void add_equal(const Surface& s, std::span<const std::uint32_t> uses,
+               std::vector<std::array<std::uint32_t, 2>>& equal) {
+  for (std::size_t i = 1; i < uses.size(); ++i) {
+    std::size_t first = 0;
+    while (s.apex(uses[first]) != s.apex(uses[i])) ++first;
+    if (first < i) equal.push_back({uses[first] / 3, uses[i] / 3});
+  }
+}
+
 // Makes the edge or edges that these half-edges form.
 void join_uses(Surface& s, std::span<const std::uint32_t> uses) {
   if (uses.size() == 2 && s.origin(uses[0]) == s.target(uses[1])) {
@@ -329,7 +390,8 @@ void join_uses(Surface& s, std::span<const std::uint32_t> uses) {
   join_copies(s, edges);
 }
 
-void join_halfedges(Surface& s, const Progress* progress) {
+std::vector<std::array<std::uint32_t, 2>> join_halfedges(Surface& s, const Progress* progress) {
+  std::vector<std::array<std::uint32_t, 2>> equal;
   const Buckets buckets = bucket_halfedges(s);
   s.halfedge.reserve(s.corner.size() / 2 + s.corner.size() / 8);
   s.edge_flags.reserve(s.halfedge.capacity());
@@ -348,8 +410,12 @@ void join_halfedges(Surface& s, const Progress* progress) {
       const std::uint64_t high = sorted[i] >> 32;
       for (; i < sorted.size() && sorted[i] >> 32 == high; ++i) uses.push_back(static_cast<std::uint32_t>(sorted[i]));
       join_uses(s, uses);
+      add_equal(s, uses, equal);
     }
   }
+  std::sort(equal.begin(), equal.end());
+  equal.erase(std::unique(equal.begin(), equal.end()), equal.end());
+  return equal;
 }
 
 // Fixes the vertices whose faces form more than one fan.
@@ -366,7 +432,7 @@ void fix_pinched(Surface& s) {
 
 }  // namespace
 
-void connect(Surface& s, const Progress* progress) {
+std::vector<std::array<std::uint32_t, 2>> connect(Surface& s, const Progress* progress) {
   s.opposite.assign(s.corner.size(), kNone);
   s.edge.assign(s.corner.size(), kNone);
   s.halfedge.clear();
@@ -375,9 +441,10 @@ void connect(Surface& s, const Progress* progress) {
   s.outgoing.assign(s.vertex_count(), kNone);
   s.vertex_flags.resize(s.vertex_count(), 0);
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) s.outgoing[s.corner[h]] = h;
-  join_halfedges(s, progress);
+  std::vector<std::array<std::uint32_t, 2>> equal = join_halfedges(s, progress);
   stop_if_cancelled(progress);
   fix_pinched(s);
+  return equal;
 }
 
 namespace {
@@ -471,7 +538,7 @@ class Assembly {
       const std::uint32_t f = s_.face_source[triangle];
       const std::size_t first = triangle;
       while (triangle < patch_.triangles.size() && s_.face_source[triangle] == f) ++triangle;
-      if (before_.face(f).size() > 3 && is_untouched(first, triangle)) continue;
+      if (before_.face(f).size() > 3 && patch_.equal_to(f).empty() && is_untouched(first, triangle)) continue;
       copy_faces(copied, f);
       copied = f + 1;
       for (std::size_t t = first; t < triangle; ++t) add_triangle(t);
@@ -502,8 +569,17 @@ class Assembly {
     return true;
   }
 
-  // Copies consecutive faces as they are.
+  // Copies consecutive faces as they are, but for those that follow an equal face.
   void copy_faces(std::uint32_t first, std::uint32_t last) {
+    for (std::uint32_t f = first; f < last && !patch_.equal_faces.empty(); ++f) {
+      if (patch_.holds_face[f] != 2) continue;
+      copy_run(first, f);
+      first = f + 1;
+    }
+    copy_run(first, last);
+  }
+
+  void copy_run(std::uint32_t first, std::uint32_t last) {
     if (first == last) return;
     const std::uint32_t begin = before_.face_begin[first];
     const std::uint32_t end = before_.face_begin[last];
@@ -522,14 +598,20 @@ class Assembly {
 
   void add_triangle(std::size_t t) {
     if (!s_.is_alive(t)) return;
-    for (std::size_t c = 3 * t; c < 3 * t + 3; ++c) {
-      mesh().corner_vertex.push_back(number_[s_.corner[c]]);
-      append_values(Domain::corner, s_.corner_values.of(c));
-    }
-    end_face(s_.face_source[t]);
+    const std::uint32_t source = s_.face_source[t];
+    add_triangle_of(source, t, 0, false);
+    std::size_t row = 0;
+    for (const EqualFace& equal : patch_.equal_to(source)) add_triangle_of(equal.other, t, ++row, equal.is_reversed);
   }
 
-  void end_face(std::uint32_t source) {
+  // Adds the triangle as one of the face `source` of the mesh, with this row of the values of its corners.
+  void add_triangle_of(std::uint32_t source, std::size_t t, std::size_t row, bool is_reversed) {
+    const std::size_t stride = s_.corner_values.stride / patch_.corner_rows;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t c = 3 * t + (is_reversed ? 2 - i : i);
+      mesh().corner_vertex.push_back(number_[s_.corner[c]]);
+      append_values(Domain::corner, s_.corner_values.of(c).subspan(row * stride));
+    }
     mesh().face_begin.push_back(static_cast<std::uint32_t>(mesh().corner_vertex.size()));
     result_.face_source.push_back(source);
     append_from_mesh(Domain::face, source, source + std::size_t{1});

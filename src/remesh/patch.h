@@ -13,16 +13,27 @@
 
 namespace knead::remesh_detail {
 
+// A face of the mesh with the vertices of another one. The surface holds both once: `other` is divided as `kept` is.
+struct EqualFace {
+  std::uint32_t kept = 0;
+  std::uint32_t other = 0;
+  bool is_reversed = false;
+};
+
 // The faces with a moved vertex or a moved interior, and the faces around them, as triangles. Vertices that also belong
 // to the rest of the mesh are fixed, and the edges between them are locked.
 struct Patch {
   Surface surface;                           // its face_source holds faces of the mesh
   std::vector<std::uint32_t> vertex_source;  // for the first vertices: their numbers in the mesh, ascending
   std::vector<Triangle> triangles;           // the first faces in their original state
-  std::vector<std::uint8_t> holds_face;      // for each face of the mesh: 1 if the patch holds it
+  std::vector<std::uint8_t> holds_face;      // for each face of the mesh: 1 if the patch holds it, 2 as an equal face
+  std::vector<EqualFace> equal_faces;        // by `kept`
+  std::size_t corner_rows = 1;               // in the values of a corner: those of the kept face, then of equal ones
   std::vector<MeshEdge> other_creases;       // creases of the mesh outside the patch, by vertices of the mesh
 
   bool is_new_vertex(std::size_t v) const { return v >= vertex_source.size(); }
+  // Returns the faces that are equal to the kept face f of the mesh.
+  std::span<const EqualFace> equal_to(std::uint32_t f) const;
   // Returns true if face f still has its original vertices.
   bool is_unchanged(std::size_t f) const { return f < triangles.size() && surface.triangle(f) == triangles[f]; }
 };

@@ -438,6 +438,38 @@ TEST(Remesh, EdgesOfThreeFacesAreSplitForAllOfThem) {
   EXPECT_EQ(measure(result.mesh).euler, measure(mesh).euler);
 }
 
+// The second face of a pair may have other values at its corners, and run the other way.
+TEST(Remesh, EqualFacesAreDividedInOneWay) {
+  Mesh mesh = make_shape(ShapeKind::sphere, 500);
+  const std::size_t faces = mesh.face_count();
+  for (std::uint32_t f = 0; f < faces; f += 2) {
+    const auto face = mesh.face(f);
+    mesh.add_face(f % 4 == 0 ? std::array{face[0], face[1], face[2]} : std::array{face[0], face[2], face[1]});
+  }
+  Attribute along{"along", Domain::corner, NumberType::float64, 1, {}};
+  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
+    along.values.push_back(mesh.positions[mesh.corner_vertex[c]].x + (c < 3 * faces ? 0 : 5));
+  }
+  mesh.attributes = {along};
+  const Remeshed result = Deformed(mesh, pull({0, 0, 1}, {0, 0, 1.8}, 0.2, 0.9)).remeshed();
+  Mesh once;  // without the second faces
+  once.positions = result.mesh.positions;
+  std::map<std::set<std::uint32_t>, double> sums;  // of the values, seconds minus firsts
+  for (std::size_t f = 0; f < result.mesh.face_count(); ++f) {
+    const auto face = result.mesh.face(f);
+    const std::uint32_t source = result.face_source[f];
+    if (source < faces) once.add_face(face);
+    if (source < faces && source % 2 == 1) continue;
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) sum += result.mesh.attributes[0].values[3 * f + i];
+    sums[{face.begin(), face.end()}] += source < faces ? -sum : sum;
+  }
+  EXPECT_GT(sums.size(), faces);
+  for (const auto& [face, sum] : sums) EXPECT_NEAR(sum, 15, 1e-12);
+  EXPECT_TRUE(measure(once).closed() && measure(once).manifold());
+  EXPECT_EQ(crossings_as_float(once), 0U);
+}
+
 TEST(Remesh, SpansOfAnotherSizeAreRefused) {
   const Deformed ball = pulled_ball(200);
   RemeshOptions options;

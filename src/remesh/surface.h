@@ -152,8 +152,8 @@ void join_copies(Surface& surface, std::span<const std::uint32_t> edges);
 
 // Computes connectivity and flags from the corners. Boundary edges become features. Edges with more than two faces, or
 // with two faces of opposite orientation, become as many boundaries, copies with fixed ends. Vertices with several fans
-// become fixed. `progress` cancels.
-void connect(Surface& surface, const Progress* progress = nullptr);
+// become fixed. Returns the pairs of faces with the same vertices, the lower number first. `progress` cancels.
+std::vector<std::array<std::uint32_t, 2>> connect(Surface& surface, const Progress* progress = nullptr);
 
 // Returns twice the area of the face times its normal.
 Vec3d area_vector(const Surface& surface, std::size_t face, std::span<const Vec3d> positions);

@@ -15,6 +15,7 @@
 
 #include "knead/vec.h"
 #include "mesh/box_tree.h"
+#include "mesh/edges.h"
 #include "session/deformed_shape_detail.h"
 
 namespace knead::session_detail {
@@ -205,9 +206,10 @@ double rms_of(const std::vector<double>& distances, const Samples& samples, cons
 
 double volume_change(const Mesh& before, const Flow& flow, const DeformedShape& now) {
   if (std::any_of(flow.segments.begin(), flow.segments.end(), changes_volume)) return 0;
-  const double first = measure_volume_and_area(before, before.positions).volume;
-  const double change = measure_volume_and_area(now.mesh(), now.positions()).volume / first - 1;
-  if (!(std::abs(change) > kVolume) || !std::isfinite(change)) return 0;
+  const VolumeAndArea first = measure_volume_and_area(before, before.positions);
+  const double change =
+      knead::volume_change(first, measure_volume_and_area(now.mesh(), now.positions()).volume).value_or(0);
+  if (std::abs(change) <= kVolume) return 0;
   const Measures measures = measure(WeldedMesh(before).mesh(), now.motion().threads);
   return measures.closed() && measures.oriented() ? change : 0;
 }
