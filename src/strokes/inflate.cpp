@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "knead/error.h"
@@ -100,16 +101,16 @@ double sum_of(std::vector<double> numbers) {
 // The part of the surface that the tool can move: corners of its triangles.
 class MovedSurface {
  public:
-  MovedSurface(const LiveSurface& surface, const InflateTool& tool) : origin_(tool.path.front()) {
-    std::vector<std::uint32_t> number(surface.positions.size());
-    std::vector<bool> is_near(surface.positions.size());
-    for (std::size_t i = 0; i < is_near.size(); ++i) is_near[i] = tool.distance(surface.positions[i]) <= tool.radius;
-    for (const Triangle& t : surface.triangles) {
+  MovedSurface(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const InflateTool& tool) {
+    std::vector<std::uint32_t> number(positions.size());
+    std::vector<bool> is_near(positions.size());
+    for (std::size_t i = 0; i < is_near.size(); ++i) is_near[i] = tool.distance(positions[i]) <= tool.radius;
+    for (const Triangle& t : triangles) {
       if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_near[v]; })) continue;
       Triangle own = t;
       for (std::uint32_t& v : own) {
         if (number[v] == 0) {
-          points.push_back(surface.positions[v]);
+          points.push_back(positions[v]);
           vertices.push_back(v);
           number[v] = static_cast<std::uint32_t>(points.size());
         }
@@ -121,7 +122,7 @@ class MovedSurface {
 
   bool empty() const { return triangles_.empty(); }
 
-  // Six times the volume of a triangle's cone, times the sign of the surface.
+  // By how much the volume grows, times the sign of the surface.
   double volume_between(const std::vector<Vec3d>& before, const std::vector<Vec3d>& after) const {
     std::vector<double> parts;
     parts.reserve(triangles_.size());
@@ -151,11 +152,9 @@ class MovedSurface {
   std::vector<std::uint32_t> vertices;  // which these are
 
  private:
-  double cone(const Vec3d& a, const Vec3d& b, const Vec3d& c) const {
-    return dot(a - origin_, cross(b - origin_, c - origin_));
-  }
+  // Six times the volume of a triangle's cone.
+  static double cone(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return dot(a, cross(b, c)); }
 
-  Vec3d origin_;
   std::vector<Triangle> triangles_;
 };
 
@@ -171,15 +170,18 @@ double greatest_norm(const std::vector<Vec3d>& vectors) {
   return greatest;
 }
 
+// Works relative to the first point of the stroke: many cells of its grid touch the tool's border, and rounding decides
+// which of them are in it.
 class Inflation {
  public:
-  Inflation(const InflateStroke& stroke, const LiveSurface& surface, int threads)
-      : stroke_(stroke),
-        tool_{stroke.points, stroke.radius},
+  Inflation(InflateStroke stroke, const LiveSurface& surface, int threads)
+      : origin_(stroke.points.front()),
+        stroke_(relative(std::move(stroke))),
+        tool_{stroke_.points, stroke_.radius},
         surface_(surface),
         threads_(threads),
-        moved_(surface, tool_),
-        positions_(surface.positions.begin(), surface.positions.end()) {
+        positions_(surface.positions.begin(), surface.positions.end()),
+        moved_(relative(positions_, origin_), surface.triangles, tool_) {
     if (surface.triangles.empty()) throw InvalidInput("\"tool\": only a surface can be inflated, and a cloud has none");
     find_spacing();
     find_body();
@@ -197,7 +199,7 @@ class Inflation {
     for (std::size_t i = 0; i < steps; ++i) {
       if (i > 0) {
         const double part = static_cast<double>(i) / static_cast<double>(steps);
-        lattice_.origin = stroke_.points.front() + Vec3d{1, 1, 1} * (part * lattice_.spacing);
+        lattice_.origin = Vec3d{1, 1, 1} * (part * lattice_.spacing);
         find_body();
       }
       PotentialGrid grid = NearRigidSystem(lattice_, body_, {}, threads_, surface_.progress).solve({});
@@ -213,6 +215,7 @@ class Inflation {
       left -= orientation_ * moved_.volume_between(before, moved_.points);
       Segment segment;
       segment.grid = std::move(grid);
+      segment.grid.origin += origin_;
       flow.segments.push_back(std::move(segment));
     }
     const double stretch = moved_.stretch_from(rest);
@@ -224,6 +227,16 @@ class Inflation {
   }
 
  private:
+  static InflateStroke relative(InflateStroke stroke) {
+    relative(stroke.points, Vec3d(stroke.points.front()));
+    return stroke;
+  }
+
+  static std::vector<Vec3d>& relative(std::vector<Vec3d>& points, const Vec3d& origin) {
+    for (Vec3d& p : points) p -= origin;
+    return points;
+  }
+
   void find_spacing() {
     BodySamples samples{{stroke_.points.front()}};
     samples.growth = {0};
@@ -330,12 +343,13 @@ class Inflation {
     advect(flow_of(grid), points, options);
   }
 
-  const InflateStroke& stroke_;
+  Vec3d origin_;
+  InflateStroke stroke_;
   InflateTool tool_;
   const LiveSurface& surface_;
   int threads_;
-  MovedSurface moved_;
   std::vector<Vec3d> positions_;  // of all vertices, as they are after the steps so far
+  MovedSurface moved_;
   Lattice lattice_;
   BodySamples body_;
   double inside_ = 0;       // the integral of the growth

@@ -33,6 +33,23 @@ std::string error_of(const Mesh& mesh, const InflateStroke& stroke) {
   return "";
 }
 
+TEST(Inflate, DoesTheSameWhereverTheShapeIs) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 2562);
+  const auto inflated = [&](const Vec3d& by) {
+    Mesh moved = ball;
+    for (Vec3d& p : moved.positions) p += by;
+    Inflated shape(moved);
+    EXPECT_TRUE(shape.inflate({{Vec3d{0, 0, 1} + by}, 0.5, 0.02}));
+    for (Vec3d& p : shape.mesh.positions) p -= by;
+    return shape.mesh.positions;
+  };
+  const std::vector<Vec3d> still = inflated({0, 0, 0});
+  for (const Vec3d& by : {Vec3d{1, 0, 0}, Vec3d{0.013, 0.007, 0.003}, Vec3d{100, -3, 0}}) {
+    const std::vector<Vec3d> moved = inflated(by);
+    for (std::size_t i = 0; i < still.size(); ++i) EXPECT_LT(norm(moved[i] - still[i]), 1e-9) << by.x;
+  }
+}
+
 TEST(Inflate, AddsTheVolumeThatIsTypedAndMovesNothingBeyondItsRadius) {
   const Mesh before = make_shape(ShapeKind::sphere, 2562);
   for (const double volume : {0.01, 0.05, -0.015}) {
