@@ -1,4 +1,4 @@
-// Writes a shape that moves to one file: PC2, MDD, glTF with morph targets, USD, or a time series of ParaView.
+// Writes a moving shape to one file: PC2, MDD, glTF with morph targets, USD, or a time series of ParaView.
 #pragma once
 
 #include <filesystem>
@@ -12,10 +12,10 @@
 
 namespace knead {
 
-// What an animation says besides the positions.
+// The frames of an animation.
 struct AnimationOptions {
-  int frames = 1;   // that will be added; 1 or more
-  double fps = 24;  // frames a second; above 0
+  int frames = 1;   // the number of frames that will be added; 1 or more
+  double fps = 24;  // frames per second; above 0
 };
 
 // Returns whether the path's extension, in upper or lower case, is one of .pc2, .mdd, .glb, .usda and .pvd.
@@ -34,13 +34,13 @@ std::vector<std::string> animation_losses(const std::filesystem::path& path, con
 // .pvd   ParaView's time series: OUT.pvd and a file OUT_0000.vtp for each frame, positions as doubles, with the
 //        displacement since the first frame.
 //
-// The files appear when finish() returns, whole, and not at all without it (AtomicFile). Memory: two frames; for
-// .glb also 32 bytes for each vertex that differs from the first frame, frame by frame, and some copies of the file;
-// for .usda 16 bytes for each normal that differs.
+// The files appear complete when finish() returns, and not at all without it. Memory: two frames; for .glb also, in each
+// frame, 32 bytes for each vertex that differs from the first frame, and some copies of the file; for .usda 16 bytes for
+// each normal that differs.
 class AnimationFile {
  public:
-  // Throws IoError(write) if no file can be made there. Throws InvalidInput for options out of range, an extension that
-  // is none of these, and a source that the format cannot hold.
+  // Throws IoError(write) if no file can be made there, and InvalidInput for options out of range, another extension,
+  // and a source that the format cannot hold.
   AnimationFile(const std::filesystem::path& path, const ShapeFile& source, const AnimationOptions& options);
   AnimationFile(const AnimationFile&) = delete;
   AnimationFile& operator=(const AnimationFile&) = delete;
@@ -53,11 +53,11 @@ class AnimationFile {
   // NOLINTNEXTLINE(readability-make-member-function-const): it changes the file
   void add(std::span<const Vec3d> positions) { writer_.add(positions); }
 
-  // Puts the file in place. All frames were added. Throws IoError(write), and InvalidInput for more than 4 GiB of GLB.
+  // Completes the file, after all frames were added. Throws IoError(write), and InvalidInput for more than 4 GiB of GLB.
   // NOLINTNEXTLINE(readability-make-member-function-const)
   void finish() { writer_.finish(); }
 
-  // What a format does with the frames.
+  // The functions of a format.
   struct Writer {
     std::function<void(std::span<const Vec3d>)> add;
     std::function<void()> finish;
@@ -67,19 +67,19 @@ class AnimationFile {
   Writer writer_;
 };
 
-// Shapes that a glTF file blends in (morph targets), and how strongly over time.
+// The morph targets of a glTF file, and their weights over time.
 struct MorphTargets {
-  std::vector<std::vector<Vec3d>> shapes;  // a position for each vertex of the source; none: the file stays
-  std::vector<std::string> names{};        // as many, or none
-  std::vector<double> weights;             // as many: as the file stands
-  std::vector<double> times{};             // seconds, 0 or more, ascending; empty: the weights stay
+  std::vector<std::vector<Vec3d>> shapes;  // each with a position for each vertex of the source; may be empty
+  std::vector<std::string> names{};        // one for each shape, or empty
+  std::vector<double> weights;             // one for each shape: without animation
+  std::vector<double> times{};             // seconds, 0 or more, ascending; empty: no animation of the weights
   std::vector<double> keys{};              // the weights of all shapes at the first time, at the second one ...
-  std::size_t animation = 0;               // of the file, to which the keys are added; a new one if it has none
+  std::size_t animation = 0;               // the file's animation that gets the keys; a new one if the file has none
 };
 
-// Returns the bytes of a file, "glb" or "gltf", of the source with these morph targets (positions and normals). A
-// source in glTF keeps everything that it has, as its skeleton and animations. Throws InvalidInput for lists that do
-// not fit, for positions that the format cannot hold, and for a source that has morph targets of its own.
+// Returns the bytes of a file in the format "glb" or "gltf" with the source and these morph targets (positions and
+// normals). A source in glTF keeps everything, such as its skeleton and animations. Throws InvalidInput for lists of
+// wrong lengths, for positions that the format cannot hold, and for a source that has morph targets of its own.
 std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targets, std::string_view format = "glb");
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// The exceptions that Knead throws. Each message is one line: what is wrong, then what to do.
+// The exceptions that Knead throws, the progress of long calls, and loops on several threads.
 #pragma once
 
 #include <atomic>
@@ -10,6 +10,8 @@
 #include <string>
 
 namespace knead {
+
+// Exceptions. Each message is one line: what is wrong, then what to do.
 
 // A place in a file, to report an error there. Lines count from 1; 0 means the whole file.
 struct Place {
@@ -30,8 +32,8 @@ class InvalidInput : public std::invalid_argument {
   InvalidInput(const Place& place, const std::string& what) : std::invalid_argument(to_string(place) + ": " + what) {}
 };
 
-// The result would not be sound, by the limits that are in force: too many vertices, triangles that cross, cells that
-// are inverted. The message says what to change. The command ends with exit code 4.
+// The result would exceed the limits on quality: too many vertices, triangles that cross, inverted cells. The message
+// says what to change. The command ends with exit code 4.
 class QualityLimit : public InvalidInput {
  public:
   using InvalidInput::InvalidInput;
@@ -40,29 +42,29 @@ class QualityLimit : public InvalidInput {
 // A file cannot be opened, read or written.
 class IoError : public std::runtime_error {
  public:
-  // What was tried with the file.
+  // The operation that failed.
   enum class Operation { read, write };
 
   IoError(Operation operation, const std::string& file, const std::string& what)
       : std::runtime_error(file + ": " + what), operation_(operation) {}
 
-  // Returns what was tried with the file.
+  // Returns the operation that failed.
   Operation operation() const { return operation_; }
 
  private:
   Operation operation_;
 };
 
-// How far a long call is, and how to stop it.
+// Long calls.
 
-// Progress of a running call, for other threads: set `cancel` to stop it.
+// The progress of a running call, for other threads: set `cancel` to stop it.
 struct Progress {
   std::atomic<bool> cancel{false};
-  std::atomic<std::uint64_t> done{0};   // of work that moves points: points times segments
-  std::atomic<std::uint64_t> total{0};  // what `done` grows to; 0: not known
+  std::atomic<std::uint64_t> done{0};   // points times segments, for work that moves points
+  std::atomic<std::uint64_t> total{0};  // the value of `done` at the end; 0: unknown
 };
 
-// Thrown by a call whose Progress::cancel was set, where its result has no status to say so.
+// Thrown by a cancelled call whose result has no status.
 class Cancelled : public std::exception {
  public:
   // Returns "cancelled".
@@ -73,8 +75,6 @@ class Cancelled : public std::exception {
 inline void stop_if_cancelled(const Progress* progress) {
   if (progress != nullptr && progress->cancel.load(std::memory_order_relaxed)) throw Cancelled();
 }
-
-// Runs loops on several threads.
 
 // Splits [0, count) into chunks of at most `grain` indices and calls body(begin, end) once for each chunk, on at most
 // `threads` threads (0: as many as the machine has; never more than that). The chunks depend on count and grain only,

@@ -1,3 +1,4 @@
+// Checks of volume meshes: inverted cells before and after a deformation, and meshes of two dimensions.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,16 +12,15 @@ namespace knead {
 
 namespace {
 
-constexpr std::size_t kCellsTogether = 1024;
 constexpr std::size_t kMaxFlatPoints = std::size_t{1} << 30;
 
-// Of the linear cells, in which those of the second order have that of their corners and middle nodes.
+// The scaled Jacobians of the linear cells, with the middle nodes of second-order ones; and which cells are inverted.
 struct Jacobians {
   std::vector<double> values;
   std::vector<std::uint8_t> is_inverted;
 };
 
-// The points of cells of two dimensions, and above them their copies.
+// Returns the points of cells of two dimensions, and their copies above them.
 std::vector<Vec3d> lifted(std::span<const Vec3d> points) {
   Box box;
   for (const Vec3d& p : points) box.extend(p);
@@ -38,7 +38,7 @@ auto with_points(const VolumeCells& cells, std::span<const Vec3d> points, const 
   return cells.is_flat ? use(lifted(points)) : use(points);
 }
 
-// By the formula of checkMesh for two dimensions.
+// Uses the formula of checkMesh for two dimensions.
 double greatest_flat_aspect_ratio(const Cells& cells, std::span<const Vec3d> points) {
   double greatest = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -55,12 +55,10 @@ double greatest_flat_aspect_ratio(const Cells& cells, std::span<const Vec3d> poi
 
 Jacobians jacobians_of(const VolumeCells& cells, std::span<const Vec3d> points, int threads) {
   Jacobians result{std::vector<double>(cells.cells.size()), std::vector<std::uint8_t>(cells.size())};
-  parallel_for(cells.cells.size(), kCellsTogether, threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(cells.cells.size(), kCellGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       std::array<Vec3d, 8> corners;
-      const std::span<const std::uint32_t> numbers = cells.cells.corners_of(i);
-      std::transform(numbers.begin(), numbers.end(), corners.begin(), [&](std::uint32_t v) { return points[v]; });
-      const CellQuality quality = cell_quality(cells.cells.kinds[i], std::span(corners).first(numbers.size()));
+      const CellQuality quality = cell_quality(cells.cells.kinds[i], corner_positions(cells.cells, i, points, corners));
       result.values[i] = quality.scaled_jacobian;
       result.is_inverted[i] = quality.orientation == 1 ? 0 : 1;
     }
@@ -71,7 +69,7 @@ Jacobians jacobians_of(const VolumeCells& cells, std::span<const Vec3d> points, 
     result.values[cell] = std::min(result.values[cell], curved[k]);
     if (!(curved[k] > 0)) result.is_inverted[cell] = 1;
   }
-  parallel_for(cells.polyhedra.size(), kCellsTogether, threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(cells.polyhedra.size(), kCellGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (polyhedron_orientation(cells.polyhedra[i], points) != 1) result.is_inverted[cells.cells.size() + i] = 1;
     }
@@ -105,7 +103,7 @@ void add_flat_cell(std::span<const std::uint32_t> corners, std::span<const std::
   }
   std::array<std::uint32_t, 8> prism{};
   std::copy(corners.begin(), corners.end(), prism.begin());
-  const bool base_is_forward = kind == CellKind::hexahedron;  // seen from above; a wedge of VTK looks to the other side
+  const bool base_is_forward = kind == CellKind::hexahedron;  // seen from above; VTK's wedges have the opposite order
   if ((area >= 0) != base_is_forward) std::reverse(prism.begin(), prism.begin() + static_cast<std::ptrdiff_t>(n));
   for (std::size_t k = 0; k < n; ++k) prism[n + k] = prism[k] + up;
   cells.is_flat = true;
@@ -154,10 +152,8 @@ bool wedges_look_inward(const Cells& cells, std::span<const Vec3d> points) {
   std::size_t inward = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     std::array<Vec3d, 8> corners;
-    const std::span<const std::uint32_t> numbers = cells.corners_of(i);
-    std::transform(numbers.begin(), numbers.end(), corners.begin(), [&](std::uint32_t v) { return points[v]; });
     const bool is_wedge = cells.kinds[i] == CellKind::wedge;
-    const bool is_inward = cell_quality(cells.kinds[i], std::span(corners).first(numbers.size())).orientation == -1;
+    const bool is_inward = cell_quality(cells.kinds[i], corner_positions(cells, i, points, corners)).orientation == -1;
     wedges += is_wedge ? 1 : 0;
     inward_wedges += is_wedge && is_inward ? 1 : 0;
     inward += is_inward ? 1 : 0;

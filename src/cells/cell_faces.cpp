@@ -1,4 +1,4 @@
-// What a finite volume method asks of the faces between cells.
+// The quality of the faces between cells for a finite volume method, and cells compared with those before.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,14 +20,12 @@ namespace knead {
 
 namespace {
 
-constexpr std::size_t kCellsAtATime = 1024;
-
-// The faces of all cells, those of each cell together. A face between two cells is there twice.
+// The faces of all cells, those of each cell together. A face between two cells occurs twice.
 struct Faces {
   std::vector<std::size_t> first_of_cell{0};
   std::vector<std::size_t> first_corner{0};
   std::vector<std::uint32_t> corners;
-  std::size_t linear = 0;  // cells whose faces look outward where they are right-handed; the others are polyhedra
+  std::size_t linear = 0;  // linear cells, whose faces look outward if they are right-handed; the rest are polyhedra
 
   std::size_t cells() const { return first_of_cell.size() - 1; }
   std::size_t size() const { return first_corner.size() - 1; }
@@ -35,7 +33,7 @@ struct Faces {
     return std::span(corners).subspan(first_corner[face], first_corner[face + 1] - first_corner[face]);
   }
 
-  // Leaves out corners given twice, and a face of which fewer than three are left.
+  // Leaves out repeated corners, and faces with fewer than three different ones.
   void add(std::span<const std::uint32_t> face, std::size_t points) {
     const std::size_t begin = corners.size();
     for (const std::uint32_t v : face) {
@@ -85,8 +83,8 @@ Faces faces_of(const Cells& cells, std::size_t points, std::span<const std::span
   return faces;
 }
 
-// The same for every order of the corners (splitmix64 of each, summed).
-std::uint64_t key_of(std::span<const std::uint32_t> corners) {
+// Returns a hash that does not depend on the order of the corners: the sum of splitmix64 of each.
+std::uint64_t hash_of(std::span<const std::uint32_t> corners) {
   std::uint64_t sum = 0;
   for (const std::uint32_t v : corners) {
     std::uint64_t x = v + 0x9e3779b97f4a7c15U;
@@ -99,10 +97,10 @@ std::uint64_t key_of(std::span<const std::uint32_t> corners) {
 
 constexpr std::size_t kNoFace = std::numeric_limits<std::size_t>::max();
 
-// Returns for each face the one of the cell on its other side; kNoFace on the boundary, or where more than two meet.
+// Returns for each face the face of the cell on its other side; kNoFace on the boundary, or if more than two are equal.
 std::vector<std::size_t> opposites_of(const Faces& faces) {
   std::vector<std::pair<std::uint64_t, std::size_t>> keys(faces.size());
-  for (std::size_t f = 0; f < keys.size(); ++f) keys[f] = {key_of(faces.corners_of(f)), f};
+  for (std::size_t f = 0; f < keys.size(); ++f) keys[f] = {hash_of(faces.corners_of(f)), f};
   std::sort(keys.begin(), keys.end());
   std::vector<std::size_t> opposites(faces.size(), kNoFace);
   for (std::size_t i = 0; i < keys.size();) {
@@ -122,13 +120,13 @@ std::vector<std::size_t> opposites_of(const Faces& faces) {
   return opposites;
 }
 
-struct FacePlace {
+struct FaceGeometry {
   Vec3d center;
-  Vec3d area;  // its vector, outward as the corners have it
+  Vec3d area;  // the area vector, on the side from which the corners are counter-clockwise
 };
 
 // A polygon is cut into triangles around the mean of its corners.
-FacePlace place_of(std::span<const std::uint32_t> corners, std::span<const Vec3d> points) {
+FaceGeometry geometry_of(std::span<const std::uint32_t> corners, std::span<const Vec3d> points) {
   const Vec3d& origin = points[corners[0]];  // because large coordinates would cancel
   if (corners.size() == 3) {
     const Vec3d a = points[corners[1]] - origin;
@@ -138,7 +136,7 @@ FacePlace place_of(std::span<const std::uint32_t> corners, std::span<const Vec3d
   Vec3d mean{};
   for (const std::uint32_t v : corners) mean += points[v] - origin;
   mean = mean / static_cast<double>(corners.size());
-  FacePlace place;
+  FaceGeometry face;
   Vec3d center{};
   double total = 0;
   for (std::size_t k = 0; k < corners.size(); ++k) {
@@ -146,31 +144,31 @@ FacePlace place_of(std::span<const std::uint32_t> corners, std::span<const Vec3d
     const Vec3d b = points[corners[(k + 1) % corners.size()]] - origin;
     const Vec3d twice = cross(b - a, mean - a);
     const double size = norm(twice);
-    place.area += twice * 0.5;
+    face.area += twice * 0.5;
     center += (a + b + mean) * size;
     total += size;
   }
-  place.center = origin + (total > 0 ? center / (3 * total) : mean);
-  return place;
+  face.center = origin + (total > 0 ? center / (3 * total) : mean);
+  return face;
 }
 
-// The places of all faces and the centres of all cells.
-struct Places {
-  std::vector<FacePlace> faces;
+// The centres and sizes of all faces and cells.
+struct CellGeometry {
+  std::vector<FaceGeometry> faces;
   std::vector<Vec3d> centers;
   std::vector<double> volumes;  // of the cells
-  double volume = 0;            // of the cells whose faces look outward
+  double volume = 0;            // of all linear cells
 };
 
-// The centre of a cell is the mean of those of the pyramids over its faces. Returns the volume.
-double find_center(std::span<FacePlace> faces, bool looks_outward, Vec3d& center) {
+// Sets the centre of a cell, the mean of the centres of the pyramids over its faces. Returns the volume.
+double find_center(std::span<FaceGeometry> faces, bool looks_outward, Vec3d& center) {
   Vec3d estimate{};
-  for (const FacePlace& face : faces) estimate += face.center - faces.front().center;
+  for (const FaceGeometry& face : faces) estimate += face.center - faces.front().center;
   if (faces.empty()) return 0;
   estimate = faces.front().center + estimate / static_cast<double>(faces.size());
   double volume = 0;
   Vec3d moment{};
-  for (FacePlace& face : faces) {
+  for (FaceGeometry& face : faces) {
     const Vec3d arm = face.center - estimate;
     if (!looks_outward && dot(face.area, arm) < 0) face.area = face.area * -1.0;
     const double threefold = dot(face.area, arm);
@@ -182,27 +180,27 @@ double find_center(std::span<FacePlace> faces, bool looks_outward, Vec3d& center
   return volume / 3;
 }
 
-Places places_of(const Faces& faces, std::span<const Vec3d> points, int threads) {
-  Places places{std::vector<FacePlace>(faces.size()), std::vector<Vec3d>(faces.cells()),
-                std::vector<double>(faces.cells())};
-  parallel_for(faces.cells(), kCellsAtATime, threads, [&](std::size_t begin, std::size_t end) {
+CellGeometry geometry_of(const Faces& faces, std::span<const Vec3d> points, int threads) {
+  CellGeometry geometry{std::vector<FaceGeometry>(faces.size()), std::vector<Vec3d>(faces.cells()),
+                        std::vector<double>(faces.cells())};
+  parallel_for(faces.cells(), kCellGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t first = faces.first_of_cell[i];
       const std::size_t last = faces.first_of_cell[i + 1];
-      for (std::size_t f = first; f < last; ++f) places.faces[f] = place_of(faces.corners_of(f), points);
-      places.volumes[i] =
-          find_center(std::span(places.faces).subspan(first, last - first), i < faces.linear, places.centers[i]);
+      for (std::size_t f = first; f < last; ++f) geometry.faces[f] = geometry_of(faces.corners_of(f), points);
+      geometry.volumes[i] =
+          find_center(std::span(geometry.faces).subspan(first, last - first), i < faces.linear, geometry.centers[i]);
     }
   });
-  for (std::size_t i = 0; i < faces.linear; ++i) places.volume += places.volumes[i];
-  return places;
+  for (std::size_t i = 0; i < faces.linear; ++i) geometry.volume += geometry.volumes[i];
+  return geometry;
 }
 
 double ratio(double part, double whole) { return whole != 0 ? part / whole : 0; }
 
-// How far the line d from a cell's centre passes by the face's centre, beside the face's size in that direction, or
-// beside a part of d where that is more.
-double skewness_of(const FacePlace& face, std::span<const std::uint32_t> corners, std::span<const Vec3d> points,
+// Returns the distance of the line d through a cell's centre from the face's centre, divided by the face's size in that
+// direction, or by a part of |d| if that is greater.
+double skewness_of(const FaceGeometry& face, std::span<const std::uint32_t> corners, std::span<const Vec3d> points,
                    const Vec3d& center, const Vec3d& d, double part_of_d) {
   const Vec3d arm = face.center - center;
   const Vec3d past = arm - d * ratio(dot(face.area, arm), dot(face.area, d));
@@ -213,10 +211,10 @@ double skewness_of(const FacePlace& face, std::span<const std::uint32_t> corners
   return length / size;
 }
 
-// The aspect ratio of a cell, by the formula of checkMesh for three dimensions.
-double aspect_ratio_of(std::span<const FacePlace> faces, double volume) {
+// Returns the aspect ratio of a cell by the formula of checkMesh for three dimensions.
+double aspect_ratio_of(std::span<const FaceGeometry> faces, double volume) {
   Vec3d shown{};
-  for (const FacePlace& face : faces) {
+  for (const FaceGeometry& face : faces) {
     shown += {std::abs(face.area.x), std::abs(face.area.y), std::abs(face.area.z)};
   }
   const double least = std::min({shown.x, shown.y, shown.z});
@@ -235,13 +233,24 @@ double degrees_between(const Vec3d& a, const Vec3d& b) {
   return elementary::atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
 }
 
+CellQuality quality_of(const Cells& cells, std::size_t cell, std::span<const Vec3d> points) {
+  std::array<Vec3d, 8> corners;
+  return cell_quality(cells.kinds[cell], corner_positions(cells, cell, points, corners));
+}
+
+// A total order: the order of the threads does not matter.
+bool is_worse(const std::optional<WorstCell>& a, const std::optional<WorstCell>& b) {
+  if (!a || !b) return a.has_value();
+  return std::pair(a->scaled_jacobian, a->cell) < std::pair(b->scaled_jacobian, b->cell);
+}
+
 }  // namespace
 
 CellFaceQuality cell_face_quality(const Cells& cells, std::span<const Vec3d> points,
                                   std::span<const std::span<const std::uint32_t>> polyhedra, int threads) {
   const Faces faces = faces_of(cells, points.size(), polyhedra);
   const std::vector<std::size_t> opposites = opposites_of(faces);
-  const Places places = places_of(faces, points, threads);
+  const CellGeometry geometry = geometry_of(faces, points, threads);
   std::vector<std::size_t> cell_of(faces.size());
   for (std::size_t i = 0; i < faces.cells(); ++i) {
     std::fill(cell_of.begin() + static_cast<std::ptrdiff_t>(faces.first_of_cell[i]),
@@ -249,19 +258,19 @@ CellFaceQuality cell_face_quality(const Cells& cells, std::span<const Vec3d> poi
   }
   CellFaceQuality result{std::vector<double>(faces.cells()), std::vector<double>(faces.cells()),
                          std::vector<double>(faces.cells())};
-  std::vector<double> cosines(faces.cells());      // sums of those of the faces that a cell owns
-  const double side = places.volume < 0 ? -1 : 1;  // a mesh whose cells are all left-handed
-  parallel_for(faces.cells(), kCellsAtATime, threads, [&](std::size_t begin, std::size_t end) {
+  std::vector<double> cosines(faces.cells());        // sums over the faces that a cell owns
+  const double side = geometry.volume < 0 ? -1 : 1;  // -1 for a mesh whose cells are left-handed
+  parallel_for(faces.cells(), kCellGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3d& own = places.centers[i];
+      const Vec3d& own = geometry.centers[i];
       const std::size_t first = faces.first_of_cell[i];
       result.aspect_ratio[i] = aspect_ratio_of(
-          std::span(places.faces).subspan(first, faces.first_of_cell[i + 1] - first), std::abs(places.volumes[i]));
+          std::span(geometry.faces).subspan(first, faces.first_of_cell[i + 1] - first), std::abs(geometry.volumes[i]));
       for (std::size_t f = faces.first_of_cell[i]; f < faces.first_of_cell[i + 1]; ++f) {
         const std::size_t other = opposites[f];
-        // Of both cells at a face the first one's area and centre count, so that they have the same value.
+        // The area and centre of the first of both cells count, so that both have the same value.
         const std::size_t owner = std::min(f, other);
-        const FacePlace& face = places.faces[owner];
+        const FaceGeometry& face = geometry.faces[owner];
         double skewness = 0;
         if (other == kNoFace) {
           const double size = norm(face.area);
@@ -269,8 +278,8 @@ CellFaceQuality cell_face_quality(const Cells& cells, std::span<const Vec3d> poi
           const Vec3d d = normal * dot(normal, face.center - own);
           skewness = skewness_of(face, faces.corners_of(owner), points, own, d, 0.4);
         } else {
-          const Vec3d& start = places.centers[cell_of[owner]];
-          const Vec3d d = places.centers[cell_of[std::max(f, other)]] - start;
+          const Vec3d& start = geometry.centers[cell_of[owner]];
+          const Vec3d d = geometry.centers[cell_of[std::max(f, other)]] - start;
           const double turned = cell_of[owner] < faces.linear ? side : 1.0;
           skewness = skewness_of(face, faces.corners_of(owner), points, start, d, 0.2);
           const double angle = degrees_between(d, face.area * turned);
@@ -291,21 +300,21 @@ CellFaceQuality cell_face_quality(const Cells& cells, std::span<const Vec3d> poi
 
 std::size_t count_cells_unresolved_in_float(const Cells& cells, std::span<const Vec3d> points,
                                             std::span<const std::span<const std::uint32_t>> polyhedra, int threads) {
-  constexpr double least = 1e4 * std::numeric_limits<float>::epsilon();
+  constexpr double kMinEdge = 1e4 * std::numeric_limits<float>::epsilon();
   const Faces faces = faces_of(cells, points.size(), polyhedra);
   const auto is_unresolved = [&](std::size_t face) {
     const std::span<const std::uint32_t> corners = faces.corners_of(face);
     for (std::size_t k = 0; k < corners.size(); ++k) {
       const Vec3d& a = points[corners[k]];
       const Vec3d& b = points[corners[(k + 1) % corners.size()]];
-      double most = 0;
-      for (int axis = 0; axis < 3; ++axis) most = std::max({most, std::abs(a[axis]), std::abs(b[axis])});
-      if (norm(b - a) < least * most) return true;
+      double greatest = 0;
+      for (int axis = 0; axis < 3; ++axis) greatest = std::max({greatest, std::abs(a[axis]), std::abs(b[axis])});
+      if (norm(b - a) < kMinEdge * greatest) return true;
     }
     return false;
   };
   std::atomic<std::size_t> count{0};
-  parallel_for(faces.cells(), kCellsAtATime, threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(faces.cells(), kCellGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       bool found = false;
       for (std::size_t f = faces.first_of_cell[i]; f < faces.first_of_cell[i + 1] && !found; ++f) {
@@ -317,31 +326,6 @@ std::size_t count_cells_unresolved_in_float(const Cells& cells, std::span<const 
   return count;
 }
 
-namespace {
-
-constexpr std::size_t kChunk = 4096;
-
-CellQuality quality_of(const Cells& cells, std::size_t cell, std::span<const Vec3d> points) {
-  const std::span<const std::uint32_t> numbers = cells.corners_of(cell);
-  std::array<Vec3d, 8> corners;
-  for (std::size_t k = 0; k < numbers.size(); ++k) {
-    if (numbers[k] >= points.size()) {
-      throw InvalidInput(
-          fmt::format("cell {} has the corner {}, but there are {} points", cell, numbers[k], points.size()));
-    }
-    corners[k] = points[numbers[k]];
-  }
-  return cell_quality(cells.kinds[cell], std::span(corners).first(numbers.size()));
-}
-
-// A total order, so that the order of the threads does not matter.
-bool is_worse(const std::optional<WorstCell>& a, const std::optional<WorstCell>& b) {
-  if (!a || !b) return a.has_value();
-  return std::pair(a->scaled_jacobian, a->cell) < std::pair(b->scaled_jacobian, b->cell);
-}
-
-}  // namespace
-
 CellBaseline::CellBaseline(const Cells& cells, std::span<const Vec3d> before, int threads, const Progress* progress)
     : cells_(cells),
       before_(before),
@@ -350,7 +334,7 @@ CellBaseline::CellBaseline(const Cells& cells, std::span<const Vec3d> before, in
       sides_(cells.size()),
       jacobians_(cells.size()),
       volumes_(cells.size()) {
-  parallel_for(cells.size(), kChunk, threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(cells.size(), kCellGrain, threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(progress);
     for (std::size_t i = begin; i < end; ++i) {
       const CellQuality quality = quality_of(cells, i, before);
@@ -366,7 +350,7 @@ bool CellBaseline::is_moved(std::size_t cell, std::span<const Vec3d> after) cons
   return std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return after[v] != before_[v]; });
 }
 
-CellNow CellBaseline::now(std::size_t cell, std::span<const Vec3d> after) const {
+DeformedCell CellBaseline::now(std::size_t cell, std::span<const Vec3d> after) const {
   if (!is_moved(cell, after)) return {volumes_[cell] / volumes_[cell], jacobians_[cell], false};
   const CellQuality quality = quality_of(cells_, cell, after);
   const bool was_inside_out = sides_[cell] == -1;
@@ -377,12 +361,12 @@ CellNow CellBaseline::now(std::size_t cell, std::span<const Vec3d> after) const 
 std::optional<WorstCell> CellBaseline::worst_spoiled(std::span<const Vec3d> after, double bound) const {
   std::optional<WorstCell> worst;
   std::mutex mutex;
-  parallel_for(cells_.size(), kChunk, threads_, [&](std::size_t begin, std::size_t end) {
+  parallel_for(cells_.size(), kCellGrain, threads_, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(progress_);
     std::optional<WorstCell> own;
     for (std::size_t i = begin; i < end; ++i) {
       if (sides_[i] == 0 || !is_moved(i, after)) continue;
-      const CellNow cell = now(i, after);
+      const DeformedCell cell = now(i, after);
       const bool is_spoiled = cell.is_inverted || is_below(i, cell.scaled_jacobian, bound);
       if (is_spoiled && is_worse(WorstCell{i, cell.scaled_jacobian}, own)) own = WorstCell{i, cell.scaled_jacobian};
     }

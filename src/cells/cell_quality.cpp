@@ -1,3 +1,4 @@
+// The quality of linear cells and polyhedra, the boundary of a volume mesh, and what a deformation did to cells.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -5,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -15,17 +17,6 @@
 #include "mesh/predicates.h"
 
 namespace knead {
-
-CellStars stars_of(const Cells& cells, std::size_t points) {
-  CellStars stars{std::vector<std::size_t>(points + 1), std::vector<std::uint32_t>(cells.corners.size())};
-  for (const std::uint32_t corner : cells.corners) ++stars.first[corner + 1];
-  for (std::size_t v = 0; v < points; ++v) stars.first[v + 1] += stars.first[v];
-  std::vector<std::size_t> next(stars.first.begin(), stars.first.end() - 1);
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    for (const std::uint32_t corner : cells.corners_of(i)) stars.cells[next[corner]++] = static_cast<std::uint32_t>(i);
-  }
-  return stars;
-}
 
 namespace {
 
@@ -61,46 +52,6 @@ std::vector<CellBoundaryFace> unpaired_faces(const Cells& cells, const CellStars
   return unpaired;
 }
 
-}  // namespace
-
-bool is_on_boundary(const Cells& cells, const CellStars& stars, std::uint32_t point) {
-  return !unpaired_faces(cells, stars, point).empty();
-}
-
-std::vector<CellBoundaryFace> boundary_faces(const Cells& cells, std::size_t points, int threads) {
-  constexpr std::size_t points_at_a_time = 1024;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    for (const std::uint32_t corner : cells.corners_of(i)) {
-      if (corner < points) continue;
-      throw InvalidInput(fmt::format("cell {} has the corner {}, but there are {} points", i, corner, points));
-    }
-  }
-  const CellStars stars = stars_of(cells, points);
-  std::vector<std::vector<CellBoundaryFace>> parts((points + points_at_a_time - 1) / points_at_a_time);
-  parallel_for(points, points_at_a_time, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      for (const CellBoundaryFace& face : unpaired_faces(cells, stars, static_cast<std::uint32_t>(v))) {
-        if (face.front() == v) parts[begin / points_at_a_time].push_back(face);
-      }
-    }
-  });
-  std::vector<CellBoundaryFace> all;
-  for (const std::vector<CellBoundaryFace>& part : parts) all.insert(all.end(), part.begin(), part.end());
-  return all;
-}
-
-std::vector<std::uint32_t> boundary_points(const Cells& cells, std::size_t points, int threads) {
-  std::vector<std::uint32_t> found;
-  for (const CellBoundaryFace& face : boundary_faces(cells, points, threads)) {
-    found.insert(found.end(), face.begin(), face.begin() + (face.back() == kNoCorner ? 3 : 4));
-  }
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
-  return found;
-}
-
-namespace {
-
 constexpr std::array<CellCorner, 4> kTetrahedronCorners{{{0, 1, 2, 3}, {1, 2, 0, 3}, {2, 0, 1, 3}, {3, 0, 2, 1}}};
 constexpr std::array<CellFace, 4> kTetrahedronFaces{{{0, 2, 1, 0}, {0, 1, 3, 0}, {1, 2, 3, 1}, {2, 0, 3, 2}}};
 constexpr std::array<CellCorner, 4> kPyramidCorners{{{0, 1, 3, 4}, {1, 2, 0, 4}, {2, 3, 1, 4}, {3, 0, 2, 4}}};
@@ -115,8 +66,8 @@ constexpr std::array<CellFace, 6> kHexahedronFaces{
 
 double determinant_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return dot(cross(a, b), c); }
 
-// The predicates take no numbers that are smaller.
-Vec3d without_dust(const Vec3d& p) {
+// Returns the point with coordinates that are too small for the predicates set to 0.
+Vec3d without_tiny(const Vec3d& p) {
   const auto kept = [](double x) { return std::abs(x) < 1e-75 ? 0.0 : x; };
   return {kept(p.x), kept(p.y), kept(p.z)};
 }
@@ -136,17 +87,18 @@ Corner measured(const CellCorner& c, std::span<const Vec3d> corners) {
   return {determinant_of(a, b, d), norm(a) * norm(b) * norm(d)};
 }
 
-// Exact. The determinant's rounding error is below 1e-14 of the lengths' product, so it mostly decides.
+// Returns the exact sign. The determinant's rounding error is below 1e-14 of the product of the lengths, so it mostly
+// decides.
 int sign_of(const Corner& corner, const CellCorner& c, std::span<const Vec3d> corners) {
-  constexpr double least_product = 1e-200;  // below that, numbers on the way may have lost digits
-  if (corner.lengths > least_product && std::abs(corner.determinant) > 1e-12 * corner.lengths) {
+  constexpr double kMinProduct = 1e-200;  // below it, intermediate results may have lost digits
+  if (corner.lengths > kMinProduct && std::abs(corner.determinant) > 1e-12 * corner.lengths) {
     return corner.determinant > 0 ? 1 : -1;
   }
-  return orient3d(without_dust(corners[c[0]]), without_dust(corners[c[1]]), without_dust(corners[c[2]]),
-                  without_dust(corners[c[3]]));
+  return orient3d(without_tiny(corners[c[0]]), without_tiny(corners[c[1]]), without_tiny(corners[c[2]]),
+                  without_tiny(corners[c[3]]));
 }
 
-// All corners of a tetrahedron have the same determinant; so one decides for all.
+// All corners of a tetrahedron have the same determinant, which is computed once.
 struct Tetrahedron {
   Corner first;
   double least_jacobian;
@@ -162,8 +114,8 @@ struct Tetrahedron {
     const double lac = norm(p[3] - p[1]);
     const double lbc = norm(p[3] - p[2]);
     first = {determinant_of(a, b, c), la * lb * lc};
-    const auto [least, most] = std::minmax({first.lengths, la * lab * lac, lb * lab * lbc, lc * lac * lbc});
-    least_jacobian = Corner{first.determinant, first.determinant > 0 ? most : least}.jacobian();
+    const auto [least, greatest] = std::minmax({first.lengths, la * lab * lac, lb * lab * lbc, lc * lac * lbc});
+    least_jacobian = Corner{first.determinant, first.determinant > 0 ? greatest : least}.jacobian();
   }
 
   int sign(std::span<const Vec3d> corners) const { return sign_of(first, kTetrahedronCorners.front(), corners); }
@@ -175,10 +127,11 @@ int common_sign(std::span<const int> signs) {
 }
 
 void require_usable(CellKind kind, std::span<const Vec3d> corners) {
-  constexpr double most = 1e75;
+  constexpr double kMaxCoordinate = 1e75;
   if (corners.size() != corner_count(kind)) throw InvalidInput("a cell of this kind has another number of corners");
   for (const Vec3d& p : corners) {
-    const bool is_usable = std::abs(p.x) < most && std::abs(p.y) < most && std::abs(p.z) < most;  // false for NaN
+    const bool is_usable =  // false for NaN
+        std::abs(p.x) < kMaxCoordinate && std::abs(p.y) < kMaxCoordinate && std::abs(p.z) < kMaxCoordinate;
     if (!is_usable) throw InvalidInput("a corner of the cell is not finite, or beyond 1e75");
   }
 }
@@ -210,7 +163,7 @@ struct CollapsedQuality {
   }
 };
 
-// The field `orientation` of cell_quality().
+// Returns the orientation as cell_quality() does.
 int orientation_of(CellKind kind, std::span<const Vec3d> corners) {
   require_usable(kind, corners);
   if (kind == CellKind::tetrahedron) return Tetrahedron(corners).sign(corners);
@@ -223,8 +176,8 @@ int orientation_of(CellKind kind, std::span<const Vec3d> corners) {
   return is_common ? first : 0;
 }
 
-// A bilinear face encloses the mean of what its two ways to be cut enclose. With corners a, b, c and d the sum of the
-// four determinants is half of (a + b + c + d) . ((c - a) x (d - b)).
+// The volume below a bilinear face is the mean of those below its two triangulations. With corners a, b, c and d the
+// sum of the four determinants is half of (a + b + c + d) . ((c - a) x (d - b)).
 double volume_of(const CellShape& shape, std::span<const Vec3d> corners) {
   double sum = 0;
   for (const CellFace& f : shape.faces) {
@@ -258,7 +211,100 @@ struct MovedCell {
   }
 };
 
+// Calls use(points of the face, from `apex`) for each face of a polyhedron.
+void for_each_face(std::span<const std::uint32_t> faces, std::span<const Vec3d> points, const Vec3d& apex,
+                   const std::function<void(std::span<const Vec3d>)>& use) {
+  std::vector<Vec3d> corners;
+  for (std::size_t at = 0; at < faces.size();) {
+    const std::size_t count = faces[at++];
+    if (count == 0 || count > faces.size() - at) throw InvalidInput("the list of a polyhedron's faces is cut off");
+    corners.clear();
+    for (const std::uint32_t v : faces.subspan(at, count)) {
+      if (v < points.size()) {
+        corners.push_back(points[v] - apex);
+        continue;
+      }
+      throw InvalidInput(fmt::format("a polyhedron has the corner {}, but there are {} points", v, points.size()));
+    }
+    use(corners);
+    at += count;
+  }
+}
+
+// Returns six times the volume of the pyramid over a face with its apex in the origin.
+double sixfold_pyramid(std::span<const Vec3d> face) {
+  Vec3d middle{0, 0, 0};
+  for (const Vec3d& p : face) middle += p * (1.0 / static_cast<double>(face.size()));
+  double result = 0;
+  for (std::size_t k = 0; k < face.size(); ++k) result += determinant_of(middle, face[k], face[(k + 1) % face.size()]);
+  return result;
+}
+
 }  // namespace
+
+CellStars stars_of(const Cells& cells, std::span<const std::uint32_t> numbers, std::size_t points) {
+  CellStars stars{std::vector<std::size_t>(points + 1), {}};
+  for (const std::uint32_t cell : numbers) {
+    for (const std::uint32_t corner : cells.corners_of(cell)) ++stars.first[corner + 1];
+  }
+  for (std::size_t v = 0; v < points; ++v) stars.first[v + 1] += stars.first[v];
+  stars.cells.resize(stars.first.back());
+  std::vector<std::size_t> next(stars.first.begin(), stars.first.end() - 1);
+  for (const std::uint32_t cell : numbers) {
+    for (const std::uint32_t corner : cells.corners_of(cell)) stars.cells[next[corner]++] = cell;
+  }
+  return stars;
+}
+
+std::span<const Vec3d> corner_positions(const Cells& cells, std::size_t cell, std::span<const Vec3d> points,
+                                        std::array<Vec3d, 8>& corners) {
+  const std::span<const std::uint32_t> numbers = cells.corners_of(cell);
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    if (numbers[k] >= points.size()) {
+      throw InvalidInput(
+          fmt::format("cell {} has the corner {}, but there are {} points", cell, numbers[k], points.size()));
+    }
+    corners[k] = points[numbers[k]];
+  }
+  return std::span(corners).first(numbers.size());
+}
+
+bool is_on_boundary(const Cells& cells, const CellStars& stars, std::uint32_t point) {
+  return !unpaired_faces(cells, stars, point).empty();
+}
+
+std::vector<CellBoundaryFace> boundary_faces(const Cells& cells, std::size_t points, int threads) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    for (const std::uint32_t corner : cells.corners_of(i)) {
+      if (corner < points) continue;
+      throw InvalidInput(fmt::format("cell {} has the corner {}, but there are {} points", i, corner, points));
+    }
+  }
+  std::vector<std::uint32_t> all_cells(cells.size());
+  std::iota(all_cells.begin(), all_cells.end(), 0U);
+  const CellStars stars = stars_of(cells, all_cells, points);
+  std::vector<std::vector<CellBoundaryFace>> parts((points + kCellGrain - 1) / kCellGrain);
+  parallel_for(points, kCellGrain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      for (const CellBoundaryFace& face : unpaired_faces(cells, stars, static_cast<std::uint32_t>(v))) {
+        if (face.front() == v) parts[begin / kCellGrain].push_back(face);
+      }
+    }
+  });
+  std::vector<CellBoundaryFace> all;
+  for (const std::vector<CellBoundaryFace>& part : parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+std::vector<std::uint32_t> boundary_points(const Cells& cells, std::size_t points, int threads) {
+  std::vector<std::uint32_t> found;
+  for (const CellBoundaryFace& face : boundary_faces(cells, points, threads)) {
+    found.insert(found.end(), face.begin(), face.begin() + (face.back() == kNoCorner ? 3 : 4));
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
 
 const CellShape& shape_of(CellKind kind) {
   static const std::array<CellShape, 4> kShapes{{{kTetrahedronCorners, kTetrahedronFaces, std::sqrt(2.0)},
@@ -276,13 +322,13 @@ bool is_collapsed(const CellShape& shape, std::span<const Vec3d> corners) {
 }
 
 CollapsedCell collapsed_cell(const CellShape& shape, std::span<const Vec3d> corners) {
-  std::array<std::uint8_t, 8> first{};  // the first corner at the place of each
-  std::size_t places = 0;
+  std::array<std::uint8_t, 8> first{};  // the first corner at the position of each
+  std::size_t positions = 0;
   for (std::uint8_t k = 0; k < corners.size(); ++k) {
     while (corners[first[k]] != corners[k]) ++first[k];
-    places += first[k] == k ? 1 : 0;
+    positions += first[k] == k ? 1 : 0;
   }
-  // For each place the faces there: the corner before it and the one after it.
+  // For each position the faces there: the corner before it and the one after it.
   std::array<std::vector<std::array<std::uint8_t, 2>>, 8> around;
   for (const CellFace& face : shape.faces) {
     std::vector<std::uint8_t> ring;
@@ -294,11 +340,11 @@ CollapsedCell collapsed_cell(const CellShape& shape, std::span<const Vec3d> corn
     }
   }
   CollapsedCell cell;
-  cell.is_tetrahedron = places == 4;
-  cell.regular = places < 6 ? std::sqrt(2.0) : (places == 6 ? 2 / std::sqrt(3.0) : 1.0);
+  cell.is_tetrahedron = positions == 4;
+  cell.regular = positions < 6 ? std::sqrt(2.0) : (positions == 6 ? 2 / std::sqrt(3.0) : 1.0);
   for (std::uint8_t k = 0; k < corners.size(); ++k) {
     if (around[k].size() != 3) continue;
-    // A face looks outward: seen from there its corners turn to the left, and the third edge leads away.
+    // Faces look outward: seen from outside, the corners are counter-clockwise and the third edge leads away.
     const auto [before, after] = around[k][0];
     const auto [from, to] = around[k][1];
     const std::uint8_t third = from == before || from == after ? to : from;
@@ -356,12 +402,11 @@ void Cells::add(CellKind kind, std::span<const std::uint32_t> numbers) {
 
 CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after, int threads,
                           CellValues values) {
-  constexpr std::size_t cells_at_a_time = 1024;
   const std::size_t count = cells.size();
   const std::size_t valued = values == CellValues::all ? count : 0;
   CellChanges changes{std::vector<double>(valued), std::vector<double>(valued), std::vector<std::uint8_t>(count), 0};
   std::atomic<std::size_t> inverted{0};
-  parallel_for(count, cells_at_a_time, threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kCellGrain, threads, [&](std::size_t begin, std::size_t end) {
     MovedCell cell;
     for (std::size_t i = begin; i < end; ++i) {
       cell.read(cells, i, before, after);
@@ -391,42 +436,9 @@ CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std
   return changes;
 }
 
-namespace {
-
-// Calls use(points of the face, from `apex`) for each face of a polyhedron.
-void for_each_face(std::span<const std::uint32_t> faces, std::span<const Vec3d> points, const Vec3d& apex,
-                   const std::function<void(std::span<const Vec3d>)>& use) {
-  std::vector<Vec3d> corners;
-  for (std::size_t at = 0; at < faces.size();) {
-    const std::size_t count = faces[at++];
-    if (count == 0 || count > faces.size() - at) throw InvalidInput("the list of a polyhedron's faces is cut off");
-    corners.clear();
-    for (const std::uint32_t v : faces.subspan(at, count)) {
-      if (v < points.size()) {
-        corners.push_back(points[v] - apex);
-        continue;
-      }
-      throw InvalidInput(fmt::format("a polyhedron has the corner {}, but there are {} points", v, points.size()));
-    }
-    use(corners);
-    at += count;
-  }
-}
-
-// Six times the volume of the pyramid over a face with its apex in the origin.
-double sixfold_pyramid(std::span<const Vec3d> face) {
-  Vec3d middle{0, 0, 0};
-  for (const Vec3d& p : face) middle += p * (1.0 / static_cast<double>(face.size()));
-  double result = 0;
-  for (std::size_t k = 0; k < face.size(); ++k) result += determinant_of(middle, face[k], face[(k + 1) % face.size()]);
-  return result;
-}
-
-}  // namespace
-
 double polyhedron_volume(std::span<const std::uint32_t> faces, std::span<const Vec3d> points) {
   if (faces.size() < 2) return 0;
-  // Seen from a corner, because large coordinates would cancel.
+  // Measured from a corner, because large coordinates would cancel.
   const Vec3d apex = faces[1] < points.size() ? points[faces[1]] : Vec3d{0, 0, 0};
   double sixths = 0;
   for_each_face(faces, points, apex, [&](std::span<const Vec3d> face) { sixths += sixfold_pyramid(face); });

@@ -1,4 +1,4 @@
-// Cells of the second order, judged at their corners and middle nodes.
+// The scaled Jacobians of second-order cells at their corners and middle nodes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,14 +40,14 @@ double scaled(const Vec3d& a, const Vec3d& b, const Vec3d& c, double regular) {
   return lengths > 0 ? regular * (dot(cross(a, b), c) / lengths) : 0;
 }
 
-// How the map leaves a corner along an edge.
+// Returns the derivative of the map at a corner along an edge.
 Vec3d along(const CurvedCell& cell, std::uint8_t from, std::uint8_t to) {
   return cell.middle(from, to) * 4.0 - cell.corners[from] * 3.0 - cell.corners[to];
 }
 
-// How the map of a face leaves the middle of the edge from `a` to `b` into the face, on which `b` is followed by `c`,
-// and in a face of four by `d`: parallel to the edge at `a`. From the shape functions of the second order, those of
-// four corners without a node in the middle.
+// Returns the derivative of the map of a face at the middle of its edge from `a` to `b`, parallel to the other edge at
+// `a`. `b` is followed by `c`, and in a face of four corners by `d`. By the shape functions of second order; those of
+// four corners have no node in the middle.
 Vec3d into_face(const CurvedCell& cell, std::span<const std::uint8_t> face) {
   const auto corner = [&](std::size_t k) { return cell.corners[face[k]]; };
   const auto middle = [&](std::size_t i, std::size_t k) { return cell.middle(face[i], face[k]); };
@@ -58,8 +58,8 @@ Vec3d into_face(const CurvedCell& cell, std::span<const std::uint8_t> face) {
   return middle(1, 2) + middle(3, 0) + (middle(2, 3) - middle(0, 1) - corners) * 0.5;
 }
 
-// The corners of a face from those of an edge on, and whether the edge goes the way in which the face looks outward;
-// empty if the edge is not one of the face's.
+// The corners of a face, beginning with those of an edge; empty if the face lacks the edge. is_forward: the face, seen
+// from outside, runs along the edge.
 struct FaceAtEdge {
   std::array<std::uint8_t, 4> corners{};
   std::size_t size = 0;
@@ -80,7 +80,7 @@ FaceAtEdge face_at(const CellFace& face, const Edge& edge) {
   return {};
 }
 
-// At the middle of an edge: along it, and into the two faces there.
+// Returns the scaled Jacobian at the middle of an edge, of the derivatives along it and into the two faces there.
 double at_middle(const CurvedCell& cell, const Edge& edge) {
   Vec3d into[2];
   for (const CellFace& face : cell.shape.faces) {
@@ -88,7 +88,7 @@ double at_middle(const CurvedCell& cell, const Edge& edge) {
     if (found.size == 0) continue;
     into[found.is_forward ? 0 : 1] = into_face(cell, std::span(found.corners).first(found.size));
   }
-  // The face that the edge passes forward lies to its left, seen from outside.
+  // Seen from outside, the face that runs along the edge lies to its left.
   return scaled(cell.corners[edge[1]] - cell.corners[edge[0]], into[1], into[0], cell.shape.regular);
 }
 
@@ -123,9 +123,8 @@ std::span<const std::array<std::uint8_t, 2>> edges_of(CellKind kind) {
 
 std::vector<double> middle_jacobians(const Cells& cells, const MiddleNodes& middles, std::span<const Vec3d> points,
                                      int threads) {
-  constexpr std::size_t cells_at_a_time = 1024;
   std::vector<double> result(middles.cells.size());
-  parallel_for(result.size(), cells_at_a_time, threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(result.size(), kCellGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t number = middles.cells[i];
       const auto point = [&](std::uint32_t v) {

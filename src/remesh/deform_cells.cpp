@@ -19,26 +19,11 @@ namespace {
 
 using remesh_detail::VertexStar;
 
-constexpr std::size_t kCellGrain = 4096;
+constexpr std::size_t kSumGrain = 4096;
 constexpr std::size_t kVertexGrain = 16;
 constexpr std::uint8_t kUnknown = 2;
 constexpr std::uint8_t kNoColor = 255;
 constexpr std::uint8_t kMaxColors = 64;
-
-// Returns the stars of the points, with these cells only.
-CellStars stars_of(const Cells& cells, const std::vector<std::uint32_t>& numbers, std::size_t points) {
-  CellStars stars{std::vector<std::size_t>(points + 1), {}};
-  for (const std::uint32_t cell : numbers) {
-    for (const std::uint32_t corner : cells.corners_of(cell)) ++stars.first[corner + 1];
-  }
-  for (std::size_t v = 0; v < points; ++v) stars.first[v + 1] += stars.first[v];
-  stars.cells.resize(stars.first.back());
-  std::vector<std::size_t> next(stars.first.begin(), stars.first.end() - 1);
-  for (const std::uint32_t cell : numbers) {
-    for (const std::uint32_t corner : cells.corners_of(cell)) stars.cells[next[corner]++] = cell;
-  }
-  return stars;
-}
 
 // Sorts numbers and keeps one of each. `marks` has a 0 for each number that may occur, before and after.
 void make_unique(std::vector<std::uint32_t>& numbers, std::vector<std::uint8_t>& marks) {
@@ -97,27 +82,24 @@ FreeVertices::FreeVertices(const CellBaseline& judged, std::span<const Vec3d> wh
   }
 }
 
-// The vertices of cells with corners at one place stay where the deformation moves them.
+// The vertices of cells with corners at one position stay where the deformation moves them.
 void FreeVertices::fix_collapsed(std::uint32_t cell) {
-  const std::span<const std::uint32_t> numbers = judged_.cells().corners_of(cell);
   std::array<Vec3d, 8> corners;
-  for (std::size_t k = 0; k < numbers.size(); ++k) corners[k] = judged_.before()[numbers[k]];
-  if (!is_collapsed(shape_of(judged_.cells().kinds[cell]), std::span<const Vec3d>(corners).first(numbers.size())))
-    return;
-  for (const std::uint32_t v : numbers) freedom_[v] = 0;
+  const Cells& cells = judged_.cells();
+  if (!is_collapsed(shape_of(cells.kinds[cell]), corner_positions(cells, cell, judged_.before(), corners))) return;
+  for (const std::uint32_t v : cells.corners_of(cell)) freedom_[v] = 0;
 }
 
 double FreeVertices::quality_of(std::size_t cell, std::span<const Vec3d> points) const {
   if (judged_.side(cell) == 0) return 1;
-  const std::span<const std::uint32_t> numbers = judged_.cells().corners_of(cell);
   std::array<Vec3d, 8> corners;
-  for (std::size_t k = 0; k < numbers.size(); ++k) corners[k] = points[numbers[k]];
+  const Cells& cells = judged_.cells();
   return judged_.side(cell) *
-         scaled_jacobian(shape_of(judged_.cells().kinds[cell]), std::span<const Vec3d>(corners).first(numbers.size()));
+         scaled_jacobian(shape_of(cells.kinds[cell]), corner_positions(cells, cell, points, corners));
 }
 
 void FreeVertices::measure(std::span<const Vec3d> points) {
-  parallel_for(active_.size(), kCellGrain, options_.threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(active_.size(), kSumGrain, options_.threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(options_.progress);
     for (std::size_t i = begin; i < end; ++i) qualities_[active_[i]] = quality_of(active_[i], points);
   });
@@ -231,11 +213,11 @@ CellSummary summary_of(const CellBaseline& judged, std::span<const Vec3d> after,
     std::size_t counted = 0;
   };
   const std::size_t count = judged.cells().size();
-  std::vector<Sums> parts((count + kCellGrain - 1) / kCellGrain);
-  parallel_for(count, kCellGrain, options.threads, [&](std::size_t begin, std::size_t end) {
-    Sums& part = parts[begin / kCellGrain];
+  std::vector<Sums> parts((count + kSumGrain - 1) / kSumGrain);
+  parallel_for(count, kSumGrain, options.threads, [&](std::size_t begin, std::size_t end) {
+    Sums& part = parts[begin / kSumGrain];
     for (std::size_t i = begin; i < end; ++i) {
-      const CellNow now = judged.now(i, after);
+      const DeformedCell now = judged.now(i, after);
       if (now.is_inverted) ++part.summary.inverted;
       if (now.is_inverted || judged.is_below(i, now.scaled_jacobian, options.least_scaled_jacobian)) {
         ++part.summary.below;
