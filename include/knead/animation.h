@@ -34,9 +34,9 @@ std::vector<std::string> animation_losses(const std::filesystem::path& path, con
 // .pvd   ParaView's time series: OUT.pvd and a file OUT_0000.vtp for each frame, positions as doubles, with the
 //        displacement since the first frame.
 //
-// The files appear complete when finish() returns, and not at all without it. Memory: two frames; for .glb also, in each
-// frame, 32 bytes for each vertex that differs from the first frame, and some copies of the file; for .usda 16 bytes for
-// each normal that differs.
+// The files appear complete when finish() returns, and not at all without it. Memory: two frames; for .glb also, in
+// each frame, 32 bytes for each vertex that differs from the first frame, and some copies of the file; for .usda 16
+// bytes for each normal that differs.
 class AnimationFile {
  public:
   // Throws IoError(write) if no file can be made there, and InvalidInput for options out of range, another extension,
@@ -53,8 +53,8 @@ class AnimationFile {
   // NOLINTNEXTLINE(readability-make-member-function-const): it changes the file
   void add(std::span<const Vec3d> positions) { writer_.add(positions); }
 
-  // Completes the file, after all frames were added. Throws IoError(write), and InvalidInput for more than 4 GiB of GLB.
-  // NOLINTNEXTLINE(readability-make-member-function-const)
+  // Completes the file, after all frames were added. Throws IoError(write), and InvalidInput for more than 4 GiB of
+  // GLB. NOLINTNEXTLINE(readability-make-member-function-const)
   void finish() { writer_.finish(); }
 
   // The functions of a format.

@@ -94,8 +94,8 @@ struct CellFaceQuality {
   // The angle between the normal of a face and the line from its cell's centre to the neighbour's, in degrees from 0 to
   // 180; 0 for a cell without a neighbour. checkMesh complains above 70.
   std::vector<double> non_orthogonality_deg;
-  // The distance of that line from the face's centre, divided by the size of the face in that direction; at the boundary
-  // the line is along the normal. 0 or more; checkMesh complains above 4 inside, and above 20 at the boundary.
+  // The distance of that line from the face's centre, divided by the size of the face in that direction; at the
+  // boundary the line is along the normal. 0 or more; checkMesh complains above 4 inside, and above 20 at the boundary.
   std::vector<double> skewness;
   // The ratio of the areas of the cell's projections along x, y and z; or a sixth of their sum divided by the volume to
   // the power 2/3, if that is greater. 1 for a cube; checkMesh complains above 1000.
@@ -149,8 +149,8 @@ struct VolumeCells {
   std::vector<std::vector<std::uint32_t>> polyhedra{};
   // The number of linear cells that represent cells of third and higher order by their corners.
   std::size_t by_corners = 0;
-  // Cells of two dimensions are represented by one layer of prisms, as in OpenFOAM: of n points, number n + i is point i
-  // moved along z, and 2 n + i the middle between the two.
+  // Cells of two dimensions are represented by one layer of prisms, as in OpenFOAM: of n points, number n + i is point
+  // i moved along z, and 2 n + i the middle between the two.
   bool is_flat = false;
 
   // Returns the number of all cells.

@@ -169,8 +169,8 @@ class JoinedMeshes {
   std::vector<Begin> begins_;  // of each mesh, and the ends of the last one
 };
 
-// A mesh whose border vertices at equal positions are joined. Some files repeat vertices for each triangle, others along
-// seams of normals or texture coordinates.
+// A mesh whose border vertices at equal positions are joined. Some files repeat vertices for each triangle, others
+// along seams of normals or texture coordinates.
 class WeldedMesh {
  public:
   // The mesh must outlive this object. Joins only vertices on the border, so closed parts that touch stay separate.

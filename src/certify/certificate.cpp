@@ -1,3 +1,4 @@
+// Certificates of results, and the parts of sessions that spoil no cell.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +26,7 @@ namespace {
 
 Vec3d as_written(const Vec3d& p, bool as_float) { return as_float ? Vec3d(Vec3<float>(p)) : p; }
 
-// The least angle of triangles, in degrees.
+// Finds the least angle of triangles.
 class SmallestAngle {
  public:
   void add(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
@@ -38,15 +39,15 @@ class SmallestAngle {
     largest_tangent_ = std::min(largest_tangent_, area / widest * (1 + 1e-12));
   }
 
-  // Nothing if none has an area.
+  // Returns nothing if no triangle has an area.
   std::optional<double> degrees() const { return angle_; }
 
  private:
   std::optional<double> angle_;
-  double largest_tangent_ = kInfinity;  // that is worth an arc tangent
+  double largest_tangent_ = kInfinity;  // triangles with a larger one need no arc tangent
 };
 
-// Of the chosen faces.
+// Returns the smallest angle of the chosen faces.
 std::optional<double> smallest_angle_of(const Mesh& mesh, const std::vector<bool>& faces) {
   SmallestAngle smallest;
   std::vector<Triangle> triangles;
@@ -70,11 +71,11 @@ std::vector<bool> faces_at(const Mesh& mesh, const std::vector<bool>& vertices) 
   return faces;
 }
 
-// The result as a mesh with its positions as they are written, and which of its vertices were moved.
+// The result as a mesh with its positions as they are written, and a flag for each moved vertex.
 struct WrittenShape {
   Mesh mesh;
   std::vector<bool> touched;
-  std::vector<std::uint32_t> face_source;  // empty: the faces are the input's
+  std::vector<std::uint32_t> face_source;  // empty: the faces are those of the input
 };
 
 WrittenShape written_shape(const DeformedShape& result, bool as_float) {
@@ -97,7 +98,7 @@ void add_angles(const Mesh& before, const WrittenShape& after, Certificate& cert
   certificate.touched_angle_after = smallest_angle_of(after.mesh, touched);
 }
 
-// For each face of both meshes, whether it differs from all of the other mesh in its vertices or their positions.
+// A flag for each face of both meshes: it differs from all faces of the other mesh in its vertices or their positions.
 struct ChangedFaces {
   std::vector<bool> before;
   std::vector<bool> after;
@@ -121,7 +122,7 @@ ChangedFaces changed_faces(const Mesh& before, const WrittenShape& written, cons
   return changed;
 }
 
-// For each triangle of triangulate(mesh): the flag of its face.
+// Returns the flag of the face for each triangle of triangulate(mesh).
 std::vector<bool> of_triangles(const Mesh& mesh, const std::vector<bool>& faces) {
   std::vector<bool> flags;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
@@ -131,8 +132,8 @@ std::vector<bool> of_triangles(const Mesh& mesh, const std::vector<bool>& faces)
   return flags;
 }
 
-// Two triangles of faces that are the same before and after cross in both, or in none. So only pairs with another one
-// are searched afterwards.
+// Triangles of unchanged faces cross after exactly if they cross before. So only pairs with a triangle of a changed
+// face are searched after.
 void add_crossings(const Mesh& before, const WrittenShape& after, const Provenance* provenance,
                    const ReplayOptions& replay, Certificate& certificate) {
   SelfIntersectionOptions options{.threads = replay.motion.threads, .progress = replay.progress};
@@ -191,6 +192,71 @@ void add_distances(const std::vector<StrokeDistance>& strokes, Certificate& cert
   certificate.carried_back_rms = std::sqrt(back_squares / points);
 }
 
+void require_positions(const Mesh& before, std::span<const Vec3d> after, const Session& session,
+                       const ReplayOptions& options) {
+  if (after.size() != before.vertex_count()) {
+    throw InvalidInput(fmt::format("there are {} positions to certify, but {} vertices; give one for each vertex",
+                                   after.size(), before.vertex_count()));
+  }
+  require_finite(after);
+  if (will_remesh(before, session, options)) {
+    throw InvalidInput("the session remeshes, so its result has other vertices; remove its remesh events");
+  }
+}
+
+constexpr double kSamplesPerStroke = 16;
+constexpr double kMaxSamples = 256;
+constexpr int kBisections = 10;
+
+double sample_count(double strokes) {
+  return std::max(1.0, std::min(kMaxSamples, std::ceil(kSamplesPerStroke * strokes)));
+}
+
+// The points of a mesh after any part of a session.
+class MovedPoints {
+ public:
+  MovedPoints(const Session& session, std::span<const Vec3d> points, const SafeCellsOptions& options)
+      : session_(session), points_(points), options_(options) {
+    advection_ = advect_options(options.motion, options.motion.diagonal.value_or(reference_length(points)));
+    advection_.progress = options.progress;
+  }
+
+  // Returns the points after `until` strokes; if the step limit ends the work, status() says so.
+  std::vector<Vec3d> at(double until) {
+    const Flow flow = flow_of(session_, {options_.part.direction, until}, options_.motion.threads);
+    std::vector<Vec3d> moved(points_.begin(), points_.end());
+    const AdvectStatus status = advect(flow, moved, advection_).status;
+    stop_if_cancelled(options_.progress);
+    if (status != AdvectStatus::done) status_ = status;
+    return moved;
+  }
+
+  AdvectStatus status() const { return status_; }
+
+ private:
+  const Session& session_;
+  std::span<const Vec3d> points_;
+  const SafeCellsOptions& options_;
+  AdvectOptions advection_;
+  AdvectStatus status_ = AdvectStatus::done;
+};
+
+// Returns widest_outer() of the stroke that spoils a cell.
+std::optional<double> outer_that_fits(const Session& session, const Cells& cells, MovedPoints& motion,
+                                      const SafeUntil& range, const SafeCellsOptions& options) {
+  const std::size_t number = strokes_before(range);
+  const bool is_forwards = options.part.direction == Direction::forwards;
+  const std::vector<Vec3d> points = motion.at(is_forwards ? static_cast<double>(number) : 0);
+  std::vector<Vec3d> boundary;
+  for (const std::uint32_t v : boundary_points(cells, points.size(), options.motion.threads)) {
+    boundary.push_back(points[v]);
+  }
+  const SessionStroke& stroke = session.strokes[number];
+  const double strength = std::max(1.0, stroke.strength);
+  return widest_outer(strength > 1 ? prolonged(stroke.stroke, strength) : stroke.stroke, boundary,
+                      options.motion.threads);
+}
+
 }  // namespace
 
 CertificateBuilder::CertificateBuilder(const Mesh& mesh, const ReplayOptions& options)
@@ -244,22 +310,6 @@ Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float
   return certificate;
 }
 
-namespace {
-
-void require_positions(const Mesh& before, std::span<const Vec3d> after, const Session& session,
-                       const ReplayOptions& options) {
-  if (after.size() != before.vertex_count()) {
-    throw InvalidInput(fmt::format("there are {} positions to certify, but {} vertices; give one for each vertex",
-                                   after.size(), before.vertex_count()));
-  }
-  require_finite(after);
-  if (will_remesh(before, session, options)) {
-    throw InvalidInput("the session remeshes, so its result has other vertices; remove its remesh events");
-  }
-}
-
-}  // namespace
-
 Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Session& session,
                     const ReplayOptions& options) {
   require_positions(before, after, session, options);
@@ -289,73 +339,19 @@ Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Sess
   return builder.finish(result, false);
 }
 
-namespace {
-
-constexpr double kSamplesPerStroke = 16;
-constexpr double kMaxSamples = 256;
-constexpr int kHalvings = 10;
-
-double sample_count(double most) { return std::max(1.0, std::min(kMaxSamples, std::ceil(kSamplesPerStroke * most))); }
-
-// The points of a mesh after any part of a session.
-class MovedPoints {
- public:
-  MovedPoints(const Session& session, std::span<const Vec3d> points, const SafeCellsOptions& options)
-      : session_(session), points_(points), options_(options) {
-    advection_ = advect_options(options.motion, options.motion.diagonal.value_or(reference_length(points)));
-    advection_.progress = options.progress;
-  }
-
-  // After a step limit the points as they were.
-  std::vector<Vec3d> at(double until) {
-    const Flow flow = flow_of(session_, {options_.part.direction, until}, options_.motion.threads);
-    std::vector<Vec3d> moved(points_.begin(), points_.end());
-    const AdvectStatus status = advect(flow, moved, advection_).status;
-    stop_if_cancelled(options_.progress);
-    if (status != AdvectStatus::done) status_ = status;
-    return moved;
-  }
-
-  AdvectStatus status() const { return status_; }
-
- private:
-  const Session& session_;
-  std::span<const Vec3d> points_;
-  const SafeCellsOptions& options_;
-  AdvectOptions advection_;
-  AdvectStatus status_ = AdvectStatus::done;
-};
-
-std::optional<double> outer_that_fits(const Session& session, const Cells& cells, MovedPoints& motion,
-                                      const SafeUntil& range, const SafeCellsOptions& options) {
-  const std::size_t number = strokes_before(range);
-  const bool is_forwards = options.part.direction == Direction::forwards;
-  const std::vector<Vec3d> points = motion.at(is_forwards ? static_cast<double>(number) : 0);
-  std::vector<Vec3d> boundary;
-  for (const std::uint32_t v : boundary_points(cells, points.size(), options.motion.threads)) {
-    boundary.push_back(points[v]);
-  }
-  const SessionStroke& stroke = session.strokes[number];
-  const double strength = std::max(1.0, stroke.strength);
-  return widest_outer(strength > 1 ? prolonged(stroke.stroke, strength) : stroke.stroke, boundary,
-                      options.motion.threads);
-}
-
-}  // namespace
-
-SafeUntil safe_until(double most, const std::function<bool(double until)>& holds) {
-  const double samples = sample_count(most);
-  SafeUntil range{0, most};
+SafeUntil safe_until(double strokes, const std::function<bool(double until)>& holds) {
+  const double samples = sample_count(strokes);
+  SafeUntil range{0, strokes};
   double sample = 1;
   for (; sample <= samples; ++sample) {
-    const double until = most * (sample / samples);
+    const double until = strokes * (sample / samples);
     if (!holds(until)) {
       range.beyond = until;
       break;
     }
     range.until = until;
   }
-  for (int i = 0; i < kHalvings && sample <= samples; ++i) {
+  for (int i = 0; i < kBisections && sample <= samples; ++i) {
     const double middle = range.until + (range.beyond - range.until) / 2;
     (holds(middle) ? range.until : range.beyond) = middle;
   }
@@ -371,21 +367,21 @@ SafeCells safe_until(const Session& session, const Cells& cells, std::span<const
   const double bound = options.least_scaled_jacobian;
   if (!(bound >= 0 && bound < 1)) throw InvalidInput("the least scaled Jacobian must be 0 or more, and below 1");
   const Session applied = without_off(session);
-  const double most = options.part.until.value_or(static_cast<double>(applied.strokes.size()));
-  flow_of(applied, {options.part.direction, most});  // refuses what is no flow, and a part out of range
+  const double strokes = options.part.until.value_or(static_cast<double>(applied.strokes.size()));
+  flow_of(applied, {options.part.direction, strokes});  // throws for strokes that are no flow, and a part out of range
   SafeCells result;
   if (points.empty()) {
-    result.range = {most, most};
+    result.range = {strokes, strokes};
     return result;
   }
   if (options.progress != nullptr) {
-    const auto calls = static_cast<std::uint64_t>(sample_count(most)) + kHalvings;
+    const auto calls = static_cast<std::uint64_t>(sample_count(strokes)) + kBisections;
     options.progress->total = calls * points.size() * std::max<std::uint64_t>(1, flow_of(applied).segments.size()) / 2;
   }
   MovedPoints motion(applied, points, options);
   const CellBaseline judged(cells, points, options.motion.threads, options.progress);
   const auto spoiled = [&](double until) { return judged.worst_spoiled(motion.at(until), bound); };
-  result.range = safe_until(most, [&](double until) {
+  result.range = safe_until(strokes, [&](double until) {
     const std::optional<WorstCell> worst = spoiled(until);
     if (!worst) return true;
     result.cell = worst->cell;

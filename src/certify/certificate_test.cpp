@@ -1,3 +1,4 @@
+// Certificates: their statements on sound and damaged results.
 #include "knead/certify.h"
 
 #include <gtest/gtest.h>

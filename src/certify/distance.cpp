@@ -1,3 +1,4 @@
+// The distance of two surfaces, and the JSON of fits.
 #include <algorithm>
 
 #include "knead/certify.h"
@@ -9,7 +10,7 @@ namespace knead {
 
 namespace {
 
-constexpr std::size_t kGrain = 64;
+constexpr std::size_t kDistanceGrain = 64;
 
 SurfaceTree triangle_tree_of(const Mesh& mesh) {
   validate(mesh);
@@ -25,7 +26,7 @@ void add_distances(const Mesh& from, const SurfaceTree& to, int threads, Progres
                    std::vector<double>& distances) {
   const std::size_t first = distances.size();
   distances.resize(first + from.vertex_count());
-  parallel_for(from.vertex_count(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(from.vertex_count(), kDistanceGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end && (progress == nullptr || !progress->cancel); ++i) {
       distances[first + i] = to.closest(from.positions[i])->distance;
     }

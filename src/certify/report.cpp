@@ -1,3 +1,4 @@
+// Descriptions and checks of shapes, the report of the command, and their JSON.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -61,87 +62,6 @@ std::size_t count_repeated(std::vector<Vec3d> positions) {
   return repeated;
 }
 
-}  // namespace
-
-ShapeInfo describe(const Mesh& mesh) {
-  ShapeInfo info;
-  const WeldedMesh welded(mesh);
-  info.measures = measure(welded.mesh());
-  info.measures.unused_vertices -= welded.count();
-  for (const Attribute& attribute : mesh.attributes) info.attributes.push_back(attribute.name);
-  info.notes = describe_defects(info.measures);
-  if (welded.count() > 0) {
-    info.notes.push_back(
-        fmt::format("vertices at the place of an earlier one, as along seams: {}; each place counts as one vertex",
-                    welded.count()));
-  }
-  return info;
-}
-
-ShapeInfo describe(const ShapeFile& file) {
-  ShapeInfo info = describe(file.mesh);
-  info.format = file.format;
-  info.notes.insert(info.notes.begin(), file.notes.begin(), file.notes.end());
-  return info;
-}
-
-ShapeInfo describe(const ShapeFile& file, const std::filesystem::path& path) {
-  ShapeInfo info = describe(file);
-  try {
-    const std::size_t cells = read_cells(path, file).size();
-    const std::vector<Patch> patches = read_patches(path, file);
-    if (cells + patches.size() > 0) info.cells = cells;
-    for (const Patch& patch : patches) info.patches.emplace_back(patch.name, patch.points.size());
-  } catch (const std::exception& error) {
-    info.notes.push_back(fmt::format("its cells and patches are not read: {}", error.what()));
-  }
-  return info;
-}
-
-SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info, const Progress* progress) {
-  const WeldedMesh welded(mesh);
-  SurfaceCheck check;
-  check.self_intersections = self_intersections(triangulate(welded.mesh()), mesh.positions, {.progress = progress});
-  check.folded_edges = count_folded_edges(welded.mesh());
-  const std::size_t count = check.self_intersections.count;
-  if (!check.self_intersections.complete) {
-    info.notes.push_back(fmt::format("more than {} pairs of triangles intersect; the count stops there", count));
-  }
-  const std::size_t repeated = count > 0 ? count_repeated(mesh.positions) - welded.count() : 0;
-  if (repeated > 0) {
-    info.notes.push_back(fmt::format(
-        "{} vertices off the border share their position with another one; triangles that touch there count "
-        "as intersecting",
-        repeated));
-  }
-  check.info = std::move(info);
-  return check;
-}
-
-SurfaceCheck check_surfaces(const JoinedMeshes& joined, ShapeInfo info, const Progress* progress) {
-  SurfaceCheck check = check_surface(joined.mesh(), std::move(info), progress);
-  if (check.self_intersections.complete) {
-    check.crossings_between = count_between(check.self_intersections, joined, triangle_faces(joined.mesh()));
-  }
-  return check;
-}
-
-std::string to_json(const ShapeInfo& info) { return to_indented_text(json_of(info)); }
-
-std::string to_json(const ShapeSummary& summary) {
-  return to_indented_text(Json{{"format", summary.format},
-                               {"vertices", summary.vertices},
-                               {"faces", summary.faces},
-                               {"triangles", summary.triangles},
-                               {"box_min", json_of(summary.box.min)},
-                               {"box_max", json_of(summary.box.max)},
-                               {"diagonal", summary.box.diagonal()},
-                               {"attributes", summary.attributes},
-                               {"notes", summary.notes}});
-}
-
-namespace {
-
 Json json_of(const CellCheck& check) {
   return Json{{"cells", check.cells},
               {"inverted", check.inverted},
@@ -152,27 +72,6 @@ Json json_of(const CellCheck& check) {
               {"max_skewness", check.max_skewness},
               {"max_aspect_ratio", check.max_aspect_ratio}};
 }
-
-}  // namespace
-
-std::string to_json(const SurfaceCheck& check) {
-  const Measures& m = check.info.measures;
-  Json json = json_of(check.info);
-  json.set("boundary_edges", m.boundary_edges);
-  json.set("nonmanifold_edges", m.nonmanifold_edges);
-  json.set("nonmanifold_vertices", m.nonmanifold_vertices);
-  json.set("misoriented_edges", m.misoriented_edges);
-  json.set("self_intersections", check.self_intersections.count);
-  json.set("degenerate_triangles", m.degenerate_triangles);
-  json.set("smallest_angle_deg", m.smallest_angle_deg);
-  json.set("folded_edges", check.folded_edges);
-  json.set("flipped_triangles", check.flipped_triangles);
-  if (check.crossings_between) json.set("crossings_between", *check.crossings_between);
-  if (check.cells) json.set("volume_cells", json_of(*check.cells));
-  return to_indented_text(json);
-}
-
-namespace {
 
 void add_displacements(const Mesh& mesh, const DeformedShape& result, Report& report) {
   const std::vector<Vec3d>& after = result.positions();
@@ -207,7 +106,7 @@ std::optional<double> greatest_stretch_of(const Mesh& mesh, const DeformedShape&
   return greatest;
 }
 
-// Measures the faces: five measures that do not depend on each other, on as many threads as there are.
+// Adds the measures of the faces: five independent ones, on up to five threads.
 void add_measures(const Mesh& mesh, const DeformedShape& result, int threads, Report& report) {
   VolumeAndArea before;
   VolumeAndArea deformed;
@@ -302,6 +201,100 @@ Json json_of(const Certificate& certificate) {
 }
 
 }  // namespace
+
+ShapeInfo describe(const Mesh& mesh) {
+  ShapeInfo info;
+  const WeldedMesh welded(mesh);
+  info.measures = measure(welded.mesh());
+  info.measures.unused_vertices -= welded.count();
+  for (const Attribute& attribute : mesh.attributes) info.attributes.push_back(attribute.name);
+  info.notes = describe_defects(info.measures);
+  if (welded.count() > 0) {
+    info.notes.push_back(
+        fmt::format("vertices at the place of an earlier one, as along seams: {}; each place counts as one vertex",
+                    welded.count()));
+  }
+  return info;
+}
+
+ShapeInfo describe(const ShapeFile& file) {
+  ShapeInfo info = describe(file.mesh);
+  info.format = file.format;
+  info.notes.insert(info.notes.begin(), file.notes.begin(), file.notes.end());
+  return info;
+}
+
+ShapeInfo describe(const ShapeFile& file, const std::filesystem::path& path) {
+  ShapeInfo info = describe(file);
+  try {
+    const std::size_t cells = read_cells(path, file).size();
+    const std::vector<Patch> patches = read_patches(path, file);
+    if (cells + patches.size() > 0) info.cells = cells;
+    for (const Patch& patch : patches) info.patches.emplace_back(patch.name, patch.points.size());
+  } catch (const std::exception& error) {
+    info.notes.push_back(fmt::format("its cells and patches are not read: {}", error.what()));
+  }
+  return info;
+}
+
+SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info, const Progress* progress) {
+  const WeldedMesh welded(mesh);
+  SurfaceCheck check;
+  check.self_intersections = self_intersections(triangulate(welded.mesh()), mesh.positions, {.progress = progress});
+  check.folded_edges = count_folded_edges(welded.mesh());
+  const std::size_t count = check.self_intersections.count;
+  if (!check.self_intersections.complete) {
+    info.notes.push_back(fmt::format("more than {} pairs of triangles intersect; the count stops there", count));
+  }
+  const std::size_t repeated = count > 0 ? count_repeated(mesh.positions) - welded.count() : 0;
+  if (repeated > 0) {
+    info.notes.push_back(fmt::format(
+        "{} vertices off the border share their position with another one; triangles that touch there count "
+        "as intersecting",
+        repeated));
+  }
+  check.info = std::move(info);
+  return check;
+}
+
+SurfaceCheck check_surfaces(const JoinedMeshes& joined, ShapeInfo info, const Progress* progress) {
+  SurfaceCheck check = check_surface(joined.mesh(), std::move(info), progress);
+  if (check.self_intersections.complete) {
+    check.crossings_between = count_between(check.self_intersections, joined, triangle_faces(joined.mesh()));
+  }
+  return check;
+}
+
+std::string to_json(const ShapeInfo& info) { return to_indented_text(json_of(info)); }
+
+std::string to_json(const ShapeSummary& summary) {
+  return to_indented_text(Json{{"format", summary.format},
+                               {"vertices", summary.vertices},
+                               {"faces", summary.faces},
+                               {"triangles", summary.triangles},
+                               {"box_min", json_of(summary.box.min)},
+                               {"box_max", json_of(summary.box.max)},
+                               {"diagonal", summary.box.diagonal()},
+                               {"attributes", summary.attributes},
+                               {"notes", summary.notes}});
+}
+
+std::string to_json(const SurfaceCheck& check) {
+  const Measures& m = check.info.measures;
+  Json json = json_of(check.info);
+  json.set("boundary_edges", m.boundary_edges);
+  json.set("nonmanifold_edges", m.nonmanifold_edges);
+  json.set("nonmanifold_vertices", m.nonmanifold_vertices);
+  json.set("misoriented_edges", m.misoriented_edges);
+  json.set("self_intersections", check.self_intersections.count);
+  json.set("degenerate_triangles", m.degenerate_triangles);
+  json.set("smallest_angle_deg", m.smallest_angle_deg);
+  json.set("folded_edges", check.folded_edges);
+  json.set("flipped_triangles", check.flipped_triangles);
+  if (check.crossings_between) json.set("crossings_between", *check.crossings_between);
+  if (check.cells) json.set("volume_cells", json_of(*check.cells));
+  return to_indented_text(json);
+}
 
 std::string to_json(const Certificate& certificate) { return to_indented_text(json_of(certificate)); }
 

@@ -1,3 +1,4 @@
+// Reports and their JSON.
 #include "knead/certify.h"
 
 #include <gtest/gtest.h>

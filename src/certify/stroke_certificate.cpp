@@ -1,3 +1,4 @@
+// Certifies one stroke: the drift of volume along path lines, motion outside of the flow, and triangles that turn over.
 #include "certify/stroke_certificate.h"
 
 #include <algorithm>
@@ -20,19 +21,19 @@ namespace knead::session_detail {
 
 namespace {
 
-// Path lines whose drift is looked at, of a stroke with few segments and with many.
+// The number of path lines whose drift is measured: kDriftSegments divided by the segments, within these bounds.
 constexpr std::size_t kMaxDrifts = 256;
-constexpr std::size_t kFewestDrifts = 32;
-constexpr std::size_t kDriftSegments = 8192;  // path lines times segments
+constexpr std::size_t kMinDrifts = 32;
+constexpr std::size_t kDriftSegments = 8192;
 
-// Where a vertex of the shape after was before; null: it is new.
+// Returns the position before of a vertex of the shape after; null for a new vertex.
 const Vec3d* source_of(const AppliedStroke& stroke, std::size_t vertex) {
   if (stroke.remeshed == nullptr) return &stroke.before.positions()[vertex];
   const std::uint32_t source = stroke.remeshed->vertex_source[vertex];
   return source == kNewVertex ? nullptr : &stroke.before.positions()[source];
 }
 
-// For each vertex of the shape after: whether the flow moves the surface there.
+// Returns a flag for each vertex of the shape after: the flow moves the surface there.
 std::vector<bool> moved_vertices(const AppliedStroke& stroke) {
   if (stroke.remeshed != nullptr) return stroke.remeshed->moved;
   std::vector<bool> moved(stroke.after.positions().size());
@@ -40,7 +41,7 @@ std::vector<bool> moved_vertices(const AppliedStroke& stroke) {
   return moved;
 }
 
-// The length of the longest edge at each of these vertices.
+// Returns the length of the longest edge at each of these vertices.
 std::vector<double> longest_edges(const DeformedShape& shape, const std::vector<bool>& vertices) {
   std::vector<double> longest(shape.positions().size(), 0.0);
   for (std::size_t f = 0; f < shape.mesh().face_count(); ++f) {
@@ -57,11 +58,12 @@ std::vector<double> longest_edges(const DeformedShape& shape, const std::vector<
   return longest;
 }
 
-// Backwards a limit cylinder says nothing of where its points are: it is about where they came from.
+// For an inverse stroke, limit cylinders are dropped: they limit the positions from which points came, not those where
+// they are now.
 double motion_outside(const AppliedStroke& stroke, bool inverse) {
   const FlowReach reach(inverse ? for_members(detail::each_part(stroke.flow)) : stroke.flow);
   const std::vector<Vec3d>& before = stroke.before.positions();
-  std::vector<std::pair<std::size_t, double>> moved;  // vertices before, and how far
+  std::vector<std::pair<std::size_t, double>> moved;  // vertices before, and their displacement
   std::vector<bool> is_moved(before.size());
   for (std::size_t i = 0; i < stroke.after.positions().size(); ++i) {
     const Vec3d* const source = source_of(stroke, i);
@@ -77,7 +79,7 @@ double motion_outside(const AppliedStroke& stroke, bool inverse) {
   return greatest;
 }
 
-// det J - 1 at vertices that the stroke moves.
+// Returns det J - 1 at vertices that the stroke moves.
 std::vector<double> drifts_of(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
                               double length) {
   std::vector<Vec3d> points;
@@ -85,9 +87,9 @@ std::vector<double> drifts_of(const AppliedStroke& stroke, const std::vector<boo
     const Vec3d* const source = moved[i] ? source_of(stroke, i) : nullptr;
     if (source != nullptr) points.push_back(*source);
   }
-  const std::size_t most =
-      std::clamp(kDriftSegments / std::max<std::size_t>(stroke.flow.segments.size(), 1), kFewestDrifts, kMaxDrifts);
-  const std::size_t count = std::min(points.size(), most);
+  const std::size_t wanted =
+      std::clamp(kDriftSegments / std::max<std::size_t>(stroke.flow.segments.size(), 1), kMinDrifts, kMaxDrifts);
+  const std::size_t count = std::min(points.size(), wanted);
   AdvectOptions integration;
   integration.tolerance = advect_options(options.motion, length).tolerance;
   integration.integrator = options.motion.integrator;
@@ -113,7 +115,7 @@ void add_drift(const AppliedStroke& stroke, const std::vector<double>& drifts, S
   certificate.drift = std::accumulate(drifts.begin(), drifts.end(), 0.0) / static_cast<double>(drifts.size());
 }
 
-// A vertex that no dab holds at the beginning never moves.
+// Returns the greatest motion of a vertex of a relax stroke that no dab contains.
 double moved_beside(const AppliedStroke& stroke) {
   double greatest = 0;
   for (std::size_t i = 0; i < stroke.after.positions().size(); ++i) {
@@ -128,7 +130,7 @@ double moved_beside(const AppliedStroke& stroke) {
 
 // Returns how many triangles oppose the normals of their vertices.
 std::size_t opposing(const Mesh& mesh) {
-  // Triangles without area oppose nothing, so that with all vertices in one place every other one counts as turned.
+  // With all vertices at one point no triangle has an area or opposes its normals, so all that do now count as flipped.
   const std::vector<Vec3d> none(mesh.vertex_count());
   return count_flipped(mesh, none, mesh.positions);
 }

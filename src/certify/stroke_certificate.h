@@ -1,6 +1,7 @@
 // The certificate of one stroke.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "knead/certify.h"
@@ -8,31 +9,30 @@
 
 namespace knead::session_detail {
 
+// What certify() finds about one stroke.
 struct StrokeCertificate {
-  // The mean of det J - 1 over path lines of moved vertices; 0 for a stroke that changes volumes on purpose, of which
-  // the least and the greatest det J are given.
-  double drift = 0;
-  double motion_outside = 0;  // Certificate::motion_outside
+  double drift = 0;           // the mean of det J - 1 over path lines of moved vertices; 0 with det_least
+  double motion_outside = 0;  // as Certificate::motion_outside
   StrokeDistance distance;
-  std::optional<double> det_least{};
+  std::optional<double> det_least{};  // of a stroke that changes volumes on purpose: the least and greatest det J
   std::optional<double> det_greatest{};
 };
 
-// `length`: the reference length of the input, which tolerance and distances are relative to. Throws InvalidInput if
-// the result cannot be carried back (a path line runs away).
+// Returns the certificate of a stroke. `length`: the reference length of the input; tolerance and distances are
+// relative to it. Throws InvalidInput if the result cannot be carried back (a path line runs to infinity).
 StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length);
 
-// Returns the flow without its limit cylinders: of a point that is known to move it is the same. The limit cylinders of
-// a sum stay: they say which of its parts move a point.
+// Returns the flow without its limit cylinders, which moves the points that the flow moves in the same way. The limit
+// cylinders of a sum stay: they decide which parts of the sum move a point.
 Flow for_members(Flow flow);
 
-// Returns the distance of a stroke's result from the exact image. `moved`: for each vertex after the stroke, whether it
+// Returns the distance of a stroke's result from the exact image. `moved`: a flag for each vertex after the stroke that
 // is known to have moved. Throws as certify().
 StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
                            double length);
 
-// Returns how many more triangles of the mesh after than of the mesh before oppose the normals of their vertices; 0 for
-// fewer. Does not judge triangles at edges of more than two faces, where normals mean nothing.
+// Returns by how many the triangles that oppose the normals of their vertices are more in the mesh after than in the
+// mesh before; 0 for fewer. Ignores triangles at edges of more than two faces, where normals are meaningless.
 std::size_t opposing_more(const Mesh& before, const Mesh& after);
 
 }  // namespace knead::session_detail

@@ -1,4 +1,4 @@
-// How far the result of a stroke is from the exact image of the surface before it.
+// The distance of a stroke's result from the exact image of the surface before it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,21 +21,20 @@ namespace knead::session_detail {
 
 namespace {
 
-// Relative to the length: the tolerance of carrying points back, far below any distance that matters.
+// The tolerance of carrying points back, relative to the length: far below any distance that matters.
 constexpr double kBackTolerance = 1e-7;
-// The distance between places whose origins give a gradient, far below what bends a flow, and the tolerance of carrying
-// them back. A step may err by a small part of the tolerance only (kErrorShare in step_rule.h).
-constexpr double kNeighbour = 1e-5;
+// The step of finite differences, far below the size at which a flow bends, and the tolerance of carrying these points
+// back. The error of an integration step is a small part of the tolerance (kErrorShare in step_rule.h).
+constexpr double kDifferenceStep = 1e-5;
 constexpr double kNeighbourTolerance = 1e-6;
-// The centre of a face has the mean gradient of the corners if they are no farther away than this part of the size of
-// what the flow moves, and if no gradient differs from the mean by more than that part of it: the error is about the
-// square of these.
-constexpr double kSmall = 0.05;
-constexpr double kAlike = 0.05;
+// The centre of a face gets the mean gradient of the corners if their distance is at most this fraction of the flow's
+// smallest feature, and each gradient differs from the mean by at most this fraction. The error is about its square.
+constexpr double kMaxFaceFraction = 0.05;
+constexpr double kMaxGradientDifference = 0.05;
 
-constexpr std::size_t kGrain = 1024;
-constexpr std::size_t kGroup = 64;
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t kProbeGrain = 1024;
+constexpr std::size_t kProbeGroup = 64;
+constexpr std::uint32_t kNoProbe = std::numeric_limits<std::uint32_t>::max();
 
 bool has_limit_cylinder(const Flow& flow) {
   return std::any_of(flow.segments.begin(), flow.segments.end(), [](const Segment& segment) {
@@ -43,7 +42,7 @@ bool has_limit_cylinder(const Flow& flow) {
   });
 }
 
-// What the distance of a stroke is made from.
+// The inputs of the distance of a stroke.
 struct Work {
   const AppliedStroke& stroke;
   const ReplayOptions& options;
@@ -56,7 +55,7 @@ struct Work {
   // Calls visit(begin, end) for parts of a range.
   template <class Visit>
   void in_parts(std::size_t count, const Visit& visit) const {
-    parallel_for(count, kGrain, options.motion.threads, [&](std::size_t begin, std::size_t end) {
+    parallel_for(count, kProbeGrain, options.motion.threads, [&](std::size_t begin, std::size_t end) {
       stop_if_cancelled(options.progress);
       visit(begin, end);
     });
@@ -87,9 +86,9 @@ void carry_back(const Work& work, double tolerance, std::span<Vec3d> points) {
 // A vertex after the stroke, or the centre of a face.
 struct Probe {
   std::uint32_t number = 0;  // of the vertex; or the number of vertices and that of the face
-  bool is_moved = false;     // known to be
-  Vec3d there;
-  Vec3d back;  // where it came from
+  bool is_moved = false;     // known to have moved
+  Vec3d there;               // its position
+  Vec3d back;                // its inverse image
 };
 
 std::span<const std::uint32_t> corners_of(const Work& work, const Probe& probe) {
@@ -113,22 +112,22 @@ Probe probe_of(const Work& work, const std::vector<bool>& moved, std::size_t num
   return probe;
 }
 
-// The probes that are known to have moved, or that the flow backwards might move; by groups of neighbours in the list,
-// which mostly are neighbours in space. With a limit cylinder only those known to have moved: which others might have,
-// the inverse does not tell.
+// Returns the probes that are known to have moved or that the inverse flow may move. Decides for groups of neighbours
+// in the list, which are mostly neighbours in space. With a limit cylinder, returns only those known to have moved: the
+// inverse flow does not show which others may have.
 std::vector<Probe> find_probes(const Work& work, const std::vector<bool>& moved) {
   const FlowReach reach(inverse(work.stroke.flow));
   const bool only_moved = has_limit_cylinder(work.stroke.flow);
   const Mesh& mesh = work.after().mesh();
   const std::size_t vertices = work.vertex_count();
   const std::size_t count = vertices + mesh.face_count();
-  std::vector<std::vector<Probe>> of_parts((count + kGrain - 1) / kGrain);
+  std::vector<std::vector<Probe>> of_parts((count + kProbeGrain - 1) / kProbeGrain);
   work.in_parts(count, [&](std::size_t begin, std::size_t end) {
-    std::vector<Probe>& found = of_parts[begin / kGrain];
-    for (std::size_t first = begin; first < end; first += kGroup) {
+    std::vector<Probe>& found = of_parts[begin / kProbeGrain];
+    for (std::size_t first = begin; first < end; first += kProbeGroup) {
       const std::size_t size = found.size();
       Box box;
-      for (std::size_t i = first; i < std::min(first + kGroup, end); ++i) {
+      for (std::size_t i = first; i < std::min(first + kProbeGroup, end); ++i) {
         if (i >= vertices && mesh.face(i - vertices).empty()) continue;
         found.push_back(probe_of(work, moved, i));
         box.extend(found.back().there);
@@ -147,7 +146,7 @@ std::vector<Probe> find_probes(const Work& work, const std::vector<bool>& moved)
   return probes;
 }
 
-// The probes that moved, carried back.
+// Returns the probes that moved, with their inverse images.
 std::vector<Probe> inverse_image(const Work& work, const std::vector<bool>& moved) {
   std::vector<Probe> probes = find_probes(work, moved);
   std::vector<Vec3d> points(probes.size());
@@ -158,10 +157,10 @@ std::vector<Probe> inverse_image(const Work& work, const std::vector<bool>& move
   return probes;
 }
 
-// For each probe a triangle of the shape before near to where it came from.
+// Returns for each probe a triangle of the shape before that is near its inverse image.
 std::vector<std::uint32_t> source_triangles(const Work& work, const std::vector<Probe>& probes) {
   const Mesh& before = work.before().mesh();
-  std::vector<std::uint32_t> first(before.face_count());  // a face without triangles has that of another one
+  std::vector<std::uint32_t> first(before.face_count());  // a face without triangles gets that of another face
   std::size_t next = 0;
   for (std::size_t f = 0; f < first.size(); ++f) {
     first[f] = static_cast<std::uint32_t>(std::min(next, work.before().triangles().size() - 1));
@@ -181,7 +180,7 @@ std::vector<std::uint32_t> source_triangles(const Work& work, const std::vector<
   return triangles;
 }
 
-// From each probe carried back to the nearest of the surface before.
+// Returns the vector from each inverse image to the nearest point of the surface before.
 std::vector<Vec3d> offsets_to_surface(const Work& work, const std::vector<Probe>& probes) {
   std::vector<Vec3d> points(probes.size());
   for (std::size_t i = 0; i < probes.size(); ++i) points[i] = probes[i].back;
@@ -192,12 +191,12 @@ std::vector<Vec3d> offsets_to_surface(const Work& work, const std::vector<Probe>
   return offsets;
 }
 
-// How where a point came from changes with each coordinate of where it is.
+// The derivatives of an inverse image by the coordinates of the point.
 using Derivatives = std::array<Vec3d, 3>;
 
 std::vector<Derivatives> derivatives_at(const Work& work, const std::vector<Probe>& probes,
                                         std::span<const std::uint32_t> asked) {
-  const double step = kNeighbour * work.length;
+  const double step = kDifferenceStep * work.length;
   std::vector<Vec3d> neighbours(3 * asked.size());
   for (std::size_t i = 0; i < neighbours.size(); ++i) {
     neighbours[i] = probes[asked[i / 3]].there;
@@ -211,37 +210,37 @@ std::vector<Derivatives> derivatives_at(const Work& work, const std::vector<Prob
   return derivatives;
 }
 
-// grad g after the stroke, where the offset before it has this direction.
+// Returns grad g after the stroke for an offset in this direction before it.
 Vec3d gradient(const Derivatives& derivatives, const Vec3d& direction) {
   return {dot(direction, derivatives[0]), dot(direction, derivatives[1]), dot(direction, derivatives[2])};
 }
 
-// Whether the gradient at a centre is the mean of those at the corners, as far as places tell.
+// Returns true if the face is small enough for its centre to get the mean gradient of the corners.
 bool is_small(const Work& work, const Probe& centre, const std::vector<std::uint32_t>& places, double feature) {
   const std::span<const std::uint32_t> corners = corners_of(work, centre);
   return std::all_of(corners.begin(), corners.end(), [&](std::uint32_t v) {
-    return places[v] != kNone && norm(work.after().positions()[v] - centre.there) <= kSmall * feature;
+    return places[v] != kNoProbe && norm(work.after().positions()[v] - centre.there) <= kMaxFaceFraction * feature;
   });
 }
 
-// The mean of the gradients at the corners of a face; nothing if they differ much.
+// Returns the mean of the gradients at the corners of a face; nothing if they differ too much.
 std::optional<Vec3d> mean_gradient(std::span<const std::uint32_t> corners, const std::vector<std::uint32_t>& places,
                                    const std::vector<Derivatives>& of_places, const Vec3d& direction) {
   const auto at = [&](std::uint32_t v) { return gradient(of_places[places[v]], direction); };
   Vec3d sum{};
   for (const std::uint32_t v : corners) sum += at(v);
   const Vec3d mean = sum / static_cast<double>(corners.size());
-  const double most = kAlike * norm(mean);
-  const bool is_alike =
-      std::all_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return norm(at(v) - mean) <= most; });
+  const double max_difference = kMaxGradientDifference * norm(mean);
+  const bool is_alike = std::all_of(corners.begin(), corners.end(),
+                                    [&](std::uint32_t v) { return norm(at(v) - mean) <= max_difference; });
   return is_alike ? std::optional(mean) : std::nullopt;
 }
 
-// The distances after the stroke that follow from these offsets before it: g / |grad g|.
+// Returns the distances after the stroke that follow from these offsets before it: g / |grad g|.
 std::vector<double> distances_after(const Work& work, const std::vector<Probe>& probes,
                                     const std::vector<Vec3d>& offsets) {
   std::vector<std::uint32_t> asked;  // the vertices, which come first
-  std::vector<std::uint32_t> places(work.vertex_count(), kNone);
+  std::vector<std::uint32_t> places(work.vertex_count(), kNoProbe);
   for (std::uint32_t i = 0; i < probes.size() && probes[i].number < places.size(); ++i) {
     places[probes[i].number] = i;
     asked.push_back(i);
