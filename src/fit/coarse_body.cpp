@@ -1,3 +1,4 @@
+// Builds the coarse body of a shape, poses it as rigidly as possible, and finds the paths between its poses.
 #include "fit/coarse_body.h"
 
 #include <algorithm>
@@ -18,15 +19,16 @@ namespace {
 using detail::SparseCholesky;
 using detail::SymmetricMatrix;
 
-constexpr double kWeakEdge = 0.05;     // between pieces that nothing connects
-constexpr double kAnchorWeight = 30;   // of a mean node's edges
-constexpr std::size_t kApproach = 10;  // steps in which the anchors go to their places
-constexpr std::size_t kRounds = 6;     // of each of them
+constexpr double kWeakEdge = 0.05;          // weight of an edge between separate pieces
+constexpr double kAnchorWeight = 30;        // relative to the edges of a mean node
+constexpr std::size_t kApproachSteps = 10;  // in which the anchors move to their targets
+constexpr std::size_t kStepRounds = 6;
 constexpr std::size_t kLastRounds = 80;
 constexpr std::size_t kNeighbors = 8;  // in a cloud
-constexpr double kDoubt = 2.5;         // of the median distance of doubtful anchors
+constexpr double kDoubtFactor = 2.5;   // times the median distance: a doubtful anchor there has a quarter of its weight
 
-// For each vertex the place in `chosen` of the one that is nearest along edges; the greatest number where none is.
+// Returns for each vertex the index in `chosen` of the vertex nearest along edges; the greatest number if there is
+// none.
 std::vector<std::uint32_t> nearest_along_edges(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                                                const std::vector<std::uint32_t>& chosen) {
   std::vector<std::vector<std::uint32_t>> neighbors(positions.size());
@@ -56,15 +58,6 @@ std::vector<std::uint32_t> nearest_along_edges(std::span<const Vec3d> positions,
     }
   }
   return nearest;
-}
-
-std::vector<Vec3d> normals_of(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
-  std::vector<Vec3d> normals(positions.size(), Vec3d{0, 0, 0});
-  for (const Triangle& t : triangles) {
-    const Vec3d n = cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
-    for (const std::uint32_t v : t) normals[v] += n;
-  }
-  return normals;
 }
 
 // Solves for the three coordinates, one after the other.
@@ -105,7 +98,7 @@ CoarseBody::CoarseBody(std::span<const Vec3d> positions, std::span<const Triangl
   }
   connect_pieces();
   order();
-  places_ = rest_;
+  posed_ = rest_;
   turns_.resize(rest_.size());
   double sum = 0;
   for (const std::vector<Edge>& edges : edges_) {
@@ -137,7 +130,7 @@ void CoarseBody::connect_along_surface(std::span<const Vec3d> positions, std::sp
 
 void CoarseBody::connect_through(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                                  const std::vector<std::uint32_t>& chosen, const std::vector<std::uint32_t>& node_of) {
-  const std::vector<Vec3d> normals = normals_of(positions, triangles);
+  const std::vector<Vec3d> normals = area_weighted_normals(positions, triangles);
   const SurfaceTree tree(triangles, positions);
   double volume = 0;
   const Vec3d& origin = positions[triangles[0][0]];
@@ -173,9 +166,9 @@ void CoarseBody::connect_nearest(std::size_t count) {
   }
 }
 
-// Each piece gets edges to what is nearest to it.
+// Connects each piece by edges to the nodes nearest to it.
 void CoarseBody::connect_pieces() {
-  constexpr std::size_t kTies = 4;
+  constexpr std::size_t kMaxTies = 4;
   while (true) {
     std::vector<bool> reached(rest_.size(), false);
     std::vector<std::uint32_t> list{0};
@@ -197,13 +190,13 @@ void CoarseBody::connect_pieces() {
       ties.emplace_back(nearest.first, a, nearest.second);
     }
     std::sort(ties.begin(), ties.end());
-    for (std::size_t k = 0; k < std::min(kTies, ties.size()); ++k) {
+    for (std::size_t k = 0; k < std::min(kMaxTies, ties.size()); ++k) {
       add_edge(std::get<1>(ties[k]), std::get<2>(ties[k]), kWeakEdge);
     }
   }
 }
 
-// Sorts the nodes along the graph, from an end of it, so that a factor has few entries.
+// Sorts the nodes along the graph from one of its ends, so that a factor has few entries.
 void CoarseBody::order() {
   const auto breadth_first = [&](std::uint32_t from) {
     std::vector<std::uint32_t> list{from};
@@ -285,7 +278,7 @@ void CoarseBody::find_turns() {
     if (edges_[i].empty()) continue;
     Mat3d sum{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
     for (const Edge& edge : edges_[i]) {
-      sum = sum + outer_product(places_[edge.to] - places_[i], (rest_[edge.to] - rest_[i]) * edge.weight);
+      sum = sum + outer_product(posed_[edge.to] - posed_[i], (rest_[edge.to] - rest_[i]) * edge.weight);
     }
     turns_[i] = nearest_turn(sum);
   }
@@ -296,7 +289,7 @@ void CoarseBody::iterate(const SparseCholesky& factor, std::span<const Held> hel
   for (std::size_t k = 0; k < held.size(); ++k) {
     right[held[k].node] += (to[k] - turns_[held[k].node] * held[k].offset) * held[k].weight;
   }
-  places_ = solve(factor, right);
+  posed_ = solve(factor, right);
   find_turns();
 }
 
@@ -313,18 +306,18 @@ void CoarseBody::pose(std::span<const Anchor> anchors, const Progress* progress)
       iterate(factor, held, to);
     }
   };
-  for (std::size_t k = 1; k <= kApproach; ++k) rounds(static_cast<double>(k) / kApproach, kRounds);
+  for (std::size_t k = 1; k <= kApproachSteps; ++k) rounds(static_cast<double>(k) / kApproachSteps, kStepRounds);
   const bool has_doubts =
       std::any_of(anchors.begin(), anchors.end(), [](const Anchor& anchor) { return anchor.is_doubtful; });
   for (std::size_t again = 0; again < 3 && has_doubts; ++again) {
     std::vector<double> distances;
     for (std::size_t k = 0; k < held.size(); ++k) {
-      const Vec3d place = places_[held[k].node] + turns_[held[k].node] * held[k].offset;
+      const Vec3d place = posed_[held[k].node] + turns_[held[k].node] * held[k].offset;
       distances.push_back(norm(place - anchors[k].to));
     }
     std::vector<double> sorted = distances;
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double far = kDoubt * sorted[sorted.size() / 2];
+    const double far = kDoubtFactor * sorted[sorted.size() / 2];
     for (std::size_t k = 0; k < held.size(); ++k) {
       if (!anchors[k].is_doubtful || !(far > 0)) continue;
       const double ratio = distances[k] / far;
@@ -336,21 +329,21 @@ void CoarseBody::pose(std::span<const Anchor> anchors, const Progress* progress)
   rounds(1, kLastRounds);
 }
 
-// The node that moves and turns least: the others turn about it.
+// Returns the node that moves and turns least: the others turn about it.
 std::uint32_t CoarseBody::calmest_node() const {
-  constexpr double kLengthOfTurn = 0.25;  // of the body's extent: what half a turn counts
+  constexpr double kTurnLength = 0.25;  // of the body's extent: the weight of half a turn
   Box box;
   for (const Vec3d& p : rest_) box.extend(p);
   const auto motion = [&](std::uint32_t i) {
-    return norm(places_[i] - rest_[i]) + kLengthOfTurn * box.diagonal() * norm(turns_[i].v);
+    return norm(posed_[i] - rest_[i]) + kTurnLength * box.diagonal() * norm(turns_[i].v);
   };
   std::uint32_t calmest = 0;
   for (std::uint32_t i = 1; i < rest_.size(); ++i) calmest = motion(i) < motion(calmest) ? i : calmest;
   return calmest;
 }
 
-// Steps of {node, the one before} of a tree of edges along which turns differ least: across a crushed joint they may
-// differ by any angle.
+// Returns the steps {node, node before} of the tree of edges along which turns differ least: across a crushed joint
+// they may differ by any angle.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> CoarseBody::steps_from(std::uint32_t root) const {
   using Step = std::tuple<double, std::uint32_t, std::uint32_t>;
   std::priority_queue<Step, std::vector<Step>, std::greater<>> next;
@@ -385,7 +378,7 @@ std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchor
       turns[node] = turns[from] * part_of(inverse(turns_[from]) * turns_[node], time);
     }
     std::vector<Vec3d> right = right_side(turns);
-    right[root] += (rest_[root] * (1 - time) + places_[root] * time) * pin.weight;
+    right[root] += (rest_[root] * (1 - time) + posed_[root] * time) * pin.weight;
     const std::vector<Vec3d> places = solve(factor, right);
     std::vector<Vec3d> at;
     at.reserve(held.size());
@@ -413,14 +406,14 @@ std::vector<SurfaceSample> CoarseBody::posed(std::span<const SurfaceSample> samp
   result.reserve(samples.size());
   for (const SurfaceSample& s : samples) {
     const std::uint32_t node = nearest_node(s.point);
-    result.push_back({places_[node] + turns_[node] * (s.point - rest_[node]), turns_[node] * s.normal});
+    result.push_back({posed_[node] + turns_[node] * (s.point - rest_[node]), turns_[node] * s.normal});
   }
   return result;
 }
 
 std::vector<Anchor> CoarseBody::node_anchors() const {
   std::vector<Anchor> anchors;
-  for (std::size_t i = 0; i < rest_.size(); ++i) anchors.push_back({rest_[i], places_[i]});
+  for (std::size_t i = 0; i < rest_.size(); ++i) anchors.push_back({rest_[i], posed_[i]});
   return anchors;
 }
 

@@ -1,9 +1,8 @@
-// A few hundred points of a shape that keep their distances as well as they can: what lies between two poses. Internal
-// to the fit module.
+// A few hundred points of a shape that move between two poses as rigidly as possible. Internal to the fit module.
 //
-// The points lie on the surface. Their neighbours are those along the surface, by the meshes' edges, and those right
-// through the body; so limbs that touch are not connected. The energy is that of as-rigid-as-possible surfaces (Sorkine
-// and Alexa 2007), which knows no volume and no collisions: its results only guide a flow.
+// The points lie on the surface. Their neighbours are near along the mesh's edges, or straight through the body; so
+// limbs that touch are not connected. The energy is that of as-rigid-as-possible surfaces (Sorkine and Alexa 2007),
+// without volume and collisions: its results only guide a flow.
 #pragma once
 
 #include <cstddef>
@@ -21,34 +20,35 @@
 
 namespace knead::fit_detail {
 
-// A point of the shape that shall come to a place.
+// A point of the shape and its target.
 struct Anchor {
   Vec3d from;
   Vec3d to;
   double weight = 1;         // 1: nearly exact; above 0
-  bool is_doubtful = false;  // counts less where it disagrees with the others
+  bool is_doubtful = false;  // loses weight if it disagrees with the others
 };
 
-// Returns the place on a path of evenly spaced times from 0 to 1, and the length of the path.
+// Returns the position at a time on a path whose points are at evenly spaced times from 0 to 1; the length of the path.
 Vec3d place_on(const std::vector<Vec3d>& path, double time);
 double length_of_path(const std::vector<Vec3d>& path);
 
+// The graph of points and its pose.
 class CoarseBody {
  public:
   // Takes about `count` evenly spread vertices. There is at least one position. A cloud has no triangles.
   CoarseBody(std::span<const Vec3d> positions, std::span<const Triangle> triangles, std::size_t count);
 
-  // Finds the pose in which the anchors are at their places. Throws Cancelled. Time: about 0.3 s.
+  // Finds the pose in which the anchors are at their targets. Throws Cancelled. Time: about 0.3 s.
   void pose(std::span<const Anchor> anchors, const Progress* progress);
 
-  // Returns where each anchor is at evenly spaced times from 0 to 1, `pieces` + 1 of them: limbs turn about their
-  // joints. The first place is where the anchor is, and the last one `to`.
+  // Returns the path of each anchor at `pieces` + 1 evenly spaced times from 0 to 1, from `from` to `to`: limbs turn
+  // about their joints.
   std::vector<std::vector<Vec3d>> paths(std::span<const Anchor> anchors, std::size_t pieces) const;
 
-  // Returns where points of the shape come to in the pose, and their normals.
+  // Returns points of the shape and their normals in the pose.
   std::vector<SurfaceSample> posed(std::span<const SurfaceSample> samples) const;
 
-  // Returns an anchor for each node, at its place in the pose.
+  // Returns an anchor for each node, with its position in the pose as target.
   std::vector<Anchor> node_anchors() const;
 
   const std::vector<Vec3d>& nodes() const { return rest_; }
@@ -87,7 +87,7 @@ class CoarseBody {
   double unit_ = 0;  // of the anchors' weights
   std::vector<Vec3d> rest_;
   std::vector<std::vector<Edge>> edges_;
-  std::vector<Vec3d> places_;  // in the pose
+  std::vector<Vec3d> posed_;  // the nodes in the pose
   std::vector<Turn> turns_;
 };
 

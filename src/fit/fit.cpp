@@ -1,3 +1,4 @@
+// fit_body(): aligns, moves landmarks along paths of limbs, matches the surfaces, and keeps the best stage.
 #include "knead/fit.h"
 
 #include <fmt/format.h>
@@ -28,43 +29,43 @@ namespace {
 using namespace fit_detail;
 using detail::VelocityRows;
 
-// Landmarks, of the diagonal:
-constexpr double kStep = 0.03;     // what one moves in a step at most
-constexpr double kSpacing = 0.08;  // of the grids
+// Landmarks:
+constexpr double kMaxStep = 0.03;      // of the diagonal: the greatest motion in a step
+constexpr double kPathSpacing = 0.08;  // of the grids, of the diagonal
 constexpr std::size_t kMinSteps = 4;
 constexpr std::size_t kMaxSteps = 80;
-constexpr std::size_t kPieces = 24;   // of a path
-constexpr std::size_t kNodes = 600;   // of the coarse body
-constexpr double kGuideWeight = 0.3;  // of a node of the coarse body, as those of surface matches
-constexpr double kSoftAnchor = 0.01;  // of the diagonal: a tolerance at which an anchor's weight is half
+constexpr std::size_t kPathPieces = 24;
+constexpr std::size_t kBodyNodes = 600;  // of the coarse body
+constexpr double kGuideWeight = 0.3;     // of a node of the coarse body, in the units of surface matches
+constexpr double kSoftTolerance = 0.01;  // of the diagonal: the tolerance at which an anchor's weight is half
 // The map:
-constexpr double kMapAnchor = 0.02;  // weight of one of its pairs beside a landmark's
-constexpr std::size_t kMapAnchors = 1500;
-constexpr std::size_t kMapRows = 600;
-constexpr double kMapWeight = 0.4;  // as those of surface matches
+constexpr double kMapAnchorWeight = 0.02;  // of a pair, relative to a landmark
+constexpr std::size_t kMaxMapAnchors = 1500;
+constexpr std::size_t kMaxMapRows = 600;
+constexpr double kMapWeight = 0.4;  // in the units of surface matches
 // The surface:
-constexpr double kAlong = 0.8;  // of the displacement that a match asks for, along the target's normal
-constexpr double kAcross = 0.4;
-constexpr double kMax99 = 2.5;         // stretch of 99% of the triangles that surfaces may ask for
-constexpr double kEdges = 1.5;         // grids are not finer than so many mean edges
-constexpr double kCloseEnough = 5e-5;  // of the diagonal: the median distance along normals
+constexpr double kNormalShare = 0.8;  // of a match's displacement, along the target's normal, that a step covers
+constexpr double kTangentShare = 0.4;
+constexpr double kMaxStretch99 = 2.5;     // the stretch of 99% of the triangles after matching
+constexpr double kMinSpacingEdges = 1.5;  // the finest spacing, in mean edges
+constexpr double kMinDistance = 5e-5;     // of the diagonal: matching ends at this median distance along normals
 constexpr std::size_t kCandidates = 8000;
-constexpr std::size_t kLookedAt = 3000;  // vertices of each shape between levels
+constexpr std::size_t kDistanceSamples = 3000;  // vertices of each shape between levels
 constexpr std::size_t kAlignSamples = 400;
-constexpr std::size_t kGrowthLookedAt = 400;  // vertices at which det J is measured
-constexpr int kAgain = 3;                     // times that a stage begins again where triangles cross
-constexpr std::size_t kFewCrossed = 600;      // vertices of triangles that cross: with more a stage is given up
+constexpr std::size_t kGrowthSamples = 400;  // vertices at which det J is measured
+constexpr int kMaxRepeats = 3;               // of a stage in which triangles cross
+constexpr std::size_t kMaxCrossed = 600;     // vertices of crossing triangles: with more, a stage is not repeated
 constexpr std::size_t kTipNodes = 250;
 constexpr std::size_t kTipSamples = 1500;
-constexpr double kMuchNearer = 0.6;  // of the distance as it is: only then a shape is aligned by itself
-constexpr double kFarApart = 0.05;   // of the diagonal
+constexpr double kMaxAlignRatio = 0.6;    // automatic alignment needs a distance below this fraction of the one before
+constexpr double kMinAlignOffset = 0.05;  // and a distance before above this fraction of the diagonal
 
 // A level of the surface stage.
 struct Level {
   double spacing;  // of the diagonal
   int rounds;
-  double first_weight;  // of a match; grows to
-  double last_weight;
+  double first_weight;  // of a match in the first round
+  double last_weight;   // and in the last one
   std::size_t samples;  // of each surface
 };
 constexpr Level kLevels[] = {{0.1, 8, 0.2, 0.8, 900},
@@ -73,16 +74,16 @@ constexpr Level kLevels[] = {{0.1, 8, 0.2, 0.8, 900},
                              {0.05, 6, 4, 6, 1500},
                              {0.035, 4, 6, 6, 3000}};
 
-// Tells whether a source that has grown as a whole is the better start.
+// The level that decides whether a source that has grown as a whole is the better start.
 constexpr Level kGrowthTrial{0.1, 4, 0.2, 0.8, 900};
 
 void require(bool holds, const std::string& what) {
   if (!holds) throw InvalidInput(what);
 }
 
-Vec3d clipped(const Vec3d& v, double most) {
+Vec3d clipped(const Vec3d& v, double max_length) {
   const double length = norm(v);
-  return length > most ? v * (most / length) : v;
+  return length > max_length ? v * (max_length / length) : v;
 }
 
 class Fitter {
@@ -92,15 +93,15 @@ class Fitter {
   BodyFit run();
 
  private:
-  // A stage's result, and how good it is.
+  // The result of a stage and its quality.
   struct Result {
     FitMotion motion;
     double distance = 0;
     double stretch = 1;
-    double most_99 = 1;
+    double stretch_99 = 1;
     std::size_t crossings = 0;
     std::size_t crossings_new = 0;
-    std::vector<std::uint32_t> crossed;  // vertices of the triangles that cross anew
+    std::vector<std::uint32_t> crossed;  // vertices of newly crossing triangles
     bool is_sound = false;
     std::string stage;
   };
@@ -125,10 +126,10 @@ class Fitter {
   void keep_better(Result result);
   SelfIntersections crossings_of(std::span<const Vec3d> positions) const;
   void finish(BodyFit& fit);
-  // From the target, by at most so many vertices of each; 0: all.
-  FitDistance distance(std::size_t most) const {
+  // Returns the distance from the target by at most `max_vertices` vertices of each shape; 0: all.
+  FitDistance distance(std::size_t max_vertices) const {
     return distance_of({motion_->positions(), triangles_}, {target_.positions, target_triangles_}, *target_tree_,
-                       {diagonal_, most, options_.threads, options_.progress});
+                       {diagonal_, max_vertices, options_.threads, options_.progress});
   }
 
   const Mesh& source_;
@@ -144,15 +145,15 @@ class Fitter {
   std::unique_ptr<FitMotion> motion_;
   std::vector<Stroke> strokes_;  // before those of the grids
   std::vector<Stroke> last_;     // after them
-  std::size_t tips_ = 0;         // that took the place of landmarks
+  std::size_t tips_ = 0;         // used as landmarks
   SelfIntersections crossings_before_;
-  double growth_ = 1;         // by which the source grows as a whole first
-  bool is_hopeless_ = false;  // another stiffness did not help where triangles cross
+  double growth_ = 1;             // the factor by which the source first grows as a whole
+  bool stiffness_fails_ = false;  // a stiffer body did not end crossings
   std::optional<Result> best_;
   BodyFitReport report_;
 };
 
-// What points of the two surfaces are matched with.
+// The points of the two surfaces that samples are matched with.
 struct Fitter::Surfaces {
   explicit Surfaces(const Fitter& fitter)
       : candidates(fitter.triangles_, fitter.rest_, kCandidates),
@@ -275,14 +276,14 @@ void Fitter::align() {
       to.push_back(pair.target);
     }
     const double before = rms_of({}, from, to);
-    const bool is_nearer = before > kFarApart * diagonal_ && rms_of(*map, from, to) < kMuchNearer * before;
+    const bool is_nearer = before > kMinAlignOffset * diagonal_ && rms_of(*map, from, to) < kMaxAlignRatio * before;
     if (!always && !is_nearer) return;
   } else if (!triangles_.empty() && !target_triangles_.empty()) {
     const SurfaceSamples of_source(triangles_, rest_, kAlignSamples);
     const SurfaceSamples of_target(target_triangles_, target_.positions, kAlignSamples);
     const SurfaceAlignment found =
         align_surfaces(of_source.at(triangles_, rest_), of_target.at(target_triangles_, target_.positions), diagonal_);
-    if (!always && !(found.distance < kMuchNearer * found.distance_before)) return;
+    if (!always && !(found.distance < kMaxAlignRatio * found.distance_before)) return;
     map = found.map;
   }
   if (!map) return;
@@ -300,7 +301,7 @@ void Fitter::align() {
   }
 }
 
-// People differ in size before they differ in build: the source grows as a whole where that brings it nearer.
+// Lets the source grow as a whole if this brings it nearer: people differ in size before they differ in build.
 bool Fitter::grow() {
   std::optional<Growth> growth;
   if (landmarks_.size() >= 3 || map_.size() >= 3) {
@@ -321,7 +322,7 @@ bool Fitter::grow() {
   return true;
 }
 
-// Pairs tell whether it should; surfaces are matched a little, from both starts.
+// Keeps the growth if it helps: pairs decide this; without them, the surfaces are matched a little from both starts.
 void Fitter::grow_if_nearer() {
   const FitMotion plain = *motion_;
   if (!grow()) return;
@@ -331,7 +332,7 @@ void Fitter::grow_if_nearer() {
     const auto distance_from = [&](const FitMotion& start) {
       *motion_ = start;
       match_level(kGrowthTrial, surfaces);
-      return distance(kLookedAt).mean;
+      return distance(kDistanceSamples).mean;
     };
     const bool is_nearer = distance_from(grown) < distance_from(plain);
     *motion_ = is_nearer ? grown : plain;
@@ -340,7 +341,7 @@ void Fitter::grow_if_nearer() {
   report_.notes.push_back(fmt::format("the source first grows as a whole by a factor of {:.3g}", growth_));
 }
 
-// Where nothing is given, ends of limbs take the place of landmarks until the surfaces are matched.
+// Uses ends of limbs as landmarks until the surfaces are matched, if no pairs are given.
 void Fitter::find_tips() {
   const std::vector<SurfaceSample> of_source =
       SurfaceSamples(triangles_, rest_, kTipSamples).at(triangles_, motion_->positions());
@@ -358,33 +359,34 @@ void Fitter::find_tips() {
   set_marks();
 }
 
-// Landmarks go on paths on which limbs turn about their joints; so do evenly spread pairs of the map. The nodes of the
-// coarse body guide what is between: else a limb whose ends come nearer for a moment buckles, and stays so.
+// Moves landmarks, and evenly spread pairs of the map, on paths on which limbs turn about their joints. The nodes of
+// the coarse body guide the rest: otherwise a limb whose ends approach each other for a moment buckles and stays
+// buckled.
 void Fitter::go_to_landmarks() {
   std::vector<Anchor> anchors;
   const std::vector<Vec3d> at = motion_->marks_at();
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
-    const double soft = landmarks_[i].tolerance / (kSoftAnchor * diagonal_);
+    const double soft = landmarks_[i].tolerance / (kSoftTolerance * diagonal_);
     anchors.push_back({at[i], landmarks_[i].target, 1 / (1 + soft * soft)});
   }
   const std::vector<Vec3d>& followers = motion_->followers();
-  const std::vector<std::uint32_t> chosen = spread_points(followers, kMapAnchors);
-  for (const std::uint32_t i : chosen) anchors.push_back({followers[i], map_[i].target, kMapAnchor, true});
-  CoarseBody body(motion_->positions(), triangles_, kNodes);
+  const std::vector<std::uint32_t> chosen = spread_points(followers, kMaxMapAnchors);
+  for (const std::uint32_t i : chosen) anchors.push_back({followers[i], map_[i].target, kMapAnchorWeight, true});
+  CoarseBody body(motion_->positions(), triangles_, kBodyNodes);
   body.pose(anchors, options_.progress);
   const std::size_t pairs = anchors.size();
   const std::vector<Anchor> nodes = body.node_anchors();
   anchors.insert(anchors.end(), nodes.begin(), nodes.end());
-  const std::vector<std::vector<Vec3d>> paths = body.paths(anchors, kPieces);
+  const std::vector<std::vector<Vec3d>> paths = body.paths(anchors, kPathPieces);
   double longest = 0;
   for (std::size_t i = 0; i < pairs; ++i) longest = std::max(longest, length_of_path(paths[i]));
   const auto steps =
-      std::clamp(static_cast<std::size_t>(std::ceil(longest / (kStep * diagonal_))), kMinSteps, kMaxSteps);
+      std::clamp(static_cast<std::size_t>(std::ceil(longest / (kMaxStep * diagonal_))), kMinSteps, kMaxSteps);
   std::vector<Vec3d> guides;
   for (std::size_t i = landmarks_.size(); i < anchors.size(); ++i) guides.push_back(anchors[i].from);
   motion_->set_guides(std::move(guides));
-  motion_->set_spacing(kSpacing * diagonal_);
-  const std::size_t stride = chosen.size() / kMapRows + 1;
+  motion_->set_spacing(kPathSpacing * diagonal_);
+  const std::size_t stride = chosen.size() / kMaxMapRows + 1;
   for (std::size_t step = 0; step < steps + 2; ++step) {
     const double time = std::min(1.0, (static_cast<double>(step) + 1) / static_cast<double>(steps));
     std::vector<Vec3d> to;
@@ -394,7 +396,7 @@ void Fitter::go_to_landmarks() {
       const bool is_node = k >= chosen.size();
       if (!is_node && k % stride != 0) continue;
       const Vec3d& p = motion_->guides()[k];
-      const Vec3d by = clipped(place_on(paths[landmarks_.size() + k], time) - p, 2 * kStep * diagonal_);
+      const Vec3d by = clipped(place_on(paths[landmarks_.size() + k], time) - p, 2 * kMaxStep * diagonal_);
       rows.push_back({{p}, {by}, is_node ? kGuideWeight : kMapWeight});
     }
     motion_->step(to, std::move(rows));
@@ -402,8 +404,8 @@ void Fitter::go_to_landmarks() {
   motion_->set_guides({});
 }
 
-// Rounds of a level. Returns whether the surfaces are still apart. Throws InvalidInput where it is too fine for the
-// shape.
+// Runs the rounds of a level. Returns true if the surfaces are still apart. Throws InvalidInput if the level is too
+// fine for the shape.
 bool Fitter::match_level(const Level& level, const Surfaces& surfaces) {
   const SurfaceSamples asking(triangles_, rest_, level.samples);
   const SurfaceSamples of_target(target_triangles_, target_.positions, level.samples);
@@ -421,9 +423,9 @@ bool Fitter::match_level(const Level& level, const Surfaces& surfaces) {
 void Fitter::match_surfaces() {
   const Surfaces surfaces(*this);
   const double edge = mean_edge(triangles_, rest_);
-  const double most_99 = best_->most_99;
+  const double stretch_99 = best_->stretch_99;
   for (const Level& level : kLevels) {
-    if (&level != &kLevels[0] && level.spacing * diagonal_ < kEdges * edge) return;
+    if (&level != &kLevels[0] && level.spacing * diagonal_ < kMinSpacingEdges * edge) return;
     bool goes_on = true;
     std::optional<Result> now;
     try {
@@ -433,7 +435,7 @@ void Fitter::match_surfaces() {
     }
     if (!now->is_sound && best_->is_sound) return;
     if (now->stretch > std::max(options_.max_stretch, best_->stretch)) return;
-    if (now->most_99 > std::max(kMax99, most_99)) return;
+    if (now->stretch_99 > std::max(kMaxStretch99, stretch_99)) return;
     keep_better(std::move(*now));
     if (!goes_on) return;
   }
@@ -446,18 +448,18 @@ bool Fitter::match_round(const Level& level, double weight, const SurfaceSamples
   const SampleTree source(candidates.at(triangles_, positions), kNormalLength * diagonal_);
   const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, options_.threads};
   const Matches matches = match(source, asking.at(triangles_, positions), target, of_target, options);
-  if (matches.median_along < kCloseEnough * diagonal_) return false;
+  if (matches.median_along < kMinDistance * diagonal_) return false;
   std::vector<VelocityRows> rows;
   for (const Match& m : matches.all) {
     if (motion_->is_stiff(m.at)) continue;
     const Vec3d along = m.normal * dot(m.normal, m.by);
-    const Vec3d by = clipped(along * kAlong + (m.by - along) * kAcross, kStep * diagonal_);
+    const Vec3d by = clipped(along * kNormalShare + (m.by - along) * kTangentShare, kMaxStep * diagonal_);
     rows.push_back({{m.at}, {by}, weight * m.weight});
   }
   std::vector<Vec3d> to;
   const std::vector<Vec3d> at = motion_->marks_at();
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
-    to.push_back(at[i] + clipped(landmarks_[i].target - at[i], kStep * diagonal_));
+    to.push_back(at[i] + clipped(landmarks_[i].target - at[i], kMaxStep * diagonal_));
   }
   motion_->step(to, std::move(rows));
   return true;
@@ -468,9 +470,9 @@ SelfIntersections Fitter::crossings_of(std::span<const Vec3d> positions) const {
   return self_intersections(triangles_, positions, {.threads = options_.threads, .progress = options_.progress});
 }
 
-// What a stage gives. Path lines never cross, but flat triangles between them may where a shape lies close upon itself.
-// So where some cross anew, the stage begins again with a body that is stiff about them, as long as that helps. Where
-// the source itself crosses it often does not.
+// Returns the result of a stage. Path lines never cross, but flat triangles may where parts of a shape are close
+// together. If there are new crossings, the stage is repeated with a body that is stiff around them, as long as that
+// helps. If the source itself crosses, it often does not.
 template <class Stage>
 Fitter::Result Fitter::result_of(const std::string& name, const Stage& stage) {
   const FitMotion start = *motion_;
@@ -479,7 +481,8 @@ Fitter::Result Fitter::result_of(const std::string& name, const Stage& stage) {
   const std::uint64_t work = options_.progress != nullptr ? options_.progress->done.load() - done : 0;
   Result best = look(name);
   std::vector<std::uint32_t> stiff = best.crossed;
-  for (int again = 0; again < kAgain && !is_hopeless_ && !stiff.empty() && stiff.size() <= kFewCrossed; ++again) {
+  for (int again = 0; again < kMaxRepeats && !stiffness_fails_ && !stiff.empty() && stiff.size() <= kMaxCrossed;
+       ++again) {
     if (options_.progress != nullptr) options_.progress->total += work;
     *motion_ = start;
     motion_->stiffen(stiff);
@@ -487,9 +490,9 @@ Fitter::Result Fitter::result_of(const std::string& name, const Stage& stage) {
     Result next = look(name);
     stiff.insert(stiff.end(), next.crossed.begin(), next.crossed.end());
     if (next.crossed.empty()) stiff.clear();
-    const double most = std::max(best.stretch, options_.max_stretch);
-    is_hopeless_ = 4 * next.crossings_new > best.crossings_new || next.stretch > most;
-    if (!is_hopeless_) best = std::move(next);
+    const double max_stretch = std::max(best.stretch, options_.max_stretch);
+    stiffness_fails_ = 4 * next.crossings_new > best.crossings_new || next.stretch > max_stretch;
+    if (!stiffness_fails_) best = std::move(next);
   }
   *motion_ = best.motion;
   motion_->stiffen({});
@@ -499,10 +502,10 @@ Fitter::Result Fitter::result_of(const std::string& name, const Stage& stage) {
 Fitter::Result Fitter::look(std::string stage) const {
   Result result{*motion_, 0, 1, 1, 0, 0, {}, false, std::move(stage)};
   const std::vector<Vec3d>& positions = motion_->positions();
-  result.distance = distance(kLookedAt).mean;
+  result.distance = distance(kDistanceSamples).mean;
   const SurfaceStretch stretch = surface_stretch(triangles_, rest_, positions);
   result.stretch = stretch.worst();
-  result.most_99 = stretch.percentile_99;
+  result.stretch_99 = stretch.percentile_99;
   const SelfIntersections crossings = crossings_of(positions);
   result.crossings = crossings.count;
   result.crossings_new = count_new(crossings, crossings_before_);
@@ -511,14 +514,15 @@ Fitter::Result Fitter::look(std::string stage) const {
   return result;
 }
 
-// A sound shape is better than one that is not; of two, the nearer one.
+// Keeps the better result: a sound one before others, then the nearer one.
 void Fitter::keep_better(Result result) {
   const bool is_better = !best_ || (result.is_sound && !best_->is_sound) ||
                          (result.is_sound == best_->is_sound && result.distance < best_->distance);
   if (is_better) best_ = std::move(result);
 }
 
-// What the grids leave: a few steps without time, then pins where landmarks are too dense for grids.
+// Moves landmarks exactly to their targets: by a few steps of no duration, then by pins if they are too dense for
+// grids.
 void Fitter::exactly_to_landmarks() {
   for (int again = 0; again < 3 && motion_->miss() > 0.3 * kFitExact * diagonal_; ++again) {
     std::vector<Vec3d> to;
@@ -569,7 +573,7 @@ void Fitter::finish(BodyFit& fit) {
   const int threads = options_.threads;
   report_.volume_error = relative(volume_of(source_, fit.positions, threads), volume_of(source_, rest_, threads));
   if (options_.volume == FitVolume::free) {
-    const auto [low, high] = growth_range(fit.strokes, rest_, {diagonal_, kGrowthLookedAt, threads, options_.progress});
+    const auto [low, high] = growth_range(fit.strokes, rest_, {diagonal_, kGrowthSamples, threads, options_.progress});
     report_.det_least = low;
     report_.det_greatest = high;
   }
@@ -585,8 +589,8 @@ void Fitter::finish(BodyFit& fit) {
 std::uint64_t fit_work(const Mesh& source, const BodyFitOptions& options) {
   std::size_t steps = options.landmarks.empty() && options.map.empty() ? 2 : 30;
   for (const Level& level : kLevels) steps += options.surface ? static_cast<std::size_t>(level.rounds) : 0;
-  constexpr std::size_t kStepsOfGrowth = 6;
-  if (options.volume == FitVolume::free) steps += kStepsOfGrowth + 2 * static_cast<std::size_t>(kGrowthTrial.rounds);
+  constexpr std::size_t kGrowthSteps = 6;
+  if (options.volume == FitVolume::free) steps += kGrowthSteps + 2 * static_cast<std::size_t>(kGrowthTrial.rounds);
   return source.vertex_count() * steps;
 }
 

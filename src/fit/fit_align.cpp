@@ -1,3 +1,4 @@
+// Checks of landmarks, and rigid maps and growths that bring pairs or surfaces together.
 #include "fit/fit_align.h"
 
 #include <fmt/format.h>
@@ -15,18 +16,18 @@ namespace knead::fit_detail {
 namespace {
 
 constexpr std::size_t kMaxLandmarks = 2000;
-constexpr int kAgain = 5;  // rounds in which pairs that disagree lose their weight
+constexpr int kWeightRounds = 5;  // in which pairs that disagree lose weight
 constexpr int kClosestRounds = 15;
-constexpr double kTrimmed = 0.8;       // of the closest points that count
-constexpr double kGrownNearer = 0.95;  // of the distance as it is: only then a shape grows as a whole
+constexpr double kClosestShare = 0.8;     // of the closest pairs that count
+constexpr double kMaxGrowthRatio = 0.95;  // of the distance after and before: with more, a shape does not grow
 
-struct Split {
+struct PointPairs {
   std::vector<Vec3d> from;
   std::vector<Vec3d> to;
 };
 
-Split split(std::span<const FitPair> pairs) {
-  Split result;
+PointPairs split(std::span<const FitPair> pairs) {
+  PointPairs result;
   for (const FitPair& pair : pairs) {
     result.from.push_back(pair.source);
     result.to.push_back(pair.target);
@@ -34,7 +35,7 @@ Split split(std::span<const FitPair> pairs) {
   return result;
 }
 
-// The half angle from 0 to pi / 2 of a turn, from + and * only (Newton's method).
+// Returns the half angle from 0 to pi / 2 of a turn, by + and * only (Newton's method).
 double half_angle(double sine, double cosine) {
   double angle = sine * std::numbers::pi / 2;
   for (int i = 0; i < 20; ++i) {
@@ -49,7 +50,7 @@ struct Axes {
   std::array<Vec3d, 3> directions;  // right-handed, by descending extent
 };
 
-// The principal axes of points, by Jacobi rotations of their covariance.
+// Returns the principal axes of points, by Jacobi rotations of their covariance.
 Axes axes_of(const std::vector<SurfaceSample>& samples) {
   Axes result{{0, 0, 0}, {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}};
   for (const SurfaceSample& s : samples) result.middle += s.point / static_cast<double>(samples.size());
@@ -111,9 +112,10 @@ double distance_of(const std::vector<SurfaceSample>& source, const std::vector<S
   return mean_distance(source, of_target, normal_length) + mean_distance(target, of_source, normal_length);
 }
 
-// The points of a source and the nearest ones of the target to where they are; the farthest pairs are left out.
-Split closest_pairs(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& now,
-                    const SampleTree& target) {
+// Returns the points of the source with the points of the target nearest to their present positions, without the
+// farthest pairs.
+PointPairs closest_pairs(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& now,
+                         const SampleTree& target) {
   std::vector<std::pair<double, std::size_t>> order;
   std::vector<Vec3d> places;
   for (std::size_t i = 0; i < source.size(); ++i) {
@@ -121,8 +123,8 @@ Split closest_pairs(const std::vector<SurfaceSample>& source, const std::vector<
     order.emplace_back(norm2(places.back() - now[i].point), i);
   }
   std::sort(order.begin(), order.end());
-  order.resize(static_cast<std::size_t>(kTrimmed * static_cast<double>(order.size())));
-  Split result;
+  order.resize(static_cast<std::size_t>(kClosestShare * static_cast<double>(order.size())));
+  PointPairs result;
   for (const auto& [distance, i] : order) {
     result.from.push_back(source[i].point);
     result.to.push_back(places[i]);
@@ -130,10 +132,10 @@ Split closest_pairs(const std::vector<SurfaceSample>& source, const std::vector<
   return result;
 }
 
-// Closest points from a start on.
+// Returns the map that iterated closest points reach from a start.
 RigidMap closest_points(const std::vector<SurfaceSample>& source, const SampleTree& target, RigidMap map) {
   for (int round = 0; round < kClosestRounds; ++round) {
-    const Split pairs = closest_pairs(source, moved(source, map), target);
+    const PointPairs pairs = closest_pairs(source, moved(source, map), target);
     map = nearest_rigid(pairs.from, pairs.to);
   }
   return map;
@@ -151,8 +153,8 @@ Vec3d mean_of(const std::vector<Vec3d>& points) {
   return sum / static_cast<double>(points.size());
 }
 
-// The growth with the least sum of squares.
-Growth nearest_growth(const Split& pairs) {
+// Returns the growth with the least sum of squares.
+Growth nearest_growth(const PointPairs& pairs) {
   Growth result{1, mean_of(pairs.from), mean_of(pairs.to)};
   double both = 0;
   double own = 0;
@@ -165,7 +167,7 @@ Growth nearest_growth(const Split& pairs) {
   return result;
 }
 
-double rms_of(const Growth& growth, const Split& pairs) {
+double rms_of(const Growth& growth, const PointPairs& pairs) {
   double sum = 0;
   for (std::size_t i = 0; i < pairs.from.size(); ++i) sum += norm2(growth(pairs.from[i]) - pairs.to[i]);
   return std::sqrt(sum / static_cast<double>(pairs.from.size()));
@@ -177,7 +179,7 @@ void require(bool holds, const std::string& what) {
 
 using Matrix4 = std::array<std::array<double, 4>, 4>;
 
-// One Jacobi rotation that makes the entry (p, q) of a symmetric matrix 0; `vectors` turn with it.
+// Makes the entry (p, q) of a symmetric matrix 0 by a Jacobi rotation, which it also applies to `vectors`.
 void rotate(Matrix4& m, Matrix4& vectors, std::size_t p, std::size_t q) {
   const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
   const double t = (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(1 + theta * theta));
@@ -198,23 +200,24 @@ void rotate(Matrix4& m, Matrix4& vectors, std::size_t p, std::size_t q) {
   }
 }
 
-// An eigenvector of the greatest eigenvalue. If others are as great, the combination of theirs that is nearest to the
-// first axis: points on a line, for instance, leave the turn about it open, which rounding must not decide.
+// Returns an eigenvector of the greatest eigenvalue. If several are equally great, returns the combination of their
+// vectors that is nearest to the first axis: points on a line, for instance, leave the turn about it undetermined, and
+// rounding must not decide it.
 std::array<double, 4> greatest_vector(Matrix4 m) {
-  constexpr int kSweeps = 12;
-  constexpr double kSmall = 1e-15;  // of the diagonal
-  constexpr double kAlike = 1e-6;
+  constexpr int kMaxSweeps = 12;
+  constexpr double kMaxRest = 1e-15;        // of off-diagonal entries, relative to the diagonal
+  constexpr double kEqualTolerance = 1e-6;  // of eigenvalues
   Matrix4 vectors{};
   double size = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     vectors[i][i] = 1;
     size = std::fmax(size, std::abs(m[i][i]));
   }
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     bool is_done = true;
     for (std::size_t p = 0; p < 4; ++p) {
       for (std::size_t q = p + 1; q < 4; ++q) {
-        if (!(std::abs(m[p][q]) > kSmall * size)) continue;
+        if (!(std::abs(m[p][q]) > kMaxRest * size)) continue;
         rotate(m, vectors, p, q);
         is_done = false;
       }
@@ -226,11 +229,11 @@ std::array<double, 4> greatest_vector(Matrix4 m) {
   std::array<double, 4> sum{};
   int count = 0;
   for (std::size_t i = 0; i < 4; ++i) {
-    if (m[i][i] < m[best][best] - kAlike * size) continue;
+    if (m[i][i] < m[best][best] - kEqualTolerance * size) continue;
     ++count;
     for (std::size_t k = 0; k < 4; ++k) sum[k] += vectors[0][i] * vectors[k][i];
   }
-  if (count > 1 && sum[0] > kAlike) return sum;
+  if (count > 1 && sum[0] > kEqualTolerance) return sum;
   return {vectors[0][best], vectors[1][best], vectors[2][best], vectors[3][best]};
 }
 
@@ -340,16 +343,16 @@ void require_near(const Box& source, const Box& target) {
 }
 
 void require_no_mirror(std::span<const FitPair> pairs, double diagonal) {
-  constexpr std::size_t kFewest = 4;
-  constexpr double kNear = 0.05;  // of the diagonal
-  constexpr double kBetter = 0.3;
-  if (pairs.size() < kFewest) return;
-  const Split s = split(pairs);
+  constexpr std::size_t kMinPairs = 4;
+  constexpr double kMinProperDistance = 0.05;  // of the diagonal
+  constexpr double kMaxMirrorRatio = 0.3;
+  if (pairs.size() < kMinPairs) return;
+  const PointPairs s = split(pairs);
   const double proper = rms_of(nearest_rigid(s.from, s.to), s.from, s.to);
   std::vector<Vec3d> mirrored = s.from;
   for (Vec3d& p : mirrored) p.x = -p.x;
   const double mirror = rms_of(nearest_rigid(mirrored, s.to), mirrored, s.to);
-  if (!(proper > kNear * diagonal && mirror < kBetter * proper)) return;
+  if (!(proper > kMinProperDistance * diagonal && mirror < kMaxMirrorRatio * proper)) return;
   throw InvalidInput(fmt::format(
       "the target's landmarks are the mirror image of the source's: they are {:.2g} of the diagonal from it, "
       "and {:.2g} from the shape as it is; mirror one shape and its landmarks, for instance by the sign of x",
@@ -358,9 +361,9 @@ void require_no_mirror(std::span<const FitPair> pairs, double diagonal) {
 
 std::optional<RigidMap> align_pairs(std::span<const FitPair> pairs) {
   if (pairs.size() < 3) return std::nullopt;
-  const Split s = split(pairs);
+  const PointPairs s = split(pairs);
   RigidMap map = nearest_rigid(s.from, s.to);
-  for (int again = 0; again < kAgain; ++again) {
+  for (int again = 0; again < kWeightRounds; ++again) {
     std::vector<double> distances;
     for (std::size_t i = 0; i < s.from.size(); ++i) distances.push_back(norm(map(s.from[i]) - s.to[i]));
     std::vector<double> sorted = distances;
@@ -416,7 +419,7 @@ std::optional<Growth> growth_of(const std::vector<SurfaceSample>& source, const 
   for (const SurfaceSample& s : source) size += norm2(s.point - a.middle);
   for (const SurfaceSample& s : target) size_of_target += norm2(s.point - b.middle);
   const double before = distance_of(source, target, of_target, normal_length);
-  double least = kGrownNearer * before;
+  double least = kMaxGrowthRatio * before;
   std::optional<Growth> best;
   for (const double factor : {1.0, by_volume, std::sqrt(size_of_target / size)}) {
     Growth growth{factor, a.middle, b.middle};
@@ -433,16 +436,16 @@ std::optional<Growth> growth_of(const std::vector<SurfaceSample>& source, const 
 
 std::optional<Growth> growth_of(std::span<const FitPair> pairs) {
   if (pairs.size() < 3) return std::nullopt;
-  const Split s = split(pairs);
+  const PointPairs s = split(pairs);
   const Growth growth = nearest_growth(s);
-  return rms_of(growth, s) < kGrownNearer * rms_of(Growth{}, s) ? std::optional(growth) : std::nullopt;
+  return rms_of(growth, s) < kMaxGrowthRatio * rms_of(Growth{}, s) ? std::optional(growth) : std::nullopt;
 }
 
 std::vector<Stroke> strokes_of(const RigidMap& map, const Vec3d& center, double radius) {
-  constexpr double kSmall = 1e-12;  // of the radius: nothing moves
+  constexpr double kNoMotion = 1e-12;  // relative to the radius
   std::vector<Stroke> strokes;
   const double sine = norm(map.turn.v);
-  if (sine > kSmall) {
+  if (sine > kNoMotion) {
     RotateStroke turn;
     turn.center = center;
     turn.axis = map.turn.v / sine;
@@ -452,7 +455,7 @@ std::vector<Stroke> strokes_of(const RigidMap& map, const Vec3d& center, double 
     strokes.emplace_back(turn);
   }
   const Vec3d shift = map(center) - center;
-  if (norm(shift) > kSmall * radius) {
+  if (norm(shift) > kNoMotion * radius) {
     ImplicitStroke push;
     push.path = {center, center + shift};
     push.inner = 1.05 * radius;

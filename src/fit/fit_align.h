@@ -1,4 +1,4 @@
-// Rigid maps, and moving a shape as a whole to where it is fitted from. Internal to the fit module.
+// Rigid maps and growths of a whole shape, with which a fit begins. Internal to the fit module.
 #pragma once
 
 #include <optional>
@@ -23,10 +23,10 @@ Turn operator*(const Turn& a, const Turn& b);
 inline Turn inverse(const Turn& turn) { return {turn.w, -turn.v}; }
 // Returns the turned vector.
 Vec3d operator*(const Turn& turn, const Vec3d& p);
-// Returns the part of a turn by less than 180 degrees; part 0: none, 1: all of it. About right in between.
+// Returns approximately the given part, from 0 to 1, of a turn by less than 180 degrees; exactly for 0 and 1.
 Turn part_of(const Turn& turn, double part);
-// Returns the greatest eigenvalue's unit vector of the quaternions' matrix for sum = sum of w_i to_i from_i^T: the
-// rotation that takes `from` nearest to `to`. Never a mirror image.
+// Returns the rotation that takes `from` nearest to `to`, given the sum of w_i to_i from_i^T (Horn 1987). Never a
+// mirror image.
 Turn nearest_turn(const Mat3d& sum);
 
 // p -> turn * (p - from) + to.
@@ -38,42 +38,42 @@ struct RigidMap {
   Vec3d operator()(const Vec3d& p) const { return turn * (p - from) + to; }
 };
 
-// Returns the rigid map that takes points nearest to their places, by weighted least squares. There is at least one
-// point, as many of each list, and weights above 0; empty: all 1.
+// Returns the rigid map that takes points nearest to their targets, by weighted least squares. The lists have the same
+// number of items, one at least. Weights are above 0; empty: all 1.
 RigidMap nearest_rigid(std::span<const Vec3d> from, std::span<const Vec3d> to, std::span<const double> weights = {});
 
-// Returns the root mean square of the distances that are left.
+// Returns the root mean square of the remaining distances.
 double rms_of(const RigidMap& map, std::span<const Vec3d> from, std::span<const Vec3d> to);
 
-// Throws InvalidInput for options that cannot be used, whatever the shapes are.
+// Throws InvalidInput for options out of range.
 void require_usable(const BodyFitOptions& options);
 
 // Throws InvalidInput for landmarks that would tear the shape: two that start at one point, or end at one.
 void require_apart(std::span<const FitPair> landmarks, double diagonal);
 
-// Throws InvalidInput where the places of the pairs are the mirror image of their points.
+// Throws InvalidInput if the targets of the pairs are the mirror image of their sources.
 void require_no_mirror(std::span<const FitPair> pairs, double diagonal);
 
-// Throws InvalidInput where boxes of the shapes lie so far apart that their surfaces cannot find each other.
+// Throws InvalidInput if the boxes of the shapes are too far apart for matching surfaces.
 void require_near(const Box& source, const Box& target);
 
-// Returns the rigid map that brings the pairs together; pairs that disagree with the others count little. Nothing for
-// fewer than three.
+// Returns the rigid map that brings the pairs together; pairs that disagree with the others have little weight. Returns
+// nothing for fewer than three pairs.
 std::optional<RigidMap> align_pairs(std::span<const FitPair> pairs);
 
-// How well two surfaces lie upon each other.
+// The best rigid alignment of two surfaces.
 struct SurfaceAlignment {
   RigidMap map;
   double distance = 0;         // the mean of points and normals after it
   double distance_before = 0;  // the same before it
 };
 
-// Tries the surfaces as they are, the four ways in which their principal axes can point, and those of the boxes'
-// centres, each followed by matching nearest points, and returns the best. Samples: 100 or more of each surface.
+// Returns the best alignment from these starts, each followed by iterated closest points: none, equal centres, and the
+// four directions of the principal axes. Samples: 100 or more of each surface.
 SurfaceAlignment align_surfaces(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& target,
                                 double diagonal);
 
-// A growth of the whole shape: x goes to to + (x - from) * factor.
+// A growth of the whole shape: maps x to to + (x - from) * factor.
 struct Growth {
   double factor = 1;
   Vec3d from;
@@ -82,15 +82,15 @@ struct Growth {
   Vec3d operator()(const Vec3d& x) const { return to + (x - from) * factor; }
 };
 
-// Returns the growth that brings the surfaces together, from factors of 1, of their sizes and of `by_volume` on, each
-// followed by matching nearest points; nothing where that does not bring them nearer. Samples as above.
+// Returns the best growth from three starts, each followed by iterated closest points: the factors 1, `by_volume` and
+// the ratio of the sizes. Returns nothing if none brings the surfaces nearer. Samples as above.
 std::optional<Growth> growth_of(const std::vector<SurfaceSample>& source, const std::vector<SurfaceSample>& target,
                                 double by_volume, double diagonal);
 
-// Returns the growth that brings the pairs together; nothing for fewer than three, and where they are not nearer.
+// Returns the growth that brings the pairs together; nothing for fewer than three, or if it does not bring them nearer.
 std::optional<Growth> growth_of(std::span<const FitPair> pairs);
 
-// Returns strokes that move what is within `radius` of `center` by the map: a rotation about the centre, and a
+// Returns strokes that move everything within `radius` of `center` by the map: a rotation about the centre, and a
 // translation.
 std::vector<Stroke> strokes_of(const RigidMap& map, const Vec3d& center, double radius);
 

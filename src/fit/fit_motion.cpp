@@ -1,3 +1,4 @@
+// Moves the shape of a fit by near-rigid steps, with patches around its landmarks.
 #include "fit/fit_motion.h"
 
 #include <algorithm>
@@ -14,26 +15,26 @@ namespace {
 
 using namespace detail;
 
-constexpr double kPatch = 0.025;         // size of a landmark's patch, of the diagonal
-constexpr double kPatchOfGap = 0.35;     // of the distance to the next landmark: an upper bound
-constexpr double kWeightOfMark = 600;    // by the number of a patch's points
-constexpr double kSoft = 5e-4;           // of the diagonal: a tolerance at which a landmark's weight is half
-constexpr double kNearlyOut = 0.8;       // of a tolerance: from here on a landmark gains weight, up to
-constexpr double kUrgent = 0.1;          // of an exact landmark's
+constexpr double kPatchSize = 0.025;     // of a landmark, of the diagonal
+constexpr double kMaxPatchShare = 0.35;  // of the distance to the next landmark
+constexpr double kMarkWeight = 600;      // of all points of a patch together
+constexpr double kSoftTolerance = 5e-4;  // of the diagonal: the tolerance at which a landmark's weight is half
+constexpr double kUrgentShare = 0.8;     // of its tolerance: beyond it a landmark gains weight,
+constexpr double kUrgentWeight = 0.1;    // up to this fraction of an exact landmark's
 constexpr int kCorrections = 2;          // of the wanted velocities, by where the landmarks arrive
-constexpr double kMaxCorrection = 0.25;  // of the spacing
-constexpr std::size_t kInside = 3000;
-constexpr double kCellsOfSample = 0.4;  // the samples' greatest spacing, in that of the grid
+constexpr double kMaxCorrection = 0.25;  // in spacings
+constexpr std::size_t kInsideSamples = 3000;
+constexpr double kMaxSampleSpacing = 0.4;  // in spacings of the grid
 constexpr double kSurfaceStiffness = 20;
-constexpr double kGrowthWeight = 0.1;    // of div v where volumes may change, beside the rest of the strain
-constexpr double kGrowthSpacing = 0.08;  // of the diagonal, while the whole shape grows
-constexpr double kGrowthStep = 0.04;     // of the diagonal: what a point moves in a step then
+constexpr double kFreeGrowthWeight = 0.1;        // of div v where volumes may change
+constexpr double kWantedGrowthWeight = 1.0 / 3;  // of div v where growth is wanted: the whole strain counts
+constexpr double kGrowthSpacing = 0.08;          // of the diagonal, while the whole shape grows
+constexpr double kMaxGrowthStep = 0.04;          // of the diagonal: the motion of a point in a step then
 constexpr std::size_t kMaxGrowthSteps = 80;
 constexpr std::size_t kGrowthRows = 300;
-constexpr double kAllOfStrain = 1.0 / 3;  // the same where growth is asked for
-constexpr double kStiff = 30;             // times as stiff, near vertices that crossed: nearer than
-constexpr double kStiffReach = 0.5;       // spacings
-constexpr double kExact = 1e-4;           // of the diagonal: smaller tolerances are met within each step
+constexpr double kStiffFactor = 30;          // near vertices that crossed
+constexpr double kStiffRadius = 0.5;         // around these, in spacings
+constexpr double kMaxExactTolerance = 1e-4;  // of the diagonal: landmarks with less are corrected within each step
 
 Flow flow_of(const PotentialGrid& grid) {
   Segment segment;
@@ -55,18 +56,18 @@ void FitMotion::set_marks(std::span<const Vec3d> points, std::vector<FitMark> ma
   marks_ = std::move(marks);
   patches_.clear();
   for (std::size_t i = 0; i < points.size(); ++i) {
-    double gap = kPatch * diagonal_ / kPatchOfGap;
+    double gap = kPatchSize * diagonal_ / kMaxPatchShare;
     for (std::size_t k = 0; k < points.size(); ++k) {
       if (k != i) gap = std::min(gap, norm(points[k] - points[i]));
     }
-    patches_.push_back(patch_about(points[i], kPatchOfGap * gap));
+    patches_.push_back(patch_about(points[i], kMaxPatchShare * gap));
   }
 }
 
 void FitMotion::set_spacing(double spacing) {
   const BodyPoints body = body_points(positions_, triangles_,
-                                      {.inside = kInside,
-                                       .most_spacing = kCellsOfSample * spacing,
+                                      {.inside = kInsideSamples,
+                                       .most_spacing = kMaxSampleSpacing * spacing,
                                        .shell_depth = 0.25 * spacing,
                                        .threads = threads_});
   body_ = {};
@@ -75,19 +76,19 @@ void FitMotion::set_spacing(double spacing) {
   std::fill_n(body_.stiffness.begin(), body.inside, 1.0);
   if (grows_) {
     body_.growth.assign(body_.points.size(), growth_);
-    body_.growth_weight = growth_ != 0 ? kAllOfStrain : kGrowthWeight;
+    body_.growth_weight = growth_ != 0 ? kWantedGrowthWeight : kFreeGrowthWeight;
   }
   before_.clear();
   lattice_ = {body_.points.front(), spacing};
   for (std::size_t i = 0; i < body_.points.size() && !stiff_.empty(); ++i) {
-    if (is_stiff(body_.points[i])) body_.stiffness[i] *= kStiff;
+    if (is_stiff(body_.points[i])) body_.stiffness[i] *= kStiffFactor;
   }
 }
 
 bool FitMotion::is_stiff(const Vec3d& at) const {
-  const double reach = kStiffReach * lattice_.spacing;
+  const double radius = kStiffRadius * lattice_.spacing;
   return std::any_of(stiff_.begin(), stiff_.end(),
-                     [&](std::uint32_t v) { return norm2(positions_[v] - at) < reach * reach; });
+                     [&](std::uint32_t v) { return norm2(positions_[v] - at) < radius * radius; });
 }
 
 std::vector<Vec3d> FitMotion::marks_at() const {
@@ -105,14 +106,14 @@ double FitMotion::miss() const {
   return greatest;
 }
 
-// A landmark that is about to leave its tolerance is held more firmly.
+// Gives more weight to a landmark that is about to leave its tolerance.
 double FitMotion::weight_of(std::size_t mark, const Vec3d& at) const {
   const double tolerance = marks_[mark].tolerance;
   if (!(tolerance > 0)) return 1;
-  const double soft = tolerance / (kSoft * diagonal_);
+  const double soft = tolerance / (kSoftTolerance * diagonal_);
   const double part = norm(at - marks_[mark].place) / tolerance;
-  const double urgent = std::clamp((part - kNearlyOut) / (1 - kNearlyOut), 0.0, 1.0);
-  return std::max(1 / (1 + soft * soft), kUrgent * urgent);
+  const double urgent = std::clamp((part - kUrgentShare) / (1 - kUrgentShare), 0.0, 1.0);
+  return std::max(1 / (1 + soft * soft), kUrgentWeight * urgent);
 }
 
 void FitMotion::move(const Flow& flow, std::vector<Vec3d>& points, Progress* progress) const {
@@ -128,7 +129,7 @@ void FitMotion::step(std::span<const Vec3d> to, std::vector<VelocityRows> rows) 
   const std::size_t others = rows.size();
   for (std::size_t i = 0; i < patches_.size(); ++i) {
     const std::vector<Vec3d>& patch = patches_[i];
-    const double weight = kWeightOfMark * weight_of(i, patch.front()) / static_cast<double>(patch.size());
+    const double weight = kMarkWeight * weight_of(i, patch.front()) / static_cast<double>(patch.size());
     rows.push_back({patch, std::vector<Vec3d>(patch.size(), to[i] - patch.front()), weight, true});
   }
   find_surroundings(body_, before_, rows, lattice_.spacing);
@@ -139,10 +140,10 @@ void FitMotion::step(std::span<const Vec3d> to, std::vector<VelocityRows> rows) 
     std::vector<Vec3d> arrived = marks_at();
     move(flow_of(grid), arrived, nullptr);
     for (std::size_t i = 0; i < patches_.size(); ++i) {
-      if (marks_[i].tolerance > kExact * diagonal_) continue;
+      if (marks_[i].tolerance > kMaxExactTolerance * diagonal_) continue;
       Vec3d miss = to[i] - arrived[i];
-      const double most = kMaxCorrection * lattice_.spacing;
-      if (norm(miss) > most) miss *= most / norm(miss);
+      const double max_miss = kMaxCorrection * lattice_.spacing;
+      if (norm(miss) > max_miss) miss *= max_miss / norm(miss);
       for (Vec3d& wanted : rows[others + i].wanted) wanted += miss;
     }
     grid = system.solve(rows);
@@ -151,11 +152,11 @@ void FitMotion::step(std::span<const Vec3d> to, std::vector<VelocityRows> rows) 
   grids_.push_back(std::move(grid));
 }
 
-// v = rate (x - middle) + shift, where the middle moves evenly.
+// Grows by v = rate (x - middle) + shift, where the middle moves evenly.
 void FitMotion::grow(double factor, const Vec3d& from, const Vec3d& to) {
   double longest = 0;
   for (const Vec3d& p : positions_) longest = std::max(longest, norm(to + (p - from) * factor - p));
-  const auto steps = std::clamp(static_cast<std::size_t>(std::ceil(longest / (kGrowthStep * diagonal_))),
+  const auto steps = std::clamp(static_cast<std::size_t>(std::ceil(longest / (kMaxGrowthStep * diagonal_))),
                                 std::size_t{1}, kMaxGrowthSteps);
   const double rate = elementary::log(factor) / static_cast<double>(steps);
   const Vec3d shift = (to - from) / static_cast<double>(steps);

@@ -1,3 +1,4 @@
+// Finds the ends of limbs of two surfaces, and the assignment of tips whose distances and poses agree best.
 #include "fit/fit_tips.h"
 
 #include <algorithm>
@@ -8,14 +9,14 @@ namespace knead::fit_detail {
 namespace {
 
 constexpr std::size_t kMaxTips = 8;
-constexpr std::size_t kFewestTips = 3;
-constexpr double kAbout = 0.2;       // of the greatest distance along the surface: a tip is the farthest there
-constexpr double kStandsOut = 1.15;  // a tip's mean distance from all others, of the median of all nodes
-constexpr double kAgree = 0.5;       // distances that differ by more than this part do not belong together
-constexpr std::size_t kTried = 12;   // sets of pairs whose poses are looked at
+constexpr std::size_t kMinTips = 3;
+constexpr double kTipRadiusFraction = 0.2;    // of the greatest distance along the surface: a tip is the farthest there
+constexpr double kMinRemoteness = 1.15;       // a tip's mean distance from all nodes, relative to the median node's
+constexpr double kMaxDistanceMismatch = 0.5;  // relative difference of the distances between matched tips
+constexpr std::size_t kMaxPosedSets = 12;     // sets of pairs whose poses are computed
 constexpr std::size_t kMaxSets = 20'000;
-constexpr double kMuchNearer = 0.85;  // of the mean square of the distance as it is
-constexpr double kTolerance = 0.03;   // of a tip's place, of the diagonal
+constexpr double kMaxSquareRatio = 0.85;  // of the mean square distance after and before: more is no improvement
+constexpr double kTipTolerance = 0.03;    // of a tip's position, of the diagonal
 
 using Distances = std::vector<std::vector<double>>;
 
@@ -36,20 +37,20 @@ Distances between(const CoarseBody& body, const std::vector<std::uint32_t>& tips
   return result;
 }
 
-// Which tip of the target each tip of the source is; -1: none.
+// The tip of the target for each tip of the source; -1: none.
 struct Assignment {
   std::vector<int> to;
   double discord = 0;  // the mean relative difference of distances
 };
 
-// All sets of pairs whose distances agree, as many pairs as possible.
+// Finds all sets of pairs whose distances agree, with as many pairs as possible.
 class Assigner {
  public:
   Assigner(const Distances& source, const Distances& target) : source_(source), target_(target) {}
 
   std::vector<Assignment> find() {
-    const std::size_t most = std::min(source_.size(), target_.size());
-    for (std::size_t wanted = most; wanted >= kFewestTips && found_.empty(); --wanted) {
+    for (std::size_t wanted = std::min(source_.size(), target_.size()); wanted >= kMinTips && found_.empty();
+         --wanted) {
       std::vector<int> to;
       extend(to, wanted, 0);
     }
@@ -86,7 +87,7 @@ class Assigner {
       if (to[k] < 0) continue;
       const double a = source_[i][k];
       const double b = target_[static_cast<std::size_t>(next)][static_cast<std::size_t>(to[k])];
-      if (difference(a, b) > kAgree) return false;
+      if (difference(a, b) > kMaxDistanceMismatch) return false;
     }
     return true;
   }
@@ -111,7 +112,7 @@ class Assigner {
   std::vector<Assignment> found_;
 };
 
-// The mean square of the distance: what is far away counts, and not that points of two surfaces never lie in one place.
+// Returns the mean square of the distance: large distances count, and the small ones between samples hardly do.
 double mean_square(const std::vector<SurfaceSample>& from, const SampleTree& to, double normal_length) {
   double sum = 0;
   for (const SurfaceSample& s : from) {
@@ -138,9 +139,10 @@ std::vector<std::uint32_t> tips_of(const CoarseBody& body) {
   const double median = sorted[sorted.size() / 2];
   std::vector<std::uint32_t> tips;
   for (std::uint32_t i = 0; i < count; ++i) {
-    bool is_tip = sums[i] > kStandsOut * median;
+    bool is_tip = sums[i] > kMinRemoteness * median;
     for (std::uint32_t k = 0; k < count && is_tip; ++k) {
-      if (k != i && distances[i][k] < kAbout * greatest) is_tip = std::pair(sums[k], k) < std::pair(sums[i], i);
+      if (k != i && distances[i][k] < kTipRadiusFraction * greatest)
+        is_tip = std::pair(sums[k], k) < std::pair(sums[i], i);
     }
     if (is_tip) tips.push_back(i);
   }
@@ -154,18 +156,18 @@ std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const
                                                const Progress* progress) {
   const std::vector<std::uint32_t> from = tips_of(source.body);
   const std::vector<std::uint32_t> to = tips_of(target.body);
-  if (std::min(from.size(), to.size()) < kFewestTips) return std::nullopt;
+  if (std::min(from.size(), to.size()) < kMinTips) return std::nullopt;
   const Distances of_source = between(source.body, from);
   const Distances of_target = between(target.body, to);
   std::vector<Assignment> sets = Assigner(of_source, of_target).find();
-  if (sets.size() > kTried) sets.resize(kTried);
+  if (sets.size() > kMaxPosedSets) sets.resize(kMaxPosedSets);
   const double normal_length = kNormalLength * diagonal;
   const SampleTree tree(target.samples, normal_length);
   const auto distance_of = [&](const std::vector<SurfaceSample>& posed) {
     return mean_square(posed, tree, normal_length) +
            mean_square(target.samples, SampleTree(posed, normal_length), normal_length);
   };
-  double best = kMuchNearer * distance_of(source.samples);
+  double best = kMaxSquareRatio * distance_of(source.samples);
   std::optional<std::vector<FitPair>> result;
   for (const Assignment& set : sets) {
     stop_if_cancelled(progress);
@@ -174,7 +176,7 @@ std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const
     for (std::size_t i = 0; i < set.to.size(); ++i) {
       if (set.to[i] < 0) continue;
       const Vec3d& place = target.body.nodes()[to[static_cast<std::size_t>(set.to[i])]];
-      pairs.push_back({source.body.nodes()[from[i]], place, kTolerance * diagonal});
+      pairs.push_back({source.body.nodes()[from[i]], place, kTipTolerance * diagonal});
       anchors.push_back({pairs.back().source, place});
     }
     CoarseBody posed = source.body;

@@ -1,4 +1,4 @@
-// A start for surfaces in different poses: which ends of limbs belong together. Internal to the fit module.
+// A start for surfaces in different poses: pairs of ends of limbs. Internal to the fit module.
 #pragma once
 
 #include <optional>
@@ -17,12 +17,12 @@ struct PosedSurface {
   const std::vector<SurfaceSample>& samples;
 };
 
-// Returns the nodes that are farthest from all others along the surface, each the farthest of those about it; at most
+// Returns the nodes that are farthest from all others along the surface, each the farthest of those around it. At most
 // eight, the farthest first.
 std::vector<std::uint32_t> tips_of(const CoarseBody& body);
 
-// Returns pairs of tips whose distances along the surfaces agree, so that the source in the pose that they ask for lies
-// much nearer to the target than as it is; nothing if no such pairs are found. Time: up to 2 s. Throws Cancelled.
+// Returns pairs of tips whose distances along the surfaces agree, and whose pose brings the source much nearer to the
+// target; nothing if there are no such pairs. Time: up to 2 s. Throws Cancelled.
 std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const PosedSurface& target, double diagonal,
                                                const Progress* progress);
 

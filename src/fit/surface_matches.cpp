@@ -27,16 +27,6 @@ double reversed_bits(std::uint32_t i) {
   return result;
 }
 
-// Unit normals of the vertices that triangles use.
-std::vector<Vec3d> normals_of(std::span<const Triangle> triangles, std::span<const Vec3d> positions) {
-  std::vector<Vec3d> normals(positions.size(), Vec3d{0, 0, 0});
-  for (const Triangle& t : triangles) {
-    const Vec3d n = cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
-    for (const std::uint32_t v : t) normals[v] += n;
-  }
-  return normals;
-}
-
 double median_of(std::vector<double> numbers) {
   if (numbers.empty()) return 0;
   const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
@@ -77,7 +67,7 @@ SurfaceSamples::SurfaceSamples(std::span<const Triangle> triangles, std::span<co
 
 std::vector<SurfaceSample> SurfaceSamples::at(std::span<const Triangle> triangles,
                                               std::span<const Vec3d> positions) const {
-  const std::vector<Vec3d> normals = normals_of(triangles, positions);
+  const std::vector<Vec3d> normals = area_weighted_normals(positions, triangles);
   std::vector<SurfaceSample> samples;
   samples.reserve(places_.size());
   for (const Place& place : places_) {

@@ -160,15 +160,6 @@ double area_of(std::span<const Vec3d> positions, std::span<const Triangle> trian
   return sum / 2;
 }
 
-std::vector<Vec3d> area_weighted_normals(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
-  std::vector<Vec3d> normals(positions.size());
-  for (const Triangle& t : triangles) {
-    const Vec3d n = cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
-    for (const std::uint32_t v : t) normals[v] += n;
-  }
-  return normals;
-}
-
 // Returns the points of an open surface or a cloud, and of the layer below the surface.
 BodyPoints shell_of(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                     const BodyPointsOptions& options) {
@@ -309,6 +300,15 @@ std::vector<std::uint32_t> spread_points(std::span<const Vec3d> points, std::siz
     std::vector<std::uint32_t> found = one_of_each_cell(points, box, spacing, count);
     if (!found.empty()) return found;
   }
+}
+
+std::vector<Vec3d> area_weighted_normals(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+  std::vector<Vec3d> normals(positions.size());
+  for (const Triangle& t : triangles) {
+    const Vec3d n = cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
+    for (const std::uint32_t v : t) normals[v] += n;
+  }
+  return normals;
 }
 
 std::vector<std::uint32_t> points_apart(std::span<const Vec3d> points, double spacing) {

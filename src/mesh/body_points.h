@@ -42,7 +42,10 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
 // its centre, in the order of the cells. The choice depends on the set of points, not on their order.
 std::vector<std::uint32_t> spread_points(std::span<const Vec3d> points, std::size_t count);
 
-// Returns the same for a lattice of this spacing, a length above the 2^-20th part of the points' extent.
+// Does this with a lattice of the given spacing, a length above the 2^-20th part of the points' extent.
 std::vector<std::uint32_t> points_apart(std::span<const Vec3d> points, double spacing);
+
+// Returns for each position twice the sum of the area vectors of its triangles.
+std::vector<Vec3d> area_weighted_normals(std::span<const Vec3d> positions, std::span<const Triangle> triangles);
 
 }  // namespace knead

@@ -1,3 +1,4 @@
+// Numbers the nodes of a lattice by nested dissection, and divides points into blocks for threads.
 #include "pose/lattice_nodes.h"
 
 #include <algorithm>
@@ -11,16 +12,16 @@ namespace knead::detail {
 
 namespace {
 
-constexpr double kMaxBox = 16e6;        // nodes in the box
-constexpr std::size_t kUndivided = 24;  // so few nodes are not divided any more
-constexpr int kSeparator = 3;           // layers: nodes that share a cell are at most 3 apart
-constexpr int kBlock = 3;               // cells along an axis: no node counts in a block and the next but one
+constexpr double kMaxBox = 16e6;         // nodes in the box
+constexpr std::size_t kMinDivided = 24;  // sets with at most so many nodes are not divided
+constexpr int kSeparator = 3;            // layers: nodes that share a cell are at most 3 apart
+constexpr int kBlock = 3;                // cells along an axis: a block and the next but one share no node
 
 bool before(const LatticeCell& a, const LatticeCell& b) {
   return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
 }
 
-// One of the 64 nodes that count in a cell.
+// Returns one of the 64 nodes of a cell.
 LatticeCell node_of(const LatticeCell& cell, std::size_t i) {
   return {cell[0] - 1 + static_cast<int>(i % 4), cell[1] - 1 + static_cast<int>(i / 4 % 4),
           cell[2] - 1 + static_cast<int>(i / 16)};
@@ -35,7 +36,7 @@ void dissect(std::span<LatticeCell> nodes) {
     if (box.high[other] - box.low[other] > box.high[axis] - box.low[axis]) axis = other;
   }
   std::sort(nodes.begin(), nodes.end(), before);
-  if (nodes.size() <= kUndivided || box.high[axis] - box.low[axis] <= kSeparator) return;
+  if (nodes.size() <= kMinDivided || box.high[axis] - box.low[axis] <= kSeparator) return;
   std::stable_sort(nodes.begin(), nodes.end(),
                    [=](const LatticeCell& a, const LatticeCell& b) { return a[axis] < b[axis]; });
   const int middle = std::clamp(nodes[nodes.size() / 2][axis] - 1, box.low[axis] + 1, box.high[axis] - kSeparator);
@@ -143,7 +144,7 @@ void LatticeNodes::rank_neighbors(std::size_t node) {
   }
 }
 
-// Of nodes that share a cell, each is a neighbour of those that are not after it.
+// Makes the nodes of a cell neighbours: each of those that are not after it.
 void LatticeNodes::add_ranks(const std::array<int, kCellNodes>& numbers) {
   for (std::size_t a = 0; a < kCellNodes; ++a) {
     for (std::size_t b = 0; b < kCellNodes && numbers[a] >= 0; ++b) {

@@ -1,4 +1,5 @@
-// What v = curl A and its strain at a point are, as rows over the coefficients of a grid. Internal to the pose module.
+// The rows of v = curl A and its strain over the coefficients of a grid, and the numbering of its nodes. Internal to
+// the pose module.
 #pragma once
 
 #include <algorithm>
@@ -16,13 +17,14 @@
 
 namespace knead::detail {
 
-// Nodes that count at a point: 4 along each axis. Node (i, j, k) of them is number i + 4 (j + 4 k).
+// The number of nodes whose basis functions are not 0 in a cell: 4 along each axis. Node (i, j, k) of them is number
+// i + 4 (j + 4 k).
 inline constexpr std::size_t kCellNodes = 64;
 
-// A cell of the lattice, named by its lowest corner. The nodes from `cell - 1` to `cell + 2` count in it.
+// A cell of the lattice, named by its lowest corner. Its 64 nodes lie from `cell - 1` to `cell + 2`.
 using LatticeCell = std::array<int, 3>;
 
-// Returns the cell that a place is in.
+// Returns the cell that holds a position.
 inline LatticeCell cell_of(const Vec3d& place, double spacing) {
   const auto along = [&](std::size_t axis) { return static_cast<int>(std::floor(place[axis] / spacing)); };
   return {along(0), along(1), along(2)};
@@ -31,7 +33,7 @@ inline LatticeCell cell_of(const Vec3d& place, double spacing) {
 // The values, or the products of derivatives, of the 64 basis functions at a point.
 using NodeWeights = std::array<double, kCellNodes>;
 
-// One row over the 64 nodes: what the coefficients' components are multiplied with.
+// One row over the 64 nodes: the factors of each component of the coefficients.
 using SplineRow = std::array<NodeWeights, 3>;
 
 // The derivatives of the basis functions at one point of a lattice with nodes at spacing * (i, j, k).
@@ -51,7 +53,7 @@ class SplineBasis {
   // The three rows of grad p, over the nodes' numbers of p.
   std::array<NodeWeights, 3> growth_velocity() const { return {product(1, 0, 0), product(0, 1, 0), product(0, 0, 1)}; }
 
-  // The six rows of the strain of grad p, as below.
+  // The six rows of the strain of grad p, as those of strain().
   std::array<NodeWeights, 6> growth_strain() const {
     return {product(2, 0, 0),       product(0, 2, 0),       product(0, 0, 2),
             root(product(1, 1, 0)), root(product(1, 0, 1)), root(product(0, 1, 1))};
@@ -121,7 +123,7 @@ class SplineBasis {
     for (double& weight : a) weight *= 1.41421356237309505;
     return a;
   }
-  // Times sqrt(1 / 2): what sqrt(2) times half a sum of two derivatives is made of.
+  // Times sqrt(1 / 2): sqrt(2) times half a sum of two derivatives.
   static NodeWeights half(const NodeWeights& a) {
     NodeWeights result;  // NOLINT(cppcoreguidelines-pro-type-member-init): all are written below
     for (std::size_t i = 0; i < kCellNodes; ++i) result[i] = 0.707106781186547524 * a[i];
@@ -145,10 +147,8 @@ std::vector<CellPoint> sorted_by_cells(std::vector<CellPoint> points);
 // The cells of a cube, each by the run of its points.
 using CellBlock = std::vector<std::span<const CellPoint>>;
 
-// Divides sorted points into blocks of cells, and these into lists: no node counts in two blocks of a list.
+// Divides sorted points into blocks of cells, and these into lists: two blocks of a list have no node in common.
 std::array<std::vector<CellBlock>, 8> blocks_of(const std::vector<CellPoint>& points);
-
-// The nodes of a lattice that count in some cells, and which of them meet. Internal to the pose module.
 
 // The box of some nodes.
 struct NodeBox {
@@ -163,30 +163,29 @@ struct NodeBox {
   }
 };
 
-// Nodes are numbered by nested dissection: half of a box, the other half, then the three layers that separate them, so
-// that a Cholesky factor has few entries. The numbers depend on the set of cells alone.
+// The nodes of some cells, numbered by nested dissection so that a Cholesky factor has few entries: half of a box, the
+// other half, then the three layers between them. The numbers depend on the set of cells alone.
 class LatticeNodes {
  public:
   LatticeNodes() = default;
-  // The nodes that count in one of the cells, and are kept; nodes also meet in the others. threads as for parallel_for.
-  // Throws InvalidInput where
-  // the cells are too far apart for a grid.
+  // Keeps the nodes of `cells` that is_kept() accepts; nodes are also neighbours if they share one of `others`. threads
+  // as for parallel_for. Throws InvalidInput if the cells are too far apart for a grid.
   explicit LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others = {},
                         const std::function<bool(const LatticeCell&)>& is_kept = {}, int threads = 0);
 
   std::size_t size() const { return nodes_.size(); }
 
-  // Returns the numbers of the 64 nodes that count in a cell; -1: not one of these nodes.
+  // Returns the numbers of the 64 nodes of a cell; -1 for a node that is not kept.
   std::array<int, kCellNodes> of_cell(const LatticeCell& cell) const;
 
-  // Returns the numbers of the nodes that share a cell with a node and are not before it, ascending: itself first.
+  // Returns the node and the later nodes that share a cell with it, ascending.
   std::span<const int> neighbors_after(int node) const {
     return {neighbors_.data() + begin_[static_cast<std::size_t>(node)],
             neighbors_.data() + begin_[static_cast<std::size_t>(node) + 1]};
   }
 
-  // Returns where `to` is among the neighbours after `from`, both given as places among a cell's 64 nodes; `number` is
-  // that of `from`.
+  // Returns the index of `to` among neighbors_after() `from`. Both are indices of a cell's 64 nodes; `number` is that
+  // of `from`.
   int rank(std::size_t from, std::size_t to, int number) const {
     return rank_[static_cast<std::size_t>(number) * kOffsets + offset_between(from, to)];
   }
@@ -241,7 +240,7 @@ class LatticeNodes {
 
   LatticeCell low_{};               // of the box of all nodes
   std::array<int, 3> counts_{};     // of nodes in it
-  std::vector<int> number_at_;      // in the box; -1: none
+  std::vector<int> number_at_;      // of each position in the box; -1: no node
   std::vector<LatticeCell> nodes_;  // by number
   std::vector<std::size_t> begin_;
   std::vector<int> neighbors_;

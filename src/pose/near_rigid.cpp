@@ -1,3 +1,4 @@
+// Assembles and solves the equations of the field that strains a body least.
 #include "pose/near_rigid.h"
 
 #include <fmt/format.h>
@@ -24,11 +25,11 @@ namespace {
 // rms of log stretch is 3% to 5% less, and a factor takes three times as long.
 constexpr std::size_t kComponents = 2;  // and one more where volumes may change: p
 constexpr std::size_t kMaxUnknowns = 15'000;
-// The middle of each cell is a sample, too, so that the field goes on beyond the body as it is within it: the body may
-// move there, and nodes that reach hardly a sample would be free.
+// The centre of each cell is a weak sample, too. It continues the field beyond the body, which may move there, and
+// determines nodes whose support holds hardly a sample.
 constexpr double kStiffnessAround = 1e-3;
 constexpr double kGrowthAround = 1.0 / 3;  // weight of div v there: that of any other strain
-constexpr std::uint32_t kCellMiddle = 1;   // in the place of a list
+constexpr std::uint32_t kCellMiddle = 1;   // marks such a sample in CellPoint::list
 constexpr std::size_t kRowsAtOnce = 6;     // those of a sample's strain
 constexpr std::size_t kAlignment = 64;     // bytes, of the widest registers
 
@@ -91,8 +92,8 @@ std::array<DenseRow<components>, kStrainRows<components>> strain_rows(const Spli
   }
 }
 
-// Adds the products of each row's numbers to the upper triangle of a matrix, or sets it to them. What is below is not
-// used; some of it is written, so that all begins where a register's numbers do.
+// Adds the products of each row's numbers to the upper triangle of a matrix, or sets it to them. Also writes some
+// unused entries of the lower triangle, to keep loads and stores aligned.
 template <std::size_t kRowNumbers, bool is_first>
 [[gnu::always_inline]] inline void sum_products(const double* __restrict unaligned_rows,
                                                 double* __restrict unaligned_products) {
@@ -162,19 +163,6 @@ std::vector<int> spin_numbers(std::span<const VelocityRows> rows) {
   return numbers;
 }
 
-}  // namespace
-
-struct NearRigidSystem::Equations {
-  Lattice lattice;
-  LatticeNodes nodes;
-  std::size_t components = kComponents;
-  double mean_diagonal = 0;  // of the strain
-  SparseCholesky factor;
-  std::vector<double> wanted{};  // the right side of the strain and growth that are wanted, of the nodes; or empty
-};
-
-namespace {
-
 // Fills the matrix of NearRigidSystem::Equations.
 template <std::size_t components>
 class Assembly {
@@ -226,8 +214,8 @@ class Assembly {
         threads_);
   }
 
-  // Returns the matrix; sets the mean diagonal of the strain, and the right side of the strain and the growth that are
-  // wanted: empty if none are.
+  // Returns the matrix. Sets the mean diagonal of the strain, and the right side for wanted strain and growth: empty if
+  // none are wanted.
   SymmetricMatrix fill(const LatticeNodes& nodes, double& mean_diagonal, std::vector<double>& wanted) {
     nodes_ = &nodes;
     spins_ = spin_numbers(rows_);
@@ -262,15 +250,15 @@ class Assembly {
     cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   }
 
-  // Cells in which all rests give way next to others, and get nodes, too; farther ones are touched by nodes.
+  // Resting cells next to others get nodes and may deform; those a little farther are touched by nodes.
   void divide(std::vector<LatticeCell> resting) {
-    constexpr int kGiving = 1;  // cells
-    constexpr int kReach = 3;
+    constexpr int kGiving = 1;   // the distance in cells up to which they get nodes
+    constexpr int kTouched = 3;  // and up to which nodes touch them
     sort_cells(resting);
-    const auto is_near = [](const LatticeCell& cell, const std::vector<LatticeCell>& others, int most) {
-      for (int x = -most; x <= most; ++x) {
-        for (int y = -most; y <= most; ++y) {
-          for (int z = -most; z <= most; ++z) {
+    const auto is_near = [](const LatticeCell& cell, const std::vector<LatticeCell>& others, int distance) {
+      for (int x = -distance; x <= distance; ++x) {
+        for (int y = -distance; y <= distance; ++y) {
+          for (int z = -distance; z <= distance; ++z) {
             const LatticeCell near{cell[0] + x, cell[1] + y, cell[2] + z};
             if (std::binary_search(others.begin(), others.end(), near)) return true;
           }
@@ -286,17 +274,17 @@ class Assembly {
     sort_cells(cells_);
     for (const LatticeCell& cell : resting) {
       const bool has_nodes = std::binary_search(cells_.begin(), cells_.end(), cell);
-      if (!has_nodes && is_near(cell, cells_, kReach)) touched_.push_back(cell);
+      if (!has_nodes && is_near(cell, cells_, kTouched)) touched_.push_back(cell);
     }
   }
 
-  // Drops points in cells where no node counts.
+  // Drops points in cells without unknown nodes.
   static void drop_far(const std::vector<LatticeCell>& cells, std::vector<CellPoint>& points) {
     std::erase_if(points, [&](const CellPoint& p) { return !std::binary_search(cells.begin(), cells.end(), p.cell); });
   }
 
-  // The columns of spins hold their own 3 x 3 and the nodes about their patch; those of nodes the neighbours with
-  // greater numbers.
+  // The columns of a spin hold its own 3 x 3 block and the nodes around its patch; those of a node hold its neighbours
+  // with greater numbers.
   void make_pattern() {
     first_ = static_cast<std::size_t>(spins_.back());
     std::vector<int>& rows = matrix_.rows;
@@ -323,7 +311,7 @@ class Assembly {
     matrix_.values.assign(rows.size(), 0.0);
   }
 
-  // The sorted numbers of all nodes that count at the points.
+  // Returns the sorted numbers of all nodes whose support holds one of the points.
   std::vector<int> nodes_about(const std::vector<Vec3d>& points) const {
     std::vector<int> near;
     for (const Vec3d& p : points) {
@@ -335,7 +323,7 @@ class Assembly {
     return near;
   }
 
-  // Of a sample, by the number of all.
+  // Returns the stiffness of a sample divided by the number of samples.
   double stiffness_of(const CellPoint& point) const {
     const double stiffness = point.list == kCellMiddle ? kStiffnessAround
                              : body_.stiffness.empty() ? 1.0
@@ -352,7 +340,7 @@ class Assembly {
     rows.insert(rows.end(), strain.begin(), strain.end());
   }
 
-  // Adds what is wanted of the rows of a cell's samples to the right side.
+  // Adds the wanted strain and growth at a cell's samples to the right side.
   void add_wanted_strain(std::span<const CellPoint> run, std::span<const Row> rows, std::vector<double>& side) const {
     constexpr double kRoot = std::numbers::sqrt2;
     Row sum{};
@@ -398,7 +386,7 @@ class Assembly {
     rows.push_back(along);
   }
 
-  // Adds the products of the rows at each cell's points to the matrix, blocks that share no node side by side.
+  // Adds the products of the rows at each cell's points to the matrix. Blocks that share no node run in parallel.
   template <class Append>
   void add_runs(const std::vector<CellPoint>& points, const Append& append) {
     for (const std::vector<CellBlock>& blocks : blocks_of(points)) {
@@ -454,7 +442,8 @@ class Assembly {
     return matrix_.values[static_cast<std::size_t>(std::lower_bound(begin, end, row) - matrix_.rows.begin())];
   }
 
-  // Of a patch with the velocity w x d besides that of its middle: the rows get -(w x d).
+  // Adds the rows of a patch's spin w: a point at d from the centre has the velocity w x d besides that of the centre,
+  // so its rows get -(w x d).
   void add_spin(std::size_t list) {
     const VelocityRows& patch = rows_[list];
     const Vec3d middle = mean_of(patch.points);
@@ -487,13 +476,13 @@ class Assembly {
   std::span<const VelocityRows> rows_;
   int threads_;
   const Progress* progress_;
-  std::vector<LatticeCell> cells_;    // whose nodes are unknown, ascending
-  std::vector<LatticeCell> touched_;  // others of the body, in which some of these nodes count, ascending
+  std::vector<LatticeCell> cells_;    // with unknown nodes, ascending
+  std::vector<LatticeCell> touched_;  // other cells of the body inside the support of such nodes, ascending
   std::vector<CellPoint> samples_;
   std::vector<CellPoint> wanted_;
   const LatticeNodes* nodes_ = nullptr;
   std::vector<int> spins_;
-  std::size_t first_ = 0;  // unknown of the nodes
+  std::size_t first_ = 0;  // the first unknown of the nodes
   double unit_ = 0;        // of the rows' weights
   SymmetricMatrix matrix_;
 };
@@ -507,7 +496,7 @@ auto with_components(std::size_t components, const Body& body) {
 
 std::size_t components_of(const BodySamples& body) { return kComponents + (body.growth.empty() ? 0 : 1); }
 
-// Adds what the rows want to the right sides of the spin, if they have one, and of the nodes.
+// Adds the wanted velocities to the right sides of the spin, if the rows have one, and of the nodes.
 template <std::size_t components>
 void add_wanted(const VelocityRows& list, const Lattice& lattice, const LatticeNodes& nodes, double weight,
                 std::span<double> spin, std::span<double> side) {
@@ -533,6 +522,15 @@ void add_wanted(const VelocityRows& list, const Lattice& lattice, const LatticeN
 }
 
 }  // namespace
+
+struct NearRigidSystem::Equations {
+  Lattice lattice;
+  LatticeNodes nodes;
+  std::size_t components = kComponents;
+  double mean_diagonal = 0;  // of the strain
+  SparseCholesky factor;
+  std::vector<double> wanted{};  // the right side of the nodes for wanted strain and growth; or empty
+};
 
 std::size_t count_unknowns(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows) {
   return with_components(components_of(body), [&]<std::size_t components>() {

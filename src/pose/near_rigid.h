@@ -4,12 +4,11 @@
 // The field is v = curl A of a grid (knead/field.h). Its coefficients a minimise
 //     mean over the body's samples of stiffness |sym grad v|^2 + ridge |a|^2 + sum over rows of weight |row(v) -
 //     wanted|^2.
-// Where all that is near rests the coefficients are 0: a fine grid costs only what it moves.
-// Where volumes may change v = curl A + grad p, |sym grad v|^2 is that of its traceless part, and
-// stiffness growth_weight (div v - growth)^2 is added.
-// A body that is elastic wants its strain back: |sym grad v - strain|^2.
-// A rigid motion has no strain, so the flow moves rigidly wherever it can. A third of the unknowns is nearly free
-// (adding a gradient to A changes no v): the ridge takes care of that.
+// The coefficients are 0 where everything near rests, so a fine grid costs only what it moves.
+// If volumes may change, v = curl A + grad p; |sym grad v|^2 is then that of the traceless part, and
+// stiffness growth_weight (div v - growth)^2 is added. An elastic body adds its strain: |sym grad v - strain|^2.
+// A rigid motion has no strain, so the flow is as rigid as the rows allow. Adding a gradient to A changes no v, so a
+// third of the unknowns is nearly free; the ridge determines them.
 #pragma once
 
 #include <cstddef>
@@ -25,31 +24,29 @@
 
 namespace knead::detail {
 
-// Points of the body, evenly spread.
+// Evenly spread points of the body. The other lists have an item for each point, or are empty.
 struct BodySamples {
   std::vector<Vec3d> points;
-  std::vector<double> stiffness{};  // as many weights above 0; empty: all 1
-  std::vector<bool> held{};         // as many: what rests; empty: nothing does
-  // Where the body also is, or comes to while the field acts: the field is whole there, and goes on from the body as
-  // nearly rigidly as it can.
+  std::vector<double> stiffness{};  // weights above 0; empty: all 1
+  std::vector<bool> held{};         // the points that rest; empty: none
+  // Any number of positions that the body also occupies, now or while the field acts. The field is complete there and
+  // continues that of the body as rigidly as possible.
   std::vector<Vec3d> around{};
-  // Not empty: volumes may change; as many rates, what div v is wanted to be.
-  std::vector<double> growth{};
-  double growth_weight = 1.0 / 3;  // of div v; above 0. With 1/3 and a growth of 0 all of the strain counts
-  // Not empty: as many symmetric matrices, the strains that the field is wanted to make there in place of none.
-  std::vector<Mat3d> strain{};
-  // If given, v is exactly 0 outside of boxes that it accepts: only nodes with such a support are unknown.
+  std::vector<double> growth{};    // the wanted values of div v; empty: volumes stay
+  double growth_weight = 1.0 / 3;  // of div v; above 0. With 1/3 and a growth of 0 the whole strain counts
+  std::vector<Mat3d> strain{};     // the wanted strains, symmetric; empty: 0
+  // If given, only nodes whose support it accepts are unknown, so v is exactly 0 outside of these supports.
   std::function<bool(const Box&)> reach{};
 };
 
 // Points where velocities are wanted.
 struct VelocityRows {
   std::vector<Vec3d> points;
-  std::vector<Vec3d> wanted;     // as many velocities
+  std::vector<Vec3d> wanted;     // a velocity for each point
   double weight = 1;             // of each row, in units of the mean diagonal of the strain times spacing^2; above 0
-  bool spins = false;            // the points are a patch that also turns about its middle, by a rate that is not given
-  std::vector<Vec3d> normals{};  // as many unit vectors: only n.v is wanted; or empty: all of v
-  bool rests = false;            // the points hold, as held samples do
+  bool spins = false;            // the points are a patch that also turns about its centre at an unknown rate
+  std::vector<Vec3d> normals{};  // a unit vector for each point: only n.v is wanted; empty: the whole velocity
+  bool rests = false;            // the points rest, as held samples do
 };
 
 // The lattice that all grids of a motion share: nodes at origin + spacing (i, j, k).
@@ -61,7 +58,7 @@ struct Lattice {
 // Returns how many unknown coefficients there are.
 std::size_t count_unknowns(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows);
 
-// The equations of one moment, factorised: wanted velocities can be changed and solved for again.
+// The factorised equations for one moment. They can be solved again for other wanted velocities.
 class NearRigidSystem {
  public:
   static constexpr double kRidge = 1e-6;  // of the mean diagonal of the strain

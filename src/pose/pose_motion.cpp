@@ -1,3 +1,4 @@
+// Poses step by step: parts and pins ask for their rates, and the body follows as rigidly as it can.
 #include "pose/pose_motion.h"
 
 #include <fmt/format.h>
@@ -16,24 +17,24 @@ namespace knead::detail {
 namespace {
 
 constexpr double kMaxAngle = std::numbers::pi / 22;  // of a part in one segment
-// How far it moves there at most: so far of the diagonal, but within these bounds, of the spacing.
-constexpr double kUsualStep = 0.03;
+// The greatest motion of a part in one segment: a fraction of the diagonal, within bounds in spacings.
+constexpr double kStepFraction = 0.03;
 constexpr double kMinStep = 0.5;
 constexpr double kMaxStep = 1.5;
 // Weights of rows, in units of the mean diagonal of the strain times spacing^2.
-constexpr double kWeightOfPin = 600;  // by the number of its points
-constexpr double kWeightOfHold = 500;
-constexpr double kWeightOfPart = 5600;  // by the number of points, and for 150 unknowns
-constexpr double kUsualUnknowns = 150;
-constexpr double kMostUnknowns = 2000;  // that count for that
-constexpr double kWeightAcross = 200;
-constexpr double kMargin = 0.25;  // of the spacing, about all points
+constexpr double kPinWeight = 600;  // of all its points together
+constexpr double kHoldWeight = 500;
+constexpr double kPartWeight = 5600;  // of all its points together, for 150 unknowns; grows with their number
+constexpr double kMinWeightUnknowns = 150;
+constexpr double kMaxWeightUnknowns = 2000;
+constexpr double kAcrossWeight = 200;
+constexpr double kMargin = 0.25;  // around all points, in spacings
 constexpr int kMaxSegments = 2000;
-constexpr int kCorrections = 2;              // of the wanted velocities, by where the points arrive
-constexpr double kMaxCorrection = 0.25;      // of the spacing
-constexpr std::size_t kManyUnknowns = 9000;  // more than that are not begun with, and
-constexpr std::size_t kMaxInAStep = 12'000;  // more than that not gone on with, where a wider spacing is allowed
-constexpr double kTolerance = 1e-6;          // of the diagonal, for the body's own points
+constexpr int kCorrections = 2;                   // of the wanted velocities, by where the points arrive
+constexpr double kMaxCorrection = 0.25;           // in spacings
+constexpr std::size_t kMaxFirstUnknowns = 9000;   // with more, the first step widens the spacing, if that is allowed
+constexpr std::size_t kMaxStepUnknowns = 12'000;  // with more, a later step does
+constexpr double kTolerance = 1e-6;               // of the diagonal, for the body's own points
 
 double length_of(const std::vector<Vec3d>& path) {
   double length = 0;
@@ -41,7 +42,7 @@ double length_of(const std::vector<Vec3d>& path) {
   return length;
 }
 
-// The place on a path after a part of its length, from 0 to 1.
+// Returns the position on a path after a fraction of its length, from 0 to 1.
 Vec3d place_by_length(const std::vector<Vec3d>& path, double part) {
   double rest = part * length_of(path);
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
@@ -66,9 +67,10 @@ struct RigidRate {
   Vec3d at(const Vec3d& x) const { return velocity + cross(turn, x - middle); }
 };
 
-// The rate that is nearest to the velocities at points; points on a line do not say how they turn about it.
+// Returns the rate nearest to the velocities at the points. Points on a line leave the turn about it undetermined; a
+// little inertia makes it 0.
 RigidRate rigid_rate(const std::vector<Vec3d>& points, const std::vector<Vec3d>& velocities) {
-  constexpr double kLine = 1e-6;  // of the moment of inertia
+  constexpr double kExtraInertia = 1e-6;  // relative to the moment of inertia
   const auto count = static_cast<double>(points.size());
   RigidRate rate{{0, 0, 0}, {0, 0, 0}};
   for (const Vec3d& p : points) rate.middle += (p - points.front()) / count;
@@ -87,10 +89,9 @@ RigidRate rigid_rate(const std::vector<Vec3d>& points, const std::vector<Vec3d>&
     sum += square;
   }
   if (!(sum > 0)) return rate;
-  inertia.row0.x += kLine * sum;
-  inertia.row1.y += kLine * sum;
-  inertia.row2.z += kLine * sum;
-  // Cramer's rule
+  inertia.row0.x += kExtraInertia * sum;
+  inertia.row1.y += kExtraInertia * sum;
+  inertia.row2.z += kExtraInertia * sum;
   const double determinant = dot(inertia.row0, cross(inertia.row1, inertia.row2));
   rate.turn = (cross(inertia.row1, inertia.row2) * momentum.x + cross(inertia.row2, inertia.row0) * momentum.y +
                cross(inertia.row0, inertia.row1) * momentum.z) /
@@ -98,22 +99,22 @@ RigidRate rigid_rate(const std::vector<Vec3d>& points, const std::vector<Vec3d>&
   return rate;
 }
 
-// How far it goes at most in the whole pose.
+// Returns the greatest distance that a point of the part moves in the whole pose.
 double distance_of(const PosedPart& part) {
   constexpr int kPieces = 16;
-  double most = 0;
+  double greatest = 0;
   for (const Vec3d& start : part.points) {
     double distance = 0;
     for (int i = 0; i < kPieces && part.way; ++i) {
       distance += norm(part.way(start, (i + 1.0) / kPieces) - part.way(start, static_cast<double>(i) / kPieces));
     }
     if (!part.way) distance = std::abs(part.angle) * norm(cross(part.axis, start - part.center));
-    most = std::max(most, distance);
+    greatest = std::max(greatest, distance);
   }
-  return most + norm(part.translation);
+  return greatest + norm(part.translation);
 }
 
-// The rate at which a part goes its way in the middle of a step, times the step's time.
+// Returns the rate of a part in the middle of a step, times the step's duration.
 RigidRate rate_of(const PosedPart& part, double begin, double end) {
   const double middle = 0.5 * (begin + end);
   const double time = end - begin;
@@ -131,13 +132,13 @@ RigidRate rate_of(const PosedPart& part, double begin, double end) {
   return rigid_rate(places, velocities);
 }
 
-// A time of the pose: piece i of the paths lies between i and i + 1, and the last one ends at `pieces`. Parts that have
-// moved get one more step without time, in which they settle at their places.
+// The times at which the steps of a pose begin and end: piece i of the paths lies between i and i + 1. Parts that have
+// moved get one more step of no duration, in which they settle at their targets.
 class Schedule {
  public:
   explicit Schedule(const PoseProblem& problem)
       : problem_(problem),
-        longest_(std::clamp(kUsualStep * problem.diagonal, kMinStep * problem.spacing, kMaxStep * problem.spacing)) {
+        longest_(std::clamp(kStepFraction * problem.diagonal, kMinStep * problem.spacing, kMaxStep * problem.spacing)) {
     for (const PosedPin& pin : problem.pins) {
       if (pin.path.size() < 2) continue;
       const std::size_t own = pin.path.size() - 1;
@@ -163,7 +164,7 @@ class Schedule {
 
   const std::vector<double>& times() const { return times_; }
 
-  // From 0 to 1 over the whole pose.
+  // Returns the fraction of the whole pose, from 0 to 1.
   double part_at(double time) const { return time / static_cast<double>(pieces_); }
 
   Vec3d place_of(const PosedPin& pin, double time) const {
@@ -175,25 +176,25 @@ class Schedule {
   }
 
  private:
-  // A whole number, 1 or more.
+  // Returns the number of segments of a piece: a whole number, 1 or more.
   double segments_in(std::size_t piece) const {
     const double share = 1 / static_cast<double>(pieces_);
-    double most = 1;
+    double count = 1;
     for (const PosedPart& part : problem_.parts) {
       const double distance = distance_of(part);
-      most = std::max({most, share * std::abs(part.angle) / kMaxAngle, share * distance / longest_});
+      count = std::max({count, share * std::abs(part.angle) / kMaxAngle, share * distance / longest_});
     }
     for (const PosedPin& pin : problem_.pins) {
-      if (pin.turn) most = std::max(most, share * norm(*pin.turn) / kMaxAngle);
+      if (pin.turn) count = std::max(count, share * norm(*pin.turn) / kMaxAngle);
       if (pin.path.size() < 2) continue;
       const double distance = together_ ? norm(pin.path[piece + 1] - pin.path[piece]) : length_of(pin.path);
-      most = std::max(most, distance / longest_);
+      count = std::max(count, distance / longest_);
     }
-    return std::ceil(most * (1 - 1e-9));
+    return std::ceil(count * (1 - 1e-9));
   }
 
   const PoseProblem& problem_;
-  double longest_ = 0;  // that anything moves in a segment
+  double longest_ = 0;  // motion in a segment
   std::size_t pieces_ = 0;
   bool together_ = true;  // the paths advance piece by piece
   std::vector<double> times_;
@@ -245,20 +246,20 @@ class PoseRun::Motion {
     for (const PosedPart& part : problem_.parts) {
       starts_.push_back(part.points);
       checked_.push_back(part.checked);
-      rows_.push_back({part.points, part.points, kWeightOfHold});
+      rows_.push_back({part.points, part.points, kHoldWeight});
     }
     for (const PosedPin& pin : problem_.pins) {
       std::vector<Vec3d> patch = patch_about(pin.path.front(), pin.size);
-      const double weight = kWeightOfPin / static_cast<double>(patch.size());
+      const double weight = kPinWeight / static_cast<double>(patch.size());
       rows_.push_back({patch, patch, weight, !pin.turn});
     }
     if (problem_.across) {
       const std::size_t count = problem_.body.points.size();
-      rows_.push_back({problem_.body.points, std::vector<Vec3d>(count), kWeightAcross, false,
+      rows_.push_back({problem_.body.points, std::vector<Vec3d>(count), kAcrossWeight, false,
                        std::vector<Vec3d>(count, *problem_.across), true});
     }
     for (std::size_t i = 0; i < problem_.parts.size(); ++i) rows_[i].rests = problem_.parts[i].holds();
-    limit_unknowns(kManyUnknowns);
+    limit_unknowns(kMaxFirstUnknowns);
   }
 
   PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply) {
@@ -284,7 +285,7 @@ class PoseRun::Motion {
     stop_if_cancelled(problem_.progress);
     for (std::size_t i = 0; i < rows_.size(); ++i) want(i, from, to);
     find_surroundings(problem_.body, before_, rows_, problem_.spacing);
-    limit_unknowns(kMaxInAStep);
+    limit_unknowns(kMaxStepUnknowns);
     const NearRigidSystem system(lattice_, problem_.body, rows_, problem_.threads, problem_.progress);
     outcome_.unknowns = std::max(outcome_.unknowns, system.unknowns());
     PotentialGrid grid = system.solve(rows_);
@@ -299,10 +300,10 @@ class PoseRun::Motion {
     for (std::vector<Vec3d>& points : checked_) move(grid, points);
   }
 
-  // Makes the spacing wider until the unknowns are no more than so many.
-  void limit_unknowns(std::size_t most) {
+  // Widens the spacing until there are at most `max_unknowns` unknowns.
+  void limit_unknowns(std::size_t max_unknowns) {
     constexpr double kWider = 1.2;
-    while (problem_.spacing < problem_.most_spacing && count_unknowns(lattice_, problem_.body, rows_) > most) {
+    while (problem_.spacing < problem_.most_spacing && count_unknowns(lattice_, problem_.body, rows_) > max_unknowns) {
       problem_.spacing = std::min(problem_.most_spacing, kWider * problem_.spacing);
       lattice_.spacing = problem_.spacing;
     }
@@ -311,7 +312,7 @@ class PoseRun::Motion {
   bool is_part(std::size_t list) const { return list < problem_.parts.size(); }
   bool is_pin(std::size_t list) const { return !is_part(list) && list < problem_.parts.size() + problem_.pins.size(); }
 
-  // The rate at which a list goes from where it is to where it should be.
+  // Sets the wanted rate of a list: from its present position to its target.
   void want(std::size_t i, double from, double to) {
     const double begin = schedule_->part_at(from);
     const double end = schedule_->part_at(to);
@@ -336,11 +337,12 @@ class PoseRun::Motion {
     }
   }
 
-  // The same rate is wanted where the part comes to: else a thin part is bent a little more by each step.
+  // Wants the same rate at the positions to which the part moves: otherwise each step bends a thin part a little more.
   void want(const PosedPart& part, const std::vector<Vec3d>& starts, double begin, double end, VelocityRows& list) {
     const std::size_t count = starts.size();
-    list.weight = kWeightOfPart / static_cast<double>(count) *
-                  std::clamp(static_cast<double>(outcome_.unknowns), kUsualUnknowns, kMostUnknowns) / kUsualUnknowns;
+    list.weight = kPartWeight / static_cast<double>(count) *
+                  std::clamp(static_cast<double>(outcome_.unknowns), kMinWeightUnknowns, kMaxWeightUnknowns) /
+                  kMinWeightUnknowns;
     list.points.resize(count);
     list.wanted.resize(count);
     std::vector<Vec3d> misses;
@@ -357,7 +359,7 @@ class PoseRun::Motion {
     }
   }
 
-  // Adds to the wanted rates of the pins what is missing where they arrive.
+  // Adds the distance that a pin misses its target by to its wanted rate.
   void correct(const PotentialGrid& grid, double to) {
     for (std::size_t i = 0; i < problem_.pins.size(); ++i) {
       VelocityRows& list = rows_[problem_.parts.size() + i];
@@ -368,11 +370,11 @@ class PoseRun::Motion {
     }
   }
 
-  // Where parts contradict each other, corrections would grow without end.
+  // Limits corrections, which would grow without end where parts contradict each other.
   Vec3d clipped(const Vec3d& miss) const {
-    const double most = kMaxCorrection * problem_.spacing;
+    const double max_length = kMaxCorrection * problem_.spacing;
     const double length = norm(miss);
-    return length > most ? miss * (most / length) : miss;
+    return length > max_length ? miss * (max_length / length) : miss;
   }
 
   void find_misses(double time) {
@@ -405,12 +407,12 @@ class PoseRun::Motion {
   }
 
   PoseProblem problem_;
-  const Schedule* schedule_ = nullptr;  // while it goes
+  const Schedule* schedule_ = nullptr;  // during go()
   Lattice lattice_;
   std::vector<std::vector<Vec3d>> starts_;   // of the parts' points
   std::vector<std::vector<Vec3d>> checked_;  // of the parts, moved along
   std::vector<VelocityRows> rows_;           // of all parts, then of all pins
-  std::vector<Vec3d> before_;                // where the body's points were a step ago
+  std::vector<Vec3d> before_;                // the body's points one step earlier
   PoseOutcome outcome_;
 };
 

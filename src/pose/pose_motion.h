@@ -1,5 +1,5 @@
-// Poses: parts and pins that move to their places, and a body that follows as nearly rigidly as it can. Contains no
-// mesh. Internal to the library.
+// Poses: parts and pins move to their targets, and the body follows as rigidly as it can. Contains no mesh. Internal to
+// the library.
 #pragma once
 
 #include <cstddef>
@@ -13,55 +13,57 @@
 
 namespace knead::detail {
 
-// Points that move rigidly: by a screw about an axis, and a translation, at a constant rate. They hold by default.
+// Points that move rigidly at a constant rate: a rotation about an axis and a translation. By default they hold.
 struct PosedPart {
   std::vector<Vec3d> points;
   Vec3d axis{0, 0, 1};  // a unit vector
   Vec3d center{0, 0, 0};
   double angle = 0;  // radians
   Vec3d translation{0, 0, 0};
-  // In place of the centre and translation: where a point is at a time from 0 to 1. `angle` is the greatest turn then.
+  // Replaces the centre and translation: the position of a point at a time from 0 to 1. `angle` is then the greatest
+  // turn.
   std::function<Vec3d(const Vec3d& start, double time)> way{};
-  std::vector<Vec3d> checked{};  // more of its points, which ask for nothing: PoseOutcome::part_distance sees them, too
+  std::vector<Vec3d> checked{};  // more of its points, which only count for PoseOutcome::part_distance
 
   bool holds() const { return !way && angle == 0 && translation == Vec3d{0, 0, 0}; }
 };
 
-// A point that follows a path; what is within `size` of it moves as a rigid patch.
+// A point that follows a path. Everything within `size` of it moves as a rigid patch.
 struct PosedPin {
-  std::vector<Vec3d> path;  // 1 or more places: the first is where the point is; only one: the pin holds
+  std::vector<Vec3d> path;  // 1 or more positions, from that of the point; only one: the pin holds
   double size = 0;
-  std::optional<Vec3d> turn;  // the patch turns by so much, radians about this axis; std::nullopt: as the body takes it
+  std::optional<Vec3d> turn;  // of the patch: an axis times radians; std::nullopt: the body determines it
 };
 
+// What moves, and how it is solved for.
 struct PoseProblem {
   BodySamples body;
   std::vector<PosedPart> parts;
   std::vector<PosedPin> pins;
-  std::optional<Vec3d> across{};  // a unit vector along which hardly anything flows
+  std::optional<Vec3d> across{};  // a unit vector along which motion is resisted
   double spacing = 0;             // of the grids
-  double most_spacing = 0;        // up to which it grows where the unknowns would be too many
-  double diagonal = 0;            // of the shape: what accuracy is measured by
-  bool settles = true;            // a last step without time takes parts that moved to their places
+  double most_spacing = 0;        // the widest spacing, if the unknowns would be too many
+  double diagonal = 0;            // of the shape: accuracy is relative to it
+  bool settles = true;            // a last step of no duration moves parts exactly to their targets
   int threads = 0;
   Progress* progress = nullptr;
 };
 
+// The result of a pose.
 struct PoseOutcome {
   std::size_t segments = 0;
-  std::size_t unknowns = 0;    // the most of a segment
-  double part_distance = 0;    // greatest of a part's points from its rigid place, and of a pin from its place
+  std::size_t unknowns = 0;    // of the segment with most
+  double part_distance = 0;    // the greatest distance of a part's point or of a pin from its target
   bool stopped = false;        // apply returned false
-  std::vector<Vec3d> reached;  // where the points of parts and the pins are at the end
-  std::vector<Vec3d> places;   // as many: where they should be
+  std::vector<Vec3d> reached;  // the final positions of the points of parts and of the pins
+  std::vector<Vec3d> places;   // their targets
 };
 
-// Returns how many grids the pose becomes: none turns a part by more than 8 degrees, or moves it by more than 0.03
-// of the diagonal or half the spacing, and never by more than 1.5 spacings. A path that goes on only adds grids. Throws
-// InvalidInput if they are more than 2000.
+// Returns the number of grids of the pose: none turns a part by more than 8 degrees, or moves it by more than 0.03 of
+// the diagonal, within 0.5 to 1.5 spacings. Extending a path only adds grids. Throws InvalidInput for more than 2000.
 std::size_t pose_segments(const PoseProblem& problem);
 
-// A pose under way: the body, parts and pins where they are by now.
+// A pose in progress, with the present positions of the body, parts and pins.
 class PoseRun {
  public:
   explicit PoseRun(PoseProblem problem);
@@ -71,12 +73,12 @@ class PoseRun {
   PoseRun& operator=(const PoseRun&) = delete;
   ~PoseRun();
 
-  // Goes the ways of all parts and pins: calls apply(grid) with each grid of the flow, in order, until it returns
-  // false. Throws InvalidInput where the equations cannot be solved, and Cancelled. Time: about 0.1 s for each grid of
+  // Moves all parts and pins to their targets: calls apply(grid) with each grid of the flow, in order, until it returns
+  // false. Throws InvalidInput if the equations cannot be solved, and Cancelled. Time: about 0.1 s for each grid of
   // 2000 unknowns.
   PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply);
 
-  // Gives parts and pins ways to go on from where they are: as many, with their points at the very beginning.
+  // Gives parts and pins new targets. The lists have the same lengths, and hold the points as they were at the start.
   void set_ways(std::vector<PosedPart> parts, std::vector<PosedPin> pins);
 
  private:
@@ -84,14 +86,12 @@ class PoseRun {
   std::unique_ptr<Motion> motion_;
 };
 
-// Sets `body.around` for the next step of a motion: to places near the body's points as they are and as they would come
-// to if they moved on as since `before`, and near what the rows ask for. `before` (empty at the first step) becomes the
-// points as they are.
+// Sets `body.around` for the next step of a motion: to positions near the body's points, near their extrapolation from
+// `before`, and near the targets of the rows. Sets `before` (empty at the first step) to the body's points.
 void find_surroundings(BodySamples& body, std::vector<Vec3d>& before, std::span<const VelocityRows> rows,
                        double spacing);
 
-// Returns a point and the corners of an icosahedron about it: what moves as one rigid piece, such as the patch of a
-// pin.
+// Returns a point and the corners of an icosahedron around it: a patch that moves as one rigid piece.
 std::vector<Vec3d> patch_about(const Vec3d& p, double size);
 
 }  // namespace knead::detail

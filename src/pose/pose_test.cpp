@@ -1,3 +1,4 @@
+// Poses by near-rigid flows: parts and pins arrive, rigid motions stay rigid, the same bits.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -287,85 +287,6 @@ class Finder {
   Joints joints_;
 };
 
-}  // namespace
-
-Joints find_joints(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const Skin& skin,
-                   const SkinPose& pose, double detail) {
-  return Finder(positions, triangles, skin, pose).run(detail);
-}
-
-double SkinLimb::bending_length() const { return std::min(kLongest * radius, screw.angle * radius / (1 - kSqueezed)); }
-
-std::vector<Rigid> Joints::motions(std::size_t stage, double part) const {
-  std::vector<Rigid> result(limbs.size());
-  for (std::size_t i = 1; i < limbs.size(); ++i) {
-    const SkinLimb& limb = limbs[i];
-    const double done = limb.stage < stage ? 1 : limb.stage == stage ? part : 0;
-    result[i] = result[*limb.before] * limb.screw.at(done);
-  }
-  return result;
-}
-
-std::size_t Joints::main_limb(std::size_t vertex) const {
-  std::size_t limb = 0;
-  double most = 0;
-  for (std::size_t i = begin[vertex]; i < begin[vertex + 1]; ++i) {
-    if (!(weights[i].weight > most)) continue;
-    most = weights[i].weight;
-    limb = weights[i].bone;
-  }
-  return limb;
-}
-
-std::optional<std::size_t> Joints::rigid_limb(std::size_t vertex, double weight) const {
-  for (std::size_t i = begin[vertex]; i < begin[vertex + 1]; ++i) {
-    if (weights[i].weight > weight) return weights[i].bone;
-  }
-  return std::nullopt;
-}
-
-std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices) {
-  if (!skin.parents.empty()) return skin.parents;
-  // The tree of most shared weight (Prim).
-  const std::size_t bones = skin.rest.size();
-  std::vector<std::map<std::size_t, double>> shared(bones);
-  for (std::size_t v = 0; v < vertices; ++v) {
-    for (std::size_t i = skin.begin[v]; i < skin.begin[v + 1]; ++i) {
-      for (std::size_t k = skin.begin[v]; k < skin.begin[v + 1]; ++k) {
-        const BoneWeight& a = skin.weights[i];
-        const BoneWeight& b = skin.weights[k];
-        if (a.bone != b.bone && a.weight > 0 && b.weight > 0) shared[a.bone][b.bone] += a.weight * b.weight;
-      }
-    }
-  }
-  std::vector<std::int32_t> parents(bones, -1);
-  std::vector<bool> reached(bones, false);
-  for (std::size_t count = 0; count < bones; ++count) {
-    std::size_t next = bones;
-    double most = -1;
-    std::int32_t parent = -1;
-    for (std::size_t a = 0; a < bones; ++a) {
-      if (!reached[a]) continue;
-      for (const auto& [b, weight] : shared[a]) {
-        if (reached[b] || weight <= most) continue;
-        next = b;
-        most = weight;
-        parent = static_cast<std::int32_t>(a);
-      }
-    }
-    if (next == bones)
-      next = static_cast<std::size_t>(std::find(reached.begin(), reached.end(), false) - reached.begin());
-    reached[next] = true;
-    parents[next] = parent;
-  }
-  return parents;
-}
-
-// --- the steps of a stage
-// ---------------------------------------------------------------------------------------------
-
-namespace {
-
 using detail::Lattice;
 using detail::NearRigidSystem;
 using detail::VelocityRows;
@@ -561,6 +482,81 @@ class Motion {
 };
 
 }  // namespace
+
+Joints find_joints(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const Skin& skin,
+                   const SkinPose& pose, double detail) {
+  return Finder(positions, triangles, skin, pose).run(detail);
+}
+
+double SkinLimb::bending_length() const { return std::min(kLongest * radius, screw.angle * radius / (1 - kSqueezed)); }
+
+std::vector<Rigid> Joints::motions(std::size_t stage, double part) const {
+  std::vector<Rigid> result(limbs.size());
+  for (std::size_t i = 1; i < limbs.size(); ++i) {
+    const SkinLimb& limb = limbs[i];
+    const double done = limb.stage < stage ? 1 : limb.stage == stage ? part : 0;
+    result[i] = result[*limb.before] * limb.screw.at(done);
+  }
+  return result;
+}
+
+std::size_t Joints::main_limb(std::size_t vertex) const {
+  std::size_t limb = 0;
+  double most = 0;
+  for (std::size_t i = begin[vertex]; i < begin[vertex + 1]; ++i) {
+    if (!(weights[i].weight > most)) continue;
+    most = weights[i].weight;
+    limb = weights[i].bone;
+  }
+  return limb;
+}
+
+std::optional<std::size_t> Joints::rigid_limb(std::size_t vertex, double weight) const {
+  for (std::size_t i = begin[vertex]; i < begin[vertex + 1]; ++i) {
+    if (weights[i].weight > weight) return weights[i].bone;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices) {
+  if (!skin.parents.empty()) return skin.parents;
+  // The tree of most shared weight (Prim).
+  const std::size_t bones = skin.rest.size();
+  std::vector<std::map<std::size_t, double>> shared(bones);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    for (std::size_t i = skin.begin[v]; i < skin.begin[v + 1]; ++i) {
+      for (std::size_t k = skin.begin[v]; k < skin.begin[v + 1]; ++k) {
+        const BoneWeight& a = skin.weights[i];
+        const BoneWeight& b = skin.weights[k];
+        if (a.bone != b.bone && a.weight > 0 && b.weight > 0) shared[a.bone][b.bone] += a.weight * b.weight;
+      }
+    }
+  }
+  std::vector<std::int32_t> parents(bones, -1);
+  std::vector<bool> reached(bones, false);
+  for (std::size_t count = 0; count < bones; ++count) {
+    std::size_t next = bones;
+    double most = -1;
+    std::int32_t parent = -1;
+    for (std::size_t a = 0; a < bones; ++a) {
+      if (!reached[a]) continue;
+      for (const auto& [b, weight] : shared[a]) {
+        if (reached[b] || weight <= most) continue;
+        next = b;
+        most = weight;
+        parent = static_cast<std::int32_t>(a);
+      }
+    }
+    if (next == bones)
+      next = static_cast<std::size_t>(std::find(reached.begin(), reached.end(), false) - reached.begin());
+    reached[next] = true;
+    parents[next] = parent;
+  }
+  return parents;
+}
+
+// --- the steps of a stage
+// ---------------------------------------------------------------------------------------------
 
 Flow stage_flow(StageProblem& problem, std::size_t& unknowns) { return Motion(problem).run(unknowns); }
 
