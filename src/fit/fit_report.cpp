@@ -1,3 +1,4 @@
+// Measures of fits, and the sentence that says which bound a fit misses.
 #include "fit/fit_report.h"
 
 #include <fmt/format.h>
@@ -14,15 +15,15 @@ namespace knead::fit_detail {
 
 namespace {
 
-constexpr std::size_t kGrainOfReport = 64;
+constexpr std::size_t kReportGrain = 64;
 
 void add_distances(std::span<const Vec3d> from, const SurfaceTree& to, const Measuring& measuring,
                    std::vector<double>& distances) {
-  const std::size_t stride = measuring.most == 0 ? 1 : from.size() / measuring.most + 1;
+  const std::size_t stride = measuring.max_samples == 0 ? 1 : from.size() / measuring.max_samples + 1;
   const std::size_t count = (from.size() + stride - 1) / stride;
   const std::size_t first = distances.size();
   distances.resize(first + count);
-  parallel_for(count, kGrainOfReport, measuring.threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kReportGrain, measuring.threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(measuring.progress);
     for (std::size_t i = begin; i < end; ++i) distances[first + i] = to.closest(from[i * stride])->distance;
   });
@@ -113,7 +114,7 @@ GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3
     flow.segments.insert(flow.segments.end(), own.segments.begin(), own.segments.end());
   }
   std::vector<Vec3d> chosen;
-  for (const std::uint32_t i : spread_points(points, measuring.most)) chosen.push_back(points[i]);
+  for (const std::uint32_t i : spread_points(points, measuring.max_samples)) chosen.push_back(points[i]);
   AdvectOptions options;
   options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, measuring.length);
   options.threads = measuring.threads;
@@ -131,10 +132,8 @@ GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3
 
 namespace knead {
 
-// Of the diagonal: the greatest mean distance of surfaces that count as fitted.
-constexpr double kMaxMeanDistance = 3e-3;
-// Volumes that differ by more than this fraction hinder a fit.
-constexpr double kMaxVolumeDifference = 1e-3;
+constexpr double kMaxMeanDistance = 3e-3;      // of surfaces that count as fitted, of the diagonal
+constexpr double kMaxVolumeDifference = 1e-3;  // relative; a greater one hinders a fit that keeps the volume
 
 std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& options) {
   if (report.crossings_new > 0) {

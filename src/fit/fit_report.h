@@ -1,4 +1,4 @@
-// How good a fit is. Internal to the fit module.
+// Distances, volumes and crossings of fits. Internal to the fit module.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace knead::fit_detail {
 
-// A surface, or a cloud, that distances are measured from.
+// A surface or a cloud.
 struct MeasuredShape {
   std::span<const Vec3d> positions;
   std::span<const Triangle> triangles;
@@ -22,9 +22,10 @@ struct MeasuredShape {
 // Returns a tree over its triangles, or over its points if it has none.
 SurfaceTree tree_of(const MeasuredShape& shape);
 
+// How shapes are measured.
 struct Measuring {
-  double length = 1;     // that distances are relative to
-  std::size_t most = 0;  // vertices of each shape that are looked at, evenly through the list; 0: all
+  double length = 1;            // distances are relative to it
+  std::size_t max_samples = 0;  // vertices of each shape that are measured, evenly through the list; 0: all
   int threads = 0;
   Progress* progress = nullptr;
 };
@@ -39,20 +40,20 @@ bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles, int thread
 // Returns the volume of a mesh with these positions; nothing unless it is closed and oriented.
 std::optional<double> volume_of(const Mesh& mesh, std::span<const Vec3d> positions, int threads);
 
-// Returns now / before - 1; nothing where one is unknown.
+// Returns now / before - 1; nothing if one is unknown.
 std::optional<double> relative(const std::optional<double>& now, const std::optional<double>& before);
 
 // Returns the mean length of the edges; there is at least one triangle.
 double mean_edge(std::span<const Triangle> triangles, std::span<const Vec3d> positions);
 
-// Returns the corners of the triangles that cross now and did not before.
+// Returns the corners of the triangles in new crossings.
 std::vector<std::uint32_t> crossed_anew(const SelfIntersections& now, const SelfIntersections& before,
                                         std::span<const Triangle> triangles);
 
-// Adds how far landmarks are from their places: `at`, one for each pair, is where they are.
+// Adds the distances of landmarks from their targets. `at`: the position of each.
 void add_landmarks(std::span<const Vec3d> at, std::span<const FitPair> pairs, double diagonal, BodyFitReport& report);
 
-// Returns the median distance of points from the places of their pairs; 0 without pairs.
+// Returns the median distance of points from the targets of their pairs; 0 without pairs.
 double median_distance(std::span<const Vec3d> at, std::span<const FitPair> pairs);
 
 // The least and greatest factor by which volumes change.
@@ -61,8 +62,8 @@ struct GrowthRange {
   double greatest = 1;
 };
 
-// Returns that of the strokes at `measuring.most` evenly spread points. `measuring.length`: the diagonal. Throws
-// Cancelled.
+// Returns the range of the strokes at `measuring.max_samples` evenly spread points. `measuring.length`: the diagonal.
+// Throws Cancelled.
 GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3d>& points, const Measuring& measuring);
 
 }  // namespace knead::fit_detail

@@ -1,3 +1,4 @@
+// Samples of surfaces, a tree over points with normals, and matches weighted by distance and normals.
 #include "fit/surface_matches.h"
 
 #include <algorithm>
@@ -12,15 +13,15 @@ namespace knead::fit_detail {
 
 namespace {
 
-constexpr std::size_t kDenser = 8;  // samples of which evenly spread ones are taken
-constexpr std::uint32_t kLeaf = 8;
-constexpr std::size_t kGrain = 64;
-constexpr double kSigma = 2.5;       // of the median distance
-constexpr double kSigmaOfFar = 0.5;  // the least, of MatchOptions::far: a match as far as that has no weight
-constexpr double kMinSigma = 1e-9;   // a length
+constexpr std::size_t kDensity = 8;  // samples from which each of the evenly spread ones is chosen
+constexpr std::uint32_t kLeafSize = 8;
+constexpr std::size_t kMatchGrain = 64;
+constexpr double kSigmaFactor = 2.5;     // times the median distance
+constexpr double kMinSigmaFactor = 0.5;  // times MatchOptions::far
+constexpr double kMinSigma = 1e-9;       // a length
 constexpr double kMinCosine = 0.1;
 
-// A number from 0 to 1 for each i: the bits of i in reverse order.
+// Returns a number from 0 to 1: the bits of i in reverse order.
 double reversed_bits(std::uint32_t i) {
   double result = 0;
   for (double by = 0.5; i != 0; i >>= 1, by /= 2) result += (i & 1) != 0 ? by : 0;
@@ -44,8 +45,8 @@ SurfaceSamples::SurfaceSamples(std::span<const Triangle> triangles, std::span<co
     area += 0.5 * norm(cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]));
     area_upto.push_back(area);
   }
-  const std::size_t dense = kDenser * count;
-  std::vector<Place> places;
+  const std::size_t dense = kDensity * count;
+  std::vector<TrianglePoint> places;
   std::vector<Vec3d> points;
   for (std::size_t i = 0; i < dense; ++i) {
     const double wanted = area * (static_cast<double>(i) + 0.5) / static_cast<double>(dense);
@@ -70,7 +71,7 @@ std::vector<SurfaceSample> SurfaceSamples::at(std::span<const Triangle> triangle
   const std::vector<Vec3d> normals = area_weighted_normals(positions, triangles);
   std::vector<SurfaceSample> samples;
   samples.reserve(places_.size());
-  for (const Place& place : places_) {
+  for (const TrianglePoint& place : places_) {
     const Triangle& t = triangles[place.triangle];
     SurfaceSample sample{{0, 0, 0}, {0, 0, 0}};
     Vec3d normal{0, 0, 0};
@@ -104,7 +105,7 @@ SampleTree::Point SampleTree::point_of(const SurfaceSample& sample) const {
 std::uint32_t SampleTree::build(std::uint32_t begin, std::uint32_t end) {
   const auto number = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({0, begin, end, 0, 0});
-  if (end - begin <= kLeaf) return number;
+  if (end - begin <= kLeafSize) return number;
   std::uint32_t widest = 0;
   double width = -1;
   for (std::uint32_t axis = 0; axis < 6; ++axis) {
@@ -162,7 +163,7 @@ Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source
   const std::size_t count = of_source.size() + of_target.size();
   std::vector<Match> all(count);
   std::vector<double> back(count);
-  parallel_for(count, kGrain, options.threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kMatchGrain, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const bool forth = i < of_source.size();
       const SurfaceSample& asking = forth ? of_source[i] : of_target[i - of_source.size()];
@@ -185,8 +186,8 @@ Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source
   Matches result;
   result.median = median_of(distances);
   result.median_along = median_of(std::move(along));
-  // Where nearly all of the surface lies right, the rest is what is left to do: within `far` nothing is an outlier.
-  const double sigma = std::max({kSigma * result.median, kSigmaOfFar * options.far, kMinSigma});
+  // If nearly all of the surface matches, the rest is what remains to be done: within `far` nothing is an outlier.
+  const double sigma = std::max({kSigmaFactor * result.median, kMinSigmaFactor * options.far, kMinSigma});
   for (std::size_t i = 0; i < count; ++i) {
     // As exp(-ratio^2), from + and * only: the same bits on every machine.
     const double ratio = distances[i] / sigma;

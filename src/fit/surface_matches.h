@@ -1,4 +1,4 @@
-// Which points of two surfaces belong together. Internal to the fit module.
+// Matches points of two surfaces. Internal to the fit module.
 #pragma once
 
 #include <array>
@@ -21,29 +21,29 @@ struct SurfaceSample {
 // Points of a surface that stay in their triangles.
 class SurfaceSamples {
  public:
-  // Takes `count` points, evenly spread; always the same ones. There is at least one triangle with an area.
+  // Chooses `count` evenly spread points, always the same ones. There is at least one triangle with an area.
   SurfaceSamples(std::span<const Triangle> triangles, std::span<const Vec3d> positions, std::size_t count);
 
-  // Returns them where the vertices are.
+  // Returns the points for these positions of the vertices.
   std::vector<SurfaceSample> at(std::span<const Triangle> triangles, std::span<const Vec3d> positions) const;
 
   std::size_t size() const { return places_.size(); }
 
  private:
-  struct Place {
+  struct TrianglePoint {
     std::uint32_t triangle = 0;
     std::array<double, 3> barycentric{};
   };
-  std::vector<Place> places_;
+  std::vector<TrianglePoint> places_;
 };
 
-// What the distance of opposite normals counts in matches, half of it, as part of the diagonal.
+// The length of unit normals in distances between samples, as a fraction of the diagonal.
 inline constexpr double kNormalLength = 0.15;
 
-// Finds the nearest of samples, where the normals count, too.
+// Finds the nearest sample by positions and normals.
 class SampleTree {
  public:
-  // normal_length: what the distance of opposite unit vectors counts, half of it.
+  // normal_length: the length of unit normals in distances.
   SampleTree(std::vector<SurfaceSample> samples, double normal_length);
 
   // Returns the number of the nearest sample.
@@ -71,7 +71,7 @@ class SampleTree {
   std::vector<Node> nodes_;
 };
 
-// A point of the source that shall move.
+// A wanted displacement of a point of the source.
 struct Match {
   Vec3d at;
   Vec3d by;
@@ -79,20 +79,22 @@ struct Match {
   double weight = 0;  // 0 to 1
 };
 
+// All matches, and their medians.
 struct Matches {
   std::vector<Match> all;
   double median = 0;        // distance
   double median_along = 0;  // distance along the target's normals
 };
 
+// How match() works.
 struct MatchOptions {
-  double normal_length = 0;
-  double far = 0;  // matches that come back farther away than this disagree
+  double normal_length = 0;  // as for SampleTree
+  double far = 0;            // a length: the match of a match must come back within it
   int threads = 0;
 };
 
 // Matches samples of the source to candidates of the target, and samples of the target to candidates of the source. A
-// match counts less where it is far, or the normals disagree. Throws nothing; time: about 20 us a sample.
+// distant match, or one with different normals, has less weight. Throws nothing. Time: about 20 us a sample.
 Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source, const SampleTree& target,
               std::span<const SurfaceSample> of_target, const MatchOptions& options);
 

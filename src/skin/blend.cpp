@@ -1,4 +1,4 @@
-// Skins: what is wrong with them, linear blend and dual quaternions.
+// Validates skins, and poses them by linear blend and dual quaternions.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,19 +29,19 @@ bool is_finite(const BoneTransform& t) {
 }
 
 void require_transforms(const Skin& skin, const std::vector<BoneTransform>& transforms, std::string_view what) {
-  constexpr double kFlat = 1e-12;  // volume of the columns over their lengths
+  constexpr double kMinVolume = 1e-12;  // of the columns, relative to their lengths
   for (std::size_t b = 0; b < transforms.size(); ++b) {
     const BoneTransform& t = transforms[b];
     require_skin(is_finite(t), fmt::format("the {} of {} is not finite", what, name_of(skin, b)));
     const double sizes = norm(t.linear.column(0)) * norm(t.linear.column(1)) * norm(t.linear.column(2));
-    require_skin(std::abs(determinant(t.linear)) > kFlat * sizes,
+    require_skin(std::abs(determinant(t.linear)) > kMinVolume * sizes,
                  fmt::format("the {} of {} is flat: its matrix has no inverse", what, name_of(skin, b)));
   }
 }
 
 void require_forest(const Skin& skin) {
   const auto bones = static_cast<std::int32_t>(skin.rest.size());
-  std::vector<char> state(skin.rest.size(), 0);  // 1: on the way up from the bone that is looked at, 2: reaches a root
+  std::vector<char> state(skin.rest.size(), 0);  // 1: on the path up from the current bone, 2: known to reach a root
   for (std::size_t b = 0; b < skin.parents.size(); ++b) {
     require_skin(skin.parents[b] >= -1 && skin.parents[b] < bones,
                  fmt::format("the parent of {} is {}, but there are {} bones; give -1 for none", name_of(skin, b),
@@ -60,7 +60,7 @@ void require_forest(const Skin& skin) {
   }
 }
 
-// The sum of a vertex's weights.
+// Returns the sum of a vertex's weights.
 double sum_of(const Skin& skin, std::size_t v) {
   double sum = 0;
   for (std::size_t i = skin.begin[v]; i < skin.begin[v + 1]; ++i) sum += skin.weights[i].weight;
@@ -174,7 +174,7 @@ std::vector<Vec3d> dual_quaternion_blend(std::span<const Vec3d> positions, const
 
 std::vector<Vec3d> corrective_shape(std::span<const Vec3d> positions, std::span<const Vec3d> posed, const Skin& skin,
                                     const SkinPose& pose) {
-  constexpr double kFlat = 0.05;  // of the volume that a bone's motion keeps
+  constexpr double kMinDeterminant = 0.05;  // relative to that of rigid motions
   validate(skin, positions.size());
   validate(skin, pose);
   require_skin(posed.size() == positions.size(),
@@ -184,7 +184,7 @@ std::vector<Vec3d> corrective_shape(std::span<const Vec3d> positions, std::span<
   result.reserve(positions.size());
   for (std::size_t v = 0; v < positions.size(); ++v) {
     const BoneTransform blend = blended(skin, motions, v);
-    result.push_back(determinant(blend.linear) > kFlat ? apply(inverse(blend), posed[v]) : positions[v]);
+    result.push_back(determinant(blend.linear) > kMinDeterminant ? apply(inverse(blend), posed[v]) : positions[v]);
   }
   return result;
 }

@@ -1,4 +1,4 @@
-// Corrective shapes: what linear blend lacks, by joint.
+// Corrective shapes: the error of linear blend, joint by joint.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -18,14 +18,14 @@ namespace {
 
 constexpr double kMinTurn = 5 * std::numbers::pi / 180;
 
-// A bone's motion against its parent, in the shape's coordinates at rest.
+// Returns a bone's motion against its parent, in the shape's coordinates at rest.
 BoneTransform joint_motion(const std::vector<std::int32_t>& parents, const std::vector<BoneTransform>& motions,
                            std::size_t bone) {
   const std::int32_t parent = parents[bone];
   return parent < 0 ? motions[bone] : after(inverse(motions[static_cast<std::size_t>(parent)]), motions[bone]);
 }
 
-// The pose whose bones move against their parents like this.
+// Returns the pose with these motions of the bones against their parents.
 SkinPose pose_by_joints(const Skin& skin, const std::vector<std::int32_t>& parents,
                         const std::vector<BoneTransform>& own) {
   std::vector<std::optional<BoneTransform>> motions(skin.rest.size());
@@ -57,7 +57,7 @@ class Maker {
   Maker(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options)
       : mesh_(mesh), skin_(skin), options_(options), parents_(parents_of(skin, mesh.positions.size())) {
     const std::vector<BoneTransform> motions = motions_of(skin, pose);
-    std::vector<bool> is_used(pose.size(), false);  // something hangs on it, or on a bone behind it
+    std::vector<bool> is_used(pose.size(), false);  // the bone, or one behind it, has vertices
     for (const BoneWeight& w : skin.weights) {
       std::int32_t at = w.weight > 0 ? static_cast<std::int32_t>(w.bone) : -1;
       while (at >= 0 && !is_used[static_cast<std::size_t>(at)]) {
@@ -90,7 +90,7 @@ class Maker {
   }
 
  private:
-  // The nearest joint before a bone that turns.
+  // Returns the nearest turning joint before a bone.
   std::optional<std::size_t> turning_before(std::size_t bone) const {
     for (std::int32_t at = parents_[bone]; at >= 0; at = parents_[static_cast<std::size_t>(at)]) {
       for (std::size_t j = 0; j < joints_.size(); ++j) {
@@ -100,7 +100,7 @@ class Maker {
     return std::nullopt;
   }
 
-  // The pose in which only these joints turn.
+  // Returns the pose in which only these joints turn.
   SkinPose pose_of(const std::vector<const TurningJoint*>& joints) const {
     std::vector<BoneTransform> own(skin_.rest.size());
     for (const TurningJoint* joint : joints) own[joint->bone] = joint->motion;

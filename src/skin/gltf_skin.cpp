@@ -26,12 +26,12 @@ namespace gltf = io_detail::gltf;
 using glb::Document;
 using glb::Value;
 
-// Where a node stands against its parent.
+// The transform of a node relative to its parent.
 struct Local {
   Quaternion turn{};
   Vec3d scale{1, 1, 1};
   Vec3d translation{0, 0, 0};
-  std::optional<BoneTransform> matrix{};  // in the place of the others
+  std::optional<BoneTransform> matrix{};  // replaces the other members
 };
 
 BoneTransform transform_of(const Local& local) {
@@ -42,7 +42,7 @@ BoneTransform transform_of(const Local& local) {
   return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}, local.translation};
 }
 
-// Of 16 numbers by columns.
+// Returns the transform of 16 numbers in column order.
 BoneTransform matrix_of(const double* m) {
   return {{{m[0], m[4], m[8]}, {m[1], m[5], m[9]}, {m[2], m[6], m[10]}}, {m[12], m[13], m[14]}};
 }
@@ -70,7 +70,7 @@ Local local_of(const Value& node) {
   return local;
 }
 
-// One channel: what it changes of which node, at which times.
+// One channel of an animation: a property of a node over time.
 struct Channel {
   std::size_t node = 0;
   std::string path;           // rotation, translation or scale
@@ -135,13 +135,13 @@ struct Channel {
   }
 };
 
-// The nodes of a file and how one animation moves them.
+// The nodes of a file, moved by one animation.
 struct Nodes {
   std::vector<Local> locals;
   std::vector<std::int32_t> parents;
   std::vector<Channel> channels;
 
-  // World transforms; nothing for `seconds`: as the file stands.
+  // Returns the world transforms at a time; std::nullopt: without animation.
   std::vector<BoneTransform> worlds(std::optional<double> seconds) const {
     std::vector<Local> now = locals;
     for (const Channel& channel : channels) {
@@ -244,7 +244,7 @@ class Reader {
     nodes_->channels.push_back(std::move(channel));
   }
 
-  // The vertices of a block, as the skin of its node weights them.
+  // Reads the weights of a block's vertices by the skin of its node.
   void add_block(const glb::Block& block) {
     const Value node = root().item("nodes", block.node);
     const std::optional<std::size_t> skin = node.whole("skin");
@@ -284,14 +284,14 @@ class Reader {
 
   void add_set(std::size_t joints, std::size_t weights, const std::vector<std::uint32_t>& bones,
                std::vector<std::vector<BoneWeight>>& rows) const {
-    constexpr double kRounding = 1e-3;  // what exporters leave below 0
+    constexpr double kMaxRounding = 1e-3;  // of exporters, which write weights slightly below 0
     const std::vector<double> joint = numbers(joints, false);
     const std::vector<double> weight = numbers(weights);
     if (joint.size() != 4 * rows.size() || weight.size() != 4 * rows.size()) {
       root().item("accessors", joints).fail("has not four joints and weights for each vertex; repair the file");
     }
     for (std::size_t i = 0; i < weight.size(); ++i) {
-      if (!(weight[i] >= -kRounding && std::isfinite(weight[i]))) {
+      if (!(weight[i] >= -kMaxRounding && std::isfinite(weight[i]))) {
         root().item("accessors", weights).fail(fmt::format("has the weight {}; repair the file", weight[i]));
       }
       if (!(weight[i] > 0)) continue;
@@ -305,7 +305,7 @@ class Reader {
     }
   }
 
-  // The bones that a skin's joints are; skins that bind a node in the same place share it.
+  // Returns the bones of a skin's joints. Skins that bind a node with the same transform share its bone.
   const std::vector<std::uint32_t>& bones_of(std::size_t skin) {
     std::vector<std::uint32_t>& bones = bones_[skin];
     if (!bones.empty()) return bones;
@@ -357,7 +357,7 @@ class Reader {
     }
   }
 
-  // A skeleton that stands in other units than the mesh is scaled to the mesh's.
+  // Scales a skeleton in other units to those of the mesh.
   void finish() {
     const auto pose = [nodes = nodes_, bones = node_of_](std::optional<double> seconds) {
       const std::vector<BoneTransform> worlds = nodes->worlds(seconds);
@@ -375,7 +375,7 @@ class Reader {
     file_.at = [pose, scaled](double seconds) { return scaled(pose(seconds)); };
   }
 
-  // What takes the bones' common scale to 1; 1 where they have none in common.
+  // Returns the factor that makes the bones' common scale 1; 1 if they have no common scale.
   static double common_scale(const Skin& skin, const SkinPose& pose) {
     constexpr double kSame = 1e-3;
     const std::vector<BoneTransform> motions = motions_of(skin, pose);

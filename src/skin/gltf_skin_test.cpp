@@ -1,3 +1,4 @@
+// Skeletons, weights and animations of glTF files.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// Finds the limbs and joints of a pose, and moves them stage by stage.
 #include "skin/joints.h"
 
 #include <fmt/format.h>
@@ -14,18 +15,18 @@ namespace knead::skin_detail {
 
 namespace {
 
-constexpr double kSameTurn = 5e-3;   // radians: bones that turn less against each other move alike,
-constexpr double kSamePlace = 1e-4;  // and are moved by less, of the diagonal
-constexpr double kNextStage = 3;     // grids so many times as coarse are a stage of their own
-constexpr double kSqueezed = 0.6;    // what is left of the flesh's length inside a joint
-constexpr double kLongest = 3;       // of the radius: the bending length is no longer
-constexpr double kUsualDetail = 2;   // spacing of the grids over the limbs' radius; 1.5 for fingers and the like, which
-constexpr double kThinDetail = 1.5;  // lie beside each other: limbs thinner than this part of the diagonal
-constexpr double kThin = 0.01;
-constexpr double kScaled = 0.02;          // a bone that scales by more is named
-constexpr double kFallbackRadius = 0.03;  // of the diagonal, where no flesh bends
+constexpr double kMaxSameTurn = 5e-3;     // radians: bones with a smaller relative turn move alike,
+constexpr double kMaxSameShift = 1e-3;    // if their relative shift is also smaller than this, of the diagonal
+constexpr double kStageRatio = 3;         // of the radii within one stage
+constexpr double kMinFleshLength = 0.6;   // the remaining length of the flesh inside a joint, relative to rest
+constexpr double kMaxBendingLength = 3;   // in radii
+constexpr double kUsualDetail = 2;        // spacing of the grids in radii of the limbs
+constexpr double kThinDetail = 1.5;       // the same for fingers and the like, which lie beside each other:
+constexpr double kThinRadius = 0.01;      // limbs with a smaller radius, of the diagonal
+constexpr double kMaxScaling = 0.02;      // of a bone's volume; a note names more
+constexpr double kFallbackRadius = 0.03;  // of the diagonal, for joints without flesh
 
-// Area that belongs to each vertex.
+// Returns the area that belongs to each vertex.
 std::vector<double> areas_of(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
   std::vector<double> areas(positions.size(), 0.0);
   for (const Triangle& t : triangles) {
@@ -36,9 +37,11 @@ std::vector<double> areas_of(std::span<const Vec3d> positions, std::span<const T
   return areas;
 }
 
-class Finder {
+// Finds the joints of a pose.
+class JointFinder {
  public:
-  Finder(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const Skin& skin, const SkinPose& pose)
+  JointFinder(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const Skin& skin,
+              const SkinPose& pose)
       : positions_(positions), skin_(skin), areas_(areas_of(positions, triangles)) {
     Box box;
     for (std::size_t v = 0; v < positions.size(); ++v) {
@@ -60,7 +63,7 @@ class Finder {
   }
 
  private:
-  // The rigid motion of each bone, about the middle of what hangs on it.
+  // Finds the rigid motion of each bone, about the centre of its vertices.
   void find_rigid(const SkinPose& pose) {
     const std::size_t bones = pose.size();
     area_.assign(bones, 0.0);
@@ -79,7 +82,7 @@ class Finder {
       middle_[b] = area_[b] > 0 ? middle_[b] / area_[b] : skin_.rest[b].offset;
       rigid_.push_back(rigid_part(motions[b], skin_.rest[b].offset));
       const double volume = determinant(motions[b].linear);
-      if (area_[b] > 0 && std::abs(volume - 1) > kScaled) ++scaled;
+      if (area_[b] > 0 && std::abs(volume - 1) > kMaxScaling) ++scaled;
     }
     if (scaled > 0) {
       joints_.notes.push_back(fmt::format(
@@ -93,7 +96,7 @@ class Finder {
     return sum;
   }
 
-  // Which bones meet: each with its parent, and roots with each other.
+  // Connects each bone with its parent, and roots with each other.
   void find_tree() {
     const std::size_t bones = rigid_.size();
     near_.assign(bones, {});
@@ -109,12 +112,12 @@ class Finder {
 
   bool move_alike(std::size_t a, std::size_t b) const {
     const Rigid relative = inverse(rigid_[a]) * rigid_[b];
-    if (angle_of(relative.turn) > kSameTurn) return false;
+    if (angle_of(relative.turn) > kMaxSameTurn) return false;
     const auto shift = [&](const Vec3d& p) { return norm(relative(p) - p); };
-    return std::max(shift(skin_.rest[b].offset), shift(middle_[b])) <= 10 * kSamePlace * diagonal_;
+    return std::max(shift(skin_.rest[b].offset), shift(middle_[b])) <= kMaxSameShift * diagonal_;
   }
 
-  // Bones that meet and move alike get one group; the base is the group with most of the surface.
+  // Groups connected bones that move alike; the base is the group with most of the surface.
   void find_base() {
     const std::size_t bones = rigid_.size();
     group_.assign(bones, bones);
@@ -143,7 +146,7 @@ class Finder {
     joints_.base = rigid_[base_bone_];
   }
 
-  // Groups become limbs, from the base on.
+  // Makes limbs of the groups, beginning with the base.
   void find_limbs() {
     limb_.assign(rigid_.size(), rigid_.size());
     std::vector<std::size_t> of_group(rigid_.size(), rigid_.size());
@@ -182,7 +185,7 @@ class Finder {
     }
   }
 
-  // Limbs on which nothing hangs, nor on those behind them, move nothing.
+  // Removes limbs without vertices, if no limb behind them has any.
   void remove_free_limbs() {
     std::vector<bool> is_used(joints_.limbs.size(), false);
     is_used[0] = true;
@@ -202,7 +205,7 @@ class Finder {
     for (BoneWeight& w : joints_.weights) w.bone = static_cast<std::uint32_t>(number[w.bone]);
   }
 
-  // Weight of a vertex beyond a limb's joint.
+  // Returns for each vertex its weight beyond a limb's joint.
   std::vector<double> weights_beyond(std::size_t limb) const {
     std::vector<bool> beyond(joints_.limbs.size(), false);
     for (std::size_t i = limb; i < beyond.size(); ++i) {
@@ -217,9 +220,9 @@ class Finder {
     return sums;
   }
 
-  // The place, direction and radius of the flesh at a joint, and its screw.
+  // Finds the position, direction and radius of the flesh at a joint, and its screw.
   void measure(std::size_t number) {
-    constexpr double kShared = 0.1;
+    constexpr double kMinShare = 0.1;
     SkinLimb& limb = joints_.limbs[number];
     const std::vector<double> beyond = weights_beyond(number);
     Vec3d middle{0, 0, 0};
@@ -227,7 +230,7 @@ class Finder {
     double area = 0;
     std::vector<std::size_t> flesh;
     for (std::size_t v = 0; v < positions_.size(); ++v) {
-      if (!(beyond[v] > kShared && beyond[v] < 1 - kShared)) continue;
+      if (!(beyond[v] > kMinShare && beyond[v] < 1 - kMinShare)) continue;
       flesh.push_back(v);
       middle += positions_[v] * areas_[v];
       mean += beyond[v] * areas_[v];
@@ -249,7 +252,7 @@ class Finder {
     limb.radius = radii[radii.size() / 2];
   }
 
-  // Joints of about one size move at once, the smallest first.
+  // Assigns joints of about one size to a stage, the smallest first.
   void find_stages(double detail) {
     std::vector<std::size_t> order;
     for (std::size_t i = 1; i < joints_.limbs.size(); ++i) {
@@ -262,11 +265,11 @@ class Finder {
     double first = 0;
     for (const std::size_t i : order) {
       SkinLimb& limb = joints_.limbs[i];
-      if (joints_.spacing.empty() || limb.radius > kNextStage * first) {
+      if (joints_.spacing.empty() || limb.radius > kStageRatio * first) {
         first = limb.radius;
-        const double usual = first < kThin * diagonal_ ? kThinDetail : kUsualDetail;
+        const double usual = first < kThinRadius * diagonal_ ? kThinDetail : kUsualDetail;
         joints_.spacing.push_back((detail > 0 ? detail : usual) * first);
-        joints_.is_thin.push_back(first < kThin * diagonal_);
+        joints_.is_thin.push_back(first < kThinRadius * diagonal_);
       }
       limb.stage = joints_.spacing.size() - 1;
     }
@@ -278,7 +281,7 @@ class Finder {
   std::vector<double> areas_;
   double diagonal_ = 0;
   std::vector<double> area_;   // of each bone
-  std::vector<Vec3d> middle_;  // of what hangs on it
+  std::vector<Vec3d> middle_;  // of its vertices
   std::vector<Rigid> rigid_;
   std::vector<std::vector<std::size_t>> near_;
   std::vector<std::size_t> group_;
@@ -291,20 +294,21 @@ using detail::Lattice;
 using detail::NearRigidSystem;
 using detail::VelocityRows;
 
-// Of a limb's rows together, in units of the mean diagonal of the strain times spacing^2, and of what holds.
-constexpr double kWeightOfLimb = 20000;
-constexpr double kWeightOfHold = 5000;
-constexpr double kWeightOfGrowth = 3;    // of the growth that is wanted, beside strain
-constexpr double kMaxCorrection = 0.25;  // of the spacing, in one step
-constexpr double kConflict = 0.25;       // what velocities of two limbs may differ by, over their distance
-constexpr double kSearched = 2;          // spacings: how far away another limb may be in conflict
-constexpr double kTolerance = 1e-6;      // of the diagonal, for the body's own points
-constexpr double kMostTakenBack = 0.25;  // strain that a step wants back at most, as a norm: fields with more break
-constexpr double kStiffening = 0.3;      // of flesh by the square of its strain
+// Weights of all rows of a limb together, in units of the mean diagonal of the strain times spacing^2.
+constexpr double kLimbWeight = 20000;
+constexpr double kHoldWeight = 5000;           // of limbs that rest
+constexpr double kGrowthWeight = 3;            // of wanted growth, relative to strain
+constexpr double kMaxCorrection = 0.25;        // in one step, in spacings
+constexpr double kMaxVelocityGradient = 0.25;  // between two limbs: their velocities' difference over their distance
+constexpr double kConflictRadius = 2;          // the distance within which limbs may conflict, in spacings
+constexpr double kTolerance = 1e-6;            // of the diagonal, for the body's own points
+constexpr double kMaxRestoredStrain = 0.25;    // that a step wants to undo, as a norm: with more, fields break
+constexpr double kStiffening = 0.3;            // of flesh by the square of its strain
 
-class Motion {
+// Moves the limbs and the body of a stage step by step.
+class StageMotion {
  public:
-  explicit Motion(StageProblem& problem)
+  explicit StageMotion(StageProblem& problem)
       : problem_(problem), stiffness_(problem.body.stiffness), deformations_(problem.body.points.size()) {
     lattice_.spacing = problem_.spacing;
     for (const LimbPoints& limb : problem_.limbs) now_.push_back(limb.points);
@@ -329,7 +333,7 @@ class Motion {
     stop_if_cancelled(problem_.progress);
     const std::vector<VelocityRows> rows = rows_of(from, to);
     detail::find_surroundings(problem_.body, before_, rows, problem_.spacing);
-    want_shape_back();
+    want_strain_undone();
     const NearRigidSystem system(lattice_, problem_.body, rows, problem_.threads, problem_.progress);
     unknowns = std::max(unknowns, system.unknowns());
     Segment segment;
@@ -343,9 +347,9 @@ class Motion {
     if (problem_.progress != nullptr) problem_.progress->done += kWorkOfStage / (problem_.steps + 1);
   }
 
-  // The body is elastic, and the stiffer the more it is strained: each step wants back the strain that those before it
-  // made. A body that only flows is strained ever more where the first step did.
-  void want_shape_back() {
+  // Makes the body elastic: each step wants to undo the strain of earlier steps, and strained flesh is stiffer. Without
+  // this, each step would add strain where the first one did.
+  void want_strain_undone() {
     problem_.body.strain.clear();
     for (std::size_t i = 0; i < deformations_.size(); ++i) {
       const Mat3d& deformation = deformations_[i];
@@ -355,7 +359,7 @@ class Motion {
       const double square =
           dot(strain.row0, strain.row0) + dot(strain.row1, strain.row1) + dot(strain.row2, strain.row2);
       problem_.body.stiffness[i] = stiffness_[i] * (1 + kStiffening * square);
-      problem_.body.strain.push_back(strain * -std::min(1.0, kMostTakenBack / std::sqrt(square)));
+      problem_.body.strain.push_back(strain * -std::min(1.0, kMaxRestoredStrain / std::sqrt(square)));
     }
   }
 
@@ -365,7 +369,7 @@ class Motion {
     for (std::size_t i = 0; i < now.size(); ++i) deformations_[i] = now[i] * deformations_[i];
   }
 
-  // What each limb's points want: the rate of the limb, and what is missing from their place.
+  // Returns the rows of each limb: its rate, and the distance of each point from its target.
   std::vector<VelocityRows> rows_of(double from, double to) const {
     const std::vector<Rigid> begin = problem_.motions(from);
     const std::vector<Rigid> end = problem_.motions(to);
@@ -383,13 +387,13 @@ class Motion {
       }
       if (list.points.empty()) continue;
       if (!list.rests) look_ahead(i, begin, end, list);
-      list.weight = (list.rests ? kWeightOfHold : kWeightOfLimb) / static_cast<double>(now_[i].size());
+      list.weight = (list.rests ? kHoldWeight : kLimbWeight) / static_cast<double>(now_[i].size());
       rows.push_back(std::move(list));
     }
     return rows;
   }
 
-  // The same rate is wanted where the points come to: else what is thin is bent a little more by each step.
+  // Wants the same rate at the positions to which the points move: otherwise each step bends thin limbs a little more.
   void look_ahead(std::size_t i, const std::vector<Rigid>& begin, const std::vector<Rigid>& end,
                   VelocityRows& list) const {
     const Screw screw = step_of(i, begin, end);
@@ -405,7 +409,7 @@ class Motion {
     }
   }
 
-  // The screw that takes a limb from one moment to the other, and the rate at which it does.
+  // Returns the screw of a limb's motion during a step, and its rate at a point.
   Screw step_of(std::size_t i, const std::vector<Rigid>& begin, const std::vector<Rigid>& end) const {
     const std::size_t limb = problem_.limbs[i].limb;
     return screw_of(end[limb] * inverse(begin[limb]), now_[i].front());
@@ -416,14 +420,14 @@ class Motion {
 
   std::vector<Vec3d> wanted_of(std::size_t i, const std::vector<Rigid>& begin, const std::vector<Rigid>& end) const {
     const LimbPoints& limb = problem_.limbs[i];
-    const double most = kMaxCorrection * problem_.spacing;
+    const double max_miss = kMaxCorrection * problem_.spacing;
     const Rigid to_begin = begin[limb.limb] * back_[limb.limb];
     const Screw screw = step_of(i, begin, end);
     std::vector<Vec3d> wanted;
     for (std::size_t k = 0; k < now_[i].size(); ++k) {
       const Vec3d& p = now_[i][k];
       Vec3d miss = (limb.moves ? to_begin(limb.points[k]) : limb.points[k]) - p;
-      if (norm(miss) > most) miss *= most / norm(miss);
+      if (norm(miss) > max_miss) miss *= max_miss / norm(miss);
       Vec3d rate{0, 0, 0};
       if (limb.moves) rate = rate_of(screw, p);
       wanted.push_back(rate + miss);
@@ -431,7 +435,8 @@ class Motion {
     return wanted;
   }
 
-  // Points that another limb is so near that no smooth field meets both. What rests holds, if it does not give way.
+  // Finds the points that are so near to another limb that no smooth field meets both. Resting limbs have none, unless
+  // they may deform.
   std::vector<std::vector<bool>> conflicts(const std::vector<std::vector<Vec3d>>& wanted) const {
     std::vector<Vec3d> points;
     std::vector<Vec3d> velocities;
@@ -452,10 +457,10 @@ class Motion {
       if (others.empty()) continue;
       const SurfaceTree tree(others, points);
       for (std::size_t k = 0; k < now_[i].size(); ++k) {
-        const std::optional<SurfacePoint> near = tree.closest(now_[i][k], kSearched * problem_.spacing);
+        const std::optional<SurfacePoint> near = tree.closest(now_[i][k], kConflictRadius * problem_.spacing);
         if (!near) continue;
         const std::uint32_t other = others[near->triangle][0];
-        result[i][k] = norm(velocities[other] - wanted[i][k]) > kConflict * near->distance;
+        result[i][k] = norm(velocities[other] - wanted[i][k]) > kMaxVelocityGradient * near->distance;
       }
     }
     return result;
@@ -473,9 +478,9 @@ class Motion {
 
   StageProblem& problem_;
   Lattice lattice_;
-  std::vector<std::vector<Vec3d>> now_;  // where the points of the limbs are
+  std::vector<std::vector<Vec3d>> now_;  // the points of the limbs
   std::vector<Rigid> back_;              // from the beginning of the stage to rest
-  std::vector<Vec3d> before_;            // where the body's points were a step ago
+  std::vector<Vec3d> before_;            // the body's points one step earlier
   std::vector<double> stiffness_;        // of the body's samples without strain
   std::vector<Mat3d> deformations_;      // of the body's samples since the stage began
   Flow flow_;
@@ -485,10 +490,12 @@ class Motion {
 
 Joints find_joints(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const Skin& skin,
                    const SkinPose& pose, double detail) {
-  return Finder(positions, triangles, skin, pose).run(detail);
+  return JointFinder(positions, triangles, skin, pose).run(detail);
 }
 
-double SkinLimb::bending_length() const { return std::min(kLongest * radius, screw.angle * radius / (1 - kSqueezed)); }
+double SkinLimb::bending_length() const {
+  return std::min(kMaxBendingLength * radius, screw.angle * radius / (1 - kMinFleshLength));
+}
 
 std::vector<Rigid> Joints::motions(std::size_t stage, double part) const {
   std::vector<Rigid> result(limbs.size());
@@ -520,7 +527,7 @@ std::optional<std::size_t> Joints::rigid_limb(std::size_t vertex, double weight)
 
 std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices) {
   if (!skin.parents.empty()) return skin.parents;
-  // The tree of most shared weight (Prim).
+  // Builds the tree with the most shared weight (Prim).
   const std::size_t bones = skin.rest.size();
   std::vector<std::map<std::size_t, double>> shared(bones);
   for (std::size_t v = 0; v < vertices; ++v) {
@@ -555,10 +562,7 @@ std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices) {
   return parents;
 }
 
-// --- the steps of a stage
-// ---------------------------------------------------------------------------------------------
-
-Flow stage_flow(StageProblem& problem, std::size_t& unknowns) { return Motion(problem).run(unknowns); }
+Flow stage_flow(StageProblem& problem, std::size_t& unknowns) { return StageMotion(problem).run(unknowns); }
 
 PotentialGrid growing_grid(const StageProblem& problem, std::vector<double> growth) {
   std::vector<VelocityRows> rows;
@@ -566,12 +570,12 @@ PotentialGrid growing_grid(const StageProblem& problem, std::vector<double> grow
     VelocityRows& list = rows.emplace_back();
     list.points = limb.points;
     list.wanted.assign(limb.points.size(), Vec3d{0, 0, 0});
-    list.weight = kWeightOfHold / static_cast<double>(limb.points.size());
+    list.weight = kHoldWeight / static_cast<double>(limb.points.size());
     list.rests = true;
   }
   detail::BodySamples body = problem.body;
   body.growth = std::move(growth);
-  body.growth_weight = kWeightOfGrowth;
+  body.growth_weight = kGrowthWeight;
   Lattice lattice;
   lattice.spacing = problem.spacing;
   return NearRigidSystem(lattice, body, rows, problem.threads, problem.progress).solve(rows);

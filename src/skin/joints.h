@@ -1,6 +1,6 @@
-// The joints of a pose: bones that move alike are one limb, and a limb turns about a screw against the one before it. A
-// stage moves some of them: at each moment all limbs ask for their rigid rates, met by the flow that strains the body
-// least. Internal to the skin module.
+// The joints of a pose. Bones that move alike form a limb, and each limb moves by a screw against the limb before it. A
+// stage moves some of the joints by the flow that meets the limbs' rigid rates and strains the body least. Internal to
+// the skin module.
 #pragma once
 
 #include <cstddef>
@@ -19,63 +19,67 @@
 
 namespace knead::skin_detail {
 
-// Bones that move together, and where they are against the limb before them.
+// Bones that move together, and their motion against the limb before them.
 struct SkinLimb {
-  std::optional<std::size_t> before;  // the limb that it hangs on; none: the base, which rests
-  std::uint32_t bone = 0;             // one of its bones, the one with most of the surface
+  std::optional<std::size_t> before;  // the limb before it; none: the base, which rests
+  std::uint32_t bone = 0;             // its bone with most of the surface
   Screw screw{};                      // from rest to the pose, against the limb before it
   Vec3d center{0, 0, 0};              // of the flesh that bends, at rest
   Vec3d direction{0, 0, 1};           // along the limb there: a unit vector
   double radius = 0;                  // of the limb there; 0: no flesh bends
-  std::size_t stage = 0;              // when it moves
+  std::size_t stage = 0;              // in which it moves
 
-  // How far along the limb the flesh has to bend, so that it is not squeezed to less than 0.6.
+  // Returns the length along the limb over which the flesh must bend to keep at least 0.6 of its length.
   double bending_length() const;
 };
 
-// The limbs of a pose, each after the one that it hangs on, and how the vertices hang on them.
+// The limbs of a pose, each after the limb before it, and their weights at the vertices.
 struct Joints {
   std::vector<SkinLimb> limbs;
   std::vector<std::size_t> begin;   // as Skin::begin
   std::vector<BoneWeight> weights;  // `bone` is a limb; those of a vertex sum to 1
-  Rigid base{};                     // how the whole shape moves besides
+  Rigid base{};                     // the motion of the whole shape
   std::size_t stages = 0;
   std::vector<double> spacing;  // of the grids of each stage, a length
   std::vector<bool> is_thin;    // of each stage: it moves fingers and the like
   std::vector<std::string> notes;
 
-  // The motion of each limb at a moment of a stage: limbs of earlier stages have moved, those of later ones have not.
+  // Returns the motion of each limb after a part of a stage, from 0 to 1: limbs of earlier stages have moved, those of
+  // later ones have not.
   std::vector<Rigid> motions(std::size_t stage, double part) const;
 
-  // The limb to which a vertex hangs most; the base for one without weights.
+  // Returns the limb with the greatest weight at a vertex; the base for a vertex without weights.
   std::size_t main_limb(std::size_t vertex) const;
 
-  // The limb to which a vertex hangs by more than that weight.
+  // Returns the limb with more than this weight at a vertex.
   std::optional<std::size_t> rigid_limb(std::size_t vertex, double weight) const;
 };
 
-// Returns the joints of a valid pose. `detail`: spacing of the grids over the limbs' radius; 0: the usual one.
+// Returns the joints of a valid pose. `detail`: spacing of the grids in radii of the limbs; 0: 2, and 1.5 for thin
+// ones.
 Joints find_joints(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const Skin& skin,
                    const SkinPose& pose, double detail);
 
-// Returns the parent of each bone, or -1: those of the skin, or if it names none a tree of bones that share vertices.
+// Returns the parent of each bone, or -1: that of the skin; if it names none, that in a tree of bones that share
+// vertices.
 std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices);
 
-// Points of a limb that ask for its motion.
+// Points that move with a limb.
 struct LimbPoints {
   std::size_t limb = 0;
   bool moves = false;
-  std::vector<Vec3d> points;  // where they are when the stage begins
+  std::vector<Vec3d> points;  // at the beginning of the stage
 };
 
-// What a stage adds to Progress::done.
+// The amount that a stage adds to Progress::done.
 inline constexpr std::uint64_t kWorkOfStage = 1000;
 
+// What moves in a stage, and how it is solved for.
 struct StageProblem {
   detail::BodySamples body;
   std::vector<LimbPoints> limbs;
   std::function<std::vector<Rigid>(double part)> motions;  // of all limbs, from the shape at rest; part from 0 to 1
-  bool rest_gives = false;  // what rests is pressed flat, too, where limbs that move come near
+  bool rest_gives = false;                                 // resting limbs deform, too, where moving limbs come near
   std::size_t steps = 1;
   double spacing = 0;
   double diagonal = 0;
@@ -83,15 +87,14 @@ struct StageProblem {
   Progress* progress = nullptr;
 };
 
-// Returns the flow of a stage, a grid for each step and one more in which the limbs settle. Points of limbs that come
-// so near to another limb that both cannot be met ask for nothing there: the body is flattened between them. `unknowns`
-// becomes the most of a grid, if that is more. Throws InvalidInput where the equations cannot be solved, and Cancelled.
-// Afterwards the points of the body and the limbs are where the stage takes them.
+// Returns the flow of a stage: a grid for each step, and one in which the limbs settle. Points so near to another limb
+// that no smooth field meets both have no wanted rate: the body is flattened between the limbs. Raises `unknowns` to
+// that of the largest grid. Moves the points of the body and the limbs. Throws InvalidInput if the equations cannot be
+// solved, and Cancelled.
 Flow stage_flow(StageProblem& problem, std::size_t& unknowns);
 
-// Returns the grid in which the body grows at these rates, one for each of its samples, while the limbs that are given
-// rest. Throws as
-// stage_flow.
+// Returns the grid in which the body grows at these rates, one for each of its samples, while the limbs of the problem
+// rest. Throws as stage_flow().
 PotentialGrid growing_grid(const StageProblem& problem, std::vector<double> growth);
 
 }  // namespace knead::skin_detail

@@ -1,3 +1,4 @@
+// Rigid motions: nearest rotations, and screws.
 #include "skin/rigid.h"
 
 #include <numbers>

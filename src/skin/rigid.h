@@ -45,7 +45,7 @@ struct Screw {
   double angle = 0;       // radians, from 0 to pi
   Vec3d slide{0, 0, 0};   // along the axis; without a turn in any direction
 
-  // The part of the motion: 0 none, 1 all.
+  // Returns a part of the motion, from 0 to 1.
   Rigid at(double part) const;
 };
 
@@ -66,10 +66,10 @@ Quaternion nearest_rotation(const Mat3d& m);
 // Returns the motion of each bone from rest to the pose, as a transform of the shape's coordinates.
 std::vector<BoneTransform> motions_of(const Skin& skin, const SkinPose& pose);
 
-// Returns the rigid part of a motion: the nearest rotation about `at`, which goes to its own place.
+// Returns the rigid part of a motion: the nearest rotation, and the translation that moves `at` as the motion does.
 Rigid rigid_part(const BoneTransform& motion, const Vec3d& at);
 
-// Returns the screw of a motion. `near` says which point of the axis is the centre.
+// Returns the screw of a motion, with the point of the axis nearest to `near` as its centre.
 Screw screw_of(const Rigid& motion, const Vec3d& near);
 
 // Returns the angle of a turn, radians from 0 to pi.

@@ -1,4 +1,4 @@
-// Poses of a skin: stages of near-rigid flows.
+// pose_skin(): stages of near-rigid flows, the volume that flat triangles lose, and the report.
 #include "knead/skin.h"
 
 #include <fmt/format.h>
@@ -17,6 +17,7 @@
 #include "knead/io.h"
 #include "knead/tools.h"
 #include "mesh/body_points.h"
+#include "mesh/edges.h"
 #include "skin/joints.h"
 #include "strokes/pose.h"
 
@@ -28,34 +29,29 @@ namespace {
 
 using detail::BodySamples;
 
-constexpr double kMaxAstray = 0.25;       // of the diagonal: where 95% of the rigid vertices are at most
-constexpr double kMaxStep = 1;            // spacings that a limb moves in a step
-constexpr double kWorthGivingBack = 0.1;  // of what is lost and gained at edges: what is missing is given back
-constexpr double kTriedGrowth = 0.02;     // of the volume, at most at a sample
-constexpr double kMaxGrowth = 0.5;        // more is not given back: the triangles are too coarse
-constexpr double kNear = 4;               // spacings: what is farther from all that moves is no part of a stage
-constexpr std::size_t kInside = 3000;     // samples of the body
-constexpr double kStiffnessOfBone = 3;    // of samples in limbs that move, beside that of flesh
+constexpr double kMaxRigidDistance = 0.25;  // of the diagonal, for 95% of the rigid vertices
+constexpr double kMaxStep = 1;              // spacings that a limb moves in a step
+constexpr double kMinLostShare = 0.1;       // of the volume lost and gained at edges: less is not restored
+constexpr double kTrialGrowth = 0.02;       // of the volume, the greatest at a sample
+constexpr double kMaxGrowth = 0.5;          // more is not restored: the triangles are too coarse
+constexpr double kStageRadius = 4;          // spacings: a stage does not include the body farther from moving limbs
+constexpr std::size_t kInsideSamples = 3000;
+constexpr double kBoneStiffness = 3;  // of samples in moving limbs, relative to flesh
 
 double time_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Returns for each vertex whether it is of a closed piece: each side of a triangle there has one neighbour, which goes
-// along it the other way. A body is closed, clothes on it may be open.
+// Returns a flag for each vertex of a closed piece: each side of its triangles has one neighbour, with the opposite
+// direction. A body is closed; clothes on it may be open.
 std::vector<bool> closed_pieces(std::span<const Triangle> triangles, std::size_t vertices) {
   using Side = std::pair<std::uint32_t, std::uint32_t>;
   std::vector<Side> sides;
-  std::vector<std::uint32_t> piece(vertices);
-  std::iota(piece.begin(), piece.end(), 0U);
-  const auto root = [&](std::uint32_t v) {
-    while (piece[v] != v) v = piece[v] = piece[piece[v]];
-    return v;
-  };
+  DisjointSets pieces(vertices);
   for (const Triangle& t : triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
       sides.emplace_back(t[k], t[(k + 1) % 3]);
-      piece[root(t[k])] = root(t[(k + 1) % 3]);
+      pieces.join(t[k], t[(k + 1) % 3]);
     }
   }
   std::sort(sides.begin(), sides.end());
@@ -63,10 +59,10 @@ std::vector<bool> closed_pieces(std::span<const Triangle> triangles, std::size_t
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const bool is_twice = i > 0 && sides[i] == sides[i - 1];
     const bool has_other = std::binary_search(sides.begin(), sides.end(), Side{sides[i].second, sides[i].first});
-    if (is_twice || !has_other) is_open[root(sides[i].first)] = true;
+    if (is_twice || !has_other) is_open[pieces.find(sides[i].first)] = true;
   }
   std::vector<bool> is_closed(vertices);
-  for (std::uint32_t v = 0; v < vertices; ++v) is_closed[v] = !is_open[root(v)];
+  for (std::uint32_t v = 0; v < vertices; ++v) is_closed[v] = !is_open[pieces.find(v)];
   return is_closed;
 }
 
@@ -113,18 +109,18 @@ class Poser {
     StageProblem problem;
     problem.spacing = joints_.spacing[stage];
     problem.diagonal = diagonal_;
-    problem.rest_gives = joints_.is_thin[stage];  // a palm gives way to fingers, a chest holds against an arm
+    problem.rest_gives = joints_.is_thin[stage];  // a palm deforms under fingers, a chest does not under an arm
     problem.threads = options_.threads;
     problem.progress = options_.progress;
     problem.motions = [this, stage](double part) { return joints_.motions(stage, part); };
-    const std::vector<Triangle> near = near_triangles(stage, moving, kNear * problem.spacing);
+    const std::vector<Triangle> near = near_triangles(stage, moving, kStageRadius * problem.spacing);
     LiveSurface surface;
     surface.positions = positions_;
     surface.triangles = near;
     std::vector<std::string> warnings;
-    problem.body = tool_detail::body_of(surface, problem.spacing, kInside, options_.threads, warnings);
+    problem.body = tool_detail::body_of(surface, problem.spacing, kInsideSamples, options_.threads, warnings);
     mark_held(moving, problem.body);
-    if (!joints_.is_thin[stage]) stiffen_bones(moving, problem.body);  // fingers beside each other need to give way
+    if (!joints_.is_thin[stage]) stiffen_bones(moving, problem.body);  // fingers beside each other must deform
     add_limbs(stage, moving, near, problem);
     problem.steps = steps_of(stage, problem);
     const double volume = enclosed_volume();
@@ -136,15 +132,15 @@ class Poser {
     give_back(losses, volume - enclosed_volume(), moving, problem);
   }
 
-  // What the flat triangles at an edge lose of the volume below the surface that the flow makes of them. A flow keeps
-  // that volume, so that it is missing afterwards: a quarter as much where edges are half as long.
+  // The volume between the flat triangles at an edge and the curved surface that the flow makes of them. The flow keeps
+  // the volume of the curved surface, so this part is missing: a quarter as much where edges are half as long.
   struct EdgeLoss {
     Vec3d place;
     double volume = 0;
   };
 
-  // Moves the vertices, and finds what is lost at the edges of triangles that bend. Where the middle of an edge comes
-  // to says how far the surface is from the edge; through these places it is a quadric.
+  // Moves the vertices, and finds the volume lost at the edges of triangles that bend. The surface is a quadric through
+  // the images of the edges' middles.
   std::vector<EdgeLoss> move_with_edges(const Flow& flow, const std::vector<Triangle>& near) {
     std::vector<Triangle> bending;
     std::vector<Vec3d> middles;
@@ -167,12 +163,12 @@ class Poser {
     return losses;
   }
 
-  // Lets the flesh grow where volume was lost, by as much as is missing.
+  // Lets the flesh grow where volume was lost, to restore it.
   void give_back(const std::vector<EdgeLoss>& losses, double missing, const std::vector<bool>& moving,
                  StageProblem& problem) {
     double sum = 0;
     for (const EdgeLoss& loss : losses) sum += std::abs(loss.volume);
-    if (!(std::abs(missing) > kWorthGivingBack * sum) || problem.body.points.empty()) return;
+    if (!(std::abs(missing) > kMinLostShare * sum) || problem.body.points.empty()) return;
     std::vector<Vec3d> places;
     places.reserve(losses.size());
     for (const EdgeLoss& loss : losses) places.push_back(loss.place);
@@ -180,21 +176,20 @@ class Poser {
     std::vector<double> growth(problem.body.points.size(), 0.0);
     for (std::size_t i = 0; i < losses.size(); ++i) growth[nearest[i]] += losses[i].volume;
     const double most = usual_size(growth);
-    for (double& rate : growth) rate = std::clamp(rate / most, -1.0, 1.0) * kTriedGrowth;
+    for (double& rate : growth) rate = std::clamp(rate / most, -1.0, 1.0) * kTrialGrowth;
     problem.body.held.clear();
     mark_held(std::vector<bool>(joints_.limbs.size(), false), problem.body);
     if (grow(growing_grid(problem, std::move(growth)), missing)) return;
-    // There is too little room between the limbs, as in a fist: all that moved grows a little.
+    // There is too little room between the limbs, as in a fist: everything that moved grows a little.
     problem.body.held.clear();
     mark_held(moving, problem.body);
     std::erase_if(problem.limbs, [](const LimbPoints& limb) { return limb.moves; });
     growth.clear();
-    for (const bool is_held : problem.body.held) growth.push_back(is_held ? 0 : kTriedGrowth);
+    for (const bool is_held : problem.body.held) growth.push_back(is_held ? 0 : kTrialGrowth);
     grow(growing_grid(problem, std::move(growth)), missing);
   }
 
-  // Moves everything by the grid, as strongly as the missing volume asks for. Returns false if that would be too
-  // strong.
+  // Moves everything by the grid, scaled to restore the missing volume. Returns false if that would exceed kMaxGrowth.
   bool grow(PotentialGrid grid, double missing) {
     const std::vector<Vec3d> before = positions_;
     const double volume = enclosed_volume();
@@ -203,7 +198,7 @@ class Poser {
     move(flow);
     const double strength = missing / (enclosed_volume() - volume);  // the volume is nearly linear in it
     positions_ = before;
-    if (!(std::abs(strength) * kTriedGrowth < kMaxGrowth)) return false;
+    if (!(std::abs(strength) * kTrialGrowth < kMaxGrowth)) return false;
     flow.segments.front().grid = grid = multiplied(std::move(grid), strength);
     move(flow);
     result_.strokes.emplace_back(GridStroke{std::move(grid)});
@@ -211,7 +206,7 @@ class Poser {
     return true;
   }
 
-  // The size that 95% of the numbers other than 0 have at most: one deep fold must not stand against all else.
+  // Returns the 95th percentile of the sizes of the numbers other than 0, so that one deep fold does not dominate.
   static double usual_size(const std::vector<double>& numbers) {
     std::vector<double> sizes;
     for (const double number : numbers) {
@@ -221,7 +216,7 @@ class Poser {
     return sizes.empty() ? 1.0 : sizes[sizes.size() - 1 - sizes.size() / 20];
   }
 
-  // The volume within the closed pieces.
+  // Returns the volume within the closed pieces.
   double enclosed_volume() const {
     double sum = 0;
     if (!has_volume_) return sum;
@@ -233,19 +228,19 @@ class Poser {
     return sum;
   }
 
-  // So many that no limb turns by more than 10 degrees in one, or moves by more than a spacing.
+  // Returns the number of steps: no limb turns by more than 10 degrees, or moves by more than a spacing, in one.
   std::size_t steps_of(std::size_t stage, const StageProblem& problem) const {
     constexpr double kMaxTurn = std::numbers::pi / 18;
-    constexpr int kPiecesOfWay = 16;
+    constexpr int kPathPieces = 16;
     double steps = std::max(1.0, greatest_turn(stage) / kMaxTurn);
     std::vector<std::vector<Rigid>> motions;
-    for (int i = 0; i <= kPiecesOfWay; ++i) motions.push_back(problem.motions(static_cast<double>(i) / kPiecesOfWay));
+    for (int i = 0; i <= kPathPieces; ++i) motions.push_back(problem.motions(static_cast<double>(i) / kPathPieces));
     for (const LimbPoints& limb : problem.limbs) {
       for (const Vec3d& p : limb.points) {
         if (!limb.moves) break;
         const Vec3d start = inverse(motions.front()[limb.limb])(p);
         double way = 0;
-        for (std::size_t i = 0; i < kPiecesOfWay; ++i)
+        for (std::size_t i = 0; i < kPathPieces; ++i)
           way += norm(motions[i + 1][limb.limb](start) - motions[i][limb.limb](start));
         steps = std::max(steps, way / (kMaxStep * problem.spacing));
       }
@@ -253,7 +248,7 @@ class Poser {
     return static_cast<std::size_t>(std::ceil(steps));
   }
 
-  // A limb moves in a stage if it or one before it turns then.
+  // Finds the limbs that move in a stage: they turn, or a limb before them does.
   std::vector<bool> moving_limbs(std::size_t stage) const {
     std::vector<bool> moving(joints_.limbs.size(), false);
     for (std::size_t i = 1; i < moving.size(); ++i) {
@@ -262,7 +257,7 @@ class Poser {
     return moving;
   }
 
-  // How much of a vertex moves.
+  // Returns the weight of moving limbs at a vertex.
   double moving_weight(const std::vector<bool>& moving, std::size_t v) const {
     double sum = 0;
     for (std::size_t i = joints_.begin[v]; i < joints_.begin[v + 1]; ++i) {
@@ -271,7 +266,7 @@ class Poser {
     return sum;
   }
 
-  // The triangles that move, or are near a place through which a vertex passes.
+  // Returns the triangles that move, or are near the path of a vertex.
   std::vector<Triangle> near_triangles(std::size_t stage, const std::vector<bool>& moving, double distance) const {
     constexpr int kMoments = 8;
     std::vector<Vec3d> places;
@@ -301,7 +296,7 @@ class Poser {
     return result;
   }
 
-  // Points of each limb that moves, and of all that rests.
+  // Adds the points of each moving limb, and those of all resting ones.
   void add_limbs(std::size_t stage, const std::vector<bool>& moving, const std::vector<Triangle>& near,
                  StageProblem& problem) const {
     std::vector<bool> used(positions_.size(), false);
@@ -319,7 +314,7 @@ class Poser {
     }
   }
 
-  // Whether a vertex is so near to a joint that turns in this stage that the flesh has to bend there.
+  // Returns true if a vertex is so near to a turning joint that the flesh must bend there.
   bool bends(std::size_t stage, const std::vector<bool>& moving, std::size_t v) const {
     for (std::size_t i = 1; i < joints_.limbs.size(); ++i) {
       const SkinLimb& limb = joints_.limbs[i];
@@ -331,7 +326,7 @@ class Poser {
     return false;
   }
 
-  // The most that a limb turns in a stage: against the one before it, or by all joints of a chain together.
+  // Returns the greatest turn of a limb in a stage: against the limb before it, or by all joints of a chain together.
   double greatest_turn(std::size_t stage) const {
     double most = 0;
     const std::vector<Rigid> first = joints_.motions(stage, 0);
@@ -350,7 +345,7 @@ class Poser {
     return most;
   }
 
-  // A sample rests if the nearest vertex rests.
+  // Marks the samples whose nearest vertex rests.
   void mark_held(const std::vector<bool>& moving, BodySamples& body) const {
     const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(positions_, body.points);
     for (const std::uint32_t v : nearest) {
@@ -359,12 +354,12 @@ class Poser {
     }
   }
 
-  // A limb that moves is stiffer than flesh, so that what presses on it does not flatten it.
+  // Makes moving limbs stiffer than flesh, so that other limbs do not flatten them.
   void stiffen_bones(const std::vector<bool>& moving, BodySamples& body) const {
     const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(positions_, body.points);
     for (std::size_t i = 0; i < nearest.size(); ++i) {
       const std::optional<std::size_t> limb = joints_.rigid_limb(nearest[i], options_.rigid_weight);
-      if (limb && moving[*limb]) body.stiffness[i] *= kStiffnessOfBone;
+      if (limb && moving[*limb]) body.stiffness[i] *= kBoneStiffness;
     }
   }
 
@@ -378,7 +373,7 @@ class Poser {
     if (advect(flow, points, options).status == AdvectStatus::cancelled) throw Cancelled();
   }
 
-  // How far what should be rigid is from the place to which its limb goes.
+  // Finds the distances of rigid vertices from where their limbs take them.
   void find_distances() {
     const std::vector<Rigid> motions = joints_.motions(joints_.stages, 1);
     std::vector<double> distances;
@@ -390,7 +385,7 @@ class Poser {
     std::sort(distances.begin(), distances.end());
     result_.report.part_distance = distances.back();
     result_.report.part_distance_95 = distances[(distances.size() * 95 + 99) / 100 - 1];
-    if (result_.report.part_distance_95 > kMaxAstray) {
+    if (result_.report.part_distance_95 > kMaxRigidDistance) {
       throw InvalidInput(
           fmt::format("limbs end {:.0f}% of the shape's size from their bones: they are too thick for their length at "
                       "the joints that "
@@ -399,9 +394,9 @@ class Poser {
     }
   }
 
-  // The turn and the shift of the skeleton as a whole.
+  // Adds the turn and the shift of the skeleton as a whole.
   void move_whole() {
-    constexpr double kSmall = 1e-12;
+    constexpr double kNoMotion = 1e-12;
     const Vec3d center = bounding_box(positions_).center();
     double radius = 0;
     for (const Vec3d& p : positions_) radius = std::max(radius, norm(p - center));
@@ -410,7 +405,7 @@ class Poser {
       move(flow_of(stroke));
       result_.strokes.push_back(stroke);
     };
-    if (turn.angle > kSmall) {
+    if (turn.angle > kNoMotion) {
       RotateStroke stroke;
       stroke.center = center;
       stroke.axis = turn.axis;
@@ -420,7 +415,7 @@ class Poser {
       add(stroke);
     }
     const Vec3d shift = joints_.base(center) - center;
-    if (norm(shift) > kSmall * diagonal_) {
+    if (norm(shift) > kNoMotion * diagonal_) {
       ImplicitStroke stroke;
       stroke.path = {center, center + shift};
       stroke.inner = 1.05 * radius;
@@ -432,9 +427,9 @@ class Poser {
   const SkinOptions& options_;
   std::vector<Triangle> triangles_;
   std::vector<Vec3d> rest_;
-  std::vector<Vec3d> positions_;  // where the vertices are by now
-  std::vector<bool> is_closed_;   // for each vertex whether its piece of the surface is
-  bool has_volume_ = false;       // a piece is
+  std::vector<Vec3d> positions_;  // the present ones
+  std::vector<bool> is_closed_;   // for each vertex: its piece of the surface is closed
+  bool has_volume_ = false;       // a piece is closed
   double diagonal_ = 0;
   Joints joints_;
   SkinResult result_;
@@ -449,7 +444,7 @@ void require_options(const SkinOptions& options) {
   }
 }
 
-// A shape at rest, with which poses of it are compared.
+// Compares poses with the shape at rest.
 class RestShape {
  public:
   RestShape(const Mesh& mesh, int threads, const Progress* progress)

@@ -1,3 +1,4 @@
+// Poses of skins: rigid bones, kept volume, correctives, and the blends they are compared with.
 #include "knead/skin.h"
 
 #include <gtest/gtest.h>
