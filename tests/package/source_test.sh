@@ -85,14 +85,19 @@ sets_here() {
   echo scalar
 }
 
+# Says which tests were run where not all were. A bar would end the cell of the table.
+part_of_tests() {
+  [[ -z ${KNEAD_TESTS:-} ]] || echo "; only \`${KNEAD_TESTS//|/\\|}\`"
+}
+
 write_row() {
   local file=$here/docs/packaging.md row
   row="| $suite | $(inside "$compiler --version" | sed -n 1p) | $1 | $2 | $3 | $(git -C "$here" rev-parse --short=8 HEAD) |"
-  awk -v row="$row" '
+  row=$row awk '
     function key(text, cells) { split(text, cells, " [|] "); sub(/ .*/, "", cells[2]); return cells[1] cells[2] }
     /<!-- sources -->/ { within = 1 }
-    within && /^\| [a-z]+ \|/ && key($0) == key(row) { next }
-    /<!-- end of the sources -->/ { print row; within = 0 }
+    within && /^\| [a-z]+ \|/ && key($0) == key(ENVIRON["row"]) { next }
+    /<!-- end of the sources -->/ { print ENVIRON["row"]; within = 0 }
     { print }' "$file" >"$scratch/page"
   cp "$scratch/page" "$file"
 }
@@ -106,7 +111,7 @@ if inside './dev demo' >"$scratch/demo" 2>&1; then
   bits=$(same_bits)
   inside "./dev test ${KNEAD_TESTS:-}" 2>&1 | tee "$scratch/tests" || true
   tests=$(sed -nE 's/^[0-9]+% tests passed, ([0-9]+) tests? failed out of ([0-9]+)$/\1 of \2 failed/p' "$scratch/tests" | tail -n 1)
-  tests="${tests:-not built}, $(grep -c '\*\*\*Skipped' "$scratch/tests" || true) skipped"
+  tests="${tests:-not built}, $(grep -c '\*\*\*Skipped' "$scratch/tests" || true) skipped$(part_of_tests)"
 else
   tail -n 40 "$scratch/demo" >&2
 fi
