@@ -50,8 +50,12 @@
 #include "knead/stroke.h"
 #include "knead/tools.h"
 
-// Sessions: the .knead file, replay, report and certificate, and the workbench of an interactive program.
+// Sessions: the .knead file, replay, derivatives, report and certificate.
 #include "knead/certify.h"
+#include "knead/derivatives.h"
 #include "knead/replay.h"
 #include "knead/session.h"
+
+// Editors: a shape that strokes deform and its states, and the workbench with undo.
+#include "knead/shape_state.h"
 #include "knead/workbench.h"

@@ -1,3 +1,4 @@
+// The certificate of a result, and how far a session is safe for cells.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -191,6 +192,68 @@ void add_distances(const std::vector<StrokeDistance>& strokes, Certificate& cert
   certificate.carried_back_rms = std::sqrt(back_squares / points);
 }
 
+void require_positions(const Mesh& before, std::span<const Vec3d> after, const Session& session,
+                       const ReplayOptions& options) {
+  if (after.size() != before.vertex_count()) {
+    throw InvalidInput(fmt::format("there are {} positions to certify, but {} vertices; give one for each vertex",
+                                   after.size(), before.vertex_count()));
+  }
+  require_finite(after);
+  if (Replay(borrow(before), session, options).remeshes()) {
+    throw InvalidInput("the session remeshes, so its result has other vertices; remove its remesh events");
+  }
+}
+
+constexpr double kSamplesPerStroke = 16;
+constexpr double kMaxSamples = 256;
+constexpr int kHalvings = 10;
+
+double sample_count(double most) { return std::max(1.0, std::min(kMaxSamples, std::ceil(kSamplesPerStroke * most))); }
+
+// The points of a mesh after any part of a session.
+class MovedPoints {
+ public:
+  MovedPoints(const Session& session, std::span<const Vec3d> points, const SafeCellsOptions& options)
+      : session_(session), points_(points), options_(options) {
+    advection_ = advect_options(options.motion, options.motion.diagonal.value_or(reference_length(points)));
+    advection_.progress = options.progress;
+  }
+
+  // After a step limit the points as they were.
+  std::vector<Vec3d> at(double until) {
+    const Flow flow = flow_of(session_, {options_.part.direction, until}, options_.motion.threads);
+    std::vector<Vec3d> moved(points_.begin(), points_.end());
+    const AdvectStatus status = advect(flow, moved, advection_).status;
+    stop_if_cancelled(options_.progress);
+    if (status != AdvectStatus::done) status_ = status;
+    return moved;
+  }
+
+  AdvectStatus status() const { return status_; }
+
+ private:
+  const Session& session_;
+  std::span<const Vec3d> points_;
+  const SafeCellsOptions& options_;
+  AdvectOptions advection_;
+  AdvectStatus status_ = AdvectStatus::done;
+};
+
+std::optional<double> outer_that_fits(const Session& session, const Cells& cells, MovedPoints& motion,
+                                      const SafeUntil& range, const SafeCellsOptions& options) {
+  const std::size_t number = strokes_before(range);
+  const bool is_forwards = options.part.direction == Direction::forwards;
+  const std::vector<Vec3d> points = motion.at(is_forwards ? static_cast<double>(number) : 0);
+  std::vector<Vec3d> boundary;
+  for (const std::uint32_t v : boundary_points(cells, points.size(), options.motion.threads)) {
+    boundary.push_back(points[v]);
+  }
+  const SessionStroke& stroke = session.strokes[number];
+  const double strength = std::max(1.0, stroke.strength);
+  return widest_outer(strength > 1 ? prolonged(stroke.stroke, strength) : stroke.stroke, boundary,
+                      options.motion.threads);
+}
+
 }  // namespace
 
 CertificateBuilder::CertificateBuilder(const Mesh& mesh, const ReplayOptions& options)
@@ -244,22 +307,6 @@ Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float
   return certificate;
 }
 
-namespace {
-
-void require_positions(const Mesh& before, std::span<const Vec3d> after, const Session& session,
-                       const ReplayOptions& options) {
-  if (after.size() != before.vertex_count()) {
-    throw InvalidInput(fmt::format("there are {} positions to certify, but {} vertices; give one for each vertex",
-                                   after.size(), before.vertex_count()));
-  }
-  require_finite(after);
-  if (will_remesh(before, session, options)) {
-    throw InvalidInput("the session remeshes, so its result has other vertices; remove its remesh events");
-  }
-}
-
-}  // namespace
-
 Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Session& session,
                     const ReplayOptions& options) {
   require_positions(before, after, session, options);
@@ -288,60 +335,6 @@ Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Sess
   result.shape = with_given(std::move(result.shape));
   return builder.finish(result, false);
 }
-
-namespace {
-
-constexpr double kSamplesPerStroke = 16;
-constexpr double kMaxSamples = 256;
-constexpr int kHalvings = 10;
-
-double sample_count(double most) { return std::max(1.0, std::min(kMaxSamples, std::ceil(kSamplesPerStroke * most))); }
-
-// The points of a mesh after any part of a session.
-class MovedPoints {
- public:
-  MovedPoints(const Session& session, std::span<const Vec3d> points, const SafeCellsOptions& options)
-      : session_(session), points_(points), options_(options) {
-    advection_ = advect_options(options.motion, options.motion.diagonal.value_or(reference_length(points)));
-    advection_.progress = options.progress;
-  }
-
-  // After a step limit the points as they were.
-  std::vector<Vec3d> at(double until) {
-    const Flow flow = flow_of(session_, {options_.part.direction, until}, options_.motion.threads);
-    std::vector<Vec3d> moved(points_.begin(), points_.end());
-    const AdvectStatus status = advect(flow, moved, advection_).status;
-    stop_if_cancelled(options_.progress);
-    if (status != AdvectStatus::done) status_ = status;
-    return moved;
-  }
-
-  AdvectStatus status() const { return status_; }
-
- private:
-  const Session& session_;
-  std::span<const Vec3d> points_;
-  const SafeCellsOptions& options_;
-  AdvectOptions advection_;
-  AdvectStatus status_ = AdvectStatus::done;
-};
-
-std::optional<double> outer_that_fits(const Session& session, const Cells& cells, MovedPoints& motion,
-                                      const SafeUntil& range, const SafeCellsOptions& options) {
-  const std::size_t number = strokes_before(range);
-  const bool is_forwards = options.part.direction == Direction::forwards;
-  const std::vector<Vec3d> points = motion.at(is_forwards ? static_cast<double>(number) : 0);
-  std::vector<Vec3d> boundary;
-  for (const std::uint32_t v : boundary_points(cells, points.size(), options.motion.threads)) {
-    boundary.push_back(points[v]);
-  }
-  const SessionStroke& stroke = session.strokes[number];
-  const double strength = std::max(1.0, stroke.strength);
-  return widest_outer(strength > 1 ? prolonged(stroke.stroke, strength) : stroke.stroke, boundary,
-                      options.motion.threads);
-}
-
-}  // namespace
 
 SafeUntil safe_until(double most, const std::function<bool(double until)>& holds) {
   const double samples = sample_count(most);
