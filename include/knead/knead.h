@@ -32,6 +32,7 @@
 // Meshes and volume meshes, and what you can ask of them.
 #include "knead/cells.h"
 #include "knead/mesh.h"
+#include "knead/splats.h"
 
 // Files: read a shape, and write it back with everything else that its file holds; animations.
 #include "knead/animation.h"

@@ -195,6 +195,11 @@ class DeformedShape {
   Vec3d normal(std::uint32_t vertex) const;
   // Returns whether the shape carries normals.
   bool has_normals() const { return normals_.has_value(); }
+  // From now on, what moves splats (splats.h) also changes their sizes, turns and colours, with an error of about 1e-6.
+  // For a shape that holds splats; meant for moves only, not for states that are restored.
+  void carry_splats();
+  // Returns what deformed_splats() returns for the moves since carry_splats(); nothing without that.
+  std::vector<Attribute> splats() const;
   // Returns the triangles of the faces; a polygon is always cut in the same way. They name the first vertex at each
   // place, as WeldedMesh does.
   std::span<const Triangle> triangles() const;
@@ -275,6 +280,7 @@ class DeformedShape {
 
   void start_normals(std::vector<Vec3d> normals);
   void lay_out(bool sorted);
+  void carry_jacobians(const Flow& flow, AdvectOptions options);
   AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
   AdvectResult move_on_walls(const Flow& flow, const AdvectOptions& options);
   const session_detail::RelaxMesh& relax_mesh() const;
@@ -294,6 +300,7 @@ class DeformedShape {
   std::size_t segments_ = 0;                  // that have moved the vertices since the start or a restore
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
   std::optional<session_detail::TransportedNormals> normals_;
+  std::vector<Mat3d> jacobians_;  // of all moves at each splat; empty: not carried
   Mask mask_;
   std::shared_ptr<const MeshWalls> walls_;
   double put_back_ = 0;

@@ -9,6 +9,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/shape_state.h"
+#include "knead/splats.h"
 #include "knead/vec.h"
 #include "math/system.h"
 #include "remesh/relax.h"
@@ -37,6 +38,7 @@ using session_detail::TransportedNormals;
 // Of the diagonal: the error of the path lines around a point with a normal, and the distance at which they begin. That
 // leaves about 1e-5 of a normal's direction to the rounding of the path lines, and less to the curvature of the flow.
 constexpr double kNormalTolerance = 1e-9;
+constexpr double kJacobianTolerance = 1e-7;  // of the path lines at which splats have Jacobians
 constexpr double kNormalReach = 1e-4;
 
 // Squares of lengths beyond these limits overflow or vanish in single precision. Of all tools paint fails first: not
@@ -264,6 +266,21 @@ std::vector<Vec3d> DeformedShape::normals() const {
 
 Vec3d DeformedShape::normal(std::uint32_t vertex) const { return turned_normal(*normals_, vertex); }
 
+void DeformedShape::carry_splats() { jacobians_.assign(positions_.size(), Mat3d{}); }
+
+std::vector<Attribute> DeformedShape::splats() const {
+  return jacobians_.empty() ? std::vector<Attribute>{} : deformed_splats(*mesh_, jacobians_, motion_.threads);
+}
+
+// The vertices are where the flow begins.
+void DeformedShape::carry_jacobians(const Flow& flow, AdvectOptions options) {
+  options.tolerance = std::min(options.tolerance, kJacobianTolerance * reference_length_);
+  const std::vector<Mat3d> more = jacobians(flow, positions_, options);
+  for (std::size_t i = 0; i < more.size(); ++i) {
+    if (more[i] != Mat3d{}) jacobians_[i] = more[i] * jacobians_[i];
+  }
+}
+
 Mesh DeformedShape::to_mesh() const {
   Mesh result = *mesh_;
   result.positions = positions_;
@@ -294,6 +311,7 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   if (flow.segments.empty()) return AdvectStatus::done;
   AdvectOptions options = advect_options(motion_, reference_length_);
   options.progress = progress;
+  if (!jacobians_.empty()) carry_jacobians(flow, options);
   AdvectResult result = walls_ ? move_on_walls(flow, options) : move_vertices(flow, options);
   if (result.status == AdvectStatus::done && normals_ && !normals_->vertex.empty()) {
     options.tolerance = kNormalTolerance * reference_length_;
@@ -369,6 +387,9 @@ void DeformedShape::take(const std::vector<bool>& vertices, const DeformedShape&
       if (vertices[normals_->vertex[i / 4]]) normals_->now[i] = from.normals_->now[i];
     }
     normals_->blocks.reset();
+  }
+  for (std::size_t i = 0; i < jacobians_.size(); ++i) {
+    if (vertices[i]) jacobians_[i] = from.jacobians_[i];
   }
   work_ = from.work_;
   earlier_steps_ = from.steps();

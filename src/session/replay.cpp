@@ -12,6 +12,7 @@
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/replay.h"
+#include "knead/splats.h"
 #include "knead/tools.h"
 #include "session/deformed_shape_detail.h"
 #include "session/mesh_walls.h"
@@ -93,6 +94,7 @@ class PlanRun {
         plan_(std::move(plan)),
         shape_(mesh, options.motion, options.remesh, options.normals),
         image_(mesh) {
+    if (are_splats(*mesh)) shape_.carry_splats();
     if (plan_.strokes_on_reference > 0) reference_ = reference_shape(mesh, options);
     if (session.mesh_walls) set_walls(*mesh);
     for (const PlannedStroke& planned : plan_.strokes) {

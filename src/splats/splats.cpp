@@ -20,7 +20,6 @@ namespace {
 
 constexpr std::size_t kMaxDegree = 3;
 constexpr std::size_t kChannels = 3;
-constexpr double kMaxBend = 0.1;  // of a standard deviation
 constexpr std::size_t kGrain = 4096;
 
 // The columns of a matrix.
@@ -187,20 +186,20 @@ class DegreeTurner {
   std::vector<double> inverse_;
 };
 
-// The attributes of splats in a mesh.
+// The attributes of splats.
 class SplatColumns {
  public:
-  explicit SplatColumns(Mesh& mesh) {
+  explicit SplatColumns(std::vector<Attribute>& attributes) {
     std::size_t rest = 0;
-    while (find(mesh, fmt::format("f_rest_{}", rest)) != nullptr) ++rest;
+    while (find(attributes, fmt::format("f_rest_{}", rest)) != nullptr) ++rest;
     for (degree_ = 0; kChannels * (degree_ * (degree_ + 2)) < rest; ++degree_) {
     }
     if (degree_ > kMaxDegree || kChannels * (degree_ * (degree_ + 2)) != rest) {
       throw InvalidInput(fmt::format("splats have 0, 9, 24 or 45 harmonics f_rest_*, not {}", rest));
     }
-    for (std::size_t i = 0; i < 3; ++i) scales_[i] = find(mesh, fmt::format("scale_{}", i));
-    for (std::size_t i = 0; i < 4; ++i) turns_[i] = find(mesh, fmt::format("rot_{}", i));
-    for (std::size_t i = 0; i < rest; ++i) harmonics_.push_back(find(mesh, fmt::format("f_rest_{}", i)));
+    for (std::size_t i = 0; i < 3; ++i) scales_[i] = find(attributes, fmt::format("scale_{}", i));
+    for (std::size_t i = 0; i < 4; ++i) turns_[i] = find(attributes, fmt::format("rot_{}", i));
+    for (std::size_t i = 0; i < rest; ++i) harmonics_.push_back(find(attributes, fmt::format("f_rest_{}", i)));
   }
 
   std::size_t degree() const { return degree_; }
@@ -237,8 +236,8 @@ class SplatColumns {
   }
 
  private:
-  static std::vector<double>* find(Mesh& mesh, const std::string& name) {
-    for (Attribute& attribute : mesh.attributes) {
+  static std::vector<double>* find(std::vector<Attribute>& attributes, const std::string& name) {
+    for (Attribute& attribute : attributes) {
       const bool is_it = attribute.name == name && attribute.domain == Domain::vertex && attribute.components == 1;
       if (is_it) return &attribute.values;
     }
@@ -272,39 +271,6 @@ void deform(SplatColumns& columns, std::size_t splat, const Mat3d& j) {
   columns.set_turn(splat, quaternion_of(axes, before));
 }
 
-// Returns the places one standard deviation from the centres along the longest axes: two for each of the splats.
-std::vector<Vec3d> tips_of(const Mesh& mesh, const SplatColumns& columns, std::span<const std::uint32_t> splats) {
-  std::vector<Vec3d> tips;
-  tips.reserve(2 * splats.size());
-  for (const std::uint32_t i : splats) {
-    const std::array<double, 3> scales = columns.scales(i);
-    const auto longest = static_cast<std::size_t>(std::max_element(scales.begin(), scales.end()) - scales.begin());
-    const Vec3d step = axes_of(columns.turn(i))[longest] * elementary::exp(std::min(scales[longest], 300.0));
-    tips.push_back(mesh.positions[i] + step);
-    tips.push_back(mesh.positions[i] - step);
-  }
-  return tips;
-}
-
-// Counts the splats whose image bends over one standard deviation.
-std::size_t count_bent(const Mesh& mesh, const SplatColumns& columns, std::span<const std::uint32_t> splats,
-                       const Flow& flow, const AdvectOptions& options) {
-  const std::vector<Vec3d> tips = tips_of(mesh, columns, splats);
-  if (!std::all_of(tips.begin(), tips.end(), [](const Vec3d& tip) { return is_finite(tip); })) return splats.size();
-  std::vector<Vec3d> moved = tips;
-  std::vector<Vec3d> centers;
-  for (const std::uint32_t i : splats) centers.push_back(mesh.positions[i]);
-  if (advect(flow, moved, options).status != AdvectStatus::done) return splats.size();
-  advect(flow, centers, options);
-  std::size_t bent = 0;
-  for (std::size_t i = 0; i < splats.size(); ++i) {
-    const Vec3d second = moved[2 * i] + moved[2 * i + 1] - centers[i] * 2;
-    const double deviation = norm(tips[2 * i] - tips[2 * i + 1]) / 2;
-    if (norm(second) > kMaxBend * deviation) ++bent;
-  }
-  return bent;
-}
-
 }  // namespace
 
 bool are_splats(const Mesh& mesh) {
@@ -322,26 +288,27 @@ bool are_splats(const Mesh& mesh) {
   return true;
 }
 
-DeformedSplats deform_splats(Mesh& splats, const Flow& flow, const AdvectOptions& options) {
+std::vector<Attribute> deformed_splats(const Mesh& splats, std::span<const Mat3d> jacobians, int threads,
+                                       const Progress* progress) {
   if (!are_splats(splats)) throw InvalidInput("splats need scale_0 to scale_2 and rot_0 to rot_3, and no faces");
-  SplatColumns columns(splats);
-  const std::vector<Mat3d> all = jacobians(flow, splats.positions, options);
-  std::vector<std::uint32_t> changed;
-  for (std::uint32_t i = 0; i < all.size(); ++i) {
-    if (all[i] != Mat3d{}) changed.push_back(i);
+  if (jacobians.size() != splats.vertex_count()) throw InvalidInput("give a Jacobian for each splat");
+  std::vector<Attribute> result;
+  for (const Attribute& attribute : splats.attributes) {
+    const auto begins = [&](const char* with) { return attribute.name.starts_with(with); };
+    if (begins("scale_") || begins("rot_") || begins("f_rest_")) result.push_back(attribute);
   }
-  const std::size_t bent = count_bent(splats, columns, changed, flow, options);
+  SplatColumns columns(result);
   std::vector<DegreeTurner> turners;
   for (std::size_t degree = 1; degree <= columns.degree(); ++degree) turners.emplace_back(degree);
-  parallel_for(changed.size(), kGrain, options.threads, [&](std::size_t begin, std::size_t end) {
-    stop_if_cancelled(options.progress);
+  parallel_for(jacobians.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(progress);
     for (std::size_t i = begin; i < end; ++i) {
-      const Mat3d& j = all[changed[i]];
-      deform(columns, changed[i], j);
-      if (!turners.empty()) columns.turn_harmonics(changed[i], rotation_of(j), turners);
+      if (jacobians[i] == Mat3d{}) continue;
+      deform(columns, i, jacobians[i]);
+      if (!turners.empty()) columns.turn_harmonics(i, rotation_of(jacobians[i]), turners);
     }
   });
-  return {changed.size(), bent};
+  return result;
 }
 
 }  // namespace knead
