@@ -22,7 +22,6 @@ struct Patch {
   std::vector<std::uint8_t> holds_face;      // for each face of the mesh: 1 if the patch holds it
   std::vector<MeshEdge> other_creases;       // creases of the mesh outside the patch, by vertices of the mesh
 
-  bool is_new_vertex(std::size_t v) const { return v >= vertex_source.size(); }
   // Returns true if face f still has its original vertices.
   bool is_unchanged(std::size_t f) const { return f < triangles.size() && surface.triangle(f) == triangles[f]; }
 };
