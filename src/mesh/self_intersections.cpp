@@ -477,14 +477,14 @@ class FlatVertices {
   }
 
  private:
-  static constexpr std::size_t kMost = 32;  // triangles at a vertex that are looked at
+  static constexpr std::size_t kMaxTriangles = 32;  // triangles at a vertex that are looked at
 
   // Goes round the vertex from triangle to triangle, which all must turn the same way. Each full turn passes once from
   // one side of a line through the vertex to the other, and once back.
   bool is_flat(std::uint32_t v) const {
     const std::size_t count = begin_[v + std::size_t{1}] - begin_[v];
-    if (count < 3 || count > kMost) return false;
-    std::array<std::array<std::uint32_t, 2>, kMost> sides{};  // the other corners of each triangle
+    if (count < 3 || count > kMaxTriangles) return false;
+    std::array<std::array<std::uint32_t, 2>, kMaxTriangles> sides{};  // the other corners of each triangle
     Vec3d normal{};
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t c = corners_[begin_[v] + i];

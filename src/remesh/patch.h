@@ -31,7 +31,6 @@ struct Patch {
   std::size_t corner_rows = 1;               // in the values of a corner: those of the kept face, then of equal ones
   std::vector<MeshEdge> other_creases;       // creases of the mesh outside the patch, by vertices of the mesh
 
-  bool is_new_vertex(std::size_t v) const { return v >= vertex_source.size(); }
   // Returns the faces that are equal to the kept face f of the mesh.
   std::span<const EqualFace> equal_to(std::uint32_t f) const;
   // Returns true if face f still has its original vertices.

@@ -180,13 +180,15 @@ void require_no_numbers(const Stroke& stroke) {
         "\"parts\" names vertices, but remeshing after an earlier stroke changed their numbers; name points instead, "
         "with \"points\" and \"pin_point\"");
   }
-  const auto* handles = std::get_if<HandlesStroke>(&stroke);
-  if (handles == nullptr || (handles->full_vertices.empty() && handles->zero_vertices.empty())) return;
-  const bool full = !handles->full_vertices.empty();
-  throw InvalidInput(
-      fmt::format("\"{}\" names vertices, but remeshing after an earlier stroke changed their numbers; "
-                  "name points instead, with \"{}\"",
-                  full ? "full_vertices" : "zero_vertices", full ? "full" : "zero"));
+  Stroke own = stroke;
+  for (const StrokeKey& key : tool_of(own).keys(own)) {
+    auto* const* numbers = std::get_if<std::vector<std::uint32_t>*>(&key.value);
+    if (numbers == nullptr || *numbers == nullptr || (*numbers)->empty()) continue;
+    throw InvalidInput(
+        fmt::format("\"{}\" names vertices, but remeshing after an earlier stroke changed their numbers; "
+                    "name points instead, with \"{}\"",
+                    key.name, key.name.substr(0, key.name.find("_vertices"))));
+  }
 }
 
 // Names places where triangles still cross, each far from the others.
@@ -333,9 +335,11 @@ void StrokeRun::check_limit_cylinder() {
 void StrokeRun::warn_of_cpu() {
   const std::vector<Segment>& segments = stroke_.flow.segments;
   const auto is_sum = [](const Segment& segment) { return !segment.parts.empty(); };
-  if (!shape_.motion().backend || std::none_of(segments.begin(), segments.end(), is_sum)) return;
-  stroke_.outcome.warnings.emplace_back(
-      "the GPU cannot evaluate mirror images at the same time: the CPU moves the vertices in this stroke");
+  const bool is_handles = std::holds_alternative<HandlesStroke>(stroke_.source->stroke);
+  if (!shape_.motion().backend || !(is_handles || std::any_of(segments.begin(), segments.end(), is_sum))) return;
+  stroke_.outcome.warnings.push_back(
+      fmt::format("the GPU cannot evaluate {}: the CPU moves the vertices in this stroke",
+                  is_handles ? "handles" : "mirror images at the same time"));
 }
 
 // Where the flow along the mask's border is much faster than the tool, it distorts the shape there.

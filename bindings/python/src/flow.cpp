@@ -33,8 +33,7 @@ MotionOptions motion_options(const Accuracy& accuracy) {
   }
   const std::optional<Integrator> integrator = integrator_named(accuracy.integrator);
   if (!integrator) {
-    throw InvalidInput(
-        fmt::format("integrator must be \"tsit5\", \"dp54\", \"bs32\" or \"rk4\", got \"{}\"", accuracy.integrator));
+    throw InvalidInput(fmt::format("integrator must be \"tsit5\" or \"rk4\", got \"{}\"", accuracy.integrator));
   }
   motion.integrator = *integrator;
   return motion;

@@ -58,7 +58,7 @@ void read_option(const JsonMember& member, Options& options) {
     replay.motion.relative_tolerance = value.number();
   } else if (key == "integrator") {
     const auto found = value.is_text() ? integrator_named(value.text()) : std::nullopt;
-    if (!found) fail(key, "\"tsit5\", \"dp54\", \"bs32\" or \"rk4\"");
+    if (!found) fail(key, "\"tsit5\" or \"rk4\"");
     replay.motion.integrator = *found;
   } else if (key == "precision") {
     const std::string text = value.is_text() ? value.text() : "";
