@@ -1,4 +1,5 @@
-// A polygon mesh: positions in double precision, faces with any number of corners, attributes.
+// Polygon meshes: triangles, joined and welded meshes, normals, procedural shapes, measures, searches by trees, and
+// self-intersections.
 #pragma once
 
 #include <array>
@@ -74,15 +75,16 @@ struct Mesh {
   }
 };
 
-// Returns what the values of a color are multiplied with to be from 0 to 1: by the type where they are bytes or shorts,
-// else by the greatest of them, which may be up to 1, 255 or 65535. Reals little above 1 are light brighter than white.
+// Returns the factor that scales the values of a color to the range from 0 to 1. It follows from the type for bytes and
+// shorts, else from the greatest value, which may be up to 1, 255 or 65535. Reals up to 16 keep their values: they are
+// light brighter than white.
 double color_scale(const Attribute& color);
 
 // Throws InvalidInput, with the number of the first vertex, face or corner at fault, unless the invariants hold, every
 // coordinate is finite, and every attribute has its numbers. Time: linear.
 void validate(const Mesh& mesh);
 
-// Cuts polygons into triangles.
+// Triangles of polygons.
 
 using Triangle = std::array<std::uint32_t, 3>;  // three vertices, counter-clockwise seen from outside
 
@@ -101,7 +103,7 @@ void triangulate_polygon(std::span<const Vec3d> positions, std::span<const std::
                          std::vector<Triangle>& triangles);
 
 // Throws InvalidInput, with the number of the first triangle at fault, unless every triangle has vertices below the
-// number of positions, at finite places.
+// number of positions, with finite coordinates.
 void check_triangles(std::span<const Triangle> triangles, std::span<const Vec3d> positions);
 
 // Calls visit(triangle) for each triangle that triangulate() would return for the mesh with these positions.
@@ -129,8 +131,8 @@ struct MeshPart {
   std::vector<std::uint32_t> face_source;
 };
 
-// Several meshes as one, and the way back. In mesh() they follow each other: vertices, faces, corners, and attributes.
-// The attributes of one mesh are 0 at the elements of all others.
+// Joins several meshes into one, and separates them again. mesh() has the vertices, faces, corners and attributes of
+// the meshes one after the other. The attributes of one mesh are 0 at the elements of all others.
 class JoinedMeshes {
  public:
   // Throws InvalidInput if there are more vertices or corners than 32 bits can number.
@@ -141,15 +143,15 @@ class JoinedMeshes {
   // Returns the number of meshes.
   std::size_t size() const { return begins_.size() - 1; }
 
-  // Returns the vertices of one mesh, of a list with an item for each vertex of mesh().
+  // Returns the items of one mesh's vertices. `items`: one for each vertex of mesh().
   template <class T>
   std::span<const T> vertices_of(std::size_t part, std::span<const T> items) const {
     return items.subspan(begins_[part].vertex, begins_[part + 1].vertex - begins_[part].vertex);
   }
 
-  // Returns what has become of one mesh after mesh() was remeshed. face_source: for each face of `remeshed` the face of
-  // mesh() in which it lies. vertex_source: for each vertex of `remeshed` the vertex of mesh(), or a greater number for
-  // a new one; it counts for vertices without faces. Throws InvalidInput for lists of other lengths.
+  // Returns one of the meshes after mesh() was remeshed into `remeshed`. face_source: for each face of `remeshed`, the
+  // face of mesh() in which it lies. vertex_source: for each vertex of `remeshed`, the vertex of mesh(), or a greater
+  // number for a new one; used only for vertices without faces. Throws InvalidInput for lists of other lengths.
   MeshPart part_of(std::size_t part, const Mesh& remeshed, std::span<const std::uint32_t> face_source,
                    std::span<const std::uint32_t> vertex_source) const;
 
@@ -167,27 +169,26 @@ class JoinedMeshes {
   std::vector<Begin> begins_;  // of each mesh, and the ends of the last one
 };
 
-// Several vertices as one.
-
-// A mesh whose vertices at equal places are one, as a surface is read: files without an index have vertices of their
-// own for each triangle, and others have several along a seam of normals or texture coordinates.
+// A mesh whose border vertices at equal positions are joined. Some files repeat vertices for each triangle, others along
+// seams of normals or texture coordinates.
 class WeldedMesh {
  public:
-  // The mesh must outlive this. Only vertices on its border are joined, so two parts that touch stay two. Time: linear
-  // in the corners, and a sort of the vertices on the border. Throws InvalidInput for faces that are not sound.
+  // The mesh must outlive this object. Joins only vertices on the border, so closed parts that touch stay separate.
+  // Time: linear in the corners, and a sort of the vertices on the border. Throws InvalidInput for faces that are not
+  // sound.
   explicit WeldedMesh(const Mesh& mesh);
 
-  // Returns a mesh with the same vertices, whose faces name the first one at each place, without attributes; the given
-  // mesh if count() is 0.
+  // Returns a mesh with the same vertices and without attributes, whose faces name the first vertex at each position;
+  // the given mesh if count() is 0.
   const Mesh& mesh() const { return own_ ? *own_ : *given_; }
 
-  // Returns the first vertex at the place of a vertex: itself, if it is alone there.
+  // Returns the first vertex that is joined with this one; the vertex itself if there is none.
   std::uint32_t first(std::uint32_t vertex) const { return first_.empty() ? vertex : first_[vertex]; }
 
-  // Returns how many vertices lie where an earlier one does.
+  // Returns the number of vertices that are joined to an earlier one.
   std::size_t count() const { return count_; }
 
-  // Gives every vertex the item of the first one at its place.
+  // Gives every vertex the item of the first one that it is joined with.
   template <class T>
   void share(std::vector<T>& items) const {
     for (std::uint32_t v = 0; v < first_.size(); ++v) items[v] = items[first_[v]];
@@ -286,41 +287,41 @@ struct Finger {
 // Returns the fingers: thumb, index, middle, ring, little.
 std::span<const Finger> hand_fingers();
 
-// Measures a mesh: counts, topology, volume, area, and what a deformation turned over.
+// Measures: counts, topology, volume, area, flipped triangles and folded edges.
 
-// Finds the box of a point cloud from its points in any order, with little memory. A few points may lie astray: up to
-// 5% of them, at most 64 on each side of each axis, are left out if they lie more than 10 times the extent of all
-// others from these. Clouds of fewer than 20 points have no such points.
+// Finds the box of a point cloud, without stray points, from its points in any order. Memory: constant. Stray points
+// are farther from all others than 10 times the extent of these; at most 5% of the points, and at most 64 on each side
+// of each axis, can be strays. Clouds of fewer than 20 points have none.
 class CloudBox {
  public:
   // Adds points, whose coordinates are finite.
   void add(std::span<const Vec3d> points);
 
-  // Returns the box of all points that do not lie astray; empty without points.
+  // Returns the box of all points but the strays; empty without points.
   Box box() const;
 
   // Returns the box of all points.
   const Box& whole() const { return whole_; }
 
  private:
-  static constexpr std::size_t kMax = 64;
+  static constexpr std::size_t kMaxStrays = 64;  // on each side of each axis
 
   std::size_t points_ = 0;
   Box whole_;
   std::array<std::vector<double>, 6> ends_;  // heaps of the lowest and of the highest coordinates on each axis
 };
 
-// Returns the box of the vertices that faces use; of a mesh without faces that of its points as CloudBox finds it.
-// Time: linear. Lengths that are relative to a shape refer to the diagonal of this box. `positions` takes the place of
-// the mesh's own and has one for each vertex.
+// Returns the box of the vertices that faces use; for a mesh without faces, the box that CloudBox finds. Lengths that
+// are relative to a shape refer to the diagonal of this box. `positions`: used in place of the mesh's own, one for each
+// vertex. Time: linear.
 Box shape_box(const Mesh& mesh);
 Box shape_box(const Mesh& mesh, std::span<const Vec3d> positions);
 
-// Returns a sentence about vertices further outside of shape_box() than its diagonal; empty if there are none.
+// Returns a sentence about vertices that are farther outside shape_box() than its diagonal; empty if there are none.
 std::string stray_note(const Mesh& mesh);
 
-// What measure() finds. An edge is an unordered pair of different vertices that are consecutive in a face. A face that
-// uses an edge twice counts as two faces there.
+// The measures of a mesh. An edge is an unordered pair of different vertices that are consecutive in a face. A face
+// that uses an edge twice counts as two faces there.
 struct Measures {
   std::size_t vertices = 0;
   std::size_t unused_vertices = 0;  // in no face
@@ -354,7 +355,7 @@ struct Measures {
 // does.
 Measures measure(const Mesh& mesh, int threads = 0);
 
-// Returns the same, in less time, from the measures of a mesh that has the same faces.
+// Does the same in less time, given the measures of a mesh with the same faces.
 Measures measure(const Mesh& mesh, const Measures& same_faces, int threads = 0);
 
 // The volume and the area of a mesh.
@@ -383,7 +384,7 @@ std::size_t count_flipped(const Mesh& mesh, std::span<const Vec3d> before, std::
 // so an edge may lie inside a polygon. Triangles without area (see is_degenerate) are ignored.
 std::size_t count_folded_edges(const Mesh& mesh);
 
-// A tree of boxes over triangles that answers nearest-point and ray queries.
+// Nearest points and rays.
 
 // A point of the surface and the triangle that it lies in.
 struct SurfacePoint {
@@ -418,7 +419,7 @@ class SurfaceTree {
   // newly built tree.
   void refit(std::span<const Vec3d> positions);
 
-  // The same where only vertices that were in this box have moved: visits the triangles whose boxes meet it.
+  // Does the same if only vertices within this box have moved: visits only triangles whose boxes meet it.
   void refit(std::span<const Vec3d> positions, const Box& moved);
 
   // Returns the point of the surface nearest to p; nothing if none is within max_distance. Of equally near triangles,
@@ -464,9 +465,9 @@ class SurfaceTree {
   double slack_ = 0;            // larger than any rounding error between a box and its contents
 };
 
-// Finds the pairs of triangles in which a surface intersects itself.
+// Self-intersections.
 
-// Threads, the greatest number of pairs, and which triangles to look at.
+// How self_intersections() searches.
 struct SelfIntersectionOptions {
   int threads = 0;                            // 0: as many as the machine has
   std::size_t limit = 10'000'000;             // the search stops after this many pairs

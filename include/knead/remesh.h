@@ -29,28 +29,28 @@ struct RemeshSettings {
   std::optional<double> min_edge;
   // Rounds of flips, collapses and diffusion; 0 to 100.
   std::optional<int> iterations;
-  // The most vertices that the mesh may grow to, and with it the work; 1 to kMaxVertices.
+  // The limit on the vertices of the mesh, and with it on the work; 1 to kMaxVertices.
   std::optional<std::size_t> max_vertices;
 
   friend bool operator==(const RemeshSettings&, const RemeshSettings&) = default;
 };
 
-// As many vertices as the numbers of a remeshed surface can count.
+// The limit on the vertices of a remeshed surface.
 inline constexpr std::size_t kMaxVertices = 500'000'000;
 
-// The targets as lengths and radians, all chosen.
+// The targets of a remesh in lengths and radians: the settings, completed by resolve().
 struct RemeshTargets {
-  double max_edge = 0;   // a length
+  double max_edge = 0;   // a length, as max_chord and min_edge
   double max_angle = 0;  // radians
-  double max_chord = 0;  // a length
-  double min_edge = 0;   // a length
+  double max_chord = 0;
+  double min_edge = 0;
   int iterations = 0;
   std::size_t max_vertices = kMaxVertices;
   double diagonal = 1;  // of the shape's box; the setting max_chord is a fraction of it
 };
 
 // Remeshing would need more vertices, or more work, than RemeshTargets::max_vertices allows. The message names the
-// setting to change and a value that would do.
+// setting to change and a value that is enough.
 class RemeshLimit : public QualityLimit {
  public:
   using QualityLimit::QualityLimit;
@@ -60,8 +60,8 @@ inline constexpr double kExactDistance = 1e-6;
 inline constexpr double kDefaultMaxAngleDeg = 30;
 inline constexpr double kDefaultMaxChord = 3e-4;
 inline constexpr int kDefaultRemeshIterations = 4;
-inline constexpr std::size_t kDefaultGrowth = 50;  // max_vertices is so many times the shape's, and at least
-inline constexpr std::size_t kDefaultMaxVertices = 2'000'000;
+inline constexpr std::size_t kDefaultGrowth = 50;  // max_vertices divided by the number of the shape's vertices
+inline constexpr std::size_t kDefaultMaxVertices = 2'000'000;  // the least default of max_vertices
 
 // Returns the targets for a shape. By default max_edge is twice the 95th percentile of its edge lengths, and min_edge a
 // quarter of its mean edge (at most a quarter of max_edge). By default max_vertices is kDefaultGrowth times the number
@@ -78,54 +78,53 @@ inline constexpr double kDefaultCreaseDeg = 40;
 
 // Returns the creases of a mesh, ascending. An edge is sharp if the normals of its two faces differ by more than
 // angle_deg. Creases are
-// - sharp edges between two flat faces of several triangles, or where most edges around are flat or sharp: those of a
-//   CAD part or a polyhedron;
-// - the other edges of such flat faces: of three triangles or more, or long and narrow, as the strips of a fillet; and
-//   edges between two vertices of creases;
-// - connected sets of at least five sharp edges, a third of them with an angle above 60 degrees, which are continued
-//   about straight at one end at least.
+// - sharp edges between two flat faces of several triangles, or where most edges around are flat or sharp (CAD parts
+// and
+//   polyhedra);
+// - the other edges of flat faces that have at least three triangles, or are long and narrow as the strips of a fillet;
+//   and edges between two vertices of creases;
+// - connected sets of at least five sharp edges, a third of them with an angle above 60 degrees, each of which another
+//   one continues, with a turn of at most 45 degrees, at one end at least.
 // Other sharp edges are noise of a rough surface. Triangles count as flat if they lie in one plane to the rounding of
-// float coordinates. Call this for the shape before any deformation: a smooth surface that a deformation folds has no
-// creases.
+// float coordinates. Call this for the shape before any deformation: folds that a deformation makes are no creases.
 std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg = kDefaultCreaseDeg);
 
 // The deformation that remesh() follows.
 struct Deformation {
-  // Moves points from the shape before to the shape after, exactly as the vertices were moved.
+  // Moves points from the shape before to the shape after, as it moved the vertices.
   std::function<void(std::span<Vec3d>)> carry;
   // Returns false only if no point in the ball is moved. Empty: any point may be moved.
   std::function<bool(const Vec3d& center, double radius)> may_move{};
-  // The size of the smallest part of a surface that may be moved alone; a length. Larger faces are sampled inside to
-  // find such parts. Infinity: no face is sampled.
+  // The size of the smallest detail of the deformation; a length. Larger faces are sampled inside to find such details.
+  // Infinity: no face is sampled.
   double feature = kInfinity;
-  // Returns about how many more points `carry` may move before the work is too much. Empty: any number.
+  // Returns about how many more points `carry` may move before the limit on the work. Empty: any number.
   std::function<double()> points_left{};
 };
 
-// What remesh() must know beside the two meshes and the targets.
+// How remesh() works.
 struct RemeshOptions {
   RemeshTargets targets;
   bool single_precision = true;  // find crossings in the positions rounded to float, as most files store them
   bool whole = false;            // improve the whole surface, not only the part that moved
-  // Keep the surface before: change triangles within their planes, and straight edges between planes along their lines.
-  // For a deformation that moves nothing.
+  // Keeps the surface: moves vertices only within flat faces, and along straight edges between them. For a deformation
+  // that moves nothing.
   bool exact = false;
-  // Where many triangles still cross when all faces that cross have been split, stops there, for callers who then
-  // remesh the deformation in parts. The result is not improved.
+  // Stops without improving the result if many triangles still cross after all faces that cross have been split, for
+  // callers who then remesh the deformation in parts.
   bool stop_where_crossed = false;
   // Creases of the mesh before. They may be split, but are not smoothed. remesh() finds no others by itself.
   std::span<const MeshEdge> creases{};
   // A label for each face (material, group), or empty. Edges between different labels are treated like seams.
   std::span<const std::uint32_t> face_labels{};
-  int threads = 0;  // 0: as many as the machine has
-  // The mesh and the positions are known to be sound, so remesh() does not look: else it throws InvalidInput.
-  bool assume_valid = false;
-  // After so many seconds remesh() ends with the best surface so far. The result then depends on the machine's speed.
+  int threads = 0;            // 0: as many as the machine has
+  bool assume_valid = false;  // skips the checks of the mesh and the positions
+  // remesh() ends after this time with the best surface so far. The result then depends on the machine's speed.
   double seconds = kInfinity;
   // 1 for each vertex that a mask holds, or empty. Such vertices keep their places, and the faces among them stay as
   // they are. The deformation must not move them.
   std::span<const std::uint8_t> held{};
-  // Cancels remesh(), which then throws Cancelled. Counts the steps if nobody else does: if `total` is 0.
+  // Cancels remesh(), which then throws Cancelled. Counts the steps if `total` is 0; else the caller counts.
   Progress* progress = nullptr;
 };
 
@@ -136,10 +135,10 @@ struct RemeshCounts {
   std::size_t flips = 0;
   std::size_t crossings = 0;         // pairs of crossing triangles in the result, at least one of them touched
   std::size_t crossings_before = 0;  // the same before the deformation; 0 if none cross in the result
-  std::size_t curves = 0;            // sets of these pairs that hang together
+  std::size_t curves = 0;            // connected sets of these pairs
   std::size_t curves_before = 0;     // the same before the deformation; 0 if none cross in the result
-  std::size_t faces = 0;             // that were touched, after refinement: the work grows with it
-  bool stopped = false;              // as RemeshOptions::stop_where_crossed says
+  std::size_t faces = 0;             // faces with a moved vertex after refinement: the work grows with their number
+  bool stopped = false;              // because of RemeshOptions::stop_where_crossed
   double missing_volume = 0;         // true volume minus the volume of the refined mesh
   double compensated_volume = 0;     // the part of it that was restored
   bool out_of_time = false;          // RemeshOptions::seconds ended the work
@@ -170,12 +169,10 @@ inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
 // - Creases, boundaries and seams of attributes are split, but neither flipped nor smoothed.
 // - Edges of more than two faces do not change.
 // - Polygons that are touched become triangles.
-// - Faces and vertices that the deformation does not touch keep their corners,
-//   bits and order.
-//   They come before new ones.
-// - Values per vertex and corner are interpolated.
-//   Values per face are inherited.
-//   "normal" (3 components) is transformed as by transport_normals().
+// - Faces and vertices that the deformation does not touch keep their corners, bits and order, before new ones.
+// - Values per vertex and corner are interpolated, values per face are inherited. "normal" (3 components) is
+// transformed
+//   as by transport_normals().
 //
 // The result has the same bits for every number of threads. Throws InvalidInput where validate(before) does,
 // for a position that is not finite, and for spans of wrong sizes; RemeshLimit if the mesh would need more vertices, or
@@ -183,18 +180,18 @@ inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
 Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                 const RemeshOptions& options);
 
-// Returns the mesh refined and improved where it lies, as `knead remesh` does: the whole of it, with its creases. The
+// Returns the whole mesh refined and improved without a deformation, as `knead remesh` does, with its creases. The
 // surface stays, to kExactDistance of its diagonal, unless the settings name `min_edge` or `max_chord`: then curved
-// parts may move by about `max_chord`. Of the options, `targets`, `whole`, `exact` and `creases` are replaced. Throws
-// as above, and QualityLimit if the surface did not stay.
+// parts may move by about `max_chord`. Replaces the options `targets`, `whole`, `exact` and `creases`. Throws as above,
+// and QualityLimit if the surface did not stay.
 Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options = {});
 
 // What a deformation did to the cells of a volume mesh.
 struct CellSummary {
   std::size_t inverted = 0;
-  std::size_t below = 0;  // the bound, though they were not before; with the inverted ones
+  std::size_t below = 0;  // inverted cells, and cells below the bound that were not below it before
   double least_scaled_jacobian = 1;
-  double mean_volume_change = 0;  // the mean of |volume ratio - 1|, of the cells that had a volume
+  double mean_volume_change = 0;  // the mean of |volume ratio - 1| of the cells that had a volume
 };
 
 // Moves points in place by the part of a deformation between two moments from 0 to 1.
@@ -202,9 +199,9 @@ using CarryPoints = std::function<void(double from, double to, std::span<Vec3d> 
 
 // How deform_cells() works.
 struct CellOptions {
-  double least_scaled_jacobian = 0.05;    // which cells shall keep that have it before; above 0, at most 0.5
-  std::span<const std::uint8_t> fixed{};  // empty, or 1 for each point that must go exactly where the deformation goes
-  int rounds = 30;                        // over the bad cells, after each part of the motion
+  double least_scaled_jacobian = 0.05;    // the bound that cells must not fall below; above 0, at most 0.5
+  std::span<const std::uint8_t> fixed{};  // empty, or 1 for each point that must follow the deformation exactly
+  int rounds = 30;                        // rounds over the bad cells, after each part of the motion
   int threads = 0;                        // 0: as many as the machine has
   const Progress* progress = nullptr;     // cancels the work, which then throws Cancelled
 };
@@ -214,22 +211,22 @@ struct DeformedCells {
   std::vector<Vec3d> points;
   CellSummary flow;       // of the deformation alone
   CellSummary result;     // of `points`
-  std::size_t freed = 0;  // how many points left the place where the deformation takes them
-  int parts = 1;          // of the motion
+  std::size_t freed = 0;  // the number of points that are not where the deformation takes them
+  int parts = 1;          // into which the motion was divided
 };
 
 // Deforms a volume mesh and keeps its cells good. Points on the boundary, fixed points, and points that the deformation
-// does not move go exactly where it takes them. An interior point next to a bad cell may leave that place: it climbs
-// to where the least scaled Jacobian around it is greater, and never to where it is less. Where one motion is too much,
-// it is made in 8 or 32 parts, and points climb after each; the best of these results is returned. So the result never
-// has more inverted cells than the deformation alone.
+// does not move go exactly where it takes them. An interior point next to a bad cell may move on, to where the least
+// scaled Jacobian around it is greater. If cells remain bad, the motion is divided into 8 or 32 parts, and points move
+// on after each; the best of these results is returned. So the result never has more inverted cells than the
+// deformation alone.
 //
 // The result has the same bits for every number of threads if those of `carry` have. Throws InvalidInput for options
 // out of range and where compare_cells() does; Cancelled.
 //
-// Method: ascent by the step that is best for the qualities around a vertex where these are linear in its place. After
-// L. Freitag, M. Jones, P. Plassmann, "An Efficient Parallel Algorithm for Mesh Smoothing", 4th International Meshing
-// Roundtable, 1995, who follow the worst cells' gradients.
+// Method: ascent by the step that is best for the linearised qualities around a vertex. After L. Freitag, M. Jones, P.
+// Plassmann, "An Efficient Parallel Algorithm for Mesh Smoothing", 4th International Meshing Roundtable, 1995, who
+// follow the worst cells' gradients.
 DeformedCells deform_cells(const Cells& cells, std::span<const Vec3d> before, const CarryPoints& carry,
                            const CellOptions& options = {});
 

@@ -1,3 +1,4 @@
+// Points inside a body by the winding number along lattice lines, and points spread evenly over its surface.
 #include "mesh/body_points.h"
 
 #include <algorithm>
@@ -16,15 +17,13 @@ namespace knead {
 
 namespace {
 
-// The lattice is turned against the axes, so that its lines pass along no edges of boxes and no lines of a grid: by the
-// angle 1 about (1, 2, 3).
-constexpr Mat3d kTurn{{0.573137855448987, -0.6090066421373933, 0.5482918096085999},
-                      {0.740348840460782, 0.6716445041915284, -0.027879282947946255},
-                      {-0.35127851212351696, 0.4219058779181122, 0.8358222520957642}};
-// Less of the volume than this was found inside: the surface is open.
-constexpr double kMinInside = 0.5;
+// Turns the lattice by 1 radian about (1, 2, 3), so that its lines do not run along the edges of boxes and grids.
+constexpr Mat3d kLatticeTurn{{0.573137855448987, -0.6090066421373933, 0.5482918096085999},
+                             {0.740348840460782, 0.6716445041915284, -0.027879282947946255},
+                             {-0.35127851212351696, 0.4219058779181122, 0.8358222520957642}};
+constexpr double kMinInsideFraction = 0.5;  // of the volume; a surface with less inside counts as open
 constexpr double kMaxLatticePoints = 3e7;
-constexpr std::size_t kMaxOfTriangle = 64;  // samples along an edge of one
+constexpr std::size_t kMaxEdgeSamples = 64;
 
 double signed_volume(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
   double sum = 0;
@@ -43,7 +42,7 @@ class InsideLattice {
       : tree_(triangles, positions), spacing_(spacing) {
     Box box;
     for (const Triangle& t : triangles) {
-      for (const std::uint32_t v : t) box.extend(kTurn * positions[v]);
+      for (const std::uint32_t v : t) box.extend(kLatticeTurn * positions[v]);
     }
     const Vec3d first = box.min;
     if (within) box = common(box, turned(*within));
@@ -64,7 +63,7 @@ class InsideLattice {
     }
     std::vector<Vec3d> result;
     for (std::size_t i = 0; i < votes_.size(); ++i) {
-      if (votes_[i] >= 2) result.push_back(place(i));
+      if (votes_[i] >= 2) result.push_back(point(i));
     }
     return result;
   }
@@ -74,25 +73,25 @@ class InsideLattice {
     return axis == 0 ? 1 : axis == 1 ? counts_[0] : counts_[0] * counts_[1];
   }
 
-  Vec3d place(std::size_t index) const {
+  Vec3d point(std::size_t index) const {
     const std::size_t x = index % counts_[0];
     const std::size_t y = index / counts_[0] % counts_[1];
     const std::size_t z = index / counts_[0] / counts_[1];
     const Vec3d steps(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
-    return transposed(kTurn) * (low_ + steps * spacing_);
+    return transposed(kLatticeTurn) * (low_ + steps * spacing_);
   }
 
   static Box turned(const Box& box) {
     Box result;
     for (std::size_t corner = 0; corner < 8; ++corner) {
-      result.extend(kTurn * Vec3d{(corner & 1U) != 0 ? box.max.x : box.min.x,
-                                  (corner & 2U) != 0 ? box.max.y : box.min.y,
-                                  (corner & 4U) != 0 ? box.max.z : box.min.z});
+      result.extend(kLatticeTurn * Vec3d{(corner & 1U) != 0 ? box.max.x : box.min.x,
+                                         (corner & 2U) != 0 ? box.max.y : box.min.y,
+                                         (corner & 4U) != 0 ? box.max.z : box.min.z});
     }
     return result;
   }
 
-  // One point of the first where nothing is common.
+  // Returns the common part of the boxes; one point of `box` if there is none.
   static Box common(Box box, const Box& other) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       box.min[axis] = std::min(std::max(box.min[axis], other.min[axis]), box.max[axis]);
@@ -103,13 +102,14 @@ class InsideLattice {
 
   static Mat3d transposed(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
 
-  // Each line is entered and left as often, so the sum of the crossings before a point is its winding number.
+  // A line through a closed surface enters as often as it leaves, so the sum of the crossings before a point is its
+  // winding number.
   void vote_along(std::size_t axis, std::size_t line) {
     const std::size_t step = stride(axis);
     const std::size_t first = line % step + line / step * step * counts_[axis];
-    const Vec3d direction = place(step) - place(0);
+    const Vec3d direction = point(step) - point(0);
     const double before = before_[axis] + 1;
-    const Vec3d origin = place(first) - direction * before;
+    const Vec3d origin = point(first) - direction * before;
     int winding = 0;
     std::size_t next = 0;
     for (const RayHit& hit : tree_.hits(origin, direction)) {
@@ -123,7 +123,7 @@ class InsideLattice {
   SurfaceTree tree_;
   double spacing_;
   Vec3d low_;
-  Vec3d before_;  // so many spacings lie between the surface's box and this
+  Vec3d before_;  // the number of spacings from the box of the surface to this lattice, along each axis
   std::array<std::size_t, 3> counts_{};
   std::vector<std::uint8_t> votes_;
 };
@@ -139,7 +139,7 @@ std::vector<Vec3d> surface_points(std::span<const Vec3d> positions, std::span<co
     const Vec3d ac = positions[t[2]] - a;
     for (const std::uint32_t v : t) is_used[v] = true;
     const double longest = std::sqrt(std::max({norm2(ab), norm2(ac), norm2(ac - ab)}));
-    const auto pieces = static_cast<std::size_t>(std::min(longest / spacing + 1, double{kMaxOfTriangle}));
+    const auto pieces = static_cast<std::size_t>(std::min(longest / spacing + 1, double{kMaxEdgeSamples}));
     for (std::size_t i = 0; i <= pieces && pieces > 1; ++i) {
       for (std::size_t j = 0; i + j <= pieces; ++j) {
         result.push_back(a + (ab * static_cast<double>(i) + ac * static_cast<double>(j)) / static_cast<double>(pieces));
@@ -160,12 +160,7 @@ double area_of(std::span<const Vec3d> positions, std::span<const Triangle> trian
   return sum / 2;
 }
 
-void append_spread(const std::vector<Vec3d>& candidates, std::size_t count, std::vector<Vec3d>& points) {
-  for (const std::uint32_t i : spread_points(candidates, count)) points.push_back(candidates[i]);
-}
-
-// The normals of vertices, weighted by area.
-std::vector<Vec3d> vertex_normals(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+std::vector<Vec3d> area_weighted_normals(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
   std::vector<Vec3d> normals(positions.size());
   for (const Triangle& t : triangles) {
     const Vec3d n = cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
@@ -174,12 +169,13 @@ std::vector<Vec3d> vertex_normals(std::span<const Vec3d> positions, std::span<co
   return normals;
 }
 
+// Returns the points of an open surface or a cloud, and of the layer below the surface.
 BodyPoints shell_of(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                     const BodyPointsOptions& options) {
   BodyPoints result;
   result.is_closed = false;
-  std::vector<Vec3d> normals = vertex_normals(positions, triangles);
-  // Triangles without any area are no surface: the points are a cloud.
+  std::vector<Vec3d> normals = area_weighted_normals(positions, triangles);
+  // If no triangle has an area, the points are a cloud.
   const bool has_surface = std::any_of(normals.begin(), normals.end(), [](const Vec3d& n) { return n != Vec3d{}; });
   std::vector<Vec3d> used;
   std::vector<Vec3d> used_normals;
@@ -205,7 +201,6 @@ Box box_of(std::span<const Vec3d> points) {
   return box;
 }
 
-// The cells of a lattice in a box.
 struct BoxLattice {
   Vec3d low;
   double spacing = 1;
@@ -225,15 +220,15 @@ struct BoxLattice {
   }
 };
 
-// The point of each cell that is nearest to its middle, by the numbers of the cells; nothing if they are more than
-// `most`.
+// Returns the point of each cell that is nearest to its centre, in the order of the cells; nothing for more than
+// `max_cells` cells.
 std::vector<std::uint32_t> one_of_each_cell(std::span<const Vec3d> points, const Box& box, double spacing,
-                                            std::size_t most) {
+                                            std::size_t max_cells) {
   const BoxLattice lattice{box.min, spacing};
   std::unordered_map<std::uint64_t, std::uint32_t> best;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const auto [found, is_new] = best.try_emplace(lattice.cell(points[i]), i);
-    if (best.size() > most) return {};
+    if (best.size() > max_cells) return {};
     if (is_new) continue;
     const double own = lattice.square_to_middle(points[i]);
     const double other = lattice.square_to_middle(points[found->second]);
@@ -247,9 +242,8 @@ std::vector<std::uint32_t> one_of_each_cell(std::span<const Vec3d> points, const
   return chosen;
 }
 
-// Those of the triangles whose box meets another.
-std::vector<Triangle> meeting(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
-                              const Box& within) {
+std::vector<Triangle> triangles_near(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                                     const Box& within) {
   std::vector<Triangle> result;
   for (const Triangle& t : triangles) {
     Box box;
@@ -264,7 +258,7 @@ BodyPoints points_within(std::span<const Vec3d> positions, std::span<const Trian
   BodyPoints result;
   result.points = InsideLattice(positions, triangles, options.most_spacing, options.within).inside(options.threads);
   result.inside = result.points.size();
-  const std::vector<Triangle> near = meeting(positions, triangles, *options.within);
+  const std::vector<Triangle> near = triangles_near(positions, triangles, *options.within);
   std::vector<Vec3d> on_surface = surface_points(positions, near, options.most_spacing);
   for (const std::uint32_t i : points_apart(on_surface, options.most_spacing)) result.points.push_back(on_surface[i]);
   return result;
@@ -290,12 +284,13 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
   result.points = InsideLattice(positions, triangles, spacing, std::nullopt).inside(options.threads);
   result.inside = result.points.size();
   const double found = static_cast<double>(result.inside) * spacing * spacing * spacing;
-  if (found < kMinInside * volume) return shell_of(positions, triangles, options);
+  if (found < kMinInsideFraction * volume) return shell_of(positions, triangles, options);
   const double area = area_of(positions, triangles);
-  double of_surface = std::sqrt(3 * area / static_cast<double>(options.inside));
-  if (options.most_spacing > 0) of_surface = std::min(of_surface, options.most_spacing);
-  const auto on_surface = static_cast<std::size_t>(area / (of_surface * of_surface));
-  append_spread(surface_points(positions, triangles, of_surface), on_surface, result.points);
+  double surface_spacing = std::sqrt(3 * area / static_cast<double>(options.inside));
+  if (options.most_spacing > 0) surface_spacing = std::min(surface_spacing, options.most_spacing);
+  const auto on_surface = static_cast<std::size_t>(area / (surface_spacing * surface_spacing));
+  const std::vector<Vec3d> candidates = surface_points(positions, triangles, surface_spacing);
+  for (const std::uint32_t i : spread_points(candidates, on_surface)) result.points.push_back(candidates[i]);
   return result;
 }
 
@@ -308,7 +303,7 @@ std::vector<std::uint32_t> spread_points(std::span<const Vec3d> points, std::siz
     return chosen;
   }
   const Box box = box_of(points);
-  // Surfaces cross about n^2 of n^3 cells; the number falls with each try.
+  // A surface crosses about n^2 of n^3 cells; larger cells follow until they are few enough.
   double spacing = norm(box.max - box.min) / (4 * std::sqrt(static_cast<double>(count)));
   for (;; spacing *= 1.15) {
     std::vector<std::uint32_t> found = one_of_each_cell(points, box, spacing, count);

@@ -1,4 +1,4 @@
-// A tree of boxes over triangles that finds the pairs whose boxes overlap (private to this module).
+// A tree of boxes over triangles that finds the pairs whose boxes overlap, and the nearest points of triangles.
 #pragma once
 
 #include <algorithm>
@@ -17,20 +17,26 @@ namespace knead {
 
 using FloatLanes [[gnu::vector_size(4 * sizeof(float))]] = float;
 
-// Return whether all bits are set of what a comparison of lanes gave, or none.
+// Returns true if a comparison holds for all lanes.
 using TwoWords [[gnu::vector_size(4 * sizeof(float))]] = std::uint64_t;
 template <class Lanes>
 bool has_all_bits(const Lanes& lanes) {
   const auto words = reinterpret_cast<TwoWords>(lanes);
   return (words[0] & words[1]) == ~std::uint64_t{0};
 }
+// Returns true if a comparison holds for no lane.
 template <class Lanes>
 bool has_no_bits(const Lanes& lanes) {
   const auto words = reinterpret_cast<TwoWords>(lanes);
   return (words[0] | words[1]) == 0;
 }
 
-// A box with float coordinates, and 0 as the fourth.
+// Returns the positions of the corners of a triangle.
+inline std::array<Vec3d, 3> corners_of(const Triangle& t, std::span<const Vec3d> positions) {
+  return {positions[t[0]], positions[t[1]], positions[t[2]]};
+}
+
+// A box with float coordinates; the fourth lane is 0.
 struct FloatBox {
   FloatLanes min{};
   FloatLanes max{};
@@ -44,20 +50,20 @@ inline FloatBox join(const FloatBox& a, const FloatBox& b) {
 }
 
 // A complete binary tree of boxes. Each leaf holds up to kLeafSize triangles; leaves are in the order of the Morton
-// curve. Its pairs are found in parts, so that several threads can share the work.
+// curve. A search for pairs consists of parts, which several threads can share.
 class BoxTree {
  public:
   static constexpr std::size_t kLeafSize = 4;
 
   // Builds the tree over the triangles whose numbers are in `members`. Positions must be finite. The order of the
-  // leaves depends on these only. threads as for parallel_for.
+  // leaves depends on the members and their positions only. threads as for parallel_for.
   BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions, std::span<const std::uint32_t> members,
           int threads);
 
   std::size_t part_count() const { return nodes_.size() / 2 / leaves_in_part(); }
 
-  // Gives each member up to three names, filled up by kNoName: for_each_overlap() then leaves out the pairs with a name
-  // in common.
+  // Gives each member three names, some of which may be kNoName. for_each_overlap() then leaves out the pairs with a
+  // name in common.
   static constexpr std::uint32_t kNoName = 0xffffffff;
   template <class NamesOf>
   void set_names(const NamesOf& names_of, int threads) {
@@ -93,7 +99,7 @@ class BoxTree {
     for_each_place_with(box, [&](std::uint32_t place) { return visit(member_at(place)); });
   }
 
-  // The same with the places of the members in the tree, which are numbered from 0 and near each other in space.
+  // Does this with the places of the members in the tree: numbers from 0; members with near numbers are near in space.
   template <class Visit>
   void for_each_place_with(const FloatBox& box, Visit visit) const {
     for_each_leaf_with(box, [&](std::size_t leaf) {
@@ -102,12 +108,12 @@ class BoxTree {
     });
   }
 
-  // Calls visit(leaf) for each leaf with a box around its members that overlaps the given one, until visit returns
-  // false; and visit(u) for each member in a leaf whose own box overlaps it.
+  // Calls visit(leaf) for each leaf whose box overlaps the given one, until visit returns false.
   template <class Visit>
   void for_each_leaf_with(const FloatBox& box, Visit visit) const {
     visit_below(1, box, visit);
   }
+  // Calls visit(u) for each member of the leaf whose box overlaps the given one.
   template <class Visit>
   void for_each_overlap_in(std::size_t leaf, const FloatBox& box, Visit visit) const {
     visit_hits(overlaps(leaves_[leaf], box), 0, [&](std::size_t i) {
@@ -125,7 +131,7 @@ class BoxTree {
   using Names [[gnu::vector_size(kLeafSize * sizeof(float))]] = std::uint32_t;
   static_assert(sizeof(Names) == sizeof(FloatLanes));
 
-  // Boxes side by side; places without a triangle have an empty box.
+  // The boxes of its members, a lane each; places without a member have an empty box.
   struct Leaf {
     std::array<FloatLanes, 3> min;
     std::array<FloatLanes, 3> max;
@@ -139,20 +145,20 @@ class BoxTree {
   }
 
   FloatBox box_of(const Triangle& t, std::span<const Vec3d> positions) const {
-    return box_of({positions[t[0]], positions[t[1]], positions[t[2]]});
+    return box_of(corners_of(t, positions));
   }
   std::size_t leaves_in_part() const { return std::min<std::size_t>(nodes_.size() / 2, 256); }
   bool is_leaf(std::size_t node) const { return node >= nodes_.size() / 2; }
   std::size_t leaf_of(std::size_t node) const { return node - nodes_.size() / 2; }
 
-  // All bits of the places whose boxes overlap.
+  // Returns all bits set for the places whose boxes overlap.
   static Names overlaps(const Leaf& leaf, const FloatBox& box) {
     auto hit = (leaf.min[0] <= box.max[0]) & (leaf.max[0] >= box.min[0]);
     for (std::size_t k = 1; k < 3; ++k) hit &= (leaf.min[k] <= box.max[k]) & (leaf.max[k] >= box.min[k]);
     return reinterpret_cast<Names>(hit);
   }
 
-  // Calls visit(i) for the places from `first` on that have bits.
+  // Calls visit(i) for the places from `first` on that have bits, until it returns false; returns false then.
   template <class Visit>
   static bool visit_hits(const Names& hits, std::size_t first, const Visit& visit) {
     if (has_no_bits(hits)) return true;
@@ -162,8 +168,8 @@ class BoxTree {
     return true;
   }
 
-  // Calls visit(t, u) for the members of a leaf whose boxes overlap that of the member at place i of another leaf, or
-  // of the same one, from the place `first` on. Not for those with a name in common.
+  // Calls visit(t, u) for the member t at place i of leaf `own` and each member u of leaf `other`, from the place
+  // `first` on, whose box overlaps that of t and which has no name in common with t.
   template <class Visit>
   bool visit_pairs(std::size_t own, std::size_t i, std::size_t other, std::size_t first, Visit& visit) const {
     Names hits = overlaps(leaves_[other], box_in(leaves_[own], i));
@@ -204,7 +210,7 @@ class BoxTree {
     return !nodes_[a].overlaps(nodes_[b]) || visit_between(a, b, visit);
   }
 
-  // The same where their boxes overlap.
+  // The boxes of a and b overlap.
   template <class Visit>
   bool visit_between(std::size_t a, std::size_t b, Visit& visit) const {
     if (!is_leaf(b)) {
@@ -220,27 +226,26 @@ class BoxTree {
   }
 
   ToUnit to_unit_;
-  std::size_t size_;                         // how many members there are
-  std::vector<Leaf> leaves_;                 // as many as a power of two
+  std::size_t size_;                         // the number of members
+  std::vector<Leaf> leaves_;                 // a power of two
   std::vector<std::array<Names, 3>> names_;  // of the members of each leaf; empty: there are none
   std::vector<FloatBox> nodes_;  // node i has the children 2 i and 2 i + 1; the root is 1, the second half are leaves
 };
 
-// The point of a triangle nearest to a given point (private to this module).
-
+// The point of a triangle that is nearest to a given point.
 struct NearTriangle {
   std::array<double, 3> barycentric{};
   Vec3d point;
   double distance2 = 0;
 };
 
-// Returns the point of the triangle nearest to p, for any triangle. Its distance is below the true one by rounding
-// errors at most. It may be above the true one if rounding decides between the interior and an edge.
+// Returns the point of the triangle, which may be degenerate, that is nearest to p. Its distance is below the true one
+// by rounding errors at most. It may be above the true one where rounding decides between the interior and an edge.
 NearTriangle nearest_on_triangle(const std::array<Vec3d, 3>& corners, const Vec3d& p);
 
-// Returns for each of many points what SurfaceTree::closest() returns as the point of the surface. `guesses`: for each
-// a triangle that probably is near. Neighbours in space are searched for at once, around their guesses, which takes far
-// less than a search each. Throws Cancelled.
+// Returns for each point the nearest point of the surface, as SurfaceTree::closest() does. `guesses`: for each point a
+// triangle that is probably near. Searches around the guesses for many neighbouring points at once, which takes far
+// less time than a search for each. Throws Cancelled.
 std::vector<Vec3d> nearest_points(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
                                   std::span<const Vec3d> points, std::span<const std::uint32_t> guesses, int threads,
                                   const Progress* progress);

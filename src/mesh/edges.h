@@ -1,4 +1,4 @@
-// The edges of a mesh and the faces at them.
+// The edges of a mesh and the faces at them; checks, volumes and normals that other modules share.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,8 @@ struct StarCorner {
   std::uint32_t previous_vertex = 0;
 };
 
-// The corners of a mesh by their vertices, in parts that may be read at the same time: a part has the corners at some
-// thousand consecutive vertices.
+// The corners of a mesh sorted by vertex, in parts that several threads may read at once. A part has the corners at
+// some thousand consecutive vertices.
 class CornerParts {
  public:
   // Time: linear. Memory: 4 bytes for each corner. The mesh must outlive the parts. threads as for parallel_for.
@@ -56,7 +56,8 @@ class CornerParts {
 // Returns true if measure(mesh) is closed() and oriented(), in less time. threads as for parallel_for.
 bool is_closed_and_oriented(const Mesh& mesh, int threads = 0);
 
-// Returns by which fraction a volume changes; nothing if there was none but for rounding, as in a sheet with two sides.
+// Returns the relative change of a volume; nothing if the volume before is only a rounding error, as that of a sheet
+// with two sides.
 std::optional<double> volume_change(const VolumeAndArea& before, double after);
 
 // Calls visit(uses) once for each edge, with all its uses in the order of corners; edges come in the order of their
@@ -93,18 +94,14 @@ class DisjointSets {
   std::vector<std::uint32_t> parent_;
 };
 
-// Checks of meshes whose positions are given apart from them.
-
 // Throws InvalidInput, with the number of the first element at fault, unless the faces of the mesh are sound and there
 // is one finite position for each vertex. Does not look at attributes. Time: a pass over corners and positions.
 void require_sound(const Mesh& mesh, std::span<const Vec3d> positions);
 
-// The same, but the positions may be any numbers.
+// Does the same, but the positions may be any numbers.
 void require_faces(const Mesh& mesh, std::span<const Vec3d> positions);
 
-// Normals of some vertices.
-
-// Returns the normals of these vertices, bit for bit those of vertex_normals(); the numbers ascend. Memory: a bit for
+// Returns the normals of these vertices, whose numbers ascend, bit for bit as vertex_normals() does. Memory: a bit for
 // each vertex of the mesh.
 std::vector<Vec3d> normals_of(const Mesh& mesh, std::span<const Vec3d> positions,
                               std::span<const std::uint32_t> vertices);

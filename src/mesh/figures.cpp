@@ -1,254 +1,57 @@
-// The shapes with rings: cylinder, torus, knot.
+// The shapes that are given by a distance: hand, figure and letter Y. Their parts are blended smoothly.
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "knead/mesh.h"
 #include "knead/vec.h"
-#include "mesh/solids.h"
+#include "mesh/polygonise.h"
 
-namespace knead::shapes_detail {
-namespace {
-
-constexpr double kTurn = 2 * std::numbers::pi;
-
-std::size_t rounded(double x, std::size_t least) {
-  return std::max(least, static_cast<std::size_t>(std::fmax(0, std::floor(x + 0.5))));
-}
-
-double ratio(std::size_t a, std::size_t b) { return static_cast<double>(a) / static_cast<double>(b); }
-
-// A closed curve with two unit vectors orthogonal to it at each point.
-struct Spine {
-  std::vector<Vec3d> points;
-  std::vector<Vec3d> first;
-  std::vector<Vec3d> second;
-};
-
-// Returns the tube of the given radius about a spine, with `around` vertices in each ring.
-Mesh tube(const Spine& spine, std::size_t around, double radius) {
-  Mesh mesh;
-  const std::size_t along = spine.points.size();
-  for (std::size_t i = 0; i < along; ++i) {
-    for (std::size_t j = 0; j < around; ++j) {
-      const auto [s, c] = sincos(kTurn * ratio(j, around));
-      mesh.positions.push_back(spine.points[i] + (spine.first[i] * c + spine.second[i] * s) * radius);
-    }
-  }
-  for (std::size_t i = 0; i < along; ++i) {
-    const std::size_t here = i * around;
-    const std::size_t there = (i + 1) % along * around;
-    for (std::size_t j = 0; j < around; ++j) {
-      const std::size_t k = (j + 1) % around;
-      add_quad(mesh, here + j, here + k, there + k, there + j);
-    }
-  }
-  return mesh;
-}
-
-// The numbers of vertices along and around a tube that make its quadrilaterals about square.
-struct TubeGrid {
-  std::size_t along;
-  std::size_t around;
-};
-TubeGrid tube_grid(std::size_t vertices, double length, double radius) {
-  const double wish = static_cast<double>(vertices);
-  const std::size_t around = rounded(std::sqrt(wish * kTurn * radius / length), 4);
-  return {rounded(wish / static_cast<double>(around), 3), around};
-}
-
-Vec3d knot_point(double t) {
-  const auto [s2, c2] = sincos(2 * t);
-  const auto [s3, c3] = sincos(3 * t);
-  return {(2 + c3) * c2, (2 + c3) * s2, s3};
-}
-
-Vec3d knot_tangent(double t) {
-  const auto [s2, c2] = sincos(2 * t);
-  const auto [s3, c3] = sincos(3 * t);
-  return normalized(Vec3d{-3 * s3 * c2 - 2 * (2 + c3) * s2, -3 * s3 * s2 + 2 * (2 + c3) * c2, 3 * c3});
-}
-
-// Returns the lengths of the knot from t = 0 to each of n + 1 parameters, by chords.
-std::vector<double> knot_lengths(std::size_t n) {
-  std::vector<double> lengths{0};
-  for (std::size_t i = 0; i < n; ++i) {
-    lengths.push_back(lengths.back() + norm(knot_point(kTurn * ratio(i + 1, n)) - knot_point(kTurn * ratio(i, n))));
-  }
-  return lengths;
-}
-
-// Returns the parameters of `count` points evenly spaced along the knot.
-std::vector<double> even_parameters(const std::vector<double>& lengths, std::size_t count) {
-  std::vector<double> parameters;
-  const std::size_t n = lengths.size() - 1;
-  std::size_t k = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double length = lengths.back() * ratio(i, count);
-    while (lengths[k + 1] < length) ++k;
-    const double within = (length - lengths[k]) / (lengths[k + 1] - lengths[k]);
-    parameters.push_back(kTurn * (static_cast<double>(k) + within) / static_cast<double>(n));
-  }
-  return parameters;
-}
-
-// Returns v transported from one point of a curve to the next without rotation about the curve, by two reflections
-// (Wang, Juettler, Zheng and Liu 2008).
-Vec3d carried(const Vec3d& v, const Vec3d& step, const Vec3d& tangent, const Vec3d& next_tangent) {
-  const auto reflected = [](const Vec3d& u, const Vec3d& n) { return u - n * (2 * dot(u, n) / norm2(n)); };
-  return reflected(reflected(v, step), next_tangent - reflected(tangent, step));
-}
-
-// Returns the angle of the unit vector (c, s), from -pi to pi. Each round makes the error smaller than its cube. It
-// calls only sincos, which gives the same bits everywhere.
-double angle_of(double c, double s) {
-  double angle = 0;
-  for (int i = 0; i < 40; ++i) {
-    const auto turned = sincos(angle);
-    angle += s * turned.cos - c * turned.sin;
-  }
-  return angle;
-}
-
-// Transported frames do not close by themselves; the missing angle is spread evenly over the curve.
-Spine knot_spine(const std::vector<double>& parameters) {
-  const std::size_t n = parameters.size();
-  Spine spine;
-  std::vector<Vec3d> tangents;
-  for (const double t : parameters) {
-    spine.points.push_back(knot_point(t));
-    tangents.push_back(knot_tangent(t));
-  }
-  std::vector<Vec3d> frames{any_orthogonal(tangents[0])};
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t j = (i + 1) % n;
-    frames.push_back(carried(frames[i], spine.points[j] - spine.points[i], tangents[i], tangents[j]));
-  }
-  const double missing = angle_of(dot(frames[n], frames[0]), dot(cross(frames[n], frames[0]), tangents[0]));
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto [s, c] = sincos(missing * ratio(i, n));
-    const Vec3d across = cross(tangents[i], frames[i]);
-    spine.first.push_back(frames[i] * c + across * s);
-    spine.second.push_back(across * c - frames[i] * s);
-  }
-  return spine;
-}
-
-struct CylinderGrid {
-  std::size_t rings;  // around the centre of a cap; the cap has 6 * rings vertices at its rim
-  std::size_t rows;   // along the side
-};
-
-// The rows follow from the rings. In all 6 m (rows + 1) + 2 (1 + 3 m (m - 1)) vertices.
-CylinderGrid cylinder_grid(std::size_t vertices) {
-  const double wish = static_cast<double>(vertices);
-  const double side = 36 / std::numbers::pi;  // rows for each ring that make squares: 6 / (pi / 6 m)
-  const std::size_t m = rounded(std::sqrt(wish / (6 * side + 6)), 1);
-  const double rings = static_cast<double>(m);
-  const double caps = 2 + 6 * rings * (rings - 1);
-  return {m, rounded((wish - caps) / (6 * rings) - 1, 1)};
-}
-
-constexpr double kCylinderRadius = 0.5;
-
-// Adds six sectors of a disk at z = height. Ring k has 6 k vertices; those of the outermost begin at `rim`.
-void add_cap(Mesh& mesh, std::size_t rings, double height, std::size_t rim, bool up) {
-  std::vector<std::size_t> start{mesh.vertex_count()};
-  mesh.positions.emplace_back(0, 0, height);
-  for (std::size_t k = 1; k < rings; ++k) {
-    start.push_back(mesh.vertex_count());
-    for (std::size_t i = 0; i < 6 * k; ++i) {
-      const auto [s, c] = sincos(kTurn * ratio(i, 6 * k));
-      mesh.positions.push_back(Vec3d{c, s, 0} * (kCylinderRadius * ratio(k, rings)) + Vec3d{0, 0, height});
-    }
-  }
-  start.push_back(rim);
-  const auto add = [&](std::size_t a, std::size_t b, std::size_t c) { add_triangle(mesh, a, up ? b : c, up ? c : b); };
-  for (std::size_t k = 1; k <= rings; ++k) {
-    const auto inner = [&](std::size_t i) { return k == 1 ? start[0] : start[k - 1] + i % (6 * (k - 1)); };
-    const auto outer = [&](std::size_t i) { return start[k] + i % (6 * k); };
-    for (std::size_t sector = 0; sector < 6; ++sector) {
-      const std::size_t o = sector * k;
-      const std::size_t n = sector * (k - 1);
-      for (std::size_t i = 0; i < k; ++i) {
-        add(inner(n + i), outer(o + i), outer(o + i + 1));
-        if (i + 1 < k) add(inner(n + i), outer(o + i + 1), inner(n + i + 1));
-      }
-    }
-  }
-}
-
-}  // namespace
-
-void add_triangle(Mesh& mesh, std::size_t a, std::size_t b, std::size_t c) {
-  mesh.add_face(
-      std::array{static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(c)});
-}
-
-void add_quad(Mesh& mesh, std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
-  const auto& p = mesh.positions;
-  if (norm2(p[c] - p[a]) <= norm2(p[d] - p[b])) {
-    add_triangle(mesh, a, b, c);
-    add_triangle(mesh, a, c, d);
-  } else {
-    add_triangle(mesh, b, c, d);
-    add_triangle(mesh, b, d, a);
-  }
-}
-
-Mesh make_cylinder(std::size_t vertices) {
-  const CylinderGrid grid = cylinder_grid(vertices);
-  const std::size_t around = 6 * grid.rings;
-  Mesh mesh;
-  for (std::size_t row = 0; row <= grid.rows; ++row) {
-    for (std::size_t i = 0; i < around; ++i) {
-      const auto [s, c] = sincos(kTurn * ratio(i, around));
-      mesh.positions.emplace_back(kCylinderRadius * c, kCylinderRadius * s, 6 * ratio(row, grid.rows) - 3);
-    }
-  }
-  for (std::size_t row = 0; row < grid.rows; ++row) {
-    for (std::size_t i = 0; i < around; ++i) {
-      const std::size_t k = (i + 1) % around;
-      const std::size_t here = row * around;
-      add_quad(mesh, here + i, here + k, here + around + k, here + around + i);
-    }
-  }
-  add_cap(mesh, grid.rings, -3, 0, false);
-  add_cap(mesh, grid.rings, 3, grid.rows * around, true);
-  return mesh;
-}
-
-Mesh make_torus(std::size_t vertices) {
-  const TubeGrid grid = tube_grid(vertices, kTurn, 0.3);
-  Spine spine;
-  for (std::size_t i = 0; i < grid.along; ++i) {
-    const auto [s, c] = sincos(kTurn * ratio(i, grid.along));
-    spine.points.emplace_back(c, s, 0);
-    spine.first.emplace_back(c, s, 0);
-    spine.second.emplace_back(0, 0, -1);
-  }
-  return tube(spine, grid.around, 0.3);
-}
-
-Mesh make_knot(std::size_t vertices) {
-  const std::vector<double> lengths = knot_lengths(4096);
-  const TubeGrid grid = tube_grid(vertices, lengths.back(), 0.45);
-  return tube(knot_spine(even_parameters(lengths, grid.along)), grid.around, 0.45);
-}
-
-}  // namespace knead::shapes_detail
-
-// The hand: bones, muscles and pads are cones with round ends, blended smoothly.
 namespace knead {
 namespace {
 
-using shapes_detail::Ball;
-using shapes_detail::blend_max;
-using shapes_detail::blend_min;
-using shapes_detail::Cone;
-using shapes_detail::distance;
+struct Ball {
+  Vec3d center;
+  double radius = 0;
+};
+
+// The convex hull of two balls; neither contains the other.
+struct Cone {
+  Ball a;
+  Ball b;
+};
+
+// Returns the exact distance (Quilez, "Round cone").
+double distance(const Cone& cone, const Vec3d& p) {
+  const Vec3d ba = cone.b.center - cone.a.center;
+  const double l2 = norm2(ba);
+  const double rr = cone.a.radius - cone.b.radius;
+  const double a2 = l2 - rr * rr;
+  const Vec3d pa = p - cone.a.center;
+  const double y = dot(pa, ba);
+  const double z = y - l2;
+  const double x2 = norm2(pa * l2 - ba * y);
+  const double y2 = y * y * l2;
+  const double z2 = z * z * l2;
+  const double k = (rr < 0 ? -1.0 : 1.0) * rr * rr * x2;
+  if ((z < 0 ? -1.0 : 1.0) * a2 * z2 > k) return std::sqrt(x2 + z2) / l2 - cone.b.radius;
+  if ((y < 0 ? -1.0 : 1.0) * a2 * y2 < k) return std::sqrt(x2 + y2) / l2 - cone.a.radius;
+  return (std::sqrt(x2 * a2 / l2) + y * rr) / l2 - cone.a.radius;
+}
+
+double distance(const Ball& ball, const Vec3d& p) { return norm(p - ball.center) - ball.radius; }
+
+// Returns the smaller of two distances, rounded off if they differ by less than `width`. Its gradient is a mean of
+// theirs.
+double blend_min(double a, double b, double width) {
+  const double h = std::max(width - std::abs(a - b), 0.0) / width;
+  return std::min(a, b) - h * h * width * 0.25;
+}
+
+double blend_max(double a, double b, double width) { return -blend_min(-a, -b, width); }
+
+// The hand: bones, muscles and pads are cones with round ends.
 
 constexpr double kNowhere = 1e9;
 
@@ -368,35 +171,8 @@ double hand(const Vec3d& p) {
   return blend_max(blend_min(near, other, 0.08), -0.95 - p.y, 0.06);
 }
 
-}  // namespace
+// The figure: a standing person, its arms apart.
 
-namespace shapes_detail {
-
-Solid hand_solid() { return {hand, {{-0.55, -1.0, -0.22}, {0.8, 1.0, 0.34}}, 3.69}; }
-
-}  // namespace shapes_detail
-std::span<const Finger> hand_fingers() {
-  static const std::array<Finger, 5> fingers{{
-      {"thumb", {0.484, -0.108, 0.150}, normalized(Vec3d{0.498, 0.849, 0.176}), 0.453, 0.119},
-      {"index", {0.333, 0.313, -0.005}, normalized(Vec3d{0.107, 0.991, 0.082}), 0.520, 0.108},
-      {"middle", {0.1045, 0.343, -0.015}, normalized(Vec3d{0.020, 0.998, 0.067}), 0.603, 0.113},
-      {"ring", {-0.125, 0.293, -0.010}, normalized(Vec3d{-0.102, 0.992, 0.073}), 0.562, 0.107},
-      {"little", {-0.330, 0.101, 0.003}, normalized(Vec3d{-0.237, 0.969, 0.068}), 0.480, 0.096},
-  }};
-  return fingers;
-}
-
-// A standing person, its arms apart: cones with round ends, blended smoothly.
-
-namespace {
-
-using shapes_detail::Ball;
-using shapes_detail::blend_max;
-using shapes_detail::blend_min;
-using shapes_detail::Cone;
-using shapes_detail::distance;
-
-// A limb: cones between neighbouring balls.
 template <std::size_t n>
 double limb(const std::array<Ball, n>& joints, const Vec3d& p) {
   double d = distance(Cone{joints[0], joints[1]}, p);
@@ -428,12 +204,52 @@ double figure(const Vec3d& p) {
   return blend_max(blend_min(d, top, 0.07), -0.99 - p.y, 0.03);
 }
 
+// The letter Y: a stem and two arms as strips of the plane, extruded with rounded edges.
+
+constexpr double kHalfWidth = 0.085;  // of a stroke
+constexpr double kHalfHeight = 0.4;
+constexpr double kHalfThickness = 0.1;
+constexpr double kRounding = 0.02;
+constexpr double kArmEnd = 0.2944;  // x of the middle of an arm at its end: puts the outer corners at x = 0.4
+
+// Every part is thinner by the radius of the rounding.
+double stem(double x, double y) {
+  return blend_max(std::abs(x) - (kHalfWidth - kRounding), std::max(-y - (kHalfHeight - kRounding), y), kRounding);
+}
+
+// The strip from the origin to (side * kArmEnd, kHalfHeight), cut level at the end.
+double arm(double x, double y, double side) {
+  const double length = std::sqrt(kArmEnd * kArmEnd + kHalfHeight * kHalfHeight);
+  const double dx = side * kArmEnd / length;
+  const double dy = kHalfHeight / length;
+  const double across = std::abs(dy * x - dx * y) - (kHalfWidth - kRounding);
+  return blend_max(across, std::max(y - (kHalfHeight - kRounding), -(dx * x + dy * y)), kRounding);
+}
+
+double letter_y(const Vec3d& p) {
+  const double arms = blend_min(arm(p.x, p.y, -1), arm(p.x, p.y, 1), 0.03);
+  const double outline = blend_min(stem(p.x, p.y), arms, 0.03);
+  const double height = std::abs(p.z) - (kHalfThickness - kRounding);
+  const double out = std::fmax(outline, 0);
+  const double up = std::fmax(height, 0);
+  return std::min(std::max(outline, height), 0.0) + std::sqrt(out * out + up * up) - kRounding;
+}
+
 }  // namespace
 
-namespace shapes_detail {
-
+Solid hand_solid() { return {hand, {{-0.55, -1.0, -0.22}, {0.8, 1.0, 0.34}}, 3.69}; }
 Solid figure_solid() { return {figure, {{-0.95, -1.03, -0.2}, {0.95, 1.02, 0.26}}, 3.1}; }
+Solid letter_y_solid() { return {letter_y, {{-0.5, -0.5, -0.2}, {0.5, 0.5, 0.2}}, 0.985}; }
 
-}  // namespace shapes_detail
+std::span<const Finger> hand_fingers() {
+  static const std::array<Finger, 5> fingers{{
+      {"thumb", {0.484, -0.108, 0.150}, normalized(Vec3d{0.498, 0.849, 0.176}), 0.453, 0.119},
+      {"index", {0.333, 0.313, -0.005}, normalized(Vec3d{0.107, 0.991, 0.082}), 0.520, 0.108},
+      {"middle", {0.1045, 0.343, -0.015}, normalized(Vec3d{0.020, 0.998, 0.067}), 0.603, 0.113},
+      {"ring", {-0.125, 0.293, -0.010}, normalized(Vec3d{-0.102, 0.992, 0.073}), 0.562, 0.107},
+      {"little", {-0.330, 0.101, 0.003}, normalized(Vec3d{-0.237, 0.969, 0.068}), 0.480, 0.096},
+  }};
+  return fingers;
+}
 
 }  // namespace knead

@@ -1,3 +1,4 @@
+// Flipped triangles after a deformation.
 #include "knead/mesh.h"
 
 #include <gtest/gtest.h>

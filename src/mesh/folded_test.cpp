@@ -1,3 +1,4 @@
+// Folded edges: turns by more than 170 degrees.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Several meshes as one; several vertices as one.
+// Several meshes as one (JoinedMeshes); several vertices at one place as one (WeldedMesh).
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -14,7 +14,7 @@ namespace knead {
 
 namespace {
 
-// The attribute with 0 at `before` elements in front of its own, and as many in all as `count`.
+// Returns the attribute for `count` elements: its values begin at element `before`, all others are 0.
 Attribute widened(const Attribute& attribute, std::size_t before, std::size_t count) {
   Attribute result{attribute.name, attribute.domain, attribute.type, attribute.components, {}};
   const auto numbers = static_cast<std::size_t>(attribute.components);
@@ -24,7 +24,7 @@ Attribute widened(const Attribute& attribute, std::size_t before, std::size_t co
   return result;
 }
 
-// The attribute at chosen elements.
+// Returns the attribute at the chosen elements.
 Attribute chosen_of(const Attribute& attribute, std::span<const std::uint32_t> elements) {
   Attribute result{attribute.name, attribute.domain, attribute.type, attribute.components, {}};
   const auto numbers = static_cast<std::size_t>(attribute.components);
@@ -129,7 +129,7 @@ std::size_t count_between(const SelfIntersections& found, const JoinedMeshes& jo
 
 WeldedMesh::WeldedMesh(const Mesh& mesh) : given_(&mesh) {
   require_faces(mesh, mesh.positions);
-  if (is_closed_and_oriented(mesh)) return;  // most meshes are, and this is soon known
+  if (is_closed_and_oriented(mesh)) return;  // most meshes are, and this test is fast
   std::vector<bool> is_border(mesh.vertex_count(), false);
   for_each_edge(mesh, [&](std::span<const EdgeUse> uses) {
     if (uses.size() == 1) is_border[uses[0].low] = is_border[uses[0].high] = true;

@@ -1,3 +1,4 @@
+// Measures of meshes: boxes, counts of elements, volume and area, and triangles that a deformation turned over.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,21 +9,21 @@
 #include <numbers>
 #include <utility>
 #include <vector>
-#include "math/elementary.h"
 
 #include "knead/error.h"
 #include "knead/mesh.h"
+#include "math/elementary.h"
 #include "mesh/edges.h"
 
 namespace knead {
 namespace {
 
-constexpr double kFarExtents = 10;     // in extents of the other points
-constexpr std::size_t kOneAmong = 20;  // points, the most that may lie astray on a side
+constexpr double kStrayExtents = 10;         // points farther away, in extents of the others, lie astray
+constexpr std::size_t kPointsPerStray = 20;  // at most one of so many points may lie astray on each side
 
-// Keeps the `most` least values, of which the first is the largest.
-void keep_least(std::vector<double>& heap, double value, std::size_t most) {
-  if (heap.size() == most) {
+// Keeps the `count` least values in a heap whose first value is the greatest.
+void keep_least(std::vector<double>& heap, double value, std::size_t count) {
+  if (heap.size() == count) {
     if (!(value < heap.front())) return;
     std::pop_heap(heap.begin(), heap.end());
     heap.pop_back();
@@ -32,87 +33,12 @@ void keep_least(std::vector<double>& heap, double value, std::size_t most) {
 }
 
 std::vector<std::uint8_t> used_vertices(const Mesh& mesh) {
-  std::vector<std::uint8_t> used(mesh.vertex_count());  // not bits, which cost more to set
+  std::vector<std::uint8_t> used(mesh.vertex_count());  // bytes, since bits cost more to set
   for (const std::uint32_t v : mesh.corner_vertex) used[v] = 1;
   return used;
 }
 
-}  // namespace
-
-void CloudBox::add(std::span<const Vec3d> points) {
-  points_ += points.size();
-  for (const Vec3d& p : points) {
-    whole_.extend(p);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      keep_least(ends_[2 * axis], p[axis], kMax + 1);
-      keep_least(ends_[2 * axis + 1], -p[axis], kMax + 1);
-    }
-  }
-}
-
-Box CloudBox::box() const {
-  const std::size_t most = std::min(kMax, points_ / kOneAmong);
-  if (most == 0) return whole_;
-  std::array<std::vector<double>, 6> ends = ends_;
-  double extent = 0;  // of the points without `most` of them at each end
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (std::size_t side : {0, 1}) std::sort(ends[2 * axis + side].begin(), ends[2 * axis + side].end());
-    extent = std::max(extent, -ends[2 * axis + 1][most] - ends[2 * axis][most]);
-  }
-  if (!(extent > 0)) return whole_;
-  // The end of a side: the outermost value that is not far from the one that `most` are beyond.
-  const auto end_of = [&](const std::vector<double>& values) {
-    return *std::lower_bound(values.begin(), values.end(), values[most] - kFarExtents * extent);
-  };
-  Box box;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    box.min[axis] = end_of(ends[2 * axis]);
-    box.max[axis] = -end_of(ends[2 * axis + 1]);
-  }
-  return box;
-}
-
-Box shape_box(const Mesh& mesh) { return shape_box(mesh, mesh.positions); }
-
-Box shape_box(const Mesh& mesh, std::span<const Vec3d> positions) {
-  if (mesh.face_count() == 0) {
-    CloudBox cloud;
-    cloud.add(positions);
-    return cloud.box();
-  }
-  const std::vector<std::uint8_t> used = used_vertices(mesh);
-  Box box;
-  for (std::size_t v = 0; v < positions.size(); ++v) {
-    if (used[v] != 0) box.extend(positions[v]);
-  }
-  return box;
-}
-
-std::string stray_note(const Mesh& mesh) {
-  Box box = shape_box(mesh);
-  const double margin = box.diagonal();
-  box.min -= Vec3d{margin, margin, margin};
-  box.max += Vec3d{margin, margin, margin};
-  std::size_t count = 0;
-  std::size_t first = 0;
-  for (std::size_t v = mesh.vertex_count(); v > 0; --v) {
-    if (contains(box, mesh.positions[v - 1])) continue;
-    ++count;
-    first = v - 1;
-  }
-  if (count == 0) return {};
-  const Vec3d& p = mesh.positions[first];
-  const std::string place = fmt::format("vertex {} at {:.6g} {:.6g} {:.6g}", first, p.x, p.y, p.z);
-  const std::string which = count == 1 ? place : fmt::format("{} vertices ({} is the first)", count, place);
-  const char* why = mesh.face_count() > 0 ? "far from the shape, in no face" : "far from all others";
-  const char* lie = count == 1 ? "lies" : "lie";
-  return fmt::format("{} {} {}; the box, and lengths that are relative to it, leave out such vertices", which, lie,
-                     why);
-}
-
-namespace {
-
-// Three sides of a triangle and twice its area, from which its shape follows.
+// The sides of a triangle and twice its area.
 struct TriangleSides {
   Vec3d ab, bc, ca;
   double area = 0;
@@ -144,13 +70,13 @@ void count_triangles(const Mesh& mesh, Measures& m) {
   if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = elementary::atan(tangent) * 180 / std::numbers::pi;
 }
 
-// An end of a boundary edge, which is named by the corner where its face begins it. A fan is named by its first corner.
+// An end of a boundary edge. The edge is named by the corner at which its face begins it, the fan by its first corner.
 struct BoundaryEnd {
   std::uint32_t edge = 0;
   std::uint32_t fan = 0;
 };
 
-// What the vertices of one part have.
+// The counts at the vertices of one part of the mesh.
 struct StarCounts {
   std::size_t unused_vertices = 0;
   std::size_t nonmanifold_vertices = 0;
@@ -190,15 +116,15 @@ class StarCounter {
   }
 
  private:
-  // Counts the edges of an ordinary vertex, which most are: all its faces form one fan, and each edge has one face on
-  // either side. Returns false for any other vertex, of which nothing is counted.
+  // Counts the edges of an ordinary vertex: all its faces form one fan, and each edge has one face on either side.
+  // Returns false for any other vertex, and counts nothing. Most vertices are ordinary.
   bool add_closed_fan(std::uint32_t vertex, std::span<const StarCorner> star) {
     std::size_t edges = 0;
     std::size_t at = 0;
     for (std::size_t step = 1; step <= star.size(); ++step) {
       const std::uint32_t other = star[at].next_vertex;
       for (at = 0; at < star.size() && star[at].previous_vertex != other;) ++at;
-      const bool is_round = at == 0;  // each face has been met once if that is so after as many steps as there are
+      const bool is_round = at == 0;  // after exactly star.size() steps, each face has been met once
       if (at == star.size() || other == vertex || is_round != (step == star.size())) return false;
       edges += vertex < other ? 1 : 0;
     }
@@ -206,7 +132,7 @@ class StarCounter {
     return !star.empty();
   }
 
-  // Of an edge by a face at the vertex.
+  // The use of an edge by a face at the vertex.
   struct Use {
     std::uint32_t other = 0;  // the other vertex
     std::uint32_t place = 0;  // in the star
@@ -236,7 +162,7 @@ class StarCounter {
   DisjointSets fans_;       // of the corners of the star
 };
 
-// Counts boundary loops: boundary edges that meet in one fan belong to the same loop. `ends`: two of each edge.
+// Counts boundary loops: boundary edges that meet in one fan belong to the same loop. `ends`: two for each edge.
 std::size_t count_boundary_loops(std::vector<BoundaryEnd> ends) {
   std::sort(ends.begin(), ends.end(), [](const BoundaryEnd& a, const BoundaryEnd& b) { return a.edge < b.edge; });
   std::vector<std::uint32_t> fans;
@@ -254,7 +180,7 @@ std::size_t count_boundary_loops(std::vector<BoundaryEnd> ends) {
   return count;
 }
 
-// Counts edges, vertices and boundary loops.
+// Adds the counts of edges, vertices and boundary loops.
 void count_stars(const Mesh& mesh, int threads, Measures& m) {
   const CornerParts parts(mesh, threads);
   std::vector<StarCounts> counts(parts.count());
@@ -304,7 +230,7 @@ VolumeAndArea volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions
   return {volume6 / 6, area2 / 2};
 }
 
-// Adds what depends on the positions to the measures of the faces.
+// Adds the box, the volume and the area.
 void add_sizes(const Mesh& mesh, Measures& m) {
   m.box = m.unused_vertices > 0 ? shape_box(mesh) : bounding_box(mesh.positions);
   const VolumeAndArea sums = volume_and_area(mesh, mesh.positions, m.box);
@@ -312,7 +238,182 @@ void add_sizes(const Mesh& mesh, Measures& m) {
   m.area = sums.area;
 }
 
+// Returns the triangles that oppose the normals of their vertices.
+std::vector<Triangle> opposing(const Mesh& mesh, std::span<const Triangle> triangles,
+                               std::span<const Vec3d> positions) {
+  std::vector<Triangle> result;
+  if (triangles.empty()) return result;
+  std::vector<std::uint32_t> vertices;
+  for (const Triangle& t : triangles) vertices.insert(vertices.end(), t.begin(), t.end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  const std::vector<Vec3d> normals = normals_of(mesh, positions, vertices);
+  const auto normal_of = [&](std::uint32_t v) {
+    return normals[static_cast<std::size_t>(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin())];
+  };
+  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(result), [&](const Triangle& t) {
+    const Vec3d& a = positions[t[0]];
+    const Vec3d sum = normal_of(t[0]) + normal_of(t[1]) + normal_of(t[2]);
+    return dot(cross(positions[t[1]] - a, positions[t[2]] - a), sum) < 0;
+  });
+  return result;
+}
+
+// Finds the tame vertices: all normals of faces and triangles around one are within 45 degrees of the first one, less a
+// margin far above rounding errors. A triangle with three tame vertices cannot oppose their normals: these are sums of
+// face normals, each within 90 degrees of its own. Most vertices of most shapes are tame, which saves the cost of their
+// normals.
+class TameVertices {
+ public:
+  explicit TameVertices(std::size_t count) : first_(count), tame_(count, 1) {}
+
+  void add(const Vec3d& normal, std::span<const std::uint32_t> vertices) {
+    const double size2 = norm2(normal);
+    const bool sound = size2 > 1e-140;  // the area is not 0, and squares do not underflow
+    for (const std::uint32_t v : vertices) {
+      if (sound && first_[v] == Vec3f{}) first_[v] = Vec3f(normal / std::sqrt(size2));
+      const double along = dot(Vec3d(first_[v]), normal);
+      if (!(sound && along > 0 && along * along > 0.51 * size2)) tame_[v] = 0;
+    }
+  }
+
+  bool are_all(const Triangle& t) const { return tame_[t[0]] + tame_[t[1]] + tame_[t[2]] == 3; }
+
+ private:
+  std::vector<Vec3f> first_;  // unit normals
+  std::vector<unsigned char> tame_;
+};
+
+// Returns the flags with those of all other vertices of the same faces set, too.
+std::vector<std::uint8_t> with_neighbours(const Mesh& mesh, const std::vector<std::uint8_t>& flags) {
+  std::vector<std::uint8_t> result = flags;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    if (std::none_of(face.begin(), face.end(), [&](std::uint32_t v) { return flags[v] != 0; })) continue;
+    for (const std::uint32_t v : face) result[v] = 1;
+  }
+  return result;
+}
+
+// Looks at the faces of the vertices with a flag.
+TameVertices find_tame(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                       const std::vector<std::uint8_t>& flags) {
+  TameVertices tame(mesh.vertex_count());
+  std::vector<Triangle> parts;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    if (std::none_of(face.begin(), face.end(), [&](std::uint32_t v) { return flags[v] != 0; })) continue;
+    tame.add(polygon_normal(after, face), face);
+    if (face.size() <= 3) continue;
+    parts.clear();
+    triangulate_polygon(before, face, parts);
+    for (const Triangle& t : parts) tame.add(polygon_normal(after, t), t);
+  }
+  return tame;
+}
+
+// Returns the triangles that may oppose the normals of their vertices after, but not before. A triangle none of whose
+// neighbours changed cannot.
+std::vector<Triangle> suspects(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+  std::vector<std::uint8_t> changed(mesh.vertex_count());
+  for (std::size_t v = 0; v < changed.size(); ++v) changed[v] = before[v] == after[v] ? 0 : 1;
+  changed = with_neighbours(mesh, changed);
+  const TameVertices tame = find_tame(mesh, before, after, with_neighbours(mesh, changed));
+  std::vector<Triangle> result;
+  for_each_triangle(mesh, before, [&](const Triangle& t) {
+    if (changed[t[0]] + changed[t[1]] + changed[t[2]] > 0 && !tame.are_all(t)) result.push_back(t);
+  });
+  return result;
+}
+
+Mesh triangles_of(const Mesh& mesh) {
+  Mesh result;
+  result.positions = mesh.positions;
+  for (const Triangle& t : triangulate(mesh)) result.add_face(t);
+  return result;
+}
+
+// Returns a normal, not of unit length; zero for a triangle without area.
+Vec3d triangle_normal(const Mesh& mesh, std::uint32_t triangle) {
+  const std::span<const std::uint32_t> t = mesh.face(triangle);
+  const Vec3d& a = mesh.positions[t[0]];
+  const Vec3d& b = mesh.positions[t[1]];
+  const Vec3d& c = mesh.positions[t[2]];
+  return is_degenerate(a, b, c) ? Vec3d{} : cross(b - a, c - a);
+}
+
 }  // namespace
+
+void CloudBox::add(std::span<const Vec3d> points) {
+  points_ += points.size();
+  for (const Vec3d& p : points) {
+    whole_.extend(p);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      keep_least(ends_[2 * axis], p[axis], kMaxStrays + 1);
+      keep_least(ends_[2 * axis + 1], -p[axis], kMaxStrays + 1);
+    }
+  }
+}
+
+Box CloudBox::box() const {
+  const std::size_t strays = std::min(kMaxStrays, points_ / kPointsPerStray);
+  if (strays == 0) return whole_;
+  std::array<std::vector<double>, 6> ends = ends_;
+  double extent = 0;  // of the points without `strays` of them at each end
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t side : {0, 1}) std::sort(ends[2 * axis + side].begin(), ends[2 * axis + side].end());
+    extent = std::max(extent, -ends[2 * axis + 1][strays] - ends[2 * axis][strays]);
+  }
+  if (!(extent > 0)) return whole_;
+  // The end of a side is the outermost value near the one that lies `strays` places inside.
+  const auto end_of = [&](const std::vector<double>& values) {
+    return *std::lower_bound(values.begin(), values.end(), values[strays] - kStrayExtents * extent);
+  };
+  Box box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.min[axis] = end_of(ends[2 * axis]);
+    box.max[axis] = -end_of(ends[2 * axis + 1]);
+  }
+  return box;
+}
+
+Box shape_box(const Mesh& mesh) { return shape_box(mesh, mesh.positions); }
+
+Box shape_box(const Mesh& mesh, std::span<const Vec3d> positions) {
+  if (mesh.face_count() == 0) {
+    CloudBox cloud;
+    cloud.add(positions);
+    return cloud.box();
+  }
+  const std::vector<std::uint8_t> used = used_vertices(mesh);
+  Box box;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (used[v] != 0) box.extend(positions[v]);
+  }
+  return box;
+}
+
+std::string stray_note(const Mesh& mesh) {
+  Box box = shape_box(mesh);
+  const double margin = box.diagonal();
+  box.min -= Vec3d{margin, margin, margin};
+  box.max += Vec3d{margin, margin, margin};
+  std::size_t count = 0;
+  std::size_t first = 0;
+  for (std::size_t v = mesh.vertex_count(); v > 0; --v) {
+    if (contains(box, mesh.positions[v - 1])) continue;
+    ++count;
+    first = v - 1;
+  }
+  if (count == 0) return {};
+  const Vec3d& p = mesh.positions[first];
+  const std::string place = fmt::format("vertex {} at {:.6g} {:.6g} {:.6g}", first, p.x, p.y, p.z);
+  const std::string which = count == 1 ? place : fmt::format("{} vertices ({} is the first)", count, place);
+  const char* why = mesh.face_count() > 0 ? "far from the shape, in no face" : "far from all others";
+  const char* lie = count == 1 ? "lies" : "lie";
+  return fmt::format("{} {} {}; the box, and lengths that are relative to it, leave out such vertices", which, lie,
+                     why);
+}
 
 bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return TriangleSides(a, b, c).is_degenerate(); }
 
@@ -344,8 +445,8 @@ VolumeAndArea measure_volume_and_area(const Mesh& mesh, std::span<const Vec3d> p
 }
 
 std::optional<double> volume_change(const VolumeAndArea& before, double after) {
-  constexpr double rounding = 1e-12;  // of the volume of a ball with this area, or a few times that
-  if (!(std::abs(before.volume) > rounding * before.area * std::sqrt(before.area))) return std::nullopt;
+  constexpr double kRoundingError = 1e-12;  // relative to area^1.5, a few times the volume of a ball with this area
+  if (!(std::abs(before.volume) > kRoundingError * before.area * std::sqrt(before.area))) return std::nullopt;
   return after / before.volume - 1;
 }
 
@@ -364,129 +465,12 @@ std::vector<std::string> describe_defects(const Measures& m) {
   return list;
 }
 
-namespace {
-
-bool opposes(const Triangle& t, std::span<const Vec3d> positions, const Vec3d& normals) {
-  const Vec3d& a = positions[t[0]];
-  return dot(cross(positions[t[1]] - a, positions[t[2]] - a), normals) < 0;
-}
-
-// Returns the triangles that oppose the normals of their vertices.
-std::vector<Triangle> opposing(const Mesh& mesh, std::span<const Triangle> triangles,
-                               std::span<const Vec3d> positions) {
-  std::vector<Triangle> result;
-  if (triangles.empty()) return result;
-  std::vector<std::uint32_t> vertices;
-  for (const Triangle& t : triangles) vertices.insert(vertices.end(), t.begin(), t.end());
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  const std::vector<Vec3d> normals = normals_of(mesh, positions, vertices);
-  const auto normal_of = [&](std::uint32_t v) {
-    return normals[static_cast<std::size_t>(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin())];
-  };
-  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(result), [&](const Triangle& t) {
-    return opposes(t, positions, normal_of(t[0]) + normal_of(t[1]) + normal_of(t[2]));
-  });
-  return result;
-}
-
-// Returns a flag for each vertex: true if all normals of faces and triangles around it are within 45 degrees of the
-// first one, less a margin far above rounding errors. A triangle with three such vertices cannot oppose their normals:
-// these are sums of face normals, each within 90 degrees of its own. Most vertices of most shapes have the flag and
-// need no normal, which would cost angles.
-class TameVertices {
- public:
-  explicit TameVertices(std::size_t count) : first_(count), tame_(count, 1) {}
-
-  void add(const Vec3d& normal, std::span<const std::uint32_t> vertices) {
-    const double size2 = norm2(normal);
-    const bool sound = size2 > 1e-140;  // the area is not 0, and squares do not underflow
-    for (const std::uint32_t v : vertices) {
-      if (sound && first_[v] == Vec3f{}) first_[v] = Vec3f(normal / std::sqrt(size2));
-      const double along = dot(Vec3d(first_[v]), normal);
-      if (!(sound && along > 0 && along * along > 0.51 * size2)) tame_[v] = 0;
-    }
-  }
-
-  bool are_all(const Triangle& t) const { return tame_[t[0]] + tame_[t[1]] + tame_[t[2]] == 3; }
-
- private:
-  std::vector<Vec3f> first_;  // unit normals
-  std::vector<unsigned char> tame_;
-};
-
-// Returns a flag for each vertex: true for the flagged ones, and for all others of their faces.
-std::vector<std::uint8_t> with_neighbours(const Mesh& mesh, const std::vector<std::uint8_t>& flags) {
-  std::vector<std::uint8_t> result = flags;
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const std::span<const std::uint32_t> face = mesh.face(f);
-    if (std::none_of(face.begin(), face.end(), [&](std::uint32_t v) { return flags[v] != 0; })) continue;
-    for (const std::uint32_t v : face) result[v] = 1;
-  }
-  return result;
-}
-
-// Of the vertices with a flag.
-TameVertices find_tame(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after,
-                       const std::vector<std::uint8_t>& flags) {
-  TameVertices tame(mesh.vertex_count());
-  std::vector<Triangle> parts;
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const std::span<const std::uint32_t> face = mesh.face(f);
-    if (std::none_of(face.begin(), face.end(), [&](std::uint32_t v) { return flags[v] != 0; })) continue;
-    tame.add(polygon_normal(after, face), face);
-    if (face.size() <= 3) continue;
-    parts.clear();
-    triangulate_polygon(before, face, parts);
-    for (const Triangle& t : parts) tame.add(polygon_normal(after, t), t);
-  }
-  return tame;
-}
-
-// Returns the triangles that might oppose the normals of their vertices after, and not before. Where no face at a
-// corner has changed, a triangle does both or neither.
-std::vector<Triangle> suspects(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
-  std::vector<std::uint8_t> changed(mesh.vertex_count());
-  for (std::size_t v = 0; v < changed.size(); ++v) changed[v] = before[v] == after[v] ? 0 : 1;
-  changed = with_neighbours(mesh, changed);
-  const TameVertices tame = find_tame(mesh, before, after, with_neighbours(mesh, changed));
-  std::vector<Triangle> result;
-  for_each_triangle(mesh, before, [&](const Triangle& t) {
-    if (changed[t[0]] + changed[t[1]] + changed[t[2]] > 0 && !tame.are_all(t)) result.push_back(t);
-  });
-  return result;
-}
-
-}  // namespace
-
 std::size_t count_flipped(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
   require_faces(mesh, before);
-  if (after.size() != before.size()) require_faces(mesh, after);  // which says what is wrong
+  if (after.size() != before.size()) require_faces(mesh, after);  // throws
   const std::vector<Triangle> candidates = opposing(mesh, suspects(mesh, before, after), after);
   return candidates.size() - opposing(mesh, candidates, before).size();
 }
-
-// Counting folded edges.
-
-namespace {
-
-Mesh triangles_of(const Mesh& mesh) {
-  Mesh result;
-  result.positions = mesh.positions;
-  for (const Triangle& t : triangulate(mesh)) result.add_face(t);
-  return result;
-}
-
-// Returns a normal, not of unit length; zero for a triangle without area.
-Vec3d normal_of(const Mesh& mesh, std::uint32_t triangle) {
-  const std::span<const std::uint32_t> t = mesh.face(triangle);
-  const Vec3d& a = mesh.positions[t[0]];
-  const Vec3d& b = mesh.positions[t[1]];
-  const Vec3d& c = mesh.positions[t[2]];
-  return is_degenerate(a, b, c) ? Vec3d{} : cross(b - a, c - a);
-}
-
-}  // namespace
 
 std::size_t count_folded_edges(const Mesh& mesh) {
   const double cosine = elementary::cos(170 * std::numbers::pi / 180);
@@ -494,8 +478,8 @@ std::size_t count_folded_edges(const Mesh& mesh) {
   std::size_t folded = 0;
   for_each_edge(triangles, [&](std::span<const EdgeUse> edge) {
     if (edge.size() != 2 || edge[0].upward == edge[1].upward) return;
-    const Vec3d n = normal_of(triangles, edge[0].corner / 3);
-    const Vec3d m = normal_of(triangles, edge[1].corner / 3);
+    const Vec3d n = triangle_normal(triangles, edge[0].corner / 3);
+    const Vec3d m = triangle_normal(triangles, edge[1].corner / 3);
     if (dot(n, m) < cosine * norm(n) * norm(m)) ++folded;
   });
   return folded;

@@ -1,3 +1,4 @@
+// Counts, volumes and areas of meshes, against values by hand and by brute force.
 #include "knead/mesh.h"
 
 #include <gtest/gtest.h>

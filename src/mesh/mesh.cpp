@@ -1,3 +1,4 @@
+// What every mesh needs: its checks, the triangles of its faces, and its edges (edges.h).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,23 +14,6 @@
 #include "mesh/edges.h"
 
 namespace knead {
-
-double color_scale(const Attribute& color) {
-  constexpr double of_byte = 1.0 / 255;
-  constexpr double of_short = 1.0 / 65535;
-  if (color.type == NumberType::uint8) return of_byte;
-  if (color.type == NumberType::uint16) return of_short;
-  const bool is_real = color.type == NumberType::float32 || color.type == NumberType::float64;
-  double most = 0;
-  bool is_whole = true;
-  for (const double c : color.values) {
-    most = std::max(most, c);
-    is_whole = is_whole && c == std::floor(c);
-  }
-  constexpr double bright = 16;
-  if (is_real && most <= (is_whole ? 1 : bright)) return 1;
-  return most <= 255 ? of_byte : of_short;
-}
 
 namespace {
 
@@ -57,41 +41,12 @@ void check_faces(const Mesh& mesh) {
   }
 }
 
-void check_places(std::span<const Vec3d> positions) {
+void check_coordinates(std::span<const Vec3d> positions) {
   for (std::size_t v = 0; v < positions.size(); ++v) {
     if (is_finite(positions[v])) continue;
     throw InvalidInput(fmt::format("vertex {} of a mesh has a coordinate that is not finite; place or remove it", v));
   }
 }
-
-}  // namespace
-
-void require_faces(const Mesh& mesh, std::span<const Vec3d> positions) {
-  check_faces(mesh);
-  if (positions.size() != mesh.vertex_count()) {
-    throw InvalidInput(fmt::format("{} positions for a mesh of {} vertices; give one for each", positions.size(),
-                                   mesh.vertex_count()));
-  }
-}
-
-void require_sound(const Mesh& mesh, std::span<const Vec3d> positions) {
-  require_faces(mesh, positions);
-  check_places(positions);
-}
-
-void validate(const Mesh& mesh) {
-  require_sound(mesh, mesh.positions);
-  for (const Attribute& attribute : mesh.attributes) {
-    const std::size_t count = mesh.element_count(attribute.domain);
-    if (attribute.components > 0 && attribute.values.size() == count * static_cast<std::size_t>(attribute.components)) {
-      continue;
-    }
-    throw InvalidInput(fmt::format("the attribute \"{}\" of a mesh has {} numbers for {} elements of {} components",
-                                   attribute.name, attribute.values.size(), count, attribute.components));
-  }
-}
-
-namespace {
 
 struct Point2 {
   double x = 0;
@@ -192,7 +147,90 @@ class EarClipper {
   std::size_t tests_ = 0;
 };
 
+constexpr std::uint32_t kPartVertices = 4096;  // their corners fit into a cache
+constexpr std::size_t kCornerChunks = 32;
+
+// Finds the faces of corners that are asked for in ascending order.
+class FaceCursor {
+ public:
+  explicit FaceCursor(const Mesh& mesh) : begin_(mesh.face_begin) {}
+
+  StarCorner neighbours(const Mesh& mesh, std::uint32_t corner) {
+    const std::uint32_t third = corner / 3;
+    if (third + 1 < begin_.size() && begin_[third] == 3 * third && begin_[third + 1] == 3 * third + 3) {
+      face_ = third;  // the faces before it have three corners each, or on average
+    } else if (corner >= begin_[face_ + 1]) {
+      advance(corner);
+    }
+    const std::uint32_t next = corner + 1 < begin_[face_ + 1] ? corner + 1 : begin_[face_];
+    const std::uint32_t previous = (corner > begin_[face_] ? corner : begin_[face_ + 1]) - 1;
+    return {corner, next, previous, mesh.corner_vertex[next], mesh.corner_vertex[previous]};
+  }
+
+ private:
+  void advance(std::uint32_t corner) {
+    std::size_t low = face_ + 1;  // begins at the corner or before
+    std::size_t step = 1;
+    for (; low + step < begin_.size() && begin_[low + step] <= corner; step *= 2) low += step;
+    const auto begin = begin_.begin() + static_cast<std::ptrdiff_t>(low);
+    const auto end = begin_.begin() + static_cast<std::ptrdiff_t>(std::min(low + step, begin_.size()));
+    face_ = static_cast<std::size_t>(std::upper_bound(begin, end, corner) - begin_.begin()) - 1;
+  }
+
+  std::span<const std::uint32_t> begin_;
+  std::size_t face_ = 0;
+};
+
+// Appends the uses of the edges from `vertex` to larger vertices.
+void add_uses(std::uint32_t vertex, std::span<const StarCorner> star, std::vector<EdgeUse>& uses) {
+  for (const StarCorner& at : star) {
+    if (vertex < at.next_vertex) uses.push_back({vertex, at.next_vertex, at.corner, at.next, true});
+    if (vertex < at.previous_vertex) uses.push_back({vertex, at.previous_vertex, at.previous, at.corner, false});
+  }
+}
+
 }  // namespace
+double color_scale(const Attribute& color) {
+  constexpr double kByteScale = 1.0 / 255;
+  constexpr double kShortScale = 1.0 / 65535;
+  constexpr double kMaxBrightness = 16;  // of light that is brighter than white
+  if (color.type == NumberType::uint8) return kByteScale;
+  if (color.type == NumberType::uint16) return kShortScale;
+  const bool is_real = color.type == NumberType::float32 || color.type == NumberType::float64;
+  double greatest = 0;
+  bool is_whole = true;
+  for (const double c : color.values) {
+    greatest = std::max(greatest, c);
+    is_whole = is_whole && c == std::floor(c);
+  }
+  if (is_real && greatest <= (is_whole ? 1 : kMaxBrightness)) return 1;
+  return greatest <= 255 ? kByteScale : kShortScale;
+}
+
+void require_faces(const Mesh& mesh, std::span<const Vec3d> positions) {
+  check_faces(mesh);
+  if (positions.size() != mesh.vertex_count()) {
+    throw InvalidInput(fmt::format("{} positions for a mesh of {} vertices; give one for each", positions.size(),
+                                   mesh.vertex_count()));
+  }
+}
+
+void require_sound(const Mesh& mesh, std::span<const Vec3d> positions) {
+  require_faces(mesh, positions);
+  check_coordinates(positions);
+}
+
+void validate(const Mesh& mesh) {
+  require_sound(mesh, mesh.positions);
+  for (const Attribute& attribute : mesh.attributes) {
+    const std::size_t count = mesh.element_count(attribute.domain);
+    if (attribute.components > 0 && attribute.values.size() == count * static_cast<std::size_t>(attribute.components)) {
+      continue;
+    }
+    throw InvalidInput(fmt::format("the attribute \"{}\" of a mesh has {} numbers for {} elements of {} components",
+                                   attribute.name, attribute.values.size(), count, attribute.components));
+  }
+}
 
 Vec3d polygon_normal(std::span<const Vec3d> positions, std::span<const std::uint32_t> polygon) {
   Vec3d sum;
@@ -245,61 +283,16 @@ void check_triangles(std::span<const Triangle> triangles, std::span<const Vec3d>
   }
 }
 
-namespace {
-
-constexpr std::uint32_t kVerticesOfPart = 4096;  // their corners fit into a cache
-constexpr std::size_t kChunks = 32;              // of all corners
-
-// Finds the faces of ascending corners.
-class FaceCursor {
- public:
-  explicit FaceCursor(const Mesh& mesh) : begin_(mesh.face_begin) {}
-
-  StarCorner neighbours(const Mesh& mesh, std::uint32_t corner) {
-    const std::uint32_t third = corner / 3;
-    if (third + 1 < begin_.size() && begin_[third] == 3 * third && begin_[third + 1] == 3 * third + 3) {
-      face_ = third;  // up to it all faces are triangles, or have three corners on average
-    } else if (corner >= begin_[face_ + 1]) {
-      advance(corner);
-    }
-    const std::uint32_t next = corner + 1 < begin_[face_ + 1] ? corner + 1 : begin_[face_];
-    const std::uint32_t previous = (corner > begin_[face_] ? corner : begin_[face_ + 1]) - 1;
-    return {corner, next, previous, mesh.corner_vertex[next], mesh.corner_vertex[previous]};
-  }
-
- private:
-  void advance(std::uint32_t corner) {
-    std::size_t low = face_ + 1;  // begins at the corner or before
-    std::size_t step = 1;
-    for (; low + step < begin_.size() && begin_[low + step] <= corner; step *= 2) low += step;
-    const auto begin = begin_.begin() + static_cast<std::ptrdiff_t>(low);
-    const auto end = begin_.begin() + static_cast<std::ptrdiff_t>(std::min(low + step, begin_.size()));
-    face_ = static_cast<std::size_t>(std::upper_bound(begin, end, corner) - begin_.begin()) - 1;
-  }
-
-  std::span<const std::uint32_t> begin_;
-  std::size_t face_ = 0;
-};
-
-// Adds the uses of the edges to larger vertices.
-void add_uses(std::uint32_t vertex, std::span<const StarCorner> star, std::vector<EdgeUse>& uses) {
-  for (const StarCorner& at : star) {
-    if (vertex < at.next_vertex) uses.push_back({vertex, at.next_vertex, at.corner, at.next, true});
-    if (vertex < at.previous_vertex) uses.push_back({vertex, at.previous_vertex, at.previous, at.corner, false});
-  }
-}
-
-}  // namespace
-
 CornerParts::CornerParts(const Mesh& mesh, int threads) : mesh_(mesh) {
   const std::size_t count = mesh.corner_vertex.size();
-  const std::size_t parts = mesh.vertex_count() / kVerticesOfPart + 1;
-  const std::size_t grain = count / kChunks + 1;
-  std::vector<std::vector<std::uint32_t>> places((count + grain - 1) / grain);  // of each chunk: the next in each part
+  const std::size_t parts = mesh.vertex_count() / kPartVertices + 1;
+  const std::size_t grain = count / kCornerChunks + 1;
+  std::vector<std::vector<std::uint32_t>> places((count + grain - 1) /
+                                                 grain);  // per chunk: its next place in each part
   parallel_for(count, grain, threads, [&](std::size_t begin, std::size_t end) {
     std::vector<std::uint32_t>& place = places[begin / grain];
     place.assign(parts, 0);
-    for (std::size_t c = begin; c < end; ++c) ++place[mesh.corner_vertex[c] / kVerticesOfPart];
+    for (std::size_t c = begin; c < end; ++c) ++place[mesh.corner_vertex[c] / kPartVertices];
   });
   std::uint32_t sum = 0;
   begin_.reserve(parts + 1);
@@ -312,7 +305,7 @@ CornerParts::CornerParts(const Mesh& mesh, int threads) : mesh_(mesh) {
   parallel_for(count, grain, threads, [&](std::size_t begin, std::size_t end) {
     std::vector<std::uint32_t>& place = places[begin / grain];
     for (std::size_t c = begin; c < end; ++c) {
-      corners_[place[mesh.corner_vertex[c] / kVerticesOfPart]++] = static_cast<std::uint32_t>(c);
+      corners_[place[mesh.corner_vertex[c] / kPartVertices]++] = static_cast<std::uint32_t>(c);
     }
   });
 }
@@ -320,8 +313,8 @@ CornerParts::CornerParts(const Mesh& mesh, int threads) : mesh_(mesh) {
 void CornerParts::visit_stars(std::size_t part,
                               const std::function<void(std::uint32_t, std::span<const StarCorner>)>& visit) const {
   const std::span<const std::uint32_t> corners{corners_.get() + begin_[part], corners_.get() + begin_[part + 1]};
-  const std::size_t first = part * kVerticesOfPart;
-  const std::size_t last = std::min(first + kVerticesOfPart, mesh_.vertex_count());
+  const std::size_t first = part * kPartVertices;
+  const std::size_t last = std::min(first + kPartVertices, mesh_.vertex_count());
   std::vector<std::uint32_t> end(last - first, 0);  // of the corners at each vertex
   for (const std::uint32_t c : corners) ++end[mesh_.corner_vertex[c] - first];
   std::exclusive_scan(end.begin(), end.end(), end.begin(), 0U);
@@ -355,7 +348,7 @@ void CornerParts::visit_edges(std::size_t part, const std::function<void(std::sp
 
 bool is_closed_and_oriented(const Mesh& mesh, int threads) {
   const CornerParts parts(mesh, threads);
-  std::atomic<bool> balanced{true};  // each edge is used more than once, in the two directions about as often
+  std::atomic<bool> balanced{true};  // no edge is used once; the uses in its two directions differ by at most one
   parallel_for(parts.count(), 1, threads, [&](std::size_t part, std::size_t) {
     if (!balanced) return;
     parts.visit_edges(part, [&](std::span<const EdgeUse> uses) {

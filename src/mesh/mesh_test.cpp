@@ -1,3 +1,4 @@
+// Which meshes validate() accepts, and how it names what is wrong.
 #include "knead/mesh.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Vertex normals, and the transport of authored normals and tangents by a deformation.
 #include "knead/mesh.h"
 
 #include <algorithm>
@@ -52,7 +53,7 @@ std::vector<bool> touched_normals(const Mesh& mesh, std::span<const Vec3d> after
   return touched;
 }
 
-// Returns so many mean normals, each of the corners for which number_of(corner) is its number; kNoNormal: none.
+// Returns `count` mean normals: number i is the mean at the corners for which number_of(corner) is i.
 template <class NumberOf>
 std::vector<Vec3d> mean_normals(const Mesh& mesh, std::span<const Vec3d> positions, std::size_t count,
                                 const NumberOf& number_of) {
@@ -160,9 +161,9 @@ struct EdgeFit {
   // columns of B, so the components along the new normal are dropped; the tangent's component along the old normal
   // replaces them.
   Vec3d carried(const Vec3d& tangent) const {
-    constexpr double kThinnest = 1e-12;  // the smallest determinant of a fit, relative to the squares of its edges
+    constexpr double kMinDeterminant = 1e-12;  // of a fit, relative to the squares of its edges
     const double determinant = uu * vv - uv * uv;
-    if (!(determinant > kThinnest * (uu + vv) * (uu + vv))) return tangent;
+    if (!(determinant > kMinDeterminant * (uu + vv) * (uu + vv))) return tangent;
     const double a = dot(u, tangent);
     const double b = dot(v, tangent);
     const Vec3d moved = fu * ((a * vv - b * uv) / determinant) + fv * ((b * uu - a * uv) / determinant);

@@ -1,3 +1,4 @@
+// Vertex normals, and authored normals and tangents after a deformation.
 #include "knead/mesh.h"
 
 #include <gtest/gtest.h>

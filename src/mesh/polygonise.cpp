@@ -1,17 +1,48 @@
+// Dual marching cubes: finds the cells that a surface crosses, makes quadrilaterals, and relaxes them onto the surface.
 #include "mesh/polygonise.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "knead/error.h"
 
-namespace knead::polygonise_detail {
+namespace knead {
 namespace {
 
-constexpr std::uint32_t kBlock = 2;  // cells along a side of the smallest blocks
+// A grid of cubic cells. Cell (x, y, z) has 0 <= x < cells[0] and so on; cell (0, 0, 0) begins at `origin`.
+struct Grid {
+  Vec3d origin;
+  double cell = 0;
+  std::array<std::uint32_t, 3> cells{};
 
-// Returns the parts within the grid of the given blocks, each cut into eight blocks with `size` cells along a side.
+  Vec3d at(double x, double y, double z) const { return origin + Vec3d{x, y, z} * cell; }
+};
+
+// Returns grid coordinates as one number that sorts by z, then y, then x; 20 bits each. grid_place() is the inverse.
+std::uint64_t grid_key(std::uint64_t x, std::uint64_t y, std::uint64_t z) { return (z << 40) | (y << 20) | x; }
+std::array<std::uint32_t, 3> grid_place(std::uint64_t key) {
+  constexpr std::uint64_t kMask = (1U << 20) - 1;
+  return {static_cast<std::uint32_t>(key & kMask), static_cast<std::uint32_t>((key >> 20) & kMask),
+          static_cast<std::uint32_t>(key >> 40)};
+}
+
+// A cell with corners both inside and outside. Corner c has the offset (c & 1, (c >> 1) & 1, c >> 2).
+struct SurfaceCell {
+  std::uint64_t key = 0;
+  std::array<double, 8> values{};
+
+  bool inside(int corner) const { return values[corner] < 0; }
+};
+
+constexpr std::uint32_t kBlock = 2;  // cells along a side of the smallest blocks
+constexpr double kMaxCells = 4096;   // along a side of the grid
+
+// Cuts each block into eight blocks with `size` cells along a side, and returns those within the grid.
 std::vector<std::uint64_t> split_blocks(const std::vector<std::uint64_t>& blocks, const Grid& grid,
                                         std::uint32_t size) {
   std::vector<std::uint64_t> halves;
@@ -28,13 +59,13 @@ std::vector<std::uint64_t> split_blocks(const std::vector<std::uint64_t>& blocks
   return halves;
 }
 
-// Removes the blocks whose centre is farther from the surface than from their corners.
+// Removes the blocks that cannot meet the surface: their centre is farther from it than from their corners.
 void drop_empty_blocks(std::vector<std::uint64_t>& blocks, const ScalarFunction& f, const Grid& grid,
                        std::uint32_t size, double lipschitz) {
-  const double reach = lipschitz * grid.cell * size * 0.5 * std::sqrt(3.0) * (1 + 1e-9);
+  const double to_corner = lipschitz * grid.cell * size * 0.5 * std::sqrt(3.0) * (1 + 1e-9);
   std::erase_if(blocks, [&](std::uint64_t block) {
     const auto [x, y, z] = grid_place(block);
-    return std::abs(f(grid.at((x + 0.5) * size, (y + 0.5) * size, (z + 0.5) * size))) > reach;
+    return std::abs(f(grid.at((x + 0.5) * size, (y + 0.5) * size, (z + 0.5) * size))) > to_corner;
   });
 }
 
@@ -118,8 +149,7 @@ void append_all_blocks(const Grid& grid, CornerLayers& corner, std::vector<Surfa
   }
 }
 
-}  // namespace
-
+// Returns the cells with corners on both sides, by increasing key. For lipschitz see PolygoniseOptions.
 std::vector<SurfaceCell> surface_cells(const ScalarFunction& f, const Grid& grid, double lipschitz) {
   std::vector<SurfaceCell> cells;
   CornerLayers corner(f, grid);
@@ -133,8 +163,6 @@ std::vector<SurfaceCell> surface_cells(const ScalarFunction& f, const Grid& grid
   std::sort(cells.begin(), cells.end(), [](const SurfaceCell& a, const SurfaceCell& b) { return a.key < b.key; });
   return cells;
 }
-
-namespace {
 
 // Edge 4 a + j of a cell runs along axis a. Bit 0 of j is its offset along the next axis, bit 1 along the one after
 // that.
@@ -296,6 +324,8 @@ void append_vertices(const SurfaceCell& cell, Passage& passage, const Grid& grid
   }
 }
 
+using Quad = std::array<std::uint32_t, 4>;  // counter-clockwise seen from outside
+
 // Appends the quadrilateral around the cell edge from corner 0 along axis a, if that edge is crossed.
 void append_quad(std::size_t i, int a, std::span<const SurfaceCell> cells, std::span<const Passage> passages,
                  std::vector<Quad>& quads) {
@@ -311,8 +341,18 @@ void append_quad(std::size_t i, int a, std::span<const SurfaceCell> cells, std::
   quads.push_back(quad);
 }
 
-}  // namespace
+struct QuadSurface {
+  std::vector<Vec3d> positions;
+  std::vector<Quad> quads;
+};
 
+// Returns a surface with a vertex for each loop of crossed edges in a cell, at the mean of its crossings, and a
+// quadrilateral for each crossed edge of the grid. No crossed edge may lie on the wall of the grid. Throws InvalidInput
+// if a cell at a crossed edge is missing.
+//
+// The surface is manifold, and remains so when each quadrilateral is split along any diagonal: the four cells at a grid
+// edge are distinct, opposite ones share no other edge, and no two loops of neighbouring cells meet in two segments of
+// one face (see separate_doubled_faces).
 QuadSurface dual_surface(std::span<const SurfaceCell> cells, const Grid& grid) {
   std::vector<Passage> passages(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) link_edges(cells[i], passages[i]);
@@ -325,32 +365,29 @@ QuadSurface dual_surface(std::span<const SurfaceCell> cells, const Grid& grid) {
   return surface;
 }
 
-namespace {
-
-// What the quadrilaterals at a vertex give.
-struct GestureContext {
+// The sums over the quadrilaterals at a vertex.
+struct VertexRing {
   Vec3d normal;  // not of unit length
   Vec3d sum;     // of the neighbours
   double count = 0;
 };
 
-std::vector<GestureContext> survey(const QuadSurface& surface) {
-  std::vector<GestureContext> around(surface.positions.size());
+std::vector<VertexRing> vertex_rings(const QuadSurface& surface) {
+  std::vector<VertexRing> rings(surface.positions.size());
   for (const Quad& quad : surface.quads) {
     const auto p = [&](std::size_t i) { return surface.positions[quad[i]]; };
     const Vec3d normal = cross(p(2) - p(0), p(3) - p(1));
     for (std::size_t i = 0; i < 4; ++i) {
-      GestureContext& s = around[quad[i]];
-      s.normal += normal;
-      s.sum += p((i + 1) % 4);  // every edge is visited once in each direction
-      s.count += 1;
+      VertexRing& ring = rings[quad[i]];
+      ring.normal += normal;
+      ring.sum += p((i + 1) % 4);  // every edge is visited once in each direction
+      ring.count += 1;
     }
   }
-  return around;
+  return rings;
 }
 
-// Returns p moved by the largest of the steps d, d/2, d/4, d/8 along `direction` that does not increase |f|, or p if
-// all do.
+// Returns p moved by the largest of 1, 1/2, 1/4, 1/8 of the step that does not increase |f|, or p if all do.
 Vec3d guarded_step(const ScalarFunction& f, const Vec3d& p, double value, const Vec3d& step) {
   double t = 1;
   for (int i = 0; i < 4; ++i, t *= 0.5) {
@@ -369,7 +406,7 @@ Vec3d limited(const Vec3d& v, double length) {
   return size <= length ? v : v * (length / size);
 }
 
-// One Newton step along the gradient, at most half a cell; returns the gradient's length, 0 where there is no step.
+// Moves p by one Newton step along the gradient, at most half a cell. Returns the gradient's length, 0 without a step.
 double newton(const ScalarFunction& f, double cell, Vec3d& p) {
   const double value = f(p);
   const Vec3d g = gradient(f, p, value, 1e-5 * cell);
@@ -379,7 +416,8 @@ double newton(const ScalarFunction& f, double cell, Vec3d& p) {
   return std::sqrt(steepness);
 }
 
-// One secant step along the normal of the surface, given the slope of f there: two evaluations instead of five.
+// Returns p moved by one secant step along the normal of the surface, given the slope of f there: two evaluations
+// instead of five.
 Vec3d return_along(const ScalarFunction& f, const Vec3d& p, const Vec3d& normal, double steepness, double cell) {
   const double value = f(p);
   const double size = norm(normal);
@@ -387,8 +425,8 @@ Vec3d return_along(const ScalarFunction& f, const Vec3d& p, const Vec3d& normal,
   return guarded_step(f, p, value, limited(normal * (-value / (steepness * size)), 0.5 * cell));
 }
 
-// One step towards the neighbours within the tangent plane.
-Vec3d smoothed(const Vec3d& p, const GestureContext& around) {
+// Returns p moved towards its neighbours within the tangent plane.
+Vec3d smoothed(const Vec3d& p, const VertexRing& around) {
   const double size = norm2(around.normal);
   const Vec3d move = around.sum / around.count - p;
   return size > 0 ? p + (move - around.normal * (dot(move, around.normal) / size)) * 0.6 : p;
@@ -402,15 +440,16 @@ double smallest_angle_cosine(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   return std::max({cosine(b - a, c - a), cosine(a - b, c - b), cosine(a - c, b - c)});
 }
 
-}  // namespace
-
+// Moves every vertex onto {f = 0}, then `rounds` times towards the mean of its neighbours in the tangent plane and back
+// onto {f = 0}. Does nothing for rounds = 0. A vertex moves at most one cell in all, and never where |f| would grow. So
+// a function that is rough on the scale of a cell hardly changes the surface.
 void relax(QuadSurface& surface, const ScalarFunction& f, double cell, int rounds) {
   if (rounds == 0) return;
   const std::vector<Vec3d> home = surface.positions;
   std::vector<double> steepness;
   for (Vec3d& p : surface.positions) steepness.push_back(newton(f, cell, p));
   for (int round = 0; round < rounds; ++round) {
-    const std::vector<GestureContext> around = survey(surface);
+    const std::vector<VertexRing> around = vertex_rings(surface);
     for (std::size_t i = 0; i < home.size(); ++i) {
       const Vec3d p = home[i] + limited(smoothed(surface.positions[i], around[i]) - home[i], cell);
       surface.positions[i] = return_along(f, p, around[i].normal, steepness[i], cell);
@@ -419,6 +458,7 @@ void relax(QuadSurface& surface, const ScalarFunction& f, double cell, int round
   for (Vec3d& p : surface.positions) newton(f, cell, p);
 }
 
+// Returns triangles: each quadrilateral is split along the diagonal that gives the larger smallest angle.
 Mesh split_quads(const QuadSurface& surface) {
   Mesh mesh;
   mesh.positions = surface.positions;
@@ -435,14 +475,7 @@ Mesh split_quads(const QuadSurface& surface) {
   return mesh;
 }
 
-}  // namespace knead::polygonise_detail
-
-namespace knead {
-namespace {
-
-constexpr double kMaxCells = 4096;  // along a side
-
-void check(const Box& box, const PolygoniseOptions& options) {
+void check_grid(const Box& box, const PolygoniseOptions& options) {
   if (!(options.cell > 0) || !std::isfinite(options.cell)) {
     throw InvalidInput("the grid cell of a polygonised surface is not a positive number; give a positive number");
   }
@@ -461,7 +494,7 @@ void check(const Box& box, const PolygoniseOptions& options) {
   }
 }
 
-polygonise_detail::Grid make_grid(const Box& box, double cell) {
+Grid grid_of(const Box& box, double cell) {
   const auto count = [&](double size) { return static_cast<std::uint32_t>(std::fmax(1, std::ceil(size / cell))); };
   const Vec3d size = box.max - box.min;
   return {box.min, cell, {count(size.x), count(size.y), count(size.z)}};
@@ -477,14 +510,14 @@ double box_distance(const Box& box, const Vec3d& p) {
 }  // namespace
 
 Mesh polygonise(const ScalarFunction& f, const Box& box, const PolygoniseOptions& options) {
-  check(box, options);
+  check_grid(box, options);
   const double slope = options.lipschitz > 0 ? options.lipschitz : 1;
   const ScalarFunction within_box = [&](const Vec3d& p) { return std::max(f(p), slope * box_distance(box, p)); };
-  const polygonise_detail::Grid grid = make_grid(box, options.cell);
-  const auto cells = polygonise_detail::surface_cells(within_box, grid, options.lipschitz);
-  polygonise_detail::QuadSurface surface = polygonise_detail::dual_surface(cells, grid);
-  polygonise_detail::relax(surface, within_box, options.cell, options.relaxations);
-  return polygonise_detail::split_quads(surface);
+  const Grid grid = grid_of(box, options.cell);
+  const auto cells = surface_cells(within_box, grid, options.lipschitz);
+  QuadSurface surface = dual_surface(cells, grid);
+  relax(surface, within_box, options.cell, options.relaxations);
+  return split_quads(surface);
 }
 
 }  // namespace knead

@@ -1,11 +1,7 @@
 // Makes a closed triangle mesh of the surface {f = 0} of a scalar function.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <functional>
-#include <span>
-#include <vector>
 
 #include "knead/mesh.h"
 #include "knead/vec.h"
@@ -27,7 +23,8 @@ struct PolygoniseOptions {
 //
 // The mesh is closed and manifold for every f: each edge has two triangles, each vertex one fan. It has about 1.4 area
 // / cell^2 vertices. If f is smooth on the scale of a cell, each vertex is on the surface to about 1e-6 cell (without
-// relaxations: a tenth of a cell). Features thinner than a cell may be lost. The same values of f give the same bits.
+// relaxations: to a tenth of a cell). Features thinner than a cell may be lost. The same values of f give the same
+// bits.
 //
 // Cost: without a Lipschitz constant, f is evaluated at every grid corner. With one, a block of cells that cannot
 // contain the surface costs one evaluation; in all about 5 evaluations for each vertex. Relaxing adds about 10 + 2 *
@@ -43,65 +40,17 @@ struct PolygoniseOptions {
 // this case could make the dual surface non-manifold.
 Mesh polygonise(const ScalarFunction& f, const Box& box, const PolygoniseOptions& options);
 
+// A shape that is given by a bound of the distance: negative inside, with Lipschitz constant 1, and zero on a surface
+// within the box.
+struct Solid {
+  double (*distance)(const Vec3d& p) = nullptr;
+  Box box;
+  double area = 0;  // of the surface, to about 5%
+};
+
+// Return shapes of make_shape() (figures.cpp).
+Solid hand_solid();
+Solid figure_solid();
+Solid letter_y_solid();
+
 }  // namespace knead
-
-// Private to polygonise: finds the cells of a regular grid that contain the surface {f = 0}.
-namespace knead::polygonise_detail {
-
-// A grid of cubic cells. Cell (x, y, z) has 0 <= x < cells[0] and so on; cell (0, 0, 0) begins at `origin`.
-struct Grid {
-  Vec3d origin;
-  double cell = 0;
-  std::array<std::uint32_t, 3> cells{};
-
-  Vec3d at(double x, double y, double z) const { return origin + Vec3d{x, y, z} * cell; }
-};
-
-// Returns grid coordinates as one number that sorts by z, then y, then x; 20 bits each. grid_place() is the inverse.
-inline std::uint64_t grid_key(std::uint64_t x, std::uint64_t y, std::uint64_t z) { return (z << 40) | (y << 20) | x; }
-inline std::array<std::uint32_t, 3> grid_place(std::uint64_t key) {
-  constexpr std::uint64_t kMask = (1U << 20) - 1;
-  return {static_cast<std::uint32_t>(key & kMask), static_cast<std::uint32_t>((key >> 20) & kMask),
-          static_cast<std::uint32_t>(key >> 40)};
-}
-
-// A cell with corners both inside and outside. Corner c has the offset (c & 1, (c >> 1) & 1, c >> 2).
-struct SurfaceCell {
-  std::uint64_t key = 0;
-  std::array<double, 8> values{};
-
-  bool inside(int corner) const { return values[corner] < 0; }
-};
-
-// Returns every such cell, by increasing key. For lipschitz see PolygoniseOptions.
-std::vector<SurfaceCell> surface_cells(const ScalarFunction& f, const Grid& grid, double lipschitz);
-
-// Private to polygonise: makes the quadrilateral surface that is dual to marching cubes.
-
-using Quad = std::array<std::uint32_t, 4>;  // counter-clockwise seen from outside
-
-struct QuadSurface {
-  std::vector<Vec3d> positions;
-  std::vector<Quad> quads;
-};
-
-// Returns a surface with a vertex for each loop of crossed edges in a cell, at the mean of its crossings, and a
-// quadrilateral for each crossed edge of the grid. `cells` must come from surface_cells(), and no crossed edge may lie
-// on the wall of the grid. Throws InvalidInput if a cell at a crossed edge is missing.
-//
-// The surface is manifold, and remains so when each quadrilateral is split along any diagonal: the four cells at a grid
-// edge are distinct, opposite ones share no other edge, and no two loops of neighbouring cells meet in two segments of
-// one face (see separate_doubled_faces).
-QuadSurface dual_surface(std::span<const SurfaceCell> cells, const Grid& grid);
-
-// Private to polygonise: smooths a surface and keeps it on {f = 0}.
-
-// Moves every vertex onto {f = 0}, then `rounds` times towards the mean of its neighbours in the tangent plane and back
-// onto {f = 0}. Does nothing for rounds = 0. A vertex moves at most one cell in all, and never where |f| would grow. So
-// a function that is rough on the scale of a cell hardly changes the surface.
-void relax(QuadSurface& surface, const ScalarFunction& f, double cell, int rounds);
-
-// Returns triangles: each quadrilateral is split along the diagonal that gives the larger smallest angle.
-Mesh split_quads(const QuadSurface& surface);
-
-}  // namespace knead::polygonise_detail

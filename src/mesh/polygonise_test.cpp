@@ -1,3 +1,4 @@
+// Polygonised surfaces are closed, manifold and in place, for smooth and rough functions.
 #include "mesh/polygonise.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Exact orientation tests of points.
+// Exact orientation tests of points, and exact tests of triangles.
 #pragma once
 
 #include <array>
@@ -24,16 +24,17 @@ int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
 // positive end of that axis, -1 if clockwise, 0 if they appear collinear.
 int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis);
 
-// Exact tests of one or two triangles (private to this module).
+// Returns the coordinate axis in which a normal is longest.
+int widest_axis(const Vec3d& normal);
 
-// The positions of the corners of a triangle, in the range that predicates.h requires.
+// The positions of the corners of a triangle, in the range that orient3d() requires.
 using Corners = std::array<Vec3d, 3>;
 
 // Returns true if the corners lie on one line, or at one point.
 bool are_collinear(const Corners& corners);
 
-// Returns true if two triangles meet in more than their shared vertices and edges (see mesh.h). Neither
-// may be collinear.
+// Returns true if two triangles meet in more than their shared vertices and edges, as self_intersections() defines it.
+// Neither may be collinear.
 bool meet_beyond_shared(const Triangle& t, const Corners& t_corners, const Triangle& u, const Corners& u_corners);
 
 }  // namespace knead

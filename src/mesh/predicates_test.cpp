@@ -1,3 +1,4 @@
+// Orientation tests are exact, also where rounding hides the sign.
 #include "mesh/predicates.h"
 
 #include <gtest/gtest.h>

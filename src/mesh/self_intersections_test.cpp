@@ -1,3 +1,4 @@
+// Pairs of triangles that intersect, against a search through all pairs.
 #include "knead/mesh.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-
+// The box of a shape leaves out stray vertices.
 #include <gtest/gtest.h>
 
 #include <algorithm>

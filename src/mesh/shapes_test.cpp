@@ -1,3 +1,4 @@
+// Procedural shapes are closed, manifold and of the promised size.
 #include "knead/mesh.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// The trees over triangles, BoxTree and SurfaceTree, and searches for the nearest points of a surface.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -19,7 +20,7 @@ constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 constexpr FloatBox kEmpty{{kFloatInfinity, kFloatInfinity, kFloatInfinity},
                           {-kFloatInfinity, -kFloatInfinity, -kFloatInfinity}};
 
-// The place of a box's centre on the Morton curve.
+// Returns the place of the box's centre on the Morton curve.
 std::uint64_t morton_code_of(const FloatBox& box) {
   std::array<float, 3> center{};
   for (std::size_t k = 0; k < 3; ++k) center[k] = (box.min[k] + box.max[k]) * 0.5F;
@@ -33,6 +34,117 @@ Box bounds_of(std::span<const Triangle> triangles, std::span<const Vec3d> positi
     for (const std::uint32_t v : triangles[t]) all.extend(positions[v]);
   }
   return members.empty() ? Box{{}, {}} : all;
+}
+
+// Keeps the nearest of several points of a triangle.
+struct NearestOfTriangle {
+  NearTriangle best{{}, {}, kInfinity};
+  const std::array<Vec3d, 3>& corners;
+  const Vec3d& p;
+
+  void offer(const std::array<double, 3>& barycentric, const Vec3d& point) {
+    const double distance2 = norm2(point - p);
+    if (distance2 < best.distance2) best = {barycentric, point, distance2};
+  }
+
+  void offer_side(std::size_t i, std::size_t j) {
+    const Vec3d edge = corners[j] - corners[i];
+    const double length2 = norm2(edge);
+    const double along = length2 > 0 ? std::clamp(dot(edge, p - corners[i]) / length2, 0.0, 1.0) : 0.0;
+    std::array<double, 3> barycentric{};
+    barycentric[i] = 1 - along;
+    barycentric[j] = along;
+    offer(barycentric, along < 1 ? corners[i] + edge * along : corners[j]);
+  }
+};
+
+Box join(const Box& a, const Box& b) {
+  return {{std::min(a.min.x, b.min.x), std::min(a.min.y, b.min.y), std::min(a.min.z, b.min.z)},
+          {std::max(a.max.x, b.max.x), std::max(a.max.y, b.max.y), std::max(a.max.z, b.max.z)}};
+}
+
+double squared_distance(const Box& box, const Vec3d& p) {
+  const auto outside = [](double low, double high, double x) { return std::max(std::max(low - x, x - high), 0.0); };
+  const double x = outside(box.min.x, box.max.x, p.x);
+  const double y = outside(box.min.y, box.max.y, p.y);
+  const double z = outside(box.min.z, box.max.z, p.z);
+  return x * x + y * y + z * z;
+}
+
+bool is_nearer(const SurfacePoint& a, const SurfacePoint& b) {
+  return std::pair(a.distance, a.triangle) < std::pair(b.distance, b.triangle);
+}
+
+bool is_earlier(const RayHit& a, const RayHit& b) { return std::pair(a.t, a.triangle) < std::pair(b.t, b.triangle); }
+
+// Returns the box extended by the distance on each side, with a margin for rounding.
+Box extended(Box box, double distance) {
+  const double margin = distance + 1e-9 * (distance + box.diagonal() + norm(box.min));
+  box.min -= Vec3d{margin, margin, margin};
+  box.max += Vec3d{margin, margin, margin};
+  return box;
+}
+
+// Returns the numbers of the triangles whose boxes overlap this one.
+std::vector<std::uint32_t> triangles_in(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
+                                        const Box& box, int threads) {
+  constexpr std::size_t grain = 4096;
+  std::vector<std::vector<std::uint32_t>> of_parts((triangles.size() + grain - 1) / grain);
+  parallel_for(triangles.size(), grain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!overlap(bounding_box(corners_of(triangles[t], positions)), box)) continue;
+      of_parts[begin / grain].push_back(static_cast<std::uint32_t>(t));
+    }
+  });
+  std::vector<std::uint32_t> all;
+  for (const std::vector<std::uint32_t>& part : of_parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+// A search for the nearest point of the surface for each of many points. Of equally near triangles, the one with the
+// lowest number counts.
+struct NearestSearch {
+  std::span<const Triangle> triangles;
+  std::span<const Vec3d> positions;
+  std::span<const Vec3d> points;
+  std::vector<std::uint32_t> numbers;  // of the nearest triangle so far, for each point
+  std::vector<double> distances;       // from it
+  std::vector<Vec3d> nearest;          // its nearest point
+
+  void look_at(std::uint32_t i, std::uint32_t t) {
+    const NearTriangle found = nearest_on_triangle(corners_of(triangles[t], positions), points[i]);
+    const double distance = std::sqrt(found.distance2);
+    if (!(std::pair(distance, t) < std::pair(distances[i], numbers[i]))) return;
+    numbers[i] = t;
+    distances[i] = distance;
+    nearest[i] = found.point;
+  }
+};
+
+// Searches the members of a tree around a group of points that are neighbours in space.
+void look_around(const BoxTree& tree, std::span<const CurvePlace> group, NearestSearch& search) {
+  constexpr std::size_t kMaxLeaves = 64;
+  const auto box_around = [&](std::uint32_t i) {
+    const Box box = extended({search.points[i], search.points[i]}, search.distances[i]);
+    return tree.box_of({box.min, box.max, box.max});
+  };
+  FloatBox all = kEmpty;
+  for (const CurvePlace& place : group) all = join(all, box_around(place.index));
+  std::vector<std::size_t> leaves;
+  tree.for_each_leaf_with(all, [&](std::size_t leaf) {
+    leaves.push_back(leaf);
+    return group.size() == 1 || leaves.size() <= kMaxLeaves;
+  });
+  if (group.size() > 1 && leaves.size() > kMaxLeaves) {  // the points are too far apart
+    look_around(tree, group.first(group.size() / 2), search);
+    return look_around(tree, group.subspan(group.size() / 2), search);
+  }
+  for (const CurvePlace& place : group) {
+    const FloatBox box = box_around(place.index);
+    for (const std::size_t leaf : leaves) {
+      tree.for_each_overlap_in(leaf, box, [&](std::uint32_t t) { search.look_at(place.index, t); });
+    }
+  }
 }
 
 }  // namespace
@@ -89,32 +201,6 @@ BoxTree::BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> pos
   for (std::size_t node = leaves - 1; node > 0; --node) nodes_[node] = join(nodes_[2 * node], nodes_[2 * node + 1]);
 }
 
-namespace {
-
-// Keeps the nearest of several points of a triangle.
-struct Nearest {
-  NearTriangle best{{}, {}, kInfinity};
-  const std::array<Vec3d, 3>& corners;
-  const Vec3d& p;
-
-  void offer(const std::array<double, 3>& barycentric, const Vec3d& point) {
-    const double distance2 = norm2(point - p);
-    if (distance2 < best.distance2) best = {barycentric, point, distance2};
-  }
-
-  void offer_side(std::size_t i, std::size_t j) {
-    const Vec3d edge = corners[j] - corners[i];
-    const double length2 = norm2(edge);
-    const double along = length2 > 0 ? std::clamp(dot(edge, p - corners[i]) / length2, 0.0, 1.0) : 0.0;
-    std::array<double, 3> barycentric{};
-    barycentric[i] = 1 - along;
-    barycentric[j] = along;
-    offer(barycentric, along < 1 ? corners[i] + edge * along : corners[j]);
-  }
-};
-
-}  // namespace
-
 NearTriangle nearest_on_triangle(const std::array<Vec3d, 3>& corners, const Vec3d& p) {
   const Vec3d ab = corners[1] - corners[0];
   const Vec3d ac = corners[2] - corners[0];
@@ -127,7 +213,7 @@ NearTriangle nearest_on_triangle(const std::array<Vec3d, 3>& corners, const Vec3
   // In a very thin triangle the weights a, b and c are inaccurate, so its edges decide.
   const double size = norm2(ab) + norm2(ac);
   const bool needle = !(area2 > 1e-16 * size * size);
-  Nearest nearest{.corners = corners, .p = p};
+  NearestOfTriangle nearest{.corners = corners, .p = p};
   if (!needle && a > 0 && b > 0 && c > 0) {
     const double v = b / area2;
     const double w = c / area2;
@@ -139,29 +225,6 @@ NearTriangle nearest_on_triangle(const std::array<Vec3d, 3>& corners, const Vec3
   if (needle || b <= 0) nearest.offer_side(2, 0);
   return nearest.best;
 }
-
-namespace {
-
-Box join(const Box& a, const Box& b) {
-  return {{std::min(a.min.x, b.min.x), std::min(a.min.y, b.min.y), std::min(a.min.z, b.min.z)},
-          {std::max(a.max.x, b.max.x), std::max(a.max.y, b.max.y), std::max(a.max.z, b.max.z)}};
-}
-
-double squared_distance(const Box& box, const Vec3d& p) {
-  const auto outside = [](double low, double high, double x) { return std::max(std::max(low - x, x - high), 0.0); };
-  const double x = outside(box.min.x, box.max.x, p.x);
-  const double y = outside(box.min.y, box.max.y, p.y);
-  const double z = outside(box.min.z, box.max.z, p.z);
-  return x * x + y * y + z * z;
-}
-
-bool nearer(const SurfacePoint& a, const SurfacePoint& b) {
-  return std::pair(a.distance, a.triangle) < std::pair(b.distance, b.triangle);
-}
-
-bool before(const RayHit& a, const RayHit& b) { return std::pair(a.t, a.triangle) < std::pair(b.t, b.triangle); }
-
-}  // namespace
 
 SurfaceTree::SurfaceTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions)
     : triangles_(triangles.begin(), triangles.end()) {
@@ -210,7 +273,7 @@ void SurfaceTree::refit(std::span<const Vec3d> positions, const Box& moved) {
   slack_ = 1e-14 * nodes_[1].diagonal();
 }
 
-// A node's box holds its vertices as they were, until all below it is refitted.
+// Until the nodes below are refitted, a node's box holds the vertices at their old positions.
 void SurfaceTree::refit_below(std::size_t node, std::span<const Vec3d> positions, const Box& moved) {
   if (!overlap(nodes_[node], moved)) return;
   if (node >= first_leaf_) return fit_leaf(node - first_leaf_, positions);
@@ -259,7 +322,7 @@ std::optional<SurfacePoint> SurfaceTree::closest(const Vec3d& p, double max_dist
   visit_near(p, limit2, [&](const Entry& entry) {
     const NearTriangle near = nearest_on_triangle(entry.corners, p);
     const SurfacePoint found{entry.triangle, near.barycentric, near.point, std::sqrt(near.distance2)};
-    if (found.distance <= max_distance && (!best || nearer(found, *best))) {
+    if (found.distance <= max_distance && (!best || is_nearer(found, *best))) {
       best = found;
       limit2 = limit2_of(found.distance);
     }
@@ -275,9 +338,9 @@ std::vector<SurfacePoint> SurfaceTree::nearest(const Vec3d& p, std::size_t count
   visit_near(p, limit2, [&](const Entry& entry) {
     const NearTriangle near = nearest_on_triangle(entry.corners, p);
     const SurfacePoint found{entry.triangle, near.barycentric, near.point, std::sqrt(near.distance2)};
-    if (found.distance > max_distance || (best.size() == count && !nearer(found, best.back()))) return limit2;
+    if (found.distance > max_distance || (best.size() == count && !is_nearer(found, best.back()))) return limit2;
     if (best.size() == count) best.pop_back();
-    best.insert(std::upper_bound(best.begin(), best.end(), found, nearer), found);
+    best.insert(std::upper_bound(best.begin(), best.end(), found, is_nearer), found);
     if (best.size() == count) limit2 = limit2_of(best.back().distance);
     return limit2;
   });
@@ -314,7 +377,7 @@ std::optional<RayHit> SurfaceTree::first_hit(const Vec3d& origin, const Vec3d& d
     const std::optional<TriangleRay::Meeting> meeting = ray.meet(entry.corners);
     if (!meeting || !(meeting->t >= 0 && meeting->t <= max_t)) return limit;
     const RayHit found{entry.triangle, meeting->t, meeting->leaves};
-    if (!best || before(found, *best)) {
+    if (!best || is_earlier(found, *best)) {
       best = found;
       limit = found.t;
     }
@@ -331,89 +394,9 @@ std::vector<RayHit> SurfaceTree::hits(const Vec3d& origin, const Vec3d& directio
     if (meeting && meeting->t >= 0) found.push_back({entry.triangle, meeting->t, meeting->leaves});
     return kInfinity;
   });
-  std::sort(found.begin(), found.end(), before);
+  std::sort(found.begin(), found.end(), is_earlier);
   return found;
 }
-
-// The nearest points of a surface for many points.
-
-namespace {
-
-std::array<Vec3d, 3> corners_of(const Triangle& t, std::span<const Vec3d> positions) {
-  return {positions[t[0]], positions[t[1]], positions[t[2]]};
-}
-
-// A box with all that is as near to it as this, whatever the rounding.
-Box widened(Box box, double distance) {
-  const double margin = distance + 1e-9 * (distance + box.diagonal() + norm(box.min));
-  box.min -= Vec3d{margin, margin, margin};
-  box.max += Vec3d{margin, margin, margin};
-  return box;
-}
-
-// The numbers of the triangles whose boxes overlap this one.
-std::vector<std::uint32_t> triangles_in(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
-                                        const Box& box, int threads) {
-  constexpr std::size_t grain = 4096;
-  std::vector<std::vector<std::uint32_t>> of_parts((triangles.size() + grain - 1) / grain);
-  parallel_for(triangles.size(), grain, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      if (!overlap(bounding_box(corners_of(triangles[t], positions)), box)) continue;
-      of_parts[begin / grain].push_back(static_cast<std::uint32_t>(t));
-    }
-  });
-  std::vector<std::uint32_t> all;
-  for (const std::vector<std::uint32_t>& part : of_parts) all.insert(all.end(), part.begin(), part.end());
-  return all;
-}
-
-// Triangles, points, and for each the nearest of what has been looked at. Of equally near triangles that with the
-// lowest number counts.
-struct NearestSearch {
-  std::span<const Triangle> triangles;
-  std::span<const Vec3d> positions;
-  std::span<const Vec3d> points;
-  std::vector<std::uint32_t> numbers;  // of the triangles
-  std::vector<double> distances;
-  std::vector<Vec3d> nearest;
-
-  void look_at(std::uint32_t i, std::uint32_t t) {
-    const NearTriangle found = nearest_on_triangle(corners_of(triangles[t], positions), points[i]);
-    const double distance = std::sqrt(found.distance2);
-    if (!(std::pair(distance, t) < std::pair(distances[i], numbers[i]))) return;
-    numbers[i] = t;
-    distances[i] = distance;
-    nearest[i] = found.point;
-  }
-};
-
-// Looks at the members of a tree around a group of points that are neighbours in space.
-void look_around(const BoxTree& tree, std::span<const CurvePlace> group, NearestSearch& search) {
-  constexpr std::size_t kMaxLeaves = 64;
-  const auto box_around = [&](std::uint32_t i) {
-    const Box box = widened({search.points[i], search.points[i]}, search.distances[i]);
-    return tree.box_of({box.min, box.max, box.max});
-  };
-  FloatBox all = kEmpty;
-  for (const CurvePlace& place : group) all = join(all, box_around(place.index));
-  std::vector<std::size_t> leaves;
-  tree.for_each_leaf_with(all, [&](std::size_t leaf) {
-    leaves.push_back(leaf);
-    return group.size() == 1 || leaves.size() <= kMaxLeaves;
-  });
-  if (group.size() > 1 && leaves.size() > kMaxLeaves) {  // they are far apart
-    look_around(tree, group.first(group.size() / 2), search);
-    return look_around(tree, group.subspan(group.size() / 2), search);
-  }
-  for (const CurvePlace& place : group) {
-    const FloatBox box = box_around(place.index);
-    for (const std::size_t leaf : leaves) {
-      tree.for_each_overlap_in(leaf, box, [&](std::uint32_t t) { search.look_at(place.index, t); });
-    }
-  }
-}
-
-}  // namespace
 
 std::vector<Vec3d> nearest_points(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
                                   std::span<const Vec3d> points, std::span<const std::uint32_t> guesses, int threads,
@@ -447,7 +430,7 @@ std::vector<Vec3d> nearest_points(std::span<const Triangle> triangles, std::span
   const std::vector<CurvePlace> far(end_of_near, order.end());
   order.erase(end_of_near, order.end());
   sort_along_curve(order);
-  const BoxTree tree(triangles, positions, triangles_in(triangles, positions, widened(box, near), threads), threads);
+  const BoxTree tree(triangles, positions, triangles_in(triangles, positions, extended(box, near), threads), threads);
   in_parts(order.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; i += group) {
       look_around(tree, std::span(order).subspan(i, std::min(group, end - i)), search);

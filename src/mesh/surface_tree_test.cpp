@@ -1,3 +1,4 @@
+// Answers of SurfaceTree equal those of a search through all triangles.
 #include "knead/mesh.h"
 
 #include <gtest/gtest.h>

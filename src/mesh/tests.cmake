@@ -17,4 +17,5 @@ if(CGAL_FOUND)
 else()
   message(STATUS "CGAL is absent: the test that compares self-intersections with it is left out")
 endif()
-include(${CMAKE_CURRENT_LIST_DIR}/shapes_tests.cmake OPTIONAL)
+knead_test(knead_shapes_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/shapes_test.cpp
+                                     ${CMAKE_CURRENT_LIST_DIR}/polygonise_test.cpp)

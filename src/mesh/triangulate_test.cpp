@@ -1,3 +1,4 @@
+// Triangles of polygons: convex, concave and crossing ones.
 #include "knead/mesh.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-#include "remesh/improve.h"
+// The step that raises the least of several linear values.
+#include "remesh/vertex_star.h"
 
 #include <gtest/gtest.h>
 

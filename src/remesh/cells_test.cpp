@@ -1,3 +1,4 @@
+// deform_cells(): interior points move until cells are good, and fixed ones do not.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -44,7 +45,7 @@ TEST_P(FreePoints, SaveTheCellsThatTheMotionInverts) {
   EXPECT_GT(deformed.flow.inverted, 0U);
   EXPECT_EQ(deformed.result.inverted, 0U);
   EXPECT_GE(deformed.result.least_scaled_jacobian, 0.05);
-  if (GetParam() == CellKind::tetrahedron) {  // hexahedra have eight corners to mend, and change more
+  if (GetParam() == CellKind::tetrahedron) {  // hexahedra have eight corners to improve, and change more
     EXPECT_LT(deformed.result.mean_volume_change, 2 * deformed.flow.mean_volume_change);
   }
 

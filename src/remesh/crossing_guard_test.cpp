@@ -1,3 +1,4 @@
+// The guard refuses exactly the changes that make more triangles cross.
 #include "remesh/crossings.h"
 
 #include <gtest/gtest.h>
@@ -136,7 +137,7 @@ TEST(CrossingGuard, ImprovingUnderItMakesNothingCross) {
   const Surface poor = s;
   const auto run = [&task](Surface& surface) {
     ImprovementCounts counts = improve(surface, task);
-    for (int level = 0; level < kGuardedLevels; ++level) counts += mend(surface, task, level);
+    for (int level = 0; level < kGuardedLevels; ++level) counts += repair_triangles(surface, task, level);
     return counts;
   };
   run(s);

@@ -1,3 +1,4 @@
+// Searches for triangles that cross, and a guard that refuses changes that would make triangles cross.
 #include "remesh/crossings.h"
 
 #include <algorithm>
@@ -9,14 +10,29 @@
 
 #include "knead/mesh.h"
 #include "knead/vec.h"
+#include "mesh/edges.h"
 
 namespace knead::remesh_detail {
 
 namespace {
 
+// Random strong strokes on scans need up to 371 tests a face (docs/remeshing.md); a heap of faces took 287,000.
+constexpr std::uint64_t kMaxTestsPerFace = 1000;
+constexpr std::uint64_t kExtraFaces = 200;  // added to the number of faces, so that few faces have enough tests
+
+// Overlaps no box.
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr FloatBox kNoBox{{kInf, kInf, kInf}, {-kInf, -kInf, -kInf}};
+
+std::vector<std::uint32_t> all_of(std::size_t count) {
+  std::vector<std::uint32_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0U);
+  return numbers;
+}
+
 Vec3d as_float(const Vec3d& p) { return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}; }
 
-// Coordinates too small for the predicates count as 0.
+// Returns the point with coordinates that are too small for the predicates set to 0.
 Vec3d without_tiny(const Vec3d& p) {
   const auto kept = [](double x) { return std::abs(x) < 0x1p-250 ? 0.0 : x; };
   return {kept(p.x), kept(p.y), kept(p.z)};
@@ -48,8 +64,7 @@ std::vector<Triangle> triangles_near(const Mesh& before, const Patch& patch, int
       parts.clear();
       triangulate_polygon(before.positions, before.face(f), parts);
       for (const Triangle& t : parts) {
-        const auto& p = before.positions;
-        if (overlap(bounding_box(std::array{p[t[0]], p[t[1]], p[t[2]]}), box)) of_chunk[begin / grain].push_back(t);
+        if (overlap(bounding_box(corners_of(t, before.positions)), box)) of_chunk[begin / grain].push_back(t);
       }
     }
   });
@@ -58,24 +73,19 @@ std::vector<Triangle> triangles_near(const Mesh& before, const Patch& patch, int
   return found;
 }
 
-// Returns how many sets of pairs hang together: those that share a vertex do.
+// Returns the number of connected sets of pairs: pairs that share a vertex are connected.
 std::size_t count_curves(const SelfIntersections& found, std::span<const Triangle> triangles, std::size_t vertices) {
   if (found.pairs.empty()) return 0;
-  std::vector<std::uint32_t> next(vertices);  // towards the first vertex of the set
-  std::iota(next.begin(), next.end(), 0U);
-  const auto first = [&](std::uint32_t v) {
-    while (next[v] != v) v = next[v] = next[next[v]];
-    return v;
-  };
+  DisjointSets sets(vertices);
   for (const auto& [t, u] : found.pairs) {
     for (const std::uint32_t other : {t, u}) {
-      for (const std::uint32_t v : triangles[other]) next[first(v)] = first(triangles[t][0]);
+      for (const std::uint32_t v : triangles[other]) sets.join(v, triangles[t][0]);
     }
   }
-  std::vector<std::uint32_t> sets;
-  for (const auto& pair : found.pairs) sets.push_back(first(triangles[pair[0]][0]));
-  std::sort(sets.begin(), sets.end());
-  return static_cast<std::size_t>(std::unique(sets.begin(), sets.end()) - sets.begin());
+  std::vector<std::uint32_t> firsts;
+  for (const auto& pair : found.pairs) firsts.push_back(sets.find(triangles[pair[0]][0]));
+  std::sort(firsts.begin(), firsts.end());
+  return static_cast<std::size_t>(std::unique(firsts.begin(), firsts.end()) - firsts.begin());
 }
 
 }  // namespace
@@ -118,8 +128,7 @@ CrossingSearch::Triangles CrossingSearch::triangles(const Surface& s, const std:
   for (Vec3d& p : result.positions) p = as_written(p);
   result.triangles.reserve(box ? 0 : outside_.size() + s.face_count());
   const auto add = [&](const Triangle& t) {
-    const auto& p = result.positions;
-    const bool is_in = !box || overlap(bounding_box(std::array{p[t[0]], p[t[1]], p[t[2]]}), *box);
+    const bool is_in = !box || overlap(bounding_box(corners_of(t, result.positions)), *box);
     if (is_in) result.triangles.push_back(t);
     return is_in;
   };
@@ -175,24 +184,6 @@ Crossings CrossingSearch::find(const Patch& patch, const std::vector<bool>& only
   return crossings;
 }
 
-namespace {
-
-// Random strong strokes on scans need up to 371 (docs/remeshing.md); a heap of faces took 287,000.
-constexpr std::uint64_t kTestsPerFace = 1000;
-constexpr std::uint64_t kFewFaces = 200;  // may take as long as so many more
-
-// Overlaps none.
-constexpr float kFarthest = std::numeric_limits<float>::infinity();
-constexpr FloatBox kNoBox{{kFarthest, kFarthest, kFarthest}, {-kFarthest, -kFarthest, -kFarthest}};
-
-std::vector<std::uint32_t> all_of(std::size_t count) {
-  std::vector<std::uint32_t> numbers(count);
-  std::iota(numbers.begin(), numbers.end(), 0U);
-  return numbers;
-}
-
-}  // namespace
-
 CrossingGuard::CrossingGuard(const Surface& surface, const CrossingSearch& search)
     : CrossingGuard(surface, search, search.triangles(surface)) {}
 
@@ -206,7 +197,7 @@ CrossingGuard::CrossingGuard(const Surface& surface, const CrossingSearch& searc
       face_(all.triangles.size(), kNone),
       obstacle_of_(surface.face_count(), kNone),
       watched_(surface.vertex_count(), false),
-      most_tests_(kTestsPerFace * (kFewFaces + surface.face_count())) {
+      max_tests_(kMaxTestsPerFace * (kExtraFaces + surface.face_count())) {
   for (std::uint32_t place = 0; place < place_.size(); ++place) {
     const std::uint32_t t = tree_.member_at(place);
     set(place, all.placed(t));

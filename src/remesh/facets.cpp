@@ -1,4 +1,4 @@
-// Flat faces by the planes of their triangles, and which of them belong to a part.
+// Finds flat faces by the planes of their triangles, and decides which of them belong to a part.
 #include "remesh/facets.h"
 
 #include <algorithm>
@@ -13,20 +13,20 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr double kFloatSteps = 4 * 0x1p-24;  // of the greatest coordinate: what rounds four points of a plane
-constexpr double kFlatShare = 1e-7;          // of the diagonal
-constexpr double kLineShare = 4;             // of that tolerance: a triangle that is no higher has no plane
-constexpr int kMaxBeyond = 4;                // triangles without a plane in a row
-constexpr std::size_t kClearlyFlat = 3;      // triangles of a face that is not one quadrilateral of a curved grid
-const double kNarrow = elementary::tan(std::numbers::pi / 12);
+constexpr double kFloatRounding = 4 * 0x1p-24;  // of four points, relative to the greatest coordinate
+constexpr double kFlatShare = 1e-7;             // of the diagonal
+constexpr double kMinHeightFactor = 4;          // of the tolerance: a lower triangle has no plane
+constexpr int kMaxPlanelessRun = 4;             // triangles without a plane in a row
+constexpr std::size_t kMinFacetTriangles = 3;   // two may be a quadrilateral of a curved grid
+const double kNarrowQuality = elementary::tan(std::numbers::pi / 12);
 
 // Returns the face, or, if its corners lie on a line, the next one beyond longest edges that has a plane.
 std::uint32_t face_with_plane(const Surface& s, std::uint32_t f, double tolerance) {
-  for (int step = 0; step < kMaxBeyond; ++step) {
+  for (int step = 0; step < kMaxPlanelessRun; ++step) {
     const std::uint32_t longest = longest_edge(s, f, s.before);
     const double length2 = norm2(s.before[s.target(longest)] - s.before[s.origin(longest)]);
-    const double least = kLineShare * tolerance;
-    const bool has_plane = norm2(area_vector(s, f, s.before)) > least * least * length2;
+    const double min_height = kMinHeightFactor * tolerance;
+    const bool has_plane = norm2(area_vector(s, f, s.before)) > min_height * min_height * length2;
     if (has_plane || s.opposite[longest] == kNone) return f;
     f = s.opposite[longest] / 3;
   }
@@ -50,7 +50,7 @@ Planes find_planes(const Surface& s, double tolerance, const Progress* progress)
   return planes;
 }
 
-// Returns whether face f lies in the plane of face g.
+// Returns true if face f lies in the plane of face g.
 bool lies_in(const Surface& s, const Planes& planes, std::uint32_t f, std::uint32_t g) {
   const Vec3d& origin = s.before[s.corner[3 * std::size_t{g}]];
   const Triangle t = s.triangle(f);
@@ -65,24 +65,24 @@ struct Facet {
   bool is_narrow = false;
   bool has_crease = false;
 
-  // One triangle, and the two of a quadrilateral, are also found in curved surfaces.
-  bool is_of_part() const { return triangles >= kClearlyFlat || (is_narrow && (triangles > 1 || has_crease)); }
+  // Curved surfaces have single flat triangles and quadrilaterals, too.
+  bool is_of_part() const { return triangles >= kMinFacetTriangles || (is_narrow && (triangles > 1 || has_crease)); }
 };
 
 }  // namespace
 
 double plane_tolerance(std::span<const Vec3d> positions) {
   const Box box = bounding_box(positions);
-  double most = 0;
+  double greatest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    most = std::max({most, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    greatest = std::max({greatest, std::abs(box.min[axis]), std::abs(box.max[axis])});
   }
-  return kFloatSteps * most + kFlatShare * box.diagonal();
+  return kFloatRounding * greatest + kFlatShare * box.diagonal();
 }
 
 std::vector<Bend> find_bends(const Surface& s, double angle_deg, double tolerance, const Progress* progress) {
   const Planes planes = find_planes(s, tolerance, progress);
-  const double most = elementary::cos(angle_deg * std::numbers::pi / 180);
+  const double sharp_cosine = elementary::cos(angle_deg * std::numbers::pi / 180);
   std::vector<Bend> bends(s.halfedge.size(), Bend::open);
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     if (s.opposite[h] == kNone || s.opposite[h] < h) continue;
@@ -90,7 +90,7 @@ std::vector<Bend> find_bends(const Surface& s, double angle_deg, double toleranc
     const std::uint32_t g = planes.face[s.opposite[h] / 3];
     const double cosine = dot(planes.normal[f], planes.normal[g]);
     const bool is_flat = f == g || (cosine > 0 && (lies_in(s, planes, f, g) || lies_in(s, planes, g, f)));
-    bends[s.edge[h]] = is_flat ? Bend::flat : cosine < most ? Bend::sharp : Bend::soft;
+    bends[s.edge[h]] = is_flat ? Bend::flat : cosine < sharp_cosine ? Bend::sharp : Bend::soft;
   }
   return bends;
 }
@@ -98,7 +98,7 @@ std::vector<Bend> find_bends(const Surface& s, double angle_deg, double toleranc
 std::vector<std::uint8_t> add_edges_of_parts(const Surface& s, const std::vector<Bend>& bends,
                                              std::vector<std::uint8_t>& creases) {
   DisjointSets sets(s.face_count());
-  std::vector<int> excess(s.vertex_count(), 0);  // of soft edges over flat and sharp ones
+  std::vector<int> excess(s.vertex_count(), 0);  // of each vertex: soft edges minus flat and sharp ones
   for (std::size_t e = 0; e < bends.size(); ++e) {
     const std::uint32_t h = s.halfedge[e];
     if (bends[e] == Bend::flat) {
@@ -111,7 +111,7 @@ std::vector<std::uint8_t> add_edges_of_parts(const Surface& s, const std::vector
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
     Facet& facet = facets[sets.find(f)];
     ++facet.triangles;
-    facet.is_narrow = facet.is_narrow || quality(s, f, s.before) < kNarrow;
+    facet.is_narrow = facet.is_narrow || quality(s, f, s.before) < kNarrowQuality;
   }
   const auto facet_of = [&](std::uint32_t h) -> Facet& { return facets[sets.find(h / 3)]; };
   std::vector<std::uint8_t> on_crease(s.vertex_count(), 0);

@@ -1,4 +1,4 @@
-// The flat faces of a surface, as CAD programs make them of few triangles, and the edges between these.
+// The flat faces of parts, which CAD programs divide into few triangles, and the edges between them.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace knead::remesh_detail {
 
-// Returns how far from a plane its points may lie because their coordinates were rounded to float; a length.
+// Returns how far points of a plane may lie from it because their coordinates were rounded to float; a length.
 double plane_tolerance(std::span<const Vec3d> positions);
 
 // How two triangles meet at their edge.
@@ -25,7 +25,7 @@ enum class Bend : std::uint8_t {
 // Returns the bend of each edge, by the positions `before`. `progress` cancels.
 std::vector<Bend> find_bends(const Surface& s, double angle_deg, double tolerance, const Progress* progress);
 
-// Adds to `creases`, which has a 1 for each crease that is known, the edges between the flat faces of a part:
+// Adds to `creases`, which has a 1 for each known crease, the edges between the flat faces of a part:
 // - sharp edges between two faces of several triangles, or where most edges around are flat or sharp;
 // - soft edges of a face that has three triangles, or is long and narrow (a strip of a fillet or of a hole);
 // - soft edges between two vertices of creases.

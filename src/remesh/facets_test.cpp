@@ -15,7 +15,7 @@
 namespace knead::facets_test {
 namespace {
 
-constexpr double kThinAngle = 3;  // degrees, that of kThin
+constexpr double kThinAngle = 3;  // degrees, that of kMinReliableQuality
 
 using test::crossings_as_float;
 using test::Deformed;

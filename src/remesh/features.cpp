@@ -1,8 +1,4 @@
-// What remeshing must keep or look into: samples inside large faces, normals, creases and seams.
-#include "remesh/features.h"
-
-#include <fmt/format.h>
-
+// What remeshing keeps: authored normals, creases, seams and the flat faces of parts.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,99 +18,24 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr int kDeepest = 8;              // how often a face is divided into four
-constexpr double kMaxSamples = 1 << 20;  // 50 MB
-constexpr std::size_t kFirstBatch = 16;  // tells what carrying the others costs
+constexpr std::size_t kMinCreaseEdges = 5;
+const double kClearlySharpCosine = 0.5;                                // of 60 degrees between normals
+const double kStraightCosine = elementary::cos(std::numbers::pi / 4);  // the largest turn of a crease at a vertex
+constexpr std::size_t kFaceGrain = 8192;
 
-std::array<std::array<Vec3d, 3>, 4> quarters(const std::array<Vec3d, 3>& corners) {
-  const auto& [a, b, c] = corners;
-  const Vec3d ab = (a + b) * 0.5;
-  const Vec3d bc = (b + c) * 0.5;
-  const Vec3d ca = (c + a) * 0.5;
-  return {{{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}};
-}
-
-Vec3d center_of(const std::array<Vec3d, 3>& corners) { return (corners[0] + corners[1] + corners[2]) / 3.0; }
-
-}  // namespace
-
-FaceSamples::FaceSamples(const Deformation& deformation, const Progress* progress)
-    : deformation_(deformation), progress_(progress), most_(std::min(kMaxSamples, points_left())) {}
-
-double FaceSamples::points_left() const { return deformation_.points_left ? deformation_.points_left() : kInfinity; }
-
-void FaceSamples::refuse(std::size_t max_vertices) const {
-  throw RemeshLimit(fmt::format(
-      "the faces are large beside the smallest detail of this stroke ({:.2g}): to look for it inside them is more work "
-      "than \"max_vertices\" ({}) allows; refine the shape first (knead remesh --max-edge), or use a larger "
-      "\"max_vertices\"",
-      deformation_.feature, max_vertices));
-}
-
-bool FaceSamples::is_large(const std::array<Vec3d, 3>& before) const {
-  const double limit = 0.5 * deformation_.feature;
-  const double longest2 =
-      std::max({norm2(before[1] - before[0]), norm2(before[2] - before[1]), norm2(before[0] - before[2])});
-  return longest2 > limit * limit;
-}
-
-void FaceSamples::add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after) {
-  if (is_large(before)) divide(face, before, after, 0);
-}
-
-void FaceSamples::divide(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after,
-                         int depth) {
-  stop_if_cancelled(progress_);
-  if (static_cast<double>(before_.size()) > most_) return;
-  const Vec3d center = center_of(before);
-  const double radius =
-      std::sqrt(std::max({norm2(before[0] - center), norm2(before[1] - center), norm2(before[2] - center)}));
-  if (deformation_.may_move && !deformation_.may_move(center, radius)) return;
-  if (radius < 0.25 * deformation_.feature || depth == kDeepest) {
-    faces_.push_back(face);
-    before_.push_back(center);
-    after_.push_back(center_of(after));
-    return;
-  }
-  const auto parts_before = quarters(before);
-  const auto parts_after = quarters(after);
-  for (std::size_t i = 0; i < 4; ++i) divide(face, parts_before[i], parts_after[i], depth + 1);
-}
-
-std::optional<std::vector<std::uint32_t>> FaceSamples::deviating_faces(double distance) const {
-  if (static_cast<double>(before_.size()) > most_) return std::nullopt;
-  std::vector<Vec3d> carried = before_;
-  std::size_t batch = kFirstBatch;
-  for (std::span<Vec3d> left = carried; !left.empty(); batch *= 2) {
-    if (static_cast<double>(left.size()) > points_left()) return std::nullopt;
-    const std::size_t count = std::min(batch, left.size());
-    deformation_.carry(left.first(count));
-    left = left.subspan(count);
-  }
-  std::vector<std::uint32_t> found;
-  for (std::size_t i = 0; i < carried.size(); ++i) {
-    // A sample that does not move is right, whatever the rounding of the centre of the face.
-    const bool rests = carried[i] == before_[i] && norm(after_[i] - before_[i]) <= distance;
-    if (rests || norm(carried[i] - after_[i]) <= distance) continue;
-    if (found.empty() || found.back() != faces_[i]) found.push_back(faces_[i]);
-  }
-  return found;
-}
-
-namespace {
-
-struct Column {
+// Where the authored normals are in the values of the surface.
+struct NormalColumn {
   Domain domain = Domain::vertex;
-  std::size_t offset = 0;  // in a row of the values of the surface
+  std::size_t offset = 0;  // in a row
 };
 
-std::optional<Column> find_normals(const Mesh& mesh) {
+std::optional<NormalColumn> find_normals(const Mesh& mesh) {
   std::size_t vertex_offset = 0;
   std::size_t corner_offset = 0;
   for (const Attribute& attribute : mesh.attributes) {
     std::size_t& offset = attribute.domain == Domain::vertex ? vertex_offset : corner_offset;
     if (attribute.domain == Domain::face) continue;
-    if (attribute.name == "normal" && attribute.components == 3) return Column{attribute.domain, offset};
+    if (attribute.name == "normal" && attribute.components == 3) return NormalColumn{attribute.domain, offset};
     offset += static_cast<std::size_t>(attribute.components);
   }
   return std::nullopt;
@@ -149,63 +70,13 @@ void share_corner_normals(const Surface& s, std::size_t offset, std::vector<Vec3
   }
 }
 
-}  // namespace
-
-void turn_normals(const Mesh& mesh, Surface& s) {
-  const std::optional<Column> column = find_normals(mesh);
-  if (!column) return;
-  Mesh refined;
-  refined.positions = s.before;
-  refined.corner_vertex = s.corner;
-  refined.face_begin.resize(s.face_count() + 1);
-  for (std::size_t f = 0; f <= s.face_count(); ++f) refined.face_begin[f] = static_cast<std::uint32_t>(3 * f);
-  std::vector<Vec3d> normals;
-  std::vector<std::uint32_t> corner_normal = s.corner;
-  if (column->domain == Domain::vertex) {
-    for (std::size_t v = 0; v < s.vertex_count(); ++v) normals.push_back(normal_of(s.vertex_values, v, column->offset));
-  } else {
-    share_corner_normals(s, column->offset, normals, corner_normal);
-  }
-  normals = transport_normals(refined, s.after, normals, corner_normal);
-  if (column->domain == Domain::vertex) {
-    for (std::size_t v = 0; v < s.vertex_count(); ++v) set_normal(s.vertex_values, v, column->offset, normals[v]);
-  } else {
-    for (std::size_t c = 0; c < s.corner.size(); ++c) {
-      set_normal(s.corner_values, c, column->offset, normals[corner_normal[c]]);
-    }
-  }
-}
-
-void normalise_normals(const Mesh& mesh, Surface& s) {
-  const std::optional<Column> column = find_normals(mesh);
-  if (!column) return;
-  Values& values = column->domain == Domain::vertex ? s.vertex_values : s.corner_values;
-  const std::size_t count = values.stride > 0 ? values.numbers.size() / values.stride : 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3d n = normal_of(values, i, column->offset);
-    const double length = norm(n);
-    // Lengths that are 1 to the rounding of float stay.
-    if (length > 0 && std::abs(length - 1) > 1e-5) set_normal(values, i, column->offset, n / length);
-  }
-}
-
-}  // namespace knead::remesh_detail
-
-namespace knead::remesh_detail {
-
-namespace {
-
-constexpr std::size_t kFewestEdges = 5;                                // smallest number of edges of a crease
-const double kClearlySharpCosine = 0.5;                                // of 60 degrees between normals
-const double kStraightCosine = elementary::cos(std::numbers::pi / 4);  // the largest turn of a crease at a vertex
-
 // Returns the normal of each face; for a thin face, the normal of its neighbour at the longest edge.
 std::vector<Vec3d> reliable_normals(const Surface& s, const Progress* progress) {
   std::vector<Vec3d> normals(s.face_count());
   for (std::size_t f = 0; f < s.face_count(); ++f) {
     stop_if_cancelled(progress);
     std::size_t face = f;
-    if (quality(s, face, s.before) < kThin) {
+    if (quality(s, face, s.before) < kMinReliableQuality) {
       const std::uint32_t beyond = s.opposite[longest_edge(s, face, s.before)];
       if (beyond != kNone) face = beyond / 3;
     }
@@ -240,7 +111,7 @@ bool differ_in_label(const Mesh& mesh, const RemeshOptions& options, std::uint32
   return false;
 }
 
-// Returns true if another sharp edge at v continues the edge of h about straight.
+// Returns true if another sharp edge at v continues the edge of h, with a turn of at most 45 degrees.
 bool is_continued(const Surface& s, const std::vector<bool>& sharp, std::uint32_t h, std::uint32_t v) {
   const std::uint32_t w = s.origin(h) == v ? s.target(h) : s.origin(h);
   const Vec3d along = s.before[v] - s.before[w];
@@ -254,17 +125,17 @@ bool is_continued(const Surface& s, const std::vector<bool>& sharp, std::uint32_
   return found;
 }
 
-// Returns one half-edge for each edge of a crease of a rough or curved surface: a sharp edge that another one continues
-// at one end at least, in a connected set of enough edges, a third of them clearly sharp. Others are noise.
+// Returns one half-edge for each crease edge of a rough or curved surface: a sharp edge that another one continues at
+// one end at least, in a connected set of enough edges, a third of them clearly sharp. Other sharp edges are noise.
 std::vector<std::uint32_t> find_long_creases(const Surface& s, double angle_deg, const Progress* progress) {
   const std::vector<Vec3d> normals = reliable_normals(s, progress);
   const auto cosine = [&](std::uint32_t h) { return dot(normals[h / 3], normals[s.opposite[h] / 3]); };
-  const double most = elementary::cos(angle_deg * std::numbers::pi / 180);
+  const double sharp_cosine = elementary::cos(angle_deg * std::numbers::pi / 180);
   std::vector<bool> sharp(s.halfedge.size(), false);
   std::vector<std::uint32_t> found;
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     stop_if_cancelled(progress);
-    if (s.opposite[h] == kNone || s.opposite[h] < h || cosine(h) >= most) continue;
+    if (s.opposite[h] == kNone || s.opposite[h] < h || cosine(h) >= sharp_cosine) continue;
     found.push_back(h);
     sharp[s.edge[h]] = true;
   }
@@ -281,7 +152,7 @@ std::vector<std::uint32_t> find_long_creases(const Surface& s, double angle_deg,
   }
   std::erase_if(found, [&](std::uint32_t h) {
     const std::uint32_t set = sets.find(s.origin(h));
-    return size[set] < kFewestEdges || 3 * clear[set] < size[set];
+    return size[set] < kMinCreaseEdges || 3 * clear[set] < size[set];
   });
   return found;
 }
@@ -296,7 +167,140 @@ std::uint32_t halfedge_between(const Surface& s, std::uint32_t v, std::uint32_t 
   return found;
 }
 
+// Marks the edges that bend, and finds the flat faces of parts.
+void mark_planes(const Mesh& mesh, const Progress* progress, Surface& s) {
+  const std::vector<Bend> bends = find_bends(s, kDefaultCreaseDeg, plane_tolerance(mesh.positions), progress);
+  std::vector<std::uint8_t> creases(bends.size());
+  for (std::size_t e = 0; e < bends.size(); ++e) {
+    creases[e] = (s.edge_flags[e] & kCrease) != 0 ? 1 : 0;
+    if (bends[e] != Bend::flat) s.set_edge(s.halfedge[e], kBend);
+  }
+  const std::vector<std::uint8_t> of_part = add_edges_of_parts(s, bends, creases);
+  s.of_part.assign(mesh.face_count(), 0);
+  for (std::size_t f = 0; f < of_part.size(); ++f) s.of_part[s.face_source[f]] |= of_part[f];
+}
+
+// Calls visit(t) for each triangle of the mesh that has three different corners.
+template <class Visit>
+void for_each_proper_triangle(const Mesh& mesh, const Progress* progress, Visit visit) {
+  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
+    stop_if_cancelled(progress);
+    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) visit(t);
+  });
+}
+
+// Returns the normal of a triangle, or zero if its quality is below 6 degrees or its height below `min_height`.
+Vec3f sound_normal(const Mesh& mesh, const Triangle& t, double min_height) {
+  const Vec3d& a = mesh.positions[t[0]];
+  const std::array<Vec3d, 3> sides{mesh.positions[t[1]] - a, mesh.positions[t[2]] - a,
+                                   mesh.positions[t[2]] - mesh.positions[t[1]]};
+  const Vec3d normal = cross(sides[0], sides[1]);
+  const double size2 = norm2(normal);
+  const std::array<double, 3> lengths2{norm2(sides[0]), norm2(sides[1]), norm2(sides[2])};
+  const auto [shortest2, longest2] = std::minmax({lengths2[0], lengths2[1], lengths2[2]});
+  const double twice_cosine = lengths2[0] + lengths2[1] + lengths2[2] - 2 * shortest2;  // times the two longer sides
+  const bool is_sound = size2 > kMinReliableQuality * kMinReliableQuality * twice_cosine * twice_cosine &&
+                        size2 > min_height * min_height * longest2;
+  return Vec3f(is_sound ? normal / std::sqrt(size2) : Vec3d{});
+}
+
+// The triangles at each vertex, in ascending order.
+struct TriangleStars {
+  std::vector<std::uint32_t> begin;  // of each vertex, and one more
+  std::vector<std::uint32_t> triangles;
+
+  TriangleStars(std::span<const Triangle> all, std::size_t vertices)
+      : begin(vertices + 1, 0), triangles(3 * all.size()) {
+    for (const Triangle& t : all) {
+      for (const std::uint32_t v : t) ++begin[v];
+    }
+    std::exclusive_scan(begin.begin(), begin.end(), begin.begin(), 0U);
+    for (std::uint32_t t = 0; t < all.size(); ++t) {
+      for (const std::uint32_t v : all[t]) triangles[begin[v]++] = t;
+    }
+    std::copy_backward(begin.begin(), begin.end() - 1, begin.end());
+    begin.front() = 0;
+  }
+};
+
+// Returns 1 for each rough vertex. A vertex is smooth if all triangles around it are sound, and the normals of any two
+// differ by less than the angle, but by more than a tenth of a degree. So both ends of a sharp edge are rough, both
+// ends of an edge between triangles in one plane, and all corners of a thin triangle.
+std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg, double tolerance, int threads,
+                                              const Progress* progress) {
+  constexpr double margin_deg = 0.1;  // far above rounding errors
+  constexpr std::size_t kMaxTriangles = 32;
+  std::vector<std::uint8_t> rough(mesh.vertex_count(), 1);
+  if (!(angle_deg > 2 * margin_deg && angle_deg <= 180)) return rough;
+  const auto min_cosine = static_cast<float>(elementary::cos((angle_deg - margin_deg) * std::numbers::pi / 180));
+  const auto max_cosine = static_cast<float>(elementary::cos(margin_deg * std::numbers::pi / 180));
+  const std::vector<Triangle> triangles = triangulate(mesh);
+  const double min_height = 2 * tolerance / elementary::sin(margin_deg * std::numbers::pi / 180);
+  std::vector<Vec3f> normals(triangles.size());
+  parallel_for(triangles.size(), kFaceGrain, threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(progress);
+    for (std::size_t t = begin; t < end; ++t) normals[t] = sound_normal(mesh, triangles[t], min_height);
+  });
+  const TriangleStars stars(triangles, mesh.vertex_count());
+  const auto are_rough = [&](std::uint32_t f, std::uint32_t g) {
+    const float cosine = dot(normals[f], normals[g]);
+    return !(cosine > min_cosine) || cosine > max_cosine;
+  };
+  parallel_for(mesh.vertex_count(), kFaceGrain, threads, [&](std::size_t first, std::size_t last) {
+    stop_if_cancelled(progress);
+    for (std::size_t v = first; v < last; ++v) {
+      const std::span<const std::uint32_t> star(stars.triangles.data() + stars.begin[v],
+                                                stars.begin[v + 1] - stars.begin[v]);
+      bool is_rough = star.size() > kMaxTriangles;
+      for (std::size_t i = 0; i < star.size() && !is_rough; ++i) {
+        is_rough = !(norm2(normals[star[i]]) > 0);
+        for (std::size_t k = 0; k < i && !is_rough; ++k) is_rough = are_rough(star[i], star[k]);
+      }
+      rough[v] = is_rough ? 1 : 0;
+    }
+  });
+  return rough;
+}
+
 }  // namespace
+
+void turn_normals(const Mesh& mesh, Surface& s) {
+  const std::optional<NormalColumn> column = find_normals(mesh);
+  if (!column) return;
+  Mesh refined;
+  refined.positions = s.before;
+  refined.corner_vertex = s.corner;
+  refined.face_begin.resize(s.face_count() + 1);
+  for (std::size_t f = 0; f <= s.face_count(); ++f) refined.face_begin[f] = static_cast<std::uint32_t>(3 * f);
+  std::vector<Vec3d> normals;
+  std::vector<std::uint32_t> corner_normal = s.corner;
+  if (column->domain == Domain::vertex) {
+    for (std::size_t v = 0; v < s.vertex_count(); ++v) normals.push_back(normal_of(s.vertex_values, v, column->offset));
+  } else {
+    share_corner_normals(s, column->offset, normals, corner_normal);
+  }
+  normals = transport_normals(refined, s.after, normals, corner_normal);
+  if (column->domain == Domain::vertex) {
+    for (std::size_t v = 0; v < s.vertex_count(); ++v) set_normal(s.vertex_values, v, column->offset, normals[v]);
+  } else {
+    for (std::size_t c = 0; c < s.corner.size(); ++c) {
+      set_normal(s.corner_values, c, column->offset, normals[corner_normal[c]]);
+    }
+  }
+}
+
+void normalise_normals(const Mesh& mesh, Surface& s) {
+  const std::optional<NormalColumn> column = find_normals(mesh);
+  if (!column) return;
+  Values& values = column->domain == Domain::vertex ? s.vertex_values : s.corner_values;
+  const std::size_t count = values.stride > 0 ? values.numbers.size() / values.stride : 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3d n = normal_of(values, i, column->offset);
+    const double length = norm(n);
+    // Lengths that are 1 to the rounding of float stay.
+    if (length > 0 && std::abs(length - 1) > 1e-5) set_normal(values, i, column->offset, n / length);
+  }
+}
 
 std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg, double tolerance,
                                         const Progress* progress) {
@@ -311,23 +315,6 @@ std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg, doub
   std::sort(edges.begin(), edges.end());
   return edges;
 }
-
-namespace {
-
-// Marks the edges that bend, and finds the flat faces of parts.
-void mark_planes(const Mesh& mesh, const Progress* progress, Surface& s) {
-  const std::vector<Bend> bends = find_bends(s, kDefaultCreaseDeg, plane_tolerance(mesh.positions), progress);
-  std::vector<std::uint8_t> creases(bends.size());
-  for (std::size_t e = 0; e < bends.size(); ++e) {
-    creases[e] = (s.edge_flags[e] & kCrease) != 0 ? 1 : 0;
-    if (bends[e] != Bend::flat) s.set_edge(s.halfedge[e], kBend);
-  }
-  const std::vector<std::uint8_t> of_part = add_edges_of_parts(s, bends, creases);
-  s.of_part.assign(mesh.face_count(), 0);
-  for (std::size_t f = 0; f < of_part.size(); ++f) s.of_part[s.face_source[f]] |= of_part[f];
-}
-
-}  // namespace
 
 void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
                    Patch& patch) {
@@ -357,94 +344,8 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<con
   }
 }
 
-namespace {
-
-constexpr std::size_t kFaces = 8192;  // that a thread takes at a time
-
-// Calls visit(t) for each triangle of the mesh that has three different corners.
-template <class Visit>
-void for_each_proper_triangle(const Mesh& mesh, const Progress* progress, Visit visit) {
-  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
-    stop_if_cancelled(progress);
-    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) visit(t);
-  });
-}
-
-// Returns the normal of a triangle, or zero if it is about to be thin, or lower than `least_height`.
-Vec3f sound_normal(const Mesh& mesh, const Triangle& t, double least_height) {
-  const Vec3d& a = mesh.positions[t[0]];
-  const std::array<Vec3d, 3> sides{mesh.positions[t[1]] - a, mesh.positions[t[2]] - a,
-                                   mesh.positions[t[2]] - mesh.positions[t[1]]};
-  const Vec3d normal = cross(sides[0], sides[1]);
-  const double size2 = norm2(normal);
-  const std::array<double, 3> lengths2{norm2(sides[0]), norm2(sides[1]), norm2(sides[2])};
-  const auto [shortest2, longest2] = std::minmax({lengths2[0], lengths2[1], lengths2[2]});
-  const double twice_cosine = lengths2[0] + lengths2[1] + lengths2[2] - 2 * shortest2;  // times the two longer sides
-  const bool is_sound = size2 > kThin * kThin * twice_cosine * twice_cosine &&  // its quality is above twice kThin
-                        size2 > least_height * least_height * longest2;
-  return Vec3f(is_sound ? normal / std::sqrt(size2) : Vec3d{});
-}
-
-// The triangles at each vertex, in ascending order.
-struct Stars {
-  std::vector<std::uint32_t> begin;  // of each vertex, and one more
-  std::vector<std::uint32_t> triangles;
-
-  Stars(std::span<const Triangle> all, std::size_t vertices) : begin(vertices + 1, 0), triangles(3 * all.size()) {
-    for (const Triangle& t : all) {
-      for (const std::uint32_t v : t) ++begin[v];
-    }
-    std::exclusive_scan(begin.begin(), begin.end(), begin.begin(), 0U);
-    for (std::uint32_t t = 0; t < all.size(); ++t) {
-      for (const std::uint32_t v : all[t]) triangles[begin[v]++] = t;
-    }
-    std::copy_backward(begin.begin(), begin.end() - 1, begin.end());
-    begin.front() = 0;
-  }
-};
-
-// Returns 1 for each vertex, but 0 if all triangles around it are sound, and no two of them have normals that differ by
-// the angle, or by less than a tenth of a degree. So both ends of a sharp edge have 1, and of one between triangles in
-// one plane, and all corners of a thin triangle.
-std::vector<std::uint8_t> find_rough_vertices(const Mesh& mesh, double angle_deg, double tolerance, int threads,
-                                              const Progress* progress) {
-  constexpr double margin_deg = 0.1;  // far above rounding errors
-  constexpr std::size_t most_triangles = 32;
-  std::vector<std::uint8_t> rough(mesh.vertex_count(), 1);
-  if (!(angle_deg > 2 * margin_deg && angle_deg <= 180)) return rough;
-  const auto least = static_cast<float>(elementary::cos((angle_deg - margin_deg) * std::numbers::pi / 180));
-  const auto most = static_cast<float>(elementary::cos(margin_deg * std::numbers::pi / 180));
-  const std::vector<Triangle> triangles = triangulate(mesh);
-  const double least_height = 2 * tolerance / elementary::sin(margin_deg * std::numbers::pi / 180);
-  std::vector<Vec3f> normals(triangles.size());
-  parallel_for(triangles.size(), kFaces, threads, [&](std::size_t begin, std::size_t end) {
-    stop_if_cancelled(progress);
-    for (std::size_t t = begin; t < end; ++t) normals[t] = sound_normal(mesh, triangles[t], least_height);
-  });
-  const Stars stars(triangles, mesh.vertex_count());
-  const auto are_rough = [&](std::uint32_t f, std::uint32_t g) {
-    const float cosine = dot(normals[f], normals[g]);
-    return !(cosine > least) || cosine > most;
-  };
-  parallel_for(mesh.vertex_count(), kFaces, threads, [&](std::size_t first, std::size_t last) {
-    stop_if_cancelled(progress);
-    for (std::size_t v = first; v < last; ++v) {
-      const std::span<const std::uint32_t> star(stars.triangles.data() + stars.begin[v],
-                                                stars.begin[v + 1] - stars.begin[v]);
-      bool is_rough = star.size() > most_triangles;
-      for (std::size_t i = 0; i < star.size() && !is_rough; ++i) {
-        is_rough = !(norm2(normals[star[i]]) > 0);
-        for (std::size_t k = 0; k < i && !is_rough; ++k) is_rough = are_rough(star[i], star[k]);
-      }
-      rough[v] = is_rough ? 1 : 0;
-    }
-  });
-  return rough;
-}
-
-}  // namespace
-
-// Connects the triangles at rough vertices only: all faces at an edge between two of those are among them.
+// Connects the triangles at rough vertices only: creases lie between two rough vertices, and all faces at such an edge
+// are connected.
 std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, int threads,
                                                     const Progress* progress) {
   const double tolerance = plane_tolerance(mesh.positions);
@@ -475,11 +376,7 @@ std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double ang
 
 }  // namespace knead::remesh_detail
 
-namespace knead {
-
-std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg) {
+std::vector<knead::MeshEdge> knead::find_creases(const Mesh& mesh, double angle_deg) {
   validate(mesh);
   return remesh_detail::find_creases_unless_cancelled(mesh, angle_deg, 0, nullptr);
 }
-
-}  // namespace knead

@@ -1,3 +1,5 @@
+// Improves the triangles of a surface after a deformation and keeps the volume: compensation, rounds of flips,
+// collapses and moves, and repairs of the worst triangles.
 #include "remesh/improve.h"
 
 #include <algorithm>
@@ -16,144 +18,9 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr std::size_t kMax = 5;  // four that count, and one that comes in
-using Row = std::array<double, kMax>;
-
-// A symmetric positive definite matrix as the product of a lower triangle and its transpose.
-class Factor {
- public:
-  explicit Factor(std::size_t size) : size_(size) {}
-
-  // Rows must be set in order. A pivot below `least` is raised to it.
-  void set_row(std::size_t i, Row row, double least) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      for (std::size_t k = 0; k < j; ++k) row[j] -= rows_[i][k] * rows_[j][k];
-      rows_[i][j] = i == j ? std::sqrt(std::max(row[j], least)) : row[j] / rows_[j][j];
-    }
-  }
-
-  Row solve(Row x) const {
-    for (std::size_t i = 0; i < size_; ++i) {
-      for (std::size_t k = 0; k < i; ++k) x[i] -= rows_[i][k] * x[k];
-      x[i] /= rows_[i][i];
-    }
-    for (std::size_t i = size_; i-- > 0;) {
-      for (std::size_t k = i + 1; k < size_; ++k) x[i] -= rows_[k][i] * x[k];
-      x[i] /= rows_[i][i];
-    }
-    return x;
-  }
-
- private:
-  std::size_t size_;
-  std::array<Row, kMax> rows_{};
-};
-
-class Search {
- public:
-  Search(std::span<const double> values, std::span<const Vec3d> gradients, double reach)
-      : values_(values), gradients_(gradients), reach_(reach) {
-    add(static_cast<std::size_t>(std::min_element(values.begin(), values.end()) - values.begin()), 1);
-  }
-
-  Vec3d run() {
-    constexpr int most_rounds = 30;
-    constexpr double negligible = 1e-4;
-    for (int round = 0; round < most_rounds && count_ < kMax; ++round) {
-      const Vec3d d = step();
-      const auto there = [&](std::size_t i) { return values_[i] + dot(gradients_[i], d); };
-      std::size_t low = 0;
-      double lowest = there(0);
-      for (std::size_t i = 1; i < values_.size(); ++i) {
-        const double value = there(i);
-        if (!(value < lowest)) continue;
-        low = i;
-        lowest = value;
-      }
-      double held = 0;
-      for (std::size_t k = 0; k < count_; ++k) held += weights_[k] * there(members_[k]);
-      if (!(held - lowest > negligible)) break;
-      add(low, 0);
-      settle();
-    }
-    return step();
-  }
-
- private:
-  void add(std::size_t member, double weight) {
-    members_[count_] = member;
-    weights_[count_++] = weight;
-  }
-
-  Vec3d step() const {
-    Vec3d sum{0, 0, 0};
-    for (std::size_t k = 0; k < count_; ++k) sum += gradients_[members_[k]] * weights_[k];
-    return sum * reach_;
-  }
-
-  // Returns the weights of sum 1, also negative ones, with which all members reach the same value.
-  Row levelling() const {
-    Factor factor(count_);
-    Row ones{};
-    Row values{};
-    for (std::size_t i = 0; i < count_; ++i) {
-      Row row{};
-      for (std::size_t j = 0; j <= i; ++j) row[j] = reach_ * dot(gradients_[members_[i]], gradients_[members_[j]]);
-      // Gradients may depend on each other.
-      const double least = 1e-9 * row[i] + 1e-14;
-      row[i] += least;
-      factor.set_row(i, row, least);
-      ones[i] = 1;
-      values[i] = values_[members_[i]];
-    }
-    const Row of_ones = factor.solve(ones);
-    Row result = factor.solve(values);
-    double sum = 1;
-    double slope = 0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      sum += result[i];
-      slope += of_ones[i];
-    }
-    for (std::size_t i = 0; i < count_; ++i) result[i] = sum / slope * of_ones[i] - result[i];
-    return result;
-  }
-
-  // Goes to the levelling weights, and leaves out members whose weight falls to 0 on that line.
-  void settle() {
-    for (std::size_t before = count_ + 1; count_ < before && count_ > 1;) {
-      before = count_;
-      const Row wanted = levelling();
-      double part = 1;
-      for (std::size_t k = 0; k < count_; ++k) {
-        if (wanted[k] < 0) part = std::min(part, weights_[k] / (weights_[k] - wanted[k]));
-      }
-      count_ = 0;
-      for (std::size_t k = 0; k < before; ++k) {
-        const double weight = weights_[k] + part * (wanted[k] - weights_[k]);
-        if (weight > 1e-12) add(members_[k], weight);
-      }
-    }
-  }
-
-  std::span<const double> values_;
-  std::span<const Vec3d> gradients_;
-  double reach_;
-  std::array<std::size_t, kMax> members_{};
-  Row weights_{};
-  std::size_t count_ = 0;
-};
-
-}  // namespace
-
-Vec3d best_step(std::span<const double> values, std::span<const Vec3d> gradients, double reach) {
-  return Search(values, gradients, reach).run();
-}
-
-namespace {
-
-constexpr double kMaxOffset = 1.5;  // largest motion of a vertex, relative to the largest deviation around it
-constexpr double kMaxScale = 0.25;  // largest difference of the common factor from 1
-constexpr int kRounds = 4;
+constexpr double kMaxOffset = 1.5;            // of a vertex, relative to the largest deviation around it
+constexpr double kMaxScaleDifference = 0.25;  // of the common factor from 1
+constexpr int kMaxScaleRounds = 4;
 
 // Returns a flag for each vertex: true if it may move.
 std::vector<bool> find_open(const Surface& s, const std::vector<bool>& locked) {
@@ -172,8 +39,8 @@ std::vector<bool> find_open(const Surface& s, const std::vector<bool>& locked) {
 // Returns the displacement of each vertex.
 std::vector<Vec3d> offsets(const Surface& s, const std::vector<Vec3d>& deviations, const std::vector<bool>& open) {
   std::vector<Vec3d> star(s.vertex_count());
-  std::vector<double> share(s.vertex_count(), 0.0);  // six times the volume
-  std::vector<double> most(s.vertex_count(), 0.0);
+  std::vector<double> share(s.vertex_count(), 0.0);    // six times the volume
+  std::vector<double> largest(s.vertex_count(), 0.0);  // deviation
   for (std::size_t f = 0; f < s.face_count(); ++f) {
     const Vec3d n = area_vector(s, f, s.after);
     for (const std::uint32_t v : s.triangle(f)) star[v] += n;
@@ -185,7 +52,7 @@ std::vector<Vec3d> offsets(const Surface& s, const std::vector<Vec3d>& deviation
       for (const std::uint32_t v : {a, b}) {
         if (!open[v]) continue;
         share[v] += dot(n, d) / both;
-        most[v] = std::max(most[v], norm(d));
+        largest[v] = std::max(largest[v], norm(d));
       }
     }
   }
@@ -193,72 +60,32 @@ std::vector<Vec3d> offsets(const Surface& s, const std::vector<Vec3d>& deviation
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
     const double size = norm(star[v]);
     if (!open[v] || !(size > 0)) continue;
-    const double limit = kMaxOffset * most[v];
+    const double limit = kMaxOffset * largest[v];
     result[v] = star[v] * (std::clamp(share[v] / size, -limit, limit) / size);
   }
   return result;
 }
 
-}  // namespace
-
-double estimate_missing_volume(const Surface& s, const std::vector<Vec3d>& deviations) {
-  double sum = 0;
-  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
-    sum += dot(area_vector(s, h / 3, s.after), deviations[s.edge[h]]);
-  }
-  return sum / 6;
-}
-
-double enclosed_volume(const Surface& s, const std::vector<Vec3d>& positions) {
-  Vec3d center{};
-  for (const Vec3d& p : s.before) center += p;
-  if (!s.before.empty()) center = center / static_cast<double>(s.before.size());
-  double sum = 0;
-  for (std::size_t f = 0; f < s.face_count(); ++f) {
-    if (!s.is_alive(f)) continue;
-    const auto [a, b, c] = s.triangle(f);
-    sum += dot(positions[a] - center, cross(positions[b] - center, positions[c] - center));
-  }
-  return sum / 6;
-}
-
-double compensate(Surface& s, const std::vector<Vec3d>& deviations, const std::vector<bool>& locked, double missing) {
-  const std::vector<Vec3d> d = offsets(s, deviations, find_open(s, locked));
-  const std::vector<Vec3d> from = s.after;
-  const double was = enclosed_volume(s, from);
-  double scale = 1;
-  double grown = 0;
-  for (int round = 0; round < kRounds; ++round) {
-    for (std::size_t v = 0; v < from.size(); ++v) s.after[v] = from[v] + d[v] * scale;
-    grown = enclosed_volume(s, s.after) - was;
-    const double next = grown != 0 ? std::clamp(scale * missing / grown, 1 - kMaxScale, 1 + kMaxScale) : 1;
-    if (std::abs(next - scale) < 1e-9) break;
-    if (round + 1 < kRounds) scale = next;
-  }
-  return grown;
-}
-
-namespace {
-
 double tangent_of(double degrees) { return elementary::tan(degrees * std::numbers::pi / 180); }
 
 // A triangle is changed only if its quality, the tangent of its smallest angle, is below one of these thresholds.
 //
-// The result should have no angle below 5 degrees: that is what tests/surveys/remesh_survey.cpp asks for and 97% of
-// its random sessions reach (docs/mathematics.md, "Random sessions"). The thresholds of mend() therefore end at 7
-// degrees, a little above; those of earlier levels are higher, because a change within narrow bounds costs little. No
-// vertex is moved for a triangle above 28 degrees, so details that a stroke did not stretch are not smoothed.
-const double kFlipBelow = tangent_of(35);      // improve(): try to flip an edge
-const double kMoveBelow = tangent_of(28);      // improve(): try to move the vertices
-const double kMendBelow = tangent_of(15);      // mend(), level 0: any change, within the bounds of improve()
-const double kMendMoreBelow = tangent_of(10);  // levels 1 and 2: within wider bounds
-const double kMendMostBelow = tangent_of(7);   // level 3: distances up to kEdgeShare of the longest edge; also split it
-const double kMinRepaired = tangent_of(10);    // repair_crossings(): least quality around a collapsed edge
-constexpr double kEdgeShare = 0.06;            // of the longest edge of a triangle
-constexpr double kShortEdgeShare = 0.1;  // of max_chord: bound for collapses of short edges, which no triangle needs
-constexpr int kMendRounds = 6;           // rounds over the worst triangles, on each level
-constexpr std::size_t kMostGrowth = 8;   // of the number of faces by splits in planes
-constexpr std::size_t kFewFaces = 1000;
+// The result should have no angle below 5 degrees: tests/surveys/remesh_survey.cpp requires this, and 97% of its random
+// sessions reach it (docs/mathematics.md, "Random sessions"). So the thresholds of repair_triangles() end at 7 degrees,
+// a little above; those of earlier levels are higher, because a change within narrow bounds costs little. No vertex
+// moves for a triangle above 28 degrees, so details that a stroke did not stretch are not smoothed.
+const double kFlipBelow = tangent_of(35);    // improve(): try to flip an edge
+const double kMoveBelow = tangent_of(28);    // improve(): try to move the vertices
+const double kRepairBelow = tangent_of(15);  // repair_triangles(), level 0: any change, within the bounds of improve()
+const double kWiderRepairBelow = tangent_of(10);  // levels 1 and 2: within wider bounds
+const double kWidestRepairBelow =
+    tangent_of(7);                           // level 3: distances up to kEdgeShare of the longest edge; also split it
+const double kMinRepaired = tangent_of(10);  // repair_crossings(): least quality around a collapsed edge
+constexpr double kEdgeShare = 0.06;          // of the longest edge of a triangle
+constexpr double kShortEdgeShare = 0.1;    // of max_chord: bound for collapses of short edges, which no triangle needs
+constexpr int kRepairRounds = 6;           // rounds over the worst triangles, on each level
+constexpr std::size_t kMaxFaceGrowth = 8;  // factor by which splits in planes may increase the number of faces
+constexpr std::size_t kFewFaces = 1000;    // added before that factor
 
 double cosine_of(double degrees) { return elementary::cos(degrees * std::numbers::pi / 180); }
 
@@ -272,7 +99,7 @@ double edge_quality(Improver& improver, std::uint32_t h) {
   return o == kNone ? q : std::min(q, improver.quality_of(o / 3));
 }
 
-// Lets the edge rest if no flip of it is an improvement. Returns whether it rests.
+// Lets the edge rest if a flip of it is no improvement. Returns true if it rests.
 bool lay_to_rest(Improver& improver, SurfaceMemory& memory, std::uint32_t e) {
   if (memory.edge_rests(e)) return true;
   const std::uint32_t h = improver.surface().halfedge[e];
@@ -346,7 +173,7 @@ void move_round(Improver& improver, const Improvement& improvement, Blocks& bloc
   }
   blocks.change_all(improver, improvement, block, [&](Improver& by, std::uint32_t v) {
     if (memory.vertex_rests(v)) return;
-    if (by.move_vertex(v, bounds) == Attempt::hopeless) memory.let_vertex_rest(v);
+    if (by.move_vertex(v, bounds) == Attempt::impossible) memory.let_vertex_rest(v);
   });
 }
 
@@ -365,7 +192,8 @@ double longest_length(const Surface& s, std::uint32_t f) {
   return norm(s.after[s.target(h)] - s.after[s.origin(h)]);
 }
 
-// Tries to flip the longest edge, to collapse an edge, then to move a vertex. Returns true after the first change.
+// Tries to flip the longest edge, to collapse an edge, then to move a vertex. Returns true after the first change that
+// succeeds.
 bool repair_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   Surface& s = improver.surface();
   const double was = improver.quality_of(f);
@@ -404,23 +232,24 @@ PoorFaces find_poor_faces(Improver& improver, double below, bool of_parts = fals
   return poor;
 }
 
-// One level of mend().
-struct Level {
-  double below = 0;  // mends the faces of less quality
+// One level of repair_triangles().
+struct RepairLevel {
+  double below = 0;  // repairs the faces of less quality
   Bounds bounds;
-  double edge_share = 0;  // distances may reach at least this share of a face's longest edge, in no face of a part
-  double of_part = 0;     // the most distance in a face of a part
+  double edge_share = 0;         // outside parts, the allowed distance is at least this share of a face's longest edge
+  double max_part_distance = 0;  // in a flat face of a part
 };
 
-// Mends the poor faces. Those that no other change mends are split, if they may be. Returns true if a face was changed.
-bool repair_round(Improver& improver, const PoorFaces& poor, const Level& level, bool may_split) {
+// Repairs the poor faces; splits those that no other change improves, if that is allowed. Returns true if a face was
+// changed.
+bool repair_round(Improver& improver, const PoorFaces& poor, const RepairLevel& level, bool may_split) {
   Surface& s = improver.surface();
   bool changed = false;
   for (const auto& [q, f] : poor) {
     if (improver.must_end()) break;
     if (!s.is_alive(f) || improver.quality_of(f) >= level.below) continue;
     Bounds own = level.bounds;
-    own.distance = s.is_of_part(f) ? std::min(own.distance, level.of_part)
+    own.distance = s.is_of_part(f) ? std::min(own.distance, level.max_part_distance)
                                    : std::max(own.distance, level.edge_share * longest_length(s, f));
     if (may_split) own.crease *= 1.5;
     const bool is_repaired =
@@ -435,7 +264,7 @@ Improvement with_memory(Improvement improvement, SurfaceMemory& own) {
   return improvement;
 }
 
-// Returns the length that takes the place of max_chord.
+// Returns max_chord, or the tolerance of planes that replaces it in an exact improvement.
 double chord_of(const Surface& s, const Improvement& improvement) {
   return improvement.exact ? plane_tolerance(s.before) : improvement.targets.max_chord;
 }
@@ -447,6 +276,44 @@ Bounds widest_bounds(double chord) {
 }
 
 }  // namespace
+
+double estimate_missing_volume(const Surface& s, const std::vector<Vec3d>& deviations) {
+  double sum = 0;
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    sum += dot(area_vector(s, h / 3, s.after), deviations[s.edge[h]]);
+  }
+  return sum / 6;
+}
+
+double enclosed_volume(const Surface& s, const std::vector<Vec3d>& positions) {
+  Vec3d center{};
+  for (const Vec3d& p : s.before) center += p;
+  if (!s.before.empty()) center = center / static_cast<double>(s.before.size());
+  double sum = 0;
+  for (std::size_t f = 0; f < s.face_count(); ++f) {
+    if (!s.is_alive(f)) continue;
+    const auto [a, b, c] = s.triangle(f);
+    sum += dot(positions[a] - center, cross(positions[b] - center, positions[c] - center));
+  }
+  return sum / 6;
+}
+
+double compensate(Surface& s, const std::vector<Vec3d>& deviations, const std::vector<bool>& locked, double missing) {
+  const std::vector<Vec3d> d = offsets(s, deviations, find_open(s, locked));
+  const std::vector<Vec3d> from = s.after;
+  const double was = enclosed_volume(s, from);
+  double scale = 1;
+  double grown = 0;
+  for (int round = 0; round < kMaxScaleRounds; ++round) {
+    for (std::size_t v = 0; v < from.size(); ++v) s.after[v] = from[v] + d[v] * scale;
+    grown = enclosed_volume(s, s.after) - was;
+    const double next =
+        grown != 0 ? std::clamp(scale * missing / grown, 1 - kMaxScaleDifference, 1 + kMaxScaleDifference) : 1;
+    if (std::abs(next - scale) < 1e-9) break;
+    if (round + 1 < kMaxScaleRounds) scale = next;
+  }
+  return grown;
+}
 
 ImprovementCounts& ImprovementCounts::operator+=(const ImprovementCounts& more) {
   splits += more.splits;
@@ -512,36 +379,38 @@ ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improv
   task.may_collapse = false;
   task.memory->begin(surface, task.threads);
   const double chord = chord_of(surface, task);
-  const Level level{kMendBelow, widest_bounds(chord), 0, 2 * chord};
-  const std::size_t most = kMostGrowth * (surface.face_count() + kFewFaces);
+  const RepairLevel level{kRepairBelow, widest_bounds(chord), 0, 2 * chord};
+  const std::size_t max_faces = kMaxFaceGrowth * (surface.face_count() + kFewFaces);
   Improver improver(surface, task);
-  for (int i = 0; i < 2 * kMendRounds && surface.face_count() < most && !improver.must_end(); ++i) {
+  for (int i = 0; i < 2 * kRepairRounds && surface.face_count() < max_faces && !improver.must_end(); ++i) {
     if (!repair_round(improver, find_poor_faces(improver, level.below, true), level, true)) break;
   }
   return improver.counts();
 }
 
-ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level) {
-  const bool may_split = level + 1 == kMendLevels;
+ImprovementCounts repair_triangles(Surface& surface, const Improvement& improvement, int level) {
+  const bool may_split = level + 1 == kRepairLevels;
   if (improvement.exact && may_split) return improve_flat_faces(surface, improvement);
   SurfaceMemory own;
   const Improvement task = with_memory(improvement, own);
   task.memory->begin(surface, task.threads);
   const double chord = chord_of(surface, improvement);
   // Worse triangles justify larger changes: they are few and small.
-  const std::array<Level, kGuardedLevels> levels{{{kMendBelow, bounds_of(0.5 * chord, 30, 40, 3), 0, 0.5 * chord},
-                                                  {kMendMoreBelow, bounds_of(chord, 50, 60, 10), 0, 0.5 * chord},
-                                                  {kMendMoreBelow, widest_bounds(chord), 0, 0.5 * chord},
-                                                  {kMendMostBelow, widest_bounds(chord), kEdgeShare, 0.5 * chord},
-                                                  {kMendMostBelow, bounds_of(0.7 * chord, 80, 80, 20), 0, 0.5 * chord},
-                                                  {kMendMostBelow, bounds_of(0.25 * chord, 80, 80, 20), 0, chord},
-                                                  {kMendMostBelow, bounds_of(0.08 * chord, 80, 80, 20), 0, chord},
-                                                  {kMendMostBelow, bounds_of(0.02 * chord, 80, 80, 20), 0, chord}}};
-  const Level& at = levels.at(static_cast<std::size_t>(level));
+  const std::array<RepairLevel, kGuardedLevels> levels{
+      {{kRepairBelow, bounds_of(0.5 * chord, 30, 40, 3), 0, 0.5 * chord},
+       {kWiderRepairBelow, bounds_of(chord, 50, 60, 10), 0, 0.5 * chord},
+       {kWiderRepairBelow, widest_bounds(chord), 0, 0.5 * chord},
+       {kWidestRepairBelow, widest_bounds(chord), kEdgeShare, 0.5 * chord},
+       {kWidestRepairBelow, bounds_of(0.7 * chord, 80, 80, 20), 0, 0.5 * chord},
+       {kWidestRepairBelow, bounds_of(0.25 * chord, 80, 80, 20), 0, chord},
+       {kWidestRepairBelow, bounds_of(0.08 * chord, 80, 80, 20), 0, chord},
+       {kWidestRepairBelow, bounds_of(0.02 * chord, 80, 80, 20), 0, chord}}};
+  const RepairLevel& at = levels.at(static_cast<std::size_t>(level));
   Improver improver(surface, task);
-  const int rounds = may_split ? 2 * kMendRounds : kMendRounds;
+  const int rounds = may_split ? 2 * kRepairRounds : kRepairRounds;
   PoorFaces poor = find_poor_faces(improver, at.below);
-  // Splitting serves few faces between better ones. More come of edges that may not be split, and would come for ever.
+  // Splitting helps a few faces between better ones. Many poor faces come from edges that must not be split; splits
+  // would then go on without end.
   const std::size_t few = std::min(2 * poor.size(), surface.face_count() / 4);
   for (int i = 0; i < rounds && !improver.must_end(); ++i) {
     if (!repair_round(improver, poor, at, may_split && poor.size() <= few)) break;

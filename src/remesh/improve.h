@@ -1,4 +1,4 @@
-// The step that raises the least of several values.
+// Improves the triangles of a surface after a deformation, and restores the volume that they miss.
 #pragma once
 
 #include <cstddef>
@@ -13,16 +13,6 @@
 
 namespace knead::remesh_detail {
 
-// Returns the step d for which the least of value + gradient . d, less |d|^2 / (2 reach), is greatest. There is at
-// least one value, and as many gradients. A step where no value can rise is 0.
-//
-// Method: the dual problem looks for the weights of the gradients whose sum is the step. At most four are above 0,
-// which are found by an active set: P. Wolfe, "Finding the nearest point in a polytope", Mathematical Programming 11,
-// 1976.
-Vec3d best_step(std::span<const double> values, std::span<const Vec3d> gradients, double reach);
-
-// Restores the volume that the flat triangles of a refined mesh miss.
-
 // Moves vertices along the area vectors of their stars to add the volume `missing`. Returns the volume added.
 //
 // An edge misses about (area vectors of its two faces) . (deviation) / 3 (docs/remeshing.md); each end compensates half
@@ -35,11 +25,9 @@ double compensate(Surface& surface, const std::vector<Vec3d>& deviations, const 
 // Returns the missing volume as the same sum over edges.
 double estimate_missing_volume(const Surface& surface, const std::vector<Vec3d>& deviations);
 
-// Returns the signed volume between the surface with these positions and a fixed point, the mean of surface.before.
-// While the border rests, differences of this volume equal those of the whole closed mesh.
+// Returns the signed volume between the surface with these positions and the mean of surface.before. If the border
+// rests, differences of this volume equal those of the whole closed mesh.
 double enclosed_volume(const Surface& surface, const std::vector<Vec3d>& positions);
-
-// Improves triangles and keeps the volume.
 
 class CrossingGuard;
 class SurfaceMemory;
@@ -47,10 +35,10 @@ class SurfaceMemory;
 // The targets of an improvement, and what it must not do.
 struct Improvement {
   RemeshTargets targets;
-  const Progress* progress = nullptr;  // cancels; the surface is then part-way
+  const Progress* progress = nullptr;  // cancels; the surface then has some of the changes
   CrossingGuard* guard = nullptr;      // refuses changes that would make triangles cross; null: none are refused
-  Deadline* deadline = nullptr;        // ends after a change, with less improved; null: never
-  SurfaceMemory* memory = nullptr;     // of this surface, for several functions in a row; null: they use their own
+  Deadline* deadline = nullptr;        // ends the work after a change; null: never
+  SurfaceMemory* memory = nullptr;     // of this surface, shared by several calls; null: each call uses its own
   int threads = 1;                     // as for parallel_for; changes no bit
   bool exact = false;                  // vertices stay in the planes and on the lines of the surface
   bool may_collapse = true;
@@ -65,32 +53,31 @@ struct ImprovementCounts {
   ImprovementCounts& operator+=(const ImprovementCounts& more);
 };
 
-// The functions below change the surface after the deformation, in its region only. They keep the enclosed volume up to
-// rounding: vertices move orthogonally to the area vector of their star, collapsed edges are placed on the plane that
-// keeps the volume, and neighbouring vertices compensate what flips and other collapses change (after Kuprat et al.,
-// J. Comput. Phys. 172, 2001). Each returns the number of changes.
+// The functions below change the positions `after`, in the surface's region only. They keep the enclosed volume up to
+// rounding: vertices move orthogonally to the area vector of their star, a collapsed edge ends on the plane that keeps
+// the volume, and neighbouring vertices compensate what flips and other collapses change (after Kuprat et al., J.
+// Comput. Phys. 172, 2001). Each returns the number of changes.
 
 // Runs rounds of flips, collapses and diffusion. No vertex moves farther than half of max_chord from the planes of the
 // faces around it.
 ImprovementCounts improve(Surface& surface, const Improvement& improvement);
 
-// Changes the worst triangles in any way that improves them. Each level from 0 to kMendLevels - 1 allows larger
-// changes. Levels kMendLevels to kGuardedLevels - 1 are for surfaces where that made triangles cross: they allow
-// smaller and smaller changes.
-inline constexpr int kMendLevels = 4;
+// Improves the worst triangles by any change. Each level from 0 to kRepairLevels - 1 allows larger changes than the one
+// before. Levels kRepairLevels to kGuardedLevels - 1 are for surfaces where that made triangles cross: each allows
+// smaller changes than the one before.
+inline constexpr int kRepairLevels = 4;
 inline constexpr int kGuardedLevels = 8;
-ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level);
+ImprovementCounts repair_triangles(Surface& surface, const Improvement& improvement, int level);
 
-// Improves thin triangles of the flat faces of parts before a deformation, as mend() does, but in their planes: then
-// the deformation is followed from good triangles that lie where the thin ones did. Removes none. `surface.after` must
-// be `before`.
+// Improves thin triangles in the flat faces of parts before a deformation, as repair_triangles() does, but within their
+// planes, so that the deformation begins with good triangles. Removes none. `surface.after` must equal `before`.
 ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improvement);
 
 // Moves all free vertices but the locked ones a little, so that the volume grows by about `volume`.
 void spread_volume(Surface& surface, double volume, const std::vector<bool>& locked);
 
-// Changes these faces, whatever their shape, by collapses, flips and moves within the widest bounds. Faces that cross
-// often do not cross afterwards; the guard accepts no change that leaves as many pairs.
+// Changes these faces of any shape by collapses, flips and moves within the widest bounds. This often ends crossings;
+// the guard accepts only changes that leave fewer crossing pairs.
 ImprovementCounts repair_crossings(Surface& surface, const Improvement& improvement,
                                    std::span<const std::uint32_t> faces);
 

@@ -1,3 +1,4 @@
+// Rounds of improvement: better triangles, the same volume, the same bits.
 #include "remesh/improve.h"
 
 #include <gtest/gtest.h>
@@ -59,7 +60,7 @@ TEST(Improve, TrianglesGetBetterAndTheVolumeStays) {
   const double volume = enclosed_volume(s, s.after);
   EXPECT_LT(worst(s), 5);
   double lost = improve(s, improvement()).volume;
-  for (int level = 0; level < kMendLevels; ++level) lost += mend(s, improvement(), level).volume;
+  for (int level = 0; level < kRepairLevels; ++level) lost += repair_triangles(s, improvement(), level).volume;
   spread_volume(s, lost, {});
   EXPECT_GT(worst(s), 10);
   EXPECT_NEAR(enclosed_volume(s, s.after), volume, 1e-11);
@@ -91,11 +92,11 @@ TEST(Improve, AMemoryOfTheSurfaceChangesNoBit) {
   Surface without = with;
   Improvement task = improvement();
   improve(without, task);
-  mend(without, task, 0);
+  repair_triangles(without, task, 0);
   SurfaceMemory memory;
   task.memory = &memory;
   improve(with, task);
-  mend(with, task, 0);
+  repair_triangles(with, task, 0);
   EXPECT_EQ(with.after, without.after);
   for (std::size_t f = 0; f < with.face_count(); ++f) {
     if (!with.is_alive(f)) continue;
@@ -130,7 +131,7 @@ TEST(Mend, DoesNotSplitWithoutEndWhereNothingElseHelps) {
   const std::size_t faces = s.face_count();
   Improvement wanted = improvement();
   wanted.targets.max_chord = 1e-6;
-  mend(s, wanted, 3);
+  repair_triangles(s, wanted, 3);
   EXPECT_LE(s.face_count(), 2 * faces);
 }
 

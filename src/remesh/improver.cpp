@@ -1,3 +1,4 @@
+// Flips, collapses, moves and splits that improve triangles, and the blocks in which several threads apply them.
 #include "remesh/improver.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr double kGain = 1 + 1e-6;  // smallest factor of an improvement: less might be rounding
+constexpr double kMinGain = 1 + 1e-6;  // the smallest factor of an improvement: less might be rounding
 
 double det(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return dot(a, cross(b, c)); }
 
@@ -34,6 +35,20 @@ std::array<std::array<double, 2>, 12> make_directions() {
 }
 
 const std::array<std::array<double, 2>, 12> kDirections = make_directions();
+
+constexpr std::size_t kMaxBlockVertices = 8192;
+
+// Moves the first `half` of the vertices, along the longest side of their box, to the front.
+void halve(const Surface& s, std::span<std::uint32_t> vertices, std::size_t half) {
+  Box box;
+  for (const std::uint32_t v : vertices) box.extend(s.after[v]);
+  const Vec3d size = box.max - box.min;
+  const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  std::nth_element(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(half), vertices.end(),
+                   [&](std::uint32_t a, std::uint32_t b) {
+                     return std::pair(s.after[a][axis], a) < std::pair(s.after[b][axis], b);
+                   });
+}
 
 }  // namespace
 
@@ -122,7 +137,7 @@ bool Improver::any_turns(std::uint32_t v, const Vec3d& p, const Vec3d& star, con
 }
 
 bool Improver::restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds) {
-  if (exact_) return true;  // it is rounding
+  if (exact_) return true;  // the change is a rounding error
   moving_.clear();
   moving_stars_.clear();
   Vec3d sum{};
@@ -141,7 +156,7 @@ bool Improver::restore_volume(double volume, std::span<const std::uint32_t> vert
   }
   if (!may_move(moving_, d)) return false;
   for (const std::uint32_t v : moving_) s_.after[v] += d;
-  tell(moving_);
+  report_change(moving_);
   return true;
 }
 
@@ -159,7 +174,7 @@ bool Improver::gains_by_flip(std::uint32_t h) {
   const double is = quality(d, c, a);
   if (is <= known - margin) return false;
   const double was = std::min(quality(a, b, c), quality(b, a, d));
-  return is > was * kGain && quality(c, d, b) > was * kGain;
+  return is > was * kMinGain && quality(c, d, b) > was * kMinGain;
 }
 
 bool Improver::try_flip(std::uint32_t h, const Bounds& bounds) {
@@ -181,10 +196,10 @@ bool Improver::try_flip(std::uint32_t h, const Bounds& bounds) {
   if (std::abs(volume) > bounds.distance * span || norm2(d - c) > targets_.max_edge * targets_.max_edge) return false;
   if (v[2] == v[3] || are_neighbours(s_, v[2], v[3]) || !may_flip(h)) return false;
   flip(s_, h);
-  tell({&v[2], 1});
+  report_change({&v[2], 1});
   if (!restore_volume(-volume, v, bounds)) {
     flip(s_, h);
-    tell({&v[0], 1});
+    report_change({&v[0], 1});
     return false;
   }
   s_.edge_flags[s_.edge[h]] = 0;  // the new diagonal is no crease
@@ -235,9 +250,9 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
   return merges;
 }
 
-// Computes the effect of a collapse: moves a place inside the edge so that the volume is kept, else stores the volume
-// change. Stores the least quality of the triangles around; -1 if that is below `least_quality`, or if the surface
-// would turn or move too far.
+// Computes the effect of a collapse. A position inside the edge is moved so that the volume is kept; else the volume
+// change is stored. Stores the least quality of the triangles around; -1 if it is below `least_quality`, or if the
+// surface would turn or move too far.
 void Improver::evaluate_merge(Merge& merge, double least_quality, const Bounds& bounds) const {
   const std::uint32_t h = merge.halfedge;
   const std::uint32_t a = s_.origin(h);
@@ -303,7 +318,7 @@ bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds
     if (s_.opposite[best.halfedge] != kNone) guard_->remove(s_.opposite[best.halfedge] / 3);
   }
   collapse(s_, best.halfedge, best.place, best.t);
-  tell({&kept, 1});
+  report_change({&kept, 1});
   if (best.volume != 0 && !restore_volume(best.volume, ring, bounds)) counts_.volume += best.volume / 6;
   ++counts_.collapses;
   return true;
@@ -312,17 +327,17 @@ bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds
 Attempt Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds) {
   const Vec3d& star = star_.vector();
   const double size2 = norm2(star);
-  if (!(size2 > 0)) return Attempt::hopeless;
+  if (!(size2 > 0)) return Attempt::impossible;
   const Vec3d was = s_.after[v];
-  const double least = star_.least() * kGain;
-  std::vector<std::pair<double, Vec3d>> better;  // their qualities below 0, so that the best comes first
+  const double least = star_.least() * kMinGain;
+  std::vector<std::pair<double, Vec3d>> better;  // with negated qualities, so that the best comes first
   for (const Vec3d& wanted : places) {
     const Vec3d d = wanted - was;
     const Vec3d p = was + d - star * (dot(d, star) / size2);
     const double q = star_.quality_at(p, bounds.turn, least);
     if (q > least && !star_.is_farther(p, bounds.distance)) better.emplace_back(-q, p);
   }
-  if (better.empty()) return Attempt::hopeless;
+  if (better.empty()) return Attempt::impossible;
   std::stable_sort(better.begin(), better.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   const auto place = std::find_if(better.begin(), better.end(), [&](const auto& each) {
     return may_move({&v, 1}, each.second - was);
@@ -330,12 +345,12 @@ Attempt Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, c
   if (place == better.end() || place->second == was) return Attempt::refused;
   carry_values(v, place->second);
   s_.after[v] = place->second;
-  tell({&v, 1});
+  report_change({&v, 1});
   return Attempt::done;
 }
 
 Attempt Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
-  if (read_star(v) != Freedom::free) return Attempt::hopeless;
+  if (read_star(v) != Freedom::free) return Attempt::impossible;
   const Vec3d d = star_.mean() - s_.after[v];
   const std::array<Vec3d, 3> places{s_.after[v] + d, s_.after[v] + d * 0.5, s_.after[v] + d * 0.25};
   return move_to_best(v, places, bounds);
@@ -386,10 +401,10 @@ bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
                                quality(s_, e / 3, s_.after), mean);
     is = too_far ? -1 : std::min(is, quality(foot, x, y));
   });
-  if (is <= was * kGain || norm(foot - s_.after[v]) > bounds.distance || !may_merge_apex(h, foot)) return false;
+  if (is <= was * kMinGain || norm(foot - s_.after[v]) > bounds.distance || !may_merge_apex(h, foot)) return false;
   s_.after[v] = foot;
   flip(s_, h);
-  tell({&v, 1});
+  report_change({&v, 1});
   s_.edge_flags[s_.edge[h]] = 0;
   s_.for_each_outgoing(v, [&](std::uint32_t e) {
     if (s_.target(e) != a && s_.target(e) != b) return;
@@ -400,7 +415,7 @@ bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
   return true;
 }
 
-// Interpolates the values at v, whose star has been read, where p projects onto it.
+// Sets the values at v, whose star has been read, to those at the projection of p onto the star.
 void Improver::carry_values(std::uint32_t v, const Vec3d& p) {
   if (s_.vertex_values.stride == 0 && s_.corner_values.stride == 0) return;
   const Vec3d& normal = star_.vector();
@@ -436,8 +451,8 @@ void Improver::carry_values(std::uint32_t v, const Vec3d& p) {
   });
 }
 
-// In planes: the least angle of a face stays if it lies between two features, and its part of a curved surface has no
-// diagonals that could be flipped afterwards.
+// For splits within planes. The least angle of a face between two features stays whatever is split, and on a curved
+// surface no diagonal could be flipped afterwards.
 bool Improver::is_helped_by_split(std::uint32_t h) const {
   const auto length2 = [&](std::uint32_t e) { return norm2(s_.after[s_.target(e)] - s_.after[s_.origin(e)]); };
   const std::uint32_t n = Surface::next(h);
@@ -462,7 +477,7 @@ bool Improver::split_chord(std::uint32_t h) {
     for (std::uint32_t f = first; f < s_.face_count(); ++f) guard_->add(f, halves.at(f - first) / 3);
   }
   if (memory_ != nullptr) memory_->add_new(s_);
-  tell({&m, 1});
+  report_change({&m, 1});
   ++counts_.splits;
   return true;
 }
@@ -531,33 +546,15 @@ bool Improver::may_split(std::uint32_t h, const Vec3d& middle) const {
   return guard_->allows(faces, proposed);
 }
 
-void Improver::tell(std::span<const std::uint32_t> vertices) {
+void Improver::report_change(std::span<const std::uint32_t> vertices) {
   for (const std::uint32_t v : vertices) {
     if (guard_ != nullptr) guard_->update_around(v);
     if (memory_ != nullptr) memory_->forget_around(s_, v);
   }
 }
 
-namespace {
-
-constexpr std::size_t kVerticesOfBlock = 8192;
-
-// Brings those in front that are first along the longest side of their box.
-void halve(const Surface& s, std::span<std::uint32_t> vertices, std::size_t half) {
-  Box box;
-  for (const std::uint32_t v : vertices) box.extend(s.after[v]);
-  const Vec3d size = box.max - box.min;
-  const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  std::nth_element(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(half), vertices.end(),
-                   [&](std::uint32_t a, std::uint32_t b) {
-                     return std::pair(s.after[a][axis], a) < std::pair(s.after[b][axis], b);
-                   });
-}
-
-}  // namespace
-
 Blocks::Blocks(const Surface& s, int threads) : block_(s.vertex_count()) {
-  while (s.vertex_count() / count_ > kVerticesOfBlock) count_ *= 2;
+  while (s.vertex_count() / count_ > kMaxBlockVertices) count_ *= 2;
   std::vector<std::uint32_t> vertices(s.vertex_count());
   std::iota(vertices.begin(), vertices.end(), 0U);
   const auto part = [&](std::size_t i, std::size_t parts) {

@@ -24,11 +24,10 @@ struct Bounds {
 // Where a vertex may move: anywhere, along its crease, or not at all.
 enum class Freedom { free, on_crease, none };
 
-// What is known of a surface, so that nothing is computed again where nothing has changed.
+// Remembers qualities of faces and failed attempts, so that nothing is computed again where nothing has changed.
 class SurfaceMemory {
  public:
-  // Measures the faces that are not known, and forgets which edges and vertices rest. To be called before anything
-  // else.
+  // Measures the faces that are not known, and forgets which edges and vertices rest. Must be called first.
   void begin(const Surface& s, int threads);
 
   // Measures the faces that are not known.
@@ -47,9 +46,9 @@ class SurfaceMemory {
   void let_edge_rest(std::size_t e) { edge_rests_[e] = 1; }
   void let_vertex_rest(std::size_t v) { vertex_rests_[v] = 1; }
 
-  // To be called first after a split.
+  // Must be called first after a split.
   void add_new(const Surface& s);
-  // To be called when the faces around v have changed.
+  // Must be called when the faces around v have changed.
   void forget_around(const Surface& s, std::uint32_t v);
 
  private:
@@ -58,11 +57,11 @@ class SurfaceMemory {
   std::vector<std::uint8_t> vertex_rests_;
 };
 
-// What came of an attempt to change a surface.
+// The result of an attempt to change a surface.
 enum class Attempt {
   done,
   refused,
-  hopeless,  // whatever surrounds the faces at this place
+  impossible,  // until a face around it changes
 };
 
 class Improver {
@@ -77,22 +76,23 @@ class Improver {
 
   // Replaces the edge of h by the other diagonal of its two faces.
   bool flip_edge(std::uint32_t h, const Bounds& bounds) { return gains_by_flip(h) && try_flip(h, bounds); }
-  // Collapses the edge of h if all triangles around it then have at least `least_quality`.
+  // Collapses the edge of h if all triangles around it then have at least this quality.
   bool collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds);
-  // Moves the vertex towards the mean of its neighbours. Tells what came of it.
+  // Moves the vertex towards the mean of its neighbours.
   Attempt move_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the vertex to the best of many positions in all tangential directions.
   bool search_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the apex of a thin triangle onto its opposite edge h, a feature, which then runs through the apex.
   bool merge_apex_into_crease(std::uint32_t h, const Bounds& bounds);
 
-  // Splits the edge at the middle of its chord, which does not change the surface. Between vertices that are too close
-  // together, but cannot be merged, and distant ones, sizes can then change gradually. Does not split edges shorter
-  // than twice max_chord. Returns true if it split the edge.
+  // Splits the edge at the middle of its chord, which does not change the surface, unless the edge is shorter than
+  // twice max_chord. Sizes can then change gradually between vertices that are too close together, but cannot be
+  // merged, and distant ones. Returns true if it split the edge.
   bool split_chord(std::uint32_t h);
 
-  // The parts of flip_edge(): returns whether a flip may be tried and improves the two faces; tries one that does.
+  // The first part of flip_edge(): returns true if a flip is allowed and improves the two faces.
   bool gains_by_flip(std::uint32_t h);
+  // The second part: flips an edge that gains by it, if the flip stays within the bounds.
   bool try_flip(std::uint32_t h, const Bounds& bounds);
 
   // Returns quality(surface, face, surface.after).
@@ -103,7 +103,7 @@ class Improver {
   // Throws Cancelled if the improvement is cancelled.
   void stop_if_cancelled() const { knead::stop_if_cancelled(progress_); }
 
-  // Returns whether the improvement has no time left, or its guard is spent. Throws Cancelled if it is cancelled.
+  // Returns true if no time is left or the guard is spent. Throws Cancelled if the improvement is cancelled.
   bool must_end() const {
     stop_if_cancelled();
     if (guard_ != nullptr && guard_->is_spent()) return true;
@@ -124,9 +124,9 @@ class Improver {
     double t = 0;       // position of `place` along the edge, 0 at the kept vertex
   };
 
-  // Tells the guard and the memory that the faces around the vertices have changed.
-  void tell(std::span<const std::uint32_t> vertices);
-  // Returns where the vertex may move; if anywhere, reads its star.
+  // Informs the guard and the memory that the faces around the vertices have changed.
+  void report_change(std::span<const std::uint32_t> vertices);
+  // Reads the star of the vertex, and returns where it may move.
   Freedom read_star(std::uint32_t v);
   // Calls visit(h) for the half-edges that begin at the vertex, until they are too many.
   template <class Visit>
@@ -134,19 +134,19 @@ class Improver {
   bool is_open(std::uint32_t v) const;
   bool is_helped_by_split(std::uint32_t h) const;
   bool is_feature(std::uint32_t h) const { return s_.edge_has(h, kFeature) || (exact_ && s_.edge_has(h, kBend)); }
-  // Returns whether a face around v would turn too far if v were at p. `star`: the star vector of v.
+  // Returns true if a face around v would turn too far with v at p. `star`: the star vector of v.
   bool any_turns(std::uint32_t v, const Vec3d& p, const Vec3d& star, const TurnLimit& limit);
   // Moves all free vertices of the list by one vector, so that six times the volume grows by `volume`. Returns false
   // and moves nothing if that exceeds the bounds.
   bool restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
   std::vector<Merge> plan_merges(std::uint32_t h, const Bounds& bounds) const;
-  // Moves the vertex, whose star has been read, to the place that is best for its triangles.
+  // Moves the vertex, whose star has been read, to the position that is best for its triangles.
   Attempt move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds);
   void evaluate_merge(Merge& merge, double least_quality, const Bounds& bounds) const;
   bool is_straight(std::uint32_t v, double tolerance) const;
   void carry_values(std::uint32_t v, const Vec3d& p);
 
-  // Each of the next functions asks the guard, if there is one, whether a change may be applied.
+  // Each of the next functions returns true if there is no guard, or the guard allows the change.
   bool may_move(std::span<const std::uint32_t> vertices, const Vec3d& d) const;
   bool may_flip(std::uint32_t h) const;
   bool may_merge(const Merge& merge) const;
@@ -167,17 +167,17 @@ class Improver {
   ImprovementCounts counts_;
 };
 
-// Parts of a surface that lie together, which several threads change at the same time. A change at a vertex whose
-// neighbours are all in its block reads and writes nothing of another block; a flip of an edge needs four of them.
+// Divides the vertices of a surface into blocks that several threads change at the same time. A change at a vertex
+// whose neighbours are all in its block reads and writes no other block; a flip needs four such vertices.
 class Blocks {
  public:
   Blocks(const Surface& s, int threads);
 
-  // Finds the vertices whose neighbours are all in their block. To be called after a change.
+  // Finds the vertices whose neighbours are all in their block. Must be called after a change.
   void find_inner(const Surface& s);
 
-  // Return the block with all that a change at the vertex, or a flip of the edge, touches; the number of blocks if
-  // there is none.
+  // Return the block that contains everything a change at the vertex, or a flip of the edge, touches; the number of
+  // blocks if there is none.
   std::uint32_t around(std::uint32_t v) const { return inner_[v] != 0 ? block_[v] : count_; }
   std::uint32_t around_edge(const Surface& s, std::uint32_t e) const {
     const std::uint32_t h = s.halfedge[e];
@@ -185,8 +185,8 @@ class Blocks {
     return std::max({around(s.origin(h)), around(s.target(h)), around(s.apex(h)), around(s.apex(s.opposite[h]))});
   }
 
-  // Calls change(improver, i) for the numbers whose block is given, and not kNone: for those of each block in their
-  // order, several blocks at the same time; then for those between the blocks.
+  // Calls change(improver, i) for each number i with a block other than kNone: for the numbers of each block in order,
+  // several blocks at the same time; then for those that belong to no single block.
   template <class Change>
   void change_all(Improver& improver, const Improvement& improvement, std::span<const std::uint32_t> block,
                   const Change& change) const {

@@ -1,3 +1,4 @@
+// Takes the part of a mesh that a deformation touches out, and merges it again when it has changed.
 #include "remesh/patch.h"
 
 #include <algorithm>
@@ -9,15 +10,14 @@
 
 #include "knead/mesh.h"
 #include "knead/vec.h"
-#include "remesh/features.h"
-#include "remesh/surface.h"
+#include "remesh/face_samples.h"
 
 namespace knead::remesh_detail {
 
 namespace {
 
-// Returns whether a mask holds all vertices of the face.
-bool stays(std::span<const std::uint32_t> face, const RemeshOptions& options) {
+// Returns true if a mask holds all vertices of the face.
+bool is_held(std::span<const std::uint32_t> face, const RemeshOptions& options) {
   return !options.held.empty() &&
          std::all_of(face.begin(), face.end(), [&](std::uint32_t v) { return options.held[v] != 0; });
 }
@@ -31,8 +31,8 @@ bool repeats_a_vertex(std::span<const std::uint32_t> face) {
   return false;
 }
 
-// Returns whether the face can be cut into triangles with an area. One that runs round a hole passes the ends of a
-// bridge twice; there its triangles meet.
+// Returns true if the face can be cut into triangles with an area. A face around a hole passes the ends of a bridge
+// twice; there its triangles meet.
 bool is_sound(std::span<const Vec3d> positions, std::span<const std::uint32_t> face) {
   if (face.size() < 3) return false;
   if (!repeats_a_vertex(face)) return true;
@@ -59,8 +59,8 @@ std::vector<std::uint8_t> touched_faces(const Mesh& before, const std::vector<st
   return touched;
 }
 
-// Returns the triangles of the faces that are not touched and so large that the deformation may move their inside: each
-// with its face, ascending.
+// Returns the triangles of untouched faces that are so large that the deformation may move their inside: each with its
+// face, ascending.
 std::vector<std::pair<std::uint32_t, Triangle>> large_triangles(const Mesh& before,
                                                                 const std::vector<std::uint8_t>& touched,
                                                                 const FaceSamples& samples,
@@ -109,12 +109,13 @@ std::vector<std::uint8_t> find_faces(const Mesh& before, const std::vector<std::
       const auto face = before.face(f);
       std::uint8_t is_near = 0;
       for (const std::uint32_t v : face) is_near |= near[v];
-      held[f] = is_near != 0 && !stays(face, options) && is_sound(before.positions, face) ? 1 : 0;
+      held[f] = is_near != 0 && !is_held(face, options) && is_sound(before.positions, face) ? 1 : 0;
     }
   });
   return held;
 }
 
+// The attributes of one kind of element, side by side in a row of values.
 struct Columns {
   std::vector<const Attribute*> attributes;
   std::size_t stride = 0;
@@ -138,7 +139,7 @@ void append_row(const Columns& columns, std::size_t element, Values& values) {
   }
 }
 
-// Sets the values of the vertices, which are given by their numbers in the mesh: those of the columns, then the places.
+// Sets the values of vertices, given by their numbers in the mesh: those of the columns, then the further positions.
 void take_values(const Columns& columns, const MorePlaces& places, const std::vector<std::uint32_t>& sources,
                  Values& values) {
   values.stride = columns.stride + 3 * places.before.size();
@@ -175,7 +176,7 @@ std::vector<std::uint32_t> number_vertices(const Mesh& mesh, Patch& patch) {
   return number;
 }
 
-// Appends the rows of the corner at v: that of the face, then those of its equal faces.
+// Appends the rows of the corner at v: the row of the face, then those of its equal faces.
 void append_corner(const Mesh& mesh, const Columns& columns, std::uint32_t f, std::uint32_t v, Patch& patch) {
   const std::span<const EqualFace> equal = patch.equal_to(f);
   for (std::size_t row = 0; row < patch.corner_rows; ++row) {
@@ -192,7 +193,7 @@ void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, cons
   s.corner_values.stride = columns.stride * patch.corner_rows;
   const std::size_t held =
       static_cast<std::size_t>(std::count(patch.holds_face.begin(), patch.holds_face.end(), std::uint8_t{1}));
-  const std::size_t more = held + held / 8;  // as splits will make
+  const std::size_t more = held + held / 8;  // room for splits
   patch.triangles.reserve(held);
   s.face_source.reserve(more);
   s.corner.reserve(3 * more);
@@ -214,7 +215,7 @@ void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, cons
   }
 }
 
-// Returns whether the vertices of the second face are those of the first, begun anywhere and with this step.
+// Returns true if the second face has the vertices of the first in the same cyclic order, taken with this step.
 bool is_same_cycle(std::span<const std::uint32_t> face, std::span<const std::uint32_t> other, std::size_t step) {
   const std::size_t n = face.size();
   const auto at = static_cast<std::size_t>(std::find(other.begin(), other.end(), face[0]) - other.begin());
@@ -239,8 +240,7 @@ bool find_equal_faces(const Mesh& mesh, const std::vector<std::array<std::uint32
   return !patch.equal_faces.empty();
 }
 
-// Connects the triangles of the patch. Takes equal faces once, since each would be divided in its own way and they
-// would cross.
+// Connects the triangles of the patch. Equal faces are taken once: if each were divided on its own, they would cross.
 void connect_patch(const Mesh& mesh, const std::vector<std::uint32_t>& number, const Progress* progress, Patch& patch) {
   if (!find_equal_faces(mesh, connect(patch.surface, progress), patch)) return;
   patch.triangles.clear();
@@ -270,7 +270,7 @@ std::vector<std::uint8_t> border_of(const Mesh& mesh, const std::vector<std::uin
   return on_border;
 }
 
-// Fixes vertices that faces outside the patch use, and locks edges between two of them. Fixes those that are held.
+// Fixes vertices that a mask holds or that faces outside the patch use, and locks edges between two of the latter.
 void fix_border(const Mesh& mesh, const std::vector<std::uint32_t>& number, const RemeshOptions& options,
                 Patch& patch) {
   Surface& s = patch.surface;
@@ -295,159 +295,6 @@ void mark_region(const std::vector<std::uint8_t>& moved, bool whole, Patch& patc
     if (whole || s.has(v, kMoved) || !s.all_outgoing(v, rests)) s.set(v, kRegion);
   }
 }
-
-}  // namespace
-
-std::span<const EqualFace> Patch::equal_to(std::uint32_t f) const {
-  const auto range = std::equal_range(equal_faces.begin(), equal_faces.end(), EqualFace{f, 0, false},
-                                      [](const EqualFace& a, const EqualFace& b) { return a.kept < b.kept; });
-  return {range.first, range.second};
-}
-
-Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-                    const RemeshOptions& options, const MorePlaces& places) {
-  std::vector<std::uint8_t> moved(before.vertex_count());
-  for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = same_bits(before.positions[v], after[v]) ? 0 : 1;
-  Patch patch;
-  patch.holds_face = find_faces(before, moved, deformation, options);
-  stop_if_cancelled(options.progress);
-  const std::vector<std::uint32_t> number = number_vertices(before, patch);
-  stop_if_cancelled(options.progress);
-  Surface& s = patch.surface;
-  const std::size_t vertices = patch.vertex_source.size() + patch.vertex_source.size() / 8;  // as splits will make
-  s.before.reserve(vertices);
-  s.after.reserve(vertices);
-  for (const std::uint32_t v : patch.vertex_source) {
-    s.before.push_back(before.positions[v]);
-    s.after.push_back(after[v]);
-  }
-  take_values(columns_of(before, Domain::vertex), places, patch.vertex_source, s.vertex_values);
-  take_faces(before, number, options.progress, patch);
-  stop_if_cancelled(options.progress);
-  connect_patch(before, number, options.progress, patch);
-  stop_if_cancelled(options.progress);
-  fix_border(before, number, options, patch);
-  stop_if_cancelled(options.progress);
-  mark_region(moved, options.whole, patch);
-  mark_features(before, options, number, patch);
-  return patch;
-}
-
-namespace {
-
-// The half-edges sorted by their smaller vertex: those of v are [begin[v], begin[v + 1]).
-struct Buckets {
-  std::vector<std::uint32_t> begin;
-  std::vector<std::uint32_t> halfedges;
-};
-
-Buckets bucket_halfedges(const Surface& s) {
-  Buckets buckets;
-  buckets.begin.assign(s.vertex_count() + 1, 0);
-  buckets.halfedges.resize(s.corner.size());
-  const auto low = [&](std::uint32_t h) { return std::min(s.origin(h), s.target(h)); };
-  for (std::uint32_t h = 0; h < s.corner.size(); ++h) ++buckets.begin[low(h) + std::size_t{1}];
-  for (std::size_t v = 0; v < s.vertex_count(); ++v) buckets.begin[v + 1] += buckets.begin[v];
-  std::vector<std::uint32_t> at(buckets.begin.begin(), buckets.begin.end() - 1);
-  for (std::uint32_t h = 0; h < s.corner.size(); ++h) buckets.halfedges[at[low(h)]++] = h;
-  return buckets;
-}
-
-std::uint32_t add_edge(Surface& s, std::uint8_t flags, std::uint32_t h) {
-  s.edge[h] = static_cast<std::uint32_t>(s.halfedge.size());
-  s.halfedge.push_back(h);
-  s.edge_flags.push_back(flags);
-  if (!s.next_copy.empty()) s.next_copy.push_back(kNone);
-  return s.edge[h];
-}
-
-// Appends the pairs of faces with the same vertices among those of one edge, given by their half-edges in order.
-void add_equal(const Surface& s, std::span<const std::uint32_t> uses,
-               std::vector<std::array<std::uint32_t, 2>>& equal) {
-  for (std::size_t i = 1; i < uses.size(); ++i) {
-    std::size_t first = 0;
-    while (s.apex(uses[first]) != s.apex(uses[i])) ++first;
-    if (first < i) equal.push_back({uses[first] / 3, uses[i] / 3});
-  }
-}
-
-// Makes the edge or edges that these half-edges form.
-void join_uses(Surface& s, std::span<const std::uint32_t> uses) {
-  if (uses.size() == 2 && s.origin(uses[0]) == s.target(uses[1])) {
-    const std::uint32_t edge = add_edge(s, 0, uses[0]);
-    s.edge[uses[1]] = edge;
-    s.opposite[uses[0]] = uses[1];
-    s.opposite[uses[1]] = uses[0];
-    return;
-  }
-  std::vector<std::uint32_t> edges;
-  for (const std::uint32_t h : uses) {
-    edges.push_back(add_edge(s, kFeature | kBoundary, h));
-    if (uses.size() == 1) return;
-    s.set(s.origin(h), kFixed);
-    s.set(s.target(h), kFixed);
-  }
-  join_copies(s, edges);
-}
-
-std::vector<std::array<std::uint32_t, 2>> join_halfedges(Surface& s, const Progress* progress) {
-  std::vector<std::array<std::uint32_t, 2>> equal;
-  const Buckets buckets = bucket_halfedges(s);
-  s.halfedge.reserve(s.corner.size() / 2 + s.corner.size() / 8);
-  s.edge_flags.reserve(s.halfedge.capacity());
-  std::vector<std::uint64_t> sorted;  // larger vertex, half-edge
-  std::vector<std::uint32_t> uses;
-  for (std::size_t v = 0; v < s.vertex_count(); ++v) {
-    stop_if_cancelled(progress);
-    sorted.clear();
-    for (std::size_t i = buckets.begin[v]; i < buckets.begin[v + 1]; ++i) {
-      const std::uint32_t h = buckets.halfedges[i];
-      sorted.push_back(std::uint64_t{std::max(s.origin(h), s.target(h))} << 32 | h);
-    }
-    std::sort(sorted.begin(), sorted.end());
-    for (std::size_t i = 0; i < sorted.size();) {
-      uses.clear();
-      const std::uint64_t high = sorted[i] >> 32;
-      for (; i < sorted.size() && sorted[i] >> 32 == high; ++i) uses.push_back(static_cast<std::uint32_t>(sorted[i]));
-      join_uses(s, uses);
-      add_equal(s, uses, equal);
-    }
-  }
-  std::sort(equal.begin(), equal.end());
-  equal.erase(std::unique(equal.begin(), equal.end()), equal.end());
-  return equal;
-}
-
-// Fixes the vertices whose faces form more than one fan.
-void fix_pinched(Surface& s) {
-  std::vector<std::uint32_t> faces(s.vertex_count(), 0);
-  for (const std::uint32_t v : s.corner) ++faces[v];
-  for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
-    if (s.outgoing[v] == kNone) continue;
-    std::uint32_t in_fan = 0;
-    s.for_each_outgoing(v, [&](std::uint32_t) { ++in_fan; });
-    if (in_fan != faces[v]) s.set(v, kFixed);
-  }
-}
-
-}  // namespace
-
-std::vector<std::array<std::uint32_t, 2>> connect(Surface& s, const Progress* progress) {
-  s.opposite.assign(s.corner.size(), kNone);
-  s.edge.assign(s.corner.size(), kNone);
-  s.halfedge.clear();
-  s.edge_flags.clear();
-  s.next_copy.clear();
-  s.outgoing.assign(s.vertex_count(), kNone);
-  s.vertex_flags.resize(s.vertex_count(), 0);
-  for (std::uint32_t h = 0; h < s.corner.size(); ++h) s.outgoing[s.corner[h]] = h;
-  std::vector<std::array<std::uint32_t, 2>> equal = join_halfedges(s, progress);
-  stop_if_cancelled(progress);
-  fix_pinched(s);
-  return equal;
-}
-
-namespace {
 
 // Builds the resulting mesh.
 class Assembly {
@@ -569,7 +416,7 @@ class Assembly {
     return true;
   }
 
-  // Copies consecutive faces as they are, but for those that follow an equal face.
+  // Copies consecutive faces, except those that are divided as their equal face is.
   void copy_faces(std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t f = first; f < last && !patch_.equal_faces.empty(); ++f) {
       if (patch_.holds_face[f] != 2) continue;
@@ -604,7 +451,7 @@ class Assembly {
     for (const EqualFace& equal : patch_.equal_to(source)) add_triangle_of(equal.other, t, ++row, equal.is_reversed);
   }
 
-  // Adds the triangle as one of the face `source` of the mesh, with this row of the values of its corners.
+  // Adds the triangle as a part of the face `source` of the mesh, with this row of its corners' values.
   void add_triangle_of(std::uint32_t source, std::size_t t, std::size_t row, bool is_reversed) {
     const std::size_t stride = s_.corner_values.stride / patch_.corner_rows;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -630,7 +477,7 @@ class Assembly {
     }
   }
 
-  // Returns what follows the values of attributes in the row.
+  // Appends the values of the attributes; returns the rest of the row.
   std::span<const double> append_values(Domain domain, std::span<const double> row) {
     for (Attribute& attribute : mesh().attributes) {
       if (attribute.domain != domain) continue;
@@ -653,6 +500,41 @@ class Assembly {
 };
 
 }  // namespace
+
+std::span<const EqualFace> Patch::equal_to(std::uint32_t f) const {
+  const auto range = std::equal_range(equal_faces.begin(), equal_faces.end(), EqualFace{f, 0, false},
+                                      [](const EqualFace& a, const EqualFace& b) { return a.kept < b.kept; });
+  return {range.first, range.second};
+}
+
+Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                    const RemeshOptions& options, const MorePlaces& places) {
+  std::vector<std::uint8_t> moved(before.vertex_count());
+  for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = same_bits(before.positions[v], after[v]) ? 0 : 1;
+  Patch patch;
+  patch.holds_face = find_faces(before, moved, deformation, options);
+  stop_if_cancelled(options.progress);
+  const std::vector<std::uint32_t> number = number_vertices(before, patch);
+  stop_if_cancelled(options.progress);
+  Surface& s = patch.surface;
+  const std::size_t vertices = patch.vertex_source.size() + patch.vertex_source.size() / 8;  // room for splits
+  s.before.reserve(vertices);
+  s.after.reserve(vertices);
+  for (const std::uint32_t v : patch.vertex_source) {
+    s.before.push_back(before.positions[v]);
+    s.after.push_back(after[v]);
+  }
+  take_values(columns_of(before, Domain::vertex), places, patch.vertex_source, s.vertex_values);
+  take_faces(before, number, options.progress, patch);
+  stop_if_cancelled(options.progress);
+  connect_patch(before, number, options.progress, patch);
+  stop_if_cancelled(options.progress);
+  fix_border(before, number, options, patch);
+  stop_if_cancelled(options.progress);
+  mark_region(moved, options.whole, patch);
+  mark_features(before, options, number, patch);
+  return patch;
+}
 
 Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, MorePlaces& places,
                      const Progress* progress) {

@@ -13,7 +13,7 @@
 
 namespace knead::remesh_detail {
 
-// A face of the mesh with the vertices of another one. The surface holds both once: `other` is divided as `kept` is.
+// A face of the mesh with the same vertices as another one. The surface holds only `kept`; `other` is divided alike.
 struct EqualFace {
   std::uint32_t kept = 0;
   std::uint32_t other = 0;
@@ -37,9 +37,9 @@ struct Patch {
   bool is_unchanged(std::size_t f) const { return f < triangles.size() && surface.triangle(f) == triangles[f]; }
 };
 
-// More places of the vertices, which a remesh interpolates like the values of an attribute.
+// Further positions of the vertices, which a remesh interpolates like the values of an attribute.
 struct MorePlaces {
-  std::vector<std::span<const Vec3d>> before;  // lists with a place for each vertex of the mesh before
+  std::vector<std::span<const Vec3d>> before;  // lists with a position for each vertex of the mesh before
   std::vector<std::vector<Vec3d>> after;       // the same lists for the vertices of the result
 };
 
@@ -51,29 +51,36 @@ Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Defo
 Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, MorePlaces& places,
                      const Progress* progress);
 
-// As resolve(settings, mesh) for settings and a mesh that are known to be valid. threads as for parallel_for.
+// Does what resolve() does, for settings and a mesh that are known to be valid. threads as for parallel_for.
 RemeshTargets resolve_on(const RemeshSettings& settings, const Mesh& mesh, int threads);
 
-// Returns the creases of a surface with positions `before`, as find_creases(). `tolerance`: plane_tolerance() of the
-// mesh. `progress` cancels.
+// Returns the creases of a surface with positions `before`, as find_creases() defines them. `tolerance`:
+// plane_tolerance() of the mesh. `progress` cancels.
 std::vector<MeshEdge> find_crease_edges(const Surface& surface, double angle_deg, double tolerance,
                                         const Progress* progress = nullptr);
 
-// As find_creases(mesh), but throws Cancelled when `progress` is cancelled. threads as for parallel_for.
+// Does what find_creases() does, for a valid mesh. Throws Cancelled when `progress` is cancelled. threads as for
+// parallel_for.
 std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, int threads,
                                                     const Progress* progress);
+
+// Transforms the attribute "normal" (3 components) of vertices or corners by the deformation from `before` to `after`
+// of the surface (see transport_normals), also for vertices that splits have made.
+void turn_normals(const Mesh& mesh, Surface& surface);
+
+// Scales the normals of the surface to length 1. Lengths that are 1 to the rounding of float keep their bits.
+void normalise_normals(const Mesh& mesh, Surface& surface);
 
 // Marks creases and seams (of corner values and of labels) as features. Creases outside the patch go to
 // patch.other_creases.
 void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
                    Patch& patch);
 
-// A remesh with another improvement of the triangles, for comparisons.
-
-// Improves the triangles of a refined surface. Called again, on the refined surface, where its result has crossings.
+// Improves the triangles of a refined surface. remesh_with() calls it again, on the refined surface, if the result has
+// crossings.
 using Improve = std::function<ImprovementCounts(Surface& surface, const Improvement& improvement)>;
 
-// Does what remesh() does, with `improve`, if it is not empty, in place of its compensation and improvement.
+// Does what remesh() does, with `improve`, unless it is empty, in place of its own compensation and improvement.
 Remeshed remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                      const RemeshOptions& options, const Improve& improve, MorePlaces& places);
 

@@ -1,3 +1,4 @@
+// Splits edges until a mesh can follow a deformation, within limits on vertices and work.
 #include "remesh/refine.h"
 
 #include <fmt/format.h>
@@ -10,20 +11,35 @@
 #include <vector>
 
 #include "math/elementary.h"
-#include "remesh/features.h"
+#include "remesh/face_samples.h"
 #include "remesh/surface.h"
 
 namespace knead::remesh_detail {
 
 namespace {
 
-constexpr int kMaxRounds = 40;
+constexpr int kMaxRounds = 40;          // of limit_edges()
+constexpr double kEstimateSlack = 4;    // factor by which the estimate may be too high where edges bend at one point
+constexpr double kAdviceShare = 0.2;    // of the room: what the estimate may fill with the settings of a message
+constexpr double kAdviceFactor = 4;     // the estimate grows while edges are split
+constexpr double kPointsPerVertex = 4;  // a split makes four edges, whose middles are then carried
+constexpr double kAdviceStep = 2;
+constexpr int kMaxAdviceSteps = 60;
 
-using LongEdge = std::pair<double, std::uint32_t>;  // the square of its length below 0, and its number
+constexpr int kMaxLimitRounds = 60;
+constexpr double kFeatureShare = 1.0 / 6;  // of max_chord: the target for features
+constexpr double kCapCosine = -0.6;        // of 127 degrees: split the longest edge of such a triangle first
+constexpr double kMinLengthShare = 1e-2;   // of max_chord: half the length below which edges are not split
+
+constexpr std::size_t kEdgeGrain = 8192;  // edges or vertices that a thread takes at a time
+
+// Returns the sum of the area vectors of the faces around v.
+
+using LongEdge = std::pair<double, std::uint32_t>;  // its negated squared length, and its number
 
 double length2(const Surface& s, std::uint32_t h) { return norm2(s.after[s.target(h)] - s.after[s.origin(h)]); }
 
-// Returns the edge that is longest in a face of the edge, or the edge itself. To split a shorter one leads nowhere.
+// Returns the longest edge of the faces at an edge. Splitting a shorter one would not help.
 std::uint32_t longest_around(const Surface& s, std::uint32_t e) {
   std::uint32_t longest = s.halfedge[e];
   const std::uint32_t first = longest;
@@ -71,6 +87,42 @@ std::vector<LongEdge> edges_to_split(const Surface& s, const RemeshOptions& opti
   return found;
 }
 
+Vec3d mean_normal(const Surface& s, std::uint32_t v, const std::vector<Vec3d>& positions) {
+  Vec3d sum{};
+  s.for_each_outgoing(v, [&](std::uint32_t h) { sum += area_vector(s, h / 3, positions); });
+  return sum;
+}
+
+// Returns the mean normal of each end of the edges; zero for other vertices.
+std::vector<Vec3d> mean_normals_of(const Surface& s, std::span<const std::uint32_t> edges, int threads) {
+  std::vector<std::uint8_t> is_end(s.vertex_count(), 0);
+  for (const std::uint32_t e : edges) is_end[s.origin(s.halfedge[e])] = is_end[s.target(s.halfedge[e])] = 1;
+  std::vector<Vec3d> normals(s.vertex_count());
+  parallel_for(normals.size(), kEdgeGrain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      if (is_end[v] != 0) normals[v] = mean_normal(s, static_cast<std::uint32_t>(v), s.after);
+    }
+  });
+  return normals;
+}
+
+// Returns true if the angle opposite to the half-edge is very obtuse.
+bool is_cap(const Surface& s, std::uint32_t h) {
+  const Vec3d& apex = s.after[s.apex(h)];
+  const Vec3d u = s.after[s.origin(h)] - apex;
+  const Vec3d v = s.after[s.target(h)] - apex;
+  return dot(u, v) < kCapCosine * norm(u) * norm(v);
+}
+
+// Returns the squared cosine of an angle that is below the given one and below 90 degrees by more than rounding errors.
+double flat_cosine2(double angle) {
+  constexpr double margin = 1e-9;
+  const double cosine = angle < std::numbers::pi / 2 ? elementary::cos(angle) : 0.0;
+  return cosine * cosine * (1 + margin) + margin;
+}
+
+double angle_between(const Vec3d& a, const Vec3d& b) { return elementary::atan2(norm(cross(a, b)), dot(a, b)); }
+
 }  // namespace
 
 LimitedEdges limit_edges(Surface& s, const RemeshOptions& options, std::size_t outside, std::optional<Surface>& was) {
@@ -97,28 +149,15 @@ LimitedEdges limit_edges(Surface& s, const RemeshOptions& options, std::size_t o
   }
 }
 
-// The limits of a refinement on vertices and work.
-
-namespace {
-
-constexpr double kEstimateSlack = 4;    // the estimate may be so many times too high where edges bend at one place only
-constexpr double kFigureShare = 0.2;    // of the room: what the estimate may fill with the settings of a message
-constexpr double kFigureFactor = 4;     // the estimate grows while edges are split
-constexpr double kPointsPerVertex = 4;  // a split makes so many edges, whose middles are then carried
-constexpr double kFigureStep = 2;
-constexpr int kMaxSteps = 60;
-
-}  // namespace
-
 double Refinement::points_left() const { return deformation_.points_left ? deformation_.points_left() : kInfinity; }
 
-// Returns how many vertices the surface may have.
+// Returns the number of vertices that the surface may have.
 double Refinement::room() const {
   const double by_cap = static_cast<double>(targets_.max_vertices) - outside_;
   return std::min(by_cap, static_cast<double>(s_.vertex_count()) + points_left() / kPointsPerVertex);
 }
 
-// Returns about how many pieces the edge needs: by the length of its image, and because the deviation of a piece falls
+// Returns about how many pieces the edge needs, by the length of its image and by its deviation: that of a piece falls
 // with the square of their number.
 double Refinement::pieces(std::uint32_t e, const Slack& slack) const {
   const std::uint32_t h = s_.halfedge[e];
@@ -126,11 +165,11 @@ double Refinement::pieces(std::uint32_t e, const Slack& slack) const {
   const double length = norm(half + deviation_[e]) + norm(half - deviation_[e]);
   const double by_length = length / (targets_.max_edge * slack.edge);
   const double by_chord = std::sqrt(norm(deviation_[e]) / (targets_.max_chord * slack.chord));
-  const double most = std::min(length, std::sqrt(length2(e, s_.before))) / shortest_;
-  return std::max(1.0, std::min(std::max(by_length, by_chord), most));
+  const double max_pieces = std::min(length, std::sqrt(length2(e, s_.before))) / min_length_;
+  return std::max(1.0, std::min(std::max(by_length, by_chord), max_pieces));
 }
 
-// Returns about how many vertices the surface has when these edges, ascending, and the faces at them are in pieces.
+// Returns about how many vertices the surface has once these edges, ascending, and the faces at them are divided.
 double Refinement::estimate(std::span<const std::uint32_t> edges, const Slack& slack) const {
   double vertices = static_cast<double>(s_.vertex_count());
   std::vector<std::uint32_t> faces;
@@ -162,17 +201,18 @@ bool Refinement::has_room(std::span<const std::uint32_t> marked) {
   return false;
 }
 
-// Returns the settings with which the estimate is at most `most`, as words.
-std::string Refinement::remedy(std::span<const std::uint32_t> edges, double most) const {
+// Returns the settings with which the estimate is at most `max_vertices`, as words of a message.
+std::string Refinement::remedy(std::span<const std::uint32_t> edges, double max_vertices) const {
   double slack = 1;
-  for (int step = 0; step < kMaxSteps; ++step) {
-    slack *= kFigureStep;
+  for (int step = 0; step < kMaxAdviceSteps; ++step) {
+    slack *= kAdviceStep;
     std::string edge = fmt::format("\"max_edge\" of {:.2g} or more", slack * targets_.max_edge);
     const double longer = slack * slack * targets_.max_chord / targets_.diagonal;
     std::string chord = fmt::format("\"max_chord\" of {:.2g} or more", longer);
-    if (estimate(edges, {slack, 1}) <= most) return edge;
-    if (longer < 1 && estimate(edges, {1, slack * slack}) <= most) return chord;
-    if (longer < 1 && estimate(edges, {slack, slack * slack}) <= most) return fmt::format("{} with {}", edge, chord);
+    if (estimate(edges, {slack, 1}) <= max_vertices) return edge;
+    if (longer >= 1) continue;
+    if (estimate(edges, {1, slack * slack}) <= max_vertices) return chord;
+    if (estimate(edges, {slack, slack * slack}) <= max_vertices) return fmt::format("{} with {}", edge, chord);
   }
   return {};
 }
@@ -180,7 +220,7 @@ std::string Refinement::remedy(std::span<const std::uint32_t> edges, double most
 void Refinement::refuse(std::span<const std::uint32_t> edges, double needed) const {
   const double now = static_cast<double>(s_.vertex_count());
   const bool is_work = static_cast<double>(targets_.max_vertices) - outside_ > room();
-  const std::string settings = remedy(edges, std::max(kFigureShare * room(), now + 1));
+  const std::string settings = remedy(edges, std::max(kAdviceShare * room(), now + 1));
   double figure = std::max(needed, now + static_cast<double>(edges.size()));
   std::string text = fmt::format("the mesh needs about {:.2g} vertices", outside_ + figure);
   if (!whole_) text += " to follow this stroke";
@@ -194,59 +234,11 @@ void Refinement::refuse(std::span<const std::uint32_t> edges, double needed) con
     text += fmt::format(", more than \"max_vertices\" ({}) allows", targets_.max_vertices);
   }
   text += settings.empty() ? "; deform less" : "; use a " + settings;
-  if (kFigureFactor * figure <= static_cast<double>(kMaxVertices)) {
-    text += fmt::format(", or \"max_vertices\": {:.0f}", std::ceil(kFigureFactor * figure));
+  if (kAdviceFactor * figure <= static_cast<double>(kMaxVertices)) {
+    text += fmt::format(", or \"max_vertices\": {:.0f}", std::ceil(kAdviceFactor * figure));
   }
   throw RemeshLimit(text);
 }
-
-namespace {
-
-constexpr int kMaxLimitRounds = 60;
-constexpr double kFeatureShare = 1.0 / 6;  // of max_chord: the target for features
-constexpr double kCapCosine = -0.6;        // of 127 degrees: split the longest edge of such a triangle first
-constexpr double kShortestShare = 1e-2;    // of max_chord: half the length below which edges are not split
-
-constexpr std::size_t kEdgeGrain = 8192;  // edges or vertices that a thread takes at a time
-
-// Returns the sum of the area vectors of the faces around v.
-Vec3d mean_normal(const Surface& s, std::uint32_t v, const std::vector<Vec3d>& positions) {
-  Vec3d sum{};
-  s.for_each_outgoing(v, [&](std::uint32_t h) { sum += area_vector(s, h / 3, positions); });
-  return sum;
-}
-
-// Returns that of each end of the edges; zero for other vertices.
-std::vector<Vec3d> mean_normals_of(const Surface& s, std::span<const std::uint32_t> edges, int threads) {
-  std::vector<std::uint8_t> is_end(s.vertex_count(), 0);
-  for (const std::uint32_t e : edges) is_end[s.origin(s.halfedge[e])] = is_end[s.target(s.halfedge[e])] = 1;
-  std::vector<Vec3d> normals(s.vertex_count());
-  parallel_for(normals.size(), kEdgeGrain, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      if (is_end[v] != 0) normals[v] = mean_normal(s, static_cast<std::uint32_t>(v), s.after);
-    }
-  });
-  return normals;
-}
-
-// Returns true if the angle opposite to the half-edge is very obtuse.
-bool is_cap(const Surface& s, std::uint32_t h) {
-  const Vec3d& apex = s.after[s.apex(h)];
-  const Vec3d u = s.after[s.origin(h)] - apex;
-  const Vec3d v = s.after[s.target(h)] - apex;
-  return dot(u, v) < kCapCosine * norm(u) * norm(v);
-}
-
-// Returns the squared cosine of an angle below the given one, and below 90 degrees, by far more than rounding.
-double flat_cosine2(double angle) {
-  constexpr double margin = 1e-9;
-  const double cosine = angle < std::numbers::pi / 2 ? elementary::cos(angle) : 0.0;
-  return cosine * cosine * (1 + margin) + margin;
-}
-
-double angle_between(const Vec3d& a, const Vec3d& b) { return elementary::atan2(norm(cross(a, b)), dot(a, b)); }
-
-}  // namespace
 
 Refinement::Refinement(Surface& surface, const Deformation& deformation, const RemeshOptions& options,
                        std::size_t outside, Deadline& deadline)
@@ -257,7 +249,7 @@ Refinement::Refinement(Surface& surface, const Deformation& deformation, const R
       threads_(options.threads),
       progress_(options.progress),
       deadline_(deadline),
-      shortest_(kShortestShare * options.targets.max_chord),
+      min_length_(kMinLengthShare * options.targets.max_chord),
       flat_cosine2_(flat_cosine2(options.targets.max_angle)),
       outside_(static_cast<double>(outside)) {
   deviation_.reserve(s_.halfedge.capacity());
@@ -299,7 +291,7 @@ double Refinement::length2(std::uint32_t e, const std::vector<Vec3d>& positions)
   return norm2(positions[s_.target(h)] - positions[s_.origin(h)]);
 }
 
-// Returns false if that would be too much work.
+// Carries the middles of new edges. Returns false if that would be too much work.
 bool Refinement::carry_middles() {
   if (static_cast<double>(uncarried_.size()) > points_left()) {
     if (may_refuse_) refuse(uncarried_, 0);
@@ -326,7 +318,7 @@ bool Refinement::carry_middles() {
 // Returns true if the edge may be split: it is not locked and not too short.
 bool Refinement::is_open(std::uint32_t e) const {
   return (s_.edge_flags[e] & kLocked) == 0 &&
-         std::min(length2(e, s_.before), length2(e, s_.after)) > 4 * shortest_ * shortest_;
+         std::min(length2(e, s_.before), length2(e, s_.after)) > 4 * min_length_ * min_length_;
 }
 
 bool Refinement::is_moved(std::uint32_t e) const {
@@ -375,8 +367,8 @@ std::vector<std::uint32_t> Refinement::find_marked(const std::vector<bool>& forc
   return marked;
 }
 
-// Returns the longest edges of faces that are large compared with the deformation and that bend inside; nothing if to
-// look at them would be too much work.
+// Returns the longest edges of faces that are large compared with the deformation and bend inside; nothing if sampling
+// them would be too much work.
 std::optional<std::vector<std::uint32_t>> Refinement::find_edges_of_large_faces() const {
   std::vector<std::uint32_t> edges;
   if (!std::isfinite(deformation_.feature)) return edges;

@@ -1,4 +1,4 @@
-// The moment at which a remesh ends with what it has.
+// Splits edges until a mesh can follow a deformation, and the deadline of a remesh.
 #pragma once
 
 #include <atomic>
@@ -17,46 +17,43 @@
 
 namespace knead::remesh_detail {
 
-// Counts from when it is made. Loops, of several threads too, ask it and end early.
+// The time after which a remesh ends with the best surface so far, counted from construction. Several threads may ask.
 class Deadline {
  public:
   // Infinity: never.
   explicit Deadline(double seconds) : seconds_(seconds) {}
 
-  // Returns whether the time is over.
+  // Returns true if the time is over.
   bool is_over() {
-    if (seconds_ > kLongest) return false;
+    if (seconds_ > kMaxSeconds) return false;
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin_;
     if (passed.count() >= seconds_) has_ended_work_ = true;
     return has_ended_work_;
   }
 
-  // Returns whether is_over() has ever been true: then somebody has ended early.
+  // Returns true if is_over() has ever returned true: then a loop has ended early.
   bool has_ended_work() const { return has_ended_work_; }
 
  private:
-  static constexpr double kLongest = 1e9;  // 30 years
+  static constexpr double kMaxSeconds = 1e9;  // 30 years
 
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   double seconds_;
   std::atomic<bool> has_ended_work_ = false;
 };
 
-// Splits the edges that are longer than their limit after the triangles have been improved.
-
+// What limit_edges() did.
 struct LimitedEdges {
   std::size_t splits = 0;
   bool met = true;  // no edge is longer than the limit
 };
 
-// Splits edges with a moved end, or with options.whole all edges, in their middle until none is longer than
-// options.targets.max_edge, the longest first. The surface keeps its form. Locked edges stay as they are, and so does
-// the rest when there are options.targets.max_vertices less `outside` vertices. Of the options, `threads` and
-// `progress` count, too. Copies the surface to `was` before the first split.
+// Splits edges in their middle, the longest first, until none is longer than options.targets.max_edge: those with a
+// moved end, or with options.whole all. The surface keeps its form. Does not split locked edges, and stops at
+// options.targets.max_vertices, of which `outside` are outside the surface. Uses `threads` and `progress` of the
+// options, too. Copies the surface to `was` before the first split.
 LimitedEdges limit_edges(Surface& surface, const RemeshOptions& options, std::size_t outside,
                          std::optional<Surface>& was);
-
-// Splits edges until a mesh can follow a deformation.
 
 // Splits edges of a surface. It keeps, for every edge, where the deformation moves its middle.
 class Refinement {
@@ -79,14 +76,14 @@ class Refinement {
   const std::vector<Vec3d>& deviations() const { return deviation_; }
 
   // Restores the deviations after the caller has restored the surface that they belong to.
-  void merge_patch(std::vector<Vec3d> deviations) { deviation_ = std::move(deviations); }
+  void restore(std::vector<Vec3d> deviations) { deviation_ = std::move(deviations); }
 
   std::size_t splits() const { return splits_; }
 
  private:
   // How a round ended.
   enum class Round { split, met, stopped };
-  // The estimate counts edges and chords as if the targets were so many times as long.
+  // Factors by which the estimate lengthens the targets.
   struct Slack {
     double edge = 1;
     double chord = 1;
@@ -100,7 +97,7 @@ class Refinement {
   double points_left() const;
   double pieces(std::uint32_t e, const Slack& slack) const;
   double estimate(std::span<const std::uint32_t> edges, const Slack& slack) const;
-  std::string remedy(std::span<const std::uint32_t> edges, double most) const;
+  std::string remedy(std::span<const std::uint32_t> edges, double max_vertices) const;
   [[noreturn]] void refuse(std::span<const std::uint32_t> edges, double needed) const;
   std::vector<std::uint32_t> find_marked(const std::vector<bool>& forced);
   std::optional<std::vector<std::uint32_t>> find_edges_of_large_faces() const;
@@ -119,8 +116,8 @@ class Refinement {
   int threads_;
   const Progress* progress_;
   Deadline& deadline_;
-  double shortest_;         // edges shorter than twice this length are not split
-  double flat_cosine2_;     // the squared cosine of an angle that is surely below targets.max_angle
+  double min_length_;       // edges shorter than twice this length are not split
+  double flat_cosine2_;     // the squared cosine of an angle that is certainly below targets.max_angle
   double outside_;          // vertices of the mesh outside the surface
   bool may_refuse_ = true;  // else stops at the limits
   double carried_ = 0;      // middles

@@ -1,3 +1,4 @@
+// Relaxes a surface at one place: moves vertices towards their neighbours, restores the volume, and undoes crossings.
 #include "remesh/relax.h"
 
 #include <algorithm>
@@ -6,15 +7,41 @@
 #include <iterator>
 #include <numbers>
 #include <span>
-#include "math/elementary.h"
 
 #include "knead/error.h"
 #include "knead/mesh.h"
+#include "math/elementary.h"
 #include "remesh/surface.h"
 
 namespace knead::remesh_detail {
 
+// The vertices that a dab may move, then those around them; and the triangles at the vertices that may move.
+struct RelaxPatch {
+  using Neighbours = std::array<std::uint32_t, 2>;
+
+  std::vector<double> weight;          // of each vertex that may move, from 0 to 1
+  std::vector<Neighbours> crease;      // of each vertex that may move: its neighbours on a crease; kNone: it is on none
+  std::vector<Vec3d> positions;        // of all vertices
+  std::vector<Triangle> triangles;     // by these numbers of vertices
+  std::vector<std::uint32_t> begin;    // of each vertex that may move, in `corners`; one more
+  std::vector<std::uint32_t> corners;  // 3 t + i: the vertex is corner i of triangle t
+
+  std::size_t moving() const { return weight.size(); }
+};
+
 namespace {
+
+constexpr std::size_t kGrain = 1024;
+constexpr int kMaxRestRounds = 8;
+constexpr int kMaxCorrections = 8;                                // steps of Newton's method; two or three are enough
+constexpr double kStraight = 1e-9;                                // sine of the angle at a vertex of a straight crease
+const double kMinCosine = elementary::cos(std::numbers::pi / 4);  // of the angle by which a triangle turns
+const double kGoodQuality = elementary::tan(15 * std::numbers::pi / 180);  // a triangle may lose quality above this
+constexpr double kSameQuality = 1 - 1e-9;
+
+constexpr std::size_t kChunk = 512;  // triangles with a common box
+constexpr std::size_t kChunksAtOnce = 32;
+constexpr int kMaxDabAttempts = 5;
 
 // Lists the corners of the triangles at each vertex.
 void list_corners(std::span<const Triangle> triangles, std::size_t vertices, RelaxTopology& topology) {
@@ -77,32 +104,7 @@ void find_creased(std::size_t vertices, std::span<const MeshEdge> creases, Relax
   }
 }
 
-}  // namespace
-
-RelaxTopology relax_topology(std::span<const Triangle> triangles, std::size_t vertices,
-                             std::span<const MeshEdge> creases) {
-  RelaxTopology topology;
-  list_corners(triangles, vertices, topology);
-  topology.freedom.assign(vertices, RelaxTopology::Freedom::stays);
-  FanTest test;
-  for (std::uint32_t v = 0; v < vertices; ++v) {
-    if (test.is_closed(triangles, topology.corners_of(v))) topology.freedom[v] = RelaxTopology::Freedom::free;
-  }
-  find_creased(vertices, creases, topology);
-  return topology;
-}
-
-namespace {
-
-constexpr std::size_t kGrain = 1024;
-constexpr int kMaxRestRounds = 8;                                 // of letting vertices rest
-constexpr int kMaxCorrections = 8;                                // steps of Newton's method; two or three are enough
-constexpr double kStraight = 1e-9;                                // sine of the angle at a vertex of a straight crease
-const double kMinCosine = elementary::cos(std::numbers::pi / 4);  // of the angle by which a triangle turns
-const double kSound = elementary::tan(15 * std::numbers::pi / 180);  // a quality that need not be kept
-constexpr double kSameQuality = 1 - 1e-9;
-
-// One iteration on its way.
+// One iteration: moves the vertices of a patch towards the means of their neighbours, and keeps the volume (Relaxer).
 class Iteration {
  public:
   Iteration(RelaxPatch& patch, double amount, double surface, int threads)
@@ -140,7 +142,7 @@ class Iteration {
     return sum;
   }
 
-  // Finds how each vertex wants to move, and the direction in which it gives the volume back.
+  // Plans the motion of each vertex, and the direction in which it restores the volume.
   void plan(double amount, double surface) {
     move_.resize(patch_.moving());
     along_.resize(patch_.moving());
@@ -178,7 +180,7 @@ class Iteration {
     return is_straight ? (a + b) * 0.5 : Vec3d{};
   }
 
-  // Six times the volume between the triangles and the centre.
+  // Returns six times the volume between the triangles and the centre.
   double volume_of(std::span<const Vec3d> x) const {
     double sum = 0;
     for (const auto& [a, b, c] : patch_.triangles) sum += dot(x[a] - center_, cross(x[b] - center_, x[c] - center_));
@@ -207,8 +209,7 @@ class Iteration {
       }
       missing = still;
     }
-    // Of the rounding of the sum; far below the volume of any triangle of a patch that can be seen.
-    double size = 0;
+    double size = 0;  // its rounding error is far below the volume at any visible triangle
     for (std::size_t t = 0; t < area_.size(); ++t) size += norm(area_[t]) * norm(x[patch_.triangles[t][0]] - center_);
     return std::abs(missing) <= 1e-12 * size;
   }
@@ -238,8 +239,9 @@ class Iteration {
     const std::vector<Vec3d>& x = patch_.positions;
     if (x[a] == from_[a] && x[b] == from_[b] && x[c] == from_[c]) return false;
     const double was = quality(from_[a], from_[b], from_[c]);
-    if (quality(x[a], x[b], x[c]) < std::min(was, kSound) * kSameQuality) return true;
-    if (was >= kThin) return dot(area_[t], new_area_[t]) < kMinCosine * norm(area_[t]) * norm(new_area_[t]);
+    if (quality(x[a], x[b], x[c]) < std::min(was, kGoodQuality) * kSameQuality) return true;
+    if (was >= kMinReliableQuality)
+      return dot(area_[t], new_area_[t]) < kMinCosine * norm(area_[t]) * norm(new_area_[t]);
     return std::any_of(patch_.triangles[t].begin(), patch_.triangles[t].end(),
                        [&](std::uint32_t v) { return v < patch_.moving() && dot(star(v, area_), new_area_[t]) < 0; });
   }
@@ -254,18 +256,6 @@ class Iteration {
   std::vector<Vec3d> along_;
   std::vector<bool> rests_;
 };
-
-}  // namespace
-
-void relax_once(RelaxPatch& patch, double amount, double surface, int threads) {
-  if (patch.moving() > 0) Iteration(patch, amount, surface, threads).run();
-}
-
-namespace {
-
-constexpr std::size_t kChunk = 512;  // triangles with a common box
-constexpr std::size_t kChunksAtOnce = 32;
-constexpr int kMaxAttempts = 5;
 
 using Pair = std::array<std::uint32_t, 2>;
 
@@ -283,8 +273,21 @@ double weight_at(double distance2, double radius) {
 
 }  // namespace
 
-// The patch of one dab, with the numbers that its vertices and triangles have in the mesh, and the triangles around
-// that it might cross.
+RelaxTopology relax_topology(std::span<const Triangle> triangles, std::size_t vertices,
+                             std::span<const MeshEdge> creases) {
+  RelaxTopology topology;
+  list_corners(triangles, vertices, topology);
+  topology.freedom.assign(vertices, RelaxTopology::Freedom::stays);
+  FanTest test;
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    if (test.is_closed(triangles, topology.corners_of(v))) topology.freedom[v] = RelaxTopology::Freedom::free;
+  }
+  find_creased(vertices, creases, topology);
+  return topology;
+}
+
+// The patch of one dab, the numbers of its vertices and triangles in the mesh, and the triangles around that it may
+// cross.
 class Relaxer::Patch {
  public:
   Patch(Relaxer& relaxer, const RelaxDab& dab) : relaxer_(relaxer), vertices_(relaxer.vertices_within(dab)) {
@@ -304,9 +307,9 @@ class Relaxer::Patch {
 
   void run(const RelaxDab& dab) {
     if (patch_.moving() == 0) return;
-    for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kMaxDabAttempts; ++attempt) {
       patch_.positions.assign(start_.begin(), start_.end());
-      for (int i = 0; i < dab.iterations; ++i) relax_once(patch_, dab.amount, dab.surface, relaxer_.threads_);
+      for (int i = 0; i < dab.iterations; ++i) Iteration(patch_, dab.amount, dab.surface, relaxer_.threads_).run();
       const std::vector<Pair> crossings = new_crossings();
       if (crossings.empty()) return write();
       for (const Pair& pair : crossings) {
@@ -363,7 +366,7 @@ class Relaxer::Patch {
     }
   }
 
-  // Takes in the triangles around, when the first search begins.
+  // Appends the triangles around the patch.
   void take_surroundings(const Box& box) {
     if (all_.empty()) all_ = patch_.triangles;
     for (const std::uint32_t t : relaxer_.triangles_in(box)) {
@@ -374,7 +377,7 @@ class Relaxer::Patch {
     }
   }
 
-  // The pairs that cross with the positions of the patch, at least one of its triangles in each.
+  // Returns the pairs that cross with these positions of the patch, each with at least one triangle of the patch.
   std::vector<Pair> crossings(const std::vector<Vec3d>& positions) const {
     std::vector<Vec3d> x = positions;
     for (std::size_t i = x.size(); i < vertices_.size(); ++i) x.push_back(relaxer_.positions_[vertices_[i]]);
@@ -396,7 +399,7 @@ class Relaxer::Patch {
     return result;
   }
 
-  // Lets the corners of a triangle rest, and on demand the vertices around them.
+  // Lets the corners of a triangle rest, and with `neighbours` also the vertices around them.
   void hold(std::uint32_t t, bool neighbours) {
     for (const std::uint32_t v : all_[t]) {
       if (v >= patch_.moving()) continue;

@@ -13,7 +13,7 @@
 
 namespace knead::remesh_detail {
 
-// What relaxing needs to know of a mesh, whatever the positions of its vertices.
+// The topology of a mesh that relaxing needs; it does not depend on positions.
 struct RelaxTopology {
   // A vertex of a crease that has two neighbours on the crease.
   struct OnCrease {
@@ -21,10 +21,11 @@ struct RelaxTopology {
     std::array<std::uint32_t, 2> neighbours{};
   };
 
-  // stays: at boundaries, ends and corners of creases, edges of more than two faces, faces that disagree about outside.
+  // stays: at boundaries, at ends and corners of creases, at edges of more than two faces, and where faces disagree
+  // which side is outside.
   enum class Freedom : std::uint8_t { free, on_crease, stays };
 
-  std::vector<std::uint32_t> corner_begin;  // of each vertex, in `corners`; one more than vertices
+  std::vector<std::uint32_t> corner_begin;  // of each vertex, in `corners`; and the end
   std::vector<std::uint32_t> corners;       // 3 t + i: the vertex is corner i of triangle t; ascending for each vertex
   std::vector<Freedom> freedom;             // of each vertex
   std::vector<OnCrease> on_crease;          // ascending by vertex
@@ -47,13 +48,13 @@ struct RelaxDab {
   int iterations = 2;
 };
 
-// Relaxes a surface at one place after the other.
+// Relaxes a surface dab by dab.
 //
-// Each iteration moves each vertex within the radius towards the mean of its neighbours, most in the middle. Then all
-// of them move along their normals by a common factor of their weights, so that the volume is what it was (up to
-// rounding; of a surface with boundaries, the volume between it and any point, while the boundaries rest). A vertex
-// rests if a triangle would turn by more than 45 degrees or become much thinner. Vertices on a straight crease move
-// along it. A dab that makes triangles cross that did not is repeated without the vertices there, at last undone.
+// Each iteration moves each vertex within the radius towards the mean of its neighbours, most in the centre. Then all
+// of them move along their normals, by their weights times a common factor that restores the volume (up to rounding;
+// for a surface with boundaries, which rest, the volume between it and any point). A vertex rests if a triangle would
+// turn by more than 45 degrees or become much thinner. Vertices on a straight crease move along it. If a dab makes
+// triangles cross that did not before, it is repeated without the vertices there, and undone in the end.
 class Relaxer {
  public:
   // The arguments must outlive this. `positions`, one for each vertex, are changed. `single_precision`: triangles must
@@ -81,24 +82,5 @@ class Relaxer {
   std::vector<std::uint32_t> number_;  // of vertices and triangles in the current patch; kNone outside
   std::vector<std::uint32_t> triangle_number_;
 };
-
-// The part of a surface that one dab relaxes.
-
-// The vertices that a dab may move, then those around them; and the triangles at the vertices that may move.
-struct RelaxPatch {
-  using Neighbours = std::array<std::uint32_t, 2>;
-
-  std::vector<double> weight;          // of each vertex that may move, from 0 to 1
-  std::vector<Neighbours> crease;      // of each vertex that may move: its neighbours on a crease; kNone: it is on none
-  std::vector<Vec3d> positions;        // of all vertices
-  std::vector<Triangle> triangles;     // by these numbers of vertices
-  std::vector<std::uint32_t> begin;    // of each vertex that may move, in `corners`; one more
-  std::vector<std::uint32_t> corners;  // 3 t + i: the vertex is corner i of triangle t
-
-  std::size_t moving() const { return weight.size(); }
-};
-
-// Moves the vertices once towards the means of their neighbours, and keeps the volume (Relaxer).
-void relax_once(RelaxPatch& patch, double amount, double surface, int threads);
 
 }  // namespace knead::remesh_detail

@@ -1,3 +1,4 @@
+// remesh(): refines a surface after a deformation, improves it, and ends the crossings that this causes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +15,6 @@
 #include "knead/vec.h"
 #include "remesh/crossings.h"
 #include "remesh/facets.h"
-#include "remesh/features.h"
 #include "remesh/improve.h"
 #include "remesh/improver.h"
 #include "remesh/patch.h"
@@ -28,14 +28,14 @@ namespace {
 using namespace remesh_detail;
 
 constexpr int kMaxRefinements = 8;  // rounds of splitting crossing faces
-constexpr int kMaxUntanglings = 4;
-constexpr std::size_t kFewPairs = 5;     // that improving may end although splitting did not
-constexpr double kPlaceMargin = 0.1;     // of the diagonal of the box of a crossing face: the place around it
-constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
+constexpr int kMaxRepairRounds = 4;
+constexpr std::size_t kFewPairs = 5;       // that improving can often end where splitting does not
+constexpr double kPlaceMargin = 0.1;       // by which the box of a crossing face is widened, in diagonals
+constexpr int kSteps = 2 + kRepairLevels;  // compensate, improve, then the levels of repair_triangles()
 constexpr int kGuardedSteps = 2 + kGuardedLevels;
 constexpr int kMaxGuards = 3;            // attempts to improve with a guard
 constexpr int kMaxAttempts = 5;          // attempts to move all vertices without new crossings
-constexpr std::size_t kManyThin = 2000;  // triangles with an angle below 3 degrees
+constexpr std::size_t kMaxThin = 2000;   // triangles with an angle below 3 degrees
 constexpr std::size_t kMaxPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
 
 class Remesher {
@@ -73,7 +73,7 @@ class Remesher {
   }
 
  private:
-  // Improves the flat faces of parts in the surface before, and carries what has changed.
+  // Improves the flat faces of parts in the surface before, and carries the vertices that have changed.
   ImprovementCounts improve_before(const Deformation& deformation) {
     Surface& s = surface();
     if (options_.exact || improve_ || options_.targets.iterations == 0 ||
@@ -100,8 +100,8 @@ class Remesher {
     return done;
   }
 
-  // Splits edges that improving has made longer than the limit. Takes that back if it makes triangles cross, as the
-  // rounding of the new vertices may.
+  // Splits edges that improving has made longer than the limit. Undoes this if triangles then cross, which the rounding
+  // of new vertices can cause.
   void limit_edges_of_result() {
     if (!counts_.complete || deadline_.is_over()) return;
     std::optional<Surface> saved;
@@ -128,7 +128,7 @@ class Remesher {
 
   Surface& surface() { return patch_.surface; }
 
-  // More steps are counted where crossings must be avoided: the fraction then begins again.
+  // Restarts the progress with this number of steps: there are more of them where crossings must be avoided.
   void begin_steps(std::uint64_t steps) const {
     if (!counts_steps_) return;
     options_.progress->done = 0;
@@ -138,8 +138,8 @@ class Remesher {
     if (counts_steps_) ++options_.progress->done;
   }
 
-  // Runs all steps, then searches for crossings. If there are new ones that do not go away where they are, starts again
-  // from the refined surface: splits the faces that cross there, then runs the steps with a guard.
+  // Runs all steps, then searches for crossings. If there are new ones that repairs do not end, starts again from the
+  // refined surface: splits the faces that cross there, then runs the steps with a guard.
   void improve_without_crossings() {
     const bool is_last_try = cannot_succeed();
     const Surface refined = surface();
@@ -147,7 +147,7 @@ class Remesher {
     start();
     SurfaceMemory memory;
     for (int step = 0; step < steps; ++step) {
-      improve_once(step, nullptr, memory);  // the first keeps the volume, which takes no time worth saving
+      improve_once(step, nullptr, memory);
       end_step();
       if (deadline_.is_over()) break;
     }
@@ -165,7 +165,7 @@ class Remesher {
     for (const std::uint32_t f : found.faces) crossing_places_.push_back(centre_of(f));
   }
 
-  // Ends crossings where they are, until no more pairs cross than before the deformation; else starts again.
+  // Repairs crossings. If more pairs still cross than before the deformation, starts again from the refined surface.
   Crossings end_crossings(Crossings found, const Surface& refined) {
     if (deadline_.is_over()) return fewest_of(std::move(found), refined);
     std::vector<Box> places = places_of(found);
@@ -174,7 +174,7 @@ class Remesher {
     return deadline_.is_over() ? fewest_of(std::move(found), refined) : improve_guarded(refined, std::move(places));
   }
 
-  // Where no time is left: goes back to the refined surface if fewer triangles cross there.
+  // Goes back to the refined surface if fewer triangles cross there; for when no time is left.
   Crossings fewest_of(Crossings found, const Surface& refined) {
     const Surface improved = std::exchange(surface(), refined);
     const RemeshCounts counts = counts_;
@@ -186,8 +186,8 @@ class Remesher {
     return found;
   }
 
-  // Runs the steps on the refined surface again, with a guard at the places where triangles crossed. Where others cross
-  // afterwards, guards these places, too, and starts again.
+  // Runs the steps on the refined surface again, with a guard at the places where triangles crossed. If others cross
+  // afterwards, guards their places, too, and starts again.
   Crossings improve_guarded(const Surface& refined, std::vector<Box> places) {
     surface() = refined;
     Crossings found = refine_crossings();
@@ -230,7 +230,7 @@ class Remesher {
     const int steps = options_.targets.iterations > 0 ? kGuardedSteps : 1;
     SurfaceMemory memory;
     for (int step = 1; step < steps; ++step) improve_once(step, &guard, memory);
-    // Faces whose changes were refused may be mended now, because others have changed.
+    // Changes that were refused may succeed now, because other faces have changed.
     for (int step = kSteps - 1; step < steps; ++step) improve_once(step, &guard, memory);
     counts_.complete = counts_.complete && !guard.is_spent();
     return !guard.is_spent();
@@ -243,7 +243,7 @@ class Remesher {
     guard.watch_everything();
     std::vector<std::uint32_t> faces = found.faces;
     const Improvement task{options_.targets, options_.progress, &guard, &deadline_, nullptr, 1, options_.exact};
-    for (int round = 0; round < kMaxUntanglings && !faces.empty(); ++round) {
+    for (int round = 0; round < kMaxRepairRounds && !faces.empty(); ++round) {
       count(repair_crossings(surface(), task, faces));
       std::erase_if(faces, [&](std::uint32_t f) {
         stop_if_cancelled(options_.progress);
@@ -253,7 +253,7 @@ class Remesher {
     return search_.find(patch_);
   }
 
-  // Gives back the volume that the steps have lost. Returns the crossings.
+  // Restores the volume that the steps have lost. Returns the crossings.
   Crossings give_volume_back(Crossings found) {
     if (volume_ == 0) return found;
     return move_all(std::move(found),
@@ -266,7 +266,7 @@ class Remesher {
     return (s.after[a] + s.after[b] + s.after[c]) * (1.0 / 3);
   }
 
-  // Returns the boxes of the faces that cross, a little widened.
+  // Returns the widened boxes of the faces that cross.
   std::vector<Box> places_of(const Crossings& found) const {
     std::vector<Box> places;
     for (const std::uint32_t f : found.faces) {
@@ -279,7 +279,7 @@ class Remesher {
     return places;
   }
 
-  // Returns true if most of the many triangles are so thin that improving them would take long and not help.
+  // Returns true if many triangles, and most of those that moved, are so thin that improving them would not help.
   bool cannot_succeed() {
     const Surface& s = surface();
     std::size_t touched = 0;
@@ -288,16 +288,16 @@ class Remesher {
       const Triangle t = s.triangle(f);
       if (!std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return s.has(v, kMoved); })) continue;
       ++touched;
-      if (quality(s, f, s.after) < kThin) ++thin;
+      if (quality(s, f, s.after) < kMinReliableQuality) ++thin;
     }
-    const bool found = thin > kManyThin && 2 * thin > touched;
+    const bool found = thin > kMaxThin && 2 * thin > touched;
     counts_.faces = touched;
     counts_.complete = counts_.complete && !found;
     return found;
   }
 
-  // Calls move(locked), which moves all vertices a little but the locked ones, and locks more of them until no more
-  // pairs cross than before. Puts all vertices back if that fails. Returns the crossings.
+  // Calls move(locked), which moves all vertices but the locked ones a little. Locks more of them until no more pairs
+  // cross than before; restores all positions if this fails. Returns the crossings.
   template <class Move>
   Crossings move_all(Crossings before, const Move& move) {
     const std::vector<Vec3d> saved = surface().after;
@@ -314,7 +314,7 @@ class Remesher {
     return before;
   }
 
-  // Returns what crosses on the undeformed surface.
+  // Returns the crossings of the undeformed surface.
   Crossings crossings_before(const Surface& refined) {
     Surface improved = std::move(surface());
     surface() = refined;
@@ -324,7 +324,7 @@ class Remesher {
     return found;
   }
 
-  // Splits faces that cross until none does or splitting does not help. Returns the crossings that remain.
+  // Splits faces that cross, until none crosses or splitting no longer helps. Returns the crossings that remain.
   Crossings refine_crossings() {
     Crossings found = search_.find(patch_);
     Crossings fewest = found;
@@ -340,7 +340,7 @@ class Remesher {
       deviations = refinement_.deviations();
     }
     surface() = std::move(best);
-    refinement_.merge_patch(std::move(deviations));
+    refinement_.restore(std::move(deviations));
     return fewest;
   }
 
@@ -362,7 +362,7 @@ class Remesher {
     volume_ += done.volume;
   }
 
-  // The memory is of the surface since the first step after the compensation.
+  // `memory`: that of the surface since the first step after the compensation.
   void improve_once(int step, CrossingGuard* guard, SurfaceMemory& memory) {
     Surface& s = surface();
     stop_if_cancelled(options_.progress);
@@ -373,7 +373,7 @@ class Remesher {
     } else if (step == 0) {
       counts_.compensated_volume = compensate(s, refinement_.deviations(), {}, counts_.missing_volume);
     } else {
-      count(step == 1 ? improve(s, improvement) : mend(s, improvement, step - 2));
+      count(step == 1 ? improve(s, improvement) : repair_triangles(s, improvement, step - 2));
     }
   }
 
@@ -412,14 +412,54 @@ class Remesher {
   Improve improve_;  // empty: the compensation and improvement of this module
   MorePlaces& places_;
   Patch patch_;
-  ImprovementCounts flat_;  // what was done before the refinement
+  ImprovementCounts flat_;  // of improve_before()
   CrossingSearch search_;
   Refinement refinement_;
   RemeshCounts counts_;
   std::vector<Vec3d> crossing_places_;
-  double volume_ = 0;  // that the steps have lost
+  double volume_ = 0;  // lost by the steps
   bool counts_steps_ = false;
 };
+
+// Returns the greatest distance of these points from the surface of a mesh.
+double greatest_distance(std::span<const Vec3d> points, const Mesh& mesh, const RemeshOptions& options) {
+  constexpr std::size_t grain = 256;
+  if (points.empty() || mesh.face_count() == 0) return 0;
+  const SurfaceTree tree(triangulate(mesh), mesh.positions);
+  std::vector<double> greatest(points.size() / grain + 1, 0.0);
+  parallel_for(points.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(options.progress);
+    for (std::size_t i = begin; i < end; ++i) {
+      greatest[begin / grain] = std::max(greatest[begin / grain], tree.closest(points[i])->distance);
+    }
+  });
+  return *std::max_element(greatest.begin(), greatest.end());
+}
+
+// Returns the greatest distance between the surfaces before and after, measured from vertices of only one of them and
+// from the centres of the faces after.
+double greatest_distance_between(const Mesh& before, const Remeshed& after, const RemeshOptions& options) {
+  std::vector<std::uint8_t> stays(before.vertex_count(), 0);
+  std::vector<Vec3d> of_after;
+  for (std::size_t v = 0; v < after.mesh.vertex_count(); ++v) {
+    const std::uint32_t source = after.vertex_source[v];
+    const bool same = source != kNewVertex && same_bits(after.mesh.positions[v], before.positions[source]);
+    if (same) stays[source] = 1;
+    if (!same) of_after.push_back(after.mesh.positions[v]);
+  }
+  const bool has_changed = after.counts.flips + after.counts.collapses > 0;
+  for (std::size_t f = 0; f < after.mesh.face_count() && has_changed; ++f) {
+    const auto face = after.mesh.face(f);
+    if (face.size() != 3) continue;
+    const auto& p = after.mesh.positions;
+    of_after.push_back((p[face[0]] + p[face[1]] + p[face[2]]) / 3.0);
+  }
+  std::vector<Vec3d> of_before;
+  for (const std::uint32_t v : before.corner_vertex) {
+    if (std::exchange(stays[v], std::uint8_t{1}) == 0) of_before.push_back(before.positions[v]);
+  }
+  return std::max(greatest_distance(of_after, before, options), greatest_distance(of_before, after.mesh, options));
+}
 
 }  // namespace
 
@@ -450,50 +490,6 @@ Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformat
   return remesh_with(before, after, deformation, options, {}, none);
 }
 
-namespace {
-
-// Returns the greatest distance of these points from the surface of a mesh.
-double greatest_distance(std::span<const Vec3d> points, const Mesh& mesh, const RemeshOptions& options) {
-  constexpr std::size_t grain = 256;
-  if (points.empty() || mesh.face_count() == 0) return 0;
-  const SurfaceTree tree(triangulate(mesh), mesh.positions);
-  std::vector<double> most(points.size() / grain + 1, 0.0);
-  parallel_for(points.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
-    stop_if_cancelled(options.progress);
-    for (std::size_t i = begin; i < end; ++i) {
-      most[begin / grain] = std::max(most[begin / grain], tree.closest(points[i])->distance);
-    }
-  });
-  return *std::max_element(most.begin(), most.end());
-}
-
-// Returns the greatest distance between the surfaces before and after, from the vertices that one of them lacks and
-// from the middles of the faces after.
-double distance_between(const Mesh& before, const Remeshed& after, const RemeshOptions& options) {
-  std::vector<std::uint8_t> stays(before.vertex_count(), 0);
-  std::vector<Vec3d> of_after;
-  for (std::size_t v = 0; v < after.mesh.vertex_count(); ++v) {
-    const std::uint32_t source = after.vertex_source[v];
-    const bool same = source != kNewVertex && same_bits(after.mesh.positions[v], before.positions[source]);
-    if (same) stays[source] = 1;
-    if (!same) of_after.push_back(after.mesh.positions[v]);
-  }
-  const bool has_changed = after.counts.flips + after.counts.collapses > 0;
-  for (std::size_t f = 0; f < after.mesh.face_count() && has_changed; ++f) {
-    const auto face = after.mesh.face(f);
-    if (face.size() != 3) continue;
-    const auto& p = after.mesh.positions;
-    of_after.push_back((p[face[0]] + p[face[1]] + p[face[2]]) / 3.0);
-  }
-  std::vector<Vec3d> of_before;
-  for (const std::uint32_t v : before.corner_vertex) {
-    if (std::exchange(stays[v], std::uint8_t{1}) == 0) of_before.push_back(before.positions[v]);
-  }
-  return std::max(greatest_distance(of_after, before, options), greatest_distance(of_before, after.mesh, options));
-}
-
-}  // namespace
-
 Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options) {
   const std::vector<MeshEdge> creases = find_creases(mesh);
   options.targets = resolve(settings, mesh);
@@ -501,9 +497,9 @@ Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions 
   options.exact = !settings.min_edge && !settings.max_chord;
   options.creases = creases;
   Remeshed result = remesh(mesh, mesh.positions, {[](std::span<Vec3d>) {}}, options);
-  result.counts.distance = distance_between(mesh, result, options);
-  const double most = kExactDistance * options.targets.diagonal + plane_tolerance(mesh.positions);
-  if (options.exact && result.counts.distance > most) {
+  result.counts.distance = greatest_distance_between(mesh, result, options);
+  const double max_distance = kExactDistance * options.targets.diagonal + plane_tolerance(mesh.positions);
+  if (options.exact && result.counts.distance > max_distance) {
     throw QualityLimit(
         fmt::format("the surface would move by {:.1g} of its size; where it may, say by how much: "
                     "\"max_chord\" of {:.1g}",

@@ -1,3 +1,4 @@
+// remesh(): volume, topology, limits, attributes and creases after strong deformations.
 #include "knead/remesh.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-#include "remesh/free_vertices.h"
+// The scaled Jacobians of cells and their gradients, as functions of one vertex.
+#include "remesh/vertex_star.h"
 
 #include <gtest/gtest.h>
 

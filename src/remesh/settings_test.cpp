@@ -1,3 +1,4 @@
+// The settings of a remesh: defaults, ranges and messages.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,24 +1,30 @@
+// A half-edge mesh: connects triangles, splits, flips and collapses edges, and measures the faces around a vertex.
 #include "remesh/surface.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "cells/cells.h"
-#include "remesh/improve.h"
-
 namespace knead::remesh_detail {
 
 namespace {
 
-std::uint32_t append_face(Surface& s, std::uint32_t face) {
-  const auto first = static_cast<std::uint32_t>(s.corner.size());
-  s.corner.resize(first + 3, kNone);
-  s.opposite.resize(first + 3, kNone);
-  s.edge.resize(first + 3, kNone);
-  s.face_source.push_back(s.face_source[face]);
-  s.corner_values.resize(first + 3);
-  return first;
+// The half-edges sorted by their smaller vertex: those of v are [begin[v], begin[v + 1]).
+struct Buckets {
+  std::vector<std::uint32_t> begin;
+  std::vector<std::uint32_t> halfedges;
+};
+
+Buckets bucket_halfedges(const Surface& s) {
+  Buckets buckets;
+  buckets.begin.assign(s.vertex_count() + 1, 0);
+  buckets.halfedges.resize(s.corner.size());
+  const auto low = [&](std::uint32_t h) { return std::min(s.origin(h), s.target(h)); };
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) ++buckets.begin[low(h) + std::size_t{1}];
+  for (std::size_t v = 0; v < s.vertex_count(); ++v) buckets.begin[v + 1] += buckets.begin[v];
+  std::vector<std::uint32_t> at(buckets.begin.begin(), buckets.begin.end() - 1);
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) buckets.halfedges[at[low(h)]++] = h;
+  return buckets;
 }
 
 std::uint32_t append_edge(Surface& s, std::uint8_t flags) {
@@ -36,6 +42,85 @@ void set_edge(Surface& s, std::uint32_t h, std::uint32_t edge) {
 void pair(Surface& s, std::uint32_t a, std::uint32_t b) {
   if (a != kNone) s.opposite[a] = b;
   if (b != kNone) s.opposite[b] = a;
+}
+
+// Appends the pairs of faces with the same vertices among those of one edge, given by their half-edges in order.
+void add_equal(const Surface& s, std::span<const std::uint32_t> uses,
+               std::vector<std::array<std::uint32_t, 2>>& equal) {
+  for (std::size_t i = 1; i < uses.size(); ++i) {
+    std::size_t first = 0;
+    while (s.apex(uses[first]) != s.apex(uses[i])) ++first;
+    if (first < i) equal.push_back({uses[first] / 3, uses[i] / 3});
+  }
+}
+
+// Makes the edge or edges that these half-edges form.
+void join_uses(Surface& s, std::span<const std::uint32_t> uses) {
+  if (uses.size() == 2 && s.origin(uses[0]) == s.target(uses[1])) {
+    const std::uint32_t edge = append_edge(s, 0);
+    set_edge(s, uses[1], edge);
+    set_edge(s, uses[0], edge);
+    return pair(s, uses[0], uses[1]);
+  }
+  std::vector<std::uint32_t> edges;
+  for (const std::uint32_t h : uses) {
+    edges.push_back(append_edge(s, kFeature | kBoundary));
+    set_edge(s, h, edges.back());
+    if (uses.size() == 1) return;
+    s.set(s.origin(h), kFixed);
+    s.set(s.target(h), kFixed);
+  }
+  join_copies(s, edges);
+}
+
+std::vector<std::array<std::uint32_t, 2>> join_halfedges(Surface& s, const Progress* progress) {
+  std::vector<std::array<std::uint32_t, 2>> equal;
+  const Buckets buckets = bucket_halfedges(s);
+  s.halfedge.reserve(s.corner.size() / 2 + s.corner.size() / 8);
+  s.edge_flags.reserve(s.halfedge.capacity());
+  std::vector<std::uint64_t> sorted;  // larger vertex, half-edge
+  std::vector<std::uint32_t> uses;
+  for (std::size_t v = 0; v < s.vertex_count(); ++v) {
+    stop_if_cancelled(progress);
+    sorted.clear();
+    for (std::size_t i = buckets.begin[v]; i < buckets.begin[v + 1]; ++i) {
+      const std::uint32_t h = buckets.halfedges[i];
+      sorted.push_back(std::uint64_t{std::max(s.origin(h), s.target(h))} << 32 | h);
+    }
+    std::sort(sorted.begin(), sorted.end());
+    for (std::size_t i = 0; i < sorted.size();) {
+      uses.clear();
+      const std::uint64_t high = sorted[i] >> 32;
+      for (; i < sorted.size() && sorted[i] >> 32 == high; ++i) uses.push_back(static_cast<std::uint32_t>(sorted[i]));
+      join_uses(s, uses);
+      add_equal(s, uses, equal);
+    }
+  }
+  std::sort(equal.begin(), equal.end());
+  equal.erase(std::unique(equal.begin(), equal.end()), equal.end());
+  return equal;
+}
+
+// Fixes the vertices whose faces form more than one fan.
+void fix_pinched(Surface& s) {
+  std::vector<std::uint32_t> faces(s.vertex_count(), 0);
+  for (const std::uint32_t v : s.corner) ++faces[v];
+  for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
+    if (s.outgoing[v] == kNone) continue;
+    std::uint32_t in_fan = 0;
+    s.for_each_outgoing(v, [&](std::uint32_t) { ++in_fan; });
+    if (in_fan != faces[v]) s.set(v, kFixed);
+  }
+}
+
+std::uint32_t append_face(Surface& s, std::uint32_t face) {
+  const auto first = static_cast<std::uint32_t>(s.corner.size());
+  s.corner.resize(first + 3, kNone);
+  s.opposite.resize(first + 3, kNone);
+  s.edge.resize(first + 3, kNone);
+  s.face_source.push_back(s.face_source[face]);
+  s.corner_values.resize(first + 3);
+  return first;
 }
 
 // Moves corner, opposite and edge of half-edge `from` to half-edge `to` of another face.
@@ -133,6 +218,21 @@ void blend_corners(Surface& s, std::uint32_t h, double t, std::span<const std::u
 }
 
 }  // namespace
+
+std::vector<std::array<std::uint32_t, 2>> connect(Surface& s, const Progress* progress) {
+  s.opposite.assign(s.corner.size(), kNone);
+  s.edge.assign(s.corner.size(), kNone);
+  s.halfedge.clear();
+  s.edge_flags.clear();
+  s.next_copy.clear();
+  s.outgoing.assign(s.vertex_count(), kNone);
+  s.vertex_flags.resize(s.vertex_count(), 0);
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) s.outgoing[s.corner[h]] = h;
+  std::vector<std::array<std::uint32_t, 2>> equal = join_halfedges(s, progress);
+  stop_if_cancelled(progress);
+  fix_pinched(s);
+  return equal;
+}
 
 void Values::copy(std::size_t from, std::size_t to) {
   for (std::size_t i = 0; i < stride; ++i) numbers[to * stride + i] = numbers[from * stride + i];
@@ -310,11 +410,11 @@ void collapse(Surface& s, std::uint32_t h, const Vec3d& after, double t) {
 }
 
 bool turns(double cosine, const Vec3d& reference, double reference2, const Vec3d& is, double is2) {
-  constexpr double far = 1 + 1e-12;  // more than rounding
+  constexpr double far = 1 + 1e-12;  // above rounding errors
   const double along = dot(reference, is);
   const double sizes2 = reference2 * is2;
   const double limit2 = cosine * cosine * sizes2;
-  if (along > 0 && (cosine <= 0 || along * along > limit2 * far)) return !(is2 > 0);  // most are decided without a root
+  if (along > 0 && (cosine <= 0 || along * along > limit2 * far)) return !(is2 > 0);  // most cases need no root
   return !(along >= cosine * std::sqrt(sizes2)) || !(is2 > 0);
 }
 
@@ -338,17 +438,17 @@ double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const Tur
 }
 
 double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p) {
-  double most = 0;
+  double greatest = 0;
   s.for_each_outgoing(v, [&](std::uint32_t h) {
-    if (quality(s, h / 3, s.after) < kThin) return;
+    if (quality(s, h / 3, s.after) < kMinReliableQuality) return;
     const Vec3d n = area_vector(s, h / 3, s.after);
-    most = std::max(most, std::abs(dot(n, p - s.after[v])) / norm(n));
+    greatest = std::max(greatest, std::abs(dot(n, p - s.after[v])) / norm(n));
   });
-  return most;
+  return greatest;
 }
 
-void Star::begin(const Vec3d& place) {
-  place_ = place;
+void Star::begin(const Vec3d& position) {
+  position_ = position;
   vector_ = {};
   sum_ = {};
   faces_.clear();
@@ -379,24 +479,24 @@ double Star::quality_at(const Vec3d& p, const TurnLimit& limit, double floor) co
   return least;
 }
 
-// Faces turn nowhere while the vertex stays, unless they are thin. Their quality is known but for the rounding, which
-// depends on the corner that comes first: only those that may be the least one are measured from the vertex.
+// While the vertex stays, only thin faces may turn. The known quality of a face has a rounding error that depends on
+// the order of the corners, so the faces that may be the least are measured again from the vertex.
 double Star::least() const {
   constexpr double margin = 1e-9;  // far above rounding
   double known = kInfinity;
   for (const Face& face : faces_) known = std::min(known, face.quality);
-  if (!(known > 2 * kThin)) return quality_at(place_, {}, -2);
+  if (!(known > 2 * kMinReliableQuality)) return quality_at(position_, {}, -2);
   double least = kInfinity;
   for (const Face& face : faces_) {
-    if (face.quality <= known + margin) least = std::min(least, remesh_detail::quality(place_, face.b, face.c));
+    if (face.quality <= known + margin) least = std::min(least, remesh_detail::quality(position_, face.b, face.c));
   }
   return least;
 }
 
 bool Star::is_farther(const Vec3d& p, double distance) const {
-  const Vec3d d = p - place_;
+  const Vec3d d = p - position_;
   return std::any_of(faces_.begin(), faces_.end(), [&](const Face& face) {
-    return face.quality >= kThin && std::abs(dot(face.normal, d)) / std::sqrt(face.size2) > distance;
+    return face.quality >= kMinReliableQuality && std::abs(dot(face.normal, d)) / std::sqrt(face.size2) > distance;
   });
 }
 
@@ -411,109 +511,4 @@ bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w) {
   s.for_each_outgoing(v, [&](std::uint32_t h) { found = found || s.target(h) == w || s.apex(h) == w; });
   return found;
 }
-
-namespace {
-
-// Other vertices move later, too, and then this one again: so none is brought to its best place.
-constexpr int kSteps = 2;
-constexpr int kHalvings = 4;
-constexpr double kLongestStep = 0.5;
-constexpr double kMinGain = 1e-3;
-
-}  // namespace
-
-void VertexStar::read(const CellBaseline& judged, const CellStars& stars, std::span<const Vec3d> points,
-                      std::uint32_t vertex) {
-  tetrahedra_.clear();
-  corners_.clear();
-  start_ = points[vertex];
-  place_ = {0, 0, 0};
-  size_ = 0;
-  for (const std::uint32_t number : stars.of(vertex)) {
-    for (const std::uint32_t corner : judged.cells().corners_of(number)) {
-      size_ = std::max(size_, norm2(points[corner] - start_));
-    }
-  }
-  size_ = std::sqrt(size_);
-  if (!(size_ > 0)) return;
-  for (const std::uint32_t number : stars.of(vertex)) {
-    if (judged.side(number) != 0) add(judged, number, points, vertex);
-  }
-  least_ = -kInfinity;
-  least_ = least_at(place_);
-}
-
-void VertexStar::add(const CellBaseline& judged, std::uint32_t number, std::span<const Vec3d> points,
-                     std::uint32_t vertex) {
-  const std::span<const std::uint32_t> numbers = judged.cells().corners_of(number);
-  const CellShape& shape = shape_of(judged.cells().kinds[number]);
-  const double factor = judged.side(number) * shape.regular;
-  const auto seen = [&](std::size_t k) { return (points[numbers[k]] - start_) * (1 / size_); };
-  const auto at = static_cast<std::size_t>(std::find(numbers.begin(), numbers.end(), vertex) - numbers.begin());
-  for (const CellCorner& corner : shape.corners) {
-    if (corner[0] == at && numbers.size() == 4) {
-      tetrahedra_.emplace_back(std::array{seen(corner[1]), seen(corner[2]), seen(corner[3])}, factor);
-    } else if (corner[0] == at) {
-      corners_.push_back(SeenCorner::of_vertex({seen(corner[1]), seen(corner[2]), seen(corner[3])}, factor));
-    }
-    for (std::size_t k = 1; k < 4 && numbers.size() != 4; ++k) {
-      if (corner[k] != at) continue;
-      corners_.push_back(
-          SeenCorner::beside(seen(corner[0]), seen(corner[k % 3 + 1]), seen(corner[(k + 1) % 3 + 1]), factor));
-    }
-  }
-}
-
-// Stops at the first value below the least so far.
-double VertexStar::least_at(const Vec3d& place) const {
-  double least = kInfinity;
-  for (const SeenTetrahedron& cell : tetrahedra_) {
-    least = std::min(least, cell.quality(place));
-    if (least < least_) return least;
-  }
-  for (const SeenCorner& corner : corners_) {
-    least = std::min(least, corner.quality(place));
-    if (least < least_) return least;
-  }
-  return least;
-}
-
-void VertexStar::look_around() {
-  values_.clear();
-  gradients_.clear();
-  const auto keep = [&](const LinearApproximation& linear) {
-    values_.push_back(linear.value);
-    gradients_.push_back(linear.gradient);
-  };
-  for (const SeenTetrahedron& cell : tetrahedra_) keep(cell.linear(place_));
-  for (const SeenCorner& corner : corners_) keep(corner.linear(place_));
-}
-
-bool VertexStar::climb(double reach, double goal) {
-  look_around();
-  Vec3d step = best_step(values_, gradients_, reach);
-  const double length = norm(step);
-  if (length > kLongestStep) step *= kLongestStep / length;
-  const double before = least_;
-  const Vec3d start = place_;
-  for (int halving = 0; halving < kHalvings && least_ < goal; ++halving, step *= 0.5) {
-    const double least = least_at(start + step);
-    if (least > least_) {
-      place_ = start + step;
-      least_ = least;
-    } else if (least_ > before) {
-      break;
-    }
-  }
-  return least_ > before + kMinGain;
-}
-
-void VertexStar::raise(double goal) {
-  if (tetrahedra_.empty() && corners_.empty()) return;
-  double reach = 1;
-  for (int step = 0; step < kSteps && least_ < goal; ++step) {
-    if (!climb(reach, goal)) reach *= 0.25;
-  }
-}
-
 }  // namespace knead::remesh_detail

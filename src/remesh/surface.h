@@ -9,12 +9,11 @@
 #include <numbers>
 #include <span>
 #include <vector>
-#include "math/elementary.h"
 
-#include "cells/cells.h"
 #include "knead/error.h"
+#include "knead/mesh.h"
 #include "knead/vec.h"
-#include "remesh/free_vertices.h"
+#include "math/elementary.h"
 
 namespace knead::remesh_detail {
 
@@ -58,13 +57,13 @@ struct Surface {
   std::vector<std::uint32_t> edge;       // of each half-edge: its edge
   std::vector<std::uint32_t> halfedge;   // of each edge: one of its half-edges, kNone for a removed edge
   std::vector<std::uint8_t> edge_flags;  // of each edge
-  // Where more than two faces meet, or two that disagree about which side is out, each has an edge of its own. Of each
-  // edge: the next one of these, in a ring, or kNone. Empty if there are none.
+  // Copies of edges: where more than two faces meet, or two that disagree about which side is outside, each face has an
+  // edge of its own. For each edge: the next of its copies, in a ring, or kNone. Empty if no edge has copies.
   std::vector<std::uint32_t> next_copy;
   std::vector<std::uint32_t> face_source;  // of each face: a number given by the caller; splits inherit it
   std::vector<std::uint32_t> outgoing;     // of each vertex: a half-edge that begins there
   std::vector<std::uint8_t> vertex_flags;  // of each vertex
-  std::vector<std::uint8_t> of_part;       // of each face_source: 1 for a flat face of a part (facets.h); may be empty
+  std::vector<std::uint8_t> of_part;       // of each face_source: 1 for a flat face of a part (facets.h); or empty
   std::vector<Vec3d> before;               // of each vertex; meaningless after triangles are improved
   std::vector<Vec3d> after;
   Values vertex_values;
@@ -99,7 +98,7 @@ struct Surface {
     } while (c != e);
   }
 
-  // Returns the copy that stands for all: the one with the lowest number.
+  // Returns the copy with the lowest number, which represents all.
   std::uint32_t first_copy(std::uint32_t e) const {
     std::uint32_t first = e;
     for_each_copy(e, [&](std::uint32_t c) { first = std::min(first, c); });
@@ -109,20 +108,13 @@ struct Surface {
   // Calls visit(h) for the half-edges of one fan that begin at v.
   template <class Visit>
   void for_each_outgoing(std::uint32_t v, Visit visit) const {
-    const std::uint32_t first = outgoing[v];
-    std::uint32_t h = first;
-    do {
+    all_outgoing(v, [&](std::uint32_t h) {
       visit(h);
-      h = opposite[previous(h)];
-    } while (h != kNone && h != first);
-    if (h == first) return;
-    for (h = opposite[first]; h != kNone; h = opposite[h]) {
-      h = next(h);
-      visit(h);
-    }
+      return true;
+    });
   }
 
-  // Calls visit(h) as for_each_outgoing() does, until it returns false. Returns whether it never did.
+  // Calls visit(h) as for_each_outgoing() does, until it returns false. Returns true if it never did.
   template <class Visit>
   bool all_outgoing(std::uint32_t v, Visit visit) const {
     const std::uint32_t first = outgoing[v];
@@ -150,9 +142,10 @@ struct Surface {
 // Makes these edges copies of each other.
 void join_copies(Surface& surface, std::span<const std::uint32_t> edges);
 
-// Computes connectivity and flags from the corners. Boundary edges become features. Edges with more than two faces, or
-// with two faces of opposite orientation, become as many boundaries, copies with fixed ends. Vertices with several fans
-// become fixed. Returns the pairs of faces with the same vertices, the lower number first. `progress` cancels.
+// Computes connectivity and flags from the corners. Boundary edges become features. An edge with more than two faces,
+// or with two faces of opposite orientation, becomes a boundary for each face: copies with fixed ends. Vertices with
+// several fans become fixed. Returns the pairs of faces with the same vertices, the lower number first. `progress`
+// cancels.
 std::vector<std::array<std::uint32_t, 2>> connect(Surface& surface, const Progress* progress = nullptr);
 
 // Returns twice the area of the face times its normal.
@@ -177,8 +170,6 @@ bool can_collapse(const Surface& surface, std::uint32_t h);
 // times its own plus t times those of the origin, separately for each side of a seam.
 void collapse(Surface& surface, std::uint32_t h, const Vec3d& after, double t);
 
-// The quality of triangles.
-
 // Returns the tangent of the smallest angle of a triangle by the squares of twice its area and of its sides, in any
 // order; 0 if it has no area.
 inline double quality_of(double size2, double p, double q, double r) {
@@ -188,7 +179,7 @@ inline double quality_of(double size2, double p, double q, double r) {
   return twice_cosine > 0 ? 2 * std::sqrt(size2) / twice_cosine : 0.0;
 }
 
-// The same by its corners.
+// Returns this tangent for a triangle with these corners.
 inline double quality(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d ab = b - a;
   const Vec3d ac = c - a;
@@ -204,11 +195,11 @@ inline double quality(const Surface& s, std::size_t face, std::span<const Vec3d>
 inline std::uint32_t longest_edge(const Surface& s, std::size_t face, std::span<const Vec3d> positions) {
   const auto first = static_cast<std::uint32_t>(3 * face);
   std::uint32_t longest = first;
-  double most = -1;
+  double longest2 = -1;
   for (std::uint32_t h = first; h < first + 3; ++h) {
     const double length2 = norm2(positions[s.target(h)] - positions[s.origin(h)]);
-    if (length2 > most) {
-      most = length2;
+    if (length2 > longest2) {
+      longest2 = length2;
       longest = h;
     }
   }
@@ -216,19 +207,19 @@ inline std::uint32_t longest_edge(const Surface& s, std::size_t face, std::span<
 }
 
 // Below this quality (3 degrees) the normal of a triangle is unreliable.
-inline const double kThin = elementary::tan(std::numbers::pi / 60);
+inline const double kMinReliableQuality = elementary::tan(std::numbers::pi / 60);
 
-// The largest angle by which a change may turn a face. The angle is measured from the old normal of the face, or, if
-// the quality of the face is below `reliable`, from the mean normal around it.
+// The largest angle by which a change may turn a face, measured from the old normal of the face; if the quality of the
+// face is below `reliable`, from the mean normal around it.
 struct TurnLimit {
   double cosine = -1;  // of the largest angle
-  double reliable = kThin;
+  double reliable = kMinReliableQuality;
 };
 
 // Returns true if a face with normal `was` and quality `quality_was` turns too far when its normal becomes `is`.
 bool turns(const TurnLimit& limit, const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean);
 
-// The same for the normal to measure from, and the squares of the lengths of both.
+// Does this for a known normal to measure from; `reference2` and `is2` are the squared lengths of both vectors.
 bool turns(double cosine, const Vec3d& reference, double reference2, const Vec3d& is, double is2);
 
 // Returns the least quality of the faces around v if v were at p; negative if one of them would turn too far.
@@ -237,13 +228,12 @@ double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const Tur
 // Returns the largest distance of p from the planes of the faces around v. Thin faces are ignored.
 double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p);
 
-// The faces around a vertex, read once to judge many places of it.
+// The faces around a vertex, read once to judge many positions of it.
 class Star {
  public:
-  // Begins with a vertex at a place, which has no faces yet.
-  void begin(const Vec3d& place);
-  // Adds the face of a half-edge that begins at the vertex, and its quality. Faces come as for_each_outgoing() has
-  // them.
+  // Begins with a vertex at this position and no faces.
+  void begin(const Vec3d& position);
+  // Adds the face of a half-edge that begins at the vertex, and its quality. The order is that of for_each_outgoing().
   void add(const Surface& s, std::uint32_t h, double quality);
 
   // Returns star_vector() of the vertex.
@@ -251,13 +241,13 @@ class Star {
   // Returns the mean of its neighbours.
   Vec3d mean() const { return sum_ / static_cast<double>(faces_.size()); }
 
-  // Returns star_quality() of the vertex where it is, without a limit.
+  // Returns star_quality() at the vertex's own position, without a limit on turns.
   double least() const;
 
-  // Returns star_quality() of the place if that is above `floor`, else any number that is not.
+  // Returns star_quality() at p if that is above `floor`; else any number that is not above it.
   double quality_at(const Vec3d& p, const TurnLimit& limit, double floor) const;
 
-  // Returns whether plane_distance() of the place is greater.
+  // Returns true if plane_distance() of p is greater than `distance`.
   bool is_farther(const Vec3d& p, double distance) const;
 
  private:
@@ -266,53 +256,23 @@ class Star {
     Vec3d c;
     Vec3d normal;        // the area vector
     double size2 = 0;    // the square of its length
-    double beyond2 = 0;  // and of the edge opposite to the vertex
+    double beyond2 = 0;  // the squared length of the edge opposite to the vertex
     double quality = 0;
   };
 
-  Vec3d place_;
+  Vec3d position_;
   Vec3d vector_;
   Vec3d sum_;  // of the first corners of the faces
   std::vector<Face> faces_;
 };
 
-// The most faces at a vertex: to look at more of them for every change would take too long.
+// Vertices with more faces do not change: visiting their faces for every change would take too long.
 inline constexpr int kMaxFacesOfVertex = 200;
 
-// Returns true if more faces are at v.
+// Returns true if v has more faces.
 bool is_crowded(const Surface& s, std::uint32_t v);
 
 // Returns true if an edge joins the two vertices, or might join them outside the patch because both are fixed.
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w);
-
-// The cells around one vertex of a volume mesh, and the search for a better place of it.
-
-// Quality is the scaled Jacobian, its negative for a cell that was inside out before. One object serves many vertices.
-class VertexStar {
- public:
-  // Cells that were flat or mixed before do not count.
-  void read(const CellBaseline& judged, const CellStars& stars, std::span<const Vec3d> points, std::uint32_t vertex);
-
-  Vec3d place() const { return start_ + place_ * size_; }
-
-  // Moves the vertex until the least quality is `goal`, or grows no more. It never falls.
-  void raise(double goal);
-
- private:
-  void add(const CellBaseline& judged, std::uint32_t number, std::span<const Vec3d> points, std::uint32_t vertex);
-  double least_at(const Vec3d& place) const;
-  void look_around();
-  bool climb(double reach, double goal);  // returns whether that gained something
-
-  // Seen from `start_`, in units of `size_`.
-  std::vector<SeenTetrahedron> tetrahedra_;
-  std::vector<SeenCorner> corners_;
-  std::vector<double> values_;
-  std::vector<Vec3d> gradients_;
-  Vec3d start_;
-  Vec3d place_;      // as seen, too
-  double size_ = 0;  // the longest edge
-  double least_ = kInfinity;
-};
 
 }  // namespace knead::remesh_detail

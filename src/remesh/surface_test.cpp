@@ -1,3 +1,4 @@
+// The half-edge mesh after random splits, flips and collapses.
 #include "remesh/surface.h"
 
 #include <gtest/gtest.h>

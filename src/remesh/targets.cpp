@@ -1,4 +1,4 @@
-// Chooses the targets of a remesh.
+// Validates the settings of a remesh and chooses its targets from the lengths of the edges.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -27,13 +27,13 @@ void require_length(const std::optional<double>& value, const char* key) {
   if (value) require(std::isfinite(*value) && *value > 0, key, "a length greater than 0", *value);
 }
 
-// Numbers in parts, in an order that means nothing.
-using Parts = std::vector<std::vector<double>>;
+// Lengths in any order, in as many lists as chunks of work.
+using LengthLists = std::vector<std::vector<double>>;
 
-// Returns the mean of lengths, which are at most `most` but for rounding: the same bits in whatever order they are.
-// Each counts as a multiple of 2^-61 of a power of two above `most`, and whole numbers are summed.
-double mean_of(const Parts& lengths, std::size_t count, double most) {
-  const int scale = 61 - std::ilogb(most);
+// Returns the mean of lengths, which are at most `max` up to rounding, with the same bits for every order: rounds them
+// to multiples of 2^-61 of a power of two above `max`, and sums whole numbers.
+double mean_of(const LengthLists& lengths, std::size_t count, double max) {
+  const int scale = 61 - std::ilogb(max);
   const double part = std::scalbn(1.0, scale / 2);  // in two parts neither overflows
   const double rest = std::scalbn(1.0, scale - scale / 2);
   std::uint64_t high = 0;  // of the sum, in 2^32
@@ -49,9 +49,8 @@ double mean_of(const Parts& lengths, std::size_t count, double most) {
   return std::scalbn(sum / static_cast<double>(count), -scale);
 }
 
-// Returns the number, none of which is below 0, that would be in this place if they were sorted. Sorts only those with
-// the same first bits.
-double in_place(const Parts& numbers, std::size_t place) {
+// Returns the number at this index of the sorted numbers, all 0 or more. Sorts only those with the same leading bits.
+double nth_of(const LengthLists& numbers, std::size_t index) {
   constexpr int shift = 48;
   const auto first_bits = [](double x) { return bit_cast<std::uint64_t>(x) >> shift; };
   std::vector<std::size_t> counts(std::size_t{1} << (64 - shift), 0);
@@ -59,13 +58,13 @@ double in_place(const Parts& numbers, std::size_t place) {
     for (const double x : some) ++counts[first_bits(x)];
   }
   std::size_t bits = 0;
-  for (; place >= counts[bits]; ++bits) place -= counts[bits];
+  for (; index >= counts[bits]; ++bits) index -= counts[bits];
   std::vector<double> found;
   found.reserve(counts[bits]);
   for (const std::vector<double>& some : numbers) {
     std::copy_if(some.begin(), some.end(), std::back_inserter(found), [&](double x) { return first_bits(x) == bits; });
   }
-  const auto at = found.begin() + static_cast<std::ptrdiff_t>(place);
+  const auto at = found.begin() + static_cast<std::ptrdiff_t>(index);
   std::nth_element(found.begin(), at, found.end());
   return *at;
 }
@@ -83,10 +82,10 @@ void for_each_side(const Mesh& mesh, Visit visit) {
   }
 }
 
-// Leaves each number once, in any order.
-std::size_t leave_once(std::span<std::uint32_t> numbers) {
-  constexpr std::size_t few = 32;
-  if (numbers.size() > few) {
+// Moves one of each number to the front, in any order. Returns their count.
+std::size_t unique_to_front(std::span<std::uint32_t> numbers) {
+  constexpr std::size_t kMaxUnsorted = 32;
+  if (numbers.size() > kMaxUnsorted) {
     std::sort(numbers.begin(), numbers.end());
     return static_cast<std::size_t>(std::unique(numbers.begin(), numbers.end()) - numbers.begin());
   }
@@ -99,21 +98,21 @@ std::size_t leave_once(std::span<std::uint32_t> numbers) {
 }
 
 // Returns the lengths of all edges.
-Parts edge_lengths(const Mesh& mesh, int threads) {
+LengthLists edge_lengths(const Mesh& mesh, int threads) {
   constexpr std::size_t grain = 8192;                          // vertices
   std::vector<std::uint32_t> end(mesh.vertex_count() + 1, 0);  // of the larger ends of each vertex's sides; one before
   for_each_side(mesh, [&](std::uint32_t low, std::uint32_t) { ++end[low + std::size_t{1}]; });
   std::partial_sum(end.begin(), end.end(), end.begin());
   std::vector<std::uint32_t> high(end.back());
   for_each_side(mesh, [&](std::uint32_t low, std::uint32_t other) { high[end[low]++] = other; });
-  Parts lengths(mesh.vertex_count() / grain + 1);
+  LengthLists lengths(mesh.vertex_count() / grain + 1);
   parallel_for(mesh.vertex_count(), grain, threads, [&](std::size_t first, std::size_t last) {
     std::vector<double>& own = lengths[first / grain];
     std::size_t begin = first == 0 ? 0 : end[first - 1];
     own.reserve(end[last - 1] - begin);
     for (std::size_t v = first; v < last; ++v) {
       const std::span<std::uint32_t> ends = std::span(high).subspan(begin, end[v] - begin);
-      for (const std::uint32_t w : ends.first(leave_once(ends))) {
+      for (const std::uint32_t w : ends.first(unique_to_front(ends))) {
         own.push_back(norm(mesh.positions[w] - mesh.positions[v]));
       }
       begin = end[v];
@@ -168,15 +167,15 @@ RemeshTargets remesh_detail::resolve_on(const RemeshSettings& settings, const Me
       std::clamp(kDefaultGrowth * mesh.vertex_count(), kDefaultMaxVertices, kMaxVertices));
   targets.diagonal = diagonal;
   double mean = diagonal;
-  double long_one = diagonal;
-  const Parts lengths = edge_lengths(mesh, threads);
+  double percentile_95 = diagonal;
+  const LengthLists lengths = edge_lengths(mesh, threads);
   const std::size_t count = std::accumulate(lengths.begin(), lengths.end(), std::size_t{0},
                                             [](std::size_t sum, const auto& some) { return sum + some.size(); });
   if (count > 0 && diagonal > 0 && std::isfinite(diagonal)) {
     mean = mean_of(lengths, count, diagonal);
-    long_one = in_place(lengths, count - 1 - count / 20);
+    percentile_95 = nth_of(lengths, count - 1 - count / 20);
   }
-  targets.max_edge = settings.max_edge.value_or(2 * long_one);
+  targets.max_edge = settings.max_edge.value_or(2 * percentile_95);
   targets.min_edge = settings.min_edge.value_or(std::min(mean, targets.max_edge) / 4);
   if (!settings.max_edge) targets.max_edge = std::max(targets.max_edge, 2 * targets.min_edge);
   return targets;

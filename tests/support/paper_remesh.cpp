@@ -37,7 +37,7 @@ void diffuse(Surface& s, const Improver& improver) {
     Vec3d d = sum / count - s.after[v];
     d -= star * (dot(d, star) / norm2(star));
     const auto projected = undiffused.closest(s.after[v] + d * 0.5, norm(d));
-    if (projected && star_quality(s, v, projected->point, {0, kThin}) >= 0) moved[v] = projected->point;
+    if (projected && star_quality(s, v, projected->point, {0, kMinReliableQuality}) >= 0) moved[v] = projected->point;
   }
   s.after = std::move(moved);
 }

@@ -1,5 +1,4 @@
-#include "remesh/free_vertices.h"
-
+// Deforms volume meshes: interior vertices are free to move until the worst cells around them are good enough.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -12,92 +11,21 @@
 #include "cells/cells.h"
 #include "knead/error.h"
 #include "knead/remesh.h"
-#include "remesh/surface.h"
+#include "remesh/vertex_star.h"
 
-namespace knead::remesh_detail {
-
-// The determinant, and the squared product of the edges at the corner where the determinant over that product is least.
-struct SeenTetrahedron::There {
-  std::array<Vec3d, 3> to;  // the other corners
-  std::array<double, 3> squares;
-  double determinant;
-  double product = 0;
-  std::size_t worst = 0;  // the corner; 3: the vertex
-
-  There(const SeenTetrahedron& seen, const Vec3d& place)
-      : to{seen.others_[0] - place, seen.others_[1] - place, seen.others_[2] - place},
-        squares{norm2(to[0]), norm2(to[1]), norm2(to[2])},
-        determinant(dot(to[0], seen.across_)) {
-    const std::array<double, 4> products{squares[0] * seen.opposite_[0], squares[1] * seen.opposite_[1],
-                                         squares[2] * seen.opposite_[2], squares[0] * squares[1] * squares[2]};
-    // The sign of the factor is in the vector `across`.
-    for (std::size_t k = 1; k < 4; ++k) {
-      if (determinant > 0 ? products[k] > products[worst] : products[k] < products[worst]) worst = k;
-    }
-    product = products[worst];
-  }
-};
-
-SeenTetrahedron::SeenTetrahedron(const std::array<Vec3d, 3>& others, double factor)
-    : others_(others),
-      across_(cross(others[1] - others[0], others[2] - others[0]) * (factor < 0 ? -1 : 1)),
-      factor_(std::abs(factor)) {
-  const double first = norm2(others[1] - others[0]);
-  const double second = norm2(others[2] - others[1]);
-  const double third = norm2(others[0] - others[2]);
-  opposite_ = {first * third, first * second, second * third};
-}
-
-double SeenTetrahedron::quality(const Vec3d& place) const {
-  const There there(*this, place);
-  return there.product > 0 ? factor_ * (there.determinant / std::sqrt(there.product)) : 0;
-}
-
-LinearApproximation SeenTetrahedron::linear(const Vec3d& place) const {
-  const There there(*this, place);
-  if (!(there.product > 0)) return {0, {0, 0, 0}};
-  const double root = std::sqrt(there.product);
-  Vec3d relative{0, 0, 0};  // how the product grows, relative to it
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (there.worst == 3 || there.worst == k) relative -= there.to[k] / there.squares[k];
-  }
-  return {factor_ * (there.determinant / root), (across_ + relative * there.determinant) * (-factor_ / root)};
-}
-
-SeenCorner SeenCorner::beside(const Vec3d& origin, const Vec3d& next, const Vec3d& last, double factor) {
-  const double lengths = norm(next - origin) * norm(last - origin);
-  const Vec3d across = lengths > 0 ? cross(next - origin, last - origin) / lengths : Vec3d{0, 0, 0};
-  return {false, {origin, across, {}}, factor};
-}
-
-LinearApproximation SeenCorner::linear(const Vec3d& place) const {
-  if (!is_vertex_) {
-    const Vec3d edge = place - points_[0];
-    const double length = norm(edge);
-    if (!(length > 0)) return {0, {0, 0, 0}};
-    const double value = dot(edge, points_[1]) / length;
-    return {factor_ * value, (points_[1] - edge * (value / length)) * (factor_ / length)};
-  }
-  const Vec3d a = points_[0] - place;
-  const Vec3d b = points_[1] - place;
-  const Vec3d c = points_[2] - place;
-  const double lengths = norm(a) * norm(b) * norm(c);
-  if (!(lengths > 0)) return {0, {0, 0, 0}};
-  const Vec3d across = cross(a, b);
-  const double value = dot(across, c) / lengths;
-  const Vec3d growth = (across + cross(b, c) + cross(c, a)) / -lengths;
-  return {factor_ * value, (growth + (a / norm2(a) + b / norm2(b) + c / norm2(c)) * value) * factor_};
-}
+namespace knead {
 
 namespace {
 
-constexpr std::size_t kCellsAtATime = 4096;
-constexpr std::size_t kVerticesAtATime = 16;
+using remesh_detail::VertexStar;
+
+constexpr std::size_t kCellGrain = 4096;
+constexpr std::size_t kVertexGrain = 16;
 constexpr std::uint8_t kUnknown = 2;
 constexpr std::uint8_t kNoColor = 255;
 constexpr std::uint8_t kMaxColors = 64;
 
-// Of those cells only.
+// Returns the stars of the points, with these cells only.
 CellStars stars_of(const Cells& cells, const std::vector<std::uint32_t>& numbers, std::size_t points) {
   CellStars stars{std::vector<std::size_t>(points + 1), {}};
   for (const std::uint32_t cell : numbers) {
@@ -119,7 +47,36 @@ void make_unique(std::vector<std::uint32_t>& numbers, std::vector<std::uint8_t>&
   std::sort(numbers.begin(), numbers.end());
 }
 
-}  // namespace
+// The vertices of one mesh that may leave the path of the deformation.
+class FreeVertices {
+ public:
+  // whole: the points after the whole motion. Vertices that it leaves at rest are not free. All must outlive this.
+  FreeVertices(const CellBaseline& judged, std::span<const Vec3d> whole, const CellOptions& options);
+
+  // Moves free vertices around bad cells and marks them in `moved`. Gives up if a cell is still inverted after
+  // `patience` rounds.
+  void improve(std::span<Vec3d> points, std::vector<std::uint8_t>& moved, int patience);
+
+ private:
+  double quality_of(std::size_t cell, std::span<const Vec3d> points) const;
+  void fix_collapsed(std::uint32_t cell);
+  void measure(std::span<const Vec3d> points);
+  void find_freedom(std::uint32_t vertex);
+  std::vector<std::uint32_t> free_corners(const std::vector<std::uint32_t>& cells, int rings);
+  std::vector<std::vector<std::uint32_t>> apart(const std::vector<std::uint32_t>& vertices);
+  void sweep(const std::vector<std::uint32_t>& bad, int rings, std::span<Vec3d> points,
+             std::vector<std::uint8_t>& moved);
+
+  const CellBaseline& judged_;
+  const CellOptions& options_;
+  std::vector<std::uint32_t> active_;  // the cells that the whole motion moves
+  CellStars stars_;                    // of these cells
+  std::vector<double> qualities_;      // of all cells; kept up only for active ones
+  std::vector<std::uint8_t> freedom_;  // of each vertex: 0, 1 or kUnknown
+  std::vector<std::uint8_t> colors_;
+  std::vector<std::uint8_t> vertex_marks_;  // all 0 between calls of make_unique()
+  std::vector<std::uint8_t> cell_marks_;
+};
 
 FreeVertices::FreeVertices(const CellBaseline& judged, std::span<const Vec3d> whole, const CellOptions& options)
     : judged_(judged),
@@ -160,7 +117,7 @@ double FreeVertices::quality_of(std::size_t cell, std::span<const Vec3d> points)
 }
 
 void FreeVertices::measure(std::span<const Vec3d> points) {
-  parallel_for(active_.size(), kCellsAtATime, options_.threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(active_.size(), kCellGrain, options_.threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(options_.progress);
     for (std::size_t i = begin; i < end; ++i) qualities_[active_[i]] = quality_of(active_[i], points);
   });
@@ -182,7 +139,7 @@ void FreeVertices::improve(std::span<Vec3d> points, std::vector<std::uint8_t>& m
     idle = bad.size() < bad_before || least > least_before + 1e-3 ? 0 : idle + 1;
     bad_before = std::min(bad_before, bad.size());
     least_before = std::max(least_before, least);
-    // Good cells next to bad ones may leave them no room: they become better, too.
+    // Improves good cells next to bad ones, too, since these may leave no room.
     sweep(bad, round == 0 ? 0 : 1 + std::max(idle, round / 8), points, moved);
   }
 }
@@ -192,7 +149,7 @@ void FreeVertices::find_freedom(std::uint32_t vertex) {
   if (freedom == kUnknown) freedom = is_on_boundary(judged_.cells(), stars_, vertex) ? 0 : 1;
 }
 
-// Returns the free vertices of the cells and of so many rings of cells around them.
+// Returns the free vertices of the cells and of `rings` rings of cells around them.
 std::vector<std::uint32_t> FreeVertices::free_corners(const std::vector<std::uint32_t>& cells, int rings) {
   std::vector<std::uint32_t> around = cells;
   std::vector<std::uint32_t> vertices;
@@ -211,15 +168,15 @@ std::vector<std::uint32_t> FreeVertices::free_corners(const std::vector<std::uin
     }
     make_unique(around, cell_marks_);
   }
-  parallel_for(vertices.size(), kVerticesAtATime, options_.threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(vertices.size(), kVertexGrain, options_.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) find_freedom(vertices[i]);
   });
   std::erase_if(vertices, [&](std::uint32_t v) { return freedom_[v] == 0; });
   return vertices;
 }
 
-// Returns sets of the vertices, so that no two of a set have a common cell. Of vertices with more than 64 neighbours
-// each may be a set of its own.
+// Divides the vertices into sets in which no two have a common cell. A vertex with more than 64 neighbours may form a
+// set of its own.
 std::vector<std::vector<std::uint32_t>> FreeVertices::apart(const std::vector<std::uint32_t>& vertices) {
   std::vector<std::vector<std::uint32_t>> sets(kMaxColors);
   for (const std::uint32_t v : vertices) {
@@ -241,12 +198,12 @@ std::vector<std::vector<std::uint32_t>> FreeVertices::apart(const std::vector<st
   return sets;
 }
 
-// Raises the vertices of bad cells to the bound, or, with `rings` of cells around, to twice that for each ring.
+// Moves vertices of bad cells until the cells reach the bound; with rings of cells around, twice the bound per ring.
 void FreeVertices::sweep(const std::vector<std::uint32_t>& bad, int rings, std::span<Vec3d> points,
                          std::vector<std::uint8_t>& moved) {
   const double goal = std::min(0.5, options_.least_scaled_jacobian * (rings == 0 ? 1.1 : 2.0 * rings));
   for (const std::vector<std::uint32_t>& set : apart(free_corners(bad, rings))) {
-    parallel_for(set.size(), kVerticesAtATime, options_.threads, [&](std::size_t begin, std::size_t end) {
+    parallel_for(set.size(), kVertexGrain, options_.threads, [&](std::size_t begin, std::size_t end) {
       stop_if_cancelled(options_.progress);
       VertexStar star;
       for (std::size_t i = begin; i < end; ++i) {
@@ -255,8 +212,8 @@ void FreeVertices::sweep(const std::vector<std::uint32_t>& bad, int rings, std::
         if (std::none_of(cells.begin(), cells.end(), [&](std::uint32_t c) { return qualities_[c] < goal; })) continue;
         star.read(judged_, stars_, points, v);
         star.raise(goal);
-        if (star.place() == points[v]) continue;
-        points[v] = star.place();
+        if (star.position() == points[v]) continue;
+        points[v] = star.position();
         moved[v] = 1;
         for (const std::uint32_t cell : cells) qualities_[cell] = quality_of(cell, points);
       }
@@ -264,28 +221,19 @@ void FreeVertices::sweep(const std::vector<std::uint32_t>& bad, int rings, std::
   }
 }
 
-}  // namespace knead::remesh_detail
-
-// Interior vertices of volume meshes are free: they move until the worst cells around them are good enough.
-namespace knead {
-
-namespace {
-
 constexpr int kMaxParts = 32;
-// Rounds over cells that are inverted: what succeeds at all with so large a part has by then restored them.
-constexpr int kPatience = 5;
+constexpr int kMaxInvertedRounds = 5;  // cells that are still inverted after these need a smaller part of the motion
 
-// The sums are made in the order of the cells, whatever the threads.
+// Sums in the order of the cells, for every number of threads.
 CellSummary summary_of(const CellBaseline& judged, std::span<const Vec3d> after, const CellOptions& options) {
-  constexpr std::size_t cells_at_a_time = 4096;
-  struct Part {
-    CellSummary summary;  // with the sum in the place of the mean
+  struct Sums {
+    CellSummary summary;  // the mean is a sum here
     std::size_t counted = 0;
   };
   const std::size_t count = judged.cells().size();
-  std::vector<Part> parts((count + cells_at_a_time - 1) / cells_at_a_time);
-  parallel_for(count, cells_at_a_time, options.threads, [&](std::size_t begin, std::size_t end) {
-    Part& part = parts[begin / cells_at_a_time];
+  std::vector<Sums> parts((count + kCellGrain - 1) / kCellGrain);
+  parallel_for(count, kCellGrain, options.threads, [&](std::size_t begin, std::size_t end) {
+    Sums& part = parts[begin / kCellGrain];
     for (std::size_t i = begin; i < end; ++i) {
       const CellNow now = judged.now(i, after);
       if (now.is_inverted) ++part.summary.inverted;
@@ -298,8 +246,8 @@ CellSummary summary_of(const CellBaseline& judged, std::span<const Vec3d> after,
       part.summary.mean_volume_change += std::abs(now.volume_ratio - 1);
     }
   });
-  Part all;
-  for (const Part& part : parts) {
+  Sums all;
+  for (const Sums& part : parts) {
     all.summary.inverted += part.summary.inverted;
     all.summary.below += part.summary.below;
     all.summary.least_scaled_jacobian = std::min(all.summary.least_scaled_jacobian, part.summary.least_scaled_jacobian);
@@ -338,19 +286,19 @@ DeformedCells deform_cells(const Cells& cells, std::span<const Vec3d> before, co
   result.result = result.flow;
   result.points = whole;
   if (result.flow.below == 0) return result;
-  remesh_detail::FreeVertices vertices(judged, whole, options);
+  FreeVertices vertices(judged, whole, options);
   for (const int parts : {1, 8, kMaxParts}) {
     std::vector<Vec3d> points = parts == 1 ? whole : std::vector<Vec3d>(before.begin(), before.end());
     std::vector<std::uint8_t> moved(before.size());
     for (int part = 0; part < parts; ++part) {
       if (parts > 1) carry(static_cast<double>(part) / parts, static_cast<double>(part + 1) / parts, points);
-      // Vertices that no part has freed end where the whole flow takes them.
+      // Vertices that were not freed end where the whole motion takes them.
       if (parts > 1 && part + 1 == parts) {
         for (std::size_t v = 0; v < points.size(); ++v) {
           if (moved[v] == 0) points[v] = whole[v];
         }
       }
-      vertices.improve(points, moved, parts < kMaxParts ? kPatience : options.rounds);
+      vertices.improve(points, moved, parts < kMaxParts ? kMaxInvertedRounds : options.rounds);
     }
     const CellSummary summary = summary_of(judged, points, options);
     if (is_better(summary, result.result)) {
