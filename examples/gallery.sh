@@ -176,7 +176,7 @@ remeshed() {
 
 distances_of() { # REPORT KEY: mean, percentile and maximum in percent of the diagonal
   local key part numbers=()
-  for key in mean most_95 max; do
+  for key in mean percentile_95 max; do
     part=$(value <(sed -n '/"'"$2"'"/,$p' "$1") "$key")
     numbers+=("$(awk "BEGIN { printf \"%.2g\", 100 * $part }")")
   done
@@ -399,7 +399,6 @@ tools() {
   tool implicit --size 900x300 --view 10,12
   tool paint --size 900x380 --view 170,10
   tool points --size 900x330 --view 14,8
-  tool handles --size 900x420 --view 25,12
   tool stamp --size 900x330 --view 25,15
   tool slip --size 900x330 --view 55,35
   tool rotate --size 900x330 --view 25,15

@@ -27,7 +27,7 @@ jobs_of() {
     name=$(basename "$name" .knead)
     cp "$root/examples/tools/$name.knead" .
     run deform "$shape" "$name.knead" -q -o "$name.ply"
-    run deform "$shape" "$name.knead" -q --precision double --integrator dp54 -o "$name.double.ply"
+    run deform "$shape" "$name.knead" -q --precision double --integrator rk4 -o "$name.double.ply"
     run resolve "$shape" "$name.knead" -q -o "$name.resolved.knead"
   done
   cp "$root"/examples/gallery/fig_pose_figure.knead .

@@ -18,9 +18,10 @@ mesh:     math | mesh
 cells:    math mesh | cells
 io:       math mesh cells | io animation
 remesh:   math mesh cells | remesh
+splats:   math mesh | splats
 pose:     math field flow |
 strokes:  math field flow mesh pose | stroke tools
-session:  math field flow mesh cells io remesh pose strokes | session replay
+session:  math field flow mesh cells splats io remesh pose strokes | session shape_state replay derivatives
 certify:  math field flow mesh cells io remesh strokes session fit | certify
 fit:      math field flow mesh pose strokes | fit
 skin:     math field flow mesh io pose strokes | skin

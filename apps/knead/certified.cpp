@@ -1,3 +1,4 @@
+// Bounds on certificates, requirements on shapes, and sessions that are replayed until they meet bounds.
 #include "certified.h"
 
 #include <fmt/format.h>
@@ -81,88 +82,12 @@ bool is_out_of_time(const Certified& certified) {
 std::vector<Bound> with_distance(std::vector<Bound> bounds, const Inputs& inputs, const ReplayOptions& options) {
   const bool is_bounded =
       std::any_of(bounds.begin(), bounds.end(), [](const Bound& bound) { return bound.name.starts_with(kDistance); });
-  const bool is_wanted = options.must_follow && options.part.direction == Direction::forwards &&
-                         will_remesh(inputs.mesh(), inputs.session, options);
-  if (is_wanted && !is_bounded) bounds.push_back({std::string(kDistance), kDefaultDistance});
+  if (options.must_follow && inputs.remeshes && !is_bounded)
+    bounds.push_back({std::string(kDistance), kDefaultDistance});
   return bounds;
 }
 
-}  // namespace
-
-Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, bool check,
-                           const std::vector<Bound>& asked, bool quiet) {
-  const std::vector<Bound> bounds =
-      check || !asked.empty() ? with_distance(asked, inputs, options) : std::vector<Bound>{};
-  Certified certified{{}, {}, options, inputs.session};
-  if (bounds.empty()) {
-    if (check) {
-      certify(inputs.mesh(), quiet, certified);
-    } else {
-      certified.result = replay_watched(inputs.mesh(), inputs.session, options, quiet);
-    }
-    return certified;
-  }
-  certified.options.frames.count = 0;
-  std::optional<std::size_t> crossings;  // of the attempt before
-  for (int refinements = 0;; ++refinements) {
-    certify(inputs.mesh(), quiet || refinements > 0, certified);
-    const std::optional<Complaints> complaints = complaints_of(bounds, *certified.certificate);
-    if (!complaints) break;
-    if (complaints->beyond_remeshing) throw QualityError(fmt::format("{}: {}", inputs.session.name, complaints->text));
-    const bool remeshed = certified.result.shape.is_remeshed();
-    if (!remeshed || refinements == kMaxRefinements) {
-      refuse(inputs.session.name, complaints->text, refinements, remeshed);
-    }
-    const std::size_t now = certified.certificate->crossings_after;
-    if (crossings && now > *crossings) {
-      throw QualityError(
-          fmt::format("{}: {}, and refining makes them more ({} before); the coordinates may be too coarse for so fine "
-                      "a mesh: use --precision double, or move the shape to the origin",
-                      inputs.session.name, complaints->text, *crossings));
-    }
-    if (is_out_of_time(certified)) {
-      throw QualityError(fmt::format("{}: {}, and --remesh-seconds ended the remeshing; allow more, or deform less",
-                                     inputs.session.name, complaints->text));
-    }
-    crossings = now;
-    if (!quiet) print_message(fmt::format("note: {}; trying again with a finer mesh", complaints->text));
-    refine(*complaints, certified);
-  }
-  certified.options.frames = options.frames;
-  if (options.frames.count > 0) replay_watched(inputs.mesh(), certified.session, certified.options, true);
-  return certified;
-}
-
-std::string line_of(const Certificate& c) {
-  std::string text =
-      fmt::format("{} crossing ({} before), {} flipped, {} without area; ", counted(c.crossings_after, "pair"),
-                  c.crossings_before, c.flipped_triangles, c.degenerate_after);
-  const bool kept = c.closed_before == c.closed_after && c.euler_before == c.euler_after;
-  text +=
-      fmt::format("{}, Euler {}{}; ", c.closed_after ? "closed" : "open", c.euler_after,
-                  kept ? "" : fmt::format(" (before: {}, {})", c.closed_before ? "closed" : "open", c.euler_before));
-  if (c.det_least && c.det_greatest) {
-    text += fmt::format("volume changed on purpose{}, det J from {:.3g} to {:.3g}; ",
-                        c.volume_error ? fmt::format(" by a fraction of {:.3g}", *c.volume_error) : "", *c.det_least,
-                        *c.det_greatest);
-  } else if (c.volume_error) {
-    text += fmt::format("volume error {:.2g} ({:.2g} of it from integration); ", *c.volume_error,
-                        c.volume_error_integration);
-  }
-  if (c.touched_angle_before && c.touched_angle_after) {
-    text += fmt::format("smallest angle {:.3g} degrees ({:.3g} before) where touched; ", *c.touched_angle_after,
-                        *c.touched_angle_before);
-  }
-  text += c.motion_outside == 0 ? "no motion beyond the tools; "
-                                : fmt::format("motion of {:.2g} beyond the tools; ", c.motion_outside);
-  return text + fmt::format("distance to the exact image {:.2g} (root mean square), {:.2g} at most", c.distance_rms,
-                            c.distance_max);
-}
-
 // --- bounds
-// -----------------------------------------------------------------------------------------------------------
-
-namespace {
 
 using Complaint = std::optional<std::string>;
 
@@ -254,41 +179,7 @@ Bound parse_bound(std::string_view item) {
                   kind.whole ? "a whole number, 0 or more" : fmt::format("a number from 0 to {:g}", kind.greatest)));
 }
 
-}  // namespace
-
-std::string known_bounds() {
-  std::string names;
-  for (const BoundKind& kind : kBoundKinds) {
-    names += fmt::format("{}{}{}", names.empty() ? "" : ", ", kind.name,
-                         kind.placeholder.empty() ? "" : fmt::format("={}", kind.placeholder));
-  }
-  return names;
-}
-
-std::vector<Bound> parse_bounds(const std::string& list) {
-  std::vector<Bound> bounds;
-  for (std::size_t begin = 0; begin <= list.size();) {
-    const std::size_t end = std::min(list.find(',', begin), list.size());
-    bounds.push_back(parse_bound(std::string_view(list).substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return bounds;
-}
-
-std::optional<Unmet> unmet(const Bound& bound, const Certificate& certificate) {
-  if (bound.name == kVolume && !certificate.volume_error) {
-    return Unmet{"the shape has no volume because it is not closed and oriented; leave this bound out"};
-  }
-  const BoundKind& kind = kind_named(bound.name, bound.name);
-  const Complaint complaint = kind.unmet(certificate, bound.limit);
-  if (!complaint) return std::nullopt;
-  return Unmet{*complaint, kind.cure};
-}
-
 // --- requirements
-// -----------------------------------------------------------------------------------------------------
-
-namespace {
 
 Complaint not_closed(const Measures& m) {
   if (m.faces == 0) return "not closed: it has no faces; give a mesh";
@@ -423,6 +314,105 @@ Requirement parse_requirement(std::string_view item, bool has_before) {
 }
 
 }  // namespace
+
+Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, bool check,
+                           const std::vector<Bound>& asked, bool quiet) {
+  const std::vector<Bound> bounds =
+      check || !asked.empty() ? with_distance(asked, inputs, options) : std::vector<Bound>{};
+  Certified certified{{}, {}, options, inputs.session};
+  if (bounds.empty()) {
+    if (check) {
+      certify(inputs.mesh(), quiet, certified);
+    } else {
+      certified.result = replay_watched(inputs.mesh(), inputs.session, options, quiet);
+    }
+    return certified;
+  }
+  certified.options.frames.count = 0;
+  std::optional<std::size_t> crossings;  // of the attempt before
+  for (int refinements = 0;; ++refinements) {
+    certify(inputs.mesh(), quiet || refinements > 0, certified);
+    const std::optional<Complaints> complaints = complaints_of(bounds, *certified.certificate);
+    if (!complaints) break;
+    if (complaints->beyond_remeshing) throw QualityError(fmt::format("{}: {}", inputs.session.name, complaints->text));
+    const bool remeshed = certified.result.shape.is_remeshed();
+    if (!remeshed || refinements == kMaxRefinements) {
+      refuse(inputs.session.name, complaints->text, refinements, remeshed);
+    }
+    const std::size_t now = certified.certificate->crossings_after;
+    if (crossings && now > *crossings) {
+      throw QualityError(
+          fmt::format("{}: {}, and refining makes them more ({} before); the coordinates may be too coarse for so fine "
+                      "a mesh: use --precision double, or move the shape to the origin",
+                      inputs.session.name, complaints->text, *crossings));
+    }
+    if (is_out_of_time(certified)) {
+      throw QualityError(fmt::format("{}: {}, and --remesh-seconds ended the remeshing; allow more, or deform less",
+                                     inputs.session.name, complaints->text));
+    }
+    crossings = now;
+    if (!quiet) print_message(fmt::format("note: {}; trying again with a finer mesh", complaints->text));
+    refine(*complaints, certified);
+  }
+  certified.options.frames = options.frames;
+  if (options.frames.count > 0) replay_watched(inputs.mesh(), certified.session, certified.options, true);
+  return certified;
+}
+
+std::string line_of(const Certificate& c) {
+  std::string text =
+      fmt::format("{} crossing ({} before), {} flipped, {} without area; ", counted(c.crossings_after, "pair"),
+                  c.crossings_before, c.flipped_triangles, c.degenerate_after);
+  const bool kept = c.closed_before == c.closed_after && c.euler_before == c.euler_after;
+  text +=
+      fmt::format("{}, Euler {}{}; ", c.closed_after ? "closed" : "open", c.euler_after,
+                  kept ? "" : fmt::format(" (before: {}, {})", c.closed_before ? "closed" : "open", c.euler_before));
+  if (c.det_least && c.det_greatest) {
+    text += fmt::format("volume changed on purpose{}, det J from {:.3g} to {:.3g}; ",
+                        c.volume_error ? fmt::format(" by a fraction of {:.3g}", *c.volume_error) : "", *c.det_least,
+                        *c.det_greatest);
+  } else if (c.volume_error) {
+    text += fmt::format("volume error {:.2g} ({:.2g} of it from integration); ", *c.volume_error,
+                        c.volume_error_integration);
+  }
+  if (c.touched_angle_before && c.touched_angle_after) {
+    text += fmt::format("smallest angle {:.3g} degrees ({:.3g} before) where touched; ", *c.touched_angle_after,
+                        *c.touched_angle_before);
+  }
+  text += c.motion_outside == 0 ? "no motion beyond the tools; "
+                                : fmt::format("motion of {:.2g} beyond the tools; ", c.motion_outside);
+  return text + fmt::format("distance to the exact image {:.2g} (root mean square), {:.2g} at most", c.distance_rms,
+                            c.distance_max);
+}
+
+std::string known_bounds() {
+  std::string names;
+  for (const BoundKind& kind : kBoundKinds) {
+    names += fmt::format("{}{}{}", names.empty() ? "" : ", ", kind.name,
+                         kind.placeholder.empty() ? "" : fmt::format("={}", kind.placeholder));
+  }
+  return names;
+}
+
+std::vector<Bound> parse_bounds(const std::string& list) {
+  std::vector<Bound> bounds;
+  for (std::size_t begin = 0; begin <= list.size();) {
+    const std::size_t end = std::min(list.find(',', begin), list.size());
+    bounds.push_back(parse_bound(std::string_view(list).substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return bounds;
+}
+
+std::optional<Unmet> unmet(const Bound& bound, const Certificate& certificate) {
+  if (bound.name == kVolume && !certificate.volume_error) {
+    return Unmet{"the shape has no volume because it is not closed and oriented; leave this bound out"};
+  }
+  const BoundKind& kind = kind_named(bound.name, bound.name);
+  const Complaint complaint = kind.unmet(certificate, bound.limit);
+  if (!complaint) return std::nullopt;
+  return Unmet{*complaint, kind.cure};
+}
 
 std::string known_requirements() {
   std::string words;

@@ -12,7 +12,6 @@
 namespace knead::command {
 
 // --- bounds on the certificate of a deformation: knead deform --require LIST
-// ------------------------------------------
 
 // One item of the list, such as volume=1e-5; its name is known.
 struct Bound {
@@ -42,7 +41,6 @@ struct Unmet {
 std::optional<Unmet> unmet(const Bound& bound, const Certificate& certificate);
 
 // --- sessions applied and certified
-// -----------------------------------------------------------------------------------
 
 struct Certified {
   ReplayResult result;
@@ -64,7 +62,6 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
 std::string line_of(const Certificate& certificate);
 
 // --- requirements on a shape: knead check --require LIST
-// --------------------------------------------------------------
 
 // One item of the list; its word is a known one.
 struct Requirement {

@@ -52,7 +52,6 @@ struct CommonOptions {
 void add_common_options(std::vector<Option>& options, CommonOptions& common);
 
 // --- the subcommands of `knead`
-// ---------------------------------------------------------------------------------------
 
 // The exit codes of the command.
 enum ExitCode : int {

@@ -147,6 +147,130 @@ std::string frames_line(const DeformOptions& options, const Target& target) {
                                : fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
 }
 
+Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
+  const bool quiet = options.common.quiet;
+  Inputs inputs =
+      read_inputs(options.shape, options.format, options.session, quiet, options.set, replay.motion.threads);
+  check_until(options, inputs.session);
+  inputs.remeshes = Replay(borrow(inputs.shape.mesh), inputs.session, replay).remeshes();
+  if (!quiet && options.remesh.seconds && !inputs.remeshes) {
+    print_message("note: --remesh-seconds: nothing is remeshed; add --remesh");
+  }
+  if (options.inverse) resolve_on_own_shape(inputs.session, replay, quiet);
+  const std::filesystem::path path = format_path(target.path(0), options.format);
+  std::vector<std::string> losses;  // found also where nobody reads them, since formats refuse shapes there
+  if (!target.is_animation()) {
+    losses = inputs.remeshes ? remesh_losses(path, inputs.shape) : conversion_losses(path, inputs.shape);
+  } else if (inputs.remeshes) {
+    losses = {"every frame has the vertices and faces of the remeshed result, without other attributes"};
+  } else if (!quiet) {
+    losses = animation_losses(path, inputs.shape);
+  }
+  if (!quiet) print_notes(losses);
+  return inputs;
+}
+
+void run_deform(const DeformOptions& options) {
+  if (!options.table.empty()) return run_batch(options);
+  if (is_streamed(options)) return run_stream(options);
+  if (!options.also.empty()) return run_together(options);
+  const Clock total;
+  ReplayOptions replay = replay_options(options);
+  const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};
+  replay.may_cross = bounds_crossings(bounds);
+  const Target target(options, replay.frames);
+  check_outputs(options, target);
+  const Digits digits = digits_of(options);
+  const bool quiet = options.common.quiet;
+  const ChosenBackend backend = choose_backend(options.backend, quiet);
+  replay.motion.backend = backend.move;
+  ReportSeconds seconds;
+  const Inputs inputs = read_deform_inputs(options, replay, target);
+  seconds.read = total.seconds();
+
+  if (inputs.shape.mesh.face_count() == 0) replay.normals = vertex_normals_of(inputs.shape);
+  replay.remesh.face_labels = face_labels(inputs.shape);
+  WriteOptions write_options;
+  std::function<void(const ReplayFrame&)> add_to_animation;
+  if (target.is_animation()) {
+    replay.frames.same_faces = true;
+    add_to_animation = animation_writer(target.path(0), inputs.shape, inputs.remeshes,
+                                        {target.count(), options.frames.frames_per_second()});
+  } else {
+    write_options = write_options_for(options, digits, inputs.shape, target.path(0));
+    replay.remesh.single_precision =
+        stores_floats(format_path(target.path(0), options.format), inputs.shape, write_options);
+  }
+  const auto write = [&](const ReplayFrame& frame) {
+    const Clock clock;
+    const bool is_last = frame.index + 1 == target.count();
+    if (add_to_animation) {
+      if (is_last) end_after_last_output(says_more(options), target.files());
+      add_to_animation(frame);
+    } else {
+      if (is_last) end_after_last_shape(target.last_path(), says_more(options));
+      write_frame(target.path(frame.index), options.format, inputs, frame.shape, write_options);
+    }
+    seconds.write += clock.seconds();
+  };
+  if (options.frames.frames) replay.frames.deliver = write;
+  const Clock deforming;
+  const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
+  seconds.deform = deforming.seconds() - seconds.write;
+  if (!options.frames.frames) write({0, certified.result.shape});
+  if (!target.is_animation() && !is_stream(target.path(0))) {
+    copy_materials(inputs.shape, options.shape, target.path(0), options.common.quiet);
+  }
+  if (!is_reported(options)) return;
+  const Clock measuring;
+  Report report = report_of(inputs.shape.mesh, certified, seconds);
+  report.seconds.measure = measuring.seconds();
+  report.seconds.total = total.seconds();
+  report.backend = backend.name();
+  print_report(options, target.last_path(), frames_line(options, target), report);
+}
+
+// --- knead resolve SHAPE SESSION -o OUT.knead: the session as strokes that need no mesh ------------------------------
+
+struct ResolveOptions {
+  std::string shape;
+  std::string session;
+  std::string output;
+  std::vector<std::string> set;
+  StreamFormat format;
+  CommonOptions common;
+};
+
+void run_resolve(const ResolveOptions& options) {
+  const bool to_output = is_stream(options.output);
+  require_free_output(options.output, options.common.json, "--json");
+  if (!to_output) {
+    constexpr std::string_view extensions[] = {"knead"};
+    require_extension(options.output, extensions);
+    require_writable(options.output);
+  }
+  check_streams({options.shape}, options.format);
+  const Inputs inputs = read_inputs(options.shape, options.format, options.session, options.common.quiet, options.set);
+  require_flows(inputs.session);
+  ReplayOptions replay;
+  replay.may_cross = true;  // the shape is not kept
+  const ReplayResult result =
+      replay_watched(inputs.shape.mesh, without_cells(inputs.session), replay, options.common.quiet);
+  Session resolved;
+  resolved.note = inputs.session.note;
+  resolved.strokes = result.resolved;
+  if (to_output) return print(serialize_session(resolved));
+  end_after_last_output(options.common.json);
+  write_file_atomically(options.output, serialize_session(resolved));
+  if (options.common.json) {
+    const Json json{{"strokes", resolved.strokes.size()}, {"segments", result.segments}};
+    print(to_indented_text(json));
+  } else if (!options.common.quiet) {
+    print(fmt::format("{}: {} ({})\n", options.output, counted(resolved.strokes.size(), "stroke"),
+                      counted(result.segments, "segment")));
+  }
+}
+
 }  // namespace
 
 void check_report(const DeformOptions& options, const std::string& output) {
@@ -221,97 +345,6 @@ bool bounds_crossings(const std::vector<Bound>& bounds) {
   return std::any_of(bounds.begin(), bounds.end(), [](const Bound& bound) { return bound.name == kCrossingsBound; });
 }
 
-namespace {
-
-Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
-  const bool quiet = options.common.quiet;
-  Inputs inputs =
-      read_inputs(options.shape, options.format, options.session, quiet, options.set, replay.motion.threads);
-  check_until(options, inputs.session);
-  if (!quiet && options.remesh.seconds && !will_remesh(inputs.shape.mesh, inputs.session, replay)) {
-    print_message("note: --remesh-seconds: nothing is remeshed; add --remesh");
-  }
-  if (options.inverse) resolve_on_own_shape(inputs.session, replay, quiet);
-  if (target.is_animation()) {
-    if (quiet) return inputs;
-    if (will_remesh(inputs.shape.mesh, inputs.session, replay)) {
-      print_message("note: every frame has the vertices and faces of the remeshed result, without other attributes");
-    } else {
-      print_notes(animation_losses(target.path(0), inputs.shape));
-    }
-    return inputs;
-  }
-  const std::filesystem::path path = format_path(target.path(0), options.format);
-  const std::vector<std::string> losses = will_remesh(inputs.shape.mesh, inputs.session, replay)
-                                              ? remesh_losses(path, inputs.shape)
-                                              : conversion_losses(path, inputs.shape);
-  if (!quiet) print_notes(losses);
-  return inputs;
-}
-
-void run_deform(const DeformOptions& options) {
-  if (!options.table.empty()) return run_batch(options);
-  if (is_streamed(options)) return run_stream(options);
-  if (!options.also.empty()) return run_together(options);
-  const Clock total;
-  ReplayOptions replay = replay_options(options);
-  const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};
-  replay.may_cross = bounds_crossings(bounds);
-  const Target target(options, replay.frames);
-  check_outputs(options, target);
-  const Digits digits = digits_of(options);
-  const bool quiet = options.common.quiet;
-  const ChosenBackend backend = choose_backend(options.backend, quiet);
-  replay.motion.backend = backend.move;
-  ReportSeconds seconds;
-  const Inputs inputs = read_deform_inputs(options, replay, target);
-  seconds.read = total.seconds();
-
-  if (inputs.shape.mesh.face_count() == 0) replay.normals = vertex_normals_of(inputs.shape);
-  replay.remesh.face_labels = face_labels(inputs.shape);
-  WriteOptions write_options;
-  std::function<void(const ReplayFrame&)> add_to_animation;
-  if (target.is_animation()) {
-    replay.frames.same_faces = true;
-    add_to_animation =
-        animation_writer(target.path(0), inputs.shape, will_remesh(inputs.shape.mesh, inputs.session, replay),
-                         {target.count(), options.frames.frames_per_second()});
-  } else {
-    write_options = write_options_for(options, digits, inputs.shape, target.path(0));
-    replay.remesh.single_precision =
-        stores_floats(format_path(target.path(0), options.format), inputs.shape, write_options);
-  }
-  const auto write = [&](const ReplayFrame& frame) {
-    const Clock clock;
-    const bool is_last = frame.index + 1 == target.count();
-    if (add_to_animation) {
-      if (is_last) end_after_last_output(says_more(options), target.files());
-      add_to_animation(frame);
-    } else {
-      if (is_last) end_after_last_shape(target.last_path(), says_more(options));
-      write_frame(target.path(frame.index), options.format, inputs, frame.shape, write_options);
-    }
-    seconds.write += clock.seconds();
-  };
-  if (options.frames.frames) replay.frames.deliver = write;
-  const Clock deforming;
-  const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
-  seconds.deform = deforming.seconds() - seconds.write;
-  if (!options.frames.frames) write({0, certified.result.shape});
-  if (!target.is_animation() && !is_stream(target.path(0))) {
-    copy_materials(inputs.shape, options.shape, target.path(0), options.common.quiet);
-  }
-  if (!is_reported(options)) return;
-  const Clock measuring;
-  Report report = report_of(inputs.shape.mesh, certified, seconds);
-  report.seconds.measure = measuring.seconds();
-  report.seconds.total = total.seconds();
-  report.backend = backend.name();
-  print_report(options, target.last_path(), frames_line(options, target), report);
-}
-
-}  // namespace
-
 Subcommand deform_command() {
   const auto options = std::make_shared<DeformOptions>();
   return {"deform", "Deform a mesh or point cloud by a session", describe(*options),
@@ -328,51 +361,6 @@ Subcommand deform_command() {
           "If the name of a file begins with -, put it after --: knead deform -o out.ply -- -a.ply b.knead",
           [options] { run_deform(*options); }};
 }
-
-// --- knead resolve SHAPE SESSION -o OUT.knead: the session as strokes that need no mesh ------------------------------
-
-namespace {
-
-struct ResolveOptions {
-  std::string shape;
-  std::string session;
-  std::string output;
-  std::vector<std::string> set;
-  StreamFormat format;
-  CommonOptions common;
-};
-
-void run_resolve(const ResolveOptions& options) {
-  const bool to_output = is_stream(options.output);
-  require_free_output(options.output, options.common.json, "--json");
-  if (!to_output) {
-    constexpr std::string_view extensions[] = {"knead"};
-    require_extension(options.output, extensions);
-    require_writable(options.output);
-  }
-  check_streams({options.shape}, options.format);
-  const Inputs inputs = read_inputs(options.shape, options.format, options.session, options.common.quiet, options.set);
-  require_flows(inputs.session);
-  ReplayOptions replay;
-  replay.may_cross = true;  // the shape is not kept
-  const ReplayResult result =
-      replay_watched(inputs.shape.mesh, without_cells(inputs.session), replay, options.common.quiet);
-  Session resolved;
-  resolved.note = inputs.session.note;
-  resolved.strokes = result.resolved;
-  if (to_output) return print(serialize_session(resolved));
-  end_after_last_output(options.common.json);
-  write_file_atomically(options.output, serialize_session(resolved));
-  if (options.common.json) {
-    const Json json{{"strokes", resolved.strokes.size()}, {"segments", result.segments}};
-    print(to_indented_text(json));
-  } else if (!options.common.quiet) {
-    print(fmt::format("{}: {} ({})\n", options.output, counted(resolved.strokes.size(), "stroke"),
-                      counted(result.segments, "segment")));
-  }
-}
-
-}  // namespace
 
 Subcommand resolve_command() {
   const auto options = std::make_shared<ResolveOptions>();

@@ -14,8 +14,7 @@
 
 namespace knead::command {
 
-// --- options of `knead deform` and `knead remesh` that control remeshing
-// ----------------------------------------------
+// --- remeshing: options of `knead deform` and `knead remesh`
 
 struct RemeshFlags {
   bool remesh = false;
@@ -38,7 +37,6 @@ void add_edge_options(std::vector<Option>& options, RemeshFlags& flags);
 void add_remesh_options(std::vector<Option>& options, RemeshFlags& flags);
 
 // --- --frames, --fps, --ease and --hold; file names of frames: a pattern with one %d or %0Nd
-// --------------------------
 
 struct FrameFlags {
   std::optional<int> frames;
@@ -73,7 +71,6 @@ FramePattern parse_frame_pattern(const std::string& text);
 std::string frame_path(const FramePattern& pattern, int index);
 
 // --- the command line
-// -------------------------------------------------------------------------------------------------
 
 struct DeformOptions {
   std::string shape;
@@ -136,7 +133,6 @@ void write_frame(const std::string& path, const StreamFormat& format, const Inpu
                  WriteOptions options);
 
 // --- what deforming one shape and several together share
-// --------------------------------------------------------------------------------
 
 // Finds problems with the report before the work begins.
 void check_report(const DeformOptions& options, const std::string& output);
@@ -165,7 +161,6 @@ void require_flows(const Session& session);
 void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet);
 
 // --- several shapes in one flow: --also
-// ---------------------------------------------------------------------------------------------
 
 // Sets `joined` of inputs that have further shapes.
 void join(Inputs& inputs);
@@ -177,14 +172,12 @@ std::vector<Vec3d> normals_of_clouds(const Inputs& inputs);
 void run_together(const DeformOptions& options);
 
 // --- a table of values: --table
-// ---------------------------------------------------------------------------------------
 
 // Deforms the shape once for each row of the table, rows side by side. Goes on after a row that fails, and throws
 // InvalidInput or QualityError at the end if one did.
 void run_batch(const DeformOptions& options);
 
 // --- a point cloud in pieces
-// ------------------------------------------------------------------------------------------
 
 // Returns whether the cloud goes through in pieces: with --stream, or where the file is larger than half of the memory
 // and nothing stands against it. Throws UsageError, or what CloudPieces throws, where --stream cannot be had.

@@ -146,7 +146,7 @@ class Batch {
 
   void prepare() {
     const ShapeFile& shape = inputs_.shape;
-    const bool remeshes = will_remesh(shape.mesh, inputs_.session, replay_);
+    const bool remeshes = Replay(borrow(shape.mesh), inputs_.session, replay_).remeshes();
     if (is_animation_ && remeshes) {
       throw UsageError(
           "--table: the session remeshes, and the frames of an animation have the same faces; give a folder");
@@ -278,8 +278,9 @@ class Batch {
 
   void count_work() {
     const auto to_do = static_cast<std::uint64_t>(std::ranges::count_if(variants_, is_to_do));
-    if (to_do > 0) progress_.total = to_do * total_work(inputs_.shape.mesh, inputs_.session, replay_);
-    bar_.emplace(progress_, progress_.total, !options_.common.quiet, static_cast<int>(to_do), "variants");
+    const std::uint64_t work =
+        to_do > 0 ? to_do * Replay(borrow(inputs_.shape.mesh), inputs_.session, replay_).work() : 0;
+    bar_.emplace(progress_, work, !options_.common.quiet, static_cast<int>(to_do), "variants");
   }
 
   static bool is_to_do(const Variant& variant) { return !variant.has_failed && !variant.is_there; }

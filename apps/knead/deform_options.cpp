@@ -19,7 +19,7 @@ namespace {
 
 Integrator read_integrator(const std::string& name) {
   if (const std::optional<Integrator> integrator = integrator_named(name)) return *integrator;
-  throw UsageError(fmt::format("--integrator {}: no such method; say rk4, bs32, dp54 or tsit5", name));
+  throw UsageError(fmt::format("--integrator {}: no such method; say tsit5 or rk4", name));
 }
 
 Precision precision_named(const std::string& name) {
@@ -122,9 +122,7 @@ std::vector<Option> describe_motion(DeformOptions& options) {
        "no surface. By itself where the file is larger than half of the memory"},
       {"--piece-mb", &options.piece_mb, "Size of a piece of --stream in megabytes; does not change the result", "MB",
        OptionKind::with_default},
-      {"--integrator", &options.integrator,
-       "rk4 (the paper's), bs32 (bogacki-shampine), dp54 (dormand-prince), tsit5 (tsitouras)", "NAME",
-       OptionKind::with_default},
+      {"--integrator", &options.integrator, "rk4 (the paper's) or tsit5 (tsitouras)", "NAME", OptionKind::with_default},
       {"--precision", &options.precision, "float or double; double writes PLY coordinates as doubles", "NAME",
        OptionKind::with_default},
       {"--backend", &options.backend, "cpu or gpu; without a GPU with OpenGL 4.3, gpu uses the CPU", "NAME",

@@ -1,3 +1,4 @@
+// knead deform --stream: a point cloud in pieces.
 #include "deform.h"
 
 #include <fmt/format.h>

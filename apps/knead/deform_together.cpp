@@ -151,6 +151,7 @@ Inputs read_together(const DeformOptions& options, const ReplayOptions& replay) 
     resolve_on_first(inputs, replay, quiet);
   }
   join(inputs);
+  inputs.remeshes = Replay(borrow(inputs.mesh()), inputs.session, replay).remeshes();
   return inputs;
 }
 
@@ -159,11 +160,7 @@ class TogetherOutput {
  public:
   TogetherOutput(const DeformOptions& options, const Inputs& inputs, std::vector<PartTarget> targets,
                  const ReplayOptions& replay)
-      : options_(options),
-        inputs_(inputs),
-        targets_(std::move(targets)),
-        frames_(frame_count(replay.frames)),
-        remeshes_(will_remesh(inputs.mesh(), inputs.session, replay)) {
+      : options_(options), inputs_(inputs), targets_(std::move(targets)), frames_(frame_count(replay.frames)) {
     const Digits digits = digits_of(options);
     for (std::size_t i = 0; i < targets_.size(); ++i) {
       writing_.push_back(write_options_for(options, digits, source(i), targets_[i].path));
@@ -230,7 +227,7 @@ class TogetherOutput {
     for (std::size_t i = 0; i < targets_.size(); ++i) {
       if (is_animation(targets_[i])) {
         print_notes(animation_losses(targets_[i].path, source(i)));
-      } else if (remeshes_ && source(i).mesh.face_count() > 0) {
+      } else if (inputs_.remeshes && source(i).mesh.face_count() > 0) {
         print_notes(remesh_losses(targets_[i].path, source(i)));
       }
     }
@@ -254,7 +251,6 @@ class TogetherOutput {
   const Inputs& inputs_;
   std::vector<PartTarget> targets_;
   int frames_ = 0;
-  bool remeshes_ = false;
   std::vector<WriteOptions> writing_;
   std::vector<std::function<void(const ReplayFrame&)>> animations_;
   std::optional<FilesTogether> files_;

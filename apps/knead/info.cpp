@@ -25,7 +25,6 @@ namespace knead::command {
 namespace {
 
 // --- what info and check print as text
-// --------------------------------------------------------------------------------
 
 std::string row(std::string_view name, std::string_view value) { return fmt::format("{:<22}{}\n", name, value); }
 
@@ -77,7 +76,6 @@ std::string table_of_notes(std::span<const std::string> notes) {
 }
 
 // --- info
-// -------------------------------------------------------------------------------------------------------------
 
 struct InfoOptions {
   std::string shape;
@@ -103,31 +101,7 @@ void run_info(const InfoOptions& options) {
   show(is_stream(options.shape) ? describe(file) : describe(file, options.shape), options.common);
 }
 
-}  // namespace
-
-Subcommand info_command() {
-  const auto options = std::make_shared<InfoOptions>();
-  std::vector<Option> described{
-      {"SHAPE", &options->shape, "A mesh or point cloud, such as a PLY, OBJ, STL, OFF, glTF or XYZ file", "",
-       OptionKind::required},
-      {"--no-topology", &options->no_topology,
-       "Only counts, box and attributes: no look at which faces are neighbours, nor volume and area. Of a large binary "
-       "PLY file this takes a quarter of the time and hardly any memory"},
-  };
-  add_format_option(described, options->format);
-  add_common_options(described, options->common);
-  return {"info", "Show what is in a file: counts, whether it is closed and manifold, volume, area, box", described,
-          "  knead info hand.ply\n"
-          "  knead info hand.ply --json\n"
-          "  knead info scan.ply --no-topology",
-
-          [options] { run_info(*options); }};
-}
-
 // --- check
-// ------------------------------------------------------------------------------------------------------------
-
-namespace {
 
 struct CheckOptions {
   std::string shape;
@@ -228,34 +202,7 @@ void run_check(const CheckOptions& options) {
   require_all(options, requirements, check);
 }
 
-}  // namespace
-
-Subcommand check_command() {
-  const auto options = std::make_shared<CheckOptions>();
-  std::vector<Option> described{
-      {"SHAPE", &options->shape, "A mesh", "", OptionKind::required},
-      {"--also", &options->also,
-       "A further mesh, such as clothes; may be repeated. All are judged as one surface, and crossings between them "
-       "are "
-       "counted",
-       "FILE"},
-      {"--before", &options->before, "The same mesh before it was deformed, to count flipped triangles", "FILE"},
-      {"--require", &options->require, "Exit with code 4 unless all of these hold: " + known_requirements(), "LIST"},
-  };
-  add_format_option(described, options->format);
-  add_common_options(described, options->common);
-  return {"check", "Check whether a surface is sound: self-intersections, triangles without area, folds", described,
-          "  knead check scan.ply\n"
-          "  knead check bent.ply --before hand.ply --json\n"
-          "  knead check body.ply --also clothes.ply --require no-self-intersections\n"
-          "  knead check bent.ply --require closed,manifold,no-self-intersections,min-angle=1",
-          [options] { run_check(*options); }};
-}
-
 // --- make
-// -------------------------------------------------------------------------------------------------------------
-
-namespace {
 
 struct MakeOptions {
   std::string kind;
@@ -301,6 +248,47 @@ void run_make(const MakeOptions& options) {
 }
 
 }  // namespace
+
+Subcommand info_command() {
+  const auto options = std::make_shared<InfoOptions>();
+  std::vector<Option> described{
+      {"SHAPE", &options->shape, "A mesh or point cloud, such as a PLY, OBJ, STL, OFF, glTF or XYZ file", "",
+       OptionKind::required},
+      {"--no-topology", &options->no_topology,
+       "Only counts, box and attributes: no look at which faces are neighbours, nor volume and area. Of a large binary "
+       "PLY file this takes a quarter of the time and hardly any memory"},
+  };
+  add_format_option(described, options->format);
+  add_common_options(described, options->common);
+  return {"info", "Show what is in a file: counts, whether it is closed and manifold, volume, area, box", described,
+          "  knead info hand.ply\n"
+          "  knead info hand.ply --json\n"
+          "  knead info scan.ply --no-topology",
+
+          [options] { run_info(*options); }};
+}
+
+Subcommand check_command() {
+  const auto options = std::make_shared<CheckOptions>();
+  std::vector<Option> described{
+      {"SHAPE", &options->shape, "A mesh", "", OptionKind::required},
+      {"--also", &options->also,
+       "A further mesh, such as clothes; may be repeated. All are judged as one surface, and crossings between them "
+       "are "
+       "counted",
+       "FILE"},
+      {"--before", &options->before, "The same mesh before it was deformed, to count flipped triangles", "FILE"},
+      {"--require", &options->require, "Exit with code 4 unless all of these hold: " + known_requirements(), "LIST"},
+  };
+  add_format_option(described, options->format);
+  add_common_options(described, options->common);
+  return {"check", "Check whether a surface is sound: self-intersections, triangles without area, folds", described,
+          "  knead check scan.ply\n"
+          "  knead check bent.ply --before hand.ply --json\n"
+          "  knead check body.ply --also clothes.ply --require no-self-intersections\n"
+          "  knead check bent.ply --require closed,manifold,no-self-intersections,min-angle=1",
+          [options] { run_check(*options); }};
+}
 
 Subcommand make_command() {
   const auto options = std::make_shared<MakeOptions>();

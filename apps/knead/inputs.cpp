@@ -1,3 +1,4 @@
+// Reads what the subcommands work on, and replays sessions with a progress bar.
 #include "inputs.h"
 
 #include <fmt/format.h>
@@ -26,6 +27,7 @@ namespace knead::command {
 namespace {
 
 constexpr std::string_view kInput = "standard input";
+constexpr std::size_t kMaxKeptBytes = std::size_t{64} << 20;  // of a file that can be read again
 
 std::string read_standard_input() {
   std::string bytes;
@@ -36,6 +38,30 @@ std::string read_standard_input() {
   if (std::ferror(stdin) == 0) return bytes;
   throw IoError(IoError::Operation::read, std::string(kInput),
                 fmt::format("cannot be read ({}); check where it comes from", std::generic_category().message(errno)));
+}
+
+void put_on_walls_watched(Inputs& inputs, const std::string& path, int threads) {
+  Progress progress;
+  const CancelOnInterruption cancel(progress);
+  const std::span<const Vec3d> points = inputs.shape.mesh.positions;
+  progress.total = points.size();  // until it is known better
+  const ProgressBar bar(progress, 0, !inputs.quiet);
+  const bool has_walls = !inputs.session.walls.empty();
+  try {
+    const auto cells = std::make_shared<const VolumeCells>(read_cells(path, inputs.shape));
+    if (!has_walls && cells->size() == 0) return;
+    const std::vector<Patch> patches = has_walls ? read_patches(path, inputs.shape) : std::vector<Patch>{};
+    inputs.session = on_walls(std::move(inputs.session), patches, points, {threads, &progress, cells});
+    if (cells->by_corners > 0 && !inputs.quiet) {
+      print_message(fmt::format("note: {}: {} of the third order or above: judged by their corners", path,
+                                counted(cells->by_corners, "cell")));
+    }
+  } catch (const Cancelled&) {
+    throw Interrupted{};
+  } catch (const std::exception& error) {  // that the points can be deformed without
+    if (has_walls) throw;
+    if (!inputs.quiet) print_message(fmt::format("note: the cells are not judged: {}", error.what()));
+  }
 }
 
 }  // namespace
@@ -108,12 +134,6 @@ void copy_materials(const ShapeFile& shape, const std::string& source, const std
   if (!quiet) print_notes(notes);
 }
 
-namespace {
-
-constexpr std::size_t kMaxKeptBytes = std::size_t{64} << 20;  // of a file that can be read again
-
-}  // namespace
-
 void add_set_option(std::vector<Option>& options, std::vector<std::string>& set) {
   options.push_back(
       {"--set", &set, "Give a parameter of the session this value, as in length=0.3; may be repeated", "NAME=NUMBER"});
@@ -135,34 +155,6 @@ Session read_session_with(const std::string& path, const std::vector<std::string
   Session session = read_session(path);
   return values.empty() ? session : with_values(std::move(session), values);
 }
-
-namespace {
-
-void put_on_walls_watched(Inputs& inputs, const std::string& path, int threads) {
-  Progress progress;
-  const CancelOnInterruption cancel(progress);
-  const std::span<const Vec3d> points = inputs.shape.mesh.positions;
-  progress.total = points.size();  // until it is known better
-  const ProgressBar bar(progress, 0, !inputs.quiet);
-  const bool has_walls = !inputs.session.walls.empty();
-  try {
-    const auto cells = std::make_shared<const VolumeCells>(read_cells(path, inputs.shape));
-    if (!has_walls && cells->size() == 0) return;
-    const std::vector<Patch> patches = has_walls ? read_patches(path, inputs.shape) : std::vector<Patch>{};
-    inputs.session = on_walls(std::move(inputs.session), patches, points, {threads, &progress, cells});
-    if (cells->by_corners > 0 && !inputs.quiet) {
-      print_message(fmt::format("note: {}: {} of the third order or above: judged by their corners", path,
-                                counted(cells->by_corners, "cell")));
-    }
-  } catch (const Cancelled&) {
-    throw Interrupted{};
-  } catch (const std::exception& error) {  // that the points can be deformed without
-    if (has_walls) throw;
-    if (!inputs.quiet) print_message(fmt::format("note: the cells are not judged: {}", error.what()));
-  }
-}
-
-}  // namespace
 
 Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet,
                    const std::vector<std::string>& set, int threads) {
@@ -196,13 +188,13 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
   Progress progress;
   options.progress = &progress;
   options.strokes_warn = false;
-  if (!quiet) print_notes(stroke_warnings(session, options.part));
+  Replay replay(borrow(mesh), session, options);
+  if (!quiet) print_notes(replay.warnings());
   ReplayResult result;
   {
     std::optional<CancelOnInterruption> cancel(std::in_place, progress);
-    progress.total = total_work(mesh, session, options);
     const int frames = frame_count(options.frames);
-    ProgressBar bar(progress, progress.total, !quiet, frames);
+    ProgressBar bar(progress, replay.work(), !quiet, frames);
     if (const auto deliver = options.frames.deliver) {
       // From the last frame on, an interruption that comes when all files are in place is none.
       options.frames.deliver = [&, deliver](const ReplayFrame& frame) {
@@ -212,7 +204,7 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
         bar.count_frame();
       };
     }
-    result = replay(borrow(mesh), session, options);
+    result = replay.run();
   }
   if (progress.cancel) throw Interrupted{};
   if (result.status == AdvectStatus::step_limit) {

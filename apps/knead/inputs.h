@@ -67,7 +67,6 @@ void write_remeshed_or_stream(const std::string& path, const StreamFormat& forma
 void copy_materials(const ShapeFile& shape, const std::string& source, const std::string& target, bool quiet);
 
 // --- a session applied to a shape, watched and interruptible
-// ----------------------------------------------------------
 
 // What the subcommands read. The session has no strokes that are off. Notes go to standard error unless quiet.
 struct Inputs {
@@ -76,6 +75,7 @@ struct Inputs {
   bool quiet = false;                    // no notes
   std::vector<ShapeFile> also{};         // further shapes that move along
   std::optional<JoinedMeshes> joined{};  // of `shape` and these, if there are some
+  bool remeshes = false;                 // Replay::remeshes() with the options of the command
 
   // Returns what is deformed.
   const Mesh& mesh() const { return joined ? joined->mesh() : shape.mesh; }
@@ -86,13 +86,12 @@ Inputs read_inputs(const std::string& shape, const StreamFormat& format, const s
 // Returns the session for what keeps no points, so that no cell need be judged.
 Session without_cells(Session session);
 
-// replay(), with a progress bar unless quiet, its warnings on standard error, and options.progress set to its own.
-// Returns a result whose status is done; throws Interrupted or QualityError for other statuses. The mesh must outlive
-// the result.
+// Returns replay() of a session whose status is done; throws Interrupted or QualityError for other statuses. Unless
+// quiet, shows a progress bar, and warnings on standard error. Replaces options.progress. The mesh must outlive the
+// result.
 ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet);
 
 // --- what --backend chooses
-// -------------------------------------------------------------------------------------------
 
 // What happened to a backend.
 struct BackendUse {
@@ -113,7 +112,6 @@ struct ChosenBackend {
 ChosenBackend choose_backend(const std::string& name, bool quiet);
 
 // --- tables of text
-// -------------------------------------------------------------------------------------------------------------------
 
 using Fields = std::vector<std::string>;
 
@@ -139,7 +137,6 @@ Table read_table(const std::string& path);
 std::optional<double> number_in(std::string field, char separator);
 
 // --- landmarks of `knead fit`: a table of pairs, or one file of points for each shape
-// ---------------------------------
 
 struct LandmarkPairs {
   std::vector<Vec3d> source;

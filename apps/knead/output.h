@@ -59,7 +59,6 @@ void require_writable(const std::filesystem::path& path);
 void require_different(const std::filesystem::path& a, const std::filesystem::path& b);
 
 // --- a progress bar on a terminal
-// -------------------------------------------------------------------------------------
 
 // While it lives: a bar on standard error, drawn by a thread that watches progress.done, from 0.3 seconds on; erased
 // at the end. No bar where `wanted` is false, standard error is no terminal, or the terminal is dumb. The bar has no
@@ -80,7 +79,6 @@ class ProgressBar {
 };
 
 // --- Ctrl-C and similar signals: they end the work and leave no file half-written
-// -------------------------------------
 
 // From now on SIGINT, SIGTERM and SIGHUP (unless ignored) remove unfinished files and end the program with
 // kInterrupted.

@@ -81,7 +81,6 @@ std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions);
 std::vector<Vec3d> turntable_points(std::span<const Vec3d> positions, const Vec3d& middle, int count, bool is_z_up);
 
 // --- panels: shapes as they are, or one shape at several moments of a session
-// -----------------------------------------
 
 // In which panels tools are drawn.
 //   first: in the first one, the tools of all strokes with their whole paths;
@@ -118,7 +117,6 @@ double color_by_distance(const DistanceColors& colors, bool quiet, std::vector<P
 std::vector<Panel> make_panels(const PanelOptions& options);
 
 // --- films (--frames, --turntable): numbered pictures, an animated GIF, a film by ffmpeg
-// ------------------------------
 
 struct FilmRequest {
   std::string output;  // a pattern as F_%04d.png, or a name that ends in .gif or .mp4

@@ -190,8 +190,7 @@ std::string_view title_of(Action action) { return info(action).title; }
 std::string_view group_of(Action action) { return info(action).group; }
 
 std::optional<Action> action_named(std::string_view name) {
-  if (name == "tool_marks") return action_of(studio_tool(ToolUse::handles));  // its name in version 0.1
-  if (name == "tool_pins") return action_of(studio_tool(ToolUse::pose));      // its name until pose came
+  if (name == "tool_pins") return action_of(studio_tool(ToolUse::pose));  // its name until pose came
   for (const ActionInfo& info : actions()) {
     if (info.name == name) return info.action;
   }

@@ -316,7 +316,7 @@ TEST_F(StudioLayers, TheRecoveryCountsAsTheHistoryDoes) {
   {
     Studio studio(options());
     run(studio, ball());
-    for (const int tool : {16, 5, 0}) run(studio, kTools[tool].script);
+    for (const int tool : {15, 5, 0}) run(studio, kTools[tool].script);
     entries = studio.document().shown().history.size();
   }
   Studio next(options());

@@ -60,7 +60,6 @@ Modifiers modifiers_of(const Json& line) {
 }
 
 const StudioTool& tool_named(const std::string& name) {
-  if (name == "marks") return studio_tool(ToolUse::handles);  // its name in version 0.1
   const StudioTool* const tool = studio_tool(name);
   if (tool == nullptr) fail(fmt::format("there is no tool '{}'", name));
   return *tool;
@@ -253,6 +252,7 @@ class Script {
   }
 
   void set(const std::string& key, const Json& value) {
+    if (key == "handle") return;  // in journals until version 0.9, of a tool that is gone
     ToolSettings& to = studio_.tools().settings();
     if (key == "radius") {
       to.radius = value.number();
@@ -278,8 +278,6 @@ class Script {
       drag_mode(to) = static_cast<DragMode>(choice(value, {"view", "surface", "normal", "axis"}));
     } else if (key == "axis") {
       to.axis = direction_of(value);
-    } else if (key == "handle" || key == "mark") {
-      to.handle = static_cast<HandleMode>(choice(value, {"full", "zero", "erase", "move"}));
     } else if (key == "mask_mode") {
       to.mask_mode = static_cast<MaskMode>(choice(value, {"paint", "lasso", "box"}));
     } else if (key == "mask_width") {
@@ -292,8 +290,6 @@ class Script {
       to.pose = static_cast<PoseMode>(choice(value, {"pins", "lasso", "brush", "exact"}));
     } else if (key == "detail") {
       to.pose_detail = value.number();
-    } else if (key == "lasso") {
-      to.lasso = value.flag();
     } else if (key == "lasso_selects") {
       to.lasso_selects = value.flag();
     } else if (key == "paint_in") {
@@ -302,8 +298,6 @@ class Script {
       to.uses_limit_cylinder = value.flag();
     } else if (key == "widens_zone") {
       to.widens_zone = value.flag();
-    } else if (key == "handles_anyway") {
-      to.handles_anyway = value.flag();
     } else if (key == "remesh") {
       to.remesh = value.flag();
     } else if (key == "max_edge") {

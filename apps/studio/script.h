@@ -14,7 +14,7 @@
 //   {"set": {"radius": 0.3, "inner_ratio": 0.4, "depth": 0.2, "growth": 0.1, "drag": "view" | "surface" | "normal" |
 //   "axis",
 //            "falloff": 4, "axis": [0, 0, 1], "paint_in": true, "mirror": [true, false, false], "remesh": true,
-//            "max_edge": 0.1, "handle": "full" | "zero" | "erase" | "move", "start": "inside" | "surface" | "plane",
+//            "max_edge": 0.1, "start": "inside" | "surface" | "plane",
 //            "radial": 8, "radial_axis": [0, 1, 0], "symmetry_center": [0, 0, 0], "mirror_plane": {"point": ...,
 //            "normal": ...} | null, "capsule_length": 1, "stamp_size": 0.5, "limit_cylinder": true,
 //            "contact": "stick" | "slip" | "auto"}}

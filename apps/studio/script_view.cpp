@@ -37,10 +37,6 @@ const char* word_of(DragMode mode) {
   return std::array{"view", "surface", "normal", "axis"}[static_cast<std::size_t>(mode)];
 }
 
-const char* word_of(HandleMode mode) {
-  return std::array{"full", "zero", "erase", "move"}[static_cast<std::size_t>(mode)];
-}
-
 const char* word_of(PullStart start) {
   return std::array{"inside", "surface", "plane"}[static_cast<std::size_t>(start)];
 }
@@ -57,8 +53,8 @@ std::string settings_line(const ToolSettings& to) {
   std::string text =
       fmt::format(R"({{"set": {{"radius": {}, "inner_ratio": {}, "depth": {}, "growth": {}, "capsule_length": {}, )",
                   to.radius, to.inner_ratio, to.depth, to.growth, to.capsule_length);
-  text += fmt::format(R"("stamp_size": {}, "exponent": {}, "drag": "{}", "axis": {}, "handle": "{}", )", to.stamp_size,
-                      to.exponent, word_of(drag_mode(to)), text_of(to.axis), word_of(to.handle));
+  text += fmt::format(R"("stamp_size": {}, "exponent": {}, "drag": "{}", "axis": {}, )", to.stamp_size, to.exponent,
+                      word_of(drag_mode(to)), text_of(to.axis));
   text += fmt::format(R"("start": "{}", "paint_in": {}, "limit_cylinder": {}, "mirror": [{}, {}, {}], "remesh": {})",
                       word_of(to.start), to.paint_in, to.uses_limit_cylinder, to.mirror[0], to.mirror[1], to.mirror[2],
                       to.remesh);

@@ -268,10 +268,6 @@ void Studio::accept() {
   const std::size_t pins = tools_.placed().pins.size();
   end_gesture(pointer_, around, tools_.placed(), *gesture_);
   tools_.note_set_pin(tools_.placed().pins.size() == pins + 1 ? std::optional(pins) : std::nullopt);
-  if (const auto* handles = std::get_if<HandlesGesture>(&gesture_->kind)) {
-    const std::string refusal = refusal_of(*handles, settings());
-    if (!refusal.empty()) document_.tell({true, refusal});
-  }
   send_live();
   end(true);
 }

@@ -139,13 +139,6 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
 {"click": [0, 0, 1]}
 {"drag": [[-0.9, -0.9, 0], [-0.9, -0.5, 0]]})",
                                        1},
-                                      {"handles", R"({"tool": "handles"}
-{"click": [0, 0, 1]}
-{"set": {"handle": "zero"}}
-{"drag": [[-0.8, -0.5, 0.3], [0.8, -0.5, 0.3]]}
-{"set": {"handle": "move"}}
-{"drag": [[0, 0, 1], [0.1, 0.3, 1]], "steps": 3})",
-                                       1},
                                       {"mirrored_ball", R"({"tool": "ball"}
 {"set": {"mirror": [true, false, false]}}
 {"drag": [[0.2, 0, 0.98], [0.4, 0.3, 0.98]]})",

@@ -80,11 +80,9 @@ void StudioTools::begin_document() {
 }
 
 void StudioTools::follow(bool has_gesture) {
-  const ShapeState& state = document_.shown().state;
-  if (placed_.handles.size() != state.positions.size()) placed_.handles.clear();
   const bool has_limit_cylinder = placed_.placement && placed_.placement->limit_cylinder;
-  if (has_limit_cylinder && !has_gesture && !document_.worker().is_busy() && state.mesh != limit_cylinder_mesh_)
-    find_limit_cylinder(false);
+  const bool is_new_mesh = document_.shown().state.mesh != limit_cylinder_mesh_;
+  if (has_limit_cylinder && is_new_mesh && !has_gesture && !document_.worker().is_busy()) find_limit_cylinder(false);
 }
 
 double StudioTools::radius() const {

@@ -1,4 +1,5 @@
-// The blend between inner and outer region (paper, Eq. 5), as the weight w that the evaluation uses.
+// The velocity field of one tool: blends (paper, Eq. 5), inner motions, masks, grids of potentials, and the formula
+// v = curl(w A) that combines them.
 #pragma once
 
 #include <array>
@@ -22,21 +23,21 @@ namespace knead {
 // The shape of a blend: its degree n. w falls from 1 at s = 0 to 0 at s = 1, where s = (r - inner) / (outer - inner).
 //   n = 3:       w = (1 - s^3)^3
 //   n = 4 to 7:  w = (1 - b)^2; b is the Bernstein polynomial of degree n whose coefficients are 0, 0, 0, 1, 1, ...
-// 4 is the paper's blend. w has two continuous derivatives for each n, so the velocity has one. The greater n is, the
-// nearer to the inner region w falls.
+// 4 is the paper's blend. w has two continuous derivatives for each n, so the velocity has one. A greater n makes w
+// fall closer to the inner region.
 inline constexpr int kMinFalloff = 3;
 inline constexpr int kDefaultFalloff = 4;
 inline constexpr int kGreatestFalloff = 7;
 
-// In the place of a falloff: w = (1 + 5 s)(1 - s)^5, with which a moving ball is the divergence-free kernel of a pin
-// (method, section 9; knead/flow.h). Has two continuous derivatives for inner = 0.
+// The falloff of pins: with w = (1 + 5 s)(1 - s)^5 a moving ball is the divergence-free kernel of a pin (method,
+// section 9; knead/flow.h). w has two continuous derivatives for inner = 0.
 inline constexpr int kPinFalloff = 0;
 // With these weights the rotation and the strain of a ball are the kernels of a pin's turn: w = (1 - 9/5 s)(1 - s)^3
 // for a rotation with gauge 0 and RotationGauge::radial, w = (1 - s)^4 for a strain (docs/mathematics.md).
 inline constexpr int kPinRotationFalloff = 1;
 inline constexpr int kPinStrainFalloff = 2;
 
-// What is known of the weight of one falloff.
+// Constants of the weight of one falloff.
 struct FalloffFacts {
   double half;       // the s at which w = 1/2
   double slope;      // the greatest |dw/ds|, rounded up
@@ -55,7 +56,7 @@ constexpr const FalloffFacts& falloff_facts(int falloff) {
   return kFalloffFacts[static_cast<std::size_t>(falloff - kMinFalloff)];
 }
 
-// The values of the region field r between which a field is blended, inner < outer, and how.
+// The values inner < outer of the region field r between which a field is blended, and the shape of the blend.
 template <class S>
 struct Thresholds {
   S inner{0};
@@ -125,9 +126,8 @@ Weight<T> blend_weight(const T& r, const Thresholds<S>& thresholds) {
 //
 // An inner motion is a function of d = x - c, the position relative to the tool's centre. Adding a gradient to A does
 // not change u, but changes the flow in the intermediate region: `gauge` = lambda selects A = lambda A_1 + (1 - lambda)
-// A_0. A_1 = (e grad f - f grad e)/2 is that of the paper's scalar fields e and f; A_0 makes less of the flow run along
-// or against the axis. S is the scalar of the stored numbers, T that of the evaluation: S, a dual number or a SIMD
-// pack.
+// A_0. A_1 = (e grad f - f grad e)/2 comes from the paper's scalar fields e and f; A_0 reduces the flow along the axis.
+// S is the scalar of the stored numbers, T that of the evaluation: S, a dual number or a SIMD pack.
 
 // Velocity and vector potential at one point.
 template <class T>
@@ -263,9 +263,9 @@ MotionValue<T> evaluate(const CustomMotion& motion, const Vec3<T>& d) {
   return {Vec3<T>(value.velocity), Vec3<T>(value.potential)};
 }
 
-// Masks: a number m(x) at each point of space, 0 where the shape stays and 1 where it is free.
+// Masks: a number m(x) at each point of space, 0 where the shape is fixed and 1 where it is free.
 //
-// A mask multiplies the vector potential, so a masked field is divergence-free as every other one (method, section 10):
+// A mask multiplies the vector potential, so a masked field is divergence-free too (method, section 10):
 // v = curl(m w A) = m w u + (m dw/dr grad r + w grad m) x A. m is C2: it is a cubic B-spline on a regular grid.
 
 namespace detail {
@@ -279,17 +279,16 @@ struct MaskValue {
   Vec3<T> gradient;
 };
 
-// A mask that rests in space. A value: copies share memory, which nothing changes.
+// A mask that is fixed in space. A value: copies share memory that never changes.
 class Mask {
  public:
   Mask() = default;  // 1 everywhere
 
-  // Makes the mask of some points. `values` says how much each point is masked, from 0: not at all to 1: m = 0 in
-  // reach of it; empty: 1 for all. They are rounded to 1/255. m falls to 0 towards a point as follows, for one with the
-  // value 1: m = 1 beyond 1.5 width, and from 1 width on along the axes of coordinates; m < 0.25 within 0.25 width;
-  // m = 0 and grad m = 0 exactly at the point. Of several points the largest value counts, at each node of the grid.
-  // Takes about 0.2 ms for 100 points that are apart. threads as for parallel_for. Throws InvalidInput for numbers
-  // out of range, and for a width that is too small for the extent of the points.
+  // Makes the mask of some points. `values` are from 0 (free) to 1 (masked: m = 0 around the point), rounded to 1/255;
+  // empty: 1 for all. Around a point with the value 1, m = 0 and grad m = 0 exactly at the point, m < 0.25 within 0.25
+  // width, and m = 1 beyond 1.5 width, along the axes of coordinates beyond 1 width. Where points overlap, the largest
+  // value at each node of the grid counts. Takes about 0.2 ms for 100 scattered points. threads as for parallel_for.
+  // Throws InvalidInput for numbers out of range, and for a width that is too small for the extent of the points.
   Mask(std::span<const Vec3d> points, std::span<const double> values, double width, int threads = 0);
 
   // Returns whether m is 1 everywhere because there are no masked points.
@@ -300,7 +299,7 @@ class Mask {
   Box box() const;
   // Returns m and its gradient. Costs about 0.1 us.
   MaskValue<double> at(const Vec3d& x) const;
-  // Returns whether m is exactly 0 at x and around it, so that x rests for ever.
+  // Returns whether m is exactly 0 at x and around it, so that x never moves.
   bool holds(const Vec3d& x) const;
 
   // Returns whether one is a copy of the other, or both are empty.
@@ -315,30 +314,28 @@ class Mask {
   std::shared_ptr<const detail::MaskGrid> grid_;
 };
 
-// Returns the indices, in ascending order, of points that give the same mask bit for bit as all of them: one for each
-// cell of the grid with a masked point in it. Throws as the constructor.
+// Returns the ascending indices of points that give the same mask as all of them, bit for bit: one for each cell of the
+// grid that contains a masked point. Throws as the constructor.
 std::vector<std::uint32_t> representative_points(std::span<const Vec3d> points, std::span<const double> values,
                                                  double width);
 
-// A vector potential on a regular grid of nodes.
-
-// A list of items. A value: copies share memory, which nothing changes.
+// A list of items. A value: copies share memory that never changes.
 template <class T>
 class SharedList {
  public:
   SharedList() = default;  // no items
   explicit SharedList(std::vector<T> items) : items_(std::make_shared<const std::vector<T>>(std::move(items))) {}
 
-  // Returns whether there are none.
+  // Returns whether the list has no items.
   bool empty() const { return size() == 0; }
-  // Returns how many there are.
+  // Returns the number of items.
   std::size_t size() const { return items_ == nullptr ? 0 : items_->size(); }
-  // Returns the first of them, which lie side by side; null if there are none.
+  // Returns the contiguous items; null if there are none.
   const T* data() const { return items_ == nullptr ? nullptr : items_->data(); }
   const T& operator[](std::size_t i) const { return (*items_)[i]; }
-  // Returns the first.
+  // Returns the first item.
   const T* begin() const { return data(); }
-  // Returns what comes after the last.
+  // Returns the end of the items.
   const T* end() const { return data() + size(); }
 
   friend bool operator==(const SharedList& a, const SharedList& b) {
@@ -359,9 +356,8 @@ using SharedNumbers = SharedList<double>;
 // product of cubic B-splines: 0 from 2 spacings on along an axis. A is C2, so v = curl A is C1, its divergence is
 // exactly 0, and v is exactly 0 beyond 2 spacings from the nodes with a_k other than 0. a_k(t) is coefficients[k], or
 // (1 - t) coefficients[k] + t end_coefficients[k] where there are some.
-// With `growth` v = curl A + grad p, p(x) = sum over k of growth[k] B((x - origin) / spacing - k): v is still C1 and
-// its flow a diffeomorphism, but its divergence is that of grad p, so that it changes volumes on purpose: along a path
-// line d/dt log det J = div v.
+// With `growth` v = curl A + grad p, p(x) = sum over k of growth[k] B((x - origin) / spacing - k). v is still C1 and
+// its flow a diffeomorphism, but it changes volumes on purpose: along a path line d/dt log det J = div v = div grad p.
 struct PotentialGrid {
   Vec3d origin{0, 0, 0};             // of the node (0, 0, 0)
   double spacing = 1;                // a length above 0
@@ -382,9 +378,8 @@ PotentialGrid multiplied(PotentialGrid grid, double factor);
 // The velocity field of one tool: v = curl(w A) = w u + (dw/dr) grad r x A (method, section 1).
 //
 // v is divergence-free for any A. It is C1 where the region field is C2, equals the inner motion where r < inner, and
-// is exactly 0 where r >= outer. A field is data. It is evaluated at positions relative to its centre.
-
-// An inner motion in a region around a centre, blended between the thresholds.
+// is exactly 0 where r >= outer. A field is data: an inner motion in a region around a centre, blended between the
+// thresholds. It is evaluated at positions relative to its centre.
 struct Field {
   Vec3d center;  // c at t = 0
   Motion motion;
@@ -413,7 +408,7 @@ Vec3<T> masked_velocity_where(const RegionValue<T>& r, const M& motion, const Th
   return mul_add(inner.velocity, w.value * mask.value, cross(across, inner.potential - Vec3<T>(offset)));
 }
 
-// What a ball's formula divides by at its centre, where its dividend is 0. Its square is not 0, for dual numbers.
+// The divisor of a ball's formula at its centre, where the dividend is 0. Its square is not 0, for dual numbers.
 template <class S>
 inline constexpr S kMinDistance = sizeof(S) == sizeof(float) ? S(1e-18) : S(1e-150);
 

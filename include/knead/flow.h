@@ -113,18 +113,13 @@ Flow flow_between(const Flow& flow, double from, double to);
 //   - begin or end lies outside [0, 1].
 void validate(const Flow& flow);
 
-// Explicit Runge-Kutta methods with an error estimate, as data.
-
-// The Runge-Kutta methods.
+// Explicit Runge-Kutta methods with an error estimate.
 enum class Integrator {
-  rk4,               // the paper's: classical RK4 with step doubling, local extrapolation off
-  bogacki_shampine,  // 3(2), Bogacki and Shampine 1989
-  dormand_prince,    // 5(4), Dormand and Prince 1980
-  tsitouras          // 5(4), Tsitouras 2011
+  rk4,       // the paper's: classical RK4 with step doubling, local extrapolation off
+  tsitouras  // 5(4), Tsitouras 2011
 };
 
-// Returns the method with this name: rk4, bs32, dp54 or tsit5, or runge-kutta, bogacki-shampine, dormand-prince or
-// tsitouras. Nothing for another name.
+// Returns the method with this name: rk4 or runge-kutta, tsit5 or tsitouras. Nothing for another name.
 std::optional<Integrator> integrator_named(std::string_view name);
 
 // The coefficients of a method: k_i = f(t + c_i h, x + h sum_j a_ij k_j); the step is h sum_i b_i k_i and the estimate

@@ -97,8 +97,8 @@ class Gpu {
   // Moves the points, as knead::advect does; ignores options.threads. Checks options.progress between calls of
   // shaders, and while the equations of pins are solved. With the status `cancelled` or `step_limit` the points stop on
   // their path lines. Throws InvalidInput where knead::advect does, for fields that are functions of the caller, and
-  // for segments with a mask and sums. Where pins come too near each other for their equations, the segments before
-  // have moved the points.
+  // for handles, segments with a mask and sums. Where pins come too near each other for their equations, the segments
+  // before have moved the points.
   AdvectResult advect(const Flow& flow, GpuPoints& points, const AdvectOptions& options);
 
   // Copies the points to `result`, which has as many elements.

@@ -32,6 +32,7 @@
 // Meshes and volume meshes, and what you can ask of them.
 #include "knead/cells.h"
 #include "knead/mesh.h"
+#include "knead/splats.h"
 
 // Files: read a shape, and write it back with everything else that its file holds; animations.
 #include "knead/animation.h"
@@ -50,8 +51,12 @@
 #include "knead/stroke.h"
 #include "knead/tools.h"
 
-// Sessions: the .knead file, replay, report and certificate, and the workbench of an interactive program.
+// Sessions: the .knead file, replay, derivatives, report and certificate.
 #include "knead/certify.h"
+#include "knead/derivatives.h"
 #include "knead/replay.h"
 #include "knead/session.h"
+
+// Editors: a shape that strokes deform and its states, and the workbench with undo.
+#include "knead/shape_state.h"
 #include "knead/workbench.h"

@@ -173,22 +173,12 @@ RegionValue<T> evaluate(const HalfSpace<S>& region, const Vec3<T>& d, const T& t
   return {dot(n, d), n};
 }
 
-// Defined below.
-template <class T, class S>
-RegionValue<T> evaluate(const PointSet<S>& region, const Vec3<T>& d, const T& t);
-
-// Defined below.
-template <class T, class S, class Set>
-RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T& t);
-
 // Returns r and grad r of the caller's region at d = x - c and the time t.
 template <std::floating_point T>
 RegionValue<T> evaluate(const CustomRegion& region, const Vec3<T>& d, const T& t) {
   const RegionValue<double> value = (*region.evaluate)(Vec3d(d), static_cast<double>(t));
   return {static_cast<T>(value.value), Vec3<T>(value.gradient)};
 }
-
-// How the region field of handles is evaluated.
 
 // D and its gradient for the full and the zero set of handles.
 template <class T>
@@ -225,12 +215,11 @@ RegionValue<T> region_between(const HandlesDistances<T>& distance) {
   return {select(apart, full / sum, T(1)), gradient};
 }
 
+// Returns r and grad r of the handles at d = x - c(t) and the time t.
 template <class T, class S, class Set>
 RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T& t) {
   return region_between(handles_distances(region, d, t));
 }
-
-// How the region field of a point set is evaluated.
 
 // Returns S^(-1/m) for S > 0: by square roots where m is a power of two, else by Newton's method, which rises
 // monotonically from S^(-1/q) with q the largest power of two below m, or the smallest above where S < 1.
@@ -330,12 +319,10 @@ RegionValue<T> curve_distance(const Vec3<T>& d, const std::vector<Vec3<S>>& curv
   }
   const T inverse_scaled = sqrt(sqrt(T(0.75) * sum.value));
   const T scaled = T(1) / inverse_scaled;
-  const auto off = true_distance > T(0);
-  const T slope = select(off, T(-0.25) * scaled / sum.value, T(0));
-  const Vec3<T> zero{T(0), T(0), T(0)};
-  const Vec3<T> gradient = sum.gradient * slope;
-  return {select(off, scaled * true_distance, T(0)),
-          {select(off, gradient.x, zero.x), select(off, gradient.y, zero.y), select(off, gradient.z, zero.z)}};
+  const auto is_apart = true_distance > T(0);
+  const T slope = select(is_apart, T(-0.25) * scaled / sum.value, T(0));
+  return {select(is_apart, scaled * true_distance, T(0)),
+          select(is_apart, sum.gradient * slope, Vec3<T>{T(0), T(0), T(0)})};
 }
 
 // Returns the smallest r_k of all elements.
@@ -349,13 +336,14 @@ T least_element_distance(const PointSet<S>& region, const Vec3<T>& d, const std:
   return least;
 }
 
+// Returns r and grad r of the point set at d = x - c.
 template <class T, class S>
 RegionValue<T> evaluate(const PointSet<S>& region, const Vec3<T>& d, const T& /*t*/) {
   std::vector<RegionValue<T>> curves;
   for (const auto& curve : region.curves) curves.push_back(curve_distance(d, curve));
   const T least = least_element_distance(region, d, curves);
-  const auto off = least > T(0);
-  const T inverse = select(off, T(1) / least, T(0));
+  const auto is_apart = least > T(0);
+  const T inverse = select(is_apart, T(1) / least, T(0));
   T sum(0);
   Vec3<T> gradient{T(0), T(0), T(0)};  // of sum / -m, times r_min^2
   for (const Vec3<S>& p : region.points) {
@@ -373,9 +361,7 @@ RegionValue<T> evaluate(const PointSet<S>& region, const Vec3<T>& d, const T& /*
   }
   const T root = inverse_root(sum, region.exponent);
   const T slope = root / sum;
-  const Vec3<T> scaled = gradient * slope;
-  return {select(off, least * root, T(0)),
-          {select(off, scaled.x, T(0)), select(off, scaled.y, T(0)), select(off, scaled.z, T(0))}};
+  return {select(is_apart, least * root, T(0)), select(is_apart, gradient * slope, Vec3<T>{T(0), T(0), T(0)})};
 }
 
 }  // namespace knead

@@ -48,7 +48,7 @@ struct ParameterUse {
 struct Wall {
   std::string patch;              // its name in the mesh
   bool slides = false;            // false: it is held, or periodic
-  std::optional<double> width{};  // how far from it the mesh is free of it; above 0
+  std::optional<double> width{};  // the distance from which on the wall has no effect on the mesh; above 0
   std::string periodic{};         // the patch that it moves as; empty: none
   bool keeps_layers = false;      // of a wall that is neither held, slides nor is periodic
 
@@ -66,14 +66,13 @@ struct SessionStroke {
   std::string name{};  // for people; empty: none
   bool off = false;    // skipped, as if it were not there
   // From 0 to kMaxStrength. Up to 1: only this part of the stroke's segments, as SessionPart::until cuts a stroke.
-  // From 1 on the stroke goes on beyond its end (prolonged).
+  // Above 1: the stroke prolonged beyond its end (prolonged()).
   double strength = 1;
-  double duration = 1;  // beside that of the other strokes, where frames are evenly spaced in time; above 0
+  double duration = 1;  // relative to that of the other strokes, for frames evenly spaced in time; above 0
   Mirror mirror{};      // planes in which the stroke is mirrored; its images act at the same time. Not of events
-  // Whether the stroke begins an entry of the history. Nothing: as far as the strokes tell (strokes_of_gestures).
+  // Whether the stroke begins an entry of the history. Nothing: strokes_of_gestures() decides.
   std::optional<bool> new_entry{};
-  // The keys that name parameters. A key counts only as long as the stroke has its numbers there: a key that has been
-  // edited is a number.
+  // The keys that name parameters. A key counts only while the stroke has its numbers: an edited key is a number.
   std::vector<ParameterUse> uses{};
 
   friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
@@ -86,7 +85,7 @@ struct Session {
   std::string name;                 // of the file, for messages
   std::optional<std::string> mesh;  // the shape it was made on, relative to the session file
   std::optional<std::string> note;
-  std::vector<SessionStroke> strokes;  // in effect, in order: without the strokes that undo took back
+  std::vector<SessionStroke> strokes;  // in effect, in order: without undone ones
   std::vector<std::string> warnings;   // of reading, each with file and line
   std::vector<Parameter> parameters{};
   std::vector<std::string> also{};  // further shapes that it was made on, as `mesh`; strokes read the surface of all

@@ -380,15 +380,6 @@ struct GreatestStretch {
 // a candidate), and seven path lines for each sample. Throws as stretches_of.
 GreatestStretch greatest_stretch(const Flow& flow, std::span<const Vec3d> positions, const StrainOptions& options);
 
-// Returns how many times as fast as the translation of its first field the flow is at its beginning: the greatest speed
-// at 2000 evenly spaced ones of the points; 0 for other inner motions. Beside handles that leave little room between
-// them the flow runs aside and back faster than they move, and shreds what lies there. Throws where validate(flow)
-// does.
-double relative_speed(const Flow& flow, std::span<const Vec3d> points, int threads = 0);
-
-// A flow that is faster than so many times its tool moves a shape more beside the tool than with it.
-inline constexpr double kStrongSpeed = 2;
-
 // How the triangles of a surface are stretched: the singular values of their linear maps.
 struct SurfaceStretch {
   double greatest = 1;

@@ -1,5 +1,5 @@
-// The functions of a scalar that the evaluation of a field needs besides + - * / and sqrt, for float and double. Dual
-// numbers and SIMD packs overload the same names; argument-dependent lookup finds these overloads.
+// Functions of a scalar, vectors, matrices and boxes. The templates take float, double, dual numbers and SIMD packs;
+// the latter two overload the functions of a scalar, and argument-dependent lookup finds these overloads.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace knead {
 
-// Returns the same bytes as a value of another type, as bit_cast, which some standard libraries do not have yet.
+// Returns the same bytes as a value of another type: std::bit_cast, which some standard libraries lack.
 template <class To, class From>
 constexpr To bit_cast(const From& from) {
   return __builtin_bit_cast(To, from);
@@ -148,8 +148,6 @@ SinCos<T> sincos(const T& x) {
 }
 
 // A 3-vector over any scalar: float, double, a dual number or a SIMD pack.
-
-// Three components. T may be a dual number or a SIMD pack.
 template <class T>
 struct Vec3 {
   T x{};
@@ -237,16 +235,13 @@ Vec3<T> normalized(const Vec3<T>& a) {
 // Returns whether no component is infinite or not a number.
 inline bool is_finite(const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
-// Returns a unit vector orthogonal to a, without loss of accuracy for any direction of a. The caller guarantees |a| >
-// 0.
+// Returns a unit vector orthogonal to a, equally accurate for all directions of a. The caller guarantees |a| > 0.
 inline Vec3d any_orthogonal(const Vec3d& a) {
   const Vec3d helper = std::abs(a.x) < 0.6 * norm(a) ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
   return normalized(cross(a, helper));
 }
 
-// A 3x3 matrix over any scalar, stored by rows.
-
-// Three rows; by default the identity.
+// A 3x3 matrix over any scalar, stored by rows; by default the identity.
 template <class T>
 struct Mat3 {
   Vec3<T> row0{T(1), T(0), T(0)};
@@ -334,9 +329,7 @@ inline Mat3d exp(const Mat3d& m) {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// An axis-aligned box.
-
-// The points p with min <= p <= max in every coordinate. A new box is empty: min is above max.
+// An axis-aligned box: the points p with min <= p <= max in every coordinate. A new box is empty: min is above max.
 struct Box {
   Vec3d min{kInfinity, kInfinity, kInfinity};
   Vec3d max{-kInfinity, -kInfinity, -kInfinity};
@@ -375,7 +368,7 @@ inline bool overlap(const Box& a, const Box& b) {
          b.min.z <= a.max.z;
 }
 
-// Returns whether two points have the same bits: -0 differs from 0, and NaN may be the same as NaN.
+// Returns whether two points have the same bits: -0 differs from 0, and a NaN can equal a NaN.
 inline bool same_bits(const Vec3d& a, const Vec3d& b) {
   using Bits = std::array<std::uint64_t, 3>;
   return bit_cast<Bits>(a) == bit_cast<Bits>(b);

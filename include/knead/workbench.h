@@ -18,8 +18,8 @@
 #include "knead/flow.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/replay.h"
 #include "knead/session.h"
+#include "knead/shape_state.h"
 
 namespace knead {
 

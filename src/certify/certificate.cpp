@@ -199,7 +199,7 @@ void require_positions(const Mesh& before, std::span<const Vec3d> after, const S
                                    after.size(), before.vertex_count()));
   }
   require_finite(after);
-  if (will_remesh(before, session, options)) {
+  if (Replay(borrow(before), session, options).remeshes()) {
     throw InvalidInput("the session remeshes, so its result has other vertices; remove its remesh events");
   }
 }

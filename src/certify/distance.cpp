@@ -35,7 +35,7 @@ void add_distances(const Mesh& from, const SurfaceTree& to, int threads, Progres
 }
 
 Json json_of(const FitDistance& distance) {
-  return {{"mean", distance.mean}, {"most_95", distance.percentile_95}, {"max", distance.max}};
+  return {{"mean", distance.mean}, {"percentile_95", distance.percentile_95}, {"max", distance.max}};
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+// The weights of all falloffs.
 #include "knead/field.h"
 
 #include <gtest/gtest.h>

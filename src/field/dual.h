@@ -1,5 +1,5 @@
-// First-order dual numbers: a value and its gradient. Motions, regions and velocities are templates over the scalar of
-// the evaluation; evaluated with dual numbers they return their derivatives too.
+// First-order dual numbers: a value and its gradient. Motions, regions and velocities are templates over the scalar;
+// with dual numbers they also return their derivatives.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace knead {
 
-// T: a number, or a pack of them. G: what the derivatives are kept in, of three variables by default, a T for one.
+// T: a number or a pack. G: the derivatives, by default with respect to three variables; T for one variable.
 template <class T, class G = Vec3<T>>
 struct DualOf {
   T v{};
@@ -36,7 +36,7 @@ struct DualOf {
   friend auto operator>(const DualOf& a, const DualOf& b) { return a.v > b.v; }
   friend auto operator>=(const DualOf& a, const DualOf& b) { return a.v >= b.v; }
 
-  // The gradient of a length, which is 0 at the origin as that of its square is.
+  // The gradient of a length is 0 at the origin, like that of its square.
   friend DualOf sqrt(const DualOf& a) {
     using std::sqrt;
     const T root = sqrt(a.v);

@@ -1,3 +1,4 @@
+// Velocity fields: divergence, continuity, and the values inside and outside.
 #include "knead/field.h"
 
 #include <gtest/gtest.h>

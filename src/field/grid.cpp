@@ -1,3 +1,4 @@
+// Potential grids: their nodes in the layout of the evaluation, and their used cells.
 #include "field/grid.h"
 
 #include <algorithm>
@@ -9,16 +10,16 @@ namespace {
 
 constexpr double kRounding = 1e-9;  // of a cell
 
-bool counts(const SharedVectors& coefficients, std::size_t node) {
-  return !coefficients.empty() && !(coefficients[node] == Vec3d{0, 0, 0});
+template <class T>
+bool is_set(const SharedList<T>& list, std::size_t node) {
+  return !list.empty() && !(list[node] == T{});
 }
 
-bool counts(const PotentialGrid& grid, std::size_t node) {
-  const bool grows = !grid.growth.empty() && grid.growth[node] != 0;
-  return grows || counts(grid.coefficients, node) || counts(grid.end_coefficients, node);
+bool is_set(const PotentialGrid& grid, std::size_t node) {
+  return is_set(grid.growth, node) || is_set(grid.coefficients, node) || is_set(grid.end_coefficients, node);
 }
 
-// Each byte becomes that of any of the four from it on, `stride` apart.
+// Combines each byte with the next three, `stride` apart.
 void spread(std::vector<std::uint8_t>& bytes, std::size_t stride) {
   for (std::size_t i = 0; i + 3 * stride < bytes.size(); ++i) {
     for (std::size_t k = 1; k < 4; ++k) bytes[i] = bytes[i] | bytes[i + k * stride];
@@ -62,14 +63,14 @@ Box box_in_use(const PotentialGrid& grid) {
   for (int z = 0; z < grid.counts[2]; ++z) {
     for (int y = 0; y < grid.counts[1]; ++y) {
       for (int x = 0; x < grid.counts[0]; ++x, ++node) {
-        if (counts(grid, node)) box.extend(grid.origin + Vec3d{1.0 * x, 1.0 * y, 1.0 * z} * grid.spacing);
+        if (is_set(grid, node)) box.extend(grid.origin + Vec3d{1.0 * x, 1.0 * y, 1.0 * z} * grid.spacing);
       }
     }
   }
   return box;
 }
 
-// Calls body(node, number) for each node of the grid: its number there, and with the empty ones.
+// Calls body(node, number) for each node of the grid: its numbers without and with the empty nodes.
 template <class Body>
 void GridCells::for_each_node(const Body& body) const {
   std::size_t node = 0;
@@ -87,7 +88,7 @@ GridCells::GridCells(const PotentialGrid& grid)
     middle_[axis] = inner_[axis] / 2;
   }
   used_.resize(number_of(0, 0, nodes_[2]));
-  for_each_node([&](std::size_t node, std::size_t number) { used_[number] = counts(grid, node) ? 1 : 0; });
+  for_each_node([&](std::size_t node, std::size_t number) { used_[number] = is_set(grid, node) ? 1 : 0; });
   spread(used_, 1);
   spread(used_, number_of(0, 1, 0));
   spread(used_, number_of(0, 0, 1));
@@ -159,7 +160,7 @@ bool is_used(const PotentialGrid& grid, const Vec3d& x) {
       for (int i = first[0]; i <= last[0]; ++i) {
         const auto row =
             static_cast<std::size_t>(j) + static_cast<std::size_t>(grid.counts[1]) * static_cast<std::size_t>(k);
-        if (counts(grid, static_cast<std::size_t>(i) + static_cast<std::size_t>(grid.counts[0]) * row)) return true;
+        if (is_set(grid, static_cast<std::size_t>(i) + static_cast<std::size_t>(grid.counts[0]) * row)) return true;
       }
     }
   }

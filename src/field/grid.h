@@ -1,4 +1,9 @@
-// The cubic B-spline, as masks and potential grids are made of. Internal to the library.
+// The cubic B-spline, and potential grids: their evaluation, and the cells in which v is not 0. Internal to the
+// library.
+//
+// Cell i lies between the nodes i and i + 1 and depends on the 64 nodes from i - 1 to i + 2. Empty nodes surround the
+// grid, so that every place lies in a cell: places far away lie in an outermost one, which is empty. v is exactly 0 in
+// a cell whose nodes are all 0. Evaluation uses + - * in a fixed order: the same bits everywhere.
 #pragma once
 
 #include <array>
@@ -12,7 +17,7 @@
 
 namespace knead::detail {
 
-// Six times the cubic B-spline's weights of the four nodes around a place, and their derivatives.
+// Six times the cubic B-spline's weights of the four nodes around a place, and their slopes.
 template <class T>
 struct SplineWeights {
   T value[4];
@@ -46,19 +51,13 @@ template <class T>
   curvature[3] = T(6) * u;
 }
 
-// How a potential grid is evaluated. Internal to the library.
-//
-// Cell i lies between the nodes i and i + 1, and the 64 nodes from i - 1 to i + 2 count in it. The grid has empty nodes
-// around it, so that every place is in a cell: what is far away lies in an outermost one, which is empty. In a cell
-// whose nodes are all 0, v is exactly 0. + - * of numbers in a fixed order: the same bits everywhere.
-
 // A potential grid with its numbers in the scalar S, for positions relative to its middle node. GridNodes owns them.
 template <class S>
 struct GridView {
   const S* numbers = nullptr;          // x, y, z of each node: its coefficient / (216 spacing)
-  const S* end_numbers = nullptr;      // those at t = 1; null: the coefficients do not change
+  const S* end_numbers = nullptr;      // at t = 1; null: the coefficients are constant
   const S* growth = nullptr;           // p of each node: its number / (216 spacing); null: p = 0
-  const std::uint8_t* used = nullptr;  // of each cell, at its first node: whether any of its nodes counts
+  const std::uint8_t* used = nullptr;  // of each cell, at its first node: whether any of its nodes is not 0
   std::ptrdiff_t row = 0;              // nodes
   std::ptrdiff_t plane = 0;            // nodes
   std::ptrdiff_t first_node = 0;       // of the cell 0
@@ -68,14 +67,14 @@ struct GridView {
   Vec3<S> last_cell{};   // the greatest
 };
 
-// The cell of a place, and where in it.
+// The cell of a place, and the position in the cell.
 template <class T>
 struct GridPlace {
   Vec3<T> cell;
   Vec3<T> within;  // from 0 to 1, where the cell is used
 };
 
-// `y`: relative to the middle node. What is not a number lies in the first cell.
+// `y`: relative to the middle node. NaN lies in the first cell.
 template <class T, class S>
 [[gnu::always_inline]] inline GridPlace<T> place_in(const GridView<S>& grid, const Vec3<T>& y) {
   GridPlace<T> place;
@@ -106,15 +105,15 @@ template <class T>
   return {{spline_weights(within.x), spline_weights(within.y), spline_weights(within.z)}};
 }
 
-// v, and A / spacing where it is asked for. Without `growth` v = curl A, else grad p is added.
+// v = curl A, plus grad p with `growth`; and A / spacing if requested.
 template <class T>
 struct GridValue {
   Vec3<T> velocity{T(0), T(0), T(0)};
   Vec3<T> potential{T(0), T(0), T(0)};
 };
 
-// Adds what one component of A gives to v = curl A, and to A. First it is summed along its own axis, of which v asks no
-// derivative of it.
+// Adds the contribution of one component of A to v = curl A and to A. The component is first summed along its own axis,
+// along which v needs no derivative of it.
 template <std::size_t axis, bool with_potential, class T, class S>
 [[gnu::always_inline]] inline void add_component(const S* first, const std::ptrdiff_t (&stride)[3],
                                                  const GridWeights<T>& weights, GridValue<T>& to) {
@@ -145,7 +144,7 @@ template <std::size_t axis, bool with_potential, class T, class S>
   if constexpr (with_potential) to.potential[axis] = value;
 }
 
-// The sums of a cell, from the numbers of its first node on. Every place of a T may be in it or not.
+// The sums of a cell, from the numbers of its first node on. All lanes of a T are evaluated as if in this cell.
 template <bool with_potential, class T, class S>
 [[gnu::always_inline]] inline GridValue<T> sum_cell(const GridView<S>& grid, const S* first,
                                                     const GridWeights<T>& weights) {
@@ -198,7 +197,7 @@ struct GridCurvatures {
   T along[3][4];
 };
 
-// Adds what one component of A gives to v and its gradient, in units of 1 / spacing.
+// Adds the contribution of one component of A to v and its gradient, in units of 1 / spacing.
 template <std::size_t axis, class T, class S>
 [[gnu::always_inline]] inline void add_component(const S* first, const std::ptrdiff_t (&stride)[3],
                                                  const GridWeights<T>& weights, const GridCurvatures<T>& curvatures,
@@ -209,13 +208,13 @@ template <std::size_t axis, class T, class S>
   const SplineWeights<T>& next = weights.along[kNext];
   const SplineWeights<T>& last = weights.along[kLast];
   const T zero(0);
-  Vec3<T> by_next{zero, zero, zero};  // the derivatives of dA/dnext, along own, next and last axis
-  Vec3<T> by_last{zero, zero, zero};  // those of dA/dlast
+  Vec3<T> by_next{zero, zero, zero};  // the derivatives of dA/dnext along own, next and last axis
+  Vec3<T> by_last{zero, zero, zero};  // the derivatives of dA/dlast
   T next_slope(0);
   T last_slope(0);
   for (int k = 0; k < 4; ++k) {
-    T plane[3]{zero, zero, zero};  // and its derivatives along the next axis
-    T slope[2]{zero, zero};        // its derivative along its own, and that of this
+    T plane[3]{zero, zero, zero};  // the sum, and its two derivatives along the next axis
+    T slope[2]{zero, zero};        // its derivative along its own axis, and the derivative of this along the next
     for (int j = 0; j < 4; ++j) {
       const S* const node = first + axis + k * stride[kLast] + j * stride[kNext];
       T line(0);
@@ -253,7 +252,7 @@ template <class T, class S>
                                               const GridCurvatures<T>& curvatures, GridSlope<T>& to) {
   const auto& [x, y, z] = weights.along;
   for (int k = 0; k < 4; ++k) {
-    T sum[3][3]{};  // of a plane: the orders of the derivatives along x and y, two at most together
+    T sum[3][3]{};  // of a plane, by the orders of the derivatives along x and y, together at most 2
     for (int j = 0; j < 4; ++j) {
       const S* const node = first + k * grid.plane + j * grid.row;
       T line[3]{T(0), T(0), T(0)};
@@ -280,7 +279,6 @@ template <class T, class S>
   }
 }
 
-// The sums of a cell, as above.
 template <class T, class S>
 [[gnu::always_inline]] inline GridSlope<T> sum_slopes(const GridView<S>& grid, const S* first, const S* growth,
                                                       const Vec3<T>& within) {
@@ -312,7 +310,7 @@ template <class T, class S>
   return slope;
 }
 
-// The number of the node of a single place, of any scalar; that of an unused cell where nothing is known of it.
+// The number of the first node of a single place's cell, for any scalar.
 template <class T, class S>
 [[gnu::always_inline]] inline std::ptrdiff_t node_at(const GridView<S>& grid, const GridPlace<T>& place) {
   const auto number = [](const T& index) {
@@ -343,12 +341,9 @@ GridValue<T> evaluate_grid(const GridView<S>& grid, const Vec3<T>& y, const T& t
   return value;
 }
 
-// The nodes of a potential grid as they are evaluated, and where they count. Internal to the library.
+inline constexpr int kEmptyNodes = 4;  // on each side of a grid
 
-// So many empty nodes lie on each side of the grid.
-inline constexpr int kEmptyNodes = 4;
-
-// Grids have at most so many nodes; and with the empty ones.
+// The limits of a grid's nodes, without and with the empty ones.
 inline constexpr std::size_t kMaxGridNodes = std::size_t{1} << 24;
 inline constexpr std::size_t kMaxPaddedNodes = std::size_t{1} << 25;
 
@@ -358,10 +353,10 @@ std::optional<std::size_t> node_count(const std::array<int, 3>& counts);
 // Returns the node that positions are relative to.
 Vec3d middle_node(const PotentialGrid& grid);
 
-// Returns the box of the nodes that count, at any time; empty if none does. v is 0 from 2 spacings beyond it on.
+// Returns the box of the nodes that are not 0 at some time; empty if there are none. v is 0 beyond 2 spacings from it.
 Box box_in_use(const PotentialGrid& grid);
 
-// Which cells of a grid are used: those with a node that counts, at the beginning or at the end. A valid grid's.
+// Which cells of a valid grid are used: those with a node that is not 0, at the beginning or at the end.
 class GridCells {
  public:
   explicit GridCells(const PotentialGrid& grid);
@@ -372,7 +367,7 @@ class GridCells {
   template <class S>
   GridView<S> view() const;
 
-  // Returns the nodes' numbers, as GridView has them.
+  // Returns the nodes' numbers in the order of GridView.
   template <class S>
   std::vector<S> numbers(const SharedVectors& coefficients) const;
   template <class S>
@@ -393,10 +388,10 @@ class GridCells {
   std::vector<std::uint8_t> used_;
 };
 
-// Returns whether v may be other than 0 at x, at any time. For one place: GridCells answers for many.
+// Returns whether v may be other than 0 at x at some time. For a single place; GridCells answers for many.
 bool is_used(const PotentialGrid& grid, const Vec3d& x);
 
-// The numbers of a grid, and everything that its view points to.
+// The numbers of a grid, and the view that points to them.
 template <class S>
 struct GridNodes {
   GridCells cells;
@@ -421,21 +416,21 @@ struct GridNodes {
   ~GridNodes() = default;
 };
 
-// Where a grid's v is not 0, for boxes.
+// Tells for boxes whether a grid's v is 0 in them.
 class GridSupport {
  public:
   explicit GridSupport(const PotentialGrid& grid);
 
-  // Returns whether v is 0 everywhere in the box, up to some rounding of its sides.
+  // Returns whether v is 0 everywhere in the box, with a margin for rounding.
   bool misses(const Box& box) const;
 
  private:
   std::int32_t count_below(int x, int y, int z) const;
 
-  Vec3d origin_;  // where the first cell begins
+  Vec3d origin_;  // the low corner of the first cell
   double spacing_ = 1;
   std::array<int, 3> cells_{};
-  std::vector<std::int32_t> below_;  // how many used cells there are below each corner, in all three axes
+  std::vector<std::int32_t> below_;  // the number of used cells below each corner along all axes
 };
 
 }  // namespace knead::detail

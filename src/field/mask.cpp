@@ -1,3 +1,4 @@
+// Makes the grid of a mask from its points, and evaluates masks at single points.
 #include "knead/field.h"
 
 #include <fmt/format.h>
@@ -17,12 +18,13 @@ namespace {
 
 using namespace detail;
 
-// A cell with a masked point is masked as its point is: at the four nodes along each axis that count in it, and beyond
-// them less and less, by these parts of 256 for each further node. A Gaussian, so that the product over three axes is
-// round. It is 0 from the fifth on, so a point reaches 7 cells away from its own, less than a brick.
-constexpr std::array<int, 5> kFalloff{256, 205, 105, 35, 7};
-constexpr int kTaps = 12;                         // cells along an axis that reach a node
-constexpr int kAround = kBrickNodes + kTaps - 1;  // cells along an axis that reach a brick
+// A cell with a masked point masks the four nodes along each axis on which it depends as much as the point, and further
+// nodes by these parts of 256. A Gaussian, so that the product over three axes is round. It is 0 from the fifth node
+// on, so a point masks cells up to 7 away from its own, less than a brick.
+constexpr std::array<int, 5> kNodeFalloff{256, 205, 105, 35, 7};
+constexpr int kTaps = 12;                            // cells along an axis that mask a node
+constexpr int kBrickTaps = kBrickNodes + kTaps - 1;  // cells along an axis that mask a brick
+constexpr std::size_t kBricksAtOnce = 32;
 constexpr int kCellsPerWidth = 8;
 constexpr double kMaxBricks = 8e6;
 constexpr double kMaxCells = 1e12;  // from the origin of coordinates
@@ -58,18 +60,18 @@ Index cell_of(const Vec3d& p, double spacing) {
           static_cast<std::int64_t>(std::floor(p.z / spacing))};
 }
 
-// Calls visit(cell) for the cell of a point, and for those at whose border it lies: the rounding of floats may put it
-// into any of them. 1/64 of a cell is that of places 10^5 cells from the centre of a block of points.
+// Calls visit(cell) for the cell of a point and for those on whose border it lies, because the rounding of floats can
+// put it into any of them. 1/64 of a cell is the rounding of places 10^5 cells from the centre of a block of points.
 template <class Visit>
 void for_each_cell(const Vec3d& p, double spacing, const Visit& visit) {
-  constexpr double kNear = 1.0 / 64;
+  constexpr double kBorderWidth = 1.0 / 64;
   const Index cell = cell_of(p, spacing);
   Index first = cell;
   Index last = cell;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double within = p[axis] / spacing - static_cast<double>(cell[axis]);
-    if (within < kNear) --first[axis];
-    if (within > 1 - kNear) ++last[axis];
+    if (within < kBorderWidth) --first[axis];
+    if (within > 1 - kBorderWidth) ++last[axis];
   }
   Index at = first;
   for (at[2] = first[2]; at[2] <= last[2]; ++at[2]) {
@@ -93,7 +95,7 @@ struct Bricks {
   }
 };
 
-// Two bricks more on every side: one for what points reach, one that is free.
+// Returns the bricks of the points and two more on every side: one that points can mask, and one that is free.
 Bricks bricks_around(std::span<const Vec3d> points, double width) {
   const Box box = bounding_box(points);
   const double spacing = width / kCellsPerWidth;
@@ -114,7 +116,7 @@ Bricks bricks_around(std::span<const Vec3d> points, double width) {
   return bricks;
 }
 
-// How much the cells are masked, for the bricks with masked points.
+// The masking of cells, in the bricks with masked points.
 struct Cells {
   std::vector<std::int32_t> of_brick;  // the index of its bytes, or -1
   std::vector<Bytes> bytes;
@@ -143,7 +145,7 @@ Cells masked_cells(std::span<const Vec3d> points, std::span<const double> values
   return cells;
 }
 
-int falloff(int tap) { return kFalloff[static_cast<std::size_t>(std::max({0, 4 - tap, tap - 7}))]; }
+int falloff(int tap) { return kNodeFalloff[static_cast<std::size_t>(std::max({0, 4 - tap, tap - 7}))]; }
 
 // to[i] = max(to[i], from[i] f / 256).
 void raise(const std::uint8_t* from, int f, std::uint8_t* to, int count) {
@@ -178,21 +180,21 @@ class BrickNodes {
     for (int tap = 0; tap < kTaps; ++tap) {
       for (int z = 0; z < kBrickNodes; ++z) {
         for (int y = 0; y < kBrickNodes; ++y) {
-          raise(&along_z_[index(z * kPlane + (y + tap) * kAround)], falloff(tap),
-                &along_y_[index((z * kBrickNodes + y) * kAround)], kAround);
+          raise(&along_z_[index(z * kPlane + (y + tap) * kBrickTaps)], falloff(tap),
+                &along_y_[index((z * kBrickNodes + y) * kBrickTaps)], kBrickTaps);
         }
       }
     }
     for (int tap = 0; tap < kTaps; ++tap) {
       for (int row = 0; row < kBrickNodes * kBrickNodes; ++row) {
-        raise(&along_y_[index(row * kAround + tap)], falloff(tap), &along_x_[index(row * kBrickRow)], kBrickNodes);
+        raise(&along_y_[index(row * kBrickTaps + tap)], falloff(tap), &along_x_[index(row * kBrickRow)], kBrickNodes);
       }
     }
     return along_x_.data();
   }
 
  private:
-  static constexpr int kPlane = kAround * kAround;
+  static constexpr int kPlane = kBrickTaps * kBrickTaps;
   static constexpr int kBegin = 7;  // cells before the brick's own
 
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -211,20 +213,20 @@ class BrickNodes {
           const int x = kBegin + kBrickCells * offset[0] + i;
           const int y = kBegin + kBrickCells * offset[1] + j;
           const int z = kBegin + kBrickCells * offset[2] + k;
-          if (std::min({x, y, z}) < 0 || std::max({x, y, z}) >= kAround) continue;
-          around_[index(x + kAround * (y + kAround * z))] = bytes[index(i + 8 * (j + 8 * k))];
+          if (std::min({x, y, z}) < 0 || std::max({x, y, z}) >= kBrickTaps) continue;
+          around_[index(x + kBrickTaps * (y + kBrickTaps * z))] = bytes[index(i + 8 * (j + 8 * k))];
         }
       }
     }
   }
 
-  std::array<std::uint8_t, kAround * kAround * kAround> around_{};
-  std::array<std::uint8_t, kBrickNodes * kAround * kAround> along_z_{};
-  std::array<std::uint8_t, kBrickNodes * kBrickNodes * kAround> along_y_{};
+  std::array<std::uint8_t, kBrickTaps * kBrickTaps * kBrickTaps> around_{};
+  std::array<std::uint8_t, kBrickNodes * kBrickTaps * kBrickTaps> along_z_{};
+  std::array<std::uint8_t, kBrickNodes * kBrickNodes * kBrickTaps> along_y_{};
   std::array<std::uint8_t, kBrickBytes> along_x_{};
 };
 
-// Returns whether all nodes have this byte; the last of a row is none.
+// Returns whether all nodes have this byte; the last byte of a row is padding.
 bool all_are(const std::uint8_t* nodes, std::uint8_t byte) {
   for (int row = 0; row < kBrickNodes * kBrickNodes; ++row) {
     const std::uint8_t* const begin = nodes + row * kBrickRow;
@@ -233,8 +235,8 @@ bool all_are(const std::uint8_t* nodes, std::uint8_t byte) {
   return true;
 }
 
-// The bricks that masked cells reach, in ascending order.
-std::vector<std::uint32_t> reached_bricks(const Cells& cells, const Bricks& bricks) {
+// Returns the ascending bricks with masked cells, and their neighbours.
+std::vector<std::uint32_t> maskable_bricks(const Cells& cells, const Bricks& bricks) {
   std::vector<bool> reached(bricks.size());
   const auto [nx, ny, nz] = bricks.count;
   for (int z = 1; z + 1 < nz; ++z) {
@@ -256,10 +258,8 @@ std::vector<std::uint32_t> reached_bricks(const Cells& cells, const Bricks& bric
   return result;
 }
 
-constexpr std::size_t kBricksAtOnce = 32;
-
 void make_nodes(const Cells& cells, const Bricks& bricks, int threads, MaskGrid& grid) {
-  const std::vector<std::uint32_t> reached = reached_bricks(cells, bricks);
+  const std::vector<std::uint32_t> reached = maskable_bricks(cells, bricks);
   std::vector<std::array<std::uint8_t, kBrickBytes>> nodes(reached.size());
   const int nx = bricks.count[0];
   const int ny = bricks.count[1];
@@ -282,7 +282,8 @@ void make_nodes(const Cells& cells, const Bricks& bricks, int threads, MaskGrid&
   }
 }
 
-// Twice through the bricks, there and back: each is at most one further from what is not free than its neighbours.
+// Passes over the bricks forwards and backwards: the distance of neighbours to a brick that is not free differs by at
+// most 1.
 void measure_clearance(MaskGrid& grid) {
   const int nx = grid.bricks[0];
   const int ny = grid.bricks[1];
@@ -312,8 +313,8 @@ void measure_clearance(MaskGrid& grid) {
   }
 }
 
-// Where the border is within a cube of half a brick, from every second cell along each axis: the mean of the places by
-// |grad m|^2. Returns false if it is not there.
+// Finds a place of the border in a cube of half a brick: the mean of every second cell's place along each axis,
+// weighted by |grad m|^2. Returns false if the cube contains no border.
 bool border_in(const MaskView<double>& view, const Vec3d& corner, double spacing, Vec3d& place) {
   double weight = 0;
   place = {0, 0, 0};

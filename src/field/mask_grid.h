@@ -1,9 +1,9 @@
-// The grid of a mask, and how it is evaluated. Internal to the library.
+// The grid of a mask, and its evaluation. Internal to the library.
 //
-// Nodes lie `spacing` apart; cell i lies between the nodes i and i + 1. A node has a byte, 0: free to 255: masked. m is
-// 1 minus the cubic B-spline of the bytes: 64 of them count in a cell. Cells lie in bricks of 8 x 8 x 8, and a brick
-// has the bytes of all its cells, so that an evaluation reads from one brick. Where all 64 are 0, m is exactly 1. + - *
-// of numbers in a fixed order: the same bits everywhere.
+// Nodes lie `spacing` apart; cell i lies between the nodes i and i + 1. A node has a byte, from 0 (free) to 255
+// (masked). m is 1 minus the cubic B-spline of the bytes, of which a cell depends on 64. Where all 64 are 0, m is
+// exactly 1. Cells lie in bricks of 8 x 8 x 8; a brick has the bytes of all its cells, so that an evaluation reads one
+// brick. Evaluation uses + - * in a fixed order: the same bits everywhere.
 #pragma once
 
 #include <array>
@@ -19,19 +19,19 @@
 namespace knead::detail {
 
 inline constexpr int kBrickCells = 8;                // along an axis
-inline constexpr int kBrickNodes = kBrickCells + 3;  // of the same, with the margin
+inline constexpr int kBrickNodes = kBrickCells + 3;  // along an axis, with the margin
 inline constexpr int kBrickRow = kBrickNodes + 1;    // bytes of a row
 inline constexpr int kBrickBytes = kBrickNodes * kBrickNodes * kBrickRow;
 
 struct MaskGrid {
   double width = 0;
   double spacing = 0;
-  Vec3d origin;                     // where cell 0 of brick 0 begins
+  Vec3d origin;                     // the low corner of brick 0
   std::array<int, 3> bricks{};      // along each axis
   std::vector<std::int32_t> start;  // of each brick's bytes; 0: free, kBrickBytes: masked everywhere
   std::vector<std::uint8_t> bytes;  // of a free brick, a masked one, and all others
-  std::vector<std::uint8_t> clear;  // how many bricks away the next is that is not free; at most 255
-  std::vector<Vec3d> border;        // a place in each part of it: cubes of half a brick
+  std::vector<std::uint8_t> clear;  // by brick: the distance in bricks to the next one that is not free; at most 255
+  std::vector<Vec3d> border;        // a place of the border in each cube of half a brick that contains some
 
   friend bool operator==(const MaskGrid& a, const MaskGrid& b) {
     return a.spacing == b.spacing && a.origin == b.origin && a.bricks == b.bricks && a.start == b.start &&
@@ -71,13 +71,13 @@ MaskView<S> view_of(const MaskGrid& grid, const Vec3d& center) {
   return view;
 }
 
-// Empty if the mask is.
+// Returns an empty view of an empty mask.
 template <class S>
 MaskView<S> view_of(const Mask& mask, const Vec3d& center) {
   return mask.is_empty() ? MaskView<S>{} : view_of<S>(mask.grid(), center);
 }
 
-// How many numbers a T holds: one, or those of a pack.
+// The number of lanes of a T: 1 unless it is a pack.
 template <class T>
 inline constexpr std::size_t kLanesOf = 1;
 template <class T>
@@ -97,7 +97,7 @@ template <class T>
   }
 }
 
-// From an integer of each lane.
+// Makes a T of an integer for each lane.
 template <class T, class Function>
 [[gnu::always_inline]] inline T from_lanes(const Function& of_lane) {
   if constexpr (requires { typename T::Scalar; }) {
@@ -109,14 +109,14 @@ template <class T, class Function>
   }
 }
 
-// The cells of some places, and where in them.
+// The cells of the lanes' places, and the positions in the cells.
 template <class T>
 struct MaskCells {  // NOLINT(cppcoreguidelines-pro-type-member-init): cells_at writes all
   int index[3][kLanesOf<T>];
   Vec3<T> within;  // from 0 to 1
 };
 
-// `y`: relative to the view's centre. What is not a number lies in the first cell.
+// `y`: relative to the view's centre. NaN lies in the first cell.
 template <class T, class S>
 [[gnu::always_inline]] inline MaskCells<T> cells_at(const MaskView<S>& mask, const Vec3<T>& y) {
   MaskCells<T> cells;
@@ -138,7 +138,7 @@ template <class T, class S>
                                   mask.plane * (cells.index[2][k] / kBrickCells));
 }
 
-// The 64 bytes that count in a cell, four to a row.
+// The 64 bytes on which a cell depends, four to a row.
 template <class T>
 struct MaskRows {
   std::uint32_t row[16][kLanesOf<T>];
@@ -194,7 +194,7 @@ template <class T, class S>
   }
 }
 
-// The spline's sums over one, two and three axes: the value, and its derivatives along these axes.
+// Returns the derivatives of the spline's sum along the axes, and sets `value` to the sum.
 template <class T>
 [[gnu::always_inline]] inline Vec3<T> sum_rows(const MaskRows<T>& rows, const Vec3<T>& within, T& value) {
   const SplineWeights<T> x = spline_weights(within.x);
@@ -227,8 +227,8 @@ template <class T>
   return slope;
 }
 
-// Returns m and its gradient at y = x - c. Where all bytes are 255, m and grad m are exactly 0 for a single number, and
-// 0 up to rounding in a pack, which points there are kept out of.
+// Returns m and its gradient at y = x - c. Where all bytes are 255, m and grad m are exactly 0 for a single number, but
+// 0 only up to rounding in a pack; no point there gets into a pack.
 template <class T, class S>
 [[gnu::always_inline]] inline MaskValue<T> evaluate_mask(const MaskView<S>& mask, const Vec3<T>& y) {
   const MaskCells<T> cells = cells_at(mask, y);

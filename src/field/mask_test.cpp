@@ -1,3 +1,4 @@
+// Masks: their values, smoothness and representative points.
 #include "knead/field.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Packed point sets against point sets.
 #include "field/point_sums.h"
 
 #include <gtest/gtest.h>

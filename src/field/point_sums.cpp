@@ -1,3 +1,4 @@
+// Sums over packs of points, compiled for the common and for a wider instruction set, with the same bits.
 #include "field/point_sums.h"
 
 #include <array>
@@ -6,7 +7,7 @@
 
 #include "math/system.h"
 
-// Written once and compiled for the instruction sets named here: wider registers change the speed, not the bits.
+// Marks the copies for wider registers.
 #if defined(__x86_64__)
 #define KNEAD_WIDE [[gnu::target("avx2")]]
 #endif
@@ -36,7 +37,7 @@ template <class S>
   pack = Pack<S>{} + value;
 }
 
-// Halves are added until one is left.
+// Returns the sum of the lanes, by halves.
 template <class S>
 [[gnu::always_inline]] inline S added(const Pack<S>& pack) {
   std::array<S, Lanes<S>::kCount> lane{};
@@ -90,7 +91,7 @@ template <class S>
   }
 }
 
-// The order does not matter here, so that the packs may be those of the instruction set: g++ compares others one by
+// The order does not matter, so the packs are those of the instruction set: g++ compares the lanes of others one by
 // one.
 template <class S, std::size_t bytes>
 [[gnu::always_inline]] inline S any_least(const PointPacks<S>& points, const Vec3<S>& d) {

@@ -1,5 +1,5 @@
-// The sums over the points of a set from which its region field is computed, several points at a time. Internal to
-// field and flow.
+// The region field of a point set that is stored for speed: sums over several points at a time. Internal to field and
+// flow.
 #pragma once
 
 #include <array>
@@ -53,8 +53,8 @@ struct PowerSums {
   Vec3<T> gradient;
 };
 
-// result = base^exponent by multiplications alone, exponent >= 1; also for types that no number converts to. Nothing is
-// passed by value here and below: how packs are passed depends on the instruction set.
+// Sets result = base^exponent for exponent >= 1, by multiplications; also for types that no number converts to. Nothing
+// is passed by value here and below, because the instruction set decides how packs are passed.
 template <class P>
 [[gnu::always_inline]] inline void positive_power(P& result, const P& base, int exponent) {
   P square = base;
@@ -66,7 +66,7 @@ template <class P>
   }
 }
 
-// One point's share.
+// Adds one point.
 template <class P>
 [[gnu::always_inline]] inline void add_power(PowerSums<P>& sums, const Vec3<P>& offset, const P& weight,
                                              const P& scale2, int half) {
@@ -82,8 +82,8 @@ template <class P>
 }
 
 // The sums over all points, none of which may be d. Points are added in lanes, and the lanes in a fixed order: the bits
-// depend neither on the compiler nor on the machine's instruction set. Time: about 0.2 to 0.3 ns a point in float with
-// AVX2, three times of that with SSE2 alone. Defined for float and double.
+// depend neither on the compiler nor on the instruction set. Time: about 0.2 to 0.3 ns a point in float with AVX2,
+// three times as much with SSE2. Defined for float and double.
 template <class S>
 PowerSums<S> power_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half);
 
@@ -91,8 +91,8 @@ PowerSums<S> power_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2,
 template <class S>
 S least_squared_distance(const PointPacks<S>& points, const Vec3<S>& d);
 
-// The same at several places at once. Each place adds point after point: faster, with other bits than the above, which
-// do not depend on the other places.
+// The same at several places at once, each of which adds point after point: faster, with other bits than the above. The
+// bits of a place do not depend on the other places.
 inline constexpr std::size_t kPlaces = 8;
 
 template <class S>
@@ -114,19 +114,18 @@ struct PlacesSums {
 template <class S>
 void power_sums(const PointPacks<S>& points, const Places<S>& places, int half, PlacesSums<S>& sums);
 
-// A point set stored for speed: the same region field as that of PointSet. Internal to field and flow.
-
 template <class S>
 using Curves = std::vector<std::vector<Vec3<S>>>;
 
-// r = (sum_i w_i |d - p_i|^-m + sum_k r_k^-m)^(-1/m) over weighted points and over curves, as PointSet has it where the
-// weights are 1. Copies share both; neither is null.
+// r = (sum_i w_i |d - p_i|^-m + sum_k r_k^-m)^(-1/m) over weighted points and curves: that of PointSet if the weights
+// are
+// 1. Copies share both; neither is null.
 template <class S>
 struct PackedSet {
   std::shared_ptr<const PointPacks<S>> points;
   std::shared_ptr<const Curves<S>> curves;
   int exponent = 8;
-  S scale{0};  // what distances are measured by; 0: the least of them, which never overflows
+  S scale{0};  // the unit of distances; 0: the least of them, with which nothing overflows
 };
 
 template <class S>
@@ -139,7 +138,7 @@ PackedSet<S> packed(const PointSet<double>& set) {
           std::make_shared<const Curves<S>>(std::move(curves)), set.exponent};
 }
 
-// For any scalar, a dual number for example; point_sums.h has float and double.
+// For any other scalar, such as a dual number.
 template <class T, class S>
 T least_squared_distance(const PointPacks<S>& points, const Vec3<T>& d) {
   T least = T(std::numeric_limits<S>::max());
@@ -164,7 +163,7 @@ T least_squared_distance(const PackedSet<S>& set, const Vec3<T>& d) {
   return least2;
 }
 
-// r and grad r from the sums over all elements, lengths being measured by `scale`.
+// r and grad r from the sums over all elements, in the unit `scale` of lengths.
 template <class T>
 RegionValue<T> region_of(const PowerSums<T>& sums, int exponent, const T& scale) {
   const T root = inverse_root(sums.value, exponent);
@@ -197,7 +196,7 @@ RegionValue<T> evaluate(const PackedSet<S>& set, const Vec3<T>& d, const T& /*t*
   using std::sqrt;
   if (set.scale > S(0)) {
     const RegionValue<T> r = evaluate_by(set, d, T(set.scale * set.scale), T(set.scale));
-    if (is_sound(r)) return r;  // else d is so near an element that the sums overflow
+    if (is_sound(r)) return r;  // otherwise d is so near an element that the sums overflow
   }
   const T scale2 = least_squared_distance(set, d);
   if (!(scale2 > T(0))) return {T(0), {T(0), T(0), T(0)}};

@@ -1,3 +1,4 @@
+// Region fields: gradients, exact zeros and definitions.
 #include "knead/region.h"
 
 #include <gtest/gtest.h>

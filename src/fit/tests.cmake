@@ -1,1 +1,2 @@
-knead_test(knead_fit_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/fit_test.cpp)
+knead_test(knead_fit_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/fit_test.cpp
+           SLOW Fit.TurnsAndMovesTheSourceFirst Fit.GrowsAsAWholeWhereVolumesMayChange Fit.StartsFromAMap)

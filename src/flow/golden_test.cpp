@@ -113,7 +113,7 @@ std::uint64_t hash_in(Precision precision, Integrator integrator) {
 
 struct Golden {
   Precision precision = Precision::float32;
-  Integrator integrator = Integrator::dormand_prince;
+  Integrator integrator = Integrator::rk4;
   std::string hash;
 };
 
@@ -121,10 +121,6 @@ TEST(GoldenHash, IsThatOfEveryBuild) {
   const std::vector<Golden> expected = {
       {Precision::float32, Integrator::rk4, "b42c3fb1d4a9ecba"},
       {Precision::float64, Integrator::rk4, "a89af58cee502e9f"},
-      {Precision::float32, Integrator::bogacki_shampine, "e867e04456dabd8c"},
-      {Precision::float64, Integrator::bogacki_shampine, "2d8ece70a6aaa40e"},
-      {Precision::float32, Integrator::dormand_prince, "e52a46a4f6521003"},
-      {Precision::float64, Integrator::dormand_prince, "8cdf888d7d3eeca0"},
       {Precision::float32, Integrator::tsitouras, "c3f545226ddaed5a"},
       {Precision::float64, Integrator::tsitouras, "4953304fd250764"},
   };

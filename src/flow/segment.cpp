@@ -283,23 +283,6 @@ Tableau make_rk4() {
   return t;
 }
 
-Tableau make_bogacki_shampine() {
-  return make_tableau(3, 2, true, {{1.0 / 2}, {0, 3.0 / 4}, {2.0 / 9, 1.0 / 3, 4.0 / 9}},
-                      {2.0 / 9, 1.0 / 3, 4.0 / 9, 0}, {7.0 / 24, 1.0 / 4, 1.0 / 3, 1.0 / 8});
-}
-
-Tableau make_dormand_prince() {
-  const Row b = {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84};
-  const std::vector<Row> a = {{1.0 / 5},
-                              {3.0 / 40, 9.0 / 40},
-                              {44.0 / 45, -56.0 / 15, 32.0 / 9},
-                              {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
-                              {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
-                              b};
-  return make_tableau(5, 4, true, a, {b[0], b[1], b[2], b[3], b[4], b[5], 0},
-                      {5179.0 / 57600, 0, 7571.0 / 16695, 393.0 / 640, -92097.0 / 339200, 187.0 / 2100, 1.0 / 40});
-}
-
 // C. Tsitouras, Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying assumption, 2011, Table 1.
 Tableau make_tsitouras() {
   const Row b = {0.09646076681806523, 0.01, 0.4798896504144996, 1.379008574103742, -3.290069515436081,
@@ -322,35 +305,13 @@ Tableau make_tsitouras() {
 
 const Tableau& tableau(Integrator integrator) {
   static const Tableau rk4 = make_rk4();
-  static const Tableau bogacki_shampine = make_bogacki_shampine();
-  static const Tableau dormand_prince = make_dormand_prince();
   static const Tableau tsitouras = make_tsitouras();
-  switch (integrator) {
-    case Integrator::rk4:
-      return rk4;
-    case Integrator::bogacki_shampine:
-      return bogacki_shampine;
-    case Integrator::dormand_prince:
-      return dormand_prince;
-    case Integrator::tsitouras:
-      return tsitouras;
-  }
-  return dormand_prince;
+  return integrator == Integrator::rk4 ? rk4 : tsitouras;
 }
 
 std::optional<Integrator> integrator_named(std::string_view name) {
-  struct Entry {
-    std::string_view name;
-    std::string_view long_name;
-    Integrator integrator;
-  };
-  constexpr std::array<Entry, 4> entries{{{"rk4", "runge-kutta", Integrator::rk4},
-                                          {"bs32", "bogacki-shampine", Integrator::bogacki_shampine},
-                                          {"dp54", "dormand-prince", Integrator::dormand_prince},
-                                          {"tsit5", "tsitouras", Integrator::tsitouras}}};
-  for (const Entry& entry : entries) {
-    if (name == entry.name || name == entry.long_name) return entry.integrator;
-  }
+  if (name == "rk4" || name == "runge-kutta") return Integrator::rk4;
+  if (name == "tsit5" || name == "tsitouras") return Integrator::tsitouras;
   return std::nullopt;
 }
 

@@ -18,8 +18,7 @@ using test::outcome_of;
 using test::Random;
 using test::Simd;
 
-constexpr Integrator kIntegrators[] = {Integrator::rk4, Integrator::bogacki_shampine, Integrator::dormand_prince,
-                                       Integrator::tsitouras};
+constexpr Integrator kIntegrators[] = {Integrator::rk4, Integrator::tsitouras};
 constexpr Precision kPrecisions[] = {Precision::float32, Precision::float64};
 
 // Every kind of segment: whole, a part of it, and both backwards; those that have a limit cylinder with and without

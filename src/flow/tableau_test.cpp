@@ -12,8 +12,6 @@ namespace knead::tableau_test {
 namespace {
 
 const std::vector<std::pair<Integrator, std::string>> kIntegrators = {{Integrator::rk4, "rk4"},
-                                                                      {Integrator::bogacki_shampine, "bs32"},
-                                                                      {Integrator::dormand_prince, "dp54"},
                                                                       {Integrator::tsitouras, "tsit5"}};
 
 using Weights = std::vector<double>;

@@ -82,7 +82,6 @@ constexpr std::pair<const char*, int> kNames[] = {{"kOuter", kOuter},
                                                   {"kRegionKind", kRegionKind},
                                                   {"kBounds", kBounds},
                                                   {"kFirstSet", kFirstSet},
-                                                  {"kSecondSet", kSecondSet},
                                                   {"kFieldNumbers", kFieldNumbers},
                                                   {"kFieldEntries", kFieldEntries},
                                                   {"kNodeNumbers", kNodeNumbers},
@@ -123,12 +122,10 @@ constexpr std::pair<const char*, int> kNames[] = {{"kOuter", kOuter},
                                                   {"kCapsule", kCapsule},
                                                   {"kHalfSpace", kHalfSpace},
                                                   {"kSet", kSet},
-                                                  {"kHandles", kHandles},
                                                   {"kTurningBall", kTurningBall},
                                                   {"kParallelTwist", kParallelTwist},
                                                   {"kTurningSpace", kTurningSpace},
-                                                  {"kStretchedCore", kStretchedCore},
-                                                  {"kHandlesPoint", kHandlesPoint}};
+                                                  {"kStretchedCore", kStretchedCore}};
 
 }  // namespace layout_names
 
@@ -148,7 +145,7 @@ std::string kind_function(const char* name, const char* entry, unsigned kinds) {
 
 std::string kind_defines(const ShaderKind& kind) {
   constexpr std::array motions{"MOTION_TRANSLATION", "MOTION_ROTATION", "MOTION_TWIST", "MOTION_STRAIN"};
-  constexpr std::array regions{"REGION_BALL", "REGION_CAPSULE", "REGION_HALF_SPACE", "REGION_SET", "REGION_HANDLES"};
+  constexpr std::array regions{"REGION_BALL", "REGION_CAPSULE", "REGION_HALF_SPACE", "REGION_SET"};
   std::string text;
   for (std::size_t i = 0; i < motions.size(); ++i) {
     if ((kind.motions >> i & 1U) != 0) text += fmt::format("#define {}\n", motions[i]);
@@ -175,7 +172,6 @@ std::string kind_defines(const ShaderKind& kind) {
 // How much of a region's width a step may pass at most, over the regions of a kind, or of a grid's spacing.
 double greatest_reach(const ShaderKind& kind) {
   if (kind.grid) return detail::kGridReach;
-  if ((kind.regions >> kHandles & 1U) != 0) return detail::kHandlesReach;
   return kind.regions == 1U << kCapsule ? detail::kCapsuleReach : detail::kReach;
 }
 
@@ -513,8 +509,6 @@ R hidden_speed(R3 at, R t) {
   return R(0);
 #endif
 }
-
-R local_width(R3 at, R t) { return kNever; }
 
 // A point that rests in a cell in use may be moved later.
 R next_contact(R3 at, R t, R end) {

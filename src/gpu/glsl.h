@@ -36,7 +36,6 @@ inline constexpr int kMotionKind = 1;
 inline constexpr int kRegionKind = 2;
 inline constexpr int kBounds = 3;  // where its bounds begin in e[]
 inline constexpr int kFirstSet = 4;
-inline constexpr int kSecondSet = 12;
 inline constexpr int kFieldEntries = 20;
 // Of a set's tree: a node's numbers in n[], which follow one for all nodes, and its entries in table[].
 inline constexpr int kNodeNumbers = 5;  // centroid, radius, m(m+1)/2 times the mean squared distance from the centroid
@@ -90,10 +89,10 @@ inline constexpr int kCounters = 8;  // of a stripe: accepted, rejected, evaluat
 }  // namespace layout
 
 enum MotionKind : int { kTranslation, kRotation, kTwist, kStrainMotion };
-enum RegionKind : int { kBall, kCapsule, kHalfSpace, kSet, kHandles };
+enum RegionKind : int { kBall, kCapsule, kHalfSpace, kSet };
 
 // How a segment's path lines may be known without integration.
-enum ClosedForm : int { kNoClosedForm, kTurningBall, kParallelTwist, kTurningSpace, kStretchedCore, kHandlesPoint };
+enum ClosedForm : int { kNoClosedForm, kTurningBall, kParallelTwist, kTurningSpace, kStretchedCore };
 
 // The kind of a segment: one shader moves all segments of a kind.
 struct ShaderKind {

@@ -150,9 +150,6 @@ Region region_at(int f, R3 d, R t) {
 #ifdef REGION_SET
   if (kind == kSet) return set_distance(field_table(f) + kFirstSet, d, NUMBER(f, kOuter));
 #endif
-#ifdef REGION_HANDLES
-  if (kind == kHandles) return handles_at(f, d, t);
-#endif
   return Region(R(0), R3(0));
 }
 
@@ -192,7 +189,7 @@ R3 velocity_at(R3 at, R t) {
 // A speed at which r may change besides that of the point relative to the tool's frame.
 R hidden_speed(R3 at, R t) {
   R greatest = R(0);
-#if defined(BLENDED) || defined(REGION_HALF_SPACE) || defined(REGION_HANDLES)
+#if defined(BLENDED) || defined(REGION_HALF_SPACE)
   for (int f = 0; f < field_count; ++f) {
     R3 d = at_field(f, at);
 #ifdef BLENDED
@@ -201,34 +198,21 @@ R hidden_speed(R3 at, R t) {
     greatest = max(greatest, sqrt(max(dot(before, before), dot(after, after))));
 #else
     d -= displacement * t;
-    int kind = region_kind(f);
-    if (kind != kHalfSpace && kind != kHandles) continue;
+    if (region_kind(f) != kHalfSpace) continue;
     R angle = NUMBER(f, kRegion + 6);
     if (angle == R(0)) continue;
     R3 axis = PART(f, kRegion + 3);
-    R speed = kind == kHandles ? length(cross(axis, d)) : abs(dot(cross(axis, normal_at(f, t)), d));
-    greatest = max(greatest, abs(angle) * speed);
+    greatest = max(greatest, abs(angle * dot(cross(axis, normal_at(f, t)), d)));
 #endif
   }
 #endif
   return greatest;
 }
-
-// Between handles: the distance from one set past the point to the other.
-R local_width(R3 at, R t) {
-  R least = kNever;
-#ifdef REGION_HANDLES
-  for (int f = 0; f < field_count; ++f) {
-    if (region_kind(f) == kHandles) least = min(least, handles_width(f, at_field(f, at) - displacement * t, t));
-  }
-#endif
-  return least;
-}
 )";
 
 // Powers, and sums over points.
 const char* const kGlslPowers = R"(
-#if defined(REGION_SET) || defined(REGION_HANDLES)
+#ifdef REGION_SET
 
 R4 integer_powers(R4 base, int exponent) {
   R4 result = (exponent & 1) != 0 ? base : R4(1);
@@ -306,7 +290,7 @@ R4 sum_over_points(int first, int last, R3 d, R inverse, int half_exponent) {
 // begin in n[], how many there are, its exponent, where the list of its curves begins in table[], how many there are,
 // then of its tree (glsl_surface.cpp); for each curve there, where its points begin in n[] and how many they are.
 const char* const kGlslSets = R"(
-#if defined(REGION_SET) || defined(REGION_HANDLES)
+#ifdef REGION_SET
 
 #ifdef WITH_CURVES
 R squared_distance_to_segment(R3 d, R3 a, R3 b) {
@@ -427,46 +411,6 @@ Region set_distance(int set, R3 d, R scale) {
 #endif
   R root = inverse_root(sum.x, exponent);
   return Region(scale * root, sum.yzw * (root / sum.x));
-}
-#endif
-
-#ifdef REGION_HANDLES
-// D_full where whole is true, else D_zero, at d = x - c(t). One place for both, as the sums are long.
-Region handles_distance(int f, bool full, R3 d, R t, SinCos forth) {
-  R3 axis = PART(f, kRegion + 3);
-  bool turns = full && NUMBER(f, kRegion + 6) != R(0);
-  R3 there = full ? d : d + PART(f, kRegion) * t;
-  if (turns) there = turned(d, axis, SinCos(-forth.s, forth.c));
-  Region result = set_distance(field_table(f) + (full ? kFirstSet : kSecondSet), there, R(0));
-  if (turns) result.gradient = turned(result.gradient, axis, forth);
-  return result;
-}
-
-Region handles_at(int f, R3 d, R t) {
-  SinCos forth = sincos_of(t * NUMBER(f, kRegion + 6));
-  Region of[2];
-  for (int k = 0; k < 2; ++k) of[k] = handles_distance(f, k == 0, d, t, forth);
-  R sum = of[0].value + of[1].value;
-  if (!(sum > R(0))) return Region(R(1), R3(0));
-  R inverse = R(1) / sum;
-  precise R value = of[0].value / sum;
-  return Region(of[1].value == R(0) ? R(1) : value,
-                (of[0].gradient * (of[1].value * inverse) - of[1].gradient * (of[0].value * inverse)) * inverse);
-}
-
-R handles_width(int f, R3 d, R t) {
-  SinCos forth = sincos_of(t * NUMBER(f, kRegion + 6));
-  R sum = R(0);
-  for (int k = 0; k < 2; ++k) sum += handles_distance(f, k == 0, d, t, forth).value;
-  return sum;
-}
-
-// Whether the point is one of the full set as it lies at the time t.
-bool is_of_full_set(int f, R3 d, R t) {
-  R angle = NUMBER(f, kRegion + 6);
-  SinCos forth = sincos_of(t * angle);
-  R3 there = angle != R(0) ? turned(d, PART(f, kRegion + 3), SinCos(-forth.s, forth.c)) : d;
-  return nearest_squared(field_table(f) + kFirstSet, there) == R(0);
 }
 #endif
 )";

@@ -78,19 +78,6 @@ bool is_known(R3 d, R begin, R end, out Motion by) {
     return true;
   }
 #endif
-#if defined(REGION_HANDLES)
-  if (closed_form == kHandlesPoint) {
-    R3 at_zero = d + PART(0, kRegion) * begin;
-    if (nearest_squared(field_table(0) + kSecondSet, at_zero) == R(0)) return true;
-    if (!is_of_full_set(0, d, begin)) return false;
-    if (NUMBER(0, kRegion + 6) != R(0)) {
-      by.moved = turn_displacement(d, PART(0, kRegion + 3), NUMBER(0, kRegion + 6) * duration);
-    } else {
-      by.carried = duration;
-    }
-    return true;
-  }
-#endif
   return false;
 }
 )";
@@ -98,9 +85,6 @@ bool is_known(R3 d, R begin, R end, out Motion by) {
 // A path line through a segment, by the rule of flow/step_rule.h, and the shader's main function.
 const char* const kGlslPath = R"(
 R speed_at(R3 at, R3 slope, R t) { return max(length(slope - tool_velocity), tool_speed) + hidden_speed(at, t); }
-
-// How far a step may pass.
-R reach_at(R3 at, R t) { return min(greatest_reach, R(kHandlesReach) * local_width(at, t)); }
 
 // The longest step that jumps over nothing.
 R longest_step_at(R speed, R reach, R t) {
@@ -168,7 +152,7 @@ Motion run(R3 base, R t, R end) {
     at_contact = false;
     if (carries && slope == tool_velocity) return Motion(moved, end - t);
     R speed = speed_at(base + moved, slope, t);
-    R reach = reach_at(base + moved, t);
+    R reach = greatest_reach;  // how far a step may pass
     R longest = longest_step_at(speed, reach, t);
     if (at_beginning) {
       at_beginning = false;
@@ -428,8 +412,6 @@ R3 velocity_at(R3 at, R t) {
 }
 
 R hidden_speed(R3 at, R t) { return R(0); }
-
-R local_width(R3 at, R t) { return kNever; }
 
 // The earliest time, from t towards `end`, at which a pin reaches the resting point; kNever if none does.
 R next_contact(R3 at, R t, R end) {

@@ -161,34 +161,27 @@ std::size_t set_points_of(const Segment& segment) {
   std::size_t count = 0;
   for (const Field& field : segment.fields) {
     if (const auto* set = std::get_if<PointSet<double>>(&field.region)) count += points_of(*set);
-    if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
-      count += points_of(handles->full) + points_of(handles->zero);
-    }
   }
   return count;
 }
 
 bool has_curves(const Field& field) {
-  if (const auto* set = std::get_if<PointSet<double>>(&field.region)) return !set->curves.empty();
-  const auto* handles = std::get_if<Handles<double>>(&field.region);
-  return handles != nullptr && !(handles->full.curves.empty() && handles->zero.curves.empty());
+  const auto* set = std::get_if<PointSet<double>>(&field.region);
+  return set != nullptr && !set->curves.empty();
 }
 
 bool is_symmetric(const Mat3d& m) { return m.row0.y == m.row1.x && m.row0.z == m.row2.x && m.row1.z == m.row2.y; }
 
 bool is_parallel(const Vec3d& a, const Vec3d& b) { return norm2(cross(a, b)) <= 1e-24; }
 
-// As closed_form.cpp chooses.
-ClosedForm form_of(const Translation<double>& motion, const Field& field, const Segment& segment) {
-  const bool known = motion.velocity == segment.displacement && std::holds_alternative<Handles<double>>(field.region);
-  return known ? kHandlesPoint : kNoClosedForm;  // a tool that carries its points needs none
+// As closed_form.cpp chooses. A translation carries its points and needs none.
+template <class Other>
+ClosedForm form_of(const Other& /*motion*/, const Field& /*field*/, const Segment& /*segment*/) {
+  return kNoClosedForm;
 }
 
 ClosedForm form_of(const Rotation<double>& motion, const Field& field, const Segment& segment) {
   if (segment.displacement != Vec3d{}) return kNoClosedForm;
-  if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
-    return motion.rate == handles->turn_angle && motion.axis == handles->turn_axis ? kHandlesPoint : kNoClosedForm;
-  }
   if (std::holds_alternative<Ball<double>>(field.region)) {
     return motion.zero_gauge == RotationGauge::radial ? kTurningBall : kNoClosedForm;
   }
@@ -207,10 +200,6 @@ ClosedForm form_of(const Strain<double>& motion, const Field& field, const Segme
   const bool known = std::holds_alternative<Ball<double>>(field.region) && is_symmetric(motion.matrix) &&
                      segment.displacement == Vec3d{} && !segment.limit_cylinder;
   return known ? kStretchedCore : kNoClosedForm;
-}
-
-ClosedForm form_of(const CustomMotion& /*motion*/, const Field& /*field*/, const Segment& /*segment*/) {
-  return kNoClosedForm;
 }
 
 ClosedForm form_of(const Segment& segment) {
@@ -312,8 +301,7 @@ class Packer {
   static double least_motion(const Segment& segment) {
     double least = kInfinity;
     for (const Field& field : segment.fields) {
-      const bool is_ratio = std::holds_alternative<Handles<double>>(field.region);
-      least = std::min(least, is_ratio ? 0 : kMinMotion * (field.thresholds.outer - field.thresholds.inner));
+      least = std::min(least, kMinMotion * (field.thresholds.outer - field.thresholds.inner));
     }
     return least;
   }
@@ -340,8 +328,6 @@ class Packer {
     if (may_have_tree(field, segment)) put_tree(pack_tree(field, segment, options_), entry + kFirstSet);
   }
 
-  void put_region(const Ball<double>& /*region*/, std::size_t /*at*/, std::size_t /*entry*/) {}
-
   void put_region(const Capsule<double>& region, std::size_t at, std::size_t /*entry*/) {
     put(packed_.numbers, at, region.half_axis);
     const double length2 = norm2(region.half_axis);
@@ -358,15 +344,9 @@ class Packer {
     put_set(region, entry + kFirstSet);
   }
 
-  void put_region(const Handles<double>& region, std::size_t at, std::size_t entry) {
-    put(packed_.numbers, at, region.sweep);
-    put(packed_.numbers, at + 3, region.turn_axis);
-    packed_.numbers[at + 6] = region.turn_angle;
-    put_set(region.full, entry + kFirstSet);
-    put_set(region.zero, entry + kSecondSet);
-  }
-
-  void put_region(const CustomRegion& /*region*/, std::size_t /*at*/, std::size_t /*entry*/) {}
+  // A ball has no numbers of its own; kind_of refuses the others.
+  template <class Other>
+  void put_region(const Other& /*region*/, std::size_t /*at*/, std::size_t /*entry*/) {}
 
   void put_tree(const PackedTree& tree, std::size_t entry) {
     if (tree.nodes == 0) return;
@@ -431,6 +411,9 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
     if (std::holds_alternative<CustomMotion>(field.motion) || std::holds_alternative<CustomRegion>(field.region)) {
       throw InvalidInput(
           "a field is a function of the program's own, which a GPU cannot call; move the points with advect");
+    }
+    if (std::holds_alternative<Handles<double>>(field.region)) {
+      throw InvalidInput("it moves handles, which the GPU cannot evaluate; move the points with advect");
     }
     kind.motions |= 1U << field.motion.index();
     kind.regions |= 1U << field.region.index();

@@ -7,7 +7,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "knead/replay.h"
+#include "knead/shape_state.h"
 
 namespace knead::session_detail {
 

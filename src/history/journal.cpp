@@ -1,3 +1,4 @@
+// The journal of an editor: a session file that is written stroke by stroke, and its recovery.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
@@ -14,81 +15,16 @@
 #include "io/append_file.h"
 #include "knead/error.h"
 #include "knead/io.h"
-#include "knead/replay.h"
 #include "knead/session.h"
+#include "knead/shape_state.h"
 #include "knead/workbench.h"
 #include "math/system.h"
 #include "strokes/continued.h"
 
 namespace knead {
 
-namespace {
-
-constexpr std::size_t kChunksAtOnce = 16;
-
-// To the bit: 0 and -0 differ.
-bool are_same(const Vec3d* a, const Vec3d* b, std::size_t count) {
-  return std::memcmp(static_cast<const void*>(a), static_cast<const void*>(b), count * sizeof(Vec3d)) == 0;
-}
-
-}  // namespace
-
-Snapshot::Snapshot(std::span<const Vec3d> positions, const Snapshot& before, int threads)
-    : size_(positions.size()), chunks_((positions.size() + kChunk - 1) / kChunk) {
-  const bool may_share = before.size_ == size_;
-  parallel_for(chunks_.size(), kChunksAtOnce, threads, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      const std::size_t count = std::min(kChunk, size_ - i * kChunk);
-      const Vec3d* const from = positions.data() + i * kChunk;
-      if (may_share && are_same(before.chunks_[i]->data(), from, count)) {
-        chunks_[i] = before.chunks_[i];
-        continue;
-      }
-      auto chunk = std::make_shared<Chunk>();
-      std::copy(from, from + count, chunk->begin());
-      chunks_[i] = std::move(chunk);
-    }
-  });
-}
-
-void Snapshot::copy_to(std::span<Vec3d> positions) const {
-  for (std::size_t i = 0; i < chunks_.size(); ++i) {
-    const std::size_t count = std::min(kChunk, size_ - i * kChunk);
-    std::copy_n(chunks_[i]->begin(), count, positions.begin() + static_cast<std::ptrdiff_t>(i * kChunk));
-  }
-}
-
-std::vector<Vec3d> Snapshot::copy() const {
-  std::vector<Vec3d> positions(size_);
-  copy_to(positions);
-  return positions;
-}
-
-std::vector<IndexRange> Snapshot::changes_since(const Snapshot& before) const {
-  std::vector<IndexRange> ranges;
-  const bool comparable = before.size_ == size_;
-  for (std::size_t i = 0; i < chunks_.size(); ++i) {
-    if (comparable && chunks_[i] == before.chunks_[i]) continue;
-    const auto begin = static_cast<std::uint32_t>(i * kChunk);
-    const auto end = static_cast<std::uint32_t>(std::min((i + 1) * kChunk, size_));
-    if (!ranges.empty() && ranges.back().end == begin) {
-      ranges.back().end = end;
-    } else {
-      ranges.push_back({begin, end});
-    }
-  }
-  return ranges;
-}
-
-std::size_t Snapshot::bytes_beyond(const Snapshot& before) const {
-  std::size_t own = 0;
-  for (std::size_t i = 0; i < chunks_.size(); ++i) {
-    if (i >= before.chunks_.size() || chunks_[i] != before.chunks_[i]) ++own;
-  }
-  return own * sizeof(Chunk);
-}
-
 namespace fs = std::filesystem;
+using io_detail::AppendFile;
 using session_detail::kSavedFile;
 using session_detail::kSessionFile;
 
@@ -205,6 +141,57 @@ AbandonedJournal describe(const fs::path& folder, const Unheld& file) {
   return journal;
 }
 
+// The lines of one batch.
+class Batch {
+ public:
+  void add(const std::string& line) {
+    if (!text_.empty()) text_ += " \n";  // the line before is not the last
+    text_ += line;
+  }
+  std::string finish() && {
+    if (!text_.empty()) text_ += "\n";
+    return std::move(text_);
+  }
+
+ private:
+  std::string text_;
+};
+
+[[noreturn]] void fail(const fs::path& folder, int error) {
+  throw IoError(IoError::Operation::write, folder.string(),
+                "the folder cannot be made (" + std::generic_category().message(error) +
+                    "); check its permissions and the free space");
+}
+
+// A folder of its own that is not seen as a journal yet, and what it will be called.
+struct NewFolder {
+  fs::path hidden;
+  fs::path folder;
+};
+
+NewFolder make_folder(const fs::path& root) {
+  std::error_code error;
+  fs::create_directories(root, error);
+  if (error) fail(root, error.value());
+  const std::string name = fmt::format("{:%Y-%m-%dT%H-%M-%S}-{}", fmt::gmtime(std::time(nullptr)), ::getpid());
+  for (int n = 1;; ++n) {
+    NewFolder made{root / fmt::format(".{}-{}", name, n), root / fmt::format("{}-{}", name, n)};
+    if (fs::exists(made.folder, error)) continue;
+    if (::mkdir(made.hidden.c_str(), 0700) == 0) return made;
+    if (errno != EEXIST) fail(root, errno);
+  }
+}
+
+// Writes the shape, and returns the name of its file. `number`: from 1.
+std::string write_original(const fs::path& folder, const ShapeFile& shape, std::size_t number) {
+  const bool computed = shape.bytes.empty();
+  std::string name =
+      fmt::format("shape{}.{}", number == 1 ? "" : fmt::format("_{}", number), computed ? "ply" : shape.format);
+  write_file_atomically(folder / name,
+                        computed ? serialize_mesh("ply", shape.mesh, {.double_coordinates = true}) : shape.bytes);
+  return name;
+}
+
 }  // namespace
 
 namespace session_detail {
@@ -268,66 +255,6 @@ void discard_journal(const fs::path& folder) {
   }
   fs::remove_all(folder, ignored);
 }
-
-namespace fs = std::filesystem;
-using io_detail::AppendFile;
-using session_detail::kSavedFile;
-using session_detail::kSessionFile;
-
-namespace {
-
-// The lines of one batch.
-class Batch {
- public:
-  void add(const std::string& line) {
-    if (!text_.empty()) text_ += " \n";  // the line before is not the last
-    text_ += line;
-  }
-  std::string finish() && {
-    if (!text_.empty()) text_ += "\n";
-    return std::move(text_);
-  }
-
- private:
-  std::string text_;
-};
-
-[[noreturn]] void fail(const fs::path& folder, int error) {
-  throw IoError(IoError::Operation::write, folder.string(),
-                "the folder cannot be made (" + std::generic_category().message(error) +
-                    "); check its permissions and the free space");
-}
-
-// A folder of its own that is not seen as a journal yet, and what it will be called.
-struct NewFolder {
-  fs::path hidden;
-  fs::path folder;
-};
-
-NewFolder make_folder(const fs::path& root) {
-  std::error_code error;
-  fs::create_directories(root, error);
-  if (error) fail(root, error.value());
-  const std::string name = fmt::format("{:%Y-%m-%dT%H-%M-%S}-{}", fmt::gmtime(std::time(nullptr)), ::getpid());
-  for (int n = 1;; ++n) {
-    NewFolder made{root / fmt::format(".{}-{}", name, n), root / fmt::format("{}-{}", name, n)};
-    if (fs::exists(made.folder, error)) continue;
-    if (::mkdir(made.hidden.c_str(), 0700) == 0) return made;
-    if (errno != EEXIST) fail(root, errno);
-  }
-}
-
-// Writes the shape, and returns the name of its file. `number`: from 1.
-std::string write_original(const fs::path& folder, const ShapeFile& shape, std::size_t number) {
-  const bool computed = shape.bytes.empty();
-  std::string name =
-      fmt::format("shape{}.{}", number == 1 ? "" : fmt::format("_{}", number), computed ? "ply" : shape.format);
-  write_file_atomically(folder / name,
-                        computed ? serialize_mesh("ply", shape.mesh, {.double_coordinates = true}) : shape.bytes);
-  return name;
-}
-
-}  // namespace
 
 Journal::Journal(fs::path folder, std::unique_ptr<AppendFile> file)
     : folder_(std::move(folder)), file_(std::move(file)) {}

@@ -2,7 +2,6 @@ knead_test(knead_history_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/journal_everywhere_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/arrange_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gesture_strength_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/workbench_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/workbench_memory_test.cpp
   LIBRARIES nlohmann_json::nlohmann_json)

@@ -1,3 +1,4 @@
+// Elementary functions by tables, Taylor series and the rounding errors of sums and products.
 #include "math/elementary.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// A number and what its rounding left over.
+// A number and its rounding error.
 struct Rounded {
   double value = 0;
   double rest = 0;
@@ -45,7 +46,7 @@ constexpr Rounded kPi = {3.141592653589793, 1.2246467991473532e-16};
 // The value has 32 bits, so that its product with an exponent is exact.
 constexpr Rounded kLn2 = {0.6931471803691238, 1.9082149292705877e-10};
 
-// The angle of (x, y) for 0 <= y <= x, 0 < x: its value, and what has to be added to it.
+// The angle of (x, y) for 0 <= y <= x, 0 < x.
 Rounded first_octant(double y, double x) {
   const double ratio = y / x;
   const double k = ratio < 1.0 / 16 ? 0 : round_to_integer(16 * ratio);  // t would cancel half of the table's 1 / 16
@@ -82,7 +83,7 @@ Split split(double x) {
   return result;
 }
 
-// log(x) and what its rounding left over, of a positive finite number.
+// log(x) of a positive finite number.
 Rounded log_of(double x) {
   const Split parts = split(x);
   const double f = parts.f;
@@ -161,7 +162,7 @@ double pow(double base, double exponent) {
   const Rounded of = log_of(base);
   const double product = exponent * of.value;
   if (std::abs(product) > 800) return exp_of(product, 0);
-  // What the product's rounding left over, by halves of 26 bits (Dekker 1971).
+  // The product's rounding error, by halves of 26 bits (Dekker 1971).
   const auto high = [](double x) {
     const double c = x * 134217729;
     return c - (c - x);

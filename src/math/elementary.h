@@ -1,13 +1,13 @@
-// Elementary functions of + - * / and sqrt only, where those of C libraries differ in the last bits: between systems,
-// between versions, and between processors with and without multiply-adds. Sine and cosine: sincos.h.
+// Elementary functions composed of + - * / and sqrt. Those of C libraries differ in the last bits between systems,
+// versions, and processors with and without multiply-adds.
 #pragma once
 
 namespace knead::elementary {
 
-// Each errs by at most 2 units in the last place, and is exact where the comment says so. What is not finite, or out
-// of a function's domain, gives what that of <cmath> gives.
+// Each errs by at most 2 units in the last place, and is exact where the comment says so. Arguments that are not
+// finite, or outside the domain, give the results of <cmath>.
 
-// For angles of at most 1e4 in size, with the bound of sincos.h.
+// For |radians| <= 1e4, with the bound of sincos() in vec.h.
 double cos(double radians);
 double sin(double radians);
 double tan(double radians);

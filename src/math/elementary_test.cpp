@@ -1,3 +1,4 @@
+// Elementary functions: their accuracy, their exact values and their bits.
 #include "math/elementary.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Morton codes, sorting along their curve, and the exact test of a ray against a triangle.
 #include "math/geometry.h"
 
 #include <algorithm>
@@ -17,34 +18,6 @@ std::uint64_t spread(std::uint64_t x) {
   x = (x | x << 4) & 0x10c30c30c30c30c3;
   return (x | x << 2) & 0x1249249249249249;
 }
-
-}  // namespace
-
-std::uint64_t morton_code(const std::array<float, 3>& point) {
-  std::uint64_t code = 0;
-  for (const float x : point) {
-    constexpr float cells = 1 << 21;
-    const float place = (x * 0.5F + 0.5F) * cells;
-    const float cell = place > 0 ? std::min(place, cells - 1) : 0;  // also where it is no number
-    code = code << 1 | spread(static_cast<std::uint64_t>(cell));
-  }
-  return code;
-}
-
-void sort_along_curve(std::vector<CurvePlace>& places) {
-  constexpr std::size_t kFew = 4096;
-  if (places.size() < kFew) return std::sort(places.begin(), places.end());
-  constexpr int kLowest = 30;  // of the 33 bits of 63
-  sort_by_bits(places, kLowest, [](const CurvePlace& place) { return place.code; });
-  for (auto first = places.begin(); first != places.end();) {
-    const auto is_elsewhere = [&](const CurvePlace& place) { return place.code >> kLowest != first->code >> kLowest; };
-    const auto last = std::find_if(first + 1, places.end(), is_elsewhere);
-    std::sort(first, last);
-    first = last;
-  }
-}
-
-namespace {
 
 int sign_of(double x) { return x > 0 ? 1 : (x < 0 ? -1 : 0); }
 
@@ -79,6 +52,31 @@ int side_of_axis(const Vec3d& a, const Vec3d& b) {
 double inverse_of(double x) { return x == 0 ? 1e300 : 1 / x; }
 
 }  // namespace
+
+std::uint64_t morton_code(const std::array<float, 3>& point) {
+  std::uint64_t code = 0;
+  for (const float x : point) {
+    constexpr float cells = 1 << 21;
+    const float place = (x * 0.5F + 0.5F) * cells;
+    const float cell = place > 0 ? std::min(place, cells - 1) : 0;  // also for NaN
+    code = code << 1 | spread(static_cast<std::uint64_t>(cell));
+  }
+  return code;
+}
+
+void sort_along_curve(std::vector<CurvePlace>& places) {
+  constexpr std::size_t kMinSizeForBits = 4096;
+  if (places.size() < kMinSizeForBits) return std::sort(places.begin(), places.end());
+  constexpr int kLowestBit = 30;  // of the highest 33 of 63 bits
+  sort_by_bits(places, kLowestBit, [](const CurvePlace& place) { return place.code; });
+  for (auto first = places.begin(); first != places.end();) {
+    const auto last = std::find_if(first + 1, places.end(), [&](const CurvePlace& place) {
+      return place.code >> kLowestBit != first->code >> kLowestBit;
+    });
+    std::sort(first, last);
+    first = last;
+  }
+}
 
 TriangleRay::TriangleRay(const Vec3d& origin, const Vec3d& direction)
     : origin_(origin), inverse_{inverse_of(direction.x), inverse_of(direction.y), inverse_of(direction.z)} {

@@ -1,4 +1,5 @@
-// The order of points along a space-filling curve: points that are close in space are mostly close in this order.
+// The order of points along a space-filling curve, in which neighbours in space are mostly neighbours; and rays that
+// meet triangles exactly.
 #pragma once
 
 #include <algorithm>
@@ -63,9 +64,7 @@ struct CurvePlace {
 // Sorts by code, then by index. Time: linear where few share the highest 33 bits of the code.
 void sort_along_curve(std::vector<CurvePlace>& places);
 
-// Intersects a ray with triangles; the decision whether they meet is exact.
-
-// A ray, prepared for tests against many triangles.
+// A ray, prepared for tests against many triangles. The decision whether it meets a triangle is exact.
 //
 // Method: a shear maps the ray to the z axis. A corner always maps to the same point, whichever triangle it is asked
 // for. An exact sign then decides on which side of the axis each edge passes. An edge that meets the axis is treated as

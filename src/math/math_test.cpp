@@ -1,3 +1,4 @@
+// Sine, cosine, matrices, the ray test, Morton order and parallel loops.
 #include <gtest/gtest.h>
 
 #include <atomic>

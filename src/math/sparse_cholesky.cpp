@@ -1,3 +1,4 @@
+// The multifrontal Cholesky factorisation: the fronts of a matrix, and their elimination in parallel subtrees.
 #include "math/sparse_cholesky.h"
 
 #include <algorithm>
@@ -17,22 +18,24 @@ namespace knead::detail {
 
 namespace {
 
-constexpr std::size_t kPanel = 8;           // columns that are taken from the others together
-constexpr std::size_t kWidePanel = 32;      // columns that are taken from the others before the next are factorised
-constexpr std::size_t kColumnsAtOnce = 4;   // from which a panel is taken
-constexpr std::size_t kAligned = 8;         // numbers of the widest registers
-constexpr std::size_t kGroupsOfThread = 8;  // of these, at least
-constexpr std::size_t kWideEnough = 16;     // narrower fronts are joined with their parent where that adds few zeros
-constexpr double kMaxZeros = 0.15;          // of the joined front
+constexpr std::size_t kPanel = 8;              // columns that are subtracted from the others together
+constexpr std::size_t kWidePanel = 32;         // columns that are subtracted before the next are factorised
+constexpr std::size_t kColumnsAtOnce = 4;      // from which a panel is subtracted
+constexpr std::size_t kAligned = 8;            // numbers of the widest registers
+constexpr std::size_t kMinGroupsOfThread = 8;  // of kColumnsAtOnce columns
+constexpr int kMinFrontWidth = 16;             // narrower fronts join their parent if that adds few zeros
+constexpr double kMaxZeroShare = 0.15;         // of the joined front
+constexpr double kMaxSubtreeWork = 0.1;        // of the whole work
+constexpr std::size_t kNoSubtree = std::numeric_limits<std::size_t>::max();
 
-// Columns, and the factors with which a panel's columns are taken from them.
+// Columns, and the factors with which a panel's columns are subtracted from them.
 struct Columns {
   double* columns[kColumnsAtOnce]{};
   double by[kColumnsAtOnce][kPanel]{};
 };
 
-// Takes the panel's columns, which lie `stride` apart, from columns of `count` numbers. All begin where a register's
-// numbers do, and count is a multiple of these.
+// Subtracts the panel's columns, which lie `stride` apart, from columns of `count` numbers. All are aligned to
+// registers, and count is a multiple of kAligned.
 KNEAD_CLONES void subtract_panel(const double* panel, std::size_t stride, std::size_t count, const Columns& from) {
   using Numbers [[gnu::vector_size(kAligned * sizeof(double))]] = double;
   for (std::size_t i = 0; i < count; i += kAligned) {
@@ -50,8 +53,8 @@ KNEAD_CLONES void subtract_column(const double* __restrict column, std::size_t c
   for (std::size_t i = 0; i < count; ++i) c[i] -= column[i] * by;
 }
 
-// A dense symmetric matrix whose first columns are eliminated; only its lower triangle is used, and begins as 0. Some
-// of what is above is written, so that all begins where a register's numbers do.
+// A dense symmetric matrix whose first columns are eliminated. Only its lower triangle is used, and starts as 0; some
+// numbers above it are written too, so that all accesses are aligned.
 class DenseFront {
  public:
   explicit DenseFront(std::size_t rows)
@@ -68,7 +71,7 @@ class DenseFront {
 
   double* column(std::size_t j) { return first_ + j * stride_; }
 
-  // Factorises the columns from `begin` to `end`, which nothing before them changes any more.
+  // Factorises the columns from `begin` to `end`, from which all columns before them have been subtracted.
   bool factorize_panel(std::size_t begin, std::size_t end) {
     for (std::size_t j = begin; j < end; ++j) {
       double* const c = column(j);
@@ -88,14 +91,14 @@ class DenseFront {
       for (std::size_t panel = begin; panel < end; panel += kPanel) {
         const std::size_t next = std::min(panel + kPanel, end);
         if (!factorize_panel(panel, next)) return false;
-        take_panel(panel, next - panel, next, end);
+        subtract_panel_from(panel, next - panel, next, end);
       }
       const std::size_t groups = (size - end + kColumnsAtOnce - 1) / kColumnsAtOnce;
-      parallel_for(groups, kGroupsOfThread, threads, [&](std::size_t first, std::size_t last) {
+      parallel_for(groups, kMinGroupsOfThread, threads, [&](std::size_t first, std::size_t last) {
         for (std::size_t group = first; group < last; ++group) {
           const std::size_t j = end + kColumnsAtOnce * group;
           for (std::size_t panel = begin; panel < end; panel += kPanel) {
-            take_panel(panel, std::min(kPanel, end - panel), j, std::min(j + kColumnsAtOnce, size));
+            subtract_panel_from(panel, std::min(kPanel, end - panel), j, std::min(j + kColumnsAtOnce, size));
           }
         }
       });
@@ -106,8 +109,8 @@ class DenseFront {
  private:
   static std::size_t aligned(std::size_t row) { return row / kAligned * kAligned; }
 
-  // Takes `width` columns from `begin` on, a panel at most, from those from `first` to `last`.
-  void take_panel(std::size_t begin, std::size_t width, std::size_t first, std::size_t last) {
+  // Subtracts `width` columns from `begin` on, a panel at most, from those from `first` to `last`.
+  void subtract_panel_from(std::size_t begin, std::size_t width, std::size_t first, std::size_t last) {
     std::size_t j = first;
     for (; width == kPanel && j + kColumnsAtOnce <= last; j += kColumnsAtOnce) {
       Columns columns;
@@ -209,7 +212,7 @@ void SparseCholesky::find_fronts(const SymmetricMatrix& matrix) {
       const auto missing = static_cast<double>(count + 1 - before);
       const double more = zeros + missing * last.width;
       const double entries = (last.width + 1.0) * static_cast<double>(count + 1);
-      if (missing == 0 || (last.width < static_cast<int>(kWideEnough) && more < kMaxZeros * entries)) {
+      if (missing == 0 || (last.width < kMinFrontWidth && more < kMaxZeroShare * entries)) {
         ++last.width;
         zeros = more;
         continue;
@@ -243,7 +246,7 @@ class SparseCholesky::Elimination {
   Elimination(const SymmetricMatrix& matrix, std::vector<Front>& fronts, const Progress* progress)
       : matrix_(matrix), fronts_(fronts), rests_(fronts.size()), progress_(progress) {}
 
-  // Subtrees beside each other, then what is above them.
+  // Eliminates subtrees in parallel, then the fronts above them.
   bool run(int threads) {
     const std::vector<std::vector<std::size_t>> parts = divided();
     std::atomic<bool> is_definite = true;
@@ -256,10 +259,10 @@ class SparseCholesky::Elimination {
   }
 
  private:
-  // What is left of a front for its parent: the columns from its width on.
+  // The columns of a front from its width on, for its parent.
   using Rest = std::optional<DenseFront>;
 
-  // The fronts of subtrees that are small beside the whole; last, those above them. All ascend.
+  // Returns the fronts of small subtrees, and last the fronts above them. All ascend.
   std::vector<std::vector<std::size_t>> divided() const {
     std::vector<double> work(fronts_.size());
     std::vector<bool> is_child(fronts_.size(), false);
@@ -274,9 +277,9 @@ class SparseCholesky::Elimination {
     double whole = 0;
     for (std::size_t f = 0; f < fronts_.size(); ++f) whole += is_child[f] ? 0 : work[f];
     std::vector<std::vector<std::size_t>> parts;
-    std::vector<std::size_t> part_of(fronts_.size(), kAbove);
+    std::vector<std::size_t> part_of(fronts_.size(), kNoSubtree);
     for (std::size_t f = fronts_.size(); f-- > 0;) {
-      if (part_of[f] == kAbove && work[f] < kSmall * whole) {
+      if (part_of[f] == kNoSubtree && work[f] < kMaxSubtreeWork * whole) {
         part_of[f] = parts.size();
         parts.emplace_back();
       }
@@ -284,7 +287,7 @@ class SparseCholesky::Elimination {
     }
     parts.emplace_back();
     for (std::size_t f = 0; f < fronts_.size(); ++f) {
-      (part_of[f] == kAbove ? parts.back() : parts[part_of[f]]).push_back(f);
+      (part_of[f] == kNoSubtree ? parts.back() : parts[part_of[f]]).push_back(f);
     }
     return parts;
   }
@@ -319,7 +322,7 @@ class SparseCholesky::Elimination {
     const auto width = static_cast<std::size_t>(fronts_[child].width);
     std::vector<std::size_t> at;
     for (const int row : fronts_[child].rows) at.push_back(place[static_cast<std::size_t>(row)]);
-    // Rows that follow each other in both.
+    // The ends of runs of rows that are contiguous in both.
     std::vector<std::size_t> ends(from.size);
     for (std::size_t i = from.size; i-- > width;) {
       ends[i] = i + 1 < from.size && at[i + 1] == at[i] + 1 ? ends[i + 1] : i + 1;
@@ -333,9 +336,6 @@ class SparseCholesky::Elimination {
     }
     rests_[child].reset();
   }
-
-  static constexpr double kSmall = 0.1;  // of the whole work
-  static constexpr std::size_t kAbove = std::numeric_limits<std::size_t>::max();
 
   const SymmetricMatrix& matrix_;
   std::vector<Front>& fronts_;

@@ -1,3 +1,7 @@
+// The Cholesky factorisation of a sparse matrix, in dense blocks.
+//
+// Eigen's takes five times as long, because it sums one number at a time; CHOLMOD's is as fast, but its bits depend on
+// the machine's BLAS (docs/decisions/0029-poses.md).
 #pragma once
 
 #include <cstddef>
@@ -5,10 +9,6 @@
 
 #include "knead/error.h"
 
-// A Cholesky factor of a sparse matrix, in dense blocks.
-//
-// Eigen's factor of the same matrix takes five times as long, because it sums one number at a time; CHOLMOD's is as
-// fast, but its bits depend on the machine's BLAS (docs/decisions/0029-poses.md).
 namespace knead::detail {
 
 // The lower triangle of a symmetric matrix, by columns. The rows of a column ascend, and begin with the diagonal.
@@ -21,9 +21,8 @@ struct SymmetricMatrix {
 };
 
 // The factor L of A = L L^T, by the multifrontal method (Duff and Reid 1983): columns with the same rows are factorised
-// together, as a dense matrix. The columns must be in an order that leaves few entries, such as nested dissection. What
-// depends on the pattern alone is found once for matrices of one pattern that follow each other. Sums run in one order:
-// the same bits for every instruction set.
+// together, as a dense matrix. The columns must be in an order with little fill, such as nested dissection. Successive
+// matrices of the same pattern share its analysis. Sums run in one order: the same bits for every instruction set.
 class SparseCholesky {
  public:
   // Returns false if the matrix is not positive definite. Time: 0.02 s for 1800 unknowns. threads as for parallel_for;
@@ -34,7 +33,7 @@ class SparseCholesky {
   void solve(std::vector<double>& b) const;
 
  private:
-  // Columns from `first` on that share their rows.
+  // `width` columns from `first` on that share their rows.
   struct Front {
     int first = 0;
     int width = 0;
@@ -48,7 +47,7 @@ class SparseCholesky {
   void find_fronts(const SymmetricMatrix& matrix);
 
   std::vector<Front> fronts_;
-  std::vector<std::size_t> begin_;  // the pattern that these are of
+  std::vector<std::size_t> begin_;  // the pattern of the fronts
   std::vector<int> rows_;
 };
 

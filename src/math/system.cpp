@@ -1,5 +1,9 @@
+// The instruction sets of the processor, large pages, and Windows' renaming of files.
 #include "math/system.h"
 
+#if __has_include(<sys/mman.h>)
+#include <sys/mman.h>
+#endif
 #if defined(__x86_64__)
 #include <cpuid.h>
 #endif
@@ -45,6 +49,46 @@ const Processor& processor() noexcept {
 }
 #endif
 
+#if defined(_WIN32)
+// FILE_RENAME_INFO of Windows 10, which replaces a file that another program has open.
+struct Renaming {
+  DWORD flags = 0x1 | 0x2;  // FILE_RENAME_FLAG_REPLACE_IF_EXISTS, FILE_RENAME_FLAG_POSIX_SEMANTICS
+  HANDLE folder = nullptr;
+  DWORD bytes = 0;
+  wchar_t name[1] = {};
+};
+
+bool rename_as_posix(const wchar_t* from, const std::wstring& to) {
+  constexpr int rename_info_ex = 22;
+  const HANDLE file = ::CreateFileW(from, DELETE | SYNCHRONIZE, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE,
+                                    nullptr, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS, nullptr);
+  if (file == INVALID_HANDLE_VALUE) return false;
+  std::vector<char> buffer(sizeof(Renaming) + to.size() * sizeof(wchar_t));
+  auto* renaming = new (buffer.data()) Renaming;
+  renaming->bytes = static_cast<DWORD>(to.size() * sizeof(wchar_t));
+  to.copy(renaming->name, to.size());
+  const bool done = ::SetFileInformationByHandle(file, static_cast<FILE_INFO_BY_HANDLE_CLASS>(rename_info_ex), renaming,
+                                                 static_cast<DWORD>(buffer.size())) != 0;
+  ::CloseHandle(file);
+  return done;
+}
+
+// For drives whose format (FAT) cannot do that: the old file gets another name first, and is removed when no program
+// has it open.
+bool rename_past_old(const wchar_t* from, const wchar_t* to) {
+  const std::wstring aside = std::wstring(to) + L".knead-old";
+  if (::MoveFileExW(to, aside.c_str(), MOVEFILE_REPLACE_EXISTING) == 0) return false;
+  if (::MoveFileExW(from, to, MOVEFILE_WRITE_THROUGH) == 0) {
+    const DWORD error = ::GetLastError();
+    ::MoveFileExW(aside.c_str(), to, MOVEFILE_REPLACE_EXISTING);
+    ::SetLastError(error);
+    return false;
+  }
+  ::DeleteFileW(aside.c_str());
+  return true;
+}
+#endif
+
 }  // namespace
 
 #if defined(__x86_64__)
@@ -70,54 +114,17 @@ bool has_avx512() noexcept { return false; }
 
 #endif
 
-}  // namespace knead
+void prefer_large_pages([[maybe_unused]] void* begin, [[maybe_unused]] std::size_t bytes) noexcept {
+#ifdef MADV_HUGEPAGE
+  constexpr std::uintptr_t page = std::uintptr_t{1} << 21;  // of x86-64 and most of arm64
+  const std::uintptr_t skipped = (page - reinterpret_cast<std::uintptr_t>(begin) % page) % page;
+  if (bytes < skipped + page) return;
+  ::madvise(static_cast<char*>(begin) + skipped, (bytes - skipped) / page * page, MADV_HUGEPAGE);
+#endif
+}
 
 #if defined(_WIN32)
-
-namespace knead::windows {
-
-namespace {
-
-// FILE_RENAME_INFO of Windows 10, which replaces a file though somebody has it open.
-struct Renaming {
-  DWORD flags = 0x1 | 0x2;  // FILE_RENAME_FLAG_REPLACE_IF_EXISTS, FILE_RENAME_FLAG_POSIX_SEMANTICS
-  HANDLE folder = nullptr;
-  DWORD bytes = 0;
-  wchar_t name[1] = {};
-};
-
-bool rename_as_posix(const wchar_t* from, const std::wstring& to) {
-  constexpr int rename_info_ex = 22;
-  const HANDLE file = ::CreateFileW(from, DELETE | SYNCHRONIZE, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE,
-                                    nullptr, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS, nullptr);
-  if (file == INVALID_HANDLE_VALUE) return false;
-  std::vector<char> buffer(sizeof(Renaming) + to.size() * sizeof(wchar_t));
-  auto* renaming = new (buffer.data()) Renaming;
-  renaming->bytes = static_cast<DWORD>(to.size() * sizeof(wchar_t));
-  to.copy(renaming->name, to.size());
-  const bool done = ::SetFileInformationByHandle(file, static_cast<FILE_INFO_BY_HANDLE_CLASS>(rename_info_ex), renaming,
-                                                 static_cast<DWORD>(buffer.size())) != 0;
-  ::CloseHandle(file);
-  return done;
-}
-
-// Where the drive's format (FAT) cannot do that, the old file leaves its name first, and goes once nobody has it open.
-bool rename_past_old(const wchar_t* from, const wchar_t* to) {
-  const std::wstring aside = std::wstring(to) + L".knead-old";
-  if (::MoveFileExW(to, aside.c_str(), MOVEFILE_REPLACE_EXISTING) == 0) return false;
-  if (::MoveFileExW(from, to, MOVEFILE_WRITE_THROUGH) == 0) {
-    const DWORD error = ::GetLastError();
-    ::MoveFileExW(aside.c_str(), to, MOVEFILE_REPLACE_EXISTING);
-    ::SetLastError(error);
-    return false;
-  }
-  ::DeleteFileW(aside.c_str());
-  return true;
-}
-
-}  // namespace
-
-int rename(const wchar_t* from, const wchar_t* to) {
+int windows::rename(const wchar_t* from, const wchar_t* to) {
   std::error_code error;
   const std::filesystem::path whole = std::filesystem::absolute(to, error);
   if (!error && rename_as_posix(from, whole.native())) return 0;
@@ -127,7 +134,6 @@ int rename(const wchar_t* from, const wchar_t* to) {
   const bool may_go = (attributes & (FILE_ATTRIBUTE_DIRECTORY | FILE_ATTRIBUTE_READONLY)) == 0;  // nor is it missing
   return is_open && may_go && rename_past_old(from, to) ? 0 : fail();
 }
-
-}  // namespace knead::windows
-
 #endif
+
+}  // namespace knead

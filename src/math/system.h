@@ -1,6 +1,5 @@
-// What differs between Linux, macOS and Windows, so that no other source of the library asks which system it is on:
-// POSIX names for Windows, and a few functions. Included instead of <fcntl.h>, <unistd.h>, <sys/file.h> and
-// <sys/stat.h>. Also which instructions the processor has. Internal.
+// Everything that depends on the system or processor: POSIX names for Windows, files, large pages, instruction sets.
+// Include it instead of <fcntl.h>, <unistd.h>, <sys/file.h> and <sys/stat.h>. Internal.
 #pragma once
 
 #include <fcntl.h>
@@ -51,7 +50,7 @@ inline int fail() {
                                                                                                         : EIO;
   return -1;
 }
-// As POSIX asks, also where somebody has the old file open.
+// Replaces `to` as POSIX does, even while a program has the old file open.
 int rename(const wchar_t* from, const wchar_t* to);
 inline HANDLE handle(int file) { return reinterpret_cast<HANDLE>(::_get_osfhandle(file)); }
 }  // namespace knead::windows
@@ -66,7 +65,7 @@ inline int open(const wchar_t* path, int flags, int /*mode*/ = 0) {
   if (file == INVALID_HANDLE_VALUE) return knead::windows::fail();
   return ::_open_osfhandle(reinterpret_cast<std::intptr_t>(file), (flags & O_APPEND) | _O_BINARY | _O_NOINHERIT);
 }
-// A lock of Windows keeps others from reading what is locked, so it is on a byte far beyond the end.
+// Windows keeps other programs from reading locked bytes, so the lock is on a byte far beyond the end.
 inline int flock(int file, int /*how*/) {
   OVERLAPPED at{};
   at.OffsetHigh = 0x40000000;
@@ -140,11 +139,8 @@ inline std::int64_t changed_ns([[maybe_unused]] int file, const struct stat& sta
 #endif
 }
 
-// Memory for whole files.
-
-// Asks the system for large pages where memory was set aside and is about to be filled for the first time. Without them
-// most of the time of reading a large file goes into faulting in pages of 4 KB. A hint: nothing happens where the
-// system has no large pages or the memory is small.
+// Asks the system for large pages for memory that is allocated but not filled yet. Without them, reading a large file
+// spends most of its time on page faults. A hint: nothing happens if the memory is small or the system has none.
 void prefer_large_pages(void* begin, std::size_t bytes) noexcept;
 
 template <class T>

@@ -102,13 +102,22 @@ Pairs by_cgal_rule(std::span<const Triangle> triangles, std::span<const Vec3d> p
   return pairs;
 }
 
+// Without triangles of the same three corners, which CGAL 5.5 finds and CGAL 6.0 passes over.
+Pairs without_twins(Pairs pairs, std::span<const Triangle> triangles) {
+  std::erase_if(pairs, [&](const Pair& pair) {
+    const Triangle& t = triangles[pair[0]];
+    return pair[0] != pair[1] && std::is_permutation(t.begin(), t.end(), triangles[pair[1]].begin());
+  });
+  return pairs;
+}
+
 void expect_the_same(const std::string& name, const Mesh& mesh) {
   const std::vector<Triangle> triangles = triangulate(mesh);
   const Pairs ours = self_intersections(triangles, mesh.positions).pairs;
   EXPECT_EQ(ours, by_cgal_rule(triangles, mesh.positions)) << name;
   const std::optional<Pairs> theirs = of_cgal_mesh(triangles, mesh.positions);
   if (theirs) {
-    EXPECT_EQ(ours, *theirs) << name;
+    EXPECT_EQ(without_twins(ours, triangles), without_twins(*theirs, triangles)) << name;
   }
   std::printf("%s: %zu pairs, %s\n", name.c_str(), ours.size(), theirs ? "compared with both" : "by the rule alone");
 }
@@ -126,7 +135,12 @@ INSTANTIATE_TEST_SUITE_P(Scans, CgalMesh,
                                          "camel_22k_nonmanifold.ply", "dragon_100k_stanford_res2.ply", "fandisk_6k.ply",
                                          "hand_50k.ply", "hand_53k_open.ply", "moebius_open.ply",
                                          "mountain_26k_open.ply", "scorpion_6k.ply", "spider_762_open.ply",
-                                         "wingnut_3k.ply", "originals/pirate_quads_normals_uv.obj"));
+                                         "wingnut_3k.ply", "originals/pirate_quads_normals_uv.obj"),
+                         [](const auto& test) {
+                           std::string name = test.param;
+                           name.resize(name.find('.'));
+                           return name.substr(name.find('/') + 1);
+                         });
 
 TEST(Cgal, HasTheSamePairsOfDirtyShapes) {
   for (const DirtyShape& shape : dirty_shapes()) {

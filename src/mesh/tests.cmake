@@ -12,7 +12,8 @@ knead_test(knead_mesh_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/triangulate_test.cpp)
 find_package(CGAL 5.5 QUIET)
 if(CGAL_FOUND)
-  knead_test(knead_cgal_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/self_intersections_cgal_test.cpp LIBRARIES CGAL::CGAL)
+  knead_test(knead_cgal_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/self_intersections_cgal_test.cpp LIBRARIES CGAL::CGAL
+             SLOW Scans/CgalMesh.*)
 else()
   message(STATUS "CGAL is absent: the test that compares self-intersections with it is left out")
 endif()

@@ -12,13 +12,11 @@
 #include "flow/masked.h"
 #include "flow/segment_mover.h"
 #include "knead/flow.h"
-#include "knead/replay.h"
+#include "knead/shape_state.h"
 #include "remesh/patch.h"
 #include "session/deformed_shape_detail.h"
 
 namespace knead {
-
-using session_detail::KeptCount;
 
 namespace {
 
@@ -26,7 +24,7 @@ constexpr const char* kNormals = "knead carried normal";  // the vertex attribut
 
 // The work of a remesh is limited to so many evaluations for each vertex that the mesh may have (a few seconds by
 // default), or to so many times what the stroke itself takes. That is found on some of the vertices: how often the
-// stroke has been begun and taken back until now, in a drag, must not decide. kElements points of a set, or pins, cost
+// stroke has been begun and undone until now, in a drag, must not decide. kElements points of a set, or pins, cost
 // as much as a field.
 constexpr double kEvaluationsPerVertex = 350;
 constexpr double kMoreThanStroke = 10;
@@ -36,7 +34,7 @@ constexpr double kMinEach = 0.1;          // evaluations for each segment: to fi
 constexpr double kFewPoints = 100;        // say little about the cost of others
 constexpr std::size_t kCostSamples = 64;  // vertices
 
-// Returns the cost of an evaluation beside that of a ball's.
+// Returns the cost of an evaluation relative to one of a ball.
 double cost_of(const Flow& flow) {
   std::size_t elements = 0;
   const auto add = [&](const PointSet<double>& set) {
@@ -159,7 +157,7 @@ void add(const RemeshCounts& more, RemeshCounts& counts) {
 }
 
 // Makes a second remesh, of what a first one made, one of the mesh before both.
-void follow(const Remeshed& first, Remeshed& second) {
+void join(const Remeshed& first, Remeshed& second) {
   for (std::uint32_t& face : second.face_source) face = first.face_source[face];
   for (std::size_t v = 0; v < second.vertex_source.size(); ++v) {
     std::uint32_t& source = second.vertex_source[v];
@@ -279,54 +277,270 @@ const RemeshTargets& DeformedShape::targets_of(const RemeshSettings& settings) c
   return targets_->second;
 }
 
-// As the vertices were moved, but for progress->done: how many points a remesh carries is not known beforehand. Returns
-// the number of evaluations; more than `most` end it.
-std::uint64_t DeformedShape::carry(const Flow& flow, Progress* progress, std::span<Vec3d> points, std::uint64_t most) {
-  AdvectOptions options = advect_options(motion_, reference_length_);
-  options.progress = progress;
-  const std::uint64_t total = progress != nullptr ? progress->total.exchange(0) : 0;
-  const std::uint64_t done = progress != nullptr ? progress->done.load() : 0;
-  const AdvectResult result =
-      motion_.backend ? motion_.backend(flow, points, options) : detail::advect_within(flow, points, options, most);
-  if (progress != nullptr) {
-    progress->done = done;
-    progress->total = total;
+namespace session_detail {
+
+// Makes the mesh of a shape follow the flow of one stroke.
+class MeshFollower {
+ public:
+  // A part of the stroke.
+  struct Part {
+    std::span<const Vec3d> before;         // the vertices before the part
+    std::span<const Vec3d> before_stroke;  // and before the stroke
+    const Flow& flow;
+  };
+
+  // What all parts of the stroke share.
+  struct Halving {
+    int left = 0;                // how often the flow may still be halved
+    bool is_narrow = false;      // a mask's border is: halves are tried, too, where the whole is much work
+    double spent = 0;            // evaluations on the points of all remeshes of the stroke
+    std::size_t faces = 0;       // of the whole and of the halves that have been begun
+    std::size_t most_faces = 0;  // that all of them may have together; 0 before the whole
+    Moment end = Moment::max();  // of the time for them
+  };
+
+  MeshFollower(DeformedShape& shape, const RemeshSettings& settings, Halving& halving, Progress* progress)
+      : shape_(shape), settings_(settings), halving_(halving), progress_(progress) {}
+
+  RemeshOutcome follow(const Part& part) {
+    const std::shared_ptr<const Mesh> mesh = mesh_at(shape_.mesh_, part.before, shape_.normals());
+    if (!shape_.provenance_ || !shape_.provenance_->creases) {
+      const auto provenance =
+          std::make_shared<Provenance>(shape_.provenance_ ? *shape_.provenance_ : unchanged(*shape_.mesh_));
+      try {
+        if (!part.flow.segments.empty()) {
+          provenance->creases =
+              remesh_detail::find_creases_unless_cancelled(*mesh, kDefaultCreaseDeg, shape_.motion_.threads, progress_);
+        }
+      } catch (const Cancelled&) {
+        return {AdvectStatus::cancelled, std::nullopt};
+      }
+      shape_.provenance_ = provenance;
+    }
+    if (part.flow.segments.empty()) return {};
+    return halving_.is_narrow ? remesh_narrow(*mesh, part) : remesh(*mesh, part);
   }
-  work_ += result;
-  if (result.status == AdvectStatus::done) return result.evaluations;
-  work_.status = AdvectStatus::done;
-  if (result.status == AdvectStatus::step_limit && result.evaluations > most) throw TooMuchWork();
-  throw Stopped{result.status};
-}
 
-// Of the part's flow for a vertex, on average.
-double DeformedShape::evaluations_each(const Part& part, Progress* progress) {
-  const std::size_t stride = part.before.size() / kCostSamples + 1;
-  std::vector<Vec3d> sample;
-  for (std::size_t i = 0; i < part.before.size(); i += stride) sample.push_back(part.before[i]);
-  if (sample.empty()) return 0;
-  return static_cast<double>(carry(part.flow, progress, sample, kAnyNumber)) / static_cast<double>(sample.size());
-}
+ private:
+  // Moves points as the vertices were moved, without a count in progress->done: how many points a remesh carries is not
+  // known beforehand. Returns the number of evaluations; more than `most` end it.
+  std::uint64_t carry(const Flow& flow, std::span<Vec3d> points, std::uint64_t most) {
+    AdvectOptions options = advect_options(shape_.motion_, shape_.reference_length_);
+    options.progress = progress_;
+    const KeptCount kept(progress_, true);
+    const Backend& backend = shape_.motion_.backend;
+    const AdvectResult result =
+        backend ? backend(flow, points, options) : detail::advect_within(flow, points, options, most);
+    shape_.work_ += result;
+    if (result.status == AdvectStatus::done) return result.evaluations;
+    shape_.work_.status = AdvectStatus::done;
+    if (result.status == AdvectStatus::step_limit && result.evaluations > most) throw TooMuchWork();
+    throw Stopped{result.status};
+  }
 
-RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
-                                            const std::vector<std::uint32_t>& labels) const {
-  RemeshOptions options;
-  options.targets = targets_of(settings);
-  options.single_precision = policy_->single_precision;
-  options.assume_valid = true;  // the mesh at the start was looked at, and path lines end at finite places
-  options.face_labels = labels;
-  options.creases = *provenance_->creases;
-  options.threads = motion_.threads;
-  return options;
-}
+  // Returns the evaluations of the part's flow for a vertex, on average.
+  double evaluations_each(const Part& part) {
+    const std::size_t stride = part.before.size() / kCostSamples + 1;
+    std::vector<Vec3d> sample;
+    for (std::size_t i = 0; i < part.before.size(); i += stride) sample.push_back(part.before[i]);
+    if (sample.empty()) return 0;
+    return static_cast<double>(carry(part.flow, sample, kAnyNumber)) / static_cast<double>(sample.size());
+  }
+
+  RemeshOptions remesh_options(const std::vector<std::uint32_t>& labels) const {
+    RemeshOptions options;
+    options.targets = shape_.targets_of(settings_);
+    options.single_precision = shape_.policy_->single_precision;
+    options.assume_valid = true;  // the mesh at the start was looked at, and path lines end at finite places
+    options.face_labels = labels;
+    options.creases = *shape_.provenance_->creases;
+    options.threads = shape_.motion_.threads;
+    return options;
+  }
+
+  // Tries halves where the whole is too much work. Returns no mesh if they are, too.
+  RemeshOutcome remesh_narrow(const Mesh& mesh, const Part& part) {
+    try {
+      return remesh(mesh, part);
+    } catch (const RemeshLimit&) {
+      if (halving_.left == 0) return {};
+    }
+    if (halving_.most_faces == 0) halving_.most_faces = std::numeric_limits<std::size_t>::max();
+    return remesh_in_halves(part);
+  }
+
+  // The mesh is the one before the part.
+  RemeshOutcome remesh(const Mesh& mesh, const Part& part) {
+    const FlowReach reach(part.flow);
+    const double cost = cost_of(part.flow);
+    const std::vector<std::uint32_t> labels = labels_of(*shape_.provenance_, shape_.policy_->face_labels);
+    RemeshOptions options = remesh_options(labels);
+    const std::vector<std::uint8_t> held = held_vertices(shape_.mask_, mesh.positions);
+    options.held = held;
+    const std::shared_ptr<const Provenance> provenance = shape_.provenance_;
+    remesh_detail::MorePlaces places{{provenance->rest, part.before_stroke}, {}};
+    CarryBudget budget;
+    Deformation deformation;
+    deformation.points_left = [&] { return budget.points_left(halving_.spent); };
+    deformation.carry = [&](std::span<Vec3d> points) {
+      const double left = (kMoreThanBudget * budget.most - halving_.spent) / cost;
+      const double spent = cost * static_cast<double>(carry(part.flow, points, whole_number(left)));
+      budget.spent += spent;
+      halving_.spent += spent;
+      budget.points += static_cast<double>(points.size());
+    };
+    deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
+    deformation.feature = reach.smallest_feature();
+    const KeptCount kept(progress_);
+    try {
+      options.progress = progress_;
+      options.stop_where_crossed = true;
+      options.seconds = seconds_until(halving_.end);
+      budget.least = std::max(1.0, kMinEach * static_cast<double>(part.flow.segments.size()));
+      budget.of_the_stroke = cost * evaluations_each(part);
+      const double of_strokes = kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size());
+      const double all =
+          std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices), of_strokes);
+      budget.most = halving_.is_narrow ? std::min(std::max(kWorkOfNarrow * all, of_strokes),
+                                                  halving_.spent + std::max(kWorkOfPart * all, of_strokes))
+                                       : all;
+      RemeshOutcome outcome{AdvectStatus::done,
+                            remesh_detail::remesh_with(mesh, shape_.positions_, deformation, options, {}, places)};
+      const bool is_whole = halving_.most_faces == 0;
+      if (is_whole) halving_.most_faces = kMoreThanWhole * outcome.remeshed->counts.faces;
+      halving_.faces += outcome.remeshed->counts.faces;
+      if (has_new_crossings(outcome.remeshed->counts)) {
+        RemeshOutcome halves;
+        const Moment end = halving_.end;
+        if (is_whole) halving_.end = after(kTimeOfHalves * seconds_until(end));
+        if (can_halve(outcome.remeshed->counts)) halves = remesh_in_halves(part);
+        if (!is_whole || halves.remeshed || halves.status == AdvectStatus::cancelled) return halves;
+        halving_.spent = 0;
+        halving_.left = 0;
+        budget.most = all;
+        options.stop_where_crossed = false;
+        options.seconds = seconds_until(end);
+        if (outcome.remeshed->counts.stopped) finish_stopped(mesh, deformation, options, *outcome.remeshed, places);
+      }
+      adopt(*outcome.remeshed, places, part.before);
+      return outcome;
+    } catch (const Stopped& stopped) {
+      return {stopped.status, std::nullopt};
+    } catch (const TooMuchWork&) {
+      throw RemeshLimit(
+          fmt::format("some path lines of this stroke are so long that to follow it is more work than "
+                      "\"max_vertices\" ({}) allows; deform less, or use a larger \"max_vertices\"",
+                      options.targets.max_vertices));
+    } catch (const Cancelled&) {
+      return {AdvectStatus::cancelled, std::nullopt};
+    }
+  }
+
+  bool can_halve(const RemeshCounts& counts) const {
+    return halving_.left > 0 && halving_.faces < halving_.most_faces &&
+           static_cast<double>(counts.crossings) <= kMaxPairsPerFace * static_cast<double>(counts.faces) &&
+           seconds_until(halving_.end) > 0;
+  }
+
+  // Remeshes the whole to its end, after a first remesh that stopped where many triangles crossed. Where the time does
+  // not suffice, keeps the result with fewer crossings.
+  void finish_stopped(const Mesh& mesh, const Deformation& deformation, const RemeshOptions& options, Remeshed& stopped,
+                      remesh_detail::MorePlaces& places) const {
+    if (options.seconds > 0) {
+      remesh_detail::MorePlaces others{places.before, {}};
+      Remeshed whole = remesh_detail::remesh_with(mesh, shape_.positions_, deformation, options, {}, others);
+      if (!whole.counts.out_of_time || whole.counts.crossings < stopped.counts.crossings) {
+        stopped = std::move(whole);
+        places = std::move(others);
+        return;
+      }
+    }
+    stopped.counts.out_of_time = true;
+    stopped.counts.complete = false;
+  }
+
+  // Moves and remeshes the shape by the first half of the flow, then by the second. Leaves it as it is if that fails.
+  RemeshOutcome remesh_in_halves(const Part& part) {
+    DeformedShape halves = shape_;
+    --halving_.left;
+    RemeshOutcome outcome;
+    try {
+      outcome = MeshFollower(halves, settings_, halving_, progress_).remesh_halves(part);
+    } catch (const RemeshLimit&) {
+      outcome = {};
+    }
+    ++halving_.left;
+    if (outcome.remeshed) shape_ = std::move(halves);
+    return outcome;
+  }
+
+  RemeshOutcome remesh_halves(const Part& part) {
+    const auto [first, second] = halves_of(part.flow);
+    if (shape_.has_normals()) {
+      const AdvectStatus status = move_uncounted(inverse(part.flow));
+      if (status != AdvectStatus::done) return {status, std::nullopt};
+    }
+    shape_.set_positions({part.before.begin(), part.before.end()});
+    AdvectStatus status = move_uncounted(first);
+    if (status != AdvectStatus::done) return {status, std::nullopt};
+    RemeshOutcome half = follow({part.before, part.before_stroke, first});
+    if (!half.remeshed) return half;
+    const std::vector<Vec3d> middle = shape_.positions();
+    const std::vector<Vec3d> places = shape_.provenance()->before_stroke;
+    status = move_uncounted(second);
+    if (status != AdvectStatus::done) return {status, std::nullopt};
+    RemeshOutcome whole = follow({middle, places, second});
+    if (whole.remeshed) join(*half.remeshed, *whole.remeshed);
+    return whole;
+  }
+
+  // Gives the shape the remeshed mesh.
+  void adopt(Remeshed& remeshed, remesh_detail::MorePlaces& places, std::span<const Vec3d> before) {
+    std::vector<bool> touched_before = shape_.provenance_->touched;
+    for (std::size_t i = 0; i < touched_before.size(); ++i) {
+      if (before[i] != shape_.mesh_->positions[i]) touched_before[i] = true;
+    }
+    const std::vector<std::uint32_t> steps_before = shape_.steps();
+    shape_.earlier_steps_.assign(remeshed.vertex_source.size(), 0);
+    for (std::size_t i = 0; i < shape_.earlier_steps_.size(); ++i) {
+      const std::uint32_t source = remeshed.vertex_source[i];
+      if (source != kNewVertex) shape_.earlier_steps_[i] = steps_before[source];
+    }
+    Provenance provenance = after_remesh(*shape_.provenance_, remeshed, touched_before, before);
+    provenance.rest = std::move(places.after[0]);
+    provenance.before_stroke = std::move(places.after[1]);
+    shape_.provenance_ = std::make_shared<const Provenance>(std::move(provenance));
+    std::vector<Vec3d> normals;
+    if (shape_.has_normals()) normals = take_normals(remeshed.mesh);
+    shape_.mesh_ = std::make_shared<const Mesh>(std::move(remeshed.mesh));
+    shape_.positions_ = shape_.mesh_->positions;
+    shape_.blocks_.reset();
+    shape_.triangles_.reset();
+    shape_.start_normals(std::move(normals));
+  }
+
+  // Moves the shape without a count of the work, to which halves of a stroke add nothing.
+  AdvectStatus move_uncounted(const Flow& flow) {
+    const KeptCount kept(progress_, true);
+    return shape_.move(flow, progress_);
+  }
+
+  DeformedShape& shape_;
+  const RemeshSettings& settings_;
+  Halving& halving_;
+  Progress* progress_;
+};
+
+}  // namespace session_detail
 
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                                     Progress* progress) {
   const double width = mask_.is_empty() ? 0 : sufficient_width(flow, before, positions_);
   const bool is_narrow = width > mask_.width();
-  Halving halving{is_narrow ? kMaxHalvingsOfNarrow : kMaxHalvings, is_narrow};
+  session_detail::MeshFollower::Halving halving{is_narrow ? kMaxHalvingsOfNarrow : kMaxHalvings, is_narrow};
   halving.end = after(policy_->seconds);
-  RemeshOutcome outcome = remesh({before, before, flow}, settings, halving, progress);
+  RemeshOutcome outcome =
+      session_detail::MeshFollower(*this, settings, halving, progress).follow({before, before, flow});
   if (is_narrow && outcome.status == AdvectStatus::done && !outcome.remeshed) {
     throw RemeshLimit(
         fmt::format("the mesh cannot follow this stroke along the mask's border, which is narrow for so far a motion; "
@@ -334,201 +548,6 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
                     kRoundedUp * width));
   }
   return outcome;
-}
-
-RemeshOutcome DeformedShape::remesh(const Part& part, const RemeshSettings& settings, Halving& halving,
-                                    Progress* progress) {
-  const std::shared_ptr<const Mesh> mesh = mesh_at(mesh_, part.before, normals());
-  if (!provenance_ || !provenance_->creases) {
-    const auto provenance =
-        provenance_ ? std::make_shared<Provenance>(*provenance_) : std::make_shared<Provenance>(unchanged(*mesh_));
-    try {
-      if (!part.flow.segments.empty()) {
-        provenance->creases =
-            remesh_detail::find_creases_unless_cancelled(*mesh, kDefaultCreaseDeg, motion_.threads, progress);
-      }
-    } catch (const Cancelled&) {
-      return {AdvectStatus::cancelled, std::nullopt};
-    }
-    provenance_ = provenance;
-  }
-  if (part.flow.segments.empty()) return {};
-  return halving.is_narrow ? remesh_narrow(*mesh, part, settings, halving, progress)
-                           : remesh(*mesh, part, settings, halving, progress);
-}
-
-// Tries halves where the whole is too much work. Returns no mesh if they are, too.
-RemeshOutcome DeformedShape::remesh_narrow(const Mesh& mesh, const Part& part, const RemeshSettings& settings,
-                                           Halving& halving, Progress* progress) {
-  try {
-    return remesh(mesh, part, settings, halving, progress);
-  } catch (const RemeshLimit&) {
-    if (halving.left == 0) return {};
-  }
-  if (halving.most_faces == 0) halving.most_faces = std::numeric_limits<std::size_t>::max();
-  return remesh_in_halves(part, settings, halving, progress);
-}
-
-// The mesh is the one before the part.
-RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const RemeshSettings& settings,
-                                    Halving& halving, Progress* progress) {
-  const FlowReach reach(part.flow);
-  const double cost = cost_of(part.flow);
-  const std::vector<std::uint32_t> labels = labels_of(*provenance_, policy_->face_labels);
-  RemeshOptions options = remesh_options(settings, labels);
-  const std::vector<std::uint8_t> held = held_vertices(mask_, mesh.positions);
-  options.held = held;
-  const std::shared_ptr<const Provenance> provenance = provenance_;
-  remesh_detail::MorePlaces places{{provenance->rest, part.before_stroke}, {}};
-  CarryBudget budget;
-  Deformation deformation;
-  deformation.points_left = [&] { return budget.points_left(halving.spent); };
-  deformation.carry = [&](std::span<Vec3d> points) {
-    const double left = (kMoreThanBudget * budget.most - halving.spent) / cost;
-    const double spent = cost * static_cast<double>(carry(part.flow, progress, points, whole_number(left)));
-    budget.spent += spent;
-    halving.spent += spent;
-    budget.points += static_cast<double>(points.size());
-  };
-  deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
-  deformation.feature = reach.smallest_feature();
-  const KeptCount kept(progress);
-  try {
-    options.progress = progress;
-    options.stop_where_crossed = true;
-    options.seconds = seconds_until(halving.end);
-    budget.least = std::max(1.0, kMinEach * static_cast<double>(part.flow.segments.size()));
-    budget.of_the_stroke = cost * evaluations_each(part, progress);
-    const double of_strokes = kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size());
-    const double all = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices), of_strokes);
-    budget.most = halving.is_narrow ? std::min(std::max(kWorkOfNarrow * all, of_strokes),
-                                               halving.spent + std::max(kWorkOfPart * all, of_strokes))
-                                    : all;
-    RemeshOutcome outcome{AdvectStatus::done,
-                          remesh_detail::remesh_with(mesh, positions_, deformation, options, {}, places)};
-    const bool is_whole = halving.most_faces == 0;
-    if (is_whole) halving.most_faces = kMoreThanWhole * outcome.remeshed->counts.faces;
-    halving.faces += outcome.remeshed->counts.faces;
-    if (has_new_crossings(outcome.remeshed->counts)) {
-      RemeshOutcome halves;
-      const Moment end = halving.end;
-      if (is_whole) halving.end = after(kTimeOfHalves * seconds_until(end));
-      if (can_halve(outcome.remeshed->counts, halving)) {
-        halves = remesh_in_halves(part, settings, halving, progress);
-      }
-      if (!is_whole || halves.remeshed || halves.status == AdvectStatus::cancelled) return halves;
-      halving.spent = 0;
-      halving.left = 0;
-      budget.most = all;
-      options.stop_where_crossed = false;
-      options.seconds = seconds_until(end);
-      if (outcome.remeshed->counts.stopped) finish_stopped(mesh, deformation, options, *outcome.remeshed, places);
-    }
-    adopt(*outcome.remeshed, places, part.before);
-    return outcome;
-  } catch (const Stopped& stopped) {
-    return {stopped.status, std::nullopt};
-  } catch (const TooMuchWork&) {
-    throw RemeshLimit(
-        fmt::format("some path lines of this stroke are so long that to follow it is more work than "
-                    "\"max_vertices\" ({}) allows; deform less, or use a larger \"max_vertices\"",
-                    options.targets.max_vertices));
-  } catch (const Cancelled&) {
-    return {AdvectStatus::cancelled, std::nullopt};
-  }
-}
-
-bool DeformedShape::can_halve(const RemeshCounts& counts, const Halving& halving) {
-  return halving.left > 0 && halving.faces < halving.most_faces &&
-         static_cast<double>(counts.crossings) <= kMaxPairsPerFace * static_cast<double>(counts.faces) &&
-         seconds_until(halving.end) > 0;
-}
-
-// Remeshes the whole to its end, after a first remesh that stopped where many triangles crossed. Where the time does
-// not suffice, keeps the result with fewer crossings.
-void DeformedShape::finish_stopped(const Mesh& mesh, const Deformation& deformation, const RemeshOptions& options,
-                                   Remeshed& stopped, remesh_detail::MorePlaces& places) const {
-  if (options.seconds > 0) {
-    remesh_detail::MorePlaces others{places.before, {}};
-    Remeshed whole = remesh_detail::remesh_with(mesh, positions_, deformation, options, {}, others);
-    if (!whole.counts.out_of_time || whole.counts.crossings < stopped.counts.crossings) {
-      stopped = std::move(whole);
-      places = std::move(others);
-      return;
-    }
-  }
-  stopped.counts.out_of_time = true;
-  stopped.counts.complete = false;
-}
-
-// Moves and remeshes the shape by the first half of the flow, then by the second. Leaves it as it is if that fails.
-RemeshOutcome DeformedShape::remesh_in_halves(const Part& part, const RemeshSettings& settings, Halving& halving,
-                                              Progress* progress) {
-  DeformedShape halves = *this;
-  --halving.left;
-  RemeshOutcome outcome;
-  try {
-    outcome = halves.remesh_halves(part, settings, halving, progress);
-  } catch (const RemeshLimit&) {
-    outcome = {};
-  }
-  ++halving.left;
-  if (outcome.remeshed) *this = std::move(halves);
-  return outcome;
-}
-
-RemeshOutcome DeformedShape::remesh_halves(const Part& part, const RemeshSettings& settings, Halving& halving,
-                                           Progress* progress) {
-  const auto [first, second] = halves_of(part.flow);
-  if (normals_) {
-    const AdvectStatus status = move_uncounted(inverse(part.flow), progress);
-    if (status != AdvectStatus::done) return {status, std::nullopt};
-  }
-  earlier_steps_ = steps();
-  blocks_.reset();
-  positions_.assign(part.before.begin(), part.before.end());
-  AdvectStatus status = move_uncounted(first, progress);
-  if (status != AdvectStatus::done) return {status, std::nullopt};
-  RemeshOutcome half = remesh({part.before, part.before_stroke, first}, settings, halving, progress);
-  if (!half.remeshed) return half;
-  const std::vector<Vec3d> middle = positions_;
-  const std::vector<Vec3d> places = provenance_->before_stroke;
-  status = move_uncounted(second, progress);
-  if (status != AdvectStatus::done) return {status, std::nullopt};
-  RemeshOutcome whole = remesh({middle, places, second}, settings, halving, progress);
-  if (whole.remeshed) follow(*half.remeshed, *whole.remeshed);
-  return whole;
-}
-
-// As move(), but for the count of the work, to which halves of a stroke add nothing.
-AdvectStatus DeformedShape::move_uncounted(const Flow& flow, Progress* progress) {
-  const KeptCount kept(progress);
-  if (progress != nullptr) progress->total = 0;
-  return move(flow, progress);
-}
-
-void DeformedShape::adopt(Remeshed& remeshed, remesh_detail::MorePlaces& places, std::span<const Vec3d> before) {
-  std::vector<bool> touched_before = provenance_->touched;
-  for (std::size_t i = 0; i < touched_before.size(); ++i) {
-    if (before[i] != mesh_->positions[i]) touched_before[i] = true;
-  }
-  const std::vector<std::uint32_t> steps_before = steps();
-  earlier_steps_.assign(remeshed.vertex_source.size(), 0);
-  for (std::size_t i = 0; i < earlier_steps_.size(); ++i) {
-    const std::uint32_t source = remeshed.vertex_source[i];
-    if (source != kNewVertex) earlier_steps_[i] = steps_before[source];
-  }
-  Provenance provenance = after_remesh(*provenance_, remeshed, touched_before, before);
-  provenance.rest = std::move(places.after[0]);
-  provenance.before_stroke = std::move(places.after[1]);
-  provenance_ = std::make_shared<const Provenance>(std::move(provenance));
-  std::vector<Vec3d> normals;
-  if (normals_) normals = take_normals(remeshed.mesh);
-  mesh_ = std::make_shared<const Mesh>(std::move(remeshed.mesh));
-  positions_ = mesh_->positions;
-  blocks_.reset();
-  triangles_.reset();
-  start_normals(std::move(normals));
 }
 
 }  // namespace knead

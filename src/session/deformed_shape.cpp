@@ -1,25 +1,70 @@
+// A shape that strokes deform: its state, its moves, its normals, and relaxing.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/replay.h"
+#include "knead/shape_state.h"
+#include "knead/splats.h"
 #include "knead/vec.h"
 #include "math/system.h"
 #include "remesh/relax.h"
 #include "session/deformed_shape_detail.h"
 #include "session/mesh_walls.h"
 
-namespace knead::session_detail {
+namespace knead {
 
-bool has_direction(const Vec3d& normal) {
-  const double length = norm(normal);
-  return length > 0 && std::isfinite(length);
+namespace session_detail {
+
+// For the faces and creases from which it was made.
+struct RelaxMesh {
+  std::shared_ptr<const Mesh> mesh;
+  std::shared_ptr<const Provenance> provenance;
+  WeldedMesh welded;
+  remesh_detail::RelaxTopology topology;
+};
+
+}  // namespace session_detail
+
+namespace {
+
+using session_detail::has_direction;
+using session_detail::TransportedNormals;
+
+// Of the diagonal: the error of the path lines around a point with a normal, and the distance at which they begin. That
+// leaves about 1e-5 of a normal's direction to the rounding of the path lines, and less to the curvature of the flow.
+constexpr double kNormalTolerance = 1e-9;
+constexpr double kJacobianTolerance = 1e-7;  // of the path lines at which splats have Jacobians
+constexpr double kNormalReach = 1e-4;
+
+// Squares of lengths beyond these limits overflow or vanish in single precision. Of all tools paint fails first: not
+// yet on shapes of 3e-17, on shapes of 1e-18 it does.
+constexpr double kLargestShape = 1e18;
+constexpr double kSmallestShape = 1e-15;
+
+constexpr double kMinWallPart = 1.0 / 64;  // of a segment
+
+// To sort the vertices takes longer than it saves for fewer segments.
+constexpr std::size_t kSegmentsWorthSorting = 4;
+
+std::shared_ptr<const Mesh> checked(std::shared_ptr<const Mesh> mesh) {
+  validate(*mesh);
+  return mesh;
 }
 
+constexpr std::size_t kChunksAtOnce = 16;
+
+// To the bit: 0 and -0 differ.
+bool are_same(const Vec3d* a, const Vec3d* b, std::size_t count) {
+  return std::memcmp(static_cast<const void*>(a), static_cast<const void*>(b), count * sizeof(Vec3d)) == 0;
+}
+
+// Places four points around every point whose normal has a direction; as many normals as positions. `reach`: a length
+// above 0. The error of a turned normal falls with its square until rounding takes over.
 TransportedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d> normals, double reach) {
   TransportedNormals carried;
   carried.reach = reach;
@@ -37,9 +82,8 @@ TransportedNormals carry_normals(std::span<const Vec3d> positions, std::vector<V
   return carried;
 }
 
-namespace {
-
-// Of the k-th vertex that has points.
+// Returns the normal of the k-th vertex that has points, as they show it now; its length is kept. It keeps its bits if
+// the points did not move, or were torn apart (at the wall of a limit cylinder).
 Vec3d turned(const TransportedNormals& carried, std::size_t k) {
   constexpr double torn = 1e3;  // times their distance before: no flow of a tool stretches so much over so little
   const Vec3d& normal = carried.normals[carried.vertex[k]];
@@ -51,8 +95,6 @@ Vec3d turned(const TransportedNormals& carried, std::size_t k) {
   if (!(norm(n) > 0) || norm(a) > torn || norm(b) > torn) return normal;
   return n * (norm(normal) / norm(n));
 }
-
-}  // namespace
 
 std::vector<Vec3d> turned_normals(const TransportedNormals& carried) {
   std::vector<Vec3d> result = carried.normals;
@@ -66,25 +108,6 @@ Vec3d turned_normal(const TransportedNormals& carried, std::uint32_t vertex) {
   return turned(carried, static_cast<std::size_t>(found - carried.vertex.begin()));
 }
 
-}  // namespace knead::session_detail
-
-// The surface of a deformed shape is relaxed.
-namespace knead {
-
-namespace session_detail {
-
-// For the faces and creases from which it was made.
-struct RelaxMesh {
-  std::shared_ptr<const Mesh> mesh;
-  std::shared_ptr<const Provenance> provenance;
-  WeldedMesh welded;
-  remesh_detail::RelaxTopology topology;
-};
-
-}  // namespace session_detail
-
-namespace {
-
 // What a mask holds stays; nothing without a mask.
 remesh_detail::RelaxTopology masked_topology(const Mask& mask, const remesh_detail::RelaxTopology& topology,
                                              std::span<const Vec3d> positions) {
@@ -95,72 +118,6 @@ remesh_detail::RelaxTopology masked_topology(const Mask& mask, const remesh_deta
   }
   return result;
 }
-
-}  // namespace
-
-// The creases are those that remeshing keeps: of the shape before any deformation.
-const session_detail::RelaxMesh& DeformedShape::relax_mesh() const {
-  if (relax_mesh_ && relax_mesh_->mesh == mesh_ && relax_mesh_->provenance == provenance_) return *relax_mesh_;
-  const bool has_creases = provenance_ && provenance_->creases;
-  std::vector<MeshEdge> creases = has_creases ? *provenance_->creases : find_creases(WeldedMesh(*start_).mesh());
-  WeldedMesh welded(*mesh_);
-  for (MeshEdge& crease : creases) crease = {welded.first(crease[0]), welded.first(crease[1])};
-  remesh_detail::RelaxTopology topology = remesh_detail::relax_topology(triangles(), positions_.size(), creases);
-  relax_mesh_ = std::make_shared<const session_detail::RelaxMesh>(
-      session_detail::RelaxMesh{mesh_, provenance_, std::move(welded), std::move(topology)});
-  return *relax_mesh_;
-}
-
-AdvectStatus DeformedShape::relax(const RelaxStroke& stroke, double from, double to, Progress* progress) {
-  if (mesh_->face_count() == 0) throw InvalidInput("a point cloud has no surface to relax; remove this line");
-  if (from >= to) return AdvectStatus::done;
-  earlier_steps_ = steps();
-  blocks_.reset();
-  const remesh_detail::RelaxTopology masked = masked_topology(mask_, relax_mesh().topology, positions_);
-  remesh_detail::Relaxer relaxer(mask_.is_empty() ? relax_mesh().topology : masked, triangles(), positions_,
-                                 policy_->single_precision, motion_.threads);
-  for (double i = std::floor(from); i < to; ++i) {
-    if (progress != nullptr && progress->cancel) return AdvectStatus::cancelled;
-    const double part = std::min(1.0, to - i);
-    relaxer.apply({stroke.points[static_cast<std::size_t>(i)], stroke.radius, part * stroke.amount, stroke.surface,
-                   stroke.iterations});
-    ++dabs_;
-  }
-  relax_mesh().welded.share(positions_);
-  return AdvectStatus::done;
-}
-
-namespace {
-
-// Of the diagonal: the error of the path lines around a point with a normal, and the distance at which they begin. That
-// leaves about 1e-5 of a normal's direction to the rounding of the path lines, and less to the curvature of the flow.
-constexpr double kNormalTolerance = 1e-9;
-constexpr double kNormalReach = 1e-4;
-
-// Squares of lengths beyond these limits overflow or vanish in single precision. Of all tools paint fails first: not
-// yet on shapes of 3e-17, on shapes of 1e-18 it does.
-constexpr double kLargestShape = 1e18;
-constexpr double kSmallestShape = 1e-15;
-
-constexpr double kLeastWallPart = 1.0 / 64;  // of a segment
-
-// To sort the vertices takes longer than it saves for fewer segments.
-constexpr std::size_t kSegmentsWorthSorting = 4;
-
-std::shared_ptr<const Mesh> checked(std::shared_ptr<const Mesh> mesh) {
-  validate(*mesh);
-  return mesh;
-}
-
-}  // namespace
-
-bool MotionOptions::is_standard() const {
-  const MotionOptions standard;
-  return relative_tolerance == standard.relative_tolerance && !diagonal && integrator == standard.integrator &&
-         precision == standard.precision && !backend;
-}
-
-namespace {
 
 // Of a shape with that box, which has points in all of `whole`.
 double reference_length(const Box& whole, const Box& box) {
@@ -185,6 +142,17 @@ double reference_length(const Box& whole, const Box& box) {
 }
 
 }  // namespace
+
+bool session_detail::has_direction(const Vec3d& normal) {
+  const double length = norm(normal);
+  return length > 0 && std::isfinite(length);
+}
+
+bool MotionOptions::is_standard() const {
+  const MotionOptions standard;
+  return relative_tolerance == standard.relative_tolerance && !diagonal && integrator == standard.integrator &&
+         precision == standard.precision && !backend;
+}
 
 double reference_length(const Mesh& mesh) { return reference_length(bounding_box(mesh.positions), shape_box(mesh)); }
 
@@ -219,6 +187,53 @@ bool ShapeState::is_same(const ShapeState& other) const {
          positions.size() == other.positions.size() && positions.changes_since(other.positions).empty();
 }
 
+Snapshot::Snapshot(std::span<const Vec3d> positions, const Snapshot& before, int threads)
+    : size_(positions.size()), chunks_((positions.size() + kChunk - 1) / kChunk) {
+  const bool may_share = before.size_ == size_;
+  parallel_for(chunks_.size(), kChunksAtOnce, threads, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const std::size_t count = std::min(kChunk, size_ - i * kChunk);
+      const Vec3d* const from = positions.data() + i * kChunk;
+      if (may_share && are_same(before.chunks_[i]->data(), from, count)) {
+        chunks_[i] = before.chunks_[i];
+        continue;
+      }
+      auto chunk = std::make_shared<Chunk>();
+      std::copy(from, from + count, chunk->begin());
+      chunks_[i] = std::move(chunk);
+    }
+  });
+}
+
+void Snapshot::copy_to(std::span<Vec3d> positions) const {
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    const std::size_t count = std::min(kChunk, size_ - i * kChunk);
+    std::copy_n(chunks_[i]->begin(), count, positions.begin() + static_cast<std::ptrdiff_t>(i * kChunk));
+  }
+}
+
+std::vector<Vec3d> Snapshot::copy() const {
+  std::vector<Vec3d> positions(size_);
+  copy_to(positions);
+  return positions;
+}
+
+std::vector<IndexRange> Snapshot::changes_since(const Snapshot& before) const {
+  std::vector<IndexRange> ranges;
+  const bool comparable = before.size_ == size_;
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    if (comparable && chunks_[i] == before.chunks_[i]) continue;
+    const auto begin = static_cast<std::uint32_t>(i * kChunk);
+    const auto end = static_cast<std::uint32_t>(std::min((i + 1) * kChunk, size_));
+    if (!ranges.empty() && ranges.back().end == begin) {
+      ranges.back().end = end;
+    } else {
+      ranges.push_back({begin, end});
+    }
+  }
+  return ranges;
+}
+
 DeformedShape::DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions motion, RemeshPolicy remesh,
                              std::vector<Vec3d> normals)
     : start_(checked(std::move(mesh))),
@@ -242,14 +257,29 @@ DeformedShape::DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions mot
 void DeformedShape::start_normals(std::vector<Vec3d> normals) {
   normals_.reset();
   if (normals.empty()) return;
-  normals_ = session_detail::carry_normals(positions_, std::move(normals), kNormalReach * reference_length_);
+  normals_ = carry_normals(positions_, std::move(normals), kNormalReach * reference_length_);
 }
 
 std::vector<Vec3d> DeformedShape::normals() const {
-  return normals_ ? session_detail::turned_normals(*normals_) : std::vector<Vec3d>{};
+  return normals_ ? turned_normals(*normals_) : std::vector<Vec3d>{};
 }
 
-Vec3d DeformedShape::normal(std::uint32_t vertex) const { return session_detail::turned_normal(*normals_, vertex); }
+Vec3d DeformedShape::normal(std::uint32_t vertex) const { return turned_normal(*normals_, vertex); }
+
+void DeformedShape::carry_splats() { jacobians_.assign(positions_.size(), Mat3d{}); }
+
+std::vector<Attribute> DeformedShape::splats() const {
+  return jacobians_.empty() ? std::vector<Attribute>{} : deformed_splats(*mesh_, jacobians_, motion_.threads);
+}
+
+// The vertices are where the flow begins.
+void DeformedShape::carry_jacobians(const Flow& flow, AdvectOptions options) {
+  options.tolerance = std::min(options.tolerance, kJacobianTolerance * reference_length_);
+  const std::vector<Mat3d> more = jacobians(flow, positions_, options);
+  for (std::size_t i = 0; i < more.size(); ++i) {
+    if (more[i] != Mat3d{}) jacobians_[i] = more[i] * jacobians_[i];
+  }
+}
 
 Mesh DeformedShape::to_mesh() const {
   Mesh result = *mesh_;
@@ -281,6 +311,7 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   if (flow.segments.empty()) return AdvectStatus::done;
   AdvectOptions options = advect_options(motion_, reference_length_);
   options.progress = progress;
+  if (!jacobians_.empty()) carry_jacobians(flow, options);
   AdvectResult result = walls_ ? move_on_walls(flow, options) : move_vertices(flow, options);
   if (result.status == AdvectStatus::done && normals_ && !normals_->vertex.empty()) {
     options.tolerance = kNormalTolerance * reference_length_;
@@ -301,8 +332,7 @@ AdvectResult DeformedShape::move_on_walls(const Flow& flow, const AdvectOptions&
     const double distance = walls_->put_on_planes(positions_);
     if (!(distance > 0)) return;
     put_back_ = std::max(put_back_, distance);
-    earlier_steps_ = steps();
-    blocks_.reset();
+    free_layout();
   };
   if (walls_->is_flow()) {
     all = move_vertices(flow, options);
@@ -316,11 +346,10 @@ AdvectResult DeformedShape::move_on_walls(const Flow& flow, const AdvectOptions&
       const double from = static_cast<double>(segment) + at;
       all += move_vertices(flow_between(flow, from, from + size), options);
       if (all.status != AdvectStatus::done) return all;
-      earlier_steps_ = steps();
-      blocks_.reset();
+      free_layout();
       segments_ = 0;  // the next part needs other blocks, and for one part they are not worth sorting
       const WallCorrection correction = walls_->put_back(before, positions_, motion_.threads);
-      if (correction.is_small || size <= kLeastWallPart) {
+      if (correction.is_small || size <= kMinWallPart) {
         put_back_ = std::max(put_back_, correction.greatest);
         at += size;
       } else {
@@ -359,14 +388,16 @@ void DeformedShape::take(const std::vector<bool>& vertices, const DeformedShape&
     }
     normals_->blocks.reset();
   }
+  for (std::size_t i = 0; i < jacobians_.size(); ++i) {
+    if (vertices[i]) jacobians_[i] = from.jacobians_[i];
+  }
   work_ = from.work_;
   earlier_steps_ = from.steps();
   blocks_.reset();
 }
 
 void DeformedShape::set_positions(std::vector<Vec3d> positions) {
-  earlier_steps_ = steps();
-  blocks_.reset();
+  free_layout();
   positions_ = std::move(positions);
 }
 
@@ -396,9 +427,40 @@ void DeformedShape::free_layout() {
 
 void DeformedShape::lay_out(bool sorted) {
   if (blocks_ && (is_sorted_ || !sorted)) return;
-  if (blocks_) earlier_steps_ = steps();
+  free_layout();
   blocks_.emplace(positions_, sorted ? PointBlocks::Order::sorted : PointBlocks::Order::given);
   is_sorted_ = sorted;
+}
+
+// The creases are those that remeshing keeps: of the shape before any deformation.
+const session_detail::RelaxMesh& DeformedShape::relax_mesh() const {
+  if (relax_mesh_ && relax_mesh_->mesh == mesh_ && relax_mesh_->provenance == provenance_) return *relax_mesh_;
+  const bool has_creases = provenance_ && provenance_->creases;
+  std::vector<MeshEdge> creases = has_creases ? *provenance_->creases : find_creases(WeldedMesh(*start_).mesh());
+  WeldedMesh welded(*mesh_);
+  for (MeshEdge& crease : creases) crease = {welded.first(crease[0]), welded.first(crease[1])};
+  remesh_detail::RelaxTopology topology = remesh_detail::relax_topology(triangles(), positions_.size(), creases);
+  relax_mesh_ = std::make_shared<const session_detail::RelaxMesh>(
+      session_detail::RelaxMesh{mesh_, provenance_, std::move(welded), std::move(topology)});
+  return *relax_mesh_;
+}
+
+AdvectStatus DeformedShape::relax(const RelaxStroke& stroke, double from, double to, Progress* progress) {
+  if (mesh_->face_count() == 0) throw InvalidInput("a point cloud has no surface to relax; remove this line");
+  if (from >= to) return AdvectStatus::done;
+  free_layout();
+  const remesh_detail::RelaxTopology masked = masked_topology(mask_, relax_mesh().topology, positions_);
+  remesh_detail::Relaxer relaxer(mask_.is_empty() ? relax_mesh().topology : masked, triangles(), positions_,
+                                 policy_->single_precision, motion_.threads);
+  for (double i = std::floor(from); i < to; ++i) {
+    if (progress != nullptr && progress->cancel) return AdvectStatus::cancelled;
+    const double part = std::min(1.0, to - i);
+    relaxer.apply({stroke.points[static_cast<std::size_t>(i)], stroke.radius, part * stroke.amount, stroke.surface,
+                   stroke.iterations});
+    ++dabs_;
+  }
+  relax_mesh().welded.share(positions_);
+  return AdvectStatus::done;
 }
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// Progress by pieces of work.
+// What the sources of a deformed shape share: progress by pieces of work, normals, strokes that read the surface.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "knead/error.h"
-#include "knead/replay.h"
 #include "knead/session.h"
+#include "knead/shape_state.h"
 #include "knead/tools.h"
 
 namespace knead::session_detail {
@@ -41,13 +41,15 @@ class ScopedProgress {
   std::uint64_t done_ = 0;
 };
 
-// Puts the count of the work around it back when work that counts its own steps ends.
+// Puts the count of the work around it back when work that counts its own steps ends. The total is 0 meanwhile if it is
+// hidden.
 class KeptCount {
  public:
-  explicit KeptCount(Progress* progress) : progress_(progress) {
+  explicit KeptCount(Progress* progress, bool hides_total = false) : progress_(progress) {
     if (progress_ == nullptr) return;
     done_ = progress_->done;
     total_ = progress_->total;
+    if (hides_total) progress_->total = 0;
   }
   ~KeptCount() {
     if (progress_ == nullptr) return;
@@ -63,21 +65,8 @@ class KeptCount {
   std::uint64_t total_ = 0;
 };
 
-// Normals carried by the flow.
-
 // Returns whether a normal is neither zero nor too long to be normalised.
 bool has_direction(const Vec3d& normal);
-
-// Places four points around every point whose normal has a direction; as many normals as positions. `reach`: a length
-// above 0. The error of a turned normal falls with its square until rounding takes over.
-TransportedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d> normals, double reach);
-
-// Returns the normals as the points show them now; lengths are kept. A normal keeps its bits if its points did not
-// move, or were torn apart (at the wall of a limit cylinder).
-std::vector<Vec3d> turned_normals(const TransportedNormals& carried);
-
-// The same of one vertex.
-Vec3d turned_normal(const TransportedNormals& carried, std::uint32_t vertex);
 
 // Resolves strokes that read the surface into strokes that do not.
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "flow/tangents.h"
+#include "knead/derivatives.h"
 #include "knead/error.h"
-#include "knead/replay.h"
 
 namespace knead {
 
@@ -69,7 +69,7 @@ constexpr std::size_t kCentralLevels = 4;  // of halved steps: the error falls w
 constexpr std::size_t kSidedLevels = 7;    // with the seventh
 // Relative to the greatest derivative: what is good enough at once, and what a derivative has to reach.
 constexpr double kGoodAgreement = 1e-11;
-constexpr double kLeastAgreement = 1e-7;
+constexpr double kRequiredAgreement = 1e-7;
 
 double greatest_of(const FlowNumbers& numbers) {
   double most = 0;
@@ -140,7 +140,7 @@ class FlowOfParameter {
         if (side == 0 && estimate) break;
       }
     }
-    if (best.error <= kLeastAgreement) return best.derivatives;
+    if (best.error <= kRequiredAgreement) return best.derivatives;
     throw InvalidInput(
         Place{session_.name},
         fmt::format(
@@ -195,10 +195,10 @@ class FlowOfParameter {
 };
 
 void require_options(const DerivativeOptions& options) {
-  constexpr double kLeast = 1e-13;  // below it rounding is larger
-  if (!(options.relative_tolerance >= kLeast && options.relative_tolerance <= 1)) {
+  constexpr double kMinTolerance = 1e-13;  // below it rounding is larger
+  if (!(options.relative_tolerance >= kMinTolerance && options.relative_tolerance <= 1)) {
     throw InvalidInput(
-        fmt::format("relative_tolerance must be from {} to 1, got {}", kLeast, options.relative_tolerance));
+        fmt::format("relative_tolerance must be from {} to 1, got {}", kMinTolerance, options.relative_tolerance));
   }
 }
 

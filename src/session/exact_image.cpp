@@ -1,5 +1,5 @@
 // Samples of the longest faces are moved exactly and compared with the faces of the result.
-#include "session/exact_image.h"
+#include "session/replay_detail.h"
 
 #include <fmt/format.h>
 
@@ -223,8 +223,7 @@ ImageError image_error(const Mesh& before, const Flow& flow, const DeformedShape
   Samples samples = samples_of(work);
   if (samples.points.empty()) return {};
   AdvectOptions options = advect_options(now.motion(), now.reference_length());
-  const KeptCount kept(progress);
-  if (progress != nullptr) progress->total = 0;
+  const KeptCount kept(progress, true);
   options.progress = progress;
   if (advect(flow, samples.points, options).status != AdvectStatus::done) return {};
   ImageError error;

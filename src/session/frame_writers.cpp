@@ -16,19 +16,40 @@ namespace knead {
 
 namespace {
 
+MeshPart part_in(const ShapePart& part, const Mesh& mesh, const Provenance& from) {
+  return part.joined.part_of(part.number, mesh, from.face_source, from.vertex_source);
+}
+
+// Writes the frames of a shape, or of one part of several. Remeshed ones have the vertices and faces of the first
+// frame.
 struct Output {
   const ShapeFile& source;
   std::filesystem::path path;
   AnimationOptions options;
-  ShapeFile remeshed{};  // the first frame, if the frames have faces of their own
+  std::optional<ShapePart> part{};
+  ShapeFile remeshed{};  // the first frame
   std::optional<AnimationFile> file{};
 
-  void add(const ReplayFrame& frame) {
+  void add_remeshed(const Mesh& mesh) {
     if (!file) {
-      remeshed = parse_shape(serialize_mesh("ply", frame.shape.to_mesh(), {true, {}, {}}), "ply", path.string());
+      remeshed = parse_shape(serialize_mesh("ply", mesh, {true, {}, {}}), "ply", path.string());
       file.emplace(path, remeshed, options);
     }
-    file->add(frame.shape.positions());
+    file->add(mesh.positions);
+  }
+
+  void add(const ReplayFrame& frame) {
+    const std::vector<Vec3d>& positions = frame.shape.positions();
+    if (const Provenance* const from = frame.shape.provenance(); part && from != nullptr) {
+      add_remeshed(part_in(*part, frame.shape.to_mesh(), *from).mesh);
+    } else if (part) {
+      if (!file) file.emplace(path, source, options);
+      file->add(part->joined.vertices_of(part->number, std::span(positions)));
+    } else if (file) {
+      file->add(positions);
+    } else {
+      add_remeshed(frame.shape.to_mesh());
+    }
     if (frame.index + 1 == options.frames) file->finish();
   }
 };
@@ -42,40 +63,11 @@ std::function<void(const ReplayFrame&)> animation_writer(const std::filesystem::
   return [output](const ReplayFrame& frame) { output->add(frame); };
 }
 
-// --- one of several shapes -------------------------------------------------------------------------------------------
-
-namespace {
-
-MeshPart part_in(const ShapePart& part, const Mesh& mesh, const Provenance& from) {
-  return part.joined.part_of(part.number, mesh, from.face_source, from.vertex_source);
+std::function<void(const ReplayFrame&)> part_animation_writer(const std::filesystem::path& path, const ShapePart& part,
+                                                              const AnimationOptions& options) {
+  const auto output = std::make_shared<Output>(Output{part.source, path, options, part});
+  return [output](const ReplayFrame& frame) { output->add(frame); };
 }
-
-// The frames of one part. A remeshed one has the vertices and faces of the first frame.
-struct PartOutput {
-  ShapePart part;
-  std::filesystem::path path;
-  AnimationOptions options;
-  ShapeFile remeshed{};
-  std::optional<AnimationFile> file{};
-
-  void add(const ReplayFrame& frame) {
-    const Provenance* const from = frame.shape.provenance();
-    if (from == nullptr) {
-      if (!file) file.emplace(path, part.source, options);
-      file->add(part.joined.vertices_of(part.number, std::span<const Vec3d>(frame.shape.positions())));
-    } else {
-      const Mesh mesh = part_in(part, frame.shape.to_mesh(), *from).mesh;
-      if (!file) {
-        remeshed = parse_shape(serialize_mesh("ply", mesh, {true, {}, {}}), "ply", path.string());
-        file.emplace(path, remeshed, options);
-      }
-      file->add(mesh.positions);
-    }
-    if (frame.index + 1 == options.frames) file->finish();
-  }
-};
-
-}  // namespace
 
 void write_part(const std::filesystem::path& path, const ShapePart& part, const ShapeState& state,
                 const WriteOptions& options) {
@@ -91,12 +83,6 @@ void write_part(const std::filesystem::path& path, const ShapePart& part, const 
     with_normals.normals = part.joined.vertices_of(part.number, std::span<const Vec3d>(state.normals));
   }
   write_shape(path, part.source, part.joined.vertices_of(part.number, std::span<const Vec3d>(positions)), with_normals);
-}
-
-std::function<void(const ReplayFrame&)> part_animation_writer(const std::filesystem::path& path, const ShapePart& part,
-                                                              const AnimationOptions& options) {
-  const auto output = std::make_shared<PartOutput>(PartOutput{part, path, options});
-  return [output](const ReplayFrame& frame) { output->add(frame); };
 }
 
 }  // namespace knead

@@ -12,65 +12,18 @@
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/replay.h"
+#include "knead/splats.h"
 #include "knead/tools.h"
 #include "session/deformed_shape_detail.h"
-#include "session/exact_image.h"
 #include "session/mesh_walls.h"
-#include "session/replay_plan.h"
+#include "session/replay_detail.h"
 
 namespace knead {
 
 namespace {
 
-void require_flow(const SessionStroke& stroke) {
-  if (!is_applied(stroke)) return;
-  if (!is_flow(stroke.stroke)) {
-    throw InvalidInput("a relax reads the faces, and is no flow; give the faces too, or remove this line");
-  }
-  if (reads_surface(stroke.stroke)) {
-    throw InvalidInput(
-        "this stroke reads the surface; give the faces too, or resolve the session on the shape first and use that "
-        "session");
-  }
-}
-
-}  // namespace
-
-bool needs_faces(const Session& session) {
-  return std::any_of(session.strokes.begin(), session.strokes.end(), [](const SessionStroke& stroke) {
-    if (!is_applied(stroke)) return false;
-    return !is_flow(stroke.stroke) || reads_surface(stroke.stroke) || stroke.remesh || limit_cylinder_of(stroke.stroke);
-  });
-}
-
-Flow flow_of(const Session& session, const SessionPart& part, int threads) {
-  using namespace session_detail;
-  require_flow_alone(session);
-  for (const SessionStroke& stroke : session.strokes) at_line(session, stroke, [&] { require_flow(stroke); });
-  ReplayOptions options;
-  options.part = part;
-  options.motion.threads = threads;
-  Plan plan = make_plan({}, session, options);
-  Flow flow;
-  Mask mask;  // forwards; backwards the plan has it
-  for (PlannedStroke& planned : plan.strokes) {
-    PreparedStroke& stroke = planned.stroke;
-    const double end = planned.run.part * stroke.part * static_cast<double>(stroke.flow.segments.size());
-    const bool backwards = planned.run.backwards;
-    Flow own = backwards ? flow_between(stroke.flow, end, 0) : prefix(stroke.flow, end);
-    own = masked(std::move(own), backwards ? stroke.mask : mask);
-    std::move(own.segments.begin(), own.segments.end(), std::back_inserter(flow.segments));
-    const auto* masks = std::get_if<MaskStroke>(&stroke.source->stroke);
-    if (!backwards && masks != nullptr && is_applied(*stroke.source)) mask = mask_of(*masks, threads);
-  }
-  return flow;
-}
-
-namespace {
-
 using session_detail::at_line;
-using session_detail::has_settings;
-using session_detail::make_plan;
+using session_detail::is_backwards;
 using session_detail::Plan;
 using session_detail::PlannedStroke;
 using session_detail::PreparedStroke;
@@ -85,9 +38,19 @@ constexpr std::size_t kManyVertices = 20'000;
 // by 30 degrees, 46% by 60.
 constexpr double kMaxTurnOfAnEdgeDeg = 30;
 
-constexpr std::size_t kMostPairsOfOldCurves = 2;  // where triangles crossed, so many times as many pairs may cross
+constexpr std::size_t kMaxPairsOfOldCurves = 2;  // where triangles crossed, so many times as many pairs may cross
 
-bool is_backwards(const ReplayOptions& options) { return options.part.direction == Direction::backwards; }
+void require_flow(const SessionStroke& stroke) {
+  if (!is_applied(stroke)) return;
+  if (!is_flow(stroke.stroke)) {
+    throw InvalidInput("a relax reads the faces, and is no flow; give the faces too, or remove this line");
+  }
+  if (reads_surface(stroke.stroke)) {
+    throw InvalidInput(
+        "this stroke reads the surface; give the faces too, or resolve the session on the shape first and use that "
+        "session");
+  }
+}
 
 std::optional<std::string> precision_warning(const MotionOptions& motion) {
   if (motion.precision == Precision::float64 || motion.relative_tolerance >= kFloatNoise) return std::nullopt;
@@ -96,7 +59,7 @@ std::optional<std::string> precision_warning(const MotionOptions& motion) {
 }
 
 std::optional<std::string> ignored_remesh(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
-  if (!has_settings(session, options)) return std::nullopt;
+  if (!session_detail::has_settings(session, options)) return std::nullopt;
   if (is_backwards(options)) {
     return "a session that is applied backwards does not remesh: the shape keeps its vertices and faces";
   }
@@ -112,13 +75,6 @@ void add_warnings(const Session& session, const SessionStroke& source, std::vect
   }
 }
 
-// The points that a segment moves, of all shapes.
-std::uint64_t points_moved(const Mesh& mesh, const Plan& plan, const ReplayOptions& options) {
-  const auto carried = std::count_if(options.normals.begin(), options.normals.end(), session_detail::has_direction);
-  const std::uint64_t points = mesh.vertex_count() + 4 * static_cast<std::uint64_t>(carried);
-  return plan.strokes_on_reference > 0 ? 2 * points : points;
-}
-
 // The shape that strokes read the surface of.
 DeformedShape reference_shape(const std::shared_ptr<const Mesh>& mesh, const ReplayOptions& options) {
   MotionOptions motion;
@@ -129,16 +85,16 @@ DeformedShape reference_shape(const std::shared_ptr<const Mesh>& mesh, const Rep
 }
 
 // Carries out a plan.
-class Replay {
+class PlanRun {
  public:
-  Replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options)
+  PlanRun(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options, Plan plan)
       : mesh_(mesh),
         session_(session),
         options_(options),
-        plan_(make_plan(*mesh, session, options)),
+        plan_(std::move(plan)),
         shape_(mesh, options.motion, options.remesh, options.normals),
-        image_(mesh),
-        points_(points_moved(*mesh, plan_, options)) {
+        image_(mesh) {
+    if (are_splats(*mesh)) shape_.carry_splats();
     if (plan_.strokes_on_reference > 0) reference_ = reference_shape(mesh, options);
     if (session.mesh_walls) set_walls(*mesh);
     for (const PlannedStroke& planned : plan_.strokes) {
@@ -214,11 +170,13 @@ class Replay {
     if (!kept) return;
     shape.set_positions(std::move(kept->points));
     if (!std::exchange(has_freed_, true)) {
-      result_.warnings.push_back(
-          fmt::format("{}: {} of the mesh's points, all inside, leave the flow so that no cell is "
-                      "inverted",
-                      session_.name, kept->freed));
+      warn(0,
+           fmt::format("{} of the mesh's points, all inside, leave the flow so that no cell is inverted", kept->freed));
     }
+  }
+
+  void warn(std::size_t line, const std::string& text) {
+    result_.warnings.push_back(to_string(Place{session_.name, line}) + ": " + text);
   }
 
   void apply(PlannedStroke& planned) {
@@ -229,7 +187,7 @@ class Replay {
     if (reference_) at_line(session_, source, [&] { apply_to_reference(planned.stroke); });
     StrokeRun run(std::move(planned.stroke), planned.run, shape_, options_.progress);
     const DeformedShape before = options_.on_stroke ? shape_ : DeformedShape();
-    if (result_.status == AdvectStatus::done) at_line(session_, source, [&] { run.enter(); });
+    if (result_.status == AdvectStatus::done) at_line(session_, source, [&] { run.begin(); });
     std::optional<StrokeRun> plain;
     if (plain_ && result_.status == AdvectStatus::done)
       plain.emplace(run.stroke(), planned.run, *plain_, options_.progress);
@@ -246,8 +204,8 @@ class Replay {
     }
     if (result_.status != AdvectStatus::done) return;
     at_line(session_, source, [&] {
-      run.leave();
-      if (plain) plain->leave();
+      run.finish();
+      if (plain) plain->finish();
       if (run.status() == AdvectStatus::done) refuse_crossings(source, shape_);
     });
     count(run, work);
@@ -267,7 +225,7 @@ class Replay {
       const ZoneProfile profile = zone_profile(part.stroke, shape_.positions(), triangles);
       const std::optional<std::string> warning = zone_warning(part.stroke, profile);
       if (warning) {
-        result_.warnings.push_back(to_string(Place{session_.name, part.line}) + ": " + *warning);
+        warn(part.line, *warning);
       } else if (is_coarse && !shape_.settings_of(*run.stroke().source)) {
         warn_of_long_edges(part, triangles);
       }
@@ -277,10 +235,11 @@ class Replay {
   void warn_of_long_edges(const SessionStroke& part, std::span<const Triangle> triangles) {
     const double turn = most_turn_of_an_edge_deg(part.stroke, shape_.positions(), triangles);
     if (!(turn > kMaxTurnOfAnEdgeDeg)) return;
-    result_.warnings.push_back(fmt::format(
-        "{}: an edge reaches over {:.0f} degrees of this motion, which triangles so long cannot follow; remesh the "
-        "shape (knead deform --remesh, or a remesh line before this one), or use a finer one",
-        to_string(Place{session_.name, part.line}), turn));
+    warn(
+        part.line,
+        fmt::format("an edge reaches over {:.0f} degrees of this motion, which triangles so long cannot follow; remesh "
+                    "the shape (knead deform --remesh, or a remesh line before this one), or use a finer one",
+                    turn));
   }
 
   // Where the remesh after the stroke has left triangles that cross and did not before. Along a curve in which the
@@ -289,7 +248,7 @@ class Replay {
     if (options_.may_cross || !shape.is_remeshed() || !shape.settings_of(stroke)) return;
     const RemeshCounts& counts = shape.provenance()->counts;
     if (counts.crossings <= counts.crossings_before || counts.out_of_time) return;
-    if (counts.curves <= counts.curves_before && counts.crossings <= kMostPairsOfOldCurves * counts.crossings_before)
+    if (counts.curves <= counts.curves_before && counts.crossings <= kMaxPairsOfOldCurves * counts.crossings_before)
       return;
     const std::size_t more = counts.crossings - counts.crossings_before;
     throw RemeshLimit(fmt::format(
@@ -303,7 +262,7 @@ class Replay {
     StrokeRun run(stroke, {}, *reference_, options_.progress);
     run.read();
     if (stroke.reads_surface) stroke = run.stroke();
-    if (++strokes_read_ < plan_.strokes_on_reference) run.leave();
+    if (++strokes_read_ < plan_.strokes_on_reference) run.finish();
     result_.status = run.status();
     if (strokes_read_ == plan_.strokes_on_reference) reference_.reset();
   }
@@ -323,7 +282,7 @@ class Replay {
     } catch (const QualityLimit& limit) {
       throw QualityLimit(Place{session_.name}, limit.what());
     }
-    if (error) result_.warnings.push_back(session_.name + ": " + *error);
+    if (error) warn(0, *error);
   }
 
   void take(StrokeRun& run) {
@@ -332,9 +291,7 @@ class Replay {
     result_.segments += run.segments();
     if (options_.strokes_warn) add_warnings(session_, source, result_.warnings);
     StrokeOutcome outcome = run.take_outcome();
-    for (const std::string& warning : outcome.warnings) {
-      result_.warnings.push_back(to_string(Place{session_.name, source.line}) + ": " + warning);
-    }
+    for (const std::string& warning : outcome.warnings) warn(source.line, warning);
     if (outcome.penetration) result_.penetration = std::max(*outcome.penetration, result_.penetration.value_or(0));
     const auto where = is_backwards(options_) ? result_.resolved.begin() : result_.resolved.end();
     result_.resolved.insert(where, std::make_move_iterator(outcome.parts.begin()),
@@ -366,7 +323,7 @@ class Replay {
     work_ += segments;
     if (options_.progress == nullptr) return;
     if (options_.progress->cancel) result_.status = AdvectStatus::cancelled;
-    if (result_.status == AdvectStatus::done) options_.progress->done = work_ * points_;
+    if (result_.status == AdvectStatus::done) options_.progress->done = work_ * plan_.points;
   }
 
   std::shared_ptr<const Mesh> mesh_;
@@ -377,7 +334,6 @@ class Replay {
   std::optional<DeformedShape> reference_;  // at the standard accuracy, if strokes read that surface
   std::size_t strokes_read_ = 0;            // by the reference
   session_detail::ExactImage image_;
-  std::uint64_t points_ = 0;
   std::uint64_t work_ = 0;              // segments done
   std::optional<DeformedShape> plain_;  // the shape without layers kept, if a wall keeps them
   int frame_ = 0;
@@ -405,13 +361,26 @@ void require_inverse(const Session& session, const ReplayOptions& options) {
   }
 }
 
+ReplayResult run_forthwith(const std::shared_ptr<const Mesh>& mesh, const Session& session,
+                           const ReplayOptions& options) {
+  return PlanRun(mesh, session, options, session_detail::make_plan(*mesh, session, options)).run();
+}
+
+Plan without_frames(Plan plan) {
+  plan.last_frames = 0;
+  for (PlannedStroke& stroke : plan.strokes) {
+    stroke.frames.clear();
+    stroke.run.has_frames = false;
+  }
+  return plan;
+}
+
 // Replays once for the result, takes its vertices back to the start, and follows them from there.
-ReplayResult replay_same_faces(const std::shared_ptr<const Mesh>& mesh, const Session& session,
-                               const ReplayOptions& options) {
-  require_inverse(session, options);
+ReplayResult run_with_same_faces(const std::shared_ptr<const Mesh>& mesh, const Session& session,
+                                 const ReplayOptions& options, Plan plan) {
   ReplayOptions once = options;
   once.frames = {};
-  ReplayResult result = Replay(mesh, session, once).run();
+  ReplayResult result = PlanRun(mesh, session, once, without_frames(std::move(plan))).run();
   if (result.status != AdvectStatus::done) return result;
   Session flows;
   flows.name = session.name;
@@ -425,7 +394,7 @@ ReplayResult replay_same_faces(const std::shared_ptr<const Mesh>& mesh, const Se
   plain.part.direction = Direction::backwards;
   plain.motion.diagonal = options.motion.diagonal.value_or(reference_length(*mesh));
   const auto last = std::make_shared<const Mesh>(result.shape.to_mesh());
-  const ReplayResult back = Replay(last, flows, plain).run();
+  const ReplayResult back = run_forthwith(last, flows, plain);
   result.status = back.status;
   result.failed_line = back.failed_line;
   if (back.status != AdvectStatus::done) return result;
@@ -443,50 +412,87 @@ ReplayResult replay_same_faces(const std::shared_ptr<const Mesh>& mesh, const Se
     shape.restore(state);
     options.frames.deliver({frame.index, shape});
   };
-  result.status = Replay(std::make_shared<const Mesh>(std::move(first)), flows, plain).run().status;
+  result.status = run_forthwith(std::make_shared<const Mesh>(std::move(first)), flows, plain).status;
   return result;
 }
 
 }  // namespace
 
-int frame_count(const FrameOptions& frames) { return frames.count == 0 ? 0 : frames.count + 2 * frames.hold; }
+Replay::Replay(std::shared_ptr<const Mesh> mesh, const Session& session, const ReplayOptions& options)
+    : mesh_(std::move(mesh)), session_(session), options_(options) {}
 
-ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options) {
-  if (options.remesh.settings) validate(*options.remesh.settings);
-  if (!(options.remesh.seconds > 0)) throw InvalidInput("the seconds of a remesh must be above 0");
+Replay::~Replay() = default;
+
+bool Replay::remeshes() const { return session_detail::remeshes(*mesh_, session_, options_); }
+
+std::vector<std::string> Replay::warnings() const {
+  std::vector<std::string> result;
+  for (const SessionStroke* stroke : session_detail::strokes_in(session_, options_.part)) {
+    add_warnings(session_, *stroke, result);
+  }
+  return result;
+}
+
+Plan& Replay::plan() {
+  if (!plan_) plan_ = std::make_unique<Plan>(session_detail::make_plan(*mesh_, session_, options_));
+  return *plan_;
+}
+
+std::uint64_t Replay::work() { return plan().work(); }
+
+ReplayResult Replay::run() {
+  if (options_.remesh.settings) validate(*options_.remesh.settings);
+  if (!(options_.remesh.seconds > 0)) throw InvalidInput("the seconds of a remesh must be above 0");
   simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault
-  const bool carries = options.frames.same_faces && options.frames.count > 0 && will_remesh(*mesh, session, options);
-  ReplayResult result = carries ? replay_same_faces(mesh, session, options) : Replay(mesh, session, options).run();
-  const std::optional<std::string> ignored = ignored_remesh(*mesh, session, options);
+  const bool keeps_faces = options_.frames.same_faces && options_.frames.count > 0 && remeshes();
+  if (keeps_faces) require_inverse(session_, options_);
+  if (options_.progress != nullptr) options_.progress->total = work();
+  Plan plan = std::move(this->plan());
+  plan_.reset();
+  ReplayResult result = keeps_faces ? run_with_same_faces(mesh_, session_, options_, std::move(plan))
+                                    : PlanRun(mesh_, session_, options_, std::move(plan)).run();
+  const std::optional<std::string> ignored = ignored_remesh(*mesh_, session_, options_);
   if (ignored) result.warnings.push_back(*ignored);
   return result;
 }
 
+ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options) {
+  return Replay(mesh, session, options).run();
+}
+
 ReplayResult replay(Mesh mesh, const Session& session, const ReplayOptions& options) {
-  return replay(std::make_shared<const Mesh>(std::move(mesh)), session, options);
+  return Replay(std::make_shared<const Mesh>(std::move(mesh)), session, options).run();
 }
 
-std::vector<std::string> stroke_warnings(const Session& session, const SessionPart& part) {
-  const std::vector<const SessionStroke*> strokes = session_detail::strokes_on(session);
-  const double until = part.until.value_or(static_cast<double>(strokes.size()));
-  std::vector<std::string> result;
-  for (std::size_t i = 0; i < strokes.size() && static_cast<double>(i) < until; ++i) {
-    add_warnings(session, *strokes[i], result);
+int frame_count(const FrameOptions& frames) { return frames.count == 0 ? 0 : frames.count + 2 * frames.hold; }
+
+bool needs_faces(const Session& session) {
+  return std::any_of(session.strokes.begin(), session.strokes.end(), [](const SessionStroke& stroke) {
+    if (!is_applied(stroke)) return false;
+    return !is_flow(stroke.stroke) || reads_surface(stroke.stroke) || stroke.remesh || limit_cylinder_of(stroke.stroke);
+  });
+}
+
+Flow flow_of(const Session& session, const SessionPart& part, int threads) {
+  session_detail::require_flow_alone(session);
+  for (const SessionStroke& stroke : session.strokes) at_line(session, stroke, [&] { require_flow(stroke); });
+  ReplayOptions options;
+  options.part = part;
+  options.motion.threads = threads;
+  Plan plan = session_detail::make_plan({}, session, options);
+  Flow flow;
+  Mask mask;  // forwards; backwards the plan has it
+  for (PlannedStroke& planned : plan.strokes) {
+    PreparedStroke& stroke = planned.stroke;
+    const double end = planned.run.part * stroke.part * static_cast<double>(stroke.flow.segments.size());
+    const bool backwards = planned.run.backwards;
+    Flow own = backwards ? flow_between(stroke.flow, end, 0) : prefix(stroke.flow, end);
+    own = masked(std::move(own), backwards ? stroke.mask : mask);
+    std::move(own.segments.begin(), own.segments.end(), std::back_inserter(flow.segments));
+    const auto* masks = std::get_if<MaskStroke>(&stroke.source->stroke);
+    if (!backwards && masks != nullptr && is_applied(*stroke.source)) mask = mask_of(*masks, threads);
   }
-  return result;
-}
-
-bool will_remesh(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
-  return mesh.face_count() > 0 && !is_backwards(options) && has_settings(session, options);
-}
-
-std::uint64_t total_work(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
-  const Plan plan = make_plan(mesh, session, options);
-  std::uint64_t segments = 0;
-  for (const PlannedStroke& planned : plan.strokes) {
-    segments += planned.stroke.expected_segments + planned.frames.size() + planned.work();
-  }
-  return segments * points_moved(mesh, plan, options);
+  return flow;
 }
 
 }  // namespace knead

@@ -125,6 +125,10 @@ TEST(ReplayBackend, SaysOnceWhatTheCpuDoes) {
   const auto warnings = warnings_of(grid + mask + grid + mask + grid);
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_NE(warnings[0].find("test.knead:3: the GPU cannot evaluate a mask"), std::string::npos);
+  const auto of_handles = warnings_of(
+      R"({"tool": "handles", "full": [[0, 1, 0]], "zero": [[0, -1, 0]], "motion": {"translate": [0, 0.1, 0]}})");
+  ASSERT_EQ(of_handles.size(), 1U);
+  EXPECT_NE(of_handles[0].find("the GPU cannot evaluate handles"), std::string::npos);
 }
 
 TEST(ReplayBackend, WhatItCannotDoEndsTheReplay) {

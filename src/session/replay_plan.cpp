@@ -1,5 +1,5 @@
 // The plan of a replay: its strokes, and the moments of its frames.
-#include "session/replay_plan.h"
+#include "session/replay_detail.h"
 
 #include <fmt/format.h>
 
@@ -12,14 +12,14 @@
 #include "knead/error.h"
 #include "knead/replay.h"
 #include "knead/tools.h"
-#include "session/mesh_walls.h"
+#include "session/deformed_shape_detail.h"
 
 namespace knead::session_detail {
 
 namespace {
 
 double checked_until(const Session& session, const ReplayOptions& options) {
-  const auto strokes = static_cast<double>(strokes_on(session).size());
+  const auto strokes = static_cast<double>(strokes_in(session, {}).size());
   const double until = options.part.until.value_or(strokes);
   if (!(until >= 0 && until <= strokes)) {
     throw InvalidInput(
@@ -32,8 +32,6 @@ double checked_until(const Session& session, const ReplayOptions& options) {
   }
   return until;
 }
-
-bool is_backwards(const ReplayOptions& options) { return options.part.direction == Direction::backwards; }
 
 PreparedStroke prepare(const Session& session, const SessionStroke& source, bool backwards) {
   return at_line(session, source, [&] {
@@ -53,8 +51,9 @@ PreparedStroke prepare(const Session& session, const SessionStroke& source, bool
 // The time that strokes take, each its duration.
 class Timing {
  public:
+  // `until`: within the last stroke, or at its end.
   Timing(const std::vector<const SessionStroke*>& strokes, double until) : until_(until) {
-    for (std::size_t i = 0; static_cast<double>(i) < until; ++i) {
+    for (std::size_t i = 0; i < strokes.size(); ++i) {
       durations_.push_back(strokes[i]->duration);
       ends_.push_back((ends_.empty() ? 0 : ends_.back()) + durations_.back());
       length_ += durations_.back() * std::min(1.0, until - static_cast<double>(i));
@@ -101,7 +100,7 @@ std::vector<double> frame_moments(const ReplayOptions& options, const std::vecto
 
 // Whether the strokes that read the surface would find another one than with the standard options.
 bool differs_from_standard(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
-  return !options.motion.is_standard() || (!options.remesh.single_precision && will_remesh(mesh, session, options));
+  return !options.motion.is_standard() || (!options.remesh.single_precision && remeshes(mesh, session, options));
 }
 
 }  // namespace
@@ -111,22 +110,32 @@ std::size_t PlannedStroke::work() const {
   return static_cast<std::size_t>(std::ceil(run.part * (stroke.part * most)));
 }
 
-std::vector<const SessionStroke*> strokes_on(const Session& session) {
+std::uint64_t Plan::work() const {
+  std::uint64_t segments = 0;
+  for (const PlannedStroke& planned : strokes) {
+    segments += planned.stroke.expected_segments + planned.frames.size() + planned.work();
+  }
+  return segments * points;
+}
+
+std::vector<const SessionStroke*> strokes_in(const Session& session, const SessionPart& part) {
   std::vector<const SessionStroke*> strokes;
   for (const SessionStroke& stroke : session.strokes) {
-    if (!stroke.off) strokes.push_back(&stroke);
+    const bool is_within = !part.until || static_cast<double>(strokes.size()) < *part.until;
+    if (!stroke.off && is_within) strokes.push_back(&stroke);
   }
   return strokes;
 }
 
 bool has_settings(const Session& session, const ReplayOptions& options) {
-  const std::vector<const SessionStroke*> strokes = strokes_on(session);
-  const double until = options.part.until.value_or(static_cast<double>(strokes.size()));
-  for (std::size_t i = 0; i < strokes.size() && static_cast<double>(i) < until; ++i) {
-    const bool may_remesh = is_flow(strokes[i]->stroke);
-    if (may_remesh && (strokes[i]->remesh || options.remesh.settings)) return true;
-  }
-  return false;
+  const std::vector<const SessionStroke*> strokes = strokes_in(session, options.part);
+  return std::any_of(strokes.begin(), strokes.end(), [&](const SessionStroke* stroke) {
+    return is_flow(stroke->stroke) && (stroke->remesh || options.remesh.settings);
+  });
+}
+
+bool remeshes(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
+  return mesh.face_count() > 0 && !is_backwards(options) && has_settings(session, options);
 }
 
 void require_flow_alone(const Session& session) {
@@ -146,10 +155,10 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
   const double until = checked_until(session, options);
   const bool backwards = is_backwards(options);
   if (backwards || options.on_stroke) require_flow_alone(session);
-  const std::vector<const SessionStroke*> strokes = strokes_on(session);
+  const std::vector<const SessionStroke*> strokes = strokes_in(session, options.part);
   Plan plan;
   Mask mask;  // backwards; forwards the shape has it
-  for (std::size_t i = 0; static_cast<double>(i) < until; ++i) {
+  for (std::size_t i = 0; i < strokes.size(); ++i) {
     const double part = std::min(1.0, until - static_cast<double>(i));
     plan.strokes.push_back({prepare(session, *strokes[i], backwards), {backwards, part, false}, {}});
     if (plan.strokes.back().stroke.reads_surface) plan.strokes_on_reference = plan.strokes.size();
@@ -160,6 +169,9 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
     }
   }
   if (!differs_from_standard(mesh, session, options)) plan.strokes_on_reference = 0;
+  const auto carried = std::count_if(options.normals.begin(), options.normals.end(), has_direction);
+  plan.points = mesh.vertex_count() + 4 * static_cast<std::uint64_t>(carried);
+  if (plan.strokes_on_reference > 0) plan.points *= 2;
   const std::vector<double> moments = frame_moments(options, strokes, until);
   auto moment = moments.begin();
   const std::size_t count = plan.strokes.size();

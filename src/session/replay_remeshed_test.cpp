@@ -162,7 +162,7 @@ TEST(ReplayRemeshed, EveryFrameIsWhatUntilThatMomentGives) {
     Progress progress;
     options.progress = &progress;
     const ReplayResult result = replay(ball(), session, options);
-    EXPECT_EQ(progress.done, total_work(ball(), session, options));
+    EXPECT_EQ(progress.done, Replay(borrow(ball()), session, options).work());
     ASSERT_EQ(delivered.size(), static_cast<std::size_t>(frames));
     EXPECT_TRUE(delivered.back().positions == result.shape.positions());
     for (int k = 0; k + 1 < frames; ++k) {
@@ -281,7 +281,7 @@ TEST(ReplayRemeshed, StrokesReadTheRemeshedSurface) {
   accurate.progress = &progress;
   const ReplayResult other = replay(ball(), session, accurate);
   EXPECT_EQ(other.resolved, result.resolved);
-  EXPECT_EQ(progress.done, total_work(ball(), session, accurate));
+  EXPECT_EQ(progress.done, Replay(borrow(ball()), session, accurate).work());
 
   Session resolved = session;
   resolved.strokes = result.resolved;

@@ -155,7 +155,7 @@ void expect_frames(const Mesh& mesh, ReplayOptions options, int frames) {
   };
   Progress progress;
   options.progress = &progress;
-  const std::uint64_t total = total_work(mesh, varied(), options);
+  const std::uint64_t total = Replay(borrow(mesh), varied(), options).work();
   const std::vector<Vec3d> result = result_of(mesh, varied(), options);
   EXPECT_EQ(progress.done, total);
   ASSERT_EQ(delivered.size(), static_cast<std::size_t>(frames));
@@ -317,6 +317,7 @@ TEST(Replay, WarnsWithTheLine) {
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_NE(warnings[0].find("use double precision"), std::string::npos);
   EXPECT_TRUE(warnings[1].starts_with("s.knead:2: \"inner\" is 0.95 of \"outer\"")) << warnings[1];
+  EXPECT_EQ(Replay(borrow(bar()), session, options).warnings(), std::vector<std::string>{warnings[1]});
 }
 
 // The limit cylinder's image after the bend reaches beyond the fingertip over the next fingers, which never moved: only

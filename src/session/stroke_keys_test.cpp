@@ -192,7 +192,7 @@ TEST_P(StrokeKeys, FramesFollowTheStrength) {
     options.frames.deliver = [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); };
     Progress progress;
     options.progress = &progress;
-    const std::uint64_t work = total_work(make_shape(ShapeKind::sphere, 1500), given, options);
+    const std::uint64_t work = Replay(borrow(make_shape(ShapeKind::sphere, 1500)), given, options).work();
     const std::vector<Vec3d> result = result_of(given, options);
     EXPECT_EQ(progress.done, work);
     ASSERT_EQ(frames.size(), 7u);

@@ -1,3 +1,4 @@
+// One stroke that moves a shape: reads the surface, checks limit cylinders, moves the vertices, remeshes.
 #include "session/stroke_run.h"
 
 #include <fmt/format.h>
@@ -179,13 +180,15 @@ void require_no_numbers(const Stroke& stroke) {
         "\"parts\" names vertices, but remeshing after an earlier stroke changed their numbers; name points instead, "
         "with \"points\" and \"pin_point\"");
   }
-  const auto* handles = std::get_if<HandlesStroke>(&stroke);
-  if (handles == nullptr || (handles->full_vertices.empty() && handles->zero_vertices.empty())) return;
-  const bool full = !handles->full_vertices.empty();
-  throw InvalidInput(
-      fmt::format("\"{}\" names vertices, but remeshing after an earlier stroke changed their numbers; "
-                  "name points instead, with \"{}\"",
-                  full ? "full_vertices" : "zero_vertices", full ? "full" : "zero"));
+  Stroke own = stroke;
+  for (const StrokeKey& key : tool_of(own).keys(own)) {
+    auto* const* numbers = std::get_if<std::vector<std::uint32_t>*>(&key.value);
+    if (numbers == nullptr || *numbers == nullptr || (*numbers)->empty()) continue;
+    throw InvalidInput(
+        fmt::format("\"{}\" names vertices, but remeshing after an earlier stroke changed their numbers; "
+                    "name points instead, with \"{}\"",
+                    key.name, key.name.substr(0, key.name.find("_vertices"))));
+  }
 }
 
 // Names places where triangles still cross, each far from the others.
@@ -277,7 +280,7 @@ Flow StrokeRun::flow(double moment) const {
   return options_.backwards ? flow_between(stroke_.flow, end(), moment == 1 ? 0 : to) : prefix(stroke_.flow, to);
 }
 
-void StrokeRun::enter() {
+void StrokeRun::begin() {
   read();
   warn_of_cpu();
   if (status() != AdvectStatus::done || options_.backwards) return;
@@ -332,9 +335,11 @@ void StrokeRun::check_limit_cylinder() {
 void StrokeRun::warn_of_cpu() {
   const std::vector<Segment>& segments = stroke_.flow.segments;
   const auto is_sum = [](const Segment& segment) { return !segment.parts.empty(); };
-  if (!shape_.motion().backend || std::none_of(segments.begin(), segments.end(), is_sum)) return;
-  stroke_.outcome.warnings.emplace_back(
-      "the GPU cannot evaluate mirror images at the same time: the CPU moves the vertices in this stroke");
+  const bool is_handles = std::holds_alternative<HandlesStroke>(stroke_.source->stroke);
+  if (!shape_.motion().backend || !(is_handles || std::any_of(segments.begin(), segments.end(), is_sum))) return;
+  stroke_.outcome.warnings.push_back(
+      fmt::format("the GPU cannot evaluate {}: the CPU moves the vertices in this stroke",
+                  is_handles ? "handles" : "mirror images at the same time"));
 }
 
 // Where the flow along the mask's border is much faster than the tool, it distorts the shape there.
@@ -368,7 +373,7 @@ const DeformedShape& StrokeRun::frame(double moment) {
   return frame_;
 }
 
-void StrokeRun::leave() {
+void StrokeRun::finish() {
   advance(options_.backwards ? 0 : end());
   if (!options_.backwards && status() == AdvectStatus::done) set_mask(stroke_, shape_);
   follow(end(), shape_, remeshed_);
@@ -402,36 +407,36 @@ void StrokeRun::move_between(double from, double to, DeformedShape& shape) {
     return;
   }
   const DeformedShape start = shape;  // which the parts leave one after the other
-  for (const TakenBack& back : taken_back()) {
-    DeformedShape moved = to == 0 ? back.shape : start;
+  for (const InverseImage& image : inverse_images()) {
+    DeformedShape moved = to == 0 ? image.shape : start;
     const AdvectStatus status =
-        to == 0 ? back.status : moved.move(without_limit_cylinders(flow, back.parts), progress_);
+        to == 0 ? image.status : moved.move(without_limit_cylinders(flow, image.parts), progress_);
     if (status != AdvectStatus::done) stroke_.outcome.status = status;
-    shape.take(back.members, moved);
+    shape.take(image.members, moved);
   }
 }
 
-StrokeRun::TakenBack StrokeRun::taken_back_by(unsigned parts) const {
-  TakenBack back{parts, shape_};
-  back.status = back.shape.move(without_limit_cylinders(flow_between(stroke_.flow, end(), 0), parts), progress_);
-  return back;
+StrokeRun::InverseImage StrokeRun::inverse_image_by(unsigned parts) const {
+  InverseImage image{parts, shape_};
+  image.status = image.shape.move(without_limit_cylinders(flow_between(stroke_.flow, end(), 0), parts), progress_);
+  return image;
 }
 
-std::vector<bool> StrokeRun::members_of(const StrokeCylinder& limit_cylinder, const TakenBack& back) const {
+std::vector<bool> StrokeRun::members_of(const StrokeCylinder& limit_cylinder, const InverseImage& image) const {
   const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
-  std::vector<bool> members = limit_cylinder_members(limit_cylinder, shape_.positions(), back.shape.positions(),
+  std::vector<bool> members = limit_cylinder_members(limit_cylinder, shape_.positions(), image.shape.positions(),
                                                      shape_.triangles(), 10 * tolerance + 1e-3 * limit_cylinder.radius);
   WeldedMesh(shape_.mesh()).share(members);
   return members;
 }
 
-// Leaves the limit cylinders out: limit_cylinder_members says which points each held. Where all of them held the whole
-// shape, as limit cylinders about one line do, nothing is to be asked.
-const std::vector<StrokeRun::TakenBack>& StrokeRun::taken_back() {
-  if (taken_back_) return *taken_back_;
-  taken_back_.emplace();
+// Leaves the limit cylinders out: limit_cylinder_members says which points each held. All points moved where each limit
+// cylinder held the whole shape, as those about one line do.
+const std::vector<StrokeRun::InverseImage>& StrokeRun::inverse_images() {
+  if (inverse_images_) return *inverse_images_;
+  inverse_images_.emplace();
   const std::size_t count = stroke_.limit_cylinders.size();
-  TakenBack all = taken_back_by((1U << count) - 1);
+  InverseImage all = inverse_image_by((1U << count) - 1);
   const auto holds_shape = [&](const StrokeCylinder& limit_cylinder) {
     return holds_all(limit_cylinder, all.shape.positions());
   };
@@ -440,25 +445,25 @@ const std::vector<StrokeRun::TakenBack>& StrokeRun::taken_back() {
   if (is_simple) {
     all.members.assign(shape_.positions().size(), true);
     if (count == 1) all.members = members_of(stroke_.limit_cylinders.front(), all);
-    taken_back_->push_back(std::move(all));
-    return *taken_back_;
+    inverse_images_->push_back(std::move(all));
+    return *inverse_images_;
   }
   const std::vector<unsigned> parts = parts_that_moved();
   for (unsigned chosen = 1; chosen < 1U << count; ++chosen) {
     std::vector<bool> members(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) members[k] = parts[k] == chosen;
     if (std::find(members.begin(), members.end(), true) == members.end()) continue;
-    taken_back_->push_back(taken_back_by(chosen));
-    taken_back_->back().members = std::move(members);
+    inverse_images_->push_back(inverse_image_by(chosen));
+    inverse_images_->back().members = std::move(members);
   }
-  return *taken_back_;
+  return *inverse_images_;
 }
 
 // The parts of the flow that moved each point, as bits.
 std::vector<unsigned> StrokeRun::parts_that_moved() const {
   std::vector<unsigned> parts(shape_.positions().size(), 0);
   for (std::size_t i = 0; i < stroke_.limit_cylinders.size(); ++i) {
-    const std::vector<bool> members = members_of(stroke_.limit_cylinders[i], taken_back_by(1U << i));
+    const std::vector<bool> members = members_of(stroke_.limit_cylinders[i], inverse_image_by(1U << i));
     for (std::size_t k = 0; k < members.size(); ++k) parts[k] |= members[k] ? 1U << i : 0U;
   }
   return parts;
@@ -471,8 +476,8 @@ namespace knead {
 StrokeOutcome DeformedShape::apply(const SessionStroke& stroke, const std::filesystem::path& folder,
                                    Progress* progress) {
   session_detail::StrokeRun run(session_detail::prepare_stroke(stroke, folder), {}, *this, progress);
-  run.enter();
-  run.leave();
+  run.begin();
+  run.finish();
   std::vector<std::string> known = warnings(run.stroke().stroke());
   StrokeOutcome outcome = run.take_outcome();
   outcome.warnings.insert(outcome.warnings.begin(), known.begin(), known.end());

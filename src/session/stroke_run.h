@@ -1,4 +1,4 @@
-// One stroke on its way through a shape.
+// One stroke that moves a shape.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/replay.h"
+#include "knead/shape_state.h"
 #include "knead/tools.h"
 
 namespace knead::session_detail {
@@ -16,7 +16,7 @@ namespace knead::session_detail {
 // A stroke that is ready to be applied.
 struct PreparedStroke {
   const SessionStroke* source = nullptr;
-  std::shared_ptr<const Stroke> beyond;  // that takes the source's place if its strength is above 1
+  std::shared_ptr<const Stroke> beyond;  // takes the source's place if its strength is above 1
   double part = 1;                       // of the segments, by the source's strength
   const RelaxStroke* relax = nullptr;    // the stroke, if it is one: without a flow
   bool reads_surface = false;            // the flow and the limit cylinders are unknown until it is read
@@ -25,7 +25,7 @@ struct PreparedStroke {
   std::shared_ptr<const Mesh> tool;             // of a stamp
   Mask mask;                                    // of a stroke that is applied backwards; forwards the shape has it
   std::size_t expected_segments = 0;            // of one that reads the surface: at most
-  StrokeOutcome outcome;                        // what reading it said
+  StrokeOutcome outcome;                        // of reading it
 
   const Stroke& stroke() const { return beyond ? *beyond : source->stroke; }
 };
@@ -41,7 +41,8 @@ struct RunOptions {
   bool has_frames = false;  // moments within the stroke will be asked for
 };
 
-// Call enter, then frame for any number of moments in order, then leave. Each does nothing once the status is not done.
+// Call begin, then frame for any number of moments in order, then finish. Each does nothing once the status is not
+// done.
 class StrokeRun {
  public:
   // The shape must outlive the run.
@@ -49,18 +50,18 @@ class StrokeRun {
 
   // Reads the surface if the stroke has not been read, and checks its limit cylinders. Throws InvalidInput for a stroke
   // that the shape cannot take.
-  void enter();
-  // The same without the check.
+  void begin();
+  // Does the same without the check.
   void read();
 
   // Returns the shape at a moment of the stroke, from 0 to 1; the next call changes it.
   const DeformedShape& frame(double moment);
 
   // Completes the stroke, and remeshes.
-  void leave();
+  void finish();
 
   AdvectStatus status() const { return stroke_.outcome.status; }
-  const PreparedStroke& stroke() const { return stroke_; }  // after enter: as it was read
+  const PreparedStroke& stroke() const { return stroke_; }  // after begin: as it was read
   StrokeOutcome take_outcome() { return std::move(stroke_.outcome); }
   std::size_t segments() const;  // of the flow that have moved the shape, a part of one counted as one
   // Returns the flow that the stroke moves the shape by until a moment from 0 to 1, as far as it is applied.
@@ -68,9 +69,9 @@ class StrokeRun {
   const std::optional<Remeshed>& remeshed() const { return remeshed_; }
 
  private:
-  // Of a stroke with limit cylinders, of one segment: the points that the same parts of its flow moved, one part or the
-  // sum of several, and the shape as these leave it backwards if everything moves.
-  struct TakenBack {
+  // For a stroke with limit cylinders, of one segment: the points that the same parts of its flow moved, one part or
+  // the sum of several, and the shape that the inverse of these parts makes if it moves every point.
+  struct InverseImage {
     unsigned parts = 1;  // as bits
     DeformedShape shape{};
     AdvectStatus status = AdvectStatus::done;
@@ -85,9 +86,9 @@ class StrokeRun {
   void warn_of_images();
   void advance(double to);
   void move_between(double from, double to, DeformedShape& shape);
-  const std::vector<TakenBack>& taken_back();
-  TakenBack taken_back_by(unsigned parts) const;
-  std::vector<bool> members_of(const StrokeCylinder& limit_cylinder, const TakenBack& back) const;
+  const std::vector<InverseImage>& inverse_images();
+  InverseImage inverse_image_by(unsigned parts) const;
+  std::vector<bool> members_of(const StrokeCylinder& limit_cylinder, const InverseImage& image) const;
   std::vector<unsigned> parts_that_moved() const;
   void follow(double to, DeformedShape& shape, std::optional<Remeshed>& remeshed);
 
@@ -99,7 +100,7 @@ class StrokeRun {
   std::optional<RemeshSettings> settings_;
   double at_ = 0;             // where the shape is within the stroke, in segments or points to relax at
   std::vector<Vec3d> start_;  // the positions at the beginning of a stroke that is remeshed
-  std::optional<std::vector<TakenBack>> taken_back_;
+  std::optional<std::vector<InverseImage>> inverse_images_;
   std::optional<Remeshed> remeshed_;
 };
 

@@ -160,8 +160,22 @@ TEST_F(SurfaceStroke, FramesAndPartsAreThoseOfItsSegments) {
     EXPECT_TRUE(eighth == expected) << kind;
     EXPECT_TRUE(last == result.shape.positions()) << kind;
     EXPECT_TRUE(result.shape.positions() == replay(mesh, session(kind)).shape.positions()) << kind;
-    EXPECT_EQ(progress.done, total_work(mesh, session(kind), options)) << kind;
+    EXPECT_EQ(progress.done, Replay(borrow(mesh), session(kind), options).work()) << kind;
   }
+}
+
+TEST_F(SurfaceStroke, IsPlannedOnce) {
+  const Mesh mesh = shape();
+  const Session stamping = session("stamp");
+  Progress progress;
+  ReplayOptions options;
+  options.progress = &progress;
+  Replay planned(borrow(mesh), stamping, options);
+  const std::uint64_t work = planned.work();
+  std::filesystem::remove(folder_ / "ball.ply");  // which the plan has read
+  EXPECT_EQ(planned.run().status, AdvectStatus::done);
+  EXPECT_EQ(progress.total, work);
+  EXPECT_EQ(progress.done, work);
 }
 
 TEST_F(SurfaceStroke, DoesNotDependOnThreads) {

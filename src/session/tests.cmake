@@ -17,6 +17,9 @@ knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/replay_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/session_errors_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/session_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stroke_keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/surface_stroke_test.cpp
-  LIBRARIES nlohmann_json::nlohmann_json)
+  LIBRARIES nlohmann_json::nlohmann_json
+  SLOW ReplayRemeshed.WhatCrossesWithoutRemedyIsRefusedUnlessItIsAllowed
+       RemeshLimits.ExtremeStrokesOfASphereEndOrAreRefusedSoon)

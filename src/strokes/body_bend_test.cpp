@@ -101,7 +101,9 @@ TEST_P(ABarBends, AsItsLengthAllows) {
   for (std::size_t i = 0; i < p.size(); ++i) EXPECT_NEAR(p[i].z, before.positions[i].z, 0.02);
 }
 
-INSTANTIATE_TEST_SUITE_P(BodyBend, ABarBends, testing::Values(172, -180, 270));
+INSTANTIATE_TEST_SUITE_P(BodyBend, ABarBends, testing::Values(172, -180, 270), [](const auto& test) {
+  return (test.param < 0 ? "minus_" : "") + std::to_string(std::abs(test.param));
+});
 
 TEST(BodyBend, TheBitsDependNotOnThreads) {
   Bent one(bar());

@@ -23,8 +23,6 @@ constexpr std::size_t kPathLines = 7;
 constexpr double kTorn = 0.5;
 constexpr std::size_t kMaxWeights = 4'000'000;
 constexpr std::size_t kPointsAtOnce = 1024;
-constexpr std::size_t kMaxSpeeds = 2000;
-constexpr std::size_t kSpeedsAtOnce = 64;
 constexpr int kMaxSweeps = 30;
 constexpr double kNoArea = 1e-12;  // height over longest edge of a triangle, squared
 
@@ -185,20 +183,6 @@ GreatestStretch greatest_stretch(const Flow& flow, std::span<const Vec3d> positi
     result.where = sample[i];
   }
   return result;
-}
-
-double relative_speed(const Flow& flow, std::span<const Vec3d> points, int threads) {
-  validate(flow);
-  if (flow.segments.empty() || flow.segments.front().fields.empty()) return 0;
-  const Field& field = flow.segments.front().fields.front();
-  const auto* translation = std::get_if<Translation<double>>(&field.motion);
-  if (translation == nullptr || !(norm2(translation->velocity) > 0)) return 0;
-  const std::size_t stride = points.size() / kMaxSpeeds + 1;
-  std::vector<double> speeds((points.size() + stride - 1) / stride);
-  parallel_for(speeds.size(), kSpeedsAtOnce, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) speeds[i] = norm(velocity(field, points[i * stride] - field.center));
-  });
-  return speeds.empty() ? 0 : *std::max_element(speeds.begin(), speeds.end()) / norm(translation->velocity);
 }
 
 namespace {

@@ -250,27 +250,6 @@ TEST(Zone, IsOfItsOwnLineOnly) {
   EXPECT_TRUE(zone_profile(ImplicitStroke{}, surface.positions, surface.triangles).reach.empty());
 }
 
-// A ball moves nothing faster than itself; two sets that move past a third one press what is between aside.
-TEST(RelativeSpeed, TellsHandlesThatShred) {
-  const Surface surface(make_shape(ShapeKind::sphere, 10'242));
-  const ImplicitStroke ball{{{0, 0, 1}, {0.2, 0, 1}}, 0.3, 0.9};
-  EXPECT_NEAR(relative_speed(flow_of(ball), surface.positions), 1, 0.02);
-  HandlesStroke wide;
-  wide.motion = HandlesTranslation{{0, 0.1, 0}};
-  HandlesStroke narrow = wide;
-  for (std::size_t i = 0; i < surface.positions.size(); i += 20) {
-    const Vec3d& p = surface.positions[i];
-    if (p.y > 0.6) wide.full.push_back(p);
-    if (p.y < -0.6) wide.zero.push_back(p);
-    if (std::abs(p.x) > 0.2) narrow.full.push_back(p);
-    if (std::abs(p.x) < 0.12) narrow.zero.push_back(p);
-  }
-  EXPECT_LT(relative_speed(flow_of(wide), surface.positions), kStrongSpeed);
-  EXPECT_GT(relative_speed(flow_of(narrow), surface.positions), kStrongSpeed);
-  EXPECT_EQ(relative_speed(flow_of(bend(30, 1)), surface.positions), 0);
-  EXPECT_EQ(relative_speed({}, surface.positions), 0);
-}
-
 // The slices between the vertices of a coarse mesh are not empty.
 TEST(Zone, SeesLongEdges) {
   const Surface surface(make_shape(ShapeKind::box, shape_counts(ShapeKind::box).minimum));

@@ -142,7 +142,6 @@ void set_falloff(Stroke& stroke, int falloff) {
 
 std::vector<std::string> warnings(const Stroke& stroke) {
   std::vector<std::string> result;
-  if (std::holds_alternative<HandlesStroke>(stroke) && reads_surface(stroke)) return result;
   tool_of(stroke).warn(stroke, result);
   return result;
 }

@@ -18,4 +18,6 @@ knead_test(knead_strokes_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/stamp_tool_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/strain_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stroke_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/widest_outer_test.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/widest_outer_test.cpp
+  SLOW BodyBend.ARingIsRefusedWithAnAngleThatWorks BodyBend.AVertexThatNoTriangleUsesDoesNotMatter
+       BodyBend.TheBitsDependNotOnThreads BodyBend.TheCentreMayLieBesideThePart BodyBend/ABarBends.*)

@@ -10,7 +10,9 @@ knead_test(
   LIBRARIES
   Boost::headers
   fmt::fmt
-  nlohmann_json::nlohmann_json)
+  nlohmann_json::nlohmann_json
+  SLOW
+  Meshes/AgreementOnScans.*)
 # Boost.Odeint copies steppers whose scratch space is not yet set, which g++ takes for a mistake.
 set_source_files_properties(
   ${CMAKE_CURRENT_LIST_DIR}/oracle.cpp

@@ -84,6 +84,7 @@ TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {
       {"deform", "a.ply", "s.knead", "-o", "b.ply", "--tolerance", "fine"},
       {"deform", "a.ply", "s.knead", "-o", "b.ply", "--tolerance", "1e-5mm"},
       {"deform", "a.ply", "s.knead", "-o", "b.ply", "--integrator", "euler"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--integrator", "dp54"},
       {"deform", "a.ply", "s.knead", "-o", "b.ply", "--precision", "half"},
       {"deform", "a.ply", "s.knead", "-o", "b.ply", "--threads", "0"},
       {"deform", "a.ply", "s.knead", "-o", "b.ply", "--threads", "99999999999999"},

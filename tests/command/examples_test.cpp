@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(All, ExamplesTest, ::testing::ValuesIn(sessions()), [](
 TEST(Guide, ShowsOrLinksTheExampleOfEveryTool) {
   const std::string guide = file_bytes(kRoot / "docs" / "guide.md");
   for (const std::string tool :
-       {"implicit", "paint", "points", "handles", "stamp", "rotate", "stretch", "twist", "bend", "pins", "pose"}) {
+       {"implicit", "paint", "points", "stamp", "rotate", "stretch", "twist", "bend", "pins", "pose"}) {
     const std::vector<std::string> lines = lines_of(kRoot / "examples" / "tools" / (tool + ".knead"));
     ASSERT_GE(lines.size(), 2u) << tool;
     const bool is_linked = guide.find("(../examples/tools/" + tool + ".knead)") != std::string::npos;

@@ -110,8 +110,8 @@ TEST_F(FramesTest, OptionsOfAnAnimationAreChecked) {
 TEST_F(FramesTest, ProgressBarOnATerminalOnly) {
   write_long_work();
   // Long enough for a bar: 0.8 s on a fast machine.
-  const Words words{"deform",      "big.ply", "long.knead",   "-o",   "b.ply",       "--threads", "1",
-                    "--precision", "double",  "--integrator", "bs32", "--tolerance", "1e-10"};
+  const Words words{"deform",      "big.ply", "long.knead",   "-o",  "b.ply",       "--threads", "1",
+                    "--precision", "double",  "--integrator", "rk4", "--tolerance", "1e-10"};
   RunOptions terminal;
   terminal.stderr_is_terminal = true;
   terminal.environment = {"TERM=xterm", "NO_COLOR=1"};

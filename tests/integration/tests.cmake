@@ -10,6 +10,9 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/volume_test.cpp
   ${PROJECT_SOURCE_DIR}/tests/surveys/random_strokes.cpp
   LIBRARIES
-  fmt::fmt)
+  fmt::fmt
+  SLOW
+  PoseOnScans.*
+  Tools/EveryUnit.*)
 target_compile_definitions(knead_integration_test PRIVATE KNEAD_SOURCE="${PROJECT_SOURCE_DIR}"
                            KNEAD_VERSION="${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")

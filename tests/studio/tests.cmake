@@ -18,6 +18,7 @@ if(TARGET knead-studio AND TARGET knead)
                                    $<TARGET_FILE:studio_pen>)
   add_test(NAME studio_poster COMMAND ${CMAKE_CURRENT_LIST_DIR}/poster_test.sh $<TARGET_FILE:knead>
                                       $<TARGET_FILE:knead-studio>)
+  set_tests_properties(studio_window studio_trace PROPERTIES LABELS slow)
   # The display's drivers keep some memory to the end, which no build of ours changes.
   set_tests_properties(studio_window studio_trace studio_pen studio_poster PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 900
                                                              ENVIRONMENT ASAN_OPTIONS=detect_leaks=0)

@@ -45,9 +45,18 @@ compile() {
   cmake --build --preset "$preset" ${1:+--target "$@"} || die "the build failed; the first 'error:' above says where"
 }
 
+# Says once what the tests that were skipped would have needed.
+say_what_is_missing() {
+  local meshes
+  meshes=$(sed -n 's/^KNEAD_TEST_MESHES:PATH=//p' "build/$1/CMakeCache.txt")
+  [[ -d $meshes ]] || say "no folder $meshes: the tests with scans were skipped. The scans belong to others, so no command" \
+    "fetches them; configure with -DKNEAD_TEST_MESHES=FOLDER where you have some"
+}
+
 run_tests() {
   local preset=$1
   shift
   ctest --test-dir "build/$preset" --output-on-failure --no-tests=error -j "$(nproc)" "$@" ||
     die "tests failed; run one alone with: ctest --test-dir build/$preset --output-on-failure -R NAME"
+  say_what_is_missing "$preset"
 }

@@ -14,8 +14,7 @@ sanitize() {
   compile "$kind" "$@"
   local chosen=()
   if [[ $# -gt 0 ]]; then chosen=(-L "^($(IFS='|' && echo "$*"))\$"); fi
-  # Minutes each under a sanitizer; others run the same code on less.
-  run_tests "$kind" "${chosen[@]}" -E 'OfEveryByte|AgreementOnScans|Scans/Cgal|GpuTest\.(PointSets|Large|InDouble|Agrees)|studio_trace'
+  run_tests "$kind" "${chosen[@]}" -LE slow # these take minutes each under a sanitizer; others run the same code on less
 }
 
 fuzz() {

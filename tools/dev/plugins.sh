@@ -31,7 +31,8 @@ paraview() {
   cmake --install build/release --component development --prefix "$root/build/release/installed" >/dev/null ||
     die "could not install the library for the plugin"
   options+=(-Dknead_ROOT="$root/build/release/installed")
-  cmake -S bindings/paraview -B build/paraview -G Ninja -DCMAKE_BUILD_TYPE=Release "${options[@]}" --log-level=NOTICE ||
+  cmake -S bindings/paraview -B build/paraview -G Ninja -DCMAKE_BUILD_TYPE=Release -Wno-dev "${options[@]}" \
+    --log-level=NOTICE ||
     die "could not configure the plugin"
   cmake --build build/paraview || die "the build of the plugin failed; the first 'error:' above says where"
   mkdir -p out/paraview

@@ -223,7 +223,7 @@ class Document {
   std::vector<Vec3d> exported_normals(Progress& progress) const;
   void write_objects(const std::filesystem::path& path, const ShapeState& state, const WriteOptions& options) const;
   std::function<void(const ReplayFrame&)> animation_of(const std::filesystem::path& file,
-                                                       const AnimationOptions& animation, bool will_remesh) const;
+                                                       const AnimationOptions& animation, bool is_remeshed) const;
   ReplayOptions motion_of(const FrameExport& how, Progress& progress) const;
   bool make_frames(const FrameExport& how, Progress& progress);
 

@@ -307,9 +307,9 @@ ReplayOptions Document::motion_of(const FrameExport& how, Progress& progress) co
 // What writes the frames of the shape, or of each object, to one file each.
 std::function<void(const ReplayFrame&)> Document::animation_of(const std::filesystem::path& file,
                                                                const AnimationOptions& animation,
-                                                               bool will_remesh) const {
+                                                               bool is_remeshed) const {
   const DocumentObjects& objects = shown_.objects;
-  if (objects.joined == nullptr) return animation_writer(file, *objects.list.front().source, will_remesh, animation);
+  if (objects.joined == nullptr) return animation_writer(file, *objects.list.front().source, is_remeshed, animation);
   std::vector<std::function<void(const ReplayFrame&)>> writers;
   for (std::size_t i = 0; i < objects.list.size(); ++i) {
     writers.push_back(part_animation_writer(path_of_object(objects, i, file),
@@ -337,9 +337,8 @@ void Document::export_frames(const std::filesystem::path& file, const FrameExpor
     if (is_one_file) {
       options.frames.deliver =
           animation_of(file, {frame_count(options.frames), static_cast<double>(how.frames_per_second)},
-                       will_remesh(*mesh, session, options));
+                       Replay(mesh, session, options).remeshes());
     }
-    progress.total = total_work(*mesh, session, options);
     std::optional<FilesTogether> files;
     if (shown_.objects.joined != nullptr) files.emplace();
     const ReplayResult result = replay(mesh, session, options);
@@ -365,7 +364,6 @@ bool Document::make_frames(const FrameExport& how, Progress& progress) {
     motion.frames.push_back(frame.shape.state(motion.frames.empty() ? ShapeState{} : motion.frames.back()));
   };
   const std::shared_ptr<const Mesh> mesh = base_mesh();
-  progress.total = total_work(*mesh, session, options);
   if (replay(mesh, session, options).status != AdvectStatus::done) return false;
   motion_ = std::move(motion);
   return true;

@@ -101,8 +101,6 @@ std::string in_lower_case(std::string text) {
 
 std::string degrees_text(double angle) { return fmt::format("{:.0f}\u00b0", angle); }
 
-std::string rotation_words(const HandlesRotation& rotation) { return degrees_text(rotation.angle_deg); }
-
 // What a stroke does, without the word of its tool.
 struct WordsOf {
   const std::string& unit;
@@ -121,11 +119,6 @@ struct WordsOf {
     for (const Vec3d& displacement : s.displacements) by += displacement;
     return fmt::format("Move {} {}", s.points.empty() ? "a curve" : "points", length(norm(by)));
   }
-  std::string operator()(const HandlesStroke& s) const {
-    const auto* const rotation = std::get_if<HandlesRotation>(&s.motion);
-    if (rotation != nullptr) return "Handles " + rotation_words(*rotation);
-    return "Handles " + length(norm(std::get<HandlesTranslation>(s.motion).by));
-  }
   std::string operator()(const RotateStroke& s) const { return "Rotate " + degrees_text(s.angle_deg); }
   std::string operator()(const StretchStroke& s) const { return fmt::format("Stretch {:.0f}%", 100 * s.factor); }
   std::string operator()(const TwistStroke& s) const {
@@ -141,7 +134,7 @@ struct WordsOf {
     double most = 0;
     for (const PoseItem& item : s.parts) {
       const auto* const part = std::get_if<PosePart>(&item);
-      if (part != nullptr && part->rotation) return "Pose " + rotation_words(*part->rotation);
+      if (part != nullptr && part->rotation) return "Pose " + degrees_text(part->rotation->angle_deg);
       if (part != nullptr && part->translation) most = std::max(most, norm(*part->translation));
       const auto* const pin = std::get_if<PosePin>(&item);
       if (pin != nullptr && pin->path.size() > 1) most = std::max(most, norm(pin->path.back() - pin->path.front()));
@@ -319,10 +312,6 @@ struct Places {
 
 Places places_of(Stroke& stroke) {
   Places places;
-  if (auto* handles = std::get_if<HandlesStroke>(&stroke)) {
-    if (auto* turn = std::get_if<HandlesRotation>(&handles->motion)) places.center = &turn->center;
-    return places;
-  }
   for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
     if (key.quantity != Quantity::finite) continue;
     auto* const* list = std::get_if<std::vector<Vec3d>*>(&key.value);
@@ -508,9 +497,6 @@ void visit_fields(Stroke& stroke, const Visit& visit) {
     }
     if (const auto* number = std::get_if<AutoNumber>(&key.value); number != nullptr && *number->value) {
       visit(key.name, key.help, **number->value);
-    }
-    if (auto* const* motion = std::get_if<HandlesMotion*>(&key.value)) {
-      if (auto* turn = std::get_if<HandlesRotation>(*motion)) visit("angle_deg", key.help, turn->angle_deg);
     }
   }
 }

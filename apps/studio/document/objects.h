@@ -11,7 +11,7 @@
 
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/replay.h"
+#include "knead/shape_state.h"
 
 namespace knead::studio {
 

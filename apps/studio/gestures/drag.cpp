@@ -1,6 +1,4 @@
-// Gestures that carry a tool along a path: ball, capsule, points, stamp, handles; and those that paint.
-#include <fmt/format.h>
-
+// Gestures that carry a tool along a path: ball, capsule, points, stamp; and those that paint.
 #include <algorithm>
 #include <cmath>
 
@@ -242,22 +240,6 @@ void move_stamp(const Pointer& pointer, const GestureContext& around, StampGestu
   extend(gesture.stroke.path, gesture.drag.at(pointer, around), gesture.step, pointer, around.is_taken);
 }
 
-namespace {
-
-// At most about this many vertices of a handle, evenly over space.
-constexpr std::size_t kMaxHandlePoints = 250;
-constexpr std::size_t kMaxLookedAt = 2000;  // vertices, for the speed beside the handles
-
-std::vector<Vec3d> handle_points(const PlacedTools& placed, std::uint8_t handle, const ShapeState& state) {
-  std::vector<Vec3d> all;
-  for (std::size_t i = 0; i < placed.handles.size(); ++i) {
-    if (placed.handles[i] == handle) all.push_back(state.positions[i]);
-  }
-  return thinned(all, kMaxHandlePoints);
-}
-
-}  // namespace
-
 std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most) {
   if (points.size() <= most) return points;
   double cell = bounding_box(points).diagonal() / std::cbrt(8.0 * static_cast<double>(most)) / 4;
@@ -281,40 +263,8 @@ std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most) {
   }
 }
 
-std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const GestureContext& around,
-                                            const PlacedTools& placed) {
-  HandlesGesture gesture;
-  gesture.stroke.full = handle_points(placed, kFullHandle, around.state);
-  gesture.stroke.zero = handle_points(placed, kZeroHandle, around.state);
-  if (gesture.stroke.full.empty() || gesture.stroke.zero.empty()) return std::nullopt;
-  gesture.stroke.exponent = around.settings.exponent;
-  gesture.stroke.falloff = around.settings.falloff;
-  const auto hit = hit_at(pointer, around);
-  const Vec3d start = hit ? hit->point : gesture.stroke.full.front();
-  gesture.drag = begin_drag(pointer, start, hit ? hit->normal : -forward_of(around), around);
-  gesture.stroke.motion = HandlesTranslation{{0, 0, 0}};
-  const std::size_t stride = around.state.positions.size() / kMaxLookedAt + 1;
-  for (std::size_t i = 0; i < around.state.positions.size(); i += stride) {
-    gesture.looked_at.push_back(around.state.positions[i]);
-  }
-  return gesture;
-}
-
-void move_handles(const Pointer& pointer, const GestureContext& around, HandlesGesture& gesture) {
-  const Vec3d by = gesture.drag.at(pointer, around) - gesture.drag.start;
-  gesture.stroke.motion = HandlesTranslation{by};
-  gesture.speed = norm2(by) > 0 ? relative_speed(flow_of(gesture.stroke), gesture.looked_at) : 0;
-}
-
-std::string refusal_of(const HandlesGesture& gesture, const ToolSettings& settings) {
-  if (settings.handles_anyway || gesture.speed <= kStrongSpeed) return {};
-  return fmt::format(
-      "Not moved: beside the handles the shape would run {:.2g} times as far as they do, so leave a wider gap between "
-      "what moves and what stays.",
-      gesture.speed);
-}
-
-// --- gestures along the surface: paint, lines drawn, handles painted -------------------------------------------------
+// --- gestures along the surface: paint, lines drawn
+// -------------------------------------------------------------------
 
 namespace {
 
@@ -403,50 +353,10 @@ void end_draw(const DrawGesture& gesture, PlacedTools& placed) {
   }
 }
 
-HandlePaintGesture begin_handle_paint(const Pointer& pointer, const GestureContext& around) {
-  HandleMode mode = around.settings.handle;
-  if (pointer.modifiers.ctrl) mode = mode == HandleMode::full ? HandleMode::zero : HandleMode::full;
-  if (pointer.modifiers.shift) mode = HandleMode::erase;
-  return {mode == HandleMode::erase ? std::uint8_t{0} : mode == HandleMode::full ? kFullHandle : kZeroHandle};
-}
-
-void move_handle_paint(const Pointer& pointer, const GestureContext& around, const HandlePaintGesture& gesture,
-                       PlacedTools& placed) {
-  const auto hit = hit_at(pointer, around);
-  if (!hit) return;
-  const Snapshot& positions = around.state.positions;
-  placed.handles.resize(positions.size());
-  const double reach2 = around.settings.radius * around.settings.radius / 4;
-  std::vector<Vec3d> centers{hit->point};
-  for (const SymmetryImage& image : images_of(around.settings)) centers.push_back(image.motion(hit->point));
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    const Vec3d p = positions[i];
-    const bool is_near =
-        std::any_of(centers.begin(), centers.end(), [&](const Vec3d& c) { return norm2(p - c) <= reach2; });
-    if (is_near) placed.handles[i] = gesture.handle;
-  }
-}
-
 void extend_line(const Pointer& pointer, std::vector<Pixel>& line) {
   const Pixel here{pointer.x, pointer.y};
   const Pixel& last = line.back();
   if (std::hypot(here.x - last.x, here.y - last.y) >= kLassoPiece) line.push_back(here);
-}
-
-void end_lasso(const GestureContext& around, const LassoGesture& gesture, PlacedTools& placed) {
-  if (gesture.line.size() < 3) return;
-  const Snapshot& positions = around.state.positions;
-  placed.handles.resize(positions.size());
-  std::vector<RigidMotion> motions{RigidMotion{}};
-  for (const SymmetryImage& image : images_of(around.settings)) motions.push_back(image.motion);
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    const Vec3d p = positions[i];
-    const bool is_marked = std::any_of(motions.begin(), motions.end(), [&](const RigidMotion& motion) {
-      const auto pixel = pixel_of(around.screen, motion(p));
-      return pixel && is_within(gesture.line, *pixel);
-    });
-    if (is_marked) placed.handles[i] = gesture.handle;
-  }
 }
 
 // --- places along the pointer's path: inflate, and with Shift any tool, which then relaxes the surface ---------------

@@ -16,7 +16,7 @@ namespace {
 
 Gesture in_trouble(std::string what) {
   Gesture gesture;
-  gesture.kind = HandlePaintGesture{};
+  gesture.kind = LassoGesture{};
   gesture.trouble = std::move(what);
   return gesture;
 }
@@ -45,20 +45,6 @@ std::optional<Gesture> begin_placed(const Pointer& pointer, const GestureContext
   return Gesture{TurnGesture{pointer, placed.placement}};
 }
 
-std::optional<Gesture> begin_any_handles(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
-  if (around.settings.handle == HandleMode::move) {
-    std::optional<HandlesGesture> gesture = begin_handles(pointer, around, placed);
-    if (!gesture) return in_trouble("First paint what moves with the left button, and what stays with Ctrl.");
-    return Gesture{std::move(*gesture)};
-  }
-  if (around.settings.lasso) {
-    return Gesture{LassoGesture{begin_handle_paint(pointer, around).handle, false, {{pointer.x, pointer.y}}}};
-  }
-  const HandlePaintGesture gesture = begin_handle_paint(pointer, around);
-  move_handle_paint(pointer, around, gesture, placed);
-  return Gesture{gesture};
-}
-
 // Of a pose that has no exact pins, beside the pins.
 std::optional<Gesture> begin_pose(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   const PoseMode mode = around.settings.pose;
@@ -66,8 +52,7 @@ std::optional<Gesture> begin_pose(const Pointer& pointer, const GestureContext& 
   const bool is_gizmo = !has_ctrl && is_on_part_gizmo(pointer, around, placed);
   if (is_gizmo || (mode == PoseMode::pins && !has_ctrl)) return made(begin_part(pointer, around, placed));
   if (mode == PoseMode::brush) return made(begin_part_paint(pointer, around, placed));
-  const bool frees = mode == PoseMode::lasso && has_ctrl;
-  return Gesture{LassoGesture{frees ? std::uint8_t{0} : kZeroHandle, false, {{pointer.x, pointer.y}}}};
+  return Gesture{LassoGesture{{{pointer.x, pointer.y}}, false, mode == PoseMode::lasso && has_ctrl}};
 }
 
 std::optional<Gesture> begin_any_pins(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
@@ -79,7 +64,7 @@ std::optional<Gesture> begin_any_pins(const Pointer& pointer, const GestureConte
   }
   const bool selects = !pointer.modifiers.ctrl && around.settings.lasso_selects;
   if ((pointer.modifiers.ctrl || selects) && !pin_at(pointer, around, placed.pins)) {
-    return Gesture{LassoGesture{kZeroHandle, selects, {{pointer.x, pointer.y}}}};
+    return Gesture{LassoGesture{{{pointer.x, pointer.y}}, selects}};
   }
   return made(begin_pins(pointer, around, placed));
 }
@@ -101,8 +86,6 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
     case ToolUse::curve:
       if (is_near(placed, pointer, around)) return Gesture{begin_points(pointer, around, placed)};
       return made(begin_draw(pointer, around));
-    case ToolUse::handles:
-      return begin_any_handles(pointer, around, placed);
     case ToolUse::pose:
       return begin_any_pins(pointer, around, placed);
     case ToolUse::stamp:
@@ -143,9 +126,7 @@ void move_gesture(const Pointer& pointer, const GestureContext& around, PlacedTo
     void operator()(PointsGesture& g) const { move_points(pointer, around, g); }
     void operator()(StampGesture& g) const { move_stamp(pointer, around, g); }
     void operator()(TurnGesture& g) const { move_turn(pointer, around, g); }
-    void operator()(HandlePaintGesture& g) const { move_handle_paint(pointer, around, g, placed); }
     void operator()(LassoGesture& g) const { extend_line(pointer, g.line); }
-    void operator()(HandlesGesture& g) const { move_handles(pointer, around, g); }
     void operator()(PinsGesture& g) const { move_pins(pointer, around, g); }
     void operator()(RelaxGesture& g) const { move_relax(pointer, around, g); }
     void operator()(InflateGesture& g) const { move_inflate(pointer, around, g); }
@@ -165,12 +146,13 @@ void end_gesture(const Pointer& pointer, const GestureContext& around, PlacedToo
   if (auto* draw = std::get_if<DrawGesture>(&gesture.kind)) end_draw(*draw, placed);
   if (auto* inflate = std::get_if<InflateGesture>(&gesture.kind)) inflate->has_ended = true;
   if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) {
-    const bool is_of_pins = around.settings.tool->use == ToolUse::pose;
-    if (lasso->selects) select_pins(around, lasso->line, placed.pins);
-    const bool is_of_part = is_of_pins && !has_exact_pins(around.settings) && !lasso->selects;
-    if (is_of_part) end_part_lasso(pointer, around, *lasso, placed);
-    if (is_of_pins && !is_of_part && !lasso->selects) end_pin_lasso(around, lasso->line, placed);
-    if (!is_of_pins) end_lasso(around, *lasso, placed);
+    if (lasso->selects) {
+      select_pins(around, lasso->line, placed.pins);
+    } else if (has_exact_pins(around.settings)) {
+      end_pin_lasso(around, lasso->line, placed);
+    } else {
+      end_part_lasso(pointer, around, *lasso, placed);
+    }
   }
   if (bool* const rests = rests_of(gesture)) *rests = true;
   if (std::holds_alternative<PartPaintGesture>(gesture.kind)) remove_empty_parts(placed.parts);
@@ -202,10 +184,6 @@ struct StrokesOf {
     return {g.stroke};
   }
   std::vector<Stroke> operator()(const StampGesture& g) const { return pieces_of(g.stroke); }
-  std::vector<Stroke> operator()(const HandlesGesture& g) const {
-    if (g.stroke.motion == std::variant<HandlesTranslation, HandlesRotation>(HandlesTranslation{})) return {};
-    return {g.stroke};
-  }
   std::vector<Stroke> operator()(const RelaxGesture& g) const { return {g.stroke}; }
   std::vector<Stroke> operator()(const InflateGesture& g) const {
     if (!g.has_ended || g.stroke.volume == 0) return {};
@@ -214,7 +192,6 @@ struct StrokesOf {
   std::vector<Stroke> operator()(const PinsGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const TurnGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const DrawGesture& /*g*/) const { return {}; }
-  std::vector<Stroke> operator()(const HandlePaintGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const LassoGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const GizmoGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const PartGesture& /*g*/) const { return {}; }
@@ -235,8 +212,6 @@ struct OwnStrokes {
 
 OwnStrokes own_strokes_of(const Gesture& gesture, const ToolSettings& settings) {
   if (!gesture.trouble.empty()) return {};
-  const auto* handles = std::get_if<HandlesGesture>(&gesture.kind);
-  if (handles != nullptr && !refusal_of(*handles, settings).empty()) return {};
   const auto posed = [](const std::optional<PoseStroke>& pose) {
     return pose ? OwnStrokes{{*pose}, true} : OwnStrokes{};
   };
@@ -291,9 +266,6 @@ std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& sett
     Result operator()(const ImplicitGesture& g) const { return length(g.drag, g.stroke.path.back()); }
     Result operator()(const PointsGesture& g) const { return length(g.drag, g.reached); }
     Result operator()(const StampGesture& g) const { return length(g.drag, g.stroke.path.back()); }
-    Result operator()(const HandlesGesture& g) const {
-      return length(g.drag, g.drag.start + std::get<HandlesTranslation>(g.stroke.motion).by);
-    }
     Result operator()(const PinsGesture& g) const { return length(g.drag, g.to); }
     Result operator()(const TurnGesture& g) const {
       if (!g.placement) return std::nullopt;
@@ -307,7 +279,6 @@ std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& sett
     Result operator()(const InflateGesture& g) const { return Amount{AmountKind::volume, g.stroke.volume}; }
     Result operator()(const PaintGesture& /*g*/) const { return std::nullopt; }
     Result operator()(const DrawGesture& /*g*/) const { return std::nullopt; }
-    Result operator()(const HandlePaintGesture& /*g*/) const { return std::nullopt; }
     Result operator()(const LassoGesture& /*g*/) const { return std::nullopt; }
     Result operator()(const RelaxGesture& /*g*/) const { return std::nullopt; }
     Result operator()(const PartPaintGesture& /*g*/) const { return std::nullopt; }
@@ -324,7 +295,6 @@ const Drag* drag_of(const Gesture& gesture) {
   if (const auto* g = std::get_if<ImplicitGesture>(&gesture.kind)) return &g->drag;
   if (const auto* g = std::get_if<PointsGesture>(&gesture.kind)) return &g->drag;
   if (const auto* g = std::get_if<StampGesture>(&gesture.kind)) return &g->drag;
-  if (const auto* g = std::get_if<HandlesGesture>(&gesture.kind)) return &g->drag;
   if (const auto* g = std::get_if<PinsGesture>(&gesture.kind)) return &g->drag;
   return nullptr;
 }

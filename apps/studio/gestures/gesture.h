@@ -127,24 +127,11 @@ struct TurnGesture {
   bool has_gone = false;  // farther than a click may
 };
 
-// Handles painted onto vertices.
-struct HandlePaintGesture {
-  std::uint8_t handle = 0;
-};
-
-// Handles marked, or pins set or selected, within a line that is drawn round them.
+// A line drawn round a part of a pose, which is made or freed, or round pins, which are set or selected.
 struct LassoGesture {
-  std::uint8_t handle = 0;
-  bool selects = false;  // pins
   std::vector<Pixel> line;
-};
-
-// The full set moved, the zero set held.
-struct HandlesGesture {
-  Drag drag;
-  HandlesStroke stroke;
-  std::vector<Vec3d> looked_at{};  // some vertices of the shape as it was
-  double speed = 0;                // relative_speed there
+  bool selects = false;  // pins
+  bool frees = false;    // what is within the line, of every part
 };
 
 // What of a pose does not depend on where the pointer goes.
@@ -202,9 +189,8 @@ struct GizmoGesture {
 };
 
 struct Gesture {
-  std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, HandlePaintGesture,
-               LassoGesture, HandlesGesture, PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PartGesture,
-               PartPaintGesture>
+  std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, LassoGesture,
+               PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PartGesture, PartPaintGesture>
       kind;
   ShapeState start{};     // the shape as it was
   std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person
@@ -262,9 +248,6 @@ std::shared_ptr<const ZoneProfile> profile_at(const ToolSettings& settings, cons
 
 // Returns the width of the zone of the turning stroke if it was widened.
 std::optional<double> widened_zone(const ToolSettings& settings, const Placement& placement, double amount);
-
-// Returns why the handles are not moved; empty: they are.
-std::string refusal_of(const HandlesGesture& gesture, const ToolSettings& settings);
 
 // Returns the pin that the pointer is on; none that is hidden behind the shape.
 std::optional<std::size_t> pin_at(const Pointer& pointer, const GestureContext& around, const std::vector<Pin>& pins);

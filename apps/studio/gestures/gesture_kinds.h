@@ -51,18 +51,8 @@ void move_stamp(const Pointer& pointer, const GestureContext& around, StampGestu
 void move_turn(const Pointer& pointer, const GestureContext& around, TurnGesture& gesture);
 void end_turn(const GestureContext& around, TurnGesture& gesture, PlacedTools& placed);
 
-HandlePaintGesture begin_handle_paint(const Pointer& pointer, const GestureContext& around);
-void move_handle_paint(const Pointer& pointer, const GestureContext& around, const HandlePaintGesture& gesture,
-                       PlacedTools& placed);
-
 // Adds the pointer's pixel, if it has gone some way since the last one.
 void extend_line(const Pointer& pointer, std::vector<Pixel>& line);
-void end_lasso(const GestureContext& around, const LassoGesture& gesture, PlacedTools& placed);
-
-// Nothing where either set is empty.
-std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const GestureContext& around,
-                                            const PlacedTools& placed);
-void move_handles(const Pointer& pointer, const GestureContext& around, HandlesGesture& gesture);
 
 inline constexpr double kOneImage = 0.1;  // of the radius: images that are nearer to a pin are no pins of their own
 

@@ -135,43 +135,7 @@ TEST_F(GesturesTest, AMirrorGoesThroughTheMiddleAFaceOrThreePoints) {
   EXPECT_LT(norm(studio.tools().settings().symmetry.center - bounding_box(positions(studio)).center()), 1e-12);
 }
 
-// --- handles, the pen, the view --------------------------------------------------------------------------------------
-
-TEST_F(GesturesTest, ALassoMarksThroughTheShape) {
-  Studio studio(options());
-  run(studio, ball());
-  run(studio, R"({"tool": "handles"}
-{"set": {"lasso": true}}
-{"drag": [[350, 250], [450, 250], [450, 350], [350, 350], [350, 250]]}
-{"drag": [[350, 120], [450, 120], [450, 180], [350, 180]], "modifiers": ["ctrl"]}
-{"move": [500, 500]})");
-  const std::size_t lines = Overlay().scene(studio).lines.size();
-  run(studio, R"({"press": [500, 500]}
-{"move": [520, 500]}
-{"move": [520, 520]})");
-  EXPECT_EQ(Overlay().scene(studio).lines.size(), lines + 1) << "the line is seen while it is drawn";
-  run(studio, R"({"key": "Escape"})");
-  EXPECT_EQ(Overlay().scene(studio).lines.size(), lines);
-  const std::vector<std::uint8_t>& handles = studio.tools().placed().handles;
-  const std::vector<Vec3d> points = positions(studio);
-  ASSERT_EQ(handles.size(), points.size());
-  const Screen screen = studio.view().screen();
-  std::array<std::size_t, 2> sides{};
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Pixel p = *pixel_of(screen, points[i]);
-    const bool is_full = p.x > 350 && p.x < 450 && p.y > 250 && p.y < 350;
-    const bool is_zero = p.x > 350 && p.x < 450 && p.y > 120 && p.y < 180;
-    EXPECT_EQ(handles[i], is_full ? kFullHandle : is_zero ? kZeroHandle : 0) << p.x << " " << p.y;
-    if (is_full) ++sides[points[i].z > 0 ? 0 : 1];
-  }
-  EXPECT_GT(sides[0], 20u);
-  EXPECT_GT(sides[1], 20u);
-  run(studio, R"({"set": {"mirror": [false, true, false]}}
-{"drag": [[350, 120], [450, 120], [450, 180], [350, 180]]})");
-  std::size_t below = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) below += handles[i] == kFullHandle && points[i].y < -0.5 ? 1 : 0;
-  EXPECT_GT(below, 20u) << "the mirror image is marked too";
-}
+// --- the pen, the view -----------------------------------------------------------------------------------------------
 
 TEST_F(GesturesTest, APenChangesRadiusOrDepthOrNothing) {
   const auto painted = [&](PenPressure use, const char* pressure) {

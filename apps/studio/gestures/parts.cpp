@@ -381,7 +381,7 @@ void end_part_lasso(const Pointer& pointer, const GestureContext& around, const 
     if (pixel && is_within(gesture.line, *pixel)) within.push_back(v);
   }
   drop_hidden(around, within);
-  if (gesture.handle != 0) {
+  if (!gesture.frees) {
     add_part(within, around.state, placed.parts);
   } else if (!placed.parts.of_vertex.empty()) {
     mark(within, std::nullopt, around.state, placed.parts);

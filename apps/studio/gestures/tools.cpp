@@ -194,18 +194,6 @@ const std::vector<StudioTool> kTools{
               {line, {0.5F, -0.85F, 0.75F, -0.25F}},
               {line, {-0.7F, 0.95F, -0.05F, 0.95F}}},
      .turning = {.facing = Facing::up, .axis = &Placement::x, .takes_limit_cylinder = true, .stroke = bent}},
-    {.name = "Handles",
-     .key = "-",
-     .use = ToolUse::handles,
-     .group = ToolGroup::pose,
-     .tip = "Moves one set of vertices while another one stays.",
-     .in_bar = false,
-     .hint = "Paint what moves, and with Ctrl what stays; then choose Drag.",
-     .second_hint = "Drag the handle that moves.",
-     .icon = {{halo, {-0.45F, -0.3F, 0.5F}},
-              {disc, {-0.45F, -0.3F, 0.26F}},
-              {circle, {0.45F, 0.45F, 0.4F}},
-              {line, {0.17F, 0.73F, 0.73F, 0.17F}}}},
     {.name = "Pose",
      .key = "P",
      .use = ToolUse::pose,
@@ -313,20 +301,6 @@ const char* name_of(PullStart start) {
   return "";
 }
 
-const char* name_of(HandleMode mode) {
-  switch (mode) {
-    case HandleMode::full:
-      return "Moves";
-    case HandleMode::zero:
-      return "Stays";
-    case HandleMode::erase:
-      return "Erase";
-    case HandleMode::move:
-      return "Drag";
-  }
-  return "";
-}
-
 const char* name_of(MaskMode mode) {
   switch (mode) {
     case MaskMode::paint:
@@ -399,7 +373,6 @@ std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, Tur
                          (tool.use == ToolUse::points && !placed.points.empty()) ||
                          (tool.use == ToolUse::curve && !placed.curves.empty()) ||
                          ((tool.use == ToolUse::stamp || tool.use == ToolUse::turn) && placed.placement) ||
-                         (tool.use == ToolUse::handles && settings.handle == HandleMode::move) ||
                          (tool.use == ToolUse::pose && !placed.pins.empty()) ||
                          (tool.use == ToolUse::mask && settings.mask_mode != MaskMode::paint);
   if (is_placed && tool.use == ToolUse::turn) return turning_hint(tool, turning);

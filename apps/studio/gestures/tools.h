@@ -31,8 +31,6 @@ enum class PullStart { inside, surface, plane };
 // What the pressure of a pen changes while one paints.
 enum class PenPressure { none, radius, depth };
 
-enum class HandleMode { full, zero, erase, move };
-
 // paint: a brush; lasso: a line drawn round; box: a rectangle.
 enum class MaskMode { paint, lasso, box };
 
@@ -97,7 +95,6 @@ enum class ToolUse {
   curve,    // a drag draws a curve on the surface; another drag moves it
   stamp,    // a click places it; a drag of its middle presses it in
   turn,     // a click places it; a drag beside it turns it
-  handles,  // drags paint what moves and what stays; then a drag moves it
   pose,     // a click sets a pin on the surface; a drag moves one or all that are selected, and the others hold
   mask,     // drags paint, or go round, what stays as it is
 };
@@ -154,7 +151,6 @@ struct StudioTool {
   ToolUse use;
   ToolGroup group;
   const char* tip;         // one sentence: what it does
-  bool in_bar = true;      // else it is chosen by its key or by search: another tool does better
   bool has_inner = false;  // its inner ratio can be set
   bool is_long = false;    // of ToolUse::pull: a capsule across the view instead of a ball
   std::vector<ToolSlider> sliders{};
@@ -182,7 +178,6 @@ const StudioTool& studio_tool(ToolUse use);
 const char* name_of(DragMode mode);
 const char* name_of(StampContact contact);
 const char* name_of(PullStart start);
-const char* name_of(HandleMode mode);
 const char* name_of(MaskMode mode);
 const char* name_of(PoseMode mode);
 
@@ -211,11 +206,9 @@ struct ToolSettings {
   double depth = 0.15;        // of paint, relative to the radius, > 0
   bool paint_in = false;      // paint presses in, inflate shrinks; Ctrl inverts
   double growth = 0.06;       // of inflate: the volume, relative to the radius' cube, > 0
-  int exponent = 8;           // of points and handles; even, 4 or more
+  int exponent = 8;           // of points and curves; even, 4 or more
   double stamp_size = 0.5;    // the tool's half extent, relative to the radius
   StampContact stamp_contact = StampContact::automatic;
-  HandleMode handle = HandleMode::full;
-  bool lasso = false;          // handles are marked within a line that is drawn round them, through the shape
   bool lasso_selects = false;  // a drag beside the pins draws a line round those that it selects
   PoseMode pose = PoseMode::pins;
   double pose_detail = 0.05;  // fine enough for fingers that move beside others
@@ -225,9 +218,8 @@ struct ToolSettings {
   bool uses_limit_cylinder = true;  // twist and bend move one part, found by Studio; else all below the plane
   std::array<bool, 3> mirror{};     // in x, y and z, through symmetry.center
   Symmetry symmetry;
-  bool widens_zone = true;      // of twist and bend, where it is too thin for the angle
-  bool handles_anyway = false;  // move handles where the flow beside them is faster than kStrongSpeed
-  bool remesh = false;          // when a drag ends
+  bool widens_zone = true;  // of twist and bend, where it is too thin for the angle
+  bool remesh = false;      // when a drag ends
   RemeshSettings remesh_settings;
 };
 
@@ -280,15 +272,12 @@ struct PlacedTools {
   std::vector<Vec3d> points;
   std::vector<std::vector<Vec3d>> curves;
   std::optional<Placement> placement;
-  std::vector<std::uint8_t> handles;  // for each vertex: kFullHandle, kZeroHandle or 0; empty: none
   std::optional<StampShape> stamp;
   std::vector<Pin> pins;
   PartMarks parts;
   std::optional<std::size_t> lit_pin;  // that the panel points to
   std::vector<Vec3d> plane_points;     // picked so far, of a mirror's plane through three
 };
-inline constexpr std::uint8_t kFullHandle = 1;
-inline constexpr std::uint8_t kZeroHandle = 2;
 
 // --- strokes repeated in mirrors and about an axis
 // --------------------------------------------------------------------

@@ -73,8 +73,7 @@ void Interface::arrange() {
   query.bar = gui_.bar_height();
   query.item = kToolSize * gui_.unit();
   query.item_gap = kToolGap * gui_.unit();
-  query.tools = static_cast<int>(
-      std::count_if(studio_tools().begin(), studio_tools().end(), [](const StudioTool& tool) { return tool.in_bar; }));
+  query.tools = static_cast<int>(studio_tools().size());
   query.group_gaps = static_cast<float>(kToolGroups.size() - 1) * (kGroupGap + kToolGap) * gui_.unit();
   query.panels = studio_.view().settings().panels;
   query.top_bar = gui_.bar_height() + 2 * kTopBarPadding * gui_.unit();

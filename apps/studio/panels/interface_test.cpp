@@ -269,9 +269,9 @@ TEST_F(InterfaceTest, AGestureWithoutTroubleWithdrawsWhatWasWrongWithTheOneBefor
   ShownPanels panels(options(), 1440, 900);
   open_ball(panels);
   const Pixel middle = middle_of(panels.studio);
-  run(panels.studio, R"({"tool": "handles"}
-{"set": {"handle": "move"}})");
-  panels.drag(middle.x, middle.y, middle.x + 40, middle.y);
+  run(panels.studio, R"({"tool": "pose"}
+{"double_click": [0, 0, 1]})");  // a ball has no limb
+  panels.frame();
   ASSERT_FALSE(panels.interface.messages().messages.empty());
   run(panels.studio, R"({"tool": "ball"})");
   panels.drag(middle.x, middle.y, middle.x + 40, middle.y);

@@ -121,8 +121,8 @@ void draw_bottom_bar(Studio& studio, const Gui& gui, const Layout& layout, Compa
 // All settings of the bar above the picture, one below the other.
 void draw_hand_settings(Studio& studio, float width);
 
-// Whether the tool in use does one of several things, and the choice of it: how a pose is set, how a mask or handles
-// are painted, which stamp.
+// Whether the tool in use does one of several things, and the choice of it: how a pose is set, how a mask is
+// painted, which stamp.
 bool has_mode(const Studio& studio);
 void draw_mode(Studio& studio, float width);
 

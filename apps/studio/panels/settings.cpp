@@ -77,15 +77,6 @@ void draw_limit_cylinder_settings(Studio& studio) {
   }
 }
 
-void draw_handles(Studio& studio) {
-  ImGui::Checkbox("Lasso", &studio.tools().settings().lasso);
-  help_on_hover("Draw a line round the part. It takes both sides of the shape.");
-  ImGui::Checkbox("Do it anyway", &studio.tools().settings().handles_anyway);
-  help_on_hover(
-      "Moves the handles even where the shape beside them would run aside or back over more than twice the distance.");
-  if (ImGui::Button("Clear")) studio.tools().clear_placed();
-}
-
 // A pin in the list. Returns false if it was removed.
 bool draw_pin(Studio& studio, std::size_t number) {
   const Pin pin = studio.tools().placed().pins[number];
@@ -207,7 +198,6 @@ void draw_own_settings(Studio& studio) {
     if (ImGui::Button("Clear")) studio.tools().clear_placed();
   }
   if (tool.turning.takes_limit_cylinder) draw_limit_cylinder_settings(studio);
-  if (tool.use == ToolUse::handles) draw_handles(studio);
   if (tool.use == ToolUse::pose) {
     draw_pose(studio);
     if (!has_exact_pins(settings)) draw_parts(studio);
@@ -341,7 +331,7 @@ bool has_radius(const ToolSettings& settings) {
 
 bool has_mode(const Studio& studio) {
   const ToolUse use = studio.tools().settings().tool->use;
-  return use == ToolUse::stamp || use == ToolUse::pose || use == ToolUse::mask || use == ToolUse::handles;
+  return use == ToolUse::stamp || use == ToolUse::pose || use == ToolUse::mask;
 }
 
 void draw_mode(Studio& studio, float width) {
@@ -356,10 +346,6 @@ void draw_mode(Studio& studio, float width) {
     help_on_hover(
         "Pins: click to set a pin, drag it or a part. Lasso, Brush: choose a part, which holds, and moves by its "
         "gizmo. Exact points: each pin goes to its place alone, with what is within its radius.");
-  } else if (settings.tool->use == ToolUse::handles) {
-    constexpr std::array modes{HandleMode::full, HandleMode::zero, HandleMode::erase, HandleMode::move};
-    choose_one("##handles", settings.handle, modes, [](HandleMode mode) { return name_of(mode); });
-    help_on_hover("paint what moves and what stays, then drag it");
   } else if (settings.tool->use == ToolUse::mask) {
     constexpr std::array modes{MaskMode::paint, MaskMode::lasso, MaskMode::box};
     choose_one("##mask", settings.mask_mode, modes, [](MaskMode mode) { return name_of(mode); });

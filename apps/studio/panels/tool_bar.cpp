@@ -171,7 +171,7 @@ void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout) {
     for (const ToolGroup group : kToolGroups) {
       if (group != kToolGroups.front()) ImGui::Dummy({1, kGroupGap * gui.unit()});
       for (const StudioTool& tool : studio_tools()) {
-        if (!tool.in_bar || tool.group != group) continue;
+        if (tool.group != group) continue;
         draw_tool_button(studio, tool, gui, {has_names ? 0 : size, size}, has_names);
         if (is_new && studio.tools().settings().tool == &tool) scroll_to_entry();
       }
@@ -341,7 +341,7 @@ void draw_tools_popup(Studio& studio, const Gui& gui, const Area& bar) {
     ImGui::TextDisabled("%s", name_of(group));
     int column = 0;
     for (const StudioTool& tool : studio_tools()) {
-      if (!tool.in_bar || tool.group != group) continue;
+      if (tool.group != group) continue;
       if (column++ % kToolColumns != 0) ImGui::SameLine(0, 0);
       if (draw_tool_button(studio, tool, gui, size, true)) ImGui::CloseCurrentPopup();
     }

@@ -53,9 +53,6 @@ std::optional<Radii> radii_of(const Studio& studio) {
       if (settings.pose == PoseMode::brush) return Radii{0.5 * settings.radius};
       if (settings.auto_radius || !has_exact_pins(settings)) return std::nullopt;
       return Radii{settings.radius};
-    case ToolUse::handles:
-      if (settings.handle == HandleMode::move) return std::nullopt;
-      return Radii{0.5 * settings.radius};
     case ToolUse::stamp:
     case ToolUse::turn:
       return std::nullopt;

@@ -272,12 +272,17 @@ TEST_F(LookTest, WhatIsNoPictureIsToldAndNothingElse) {
   EXPECT_TRUE(studio.view().references().empty());
 }
 
-class InEveryProjection : public StudioTest, public testing::WithParamInterface<const char*> {};
+struct NamedView {
+  const char* name;
+  const char* script;
+};
+
+class InEveryProjection : public StudioTest, public testing::WithParamInterface<NamedView> {};
 
 // Where a place of the scene is clicked, the tool is at that place.
 TEST_P(InEveryProjection, ToolsMeetTheSurfaceUnderThePointer) {
   Studio studio(options());
-  run(studio, ball(10242) + GetParam() + R"(
+  run(studio, ball(10242) + GetParam().script + R"(
 {"tool": "ball"}
 {"set": {"drag": "view", "start": "surface"}}
 {"drag": [[0.3, 0.4, 0.866], [0.35, 0.5, 0.866]]})");
@@ -295,7 +300,7 @@ TEST_P(InEveryProjection, ToolsMeetTheSurfaceUnderThePointer) {
 
 TEST_P(InEveryProjection, TheGizmoIsMetWhereItIsDrawn) {
   Studio studio(options());
-  run(studio, ball() + GetParam() + R"(
+  run(studio, ball() + GetParam().script + R"(
 {"tool": "rotate"}
 {"click": [0.6, 0.3, 0.74]})");
   ASSERT_TRUE(studio.tools().placed().placement);
@@ -315,11 +320,13 @@ TEST_P(InEveryProjection, TheGizmoIsMetWhereItIsDrawn) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Look, InEveryProjection,
-                         testing::Values(R"({"view": {"projection": "orthographic"}})",
-                                         R"({"view": {"field_of_view_deg": 5}})",
-                                         R"({"view": {"yaw_deg": 15, "pitch_deg": 10, "field_of_view_deg": 30}})",
-                                         R"({"view": {"field_of_view_deg": 65, "height": 4}})"));
+INSTANTIATE_TEST_SUITE_P(
+    Look, InEveryProjection,
+    testing::Values(NamedView{"orthographic", R"({"view": {"projection": "orthographic"}})"},
+                    NamedView{"far", R"({"view": {"field_of_view_deg": 5}})"},
+                    NamedView{"turned", R"({"view": {"yaw_deg": 15, "pitch_deg": 10, "field_of_view_deg": 30}})"},
+                    NamedView{"wide", R"({"view": {"field_of_view_deg": 65, "height": 4}})"}),
+    [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
 }  // namespace knead::studio::look_test

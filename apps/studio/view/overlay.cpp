@@ -26,7 +26,6 @@ constexpr double kInArrowRadius = 0.03;
 constexpr double kDrawnPixels = 2.5;              // half the width of a line that is drawn on the surface
 constexpr double kSameImage = 1e-9;               // of the radius: images that differ by less are one
 constexpr std::size_t kStretchedAtOnce = 60'000;  // vertices of a shape that is coloured at every step of a drag
-constexpr float kZeroHandleShade = 0.35f;         // shown in the outer region's green
 // Of the parts of a pose: the selected one, and in turn those that hold; free ones are fainter.
 constexpr float kSelectedShade = 1;
 constexpr std::array kPartShades{0.30f, 0.50f, 0.40f, 0.60f};
@@ -108,7 +107,6 @@ std::vector<Stroke> hovering(const Studio& studio) {
       break;
     case ToolUse::inflate:
     case ToolUse::stamp:
-    case ToolUse::handles:
     case ToolUse::mask:
       break;
   }
@@ -382,13 +380,12 @@ render::LiveScene empty_scene(const Studio& studio) {
     scene.background_bottom = background->bottom;
   }
   scene.wireframe = view.wireframe;
-  scene.show_stretch = view.stretch != StretchView::off && studio.tools().settings().tool->use != ToolUse::handles;
+  scene.show_stretch = view.stretch != StretchView::off;
   if (studio.fit().is_open()) {
     scene.show_stretch = true;
     return scene;
   }
-  scene.show_influence =
-      view.influence || studio.tools().settings().tool->use == ToolUse::handles || shows_parts(studio);
+  scene.show_influence = view.influence || shows_parts(studio);
   return scene;
 }
 
@@ -534,18 +531,6 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
     return parts(studio);
   }
   part_mesh_.reset();
-  const bool handles = studio.tools().settings().tool->use == ToolUse::handles;
-  if (handles) {
-    std::vector<float> values(studio.document().shown().state.positions.size());
-    for (std::size_t i = 0; i < studio.tools().placed().handles.size(); ++i) {
-      const std::uint8_t handle = studio.tools().placed().handles[i];
-      values[i] = handle == kFullHandle ? 1.0f : handle == kZeroHandle ? kZeroHandleShade : 0.0f;
-    }
-    influencing_.clear();
-    has_influence_ = true;
-    stretched_ = StretchView::off;
-    return values;
-  }
   if (studio.view().settings().stretch != StretchView::off) return stretch(studio);
   if (std::exchange(stretched_, StretchView::off) != StretchView::off) {
     influencing_.clear();
@@ -573,8 +558,6 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
 }
 
 std::string Overlay::placement_problem(const Studio& studio) {
-  const auto* handles = studio.gesture() ? std::get_if<HandlesGesture>(&studio.gesture()->kind) : nullptr;
-  if (handles != nullptr) return refusal_of(*handles, studio.tools().settings());
   const std::optional<Placement>& placement = studio.tools().placed().placement;
   if (!studio.tools().settings().tool->turning.takes_limit_cylinder || !studio.tools().settings().uses_limit_cylinder ||
       !placement || !placement->limit_cylinder)

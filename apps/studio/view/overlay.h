@@ -10,7 +10,7 @@
 #include "gestures/picker.h"
 #include "knead/flow.h"
 #include "knead/render.h"
-#include "knead/replay.h"
+#include "knead/shape_state.h"
 #include "knead/tools.h"
 #include "studio.h"
 

@@ -6,7 +6,7 @@
 
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/replay.h"
+#include "knead/shape_state.h"
 #include "knead/workbench.h"
 
 namespace knead::studio {

@@ -1,4 +1,4 @@
-// Stretches: guards against thin zones and handles that tear, the colours, the offer to remesh.
+// Stretches: guards against thin zones, the colours, the offer to remesh.
 #include "view/overlay.h"
 
 #include <gtest/gtest.h>
@@ -197,32 +197,6 @@ TEST_F(StretchTest, OffersToRemeshWhatIsFinerThanTheTriangles) {
   EXPECT_GT(painted(10242, 0.2), 10u);
   EXPECT_EQ(painted(40962, 0.2), 0u) << "the stroke itself is smooth";
   EXPECT_EQ(painted(10242, 0.02), 0u) << "too little to be seen";
-}
-
-// What moves reaches across the shape on both sides of what stays, with little room between.
-constexpr const char* kNarrowGap = R"({"tool": "handles"}
-{"set": {"radius": 0.3, "mirror": [true, false, false]}}
-{"drag": [[0.25, 0.9, 0.3], [0.25, -0.9, 0.3]], "steps": 40}
-{"drag": [[0.7, 0.6, 0.3], [0.7, -0.6, 0.3]], "steps": 40}
-{"set": {"handle": "zero", "mirror": [false, false, false], "radius": 0.16}}
-{"drag": [[0, 0.95, 0.3], [0, -0.95, 0.3]], "steps": 60}
-{"set": {"handle": "move"}}
-)";
-
-TEST_F(StretchTest, HandlesThatWouldTearTheShapeAreRefusedUnlessAskedFor) {
-  Studio studio(options());
-  run(studio, ball(10242) + kNarrowGap);
-  const std::vector<Vec3d> before = positions(studio);
-  run(studio, R"({"drag": [[0.5, 0, 0.86], [0.5, 0.3, 0.86]], "steps": 3})");
-  EXPECT_NE(errors(studio).find("would run"), std::string::npos);
-  EXPECT_TRUE(positions(studio) == before);
-  EXPECT_TRUE(studio.document().shown().history.empty());
-  run(studio, R"({"set": {"handles_anyway": true}}
-{"drag": [[0.5, 0, 0.86], [0.5, 0.3, 0.86]], "steps": 3})");
-  EXPECT_EQ(errors(studio), "");
-  EXPECT_EQ(studio.document().shown().history.size(), 1u);
-  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
-  studio.document().close();
 }
 
 TEST_F(StretchTest, ThePlacedToolIsEstimatedBeforeItIsUsed) {

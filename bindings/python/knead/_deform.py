@@ -53,7 +53,7 @@ def deform(
         (paint along a path, stamps, vertex numbers, relax). A limit cylinder is then checked against them.
     relative_tolerance: position error of one path line over one segment, relative to `diagonal`; above 0.
     precision: "float32" or "float64", in which fields are evaluated. Positions are float64 in both cases.
-    integrator: "tsit5", "dp54", "bs32" or "rk4".
+    integrator: "tsit5" or "rk4".
     threads: 0 means all; the result does not depend on it.
     inverse: applies the session backwards: takes deformed vertices back.
     until: the number of strokes to apply; 2.5 is two and half of the third.

@@ -41,19 +41,6 @@ Timing timing(int count, const std::string& ease, int hold, double fps) {
   return {frames, fps};
 }
 
-// Replays the session on the mesh, and gives each frame to the function. Returns false where the callback ends it.
-bool play(const Mesh& mesh, const Session& session, ReplayOptions options, const py::object& callback) {
-  Progress progress;
-  options.progress = &progress;
-  ReplayResult replayed;
-  const bool is_done = run_watched(callback, progress, [&] {
-    progress.total = total_work(mesh, session, options);
-    replayed = replay(borrow(mesh), session, options);
-  });
-  if (is_done) require_done(replayed.status, session, replayed.failed_line);
-  return is_done;
-}
-
 py::object frames_of(const py::object& vertices, const Session& session, const py::object& faces,
                      const Accuracy& accuracy, const Timing& how, const py::object& callback) {
   const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
@@ -62,7 +49,7 @@ py::object frames_of(const py::object& vertices, const Session& session, const p
   options.frames = how.frames;
   std::vector<std::vector<Vec3d>> frames;
   options.frames.deliver = [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); };
-  if (!play(mesh, session, options, callback)) return py::none();
+  if (!replay_watched(callback, mesh, session, options)) return py::none();
   const std::size_t count = frames.empty() ? 0 : frames.front().size();
   DoubleArray result({static_cast<py::ssize_t>(frames.size()), static_cast<py::ssize_t>(count), py::ssize_t{3}});
   double* to = result.mutable_data();
@@ -81,8 +68,8 @@ bool animate(const std::filesystem::path& path, const py::object& vertices, cons
   ReplayOptions options;
   options.motion = motion_options(accuracy);
   options.frames = how.frames;
-  const auto write =
-      animation_writer(path, source, will_remesh(mesh, session, options), {frame_count(how.frames), how.fps});
+  const auto write = animation_writer(path, source, Replay(borrow(mesh), session, options).remeshes(),
+                                      {frame_count(how.frames), how.fps});
   DeformedShape last;  // written once the callback can no longer say no
   options.frames.deliver = [&](const ReplayFrame& frame) {
     if (frame.index + 1 < frame_count(how.frames)) {
@@ -91,7 +78,7 @@ bool animate(const std::filesystem::path& path, const py::object& vertices, cons
       last = frame.shape;
     }
   };
-  if (!play(mesh, session, options, callback)) return false;
+  if (!replay_watched(callback, mesh, session, options)) return false;
   write({frame_count(how.frames) - 1, last});
   return true;
 }

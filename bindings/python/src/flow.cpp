@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "arrays.h"
+#include "knead/derivatives.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/tools.h"
@@ -32,8 +33,7 @@ MotionOptions motion_options(const Accuracy& accuracy) {
   }
   const std::optional<Integrator> integrator = integrator_named(accuracy.integrator);
   if (!integrator) {
-    throw InvalidInput(
-        fmt::format("integrator must be \"tsit5\", \"dp54\", \"bs32\" or \"rk4\", got \"{}\"", accuracy.integrator));
+    throw InvalidInput(fmt::format("integrator must be \"tsit5\" or \"rk4\", got \"{}\"", accuracy.integrator));
   }
   motion.integrator = *integrator;
   return motion;
@@ -92,10 +92,8 @@ struct Request {
 void refuse(std::span<const Vec3d> points, const Session& session, const ReplayOptions& options) {
   Mesh cloud;
   cloud.positions.assign(points.begin(), points.end());
-  Progress progress;
-  ReplayResult replayed;
-  run_watched(py::none(), progress, [&] { replayed = replay(std::move(cloud), session, options); });
-  require_done(AdvectStatus::step_limit, session, replayed.failed_line);
+  replay_watched(py::none(), cloud, session, options);
+  require_done(AdvectStatus::step_limit, session, 0);
 }
 
 // Moves the points where they lie if they are the caller's `out`, else a copy. With a callback always a copy, so that
@@ -120,22 +118,14 @@ py::object move(const Request& request, const Accuracy& accuracy, const std::fun
 
 // Applies the session to a mesh, with all checks that need the faces.
 py::object replay_on(const Request& request, const Session& session, const py::object& faces,
-                     const ReplayOptions& given) {
-  Mesh mesh = mesh_from(request.points, faces);
-  ReplayOptions options = given;
-  Progress progress;
-  options.progress = &progress;
-  if (will_remesh(mesh, session, options)) {
+                     const ReplayOptions& options) {
+  const Mesh mesh = mesh_from(request.points, faces);
+  if (Replay(borrow(mesh), session, options).remeshes()) {
     throw InvalidInput("the session remeshes, so its result has other vertices and faces; use knead.remesh");
   }
-  ReplayResult replayed;
-  const bool is_done = run_watched(request.progress, progress, [&] {
-    progress.total = total_work(mesh, session, options);
-    replayed = replay(std::move(mesh), session, options);
-  });
-  if (!is_done) return py::none();
-  require_done(replayed.status, session, replayed.failed_line);
-  return request.target.take(array_of(replayed.shape.positions()), request.points.is_float32);
+  const std::optional<ReplayResult> replayed = replay_watched(request.progress, mesh, session, options);
+  if (!replayed) return py::none();
+  return request.target.take(array_of(replayed->shape.positions()), request.points.is_float32);
 }
 
 // What Python gives to deform, whatever the session is.

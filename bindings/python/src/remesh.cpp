@@ -52,7 +52,6 @@ py::object remesh_moved(const py::object& vertices, const py::object& faces, con
   ReplayResult replayed;
   std::string report;
   const bool is_done = run_watched(callback, progress, [&] {
-    progress.total = total_work(mesh, session, options);
     replayed = replay(borrow(mesh), session, options);
     if (replayed.status == AdvectStatus::done) report = to_json(make_report(mesh, replayed, options, {}));
   });
@@ -73,22 +72,16 @@ py::object certificate(const py::object& before, const py::object& after, const 
   options.motion = motion_options(accuracy);
   options.progress = &progress;
   std::string json;
-  const bool is_done = run_watched(callback, progress, [&] {
-    progress.total = total_work(mesh, session, options);
-    json = to_json(certify(mesh, moved.span(), session, options));
-  });
+  const bool is_done =
+      run_watched(callback, progress, [&] { json = to_json(certify(mesh, moved.span(), session, options)); });
   return is_done ? py::object(py::str(json)) : py::object(py::none());
 }
 
 py::tuple resolve(const py::object& vertices, const py::object& faces, const Session& session, int threads) {
   const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
-  Progress progress;
   ReplayOptions options;
   options.motion.threads = threads;
-  options.progress = &progress;
-  ReplayResult replayed;
-  run_watched(py::none(), progress, [&] { replayed = replay(borrow(mesh), session, options); });
-  require_done(replayed.status, session, replayed.failed_line);
+  const ReplayResult replayed = *replay_watched(py::none(), mesh, session, options);
   return py::make_tuple(replayed.resolved, replayed.warnings);
 }
 

@@ -111,4 +111,14 @@ void require_done(AdvectStatus status, const Session& session, std::size_t faile
   throw AccuracyError(to_string(Place{session.name, failed_line}) + ": " + kStepLimitAdvice);
 }
 
+std::optional<ReplayResult> replay_watched(const py::object& callback, const Mesh& mesh, const Session& session,
+                                           ReplayOptions options) {
+  Progress progress;
+  options.progress = &progress;
+  ReplayResult result;
+  if (!run_watched(callback, progress, [&] { result = replay(borrow(mesh), session, options); })) return std::nullopt;
+  require_done(result.status, session, result.failed_line);
+  return result;
+}
+
 }  // namespace knead::python

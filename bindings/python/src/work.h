@@ -4,6 +4,7 @@
 #include <pybind11/pybind11.h>
 
 #include <functional>
+#include <optional>
 #include <stdexcept>
 
 #include "knead/error.h"
@@ -29,5 +30,10 @@ bool run_watched(const py::object& callback, Progress& progress, const std::func
 
 // Throws AccuracyError for the status step_limit.
 void require_done(AdvectStatus status, const Session& session, std::size_t failed_line);
+
+// Returns replay() of the session, run by run_watched(); nothing where that returns false. Replaces options.progress.
+// Throws AccuracyError for the status step_limit. The mesh must outlive the result.
+std::optional<ReplayResult> replay_watched(const py::object& callback, const Mesh& mesh, const Session& session,
+                                           ReplayOptions options);
 
 }  // namespace knead::python

@@ -58,7 +58,7 @@ void read_option(const JsonMember& member, Options& options) {
     replay.motion.relative_tolerance = value.number();
   } else if (key == "integrator") {
     const auto found = value.is_text() ? integrator_named(value.text()) : std::nullopt;
-    if (!found) fail(key, "\"tsit5\", \"dp54\", \"bs32\" or \"rk4\"");
+    if (!found) fail(key, "\"tsit5\" or \"rk4\"");
     replay.motion.integrator = *found;
   } else if (key == "precision") {
     const std::string text = value.is_text() ? value.text() : "";
@@ -97,8 +97,8 @@ ReplayResult replay_or_throw(const std::shared_ptr<const Mesh>& mesh, const Sess
   Progress progress;
   if (options.has_progress) {
     with_progress.progress = &progress;
-    const auto total = static_cast<double>(std::max<std::uint64_t>(total_work(*mesh, session, with_progress), 1));
-    with_progress.on_stroke = [&progress, total](const AppliedStroke&) {
+    with_progress.on_stroke = [&progress](const AppliedStroke&) {
+      const auto total = static_cast<double>(std::max<std::uint64_t>(progress.total, 1));
       tell_progress(std::min(static_cast<double>(progress.done) / total, 1.0));
     };
   }

@@ -14,7 +14,7 @@ export interface Options {
   tolerance?: number;
   /** Of the fields' evaluation: 'float'. */
   precision?: 'float' | 'double';
-  integrator?: 'tsit5' | 'dp54' | 'bs32' | 'rk4';
+  integrator?: 'tsit5' | 'rk4';
   /** Applies the session backwards. */
   inverse?: boolean;
   /** Only so many strokes; 2.5: two and half of the third. */

@@ -9,7 +9,7 @@ const storeEvery = 500; // ms
 const mostFailures = 10; // one after the other
 const mostBytes = 2 ** 31; // of a file: the program has 4 GB for it and all that it makes of it
 const single = ['knead_studio.mjs', 'knead_studio.wasm'];
-const threaded = ['knead_studio_threads.mjs', 'knead_studio_threads.wasm', 'knead_studio_threads.worker.js'];
+const threaded = [KNEAD_THREADED]; // the names come from `./dev web`
 
 const canvas = document.getElementById('canvas');
 const notice = document.getElementById('notice');

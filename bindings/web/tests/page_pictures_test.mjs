@@ -25,7 +25,6 @@ const tools = {
   stretch: ['8', turned(at(-30, 0))],
   twist: ['9', turned(at(-20, 40))],
   bend: ['0', turned(at(-20, 0))],
-  handles: ['-', dragged(at(-60, 0), at(80, 20))],
   pins: ['p', dragged(at(20, 60), at(-40, 120))],
   mask: ['m', dragged(at(-60, -40), at(80, 40))],
 };

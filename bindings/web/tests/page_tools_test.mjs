@@ -97,23 +97,6 @@ describe("the page's tools", { skip }, () => {
     assert.equal(made.at(-1).tool, 'stamp');
   });
 
-  it('handles: one part is marked to move, another to stay', async (test) => {
-    const page = await openSphere(test);
-    await choose(page.tab, '-');
-    await drag(page.tab, middle, beside);
-    await page.tab.keyboard.down('Control');
-    await drag(page.tab, { x: middle.x - 60, y: middle.y + 170 }, { x: middle.x + 60, y: middle.y + 170 });
-    await page.tab.keyboard.up('Control');
-    await picture(page.tab, 'handles_marked');
-    await page.tab.mouse.click(190, 41); // the list in the bar above the picture
-    await settle(page.tab);
-    await page.tab.mouse.click(170, 131); // Drag
-    await settle(page.tab);
-    await drag(page.tab, middle, { x: middle.x + 20, y: middle.y - 25 });
-    const made = await strokesAsCommand(page, 'handles');
-    assert.equal(made.at(-1).tool, 'handles');
-  });
-
   it('mask: what is painted stays', async (test) => {
     const page = await openSphere(test);
     await choose(page.tab, 'm');

@@ -260,8 +260,11 @@ TEST_P(OffBinary, IsReadAndWrittenInItsOwnForm) {
 
 INSTANTIATE_TEST_SUITE_P(Off, OffBinary,
                          testing::Values(BinaryForm{std::endian::big, true}, BinaryForm{std::endian::big, false},
-                                         BinaryForm{std::endian::little, true},
-                                         BinaryForm{std::endian::little, false}));
+                                         BinaryForm{std::endian::little, true}, BinaryForm{std::endian::little, false}),
+                         [](const auto& test) {
+                           return std::string(test.param.order == std::endian::big ? "big" : "little") +
+                                  (test.param.color_counts ? "_with_colour_counts" : "");
+                         });
 
 TEST(Off, ErrorsInBinaryNameTheByte) {
   const std::string bytes = binary({std::endian::big, true});

@@ -49,6 +49,17 @@ vtkSmartPointer<vtkStructuredGrid> curvilinear(vtkDataSet& source, const int* ex
   return grid;
 }
 
+// Takes other types and corners of the cells; the faces of polyhedra stay. VTK 9.4 stores these in another way, and its
+// function of the old name takes no grid without them.
+template <class Grid>
+void set_cells(Grid& grid, vtkUnsignedCharArray* types, vtkCellArray* cells) {
+  if constexpr (requires { grid.GetPolyhedronFaces(); }) {
+    grid.SetPolyhedralCells(types, cells, grid.GetPolyhedronFaceLocations(), grid.GetPolyhedronFaces());
+  } else {
+    grid.SetCells(types, cells, grid.GetFaceLocations(), grid.GetFaces());
+  }
+}
+
 // A voxel has axes along those of space, which it loses when it is deformed.
 void use_general_cells(vtkUnstructuredGrid& grid) {
   vtkUnsignedCharArray* const types = grid.GetCellTypesArray();
@@ -69,7 +80,7 @@ void use_general_cells(vtkUnstructuredGrid& grid) {
     own_cells->ReplaceCellAtId(i, corners);
     own_types->SetValue(i, own_types->GetValue(i) == VTK_VOXEL ? VTK_HEXAHEDRON : VTK_QUAD);
   }
-  grid.SetCells(own_types, own_cells, grid.GetFaceLocations(), grid.GetFaces());
+  set_cells(grid, own_types, own_cells);
 }
 
 vtkSmartPointer<vtkPointSet> copied(vtkDataSet& source) {

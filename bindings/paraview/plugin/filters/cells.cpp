@@ -51,15 +51,11 @@ std::optional<CellKind> kind_of(int type) {
   }
 }
 
-void add_polyhedron(vtkUnstructuredGrid& grid, vtkIdType cell, VolumeCells& cells) {
-  vtkIdType faces = 0;
-  const vtkIdType* numbers = nullptr;
-  grid.GetFaceStream(cell, faces, numbers);
-  for (vtkIdType f = 0; f < faces; ++f) {
-    const vtkIdType size = *numbers;
-    cells.faces.insert(cells.faces.end(), numbers, numbers + size + 1);
-    numbers += size + 1;
-  }
+void add_polyhedron(vtkUnstructuredGrid& grid, vtkIdType cell, vtkIdList* stream, VolumeCells& cells) {
+  grid.GetFaceStream(cell, stream);  // the number of faces, then for each its number of corners and these
+  const vtkIdType* const numbers = stream->GetPointer(0);
+  if (stream->GetNumberOfIds() > 0)
+    cells.faces.insert(cells.faces.end(), numbers + 1, numbers + stream->GetNumberOfIds());
   cells.first.push_back(cells.faces.size());
   cells.polyhedron_numbers.push_back(cell);
 }
@@ -148,10 +144,11 @@ VolumeCells volume_cells(vtkPointSet& set) {
   reserve(cells.linear, reader, count);
   cells.linear_numbers.reserve(cells.linear.kinds.capacity());
   std::array<std::uint32_t, 8> corners{};
+  vtkNew<vtkIdList> stream;
   for (vtkIdType i = 0; i < count; ++i) {
     if (ghosts != nullptr && (ghosts->GetValue(i) & hidden) != 0) cells.is_counted[static_cast<std::size_t>(i)] = 0;
     const int type = reader.type_of(i);
-    if (type == VTK_POLYHEDRON && grid != nullptr) add_polyhedron(*grid, i, cells);
+    if (type == VTK_POLYHEDRON && grid != nullptr) add_polyhedron(*grid, i, stream, cells);
     const std::optional<CellKind> kind = kind_of(type);
     if (!kind) continue;
     const std::span<const vtkIdType> numbers = reader.points_of(i);

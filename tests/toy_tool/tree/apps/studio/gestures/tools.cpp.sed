@@ -3,7 +3,7 @@ Stroke pushed(const ToolSettings& settings, const Placement& at, double amount, 
   return ToyStroke{at.center, at.z * amount, settings.radius, settings.inner_ratio};\
 }\
 
-/\.name = "Handles"/i\
+/\.name = "Pose"/i\
     {.name = "Toy",\
      .key = "Shift+1",\
      .use = ToolUse::turn,\

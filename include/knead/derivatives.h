@@ -1,0 +1,67 @@
+// Derivatives of a deformation with respect to the parameters of its session.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "knead/error.h"
+#include "knead/replay.h"
+#include "knead/session.h"
+#include "knead/vec.h"
+
+namespace knead {
+
+// How path lines are followed for their derivatives, always in double.
+struct DerivativeOptions {
+  // Error of one path line and of its derivative over one segment: of the place as a fraction of the diagonal, of the
+  // derivative as a fraction of itself. From 1e-13 to 1.
+  double relative_tolerance = 1e-8;
+  std::optional<double> diagonal{};  // by default that of the points' box
+  int threads = 0;                   // 0: as many as the machine has
+  Progress* progress = nullptr;      // counts points times segments
+};
+
+// Points where a flow takes them, and how they move there per unit of a direction in the space of the parameters.
+struct PointTangents {
+  std::vector<Vec3d> points;
+  std::vector<Vec3d> tangents;
+};
+
+// The derivatives of the map that a session applies to points with respect to its parameters, at their values. The map
+// is that of the exact flow (docs/decisions/0037-derivatives.md).
+class SessionDerivatives {
+ public:
+  // Throws InvalidInput where flow_of does; naming it, for a parameter of which the flow has no derivative: it chooses
+  // a whole number or how many segments there are, or it is in a mask, or in the nodes of a grid.
+  // Costs some 20 flow_of() for each parameter, each with the solution of its pins. Throws Cancelled.
+  explicit SessionDerivatives(const Session& session, const SessionPart& part = {}, int threads = 0,
+                              const Progress* progress = nullptr);
+  SessionDerivatives(const SessionDerivatives&) = delete;
+  SessionDerivatives& operator=(const SessionDerivatives&) = delete;
+  ~SessionDerivatives();
+
+  // Returns the number of the flow's segments.
+  std::size_t segments() const;
+
+  // Forwards: returns where the flow takes each of the points, and the derivative of that place along the direction,
+  // one number for each parameter of the session. The bits of a result depend on its point and the diagonal alone.
+  // Cost: about 0.1 ms for a point and segment of one field. Throws InvalidInput for numbers that are not finite or not
+  // so many, a tolerance out of range, and a path line that needs over a million steps; Cancelled.
+  PointTangents jvp(std::span<const Vec3d> points, std::span<const double> direction,
+                    const DerivativeOptions& options) const;
+
+  // Backwards: returns the gradient with respect to each parameter of a function of the deformed points, from its
+  // gradient with respect to these, one vector for each point. Sums are taken in a fixed order: the result does not
+  // depend on the number of threads. Cost: that of jvp() for each three parameters. Throws as jvp.
+  std::vector<double> vjp(std::span<const Vec3d> points, std::span<const Vec3d> gradient,
+                          const DerivativeOptions& options) const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<const Parts> parts_;
+};
+
+}  // namespace knead

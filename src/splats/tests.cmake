@@ -1,0 +1,2 @@
+knead_test(knead_splats_test SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/splats_test.cpp)
