@@ -1,7 +1,7 @@
 // The shape in an editor: strokes that are applied while they are made, undone, redone and edited.
 //
-// The shape always has the bits that replay() (knead/replay.h) gives for strokes() with the default options, those of
-// the command; but for a gesture that follows a pointer (set_live), and what finish_later leaves.
+// The shape has the bits that a replay (knead/replay.h) of strokes() gives with the default options, those of the
+// command, except during a gesture that follows a pointer (set_live), and until settle() after finish_later().
 #pragma once
 
 #include <chrono>
@@ -23,22 +23,23 @@
 
 namespace knead {
 
-// How to turn a shape that some strokes of a gesture have deformed into one that others have. Remesh settings have no
-// effect on it.
+// The difference between two lists of a gesture's strokes: what to apply to a shape with the old strokes to get the
+// shape with the new ones. Ignores remesh settings.
 struct StrokeDelta {
   bool from_start = false;    // apply all of the new strokes, to the shape at the start of the gesture
   std::size_t first_new = 0;  // else apply the strokes from this one on,
   std::optional<Flow> rest;   // after this rest of the stroke before it
-  // The rest as a stroke. Nothing: the whole stroke takes its place. Of a stroke that is no flow this is applied.
+  // The rest as a stroke, for the session file; nothing: the file gets the whole stroke. Applied in place of `rest` if
+  // the stroke is no flow.
   std::optional<SessionStroke> rest_as_line;
 
-  // Returns whether nothing is left to apply.
+  // Returns true if nothing is left to apply.
   bool is_nothing(std::size_t new_strokes) const {
     return !from_start && !rest && !rest_as_line && first_new == new_strokes;
   }
 };
 
-// Returns how to get from the strokes applied before to the strokes of now.
+// Returns the difference between the strokes applied before and those to apply now.
 StrokeDelta stroke_delta(std::span<const SessionStroke> before, std::span<const SessionStroke> now);
 
 // What a finished gesture became.
@@ -49,26 +50,25 @@ struct HistoryEntry {
   std::vector<std::string> warnings;   // a sentence each
 };
 
-// How the lines of a session file that holds the strokes follow a change: undo the last `taken_back` lines, then append
-// these.
+// The change of a session file that holds the strokes: undo the last `taken_back` lines, then append these.
 struct LineChange {
   std::size_t taken_back = 0;
   std::vector<SessionStroke> appended;
 
-  // Returns whether nothing changed.
+  // Returns true if nothing changed.
   bool empty() const { return taken_back == 0 && appended.empty(); }
 };
 
-// The result of a call. Unless is_done, the shape is as it was before the call.
+// The result of a call. Unless is_done(), the call did not change the shape.
 struct WorkResult {
   AdvectStatus status = AdvectStatus::done;
-  std::string refusal;  // why the shape cannot take a stroke; empty: it could
+  std::string refusal;  // why a stroke cannot be applied to the shape; empty: it was applied
   LineChange lines;
-  // Of strokes that read the surface: the last stroke that they became, e.g. the contacts of a stamp with the place and
-  // displacement of each.
+  // For strokes that read the surface: the last stroke that they became, e.g. the contacts of a stamp with their
+  // positions and displacements.
   std::optional<Stroke> part{};
 
-  // Returns whether the work is complete.
+  // Returns true if the work is complete.
   bool is_done() const { return status == AdvectStatus::done && refusal.empty(); }
 };
 
@@ -79,10 +79,10 @@ class KeptState;
 
 }  // namespace session_detail
 
-// What a workbench keeps for undo.
+// The memory of the states that a workbench keeps for undo.
 struct UndoMemory {
-  std::size_t bytes = 0;   // beyond the shape at the start; states share what is equal in them
-  std::size_t states = 0;  // that undo, redo and looking back reach at once
+  std::size_t bytes = 0;   // besides the shape at the start; equal parts of states count once
+  std::size_t states = 0;  // that undo, redo and state_after() reach without computing
 };
 
 // For one thread at a time. A call that takes a Progress can be cancelled from another thread.
@@ -93,53 +93,52 @@ class Workbench {
   explicit Workbench(Mesh mesh, std::filesystem::path folder = {}, std::vector<std::uint32_t> face_labels = {},
                      int threads = 0);
 
-  // The shape as it is, the current gesture included; and the shape at the start.
+  // Return the present shape, including the current gesture; and the shape at the start.
   const ShapeState& state() const { return live_.empty() ? last_state() : live_state_; }
   const ShapeState& base() const { return base_; }
 
-  // Returns the shape before the current gesture, or without one before the last entry of the history; nothing if that
-  // is not kept, or there is no entry.
+  // Returns the shape before the current gesture; without a gesture, the shape before the last entry of the history.
+  // Returns nothing if that state is not kept, or if there is no entry.
   std::optional<ShapeState> state_before() const;
 
   // Replaces the strokes of the current gesture. If the new list only extends the old one, only the new part is
   // computed; otherwise the gesture is recomputed from its start. An empty list gives the gesture up. Remesh settings
   // have no effect before finish.
-  // `follows`: the strokes come from a pointer on its way. A pose then goes on from where the last one of the gesture
-  // came to, in the time of a few of its steps, and the shape is only about what it will be: a call without `follows`,
-  // or the end of the gesture, computes it as a whole.
+  // `follows`: the strokes come from a moving pointer. A pose then continues from its last position by a few steps, and
+  // the shape is an approximation. A call without `follows`, or the end of the gesture, computes it completely.
   WorkResult set_live(std::vector<SessionStroke> strokes, Progress* progress = nullptr, bool follows = false);
   const std::vector<SessionStroke>& live() const { return live_; }
 
-  // Prepares the first step of the next gesture (about 60 ns a vertex), so that it takes no longer than later steps.
+  // Prepares the first step of the next gesture (about 60 ns a vertex), which then takes no longer than later steps.
   void prepare();
 
   // Appends the current gesture to the history, and remeshes its strokes that have settings. Drops what redo would
   // bring back. Does nothing without a gesture. If it is not done, the gesture remains the current one.
   WorkResult finish(Progress* progress = nullptr);
 
-  // The same, but leaves remeshing, and all that follows from it, for settle(): until then the shape only shows about
-  // what it will be. What is saved, and the lines of the session file, are right at once.
+  // Does the same, but leaves remeshing, and everything that depends on it, to settle(): until then the shape is an
+  // approximation. strokes() and the lines of the session file are correct at once.
   WorkResult finish_later(Progress* progress = nullptr);
 
-  // Returns whether the shape is the true one: nothing is left for settle().
+  // Returns true if the shape is exact: nothing is left for settle().
   bool is_settled() const { return now_.empty() || !now_.back()->is_provisional; }
 
-  // Computes what finish_later left, with the bits that finish would have given. Removes entries that the true shape
-  // cannot take; `refusal` says why. Cancelled, it keeps what is complete. The calls below that need a true shape begin
-  // with it. Not during a gesture.
+  // Computes what finish_later() left, with the bits of finish(). Removes entries that cannot be applied to the exact
+  // shape; `refusal` says why. If it is cancelled, it keeps what is complete. The calls below that need an exact shape
+  // call it first. Must not be called during a gesture.
   WorkResult settle(Progress* progress = nullptr);
 
-  // The history, first to last, and what redo would bring back, next first. The entries are immutable.
+  // Return the history, first to last, and the entries that redo would restore, next first. Entries are immutable.
   std::vector<std::shared_ptr<const HistoryEntry>> done() const;
   std::vector<std::shared_ptr<const HistoryEntry>> redoable() const;
 
-  // Returns whether there is something to undo.
+  // Returns true if there is something to undo.
   bool can_undo() const { return !undo_.empty() || !live_.empty(); }
-  // Returns whether there is something to redo.
+  // Returns true if there is something to redo.
   bool can_redo() const { return !redo_.empty(); }
 
-  // Takes back, or repeats, the last change of the history: an entry, or an edit. Gives the current gesture up first,
-  // and undo then does only that. Does nothing if there is nothing to undo.
+  // Undo or redo the last change of the history: an entry, or an edit. During a gesture, undo only discards the
+  // gesture, and redo discards it first. Do nothing if there is nothing to undo or redo.
   WorkResult undo(Progress* progress = nullptr);
   WorkResult redo(Progress* progress = nullptr);
 
@@ -147,9 +146,9 @@ class Workbench {
   // Throws std::out_of_range.
   WorkResult edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress* progress = nullptr);
 
-  // Makes the history consist of these entries (without those that have no strokes), as one change that undo takes
-  // back. Computes only what follows the first stroke that does something else than before: names do not matter, nor
-  // do strokes that are off. `again`: takes the place of the last change, which was an arrangement too.
+  // Replaces the history by these entries (without those that have no strokes), as one change for undo. Computes only
+  // what follows the first stroke with another effect than before; names and strokes that are off have none. `again`:
+  // replaces the last change, which was an arrangement, too.
   WorkResult arrange(const std::vector<std::vector<SessionStroke>>& entries, bool again, Progress* progress = nullptr);
 
   // Appends strokes to the history, an entry for every gesture (`strokes_of_gestures`).
@@ -162,10 +161,10 @@ class Workbench {
   // joined.
   std::vector<SessionStroke> strokes() const;
 
-  // Limits the memory of the states that are kept for undo. Above it, states are dropped: first every second one of
-  // those farther than a hundred entries from the present, then nearer ones. The present one always stays. A dropped
-  // state is made again, with the same bits, from the kept one before it when undo, redo or state_after needs it; that
-  // takes as long as applying the strokes between. Default: 1 GiB.
+  // Limits the memory of the states that are kept for undo. Above the limit, drops states: first every second one of
+  // those farther than a hundred entries from the present, then nearer ones. The present state always stays. When undo,
+  // redo or state_after() needs a dropped state, it is computed again, with the same bits, from the kept one before it;
+  // this takes as long as applying the strokes between. Default: 1 GiB.
   void limit_memory(std::size_t bytes);
   UndoMemory undo_memory() const;
 
@@ -173,12 +172,12 @@ class Workbench {
   struct Entry {
     HistoryEntry info;
     std::shared_ptr<const session_detail::KeptState> after;  // null: dropped, and computed again when needed
-    bool is_provisional = false;  // `after` is only about right; then those of all later entries are, too
+    bool is_provisional = false;  // `after` is an approximation; then those of all later entries are, too
   };
   using History = std::vector<std::shared_ptr<Entry>>;
   class Comparison;
 
-  // How to get to another history: keep the first entries of this one, then append others.
+  // A change to another history: keep the first entries of this one, then append others.
   struct Change {
     std::size_t common = 0;
     History rest;
@@ -220,11 +219,11 @@ class Workbench {
   std::filesystem::path folder_;
   DeformedShape shape_;
   ShapeState base_;
-  std::optional<ShapeState> at_;  // where the shape is; std::nullopt: part-way
+  std::optional<ShapeState> at_;  // the state of shape_; std::nullopt: between two states
   std::optional<Kept> kept_;
   std::uint64_t steps_ = 0;            // accepted, of all work
-  std::optional<Stroke> part_;         // WorkResult's, of the work since it was last taken
-  std::vector<std::string> warnings_;  // the same
+  std::optional<Stroke> part_;         // for WorkResult::part of the current call
+  std::vector<std::string> warnings_;  // for HistoryEntry::warnings of the current entry
   History now_;
   std::vector<std::size_t> lines_;  // in the session file, of each entry of now_
   std::vector<Change> undo_;
@@ -233,7 +232,7 @@ class Workbench {
   ShapeState live_state_;
   struct Following;  // a pose that follows a pointer
   std::shared_ptr<Following> following_;
-  bool is_about_ = false;  // live_state_ is only about right
+  bool is_approximate_ = false;  // live_state_ is an approximation
   std::size_t live_lines_ = 0;
   double live_seconds_ = 0;
   std::uint64_t live_steps_ = 0;
@@ -241,14 +240,13 @@ class Workbench {
   std::shared_ptr<session_detail::MemoryAccount> account_;
 };
 
-// Groups strokes by the gestures that made them, as far as the strokes tell: every stroke of a group continues
-// (strokes/continued.h) one of the last eight before it, or is the mirror image of one of these. Neighbours with the
-// same name are one group, and those with other names are not. Where a stroke says whether it begins an entry, that
-// counts; the strokes of the result say nothing of it.
+// Groups strokes by the gestures that probably made them: each stroke of a group continues one of the last eight before
+// it, or is the mirror image of one of these. Neighbours with equal names are one group, those with different names are
+// not. SessionStroke::new_entry, if set, decides; it is not set in the result.
 std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<SessionStroke>& strokes);
 
-// Returns the strokes of an entry of the history as a session holds them: those say whether they begin an entry where
-// strokes_of_gestures could not tell. `before`: the strokes of the entry before it; empty for the first.
+// Returns the strokes of an entry of the history as a session holds them, with `new_entry` set where
+// strokes_of_gestures() would group them differently. `before`: the strokes of the entry before; empty for the first.
 std::vector<SessionStroke> strokes_of_entry(const std::vector<SessionStroke>& before,
                                             std::vector<SessionStroke> strokes);
 
@@ -259,18 +257,17 @@ std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes);
 // Returns the change that has the effect of both.
 LineChange joined_changes(LineChange first, LineChange second);
 
-// Returns how much of a gesture is applied, from 0 to kMaxStrength, and changes it. Each path of the gesture is cut,
-// or goes on, as a whole, also where several strokes make it; every other stroke gets the strength itself. The strength
-// of different paths may differ: the first one counts.
+// Return and set the strength of a gesture, from 0 to kMaxStrength. Each path of the gesture is cut or extended as a
+// whole, also if it consists of several strokes; every other stroke gets the strength itself. If the strengths of the
+// paths differ, the first one is returned.
 double strength_of(std::span<const SessionStroke> gesture);
 void set_strength(std::vector<SessionStroke>& gesture, double strength);
 
 // The crash journal: writes every stroke to the disk at once, and recovers the work after the program was killed.
 //
-// A journal is a folder with the shape as it was opened (shape.ply, shape.obj, ...), further ones (shape_2.ply, ...)
+// A journal is a folder with the shape as it was opened (shape.ply, shape.obj, ...), further shapes (shape_2.ply, ...)
 // and session.knead, a session file that only grows. A batch of lines takes effect as a whole: every line but the last
-// ends in a blank, so that a reader recognises a batch that was cut off at any byte. To all other readers a blank at
-// the end of a line means nothing.
+// ends in a blank, which shows a reader that a batch is incomplete. Other readers ignore the blank.
 
 namespace io_detail {
 class AppendFile;
@@ -311,9 +308,8 @@ class Journal {
   // later calls try again, once a second at most.
   std::optional<std::string> trouble() const;
 
-  // Notes the session file of the work, whose name a recovered work keeps. `holds_all`: the file holds the work as it
-  // is now. After a crash the journal is then no unsaved work (is_saved), until something is written again, or the file
-  // is gone.
+  // Notes the session file of the work, whose name a recovered work keeps. `holds_all`: the file holds the present
+  // work; AbandonedJournal::is_saved is then true until something is written again or the file is gone.
   void note_saved(const std::filesystem::path& file, bool holds_all = true) const;
 
   // Removes the folder, after the work was saved elsewhere or given up. Nothing may be written afterwards. Files that

@@ -1,4 +1,4 @@
-// The strength of a gesture of several strokes.
+// Which strokes form a gesture, its strength, the change between two lists of its strokes, and joined strokes.
 #include <algorithm>
 #include <iterator>
 #include <utility>
@@ -11,8 +11,9 @@ namespace knead {
 
 namespace {
 
-// Beyond strength 1, the path of several strokes goes on by a stroke of its own: as long as it can become.
-constexpr double kMaxBeyond = kMaxStrength - 1;
+// Beyond strength 1, an extension extends the path of several strokes: a stroke of its own, made for kMaxStrength.
+constexpr double kMaxExtension = kMaxStrength - 1;
+constexpr std::size_t kMaxImages = 8;  // of one gesture, mirrored in three planes
 
 const std::vector<Vec3d>* path_of(const Stroke& stroke) {
   if (const auto* implicit = std::get_if<ImplicitStroke>(&stroke)) return &implicit->path;
@@ -31,7 +32,7 @@ Stroke with_path(Stroke stroke, std::vector<Vec3d> path) {
   return stroke;
 }
 
-// The pieces of a path that have a length, which are its segments.
+// Returns the number of pieces of a path that have a length; each is a segment.
 double segments_along(const Stroke& stroke) {
   const std::vector<Vec3d>& path = *path_of(stroke);
   double pieces = 0;
@@ -39,19 +40,19 @@ double segments_along(const Stroke& stroke) {
   return pieces;
 }
 
-// Strokes each of which goes on where the one before ended; another one alone.
+// Strokes each of which continues the one before it; or a single stroke.
 struct Chain {
   std::vector<std::size_t> strokes;
-  std::optional<std::size_t> beyond;  // the stroke by which it goes on
+  std::optional<std::size_t> extension;  // the stroke that extends it beyond strength 1
 };
 
 using Strokes = std::span<const SessionStroke>;
 
 bool is_path(const Stroke& stroke) { return path_of(stroke) != nullptr; }
 
-// The stroke by which a chain goes on; nothing where its path has no length. It begins with a piece without length, by
-// which it is known: a piece that a person drew may be just as long.
-std::optional<Stroke> beyond(Strokes strokes, const std::vector<std::size_t>& chain) {
+// Returns the stroke that extends a chain; nothing if its path has no length. It begins with a piece without length,
+// which distinguishes it from strokes that a person drew.
+std::optional<Stroke> extension_of(Strokes strokes, const std::vector<std::size_t>& chain) {
   std::vector<Vec3d> whole;
   for (const std::size_t i : chain) {
     const std::vector<Vec3d>& path = *path_of(strokes[i].stroke);
@@ -65,11 +66,11 @@ std::optional<Stroke> beyond(Strokes strokes, const std::vector<std::size_t>& ch
   return with_path(last, {path[count - 1], path[count - 1], path[count]});
 }
 
-// Whether the stroke is that by which the chain goes on.
-bool is_beyond(Strokes strokes, const Chain& chain, const SessionStroke& stroke) {
+// Returns true if the stroke is the extension of the chain.
+bool is_extension(Strokes strokes, const Chain& chain, const SessionStroke& stroke) {
   const std::vector<Vec3d>& path = *path_of(stroke.stroke);
   if (chain.strokes.size() < 2 || path.size() != 3 || path[0] != path[1]) return false;
-  return beyond(strokes, chain.strokes) == stroke.stroke;
+  return extension_of(strokes, chain.strokes) == stroke.stroke;
 }
 
 std::vector<Chain> chains_of(Strokes strokes) {
@@ -77,11 +78,11 @@ std::vector<Chain> chains_of(Strokes strokes) {
   for (std::size_t i = 0; i < strokes.size(); ++i) {
     const auto goes_on = [&](const Chain& chain) {
       const Stroke& last = strokes[chain.strokes.back()].stroke;
-      return !chain.beyond && is_path(last) && continues(last, strokes[i].stroke);
+      return !chain.extension && is_path(last) && continues(last, strokes[i].stroke);
     };
     const auto found = std::find_if(chains.rbegin(), chains.rend(), goes_on);
-    if (found != chains.rend() && is_beyond(strokes, *found, strokes[i])) {
-      found->beyond = i;
+    if (found != chains.rend() && is_extension(strokes, *found, strokes[i])) {
+      found->extension = i;
       continue;
     }
     Chain& chain = found == chains.rend() ? chains.emplace_back() : *found;
@@ -106,53 +107,14 @@ void cut(std::span<SessionStroke> strokes, const Chain& chain, double strength) 
   }
 }
 
-}  // namespace
-
-double strength_of(std::span<const SessionStroke> gesture) {
-  if (gesture.empty()) return 1;
-  const Chain chain = chains_of(gesture).front();
-  if (chain.strokes.size() == 1) return gesture[chain.strokes.front()].strength;
-  if (chain.beyond) return 1 + kMaxBeyond * gesture[*chain.beyond].strength;
-  double done = 0;
-  for (const std::size_t i : chain.strokes) done += gesture[i].strength * segments_along(gesture[i].stroke);
-  const double pieces = segments_along(gesture, chain);
-  return pieces > 0 ? done / pieces : 1;
-}
-
-void set_strength(std::vector<SessionStroke>& gesture, double strength) {
-  std::vector<SessionStroke> added;
-  std::vector<std::size_t> dropped;
-  for (const Chain& chain : chains_of(gesture)) {
-    if (chain.beyond) dropped.push_back(*chain.beyond);
-    if (chain.strokes.size() == 1) {
-      gesture[chain.strokes.front()].strength = strength;
-      continue;
-    }
-    cut(gesture, chain, std::min(strength, 1.0));
-    if (strength <= 1) continue;
-    std::optional<Stroke> stroke = beyond(gesture, chain.strokes);
-    if (!stroke) continue;
-    added.push_back(gesture[chain.strokes.back()]);
-    added.back().stroke = std::move(*stroke);
-    added.back().strength = (strength - 1) / kMaxBeyond;
-  }
-  std::sort(dropped.rbegin(), dropped.rend());
-  for (const std::size_t i : dropped) gesture.erase(gesture.begin() + static_cast<std::ptrdiff_t>(i));
-  gesture.insert(gesture.end(), added.begin(), added.end());
-}
-
-namespace {
-
-constexpr std::size_t kMaxImages = 8;  // of one gesture, mirrored in three planes
-
-// Of which two are never mirror images of each other.
+// Returns true for strokes that are never mirror images of each other.
 bool stands_alone(const Stroke& stroke) {
   if (std::holds_alternative<MaskStroke>(stroke) || std::holds_alternative<PoseStroke>(stroke)) return true;
   const auto* handles = std::get_if<HandlesStroke>(&stroke);
   return handles != nullptr && !(handles->full_vertices.empty() && handles->zero_vertices.empty());
 }
 
-// Pieces of a side may have been joined: of a path only the beginning is looked at.
+// Returns the stroke with only the first point of its path, since further pieces of one side may have been joined.
 Stroke beginning(const Stroke& stroke) {
   Stroke result = stroke;
   if (auto* implicit = std::get_if<ImplicitStroke>(&result)) implicit->path.resize(1);
@@ -186,6 +148,39 @@ bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& st
 }
 
 }  // namespace
+
+double strength_of(std::span<const SessionStroke> gesture) {
+  if (gesture.empty()) return 1;
+  const Chain chain = chains_of(gesture).front();
+  if (chain.strokes.size() == 1) return gesture[chain.strokes.front()].strength;
+  if (chain.extension) return 1 + kMaxExtension * gesture[*chain.extension].strength;
+  double done = 0;
+  for (const std::size_t i : chain.strokes) done += gesture[i].strength * segments_along(gesture[i].stroke);
+  const double pieces = segments_along(gesture, chain);
+  return pieces > 0 ? done / pieces : 1;
+}
+
+void set_strength(std::vector<SessionStroke>& gesture, double strength) {
+  std::vector<SessionStroke> added;
+  std::vector<std::size_t> dropped;
+  for (const Chain& chain : chains_of(gesture)) {
+    if (chain.extension) dropped.push_back(*chain.extension);
+    if (chain.strokes.size() == 1) {
+      gesture[chain.strokes.front()].strength = strength;
+      continue;
+    }
+    cut(gesture, chain, std::min(strength, 1.0));
+    if (strength <= 1) continue;
+    std::optional<Stroke> stroke = extension_of(gesture, chain.strokes);
+    if (!stroke) continue;
+    added.push_back(gesture[chain.strokes.back()]);
+    added.back().stroke = std::move(*stroke);
+    added.back().strength = (strength - 1) / kMaxExtension;
+  }
+  std::sort(dropped.rbegin(), dropped.rend());
+  for (const std::size_t i : dropped) gesture.erase(gesture.begin() + static_cast<std::ptrdiff_t>(i));
+  gesture.insert(gesture.end(), added.begin(), added.end());
+}
 
 StrokeDelta stroke_delta(std::span<const SessionStroke> before, std::span<const SessionStroke> now) {
   const auto same = [](const SessionStroke& a, const SessionStroke& b) {
@@ -237,15 +232,20 @@ std::vector<SessionStroke> strokes_of_entry(const std::vector<SessionStroke>& be
 }
 
 std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
-  std::vector<SessionStroke> result;
-  for (SessionStroke& stroke : strokes) {
-    std::optional<Stroke> both;
+  return session_detail::joined_where(std::move(strokes), [](const SessionStroke& before, const SessionStroke& stroke) {
     const auto may_join = [](SessionStroke each) {
       each.mirror.clear();
       return is_plain(each) && !each.remesh;
     };
-    const bool same_mirror = !result.empty() && result.back().mirror == stroke.mirror;
-    if (same_mirror && may_join(result.back()) && may_join(stroke)) {
+    return may_join(before) && may_join(stroke);
+  });
+}
+
+std::vector<SessionStroke> session_detail::joined_where(std::vector<SessionStroke> strokes, MayJoin may_join) {
+  std::vector<SessionStroke> result;
+  for (SessionStroke& stroke : strokes) {
+    std::optional<Stroke> both;
+    if (!result.empty() && result.back().mirror == stroke.mirror && may_join(result.back(), stroke)) {
       both = joined(result.back().stroke, stroke.stroke);
     }
     if (both) {
@@ -258,69 +258,3 @@ std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
 }
 
 }  // namespace knead
-
-namespace knead::session_detail {
-
-namespace {
-
-template <class T>
-std::size_t bytes_of(const std::vector<T>& values) {
-  return values.capacity() * sizeof(T);
-}
-
-std::size_t bytes_of(const Mesh& mesh) {
-  std::size_t bytes = bytes_of(mesh.positions) + bytes_of(mesh.face_begin) + bytes_of(mesh.corner_vertex);
-  for (const Attribute& attribute : mesh.attributes) bytes += bytes_of(attribute.values);
-  return bytes;
-}
-
-std::size_t bytes_of(const Provenance& provenance) {
-  std::size_t bytes = bytes_of(provenance.face_source) + bytes_of(provenance.vertex_source);
-  bytes += provenance.touched.capacity() / 8;
-  if (provenance.creases) bytes += bytes_of(*provenance.creases);
-  return bytes;
-}
-
-}  // namespace
-
-MemoryAccount::MemoryAccount(const ShapeState& base) {
-  count(base, true);
-  std::exchange(bytes_, 0);
-}
-
-void MemoryAccount::add(const ShapeState& state) {
-  count(state, true);
-  ++states_;
-}
-
-void MemoryAccount::remove(const ShapeState& state) {
-  count(state, false);
-  --states_;
-}
-
-void MemoryAccount::count(const void* part, std::size_t bytes, bool is_added) {
-  if (part == nullptr) return;
-  if (is_added) {
-    if (++uses_[part] == 1) bytes_ += bytes;
-  } else if (const auto use = uses_.find(part); --use->second == 0) {
-    uses_.erase(use);
-    bytes_ -= bytes;
-  }
-}
-
-void MemoryAccount::count(const ShapeState& state, bool is_added) {
-  state.positions.for_each_chunk([&](const void* chunk, std::size_t bytes) { count(chunk, bytes, is_added); });
-  if (state.mesh) count(state.mesh.get(), bytes_of(*state.mesh), is_added);
-  if (state.provenance) count(state.provenance.get(), bytes_of(*state.provenance), is_added);
-  const std::size_t own = sizeof(ShapeState) + state.positions.table_bytes() + bytes_of(state.normals);
-  bytes_ = is_added ? bytes_ + own : bytes_ - own;
-}
-
-KeptState::KeptState(ShapeState state, std::shared_ptr<MemoryAccount> account)
-    : state_(std::move(state)), account_(std::move(account)) {
-  account_->add(state_);
-}
-
-KeptState::~KeptState() { account_->remove(state_); }
-
-}  // namespace knead::session_detail

@@ -1,4 +1,5 @@
-// Inside of the history: the files in a journal's folder, and the states that are kept for undo.
+// The parts of the history that its sources share: the files of a journal, joined strokes, and the states kept for
+// undo.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +7,9 @@
 #include <memory>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
+#include "knead/session.h"
 #include "knead/shape_state.h"
 
 namespace knead::session_detail {
@@ -16,16 +19,20 @@ inline constexpr const char* kSessionFile = "session.knead";
 // file that it was saved to, or opened from.
 inline constexpr const char* kSavedFile = "saved";
 
-// The whole batches of the journal in this folder. Throws IoError(read), and InvalidInput where not even the header is
-// whole.
+// Returns the complete batches of the journal in this folder. Throws IoError(read), and InvalidInput if the header is
+// incomplete.
 std::string read_journal(const std::filesystem::path& folder);
 
-// States that an editor keeps for undo, and the memory that they take together.
+// Returns true if a stroke with the same mirror planes as the one before it may be joined to that.
+using MayJoin = bool (*)(const SessionStroke& before, const SessionStroke& stroke);
+
+// Joins strokes to those that they continue, where may_join() allows it.
+std::vector<SessionStroke> joined_where(std::vector<SessionStroke> strokes, MayJoin may_join);
 
 // Counts the memory of states that share parts. One thread at a time.
 class MemoryAccount {
  public:
-  // What `base` holds does not count: it is there anyway.
+  // The parts of `base` do not count, because they exist in any case.
   explicit MemoryAccount(const ShapeState& base);
 
   void add(const ShapeState& state);

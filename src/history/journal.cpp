@@ -19,7 +19,6 @@
 #include "knead/shape_state.h"
 #include "knead/workbench.h"
 #include "math/system.h"
-#include "strokes/continued.h"
 
 namespace knead {
 
@@ -57,32 +56,18 @@ class Unheld {
   bool held_;
 };
 
-// Joins the pieces of a stroke that was growing when the program ended (Workbench::live_lines). Of a finished stroke
-// there are none.
-std::vector<SessionStroke> with_joined_pieces(std::vector<SessionStroke> strokes) {
-  std::vector<SessionStroke> result;
-  for (SessionStroke& stroke : strokes) {
-    std::optional<Stroke> both;
-    if (!result.empty() && stroke.new_entry == false && stroke.remesh && stroke.remesh == result.back().remesh &&
-        stroke.mirror == result.back().mirror) {
-      both = joined(result.back().stroke, stroke.stroke);
-    }
-    if (both) {
-      result.back().stroke = std::move(*both);
-    } else {
-      result.push_back(std::move(stroke));
-    }
-  }
-  return result;
-}
-
+// Returns the session of a journal. Joins the pieces of a stroke that was growing when the program ended
+// (Workbench::live_lines); a finished stroke has no pieces.
 Session read_whole(const fs::path& folder) {
   Session session = parse_session(session_detail::read_journal(folder), (folder / kSessionFile).string());
-  session.strokes = with_joined_pieces(std::move(session.strokes));
+  session.strokes = session_detail::joined_where(
+      std::move(session.strokes), [](const SessionStroke& before, const SessionStroke& stroke) {
+        return stroke.new_entry == false && stroke.remesh && stroke.remesh == before.remesh;
+      });
   return session;
 }
 
-// What kSavedFile says; no file where it says nothing.
+// The contents of kSavedFile; an empty path if it has none.
 struct SavedNote {
   std::uintmax_t length = 0;
   fs::path file;

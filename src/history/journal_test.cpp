@@ -1,3 +1,4 @@
+// Journals: batches, recovery, saved and abandoned work.
 #include "knead/workbench.h"
 
 #include <fcntl.h>

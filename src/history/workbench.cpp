@@ -1,3 +1,4 @@
+// The workbench of an editor: the current gesture, the history with its states, undo and redo.
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -17,9 +18,9 @@ using session_detail::KeptState;
 using session_detail::MemoryAccount;
 using session_detail::ScopedProgress;
 
-constexpr std::size_t kNearStates = 100;  // of the entries next to the present, dropped last
-constexpr std::size_t kFarStates = 16;    // of those farther away, from which others are made again
-constexpr double kThinnedTo = 0.875;      // of the limit, so that states are not dropped after every stroke
+constexpr std::size_t kNearStates = 100;    // next to the present entry, dropped last
+constexpr std::size_t kFarStates = 16;      // farther away, from which dropped ones are computed again
+constexpr double kThinnedFraction = 0.875;  // of the limit, so that states are not dropped after every stroke
 
 double seconds_since(std::chrono::steady_clock::time_point began) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -34,7 +35,7 @@ bool is_remeshed(const std::vector<SessionStroke>& strokes) {
   return std::any_of(strokes.begin(), strokes.end(), [](const SessionStroke& s) { return s.remesh.has_value(); });
 }
 
-// About what Progress::done grows by when the strokes are applied to a shape of this size.
+// Returns about the amount by which applying the strokes to a shape of this size raises Progress::done.
 std::uint64_t work_of(const std::vector<SessionStroke>& strokes, const ShapeState& shape) {
   std::uint64_t segments = 0;
   for (const SessionStroke& stroke : strokes) segments += session_detail::segments_about(stroke.stroke);
@@ -89,10 +90,10 @@ void Workbench::go_to(const ShapeState& state, bool again) {
   if (again && !is_kept) kept_ = Kept{state, shape_};
 }
 
-// Does the work on the shape from a state on. A refusal that came before anything moved leaves the shape there.
+// Does the work on the shape, beginning at a state. A refusal before anything moved leaves the shape at that state.
 template <class Work>
 WorkResult Workbench::compute(const ShapeState& from, bool again, const Work& work) {
-  const ShapeState shared = again ? state() : from;  // the latest, which the next is most like
+  const ShapeState shared = again ? state() : from;  // shares most with the next one
   go_to(from, again);
   const AdvectResult before = shape_.work();
   const std::uint64_t dabs = shape_.dabs();
@@ -125,10 +126,10 @@ AdvectStatus Workbench::apply(std::span<const SessionStroke> strokes, Progress* 
 
 struct Workbench::Following {
   PoseDrag drag;
-  ShapeState state;  // where it has come to
+  ShapeState state;  // after its last step
 };
 
-// Goes on with the drag of a pose, or begins one.
+// Continues the drag of a pose, or begins one.
 WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
   constexpr double kMaxSteps = 3;
   const bool goes_on = following_ && following_->drag.takes(pose);
@@ -178,13 +179,13 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
     result.lines.taken_back = std::exchange(live_lines_, 0);
     live_.clear();
     following_.reset();
-    is_about_ = false;
+    is_approximate_ = false;
     return result;
   }
   follows = follows && strokes.size() == 1 && is_plain(strokes.front()) &&
             std::holds_alternative<PoseStroke>(strokes.front().stroke);
   const StrokeDelta change =
-      follows || is_about_ ? StrokeDelta{true, 0, std::nullopt, std::nullopt} : stroke_delta(live_, strokes);
+      follows || is_approximate_ ? StrokeDelta{true, 0, std::nullopt, std::nullopt} : stroke_delta(live_, strokes);
   const auto began = std::chrono::steady_clock::now();
   const std::uint64_t steps = steps_;
   part_.reset();
@@ -198,7 +199,7 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
     warnings_ = std::move(warnings_before);
     return result;
   }
-  is_about_ = follows;
+  is_approximate_ = follows;
   if (live_.empty() || change.from_start) live_seconds_ = 0;
   if (live_.empty()) live_steps_ = steps;
   live_state_ = *at_;
@@ -224,7 +225,7 @@ WorkResult Workbench::finish(Progress* progress) {
     return result;
   }
   std::vector<SessionStroke> joined = joined_strokes(live_);
-  if (!is_remeshed(joined) && !is_about_) return finish_later(progress);
+  if (!is_remeshed(joined) && !is_approximate_) return finish_later(progress);
   auto entry = std::make_shared<Entry>();
   result = make_entry(joined, last_state(), *entry, progress);
   if (!result.is_done()) return result;
@@ -244,7 +245,7 @@ WorkResult Workbench::finish_later(Progress* /*progress*/) {
     result.lines = {live_lines_, lines_of(now_.size(), joined)};
     lines = joined.size();
   }
-  entry->is_provisional = !is_settled() || is_remeshed(joined) || is_about_;
+  entry->is_provisional = !is_settled() || is_remeshed(joined) || is_approximate_;
   keep(*entry, live_state_);
   entry->info.seconds = live_seconds_;
   entry->info.steps = steps_ - live_steps_;
@@ -253,12 +254,12 @@ WorkResult Workbench::finish_later(Progress* /*progress*/) {
   return result;
 }
 
-// The gesture is an entry now; `lines` of the session file are its own.
+// Makes the gesture an entry, which has `lines` lines of the session file.
 void Workbench::add_finished(std::vector<SessionStroke> strokes, std::shared_ptr<Entry> entry, std::size_t lines) {
   entry->info.strokes = std::move(strokes);
   live_.clear();
   following_.reset();
-  is_about_ = false;
+  is_approximate_ = false;
   live_lines_ = 0;
   change_to({now_.size(), {std::move(entry)}});
   lines_.back() = lines;
@@ -334,8 +335,8 @@ std::optional<ShapeState> Workbench::state_after(std::size_t entries, Progress* 
   return make_state(std::min(entries, now_.size()), progress);
 }
 
-// Makes the states between the nearest kept one before and the wanted one, too: undo is likely to ask for them next.
-// Returns nothing if it was cancelled, or if the shape refused a provisional entry: then `refusal` says why.
+// Computes the state after `count` entries, and all states since the nearest kept one, which undo is likely to need
+// next. Returns nothing if it was cancelled, or if a provisional entry cannot be applied: then `refusal` says why.
 std::optional<ShapeState> Workbench::make_state(std::size_t count, Progress* progress, std::string* refusal) {
   return make_state(now_, count, progress, refusal);
 }
@@ -461,7 +462,7 @@ Workbench::Change Workbench::change_between(const History& from, const History& 
   return {static_cast<std::size_t>(differ.first - from.begin()), {differ.second, to.end()}};
 }
 
-// Changes the history; returns the change that would take it back.
+// Changes the history; returns the change that undoes this.
 Workbench::Change Workbench::exchange(Change change) {
   const auto end = now_.begin() + static_cast<std::ptrdiff_t>(change.common);
   Change back{change.common, {end, now_.end()}};
@@ -470,7 +471,7 @@ Workbench::Change Workbench::exchange(Change change) {
   return back;
 }
 
-// Makes the change on top of `from`; the one that takes it back then lies on `to`.
+// Moves the last change from `from` to `to`, inverted, and applies it.
 WorkResult Workbench::step(std::vector<Change>& from, std::vector<Change>& to, Progress* progress) {
   Change back = exchange(from.back());
   const bool is_known = now_.empty() || now_.back()->after;  // perhaps provisional
@@ -485,7 +486,7 @@ WorkResult Workbench::step(std::vector<Change>& from, std::vector<Change>& to, P
   return result;
 }
 
-// Returns how the lines of the session file follow the entries from a number on, and keeps count of them.
+// Returns the change of the session file's lines for the entries from a number on, and updates lines_.
 LineChange Workbench::lines_from(std::size_t common) {
   LineChange change;
   for (std::size_t i = common; i < lines_.size(); ++i) change.taken_back += lines_[i];
@@ -506,8 +507,8 @@ LineChange Workbench::change_to(Change change) {
   return lines_from(common);
 }
 
-// The entries with states that may be dropped: those farther from the present entry come first. A state is as far as
-// the number of steps of undo or redo that lead to it.
+// Returns the entries with states that may be dropped, the farthest from the present entry first. The distance is the
+// number of steps of undo or redo.
 std::vector<Workbench::Entry*> Workbench::kept_entries(std::size_t present) const {
   std::vector<std::pair<std::size_t, Entry*>> by_distance;
   const auto add = [&](const std::shared_ptr<Entry>& entry, std::size_t distance) {
@@ -530,11 +531,11 @@ std::vector<Workbench::Entry*> Workbench::kept_entries(std::size_t present) cons
   return entries;
 }
 
-// Drops every second state of those that are not near the present, but for some to start from; then of nearer ones; at
-// last all but the present one.
+// Drops every second state that is not near the present, but keeps some to start from; then nearer ones; at last all
+// but the present one.
 void Workbench::thin_out(std::size_t present) {
   if (account_->bytes() <= memory_) return;
-  const auto limit = static_cast<std::size_t>(kThinnedTo * static_cast<double>(memory_));
+  const auto limit = static_cast<std::size_t>(kThinnedFraction * static_cast<double>(memory_));
   for (std::size_t near = kNearStates; account_->bytes() > limit; near /= 2) {
     const std::size_t kept = near > 0 ? near + kFarStates : 0;
     std::vector<Entry*> entries = kept_entries(present);
