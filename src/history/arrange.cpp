@@ -1,5 +1,4 @@
-// The history as a list of entries that are renamed, reordered, joined, split, switched off and made weaker or
-// stronger.
+// Rearranges the history: entries are renamed, reordered, joined, split, switched off and made weaker or stronger.
 #include <algorithm>
 #include <iterator>
 #include <stdexcept>
@@ -11,7 +10,7 @@ namespace knead {
 
 namespace {
 
-// Whether two strokes move the same shape in the same way: names and lines do not matter.
+// Returns true if two strokes have the same effect: names and lines do not matter.
 bool does_same(const SessionStroke& a, const SessionStroke& b) {
   if (a.stroke != b.stroke) return false;
   SessionStroke other = b;
@@ -22,7 +21,7 @@ bool does_same(const SessionStroke& a, const SessionStroke& b) {
 
 }  // namespace
 
-// How far a new history does the same as another, entry by entry.
+// Finds, entry by entry, how far a new history has the same effect as the present one.
 class Workbench::Comparison {
  public:
   explicit Comparison(const History& before) : before_(before) {
@@ -34,7 +33,7 @@ class Workbench::Comparison {
     }
   }
 
-  // Goes on by the strokes of an entry. Returns an entry before after which the shape is the same; null: there is none.
+  // Adds the strokes of an entry. Returns an entry of the present history after which the shape is the same, or null.
   std::shared_ptr<Entry> follow(const std::vector<SessionStroke>& strokes) {
     for (const SessionStroke& stroke : strokes) {
       if (!is_applied(stroke)) continue;

@@ -1,3 +1,4 @@
+// Copies data sets of every kind, and stores the points, vectors and normals of their deformed copies.
 #include "blocks.h"
 
 #include <vtkAOSDataArrayTemplate.h>

@@ -1,4 +1,4 @@
-// The data sets that the filter's input consists of, and their copies in its output.
+// The data sets of the filter's input, and their copies in its output.
 #pragma once
 
 #include <vtkSmartPointer.h>
@@ -19,22 +19,21 @@ namespace knead::paraview {
 
 // One data set with points.
 struct Block {
-  std::string name;  // for messages; empty: the only one
+  std::string name;  // for messages; empty for the only one
   vtkSmartPointer<vtkPointSet> set;
   std::vector<Vec3d> before;
-  std::vector<Vec3d> after;  // as `set` stores them: rounded, if its points are floats
+  std::vector<Vec3d> after;  // rounded if the points of `set` are floats
 };
 
-// Returns the kind of data object that the filter makes of such an input (vtkType.h): the same, but a structured grid
-// of an image or a rectilinear grid. -1: it takes no such input.
+// Returns the type of the filter's output for this input (vtkType.h): a structured grid for an image or a rectilinear
+// grid, else that of the input; -1 for an input that the filter does not take.
 int output_type(vtkDataObject& input);
 
-// Makes `output`, which is empty, a copy of the input, but for its points: images and rectilinear grids become
-// structured grids, and voxels and pixels of unstructured grids become hexahedra and quadrilaterals. Returns the data
-// sets in it that have points.
+// Copies the input to `output`, which is empty. Images and rectilinear grids become structured grids; voxels and pixels
+// of unstructured grids become hexahedra and quadrilaterals. Returns the data sets of the copy that have points.
 std::vector<Block> copy_blocks(vtkDataObject& input, vtkDataObject& output);
 
-// Returns whether the points are floats.
+// Returns true if the points are floats.
 bool stores_floats(const Block& block);
 
 // Rounds points as the block stores them.
@@ -43,11 +42,11 @@ void round_points(const Block& block, std::span<Vec3d> points);
 // Gives the block's data set the points `after`.
 void store_points(Block& block);
 
-// Replaces the named vectors at the points (arrays with three components) by J v, with the J of each point. Names that
-// the block does not have are left out; returns how many it has.
+// Replaces the named vectors v at the points (arrays with three components) by J v, with the J of each point. Ignores
+// names that the block does not have; returns the number of those that it has.
 std::size_t carry_vectors(Block& block, std::span<const std::string> names, std::span<const Mat3d> jacobians);
 
-// Turns normals at the points, and drops those of the cells, which no longer hold.
+// Transforms normals at the points, and removes those of the cells, which are no longer correct.
 void carry_normals(Block& block, std::span<const Mat3d> jacobians);
 bool has_point_normals(const Block& block);
 

@@ -1,3 +1,4 @@
+// Reads the cells of data sets, measures them after a deformation, and finds faces on the boundary.
 #include "cells.h"
 
 #include <vtkCellArray.h>

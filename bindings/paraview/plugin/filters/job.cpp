@@ -1,3 +1,4 @@
+// Runs a session on all blocks and ranks, and adds the arrays that were asked for.
 #include "job.h"
 
 #include <fmt/format.h>

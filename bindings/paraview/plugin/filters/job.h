@@ -31,7 +31,7 @@ struct Settings {
 // Does the work beside the main thread, which reports the progress; throws Cancelled if it was aborted.
 using Watch = std::function<void(Progress& progress, const std::function<void()>& work)>;
 
-// What a run found, the same on all ranks.
+// The result of a run, the same on all ranks.
 struct Findings {
   std::vector<std::string> notes;
   std::int64_t inverted = 0;

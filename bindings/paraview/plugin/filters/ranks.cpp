@@ -1,3 +1,4 @@
+// Exchanges numbers and messages through ParaView's controller.
 #include "ranks.h"
 
 #include <vtkCommunicator.h>

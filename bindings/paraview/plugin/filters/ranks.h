@@ -1,4 +1,4 @@
-// What the ranks of a parallel ParaView tell each other: a few numbers and messages.
+// The exchange of numbers and messages between the ranks of a parallel ParaView.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ class vtkMultiProcessController;
 
 namespace knead::paraview {
 
-// Why the filter stops, the same on all ranks. An empty message: it was cancelled.
+// The failure that stops the filter, the same on all ranks. An empty message: it was cancelled.
 class Failure : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };

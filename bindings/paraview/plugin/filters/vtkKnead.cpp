@@ -1,3 +1,4 @@
+// The filter's properties, its pipeline requests, and the fields of its output.
 #include "vtkKnead.h"
 
 #include <vtkDataObject.h>

@@ -1,3 +1,4 @@
+// Runs work in a thread, and passes progress and aborts on.
 #include "watched.h"
 
 #include <vtkAlgorithm.h>

@@ -1,4 +1,4 @@
-// Long work beside ParaView: its progress bar moves, and its Abort button ends the work.
+// Long work in a thread: moves the progress bar of ParaView, and obeys its Abort button.
 #pragma once
 
 #include <functional>
