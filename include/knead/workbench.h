@@ -23,13 +23,12 @@
 
 namespace knead {
 
-// How to turn a shape that some strokes of a gesture have deformed into one that others have. Remesh settings have no
-// effect on it.
+// What is left to do when the strokes of a gesture are replaced by others. Remesh settings have no effect on it.
 struct StrokeDelta {
   bool from_start = false;    // apply all of the new strokes, to the shape at the start of the gesture
   std::size_t first_new = 0;  // else apply the strokes from this one on,
   std::optional<Flow> rest;   // after this rest of the stroke before it
-  // The rest as a stroke. Nothing: the whole stroke takes its place. Of a stroke that is no flow this is applied.
+  // The rest as a stroke, which is applied if it is no flow. Nothing: the session file gets the whole stroke again.
   std::optional<SessionStroke> rest_as_line;
 
   // Returns whether nothing is left to apply.
@@ -104,9 +103,9 @@ class Workbench {
   // Replaces the strokes of the current gesture. If the new list only extends the old one, only the new part is
   // computed; otherwise the gesture is recomputed from its start. An empty list gives the gesture up. Remesh settings
   // have no effect before finish.
-  // `follows`: the strokes come from a pointer on its way. A pose then goes on from where the last one of the gesture
-  // came to, in the time of a few of its steps, and the shape is only about what it will be: a call without `follows`,
-  // or the end of the gesture, computes it as a whole.
+  // `follows`: the strokes come from a pointer that still moves. A pose then continues from the last pose of the
+  // gesture, in the time of a few of its steps. Its shape is approximate; a call without `follows`, or the end of the
+  // gesture, computes the exact one.
   WorkResult set_live(std::vector<SessionStroke> strokes, Progress* progress = nullptr, bool follows = false);
   const std::vector<SessionStroke>& live() const { return live_; }
 
@@ -173,7 +172,7 @@ class Workbench {
   struct Entry {
     HistoryEntry info;
     std::shared_ptr<const session_detail::KeptState> after;  // null: dropped, and computed again when needed
-    bool is_provisional = false;  // `after` is only about right; then those of all later entries are, too
+    bool is_provisional = false;  // `after` is approximate; then those of all later entries are, too
   };
   using History = std::vector<std::shared_ptr<Entry>>;
   class Comparison;
@@ -223,7 +222,7 @@ class Workbench {
   std::optional<ShapeState> at_;  // where the shape is; std::nullopt: part-way
   std::optional<Kept> kept_;
   std::uint64_t steps_ = 0;            // accepted, of all work
-  std::optional<Stroke> part_;         // WorkResult's, of the work since it was last taken
+  std::optional<Stroke> part_;         // WorkResult's, of the current call
   std::vector<std::string> warnings_;  // the same
   History now_;
   std::vector<std::size_t> lines_;  // in the session file, of each entry of now_
@@ -233,7 +232,7 @@ class Workbench {
   ShapeState live_state_;
   struct Following;  // a pose that follows a pointer
   std::shared_ptr<Following> following_;
-  bool is_about_ = false;  // live_state_ is only about right
+  bool is_about_ = false;  // live_state_ is approximate
   std::size_t live_lines_ = 0;
   double live_seconds_ = 0;
   std::uint64_t live_steps_ = 0;
@@ -242,7 +241,7 @@ class Workbench {
 };
 
 // Groups strokes by the gestures that made them, as far as the strokes tell: every stroke of a group continues
-// (strokes/continued.h) one of the last eight before it, or is the mirror image of one of these. Neighbours with the
+// (strokes/suffix.h) one of the last eight before it, or is the mirror image of one of these. Neighbours with the
 // same name are one group, and those with other names are not. Where a stroke says whether it begins an entry, that
 // counts; the strokes of the result say nothing of it.
 std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<SessionStroke>& strokes);

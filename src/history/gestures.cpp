@@ -5,7 +5,8 @@
 
 #include "history/history.h"
 #include "knead/workbench.h"
-#include "strokes/continued.h"
+#include "strokes/describe.h"
+#include "strokes/suffix.h"
 
 namespace knead {
 
@@ -14,20 +15,15 @@ namespace {
 // Beyond strength 1, the path of several strokes goes on by a stroke of its own: as long as it can become.
 constexpr double kMaxBeyond = kMaxStrength - 1;
 
-const std::vector<Vec3d>* path_of(const Stroke& stroke) {
-  if (const auto* implicit = std::get_if<ImplicitStroke>(&stroke)) return &implicit->path;
-  if (const auto* stamp = std::get_if<StampStroke>(&stroke)) return &stamp->path;
-  return nullptr;
+// The path along which the tool of a stroke goes; null for other strokes.
+template <class AnyStroke>
+auto path_of(AnyStroke& stroke) {
+  return tool_detail::with_row(
+      stroke, [](const auto& row, auto& own) { return row.path != nullptr ? &(own.*row.path) : nullptr; });
 }
 
 Stroke with_path(Stroke stroke, std::vector<Vec3d> path) {
-  auto* const implicit = std::get_if<ImplicitStroke>(&stroke);
-  auto* const stamp = std::get_if<StampStroke>(&stroke);
-  if (implicit != nullptr) {
-    implicit->path = std::move(path);
-  } else if (stamp != nullptr) {
-    stamp->path = std::move(path);
-  }
+  *path_of(stroke) = std::move(path);
   return stroke;
 }
 
@@ -46,8 +42,6 @@ struct Chain {
 };
 
 using Strokes = std::span<const SessionStroke>;
-
-bool is_path(const Stroke& stroke) { return path_of(stroke) != nullptr; }
 
 // The stroke by which a chain goes on; nothing where its path has no length. It begins with a piece without length, by
 // which it is known: a piece that a person drew may be just as long.
@@ -77,7 +71,7 @@ std::vector<Chain> chains_of(Strokes strokes) {
   for (std::size_t i = 0; i < strokes.size(); ++i) {
     const auto goes_on = [&](const Chain& chain) {
       const Stroke& last = strokes[chain.strokes.back()].stroke;
-      return !chain.beyond && is_path(last) && continues(last, strokes[i].stroke);
+      return !chain.beyond && path_of(last) != nullptr && continues(last, strokes[i].stroke);
     };
     const auto found = std::find_if(chains.rbegin(), chains.rend(), goes_on);
     if (found != chains.rend() && is_beyond(strokes, *found, strokes[i])) {
@@ -152,10 +146,12 @@ bool stands_alone(const Stroke& stroke) {
   return handles != nullptr && !(handles->full_vertices.empty() && handles->zero_vertices.empty());
 }
 
-// Pieces of a side may have been joined: of a path only the beginning is looked at.
+// Pieces of a side may have been joined: of a path only the beginning is looked at. The pieces of a stamp never are.
 Stroke beginning(const Stroke& stroke) {
   Stroke result = stroke;
-  if (auto* implicit = std::get_if<ImplicitStroke>(&result)) implicit->path.resize(1);
+  tool_detail::with_row(result, [](const auto& row, auto& own) {
+    if (row.path != nullptr && row.join != nullptr) (own.*row.path).resize(1);
+  });
   return result;
 }
 
@@ -168,7 +164,8 @@ bool are_images(const Stroke& first, const Stroke& second) {
     for (int axis = 0; axis < 3; ++axis) {
       if ((planes >> axis & 1) != 0) image = mirrored(image, axis);
     }
-    if (auto* stamp = std::get_if<StampStroke>(&image)) stamp->mesh = std::get<StampStroke>(b).mesh;
+    Stroke other = b;
+    if (auto* file = find_value<std::string>(image, "mesh")) *file = *find_value<std::string>(other, "mesh");
     if (image == b && image != a) return true;
   }
   return false;
@@ -239,20 +236,14 @@ std::vector<SessionStroke> strokes_of_entry(const std::vector<SessionStroke>& be
 std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
   std::vector<SessionStroke> result;
   for (SessionStroke& stroke : strokes) {
-    std::optional<Stroke> both;
     const auto may_join = [](SessionStroke each) {
       each.mirror.clear();
       return is_plain(each) && !each.remesh;
     };
     const bool same_mirror = !result.empty() && result.back().mirror == stroke.mirror;
-    if (same_mirror && may_join(result.back()) && may_join(stroke)) {
-      both = joined(result.back().stroke, stroke.stroke);
-    }
-    if (both) {
-      result.back().stroke = std::move(*both);
-    } else {
-      result.push_back(std::move(stroke));
-    }
+    const bool is_joined =
+        same_mirror && may_join(result.back()) && may_join(stroke) && join(result.back().stroke, stroke.stroke);
+    if (!is_joined) result.push_back(std::move(stroke));
   }
   return result;
 }

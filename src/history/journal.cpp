@@ -18,7 +18,7 @@
 #include "knead/session.h"
 #include "knead/workbench.h"
 #include "math/system.h"
-#include "strokes/continued.h"
+#include "strokes/suffix.h"
 
 namespace knead {
 
@@ -126,16 +126,10 @@ class Unheld {
 std::vector<SessionStroke> with_joined_pieces(std::vector<SessionStroke> strokes) {
   std::vector<SessionStroke> result;
   for (SessionStroke& stroke : strokes) {
-    std::optional<Stroke> both;
-    if (!result.empty() && stroke.new_entry == false && stroke.remesh && stroke.remesh == result.back().remesh &&
-        stroke.mirror == result.back().mirror) {
-      both = joined(result.back().stroke, stroke.stroke);
-    }
-    if (both) {
-      result.back().stroke = std::move(*both);
-    } else {
-      result.push_back(std::move(stroke));
-    }
+    const bool is_joined = !result.empty() && stroke.new_entry == false && stroke.remesh &&
+                           stroke.remesh == result.back().remesh && stroke.mirror == result.back().mirror &&
+                           join(result.back().stroke, stroke.stroke);
+    if (!is_joined) result.push_back(std::move(stroke));
   }
   return result;
 }

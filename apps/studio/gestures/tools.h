@@ -290,8 +290,7 @@ struct PlacedTools {
 inline constexpr std::uint8_t kFullHandle = 1;
 inline constexpr std::uint8_t kZeroHandle = 2;
 
-// --- strokes repeated in mirrors and about an axis
-// --------------------------------------------------------------------
+// Strokes repeated in mirrors and about an axis.
 
 // Returns all images but the original. The number of images of a stroke with mirrors and turns is at most
 // turns * 2^mirrors - 1.
