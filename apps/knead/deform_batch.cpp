@@ -19,6 +19,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/replay.h"
+#include "knead/tools.h"
 #include "output.h"
 
 namespace knead::command {
@@ -172,8 +173,8 @@ class Batch {
                     remesh.iterations.value_or(-1), remesh.max_vertices.value_or(0), remesh.seconds.value_or(0));
     made_with_ += state_of(options_.shape);
     for (const SessionStroke& stroke : inputs_.session.strokes) {
-      const auto* stamp = std::get_if<StampStroke>(&stroke.stroke);
-      if (stamp != nullptr) made_with_ += state_of(fs::path(options_.session).parent_path() / stamp->mesh);
+      const std::string file = file_of(stroke.stroke);
+      if (!file.empty()) made_with_ += state_of(fs::path(options_.session).parent_path() / file);
     }
   }
 

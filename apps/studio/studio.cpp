@@ -117,7 +117,7 @@ bool Studio::is_beside_shape() const {
   return true;
 }
 
-// Other gestures ask where they go on the surface, too, as it was when they began.
+// Other gestures also need the surface while they move, as it was when they began; a hit test shows it as it is now.
 bool Studio::asks_hit_test() const {
   const bool asks_once = settings().tool->use == ToolUse::pull;
   return hit_test_ && asks_once && shown().objects.are_all_met() && settings().drag != DragMode::surface &&
@@ -223,7 +223,6 @@ void Studio::begin() {
   }
   if (settings().tool->use == ToolUse::mask) return masks_.begin(pointer_, around);
   gesture_ = begin_gesture(pointer_, around, tools_.placed());
-  sent_strokes_.clear();
   if (!pending_) {
     pending_ = PendingStrokes{shown().state, {}};
     ended_strokes_.clear();
@@ -278,8 +277,8 @@ void Studio::send_live(bool gives_way) {
   for (SessionStroke& line : live) {
     if (settings().remesh) line.remesh = settings().remesh_settings;
   }
-  if (live == sent_strokes_) return;
-  sent_strokes_ = live;
+  const auto sent = pending_->strokes.begin() + static_cast<std::ptrdiff_t>(ended_strokes_.size());
+  if (std::equal(live.begin(), live.end(), sent, pending_->strokes.end())) return;
   pending_->strokes = ended_strokes_;
   pending_->strokes.insert(pending_->strokes.end(), live.begin(), live.end());
   const bool* const rests = rests_of(*gesture_);
@@ -290,14 +289,13 @@ void Studio::send_live(bool gives_way) {
 }
 
 void Studio::end(bool is_kept) {
-  const bool did_something = !sent_strokes_.empty();
+  const bool did_something = pending_ && pending_->strokes.size() > ended_strokes_.size();
   const bool was_placing =
       std::holds_alternative<GizmoGesture>(gesture_->kind) || std::holds_alternative<TurnGesture>(gesture_->kind);
   const auto* const turn = std::get_if<TurnGesture>(&gesture_->kind);
   const bool was_clicked = turn != nullptr && !(turn->placement && turn->has_gone);
   gesture_.reset();
   clear_typed();
-  sent_strokes_.clear();
   if (did_something) ++ended_;
   if (did_something && is_kept) {
     document_.worker().keep_latest();

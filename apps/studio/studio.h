@@ -161,7 +161,6 @@ class Studio {
   std::chrono::steady_clock::time_point moved_{};  // when the gesture last was
   std::string typed_;
   std::uint64_t sent_ = 0;  // number of the last live job
-  std::vector<SessionStroke> sent_strokes_;
   std::optional<PendingStrokes> pending_;
   std::vector<SessionStroke> ended_strokes_;  // of pending_, those of gestures that have ended
   std::uint64_t ended_ = 0;                   // gestures so far; shown().ended of them are done

@@ -66,21 +66,16 @@ bool Studio::propose_limb(const ButtonChanged& button) {
 
 void Studio::move_pin(std::size_t pin, const Vec3d& to) {
   if (gesture_ || masks_.is_drawing() || shown().looked_at) return;
-  SessionStroke stroke;
-  if (has_exact_pins(settings())) {
-    stroke.stroke = pins_stroke(tools_.placed().pins, pin, to, settings());
-  } else {
-    PinsGesture gesture;
-    gesture.drag.start = tools_.placed().pins[pin].place;
-    gesture.pins = tools_.placed().pins;
-    gesture.parts = tools_.placed().parts;
-    gesture.dragged = pin;
-    gesture.to = to;
-    gesture.rests = true;
-    const std::optional<PoseStroke> pose = pose_stroke(gesture, shown().state, settings());
-    if (!pose) return;
-    stroke.stroke = *pose;
-  }
+  PinsGesture gesture;
+  gesture.drag.start = tools_.placed().pins[pin].place;
+  gesture.pins = tools_.placed().pins;
+  gesture.parts = tools_.placed().parts;
+  gesture.dragged = pin;
+  gesture.to = to;
+  gesture.rests = true;
+  std::vector<Stroke> strokes = gesture.strokes(shown().state, settings());
+  if (strokes.empty()) return;
+  SessionStroke stroke{std::move(strokes.front())};
   if (settings().remesh) stroke.remesh = settings().remesh_settings;
   for (const PinGoal& goal : pin_goals(tools_.placed().pins, pin, to, settings()))
     tools_.placed().pins[goal.pin].place = goal.to;

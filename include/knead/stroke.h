@@ -1,4 +1,5 @@
-// Strokes: one plain struct for each tool, and the flow that a stroke becomes (method, section 4).
+// Strokes: one plain struct for each tool, and the flow that a stroke becomes (method, section 4). `tool` is the
+// library's own description of the tool (others: knead/tools.h).
 //
 // A stroke holds exactly the numbers of its line in a session file: lengths in the mesh's own units, angles in degrees,
 // axes and normals as given (any length but zero). It contains no mesh. `falloff` is the shape of the blend
@@ -18,7 +19,10 @@
 
 namespace knead {
 
-struct Tool;  // knead/tools.h
+namespace tool_detail {
+template <class S>
+struct ToolRow;
+}
 
 // The region of the implicit tool.
 enum class ImplicitRegion { ball, capsule };
@@ -35,7 +39,7 @@ struct ImplicitStroke {
   TimeLaw time = TimeLaw::swept;
   int falloff = kDefaultFalloff;
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<ImplicitStroke> tool;
   friend bool operator==(const ImplicitStroke&, const ImplicitStroke&) = default;
 };
 
@@ -56,7 +60,7 @@ struct PaintStroke {
   std::vector<Vec3d> path{};
   int falloff = kDefaultFalloff;
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<PaintStroke> tool;
   friend bool operator==(const PaintStroke&, const PaintStroke&) = default;
 };
 
@@ -74,7 +78,7 @@ struct PointsStroke {
   PointsCenter center = PointsCenter::parts;
   int falloff = kDefaultFalloff;
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<PointsStroke> tool;
   friend bool operator==(const PointsStroke&, const PointsStroke&) = default;
 };
 
@@ -106,7 +110,7 @@ struct HandlesStroke {
   int exponent = 8;
   int falloff = kDefaultFalloff;
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<HandlesStroke> tool;
   friend bool operator==(const HandlesStroke&, const HandlesStroke&) = default;
 };
 
@@ -131,7 +135,7 @@ struct StampStroke {
   int exponent = 16;              // of stick
   int falloff = kDefaultFalloff;  // of stick
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<StampStroke> tool;
   friend bool operator==(const StampStroke&, const StampStroke&) = default;
 };
 
@@ -148,7 +152,7 @@ struct RotateStroke {
   double gauge = 0;
   int falloff = kDefaultFalloff;
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<RotateStroke> tool;
   friend bool operator==(const RotateStroke&, const RotateStroke&) = default;
 };
 
@@ -161,7 +165,7 @@ struct StretchStroke {
   double outer = 0;
   int falloff = kDefaultFalloff;
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<StretchStroke> tool;
   friend bool operator==(const StretchStroke&, const StretchStroke&) = default;
 };
 
@@ -180,7 +184,7 @@ struct TwistStroke {
   bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/tools.h)
   int falloff = kDefaultFalloff;
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<TwistStroke> tool;
   friend bool operator==(const TwistStroke&, const TwistStroke&) = default;
 };
 
@@ -219,7 +223,7 @@ struct BendStroke {
   bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/tools.h)
   int falloff = kDefaultFalloff;
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<BendStroke> tool;
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
 };
 
@@ -243,7 +247,7 @@ struct PinsStroke {
   // One item a pin, or empty: how the shape turns about it, as a rigid body there; std::nullopt: as the flow takes it.
   std::vector<std::optional<PinRotation>> turn{};
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<PinsStroke> tool;
   friend bool operator==(const PinsStroke&, const PinsStroke&) = default;
 };
 
@@ -300,7 +304,7 @@ struct PoseStroke {
   std::vector<PoseStiffness> stiffness{};
   bool exact = false;  // a last stroke of pins takes parts and pins exactly to their places
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<PoseStroke> tool;
   friend bool operator==(const PoseStroke&, const PoseStroke&) = default;
 };
 
@@ -308,7 +312,7 @@ struct PoseStroke {
 struct GridStroke {
   PotentialGrid grid;
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<GridStroke> tool;
   friend bool operator==(const GridStroke&, const GridStroke&) = default;
 };
 
@@ -320,7 +324,7 @@ struct InflateStroke {
   double radius = 0;          // > 0
   double volume = 0;          // that the shape gains; below 0: loses
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<InflateStroke> tool;
   friend bool operator==(const InflateStroke&, const InflateStroke&) = default;
 };
 
@@ -333,7 +337,7 @@ struct RelaxStroke {
   double surface = 1;         // of that amount, across the surface; 0: the triangles alone; in [0, 1]
   int iterations = 2;         // of each dab, 1 to 100
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<RelaxStroke> tool;
   friend bool operator==(const RelaxStroke&, const RelaxStroke&) = default;
 };
 
@@ -346,7 +350,7 @@ struct MaskStroke {
   std::vector<double> values;                  // of each point or range, from 0: free to 1: stays; empty: all 1
   std::optional<double> width = std::nullopt;  // of the border between what stays and what is free
 
-  static const Tool& tool();  // returns the description of the tool
+  static const tool_detail::ToolRow<MaskStroke> tool;
   friend bool operator==(const MaskStroke&, const MaskStroke&) = default;
 };
 
@@ -369,7 +373,7 @@ std::string tool_name(const Stroke& stroke);
 void validate(const Stroke& stroke);
 
 // Returns true if the stroke must be resolved on a surface before it becomes a flow: paint with a path, stamp, handles
-// with vertices, an automatic radius. Also true for a stroke that never becomes one.
+// with vertices, an automatic radius. Also true for a relax stroke, which is no flow.
 bool reads_surface(const Stroke& stroke);
 
 // Returns false for a stroke that never becomes a flow: relax. It can be neither resolved nor inverted.

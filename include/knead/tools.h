@@ -50,6 +50,7 @@ enum class Quantity {
   rate,          // degrees for a length, of any size; changes its sign in a mirror
   direction,     // a vector of any length but 0
   displacement,  // a difference of two places: any finite vector
+  outer,         // a distance from the tool beyond which nothing moves; checked by the tool itself
   falloff,       // a whole number from 3 to 7
   other,         // checked by the tool itself
 };
@@ -88,13 +89,6 @@ struct Tool {
   // Prepares an empty stroke for the keys that a line has, where these decide which others apply. Throws InvalidInput
   // for keys that exclude each other.
   std::function<void(Stroke&, const std::function<bool(std::string_view)>& has)> prepare;
-
-  std::function<void(const Stroke&)> validate;       // throws InvalidInput for values that the tool cannot use
-  std::function<bool(const Stroke&)> reads_surface;  // says whether the stroke must be resolved on a surface first
-  std::function<Flow(const Stroke&)> flow;           // of a valid stroke that reads no surface
-  std::function<void(const Stroke&, std::vector<std::string>&)> warn;  // adds sentences about a valid stroke
-  std::function<void(Stroke&, double strength)>
-      prolong;  // as prolonged(), which checks the result; empty: cannot go on
 };
 
 // Returns the tools in the order of the alternatives of Stroke.
@@ -105,6 +99,26 @@ const Tool& tool_of(const Stroke& stroke);
 
 // Returns the tool with this name in session files, or a null pointer.
 const Tool* find_tool(std::string_view name);
+
+// Returns the member that a key of the stroke stands for; null if the tool has no such key of that type, or the key
+// does not apply.
+template <class T>
+T* find_value(Stroke& stroke, std::string_view key) {
+  for (const StrokeKey& each : tool_of(stroke).keys(stroke)) {
+    auto* const* value = std::get_if<T*>(&each.value);
+    if (each.name == key && value != nullptr) return *value;
+  }
+  return nullptr;
+}
+
+// Returns the file that a stroke names, as a stamp does; empty: it names none.
+inline std::string file_of(Stroke stroke) {
+  const auto* const file = find_value<std::string>(stroke, "mesh");
+  return file == nullptr ? std::string() : *file;
+}
+
+// Returns what a stroke does, in a few words: "Pull 0.2 mm". `unit`: of its lengths; empty: none is named.
+std::string words_of(const Stroke& stroke, const std::string& unit);
 
 // A surface that a stroke reads and moves at the same time.
 
@@ -252,9 +266,6 @@ struct SymmetryImage {
 
 // Returns the file with the mirror image of a stamp's tool in the planes of a bit mask.
 using ImageFile = std::function<std::string(const std::string& file, unsigned planes)>;
-
-// Returns the images in the coordinate planes of a bit mask (1: x, 2: y, 4: z) and in all combinations of them.
-std::vector<SymmetryImage> mirror_images(unsigned planes);
 
 // Returns the image of a stroke. `image_file` is called for the reflection of a stamp only.
 Stroke image_of(const Stroke& stroke, const SymmetryImage& image, const ImageFile& image_file);

@@ -23,14 +23,12 @@
 
 namespace knead {
 
-// The difference between two lists of a gesture's strokes: what to apply to a shape with the old strokes to get the
-// shape with the new ones. Ignores remesh settings.
+// What is left to do when the strokes of a gesture are replaced by others. Remesh settings have no effect on it.
 struct StrokeDelta {
   bool from_start = false;    // apply all of the new strokes, to the shape at the start of the gesture
   std::size_t first_new = 0;  // else apply the strokes from this one on,
   std::optional<Flow> rest;   // after this rest of the stroke before it
-  // The rest as a stroke, for the session file; nothing: the file gets the whole stroke. Applied in place of `rest` if
-  // the stroke is no flow.
+  // The rest as a stroke, which is applied if it is no flow. Nothing: the session file gets the whole stroke again.
   std::optional<SessionStroke> rest_as_line;
 
   // Returns true if nothing is left to apply.

@@ -5,7 +5,8 @@
 
 #include "history/history.h"
 #include "knead/workbench.h"
-#include "strokes/continued.h"
+#include "strokes/describe.h"
+#include "strokes/suffix.h"
 
 namespace knead {
 
@@ -15,20 +16,15 @@ namespace {
 constexpr double kMaxExtension = kMaxStrength - 1;
 constexpr std::size_t kMaxImages = 8;  // of one gesture, mirrored in three planes
 
-const std::vector<Vec3d>* path_of(const Stroke& stroke) {
-  if (const auto* implicit = std::get_if<ImplicitStroke>(&stroke)) return &implicit->path;
-  if (const auto* stamp = std::get_if<StampStroke>(&stroke)) return &stamp->path;
-  return nullptr;
+// The path along which the tool of a stroke goes; null for other strokes.
+template <class AnyStroke>
+auto path_of(AnyStroke& stroke) {
+  return tool_detail::with_row(
+      stroke, [](const auto& row, auto& own) { return row.path != nullptr ? &(own.*row.path) : nullptr; });
 }
 
 Stroke with_path(Stroke stroke, std::vector<Vec3d> path) {
-  auto* const implicit = std::get_if<ImplicitStroke>(&stroke);
-  auto* const stamp = std::get_if<StampStroke>(&stroke);
-  if (implicit != nullptr) {
-    implicit->path = std::move(path);
-  } else if (stamp != nullptr) {
-    stamp->path = std::move(path);
-  }
+  *path_of(stroke) = std::move(path);
   return stroke;
 }
 
@@ -78,7 +74,7 @@ std::vector<Chain> chains_of(Strokes strokes) {
   for (std::size_t i = 0; i < strokes.size(); ++i) {
     const auto goes_on = [&](const Chain& chain) {
       const Stroke& last = strokes[chain.strokes.back()].stroke;
-      return !chain.extension && is_path(last) && continues(last, strokes[i].stroke);
+      return !chain.extension && path_of(last) != nullptr && continues(last, strokes[i].stroke);
     };
     const auto found = std::find_if(chains.rbegin(), chains.rend(), goes_on);
     if (found != chains.rend() && is_extension(strokes, *found, strokes[i])) {
@@ -117,7 +113,9 @@ bool stands_alone(const Stroke& stroke) {
 // Returns the stroke with only the first point of its path, since further pieces of one side may have been joined.
 Stroke beginning(const Stroke& stroke) {
   Stroke result = stroke;
-  if (auto* implicit = std::get_if<ImplicitStroke>(&result)) implicit->path.resize(1);
+  tool_detail::with_row(result, [](const auto& row, auto& own) {
+    if (row.path != nullptr && row.join != nullptr) (own.*row.path).resize(1);
+  });
   return result;
 }
 
@@ -130,7 +128,8 @@ bool are_images(const Stroke& first, const Stroke& second) {
     for (int axis = 0; axis < 3; ++axis) {
       if ((planes >> axis & 1) != 0) image = mirrored(image, axis);
     }
-    if (auto* stamp = std::get_if<StampStroke>(&image)) stamp->mesh = std::get<StampStroke>(b).mesh;
+    Stroke other = b;
+    if (auto* file = find_value<std::string>(image, "mesh")) *file = *find_value<std::string>(other, "mesh");
     if (image == b && image != a) return true;
   }
   return false;
@@ -244,15 +243,9 @@ std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
 std::vector<SessionStroke> session_detail::joined_where(std::vector<SessionStroke> strokes, MayJoin may_join) {
   std::vector<SessionStroke> result;
   for (SessionStroke& stroke : strokes) {
-    std::optional<Stroke> both;
-    if (!result.empty() && result.back().mirror == stroke.mirror && may_join(result.back(), stroke)) {
-      both = joined(result.back().stroke, stroke.stroke);
-    }
-    if (both) {
-      result.back().stroke = std::move(*both);
-    } else {
-      result.push_back(std::move(stroke));
-    }
+    const bool is_joined = !result.empty() && result.back().mirror == stroke.mirror &&
+                           may_join(result.back(), stroke) && join(result.back().stroke, stroke.stroke);
+    if (!is_joined) result.push_back(std::move(stroke));
   }
   return result;
 }

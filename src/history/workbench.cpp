@@ -8,6 +8,7 @@
 #include "knead/tools.h"
 #include "knead/workbench.h"
 #include "session/deformed_shape_detail.h"
+#include "strokes/describe.h"
 #include "strokes/pose.h"
 
 namespace knead {
@@ -38,7 +39,7 @@ bool is_remeshed(const std::vector<SessionStroke>& strokes) {
 // Returns about the amount by which applying the strokes to a shape of this size raises Progress::done.
 std::uint64_t work_of(const std::vector<SessionStroke>& strokes, const ShapeState& shape) {
   std::uint64_t segments = 0;
-  for (const SessionStroke& stroke : strokes) segments += session_detail::segments_about(stroke.stroke);
+  for (const SessionStroke& stroke : strokes) segments += tool_detail::segments_of(stroke.stroke);
   return segments * shape.positions.size();
 }
 

@@ -217,9 +217,7 @@ class PlanRun {
   // Before the shape moves. Where vertices are many, their edges show nothing more.
   void warn_of_zones(const StrokeRun& run) {
     for (const SessionStroke& part : run.stroke().outcome.parts) {
-      const bool has_zone =
-          std::holds_alternative<BendStroke>(part.stroke) || std::holds_alternative<TwistStroke>(part.stroke);
-      if (!has_zone) continue;
+      if (!tool_detail::has_zone(part.stroke)) continue;
       const bool is_coarse = shape_.positions().size() < kManyVertices;
       const std::span<const Triangle> triangles = is_coarse ? shape_.triangles() : std::span<const Triangle>{};
       const ZoneProfile profile = zone_profile(part.stroke, shape_.positions(), triangles);

@@ -42,9 +42,9 @@ std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const
   validate(mirror);
   const std::vector<SymmetryImage> images = images_in(mirror);
   for (SessionStroke& stroke : strokes) {
-    if (std::holds_alternative<MaskStroke>(stroke.stroke) || mirror.empty()) continue;
-    if (!is_flow(stroke.stroke)) {
-      stroke.stroke = symmetric_strokes({{stroke.stroke}}, images, 0, {}).front();
+    if (mirror.empty()) continue;
+    if (tool_of(stroke.stroke).is_event) {
+      if (!is_flow(stroke.stroke)) stroke.stroke = symmetric_strokes({{stroke.stroke}}, images, 0, {}).front();
       continue;
     }
     SessionStroke with = stroke;

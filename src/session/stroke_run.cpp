@@ -11,14 +11,21 @@
 #include "flow/masked.h"
 #include "flow/segment_mover.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/vec.h"
 #include "session/deformed_shape_detail.h"
+#include "strokes/describe.h"
 #include "strokes/limit_cylinder.h"
 #include "strokes/mirror.h"
+#include "strokes/suffix.h"
 
 namespace knead::session_detail {
 
 namespace {
+
+using tool_detail::segments_of;
+using tool_detail::SurfaceRun;
+using tool_detail::with_row;
 
 // Flow along a mask's border that is worth a warning, by the tool's speed.
 constexpr double kFastBorder = 2;
@@ -59,15 +66,9 @@ std::string describe_refusal(const StrokeCylinder& limit_cylinder, const Cylinde
 
 // Appends a part of a stroke; dabs of one brush become one stroke.
 void append(const Stroke& part, const SessionStroke& source, std::vector<SessionStroke>& parts) {
-  const auto* dab = std::get_if<PaintStroke>(&part);
-  auto* last = parts.empty() ? nullptr : std::get_if<PaintStroke>(&parts.back().stroke);
-  const bool joins = dab != nullptr && last != nullptr && last->outer == dab->outer && last->depth == dab->depth;
-  if (joins) {
-    last->samples.insert(last->samples.end(), dab->samples.begin(), dab->samples.end());
-  } else {
-    parts.push_back({part, source.line, source.remesh, source.name});
-    parts.back().mirror = source.mirror;
-  }
+  if (!parts.empty() && join(parts.back().stroke, part)) return;
+  parts.push_back({part, source.line, source.remesh, source.name});
+  parts.back().mirror = source.mirror;
 }
 
 // Gives the parts of a stroke the strengths that cut them where the stroke is cut, at a number of segments.
@@ -99,52 +100,36 @@ void share_duration(std::vector<SessionStroke>& parts, double duration) {
   for (std::size_t i = 0; i < parts.size(); ++i) parts[i].duration = duration * segments[i] / all;
 }
 
-// A pose with a mirror is that of all parts and their images; its grids and their images add up to their mean, which is
-// exactly symmetric.
-bool is_mirrored_pose(const PreparedStroke& stroke) {
-  return std::holds_alternative<PoseStroke>(stroke.stroke()) && !stroke.source->mirror.empty();
-}
-
-Stroke stroke_to_read(const PreparedStroke& stroke, std::span<const Vec3d> positions) {
-  if (!is_mirrored_pose(stroke)) return stroke.stroke();
-  return with_images(std::get<PoseStroke>(stroke.stroke()), stroke.source->mirror, positions);
-}
-
-Stroke share_of_image(const Stroke& part, const PreparedStroke& stroke) {
-  const auto* grid = std::get_if<GridStroke>(&part);
-  if (grid == nullptr || !is_mirrored_pose(stroke)) return part;
-  GridStroke share = *grid;
-  const double factor = 1.0 / static_cast<double>(1U << stroke.source->mirror.size());
-  share.grid = multiplied(std::move(share.grid), factor);
-  return share;
-}
-
 // Resolves a stroke on a shape, and moves the shape through it, but not through one with limit cylinders, which are
-// checked first.
+// checked first. A pose with a mirror is that of all parts and their images; its grids and their images add up to their
+// mean, which is exactly symmetric.
 void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progress) {
+  const Mirror& mirror = stroke.source->mirror;
   LiveSurface surface;
   surface.positions = shape.positions();
   surface.triangles = shape.triangles();
   if (shape.has_normals()) surface.normal = [&](std::uint32_t vertex) { return shape.normal(vertex); };
+  const std::optional<Stroke> whole =
+      mirror.empty() ? std::nullopt : with_images(stroke.stroke(), mirror, surface.positions);
   surface.apply = [&](const Stroke& own) {
-    const Stroke part = share_of_image(own, stroke);
-    Flow flow = masked(flow_of(part, stroke.source->mirror), shape.mask());
-    stroke.limit_cylinders = limit_cylinders_of(part, stroke.source->mirror);
+    const Stroke part = whole ? prolonged(own, 1.0 / static_cast<double>(1U << mirror.size())) : own;
+    Flow flow = masked(flow_of(part, mirror), shape.mask());
+    stroke.limit_cylinders = limit_cylinders_of(part, mirror);
     append(part, *stroke.source, stroke.outcome.parts);
     if (stroke.limit_cylinders.empty()) stroke.outcome.status = shape.move(flow, progress);
     std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(stroke.flow.segments));
     return stroke.outcome.status == AdvectStatus::done;
   };
-  std::vector<std::string> remarks;
   surface.progress = progress;
+  SurfaceRun run{surface, stroke.tool.get(), shape.motion().threads};
   try {
-    stroke.outcome.penetration = apply_on(stroke_to_read(stroke, surface.positions), stroke.tool.get(),
-                                          shape.motion().threads, surface, remarks);
+    with_row(whole ? *whole : stroke.stroke(), [&](const auto& row, const auto& own) { row.resolve(own, run); });
   } catch (const Cancelled&) {
     stroke.outcome.status = AdvectStatus::cancelled;
     return;
   }
-  std::move(remarks.begin(), remarks.end(), std::back_inserter(stroke.outcome.warnings));
+  stroke.outcome.penetration = run.penetration;
+  std::move(run.remarks.begin(), run.remarks.end(), std::back_inserter(stroke.outcome.warnings));
   cut(stroke.outcome.parts, stroke.part, stroke.flow.segments.size());
   share_duration(stroke.outcome.parts, stroke.source->duration);
   stroke.reads_surface = false;
@@ -160,34 +145,13 @@ void set_mask(PreparedStroke& stroke, DeformedShape& shape) {
   shape.set_mask(mask_of(std::get<MaskStroke>(stroke.outcome.parts.back().stroke), shape.motion().threads));
 }
 
-bool names_vertices(const PoseStroke& stroke) {
-  return !stroke.stiffness.empty() || std::any_of(stroke.parts.begin(), stroke.parts.end(), [](const PoseItem& item) {
-    const auto* part = std::get_if<PosePart>(&item);
-    return part != nullptr ? !part->vertices.empty() : std::get<PosePin>(item).vertex.has_value();
-  });
-}
-
 // A vertex's number means nothing once the vertices have other numbers.
-void require_no_numbers(const Stroke& stroke) {
-  const auto* mask = std::get_if<MaskStroke>(&stroke);
-  if (mask != nullptr && !mask->vertices.empty()) {
-    throw InvalidInput(
-        "\"vertices\" names vertices, but remeshing after an earlier stroke changed their numbers; name points "
-        "instead, with \"points\"");
-  }
-  if (const auto* pose = std::get_if<PoseStroke>(&stroke); pose != nullptr && names_vertices(*pose)) {
-    throw InvalidInput(
-        "\"parts\" names vertices, but remeshing after an earlier stroke changed their numbers; name points instead, "
-        "with \"points\" and \"pin_point\"");
-  }
-  Stroke own = stroke;
-  for (const StrokeKey& key : tool_of(own).keys(own)) {
-    auto* const* numbers = std::get_if<std::vector<std::uint32_t>*>(&key.value);
-    if (numbers == nullptr || *numbers == nullptr || (*numbers)->empty()) continue;
-    throw InvalidInput(
-        fmt::format("\"{}\" names vertices, but remeshing after an earlier stroke changed their numbers; "
-                    "name points instead, with \"{}\"",
-                    key.name, key.name.substr(0, key.name.find("_vertices"))));
+void require_no_numbers(Stroke stroke) {
+  for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
+    const std::string instead = tool_detail::instead_of_vertices(key);
+    if (instead.empty()) continue;
+    throw InvalidInput(fmt::format(
+        "\"{}\" names vertices, but remeshing after an earlier stroke changed their numbers; {}", key.name, instead));
   }
 }
 
@@ -231,6 +195,17 @@ Flow without_limit_cylinders(Flow flow, unsigned parts) {
   return without_limit_cylinders(std::move(flow));
 }
 
+// Returns the tool of a stamp; null for other strokes.
+std::shared_ptr<const Mesh> tool_mesh_of(Stroke stroke, const std::filesystem::path& folder) {
+  const auto* const file = find_value<std::string>(stroke, "mesh");
+  if (file == nullptr) return nullptr;
+  try {
+    return std::make_shared<const Mesh>(read_shape(folder / *file).mesh);
+  } catch (const std::exception& error) {
+    throw InvalidInput(fmt::format("\"mesh\": {}", error.what()));
+  }
+}
+
 }  // namespace
 
 PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem::path& folder) {
@@ -249,7 +224,7 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
   prepared.reads_surface = reads_surface(stroke);
   if (prepared.reads_surface) {
     prepared.tool = tool_mesh_of(stroke, folder);
-    prepared.expected_segments = expected_segments(stroke, prepared.tool.get());
+    prepared.expected_segments = segments_of(stroke, prepared.tool.get());
     return prepared;
   }
   prepared.flow = flow_of(stroke, source.mirror);

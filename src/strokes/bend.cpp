@@ -1,3 +1,4 @@
+// The tool "bend": bends a part about an axis; by large angles its body.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,6 +31,15 @@ constexpr double kSpacingOfZone = 0.5;  // of the zone's width, at most
 constexpr double kMaxBending = 0.45;    // the half thickness over the arc's radius
 constexpr double kStraight = 1e-9;      // radians below which there is no arc
 constexpr double kMaxDistance = 0.02;   // of the diagonal: of the part from its place
+
+Thresholds<double> bend_thresholds(const BendStroke& stroke) {
+  if (const auto* given = std::get_if<BendThresholds>(&stroke.extent)) {
+    return {given->inner, given->outer, stroke.falloff};
+  }
+  const auto& extent = std::get<BendWidth>(stroke.extent);
+  const double fraction = extent.center_fraction.value_or(falloff_facts(stroke.falloff).half);
+  return {-fraction * extent.width, (1 - fraction) * extent.width, stroke.falloff};
+}
 
 // The coordinates of a bend, and the arc that its zone becomes.
 class Arc {
@@ -354,69 +364,6 @@ std::optional<SplitSurface> split_for(const BendStroke& stroke, const LiveSurfac
   return result;
 }
 
-}  // namespace
-
-bool bends_body(const BendStroke& stroke, const LiveSurface& surface) {
-  if (std::abs(stroke.angle_deg) > kMaxOfPlainBend) return true;
-  if (!stroke.radius_auto || surface.triangles.empty()) return false;
-  const Arc arc(stroke);
-  const std::optional<Parts> parts = parts_by_pieces(stroke, arc, surface);
-  if (!parts || parts->is_joined_twice) return false;
-  for (std::size_t i = 0; i < parts->roles.size(); ++i) {
-    if (parts->roles[i] == Role::moves && arc.height(surface.positions[i]) > arc.inner()) return true;
-  }
-  BendStroke any = stroke;
-  any.radius_auto = false;
-  any.radius = 1;
-  return !propose_limit_cylinder(*limit_cylinder_of(any), surface.positions, surface.triangles).radius;
-}
-
-PoseResult bend_on(const BendStroke& stroke, const LiveSurface& live, int threads) {
-  if (live.positions.empty()) return {};
-  LiveSurface surface = live;
-  const std::optional<SplitSurface> split = split_for(stroke, live);
-  if (split) {
-    surface.positions = split->positions;
-    surface.triangles = split->triangles;
-  }
-  constexpr double kFullTurn = 360;  // closes a ring
-  constexpr double kMaxTurn = 345;
-  if (std::abs(stroke.angle_deg) >= kFullTurn) refuse(stroke, kMaxTurn, surface, threads);
-  SolvedBend bend = solved(stroke, surface, threads);
-  if (is_spoiled(bend.result)) {
-    refuse(stroke, std::floor(std::abs(stroke.angle_deg) * sound_share(bend, surface, threads)), surface, threads);
-  }
-  bend.result.stopped = !apply_grids(bend.flow, live);
-  return std::move(bend.result);
-}
-
-namespace tool_detail {
-
-Thresholds<double> bend_thresholds(const BendStroke& stroke) {
-  if (const auto* given = std::get_if<BendThresholds>(&stroke.extent)) {
-    return {given->inner, given->outer, stroke.falloff};
-  }
-  const auto& extent = std::get<BendWidth>(stroke.extent);
-  const double fraction = extent.center_fraction.value_or(falloff_facts(stroke.falloff).half);
-  return {-fraction * extent.width, (1 - fraction) * extent.width, stroke.falloff};
-}
-
-void move_center(BendStroke& stroke, int falloff) {
-  auto* const zone = std::get_if<BendThresholds>(&stroke.extent);
-  if (zone == nullptr) return;
-  const double moved = falloff_facts(falloff).half - falloff_facts(stroke.falloff).half;
-  const double shift = moved * (zone->outer - zone->inner);
-  stroke.center += unit(stroke.normal) * shift;
-  zone->inner -= shift;
-  zone->outer -= shift;
-}
-
-}  // namespace tool_detail
-
-namespace {
-
-using namespace tool_detail;
-
 // |a x n| and |a.n| of unit vectors below which they count as parallel, and as perpendicular.
 constexpr double kParallel = 1e-9;
 constexpr double kPerpendicular = 1e-3;
@@ -481,11 +428,92 @@ void warn(const BendStroke& stroke, Warnings& warnings) {
   }
 }
 
+void resolve(const BendStroke& stroke, SurfaceRun& run) {
+  if (!bends_body(stroke, run.surface)) return resolve_radius(stroke, run);
+  run.remarks = bend_on(stroke, run.surface, run.threads).warnings;
+}
+
+std::string words(const BendStroke& stroke, const std::string& /*unit*/) {
+  return "Bend " + degrees_text(stroke.angle_deg);
+}
+
+// A bend between given thresholds keeps them, and its centre moves with the place where the weight is one half.
+void keep_zone(BendStroke& stroke, int falloff) {
+  auto* const zone = std::get_if<BendThresholds>(&stroke.extent);
+  if (zone == nullptr) return;
+  const double moved = falloff_facts(falloff).half - falloff_facts(stroke.falloff).half;
+  const double shift = moved * (zone->outer - zone->inner);
+  stroke.center += unit(stroke.normal) * shift;
+  zone->inner -= shift;
+  zone->outer -= shift;
+}
+
+void zone(const BendStroke& stroke, StrokeZone& zone) {
+  zone.center = stroke.center;
+  zone.normal = unit(stroke.normal);
+  zone.side = normalized(cross(zone.normal, unit(stroke.axis)));
+  zone.radius = stroke.radius;
+  zone.between = bend_thresholds(stroke);
+  zone.angle = std::abs(stroke.angle_deg) * kRadiansPerDegree;
+  zone.degrees = stroke.angle_deg;
+}
+
+void set_zone(BendStroke& stroke, const StrokeZone& zone) {
+  stroke.center = zone.center;
+  if (auto* const extent = std::get_if<BendWidth>(&stroke.extent)) {
+    extent->width = zone.width();
+  } else {
+    stroke.extent = BendThresholds{zone.between.inner, zone.between.outer};
+  }
+}
+
 }  // namespace
 
-const Tool& BendStroke::tool() {
-  static const Tool kTool = describe<BendStroke>("bend", {keys, validate, flow_of, warn, reads_surface, prepare});
-  return kTool;
+bool bends_body(const BendStroke& stroke, const LiveSurface& surface) {
+  if (std::abs(stroke.angle_deg) > kMaxOfPlainBend) return true;
+  if (!stroke.radius_auto || surface.triangles.empty()) return false;
+  const Arc arc(stroke);
+  const std::optional<Parts> parts = parts_by_pieces(stroke, arc, surface);
+  if (!parts || parts->is_joined_twice) return false;
+  for (std::size_t i = 0; i < parts->roles.size(); ++i) {
+    if (parts->roles[i] == Role::moves && arc.height(surface.positions[i]) > arc.inner()) return true;
+  }
+  BendStroke any = stroke;
+  any.radius_auto = false;
+  any.radius = 1;
+  return !propose_limit_cylinder(*limit_cylinder_of(any), surface.positions, surface.triangles).radius;
 }
+
+PoseResult bend_on(const BendStroke& stroke, const LiveSurface& live, int threads) {
+  if (live.positions.empty()) return {};
+  LiveSurface surface = live;
+  const std::optional<SplitSurface> split = split_for(stroke, live);
+  if (split) {
+    surface.positions = split->positions;
+    surface.triangles = split->triangles;
+  }
+  constexpr double kFullTurn = 360;  // closes a ring
+  constexpr double kMaxTurn = 345;
+  if (std::abs(stroke.angle_deg) >= kFullTurn) refuse(stroke, kMaxTurn, surface, threads);
+  SolvedBend bend = solved(stroke, surface, threads);
+  if (is_spoiled(bend.result)) {
+    refuse(stroke, std::floor(std::abs(stroke.angle_deg) * sound_share(bend, surface, threads)), surface, threads);
+  }
+  bend.result.stopped = !apply_grids(bend.flow, live);
+  return std::move(bend.result);
+}
+
+constinit const tool_detail::ToolRow<BendStroke> BendStroke::tool{.name = "bend",
+                                                                  .keys = keys,
+                                                                  .prepare = prepare,
+                                                                  .validate = validate,
+                                                                  .reads_surface = reads_surface,
+                                                                  .resolve = resolve,
+                                                                  .flow = flow_of,
+                                                                  .warn = warn,
+                                                                  .words = words,
+                                                                  .keep_zone = keep_zone,
+                                                                  .zone = zone,
+                                                                  .set_zone = set_zone};
 
 }  // namespace knead

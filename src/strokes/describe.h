@@ -1,10 +1,12 @@
-// Checks of a stroke's numbers. Every failure is an InvalidInput whose message begins with
-// the key in quotes and says what was expected and what was got.
+// The row of a tool: all that the library knows of it; and what the rows share, such as the checks of numbers.
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "knead/tools.h"
@@ -12,6 +14,8 @@
 
 namespace knead::tool_detail {
 
+// Checks of a stroke's numbers. Every failure is an InvalidInput whose message begins with the key in quotes and says
+// what was expected and what was got.
 void require_finite(std::string_view key, double value);
 void require_finite(std::string_view key, const Vec3d& value);
 void require_finite(std::string_view key, const std::vector<Vec3d>& values);
@@ -57,10 +61,36 @@ inline constexpr double kStrongReturn = 4;
 
 inline constexpr double kRadiansPerDegree = 0.017453292519943295769;
 
-// How a tool describes itself.
+// "30\u00b0"; "0.2 mm", or without the unit where that is empty.
+std::string degrees_text(double angle);
+std::string length_text(double length, const std::string& unit);
+
+// A stroke that reads a surface, while it is applied to it.
+struct SurfaceRun {
+  const LiveSurface& surface;
+  const Mesh* mesh = nullptr;  // of a stamp's tool
+  int threads = 0;
+  std::vector<std::string> remarks{};   // for the user
+  std::optional<double> penetration{};  // how deep a stamp leaves the surface in its tool
+};
+
+// The zone of a bend or twist, between what moves with the tool and what stays.
+struct StrokeZone {
+  Vec3d center;
+  Vec3d normal;         // unit
+  Vec3d side{0, 0, 0};  // of a bend: unit, across the axis and the normal
+  std::optional<double> radius{};
+  Thresholds<double> between{};
+  double angle = 0;    // radians: of a bend; of a twist: over the zone
+  double degrees = 0;  // as the stroke gives them: of a bend, or of a twist for one unit of length
+
+  double width() const { return between.outer - between.inner; }
+  bool bends() const { return side != Vec3d{0, 0, 0}; }
+};
 
 using Warnings = std::vector<std::string>;
 using HasKey = std::function<bool(std::string_view)>;
+using PlaceMap = std::function<Vec3d(const Vec3d&)>;
 
 // A tool whose strokes blend: S has the member `falloff`.
 template <class S>
@@ -68,48 +98,52 @@ inline constexpr bool kBlends = requires(S stroke) {
   stroke.falloff;
 };
 
-// The functions of a tool with strokes S. Those that are null have nothing to do: a tool without `flow` always reads
-// the surface. Without `prolong` the angles of a stroke are multiplied; a tool without angles cannot go on.
+// The row of the tool with strokes S. What is null does not apply to the tool.
 template <class S>
-struct ToolFunctions {
-  std::vector<StrokeKey> (*keys)(S&);
-  void (*validate)(const S&) = nullptr;
-  Flow (*flow)(const S&) = nullptr;
-  void (*warn)(const S&, Warnings&) = nullptr;
-  bool (*reads_surface)(const S&) = nullptr;
-  void (*prepare)(S&, const HasKey&) = nullptr;
-  void (*prolong)(S&, double strength) = nullptr;
+struct ToolRow {
+  std::string_view name;  // these three as in Tool
+  bool is_flow = true;
+  bool is_event = false;
+
+  // What the numbers are, and what they become.
+  std::vector<StrokeKey> (*keys)(S&);                // but for "falloff"
+  void (*prepare)(S&, const HasKey&) = nullptr;      // as in Tool
+  void (*validate)(const S&) = nullptr;              // throws for values that the tool cannot use
+  bool (*reads_surface)(const S&) = nullptr;         // null: if there is no `flow`
+  void (*resolve)(const S&, SurfaceRun&) = nullptr;  // applies a valid stroke that reads the surface
+  Flow (*flow)(const S&) = nullptr;                  // of a valid stroke that does not
+  // Returns about how many segments the stroke becomes; with the mesh of a stamp's tool, at most. Null: one.
+  std::size_t (*segments)(const S&, const Mesh* mesh) = nullptr;
+  void (*warn)(const S&, Warnings&) = nullptr;                        // adds sentences about a valid stroke
+  std::string (*words)(const S&, const std::string& unit) = nullptr;  // as words_of(); null: the name
+
+  // How they change.
+  void (*prolong)(S&, double strength) = nullptr;  // as prolonged(); null: multiplies the angles
+  bool (*blends)(const S&) = nullptr;              // null: if there is a falloff
+  void (*keep_zone)(S&, int falloff) = nullptr;    // changes what another falloff would move
+  void (*zone)(const S&, StrokeZone&) = nullptr;
+  void (*set_zone)(S&, const StrokeZone&) = nullptr;
+
+  // Images. `move` is for strokes whose keys depend on each other; `signs`: of the axes, nothing if the motion does
+  // more than mirror. `with_images` returns one stroke that does what all images do, on a shape with these vertices.
+  void (*move)(S&, const std::optional<Vec3d>& signs, const PlaceMap& place) = nullptr;
+  S (*with_images)(const S&, const Mirror&, std::span<const Vec3d> positions) = nullptr;
+
+  // How a stroke grows while it is drawn (strokes/suffix.h). `path`: along which the tool goes, a segment for each
+  // piece.
+  std::vector<Vec3d> S::*path = nullptr;
+  bool (*grows)(const S& before, const S& now) = nullptr;
+  S (*rest)(const S& before, const S& now) = nullptr;
+  bool (*continues)(const S& last, const S& next) = nullptr;
+  void (*join)(S& last, const S& next) = nullptr;
+  std::vector<Stroke> (*pieces)(const S&) = nullptr;
+  std::optional<Stroke> (*interleaved)(const S&, std::span<const SymmetryImage>) = nullptr;
 };
 
-template <class S>
-Tool describe(std::string_view name, const ToolFunctions<S>& functions) {
-  Tool tool;
-  tool.name = name;
-  tool.start = S{};
-  tool.keys = [=](Stroke& stroke) {
-    S& own = std::get<S>(stroke);
-    std::vector<StrokeKey> keys = functions.keys(own);
-    if constexpr (kBlends<S>) keys.push_back({"falloff", Quantity::falloff, &own.falloff, Presence::optional});
-    return keys;
-  };
-  tool.prepare = [=](Stroke& stroke, const HasKey& has) {
-    if (functions.prepare != nullptr) functions.prepare(std::get<S>(stroke), has);
-  };
-  tool.validate = [=](const Stroke& stroke) {
-    if (functions.validate != nullptr) functions.validate(std::get<S>(stroke));
-  };
-  tool.reads_surface = [=](const Stroke& stroke) {
-    return functions.reads_surface != nullptr ? functions.reads_surface(std::get<S>(stroke))
-                                              : functions.flow == nullptr;
-  };
-  tool.flow = [=](const Stroke& stroke) { return functions.flow(std::get<S>(stroke)); };
-  tool.warn = [=](const Stroke& stroke, Warnings& warnings) {
-    if (functions.warn != nullptr) functions.warn(std::get<S>(stroke), warnings);
-  };
-  if (functions.prolong != nullptr) {
-    tool.prolong = [=](Stroke& stroke, double strength) { functions.prolong(std::get<S>(stroke), strength); };
-  }
-  return tool;
+// Calls body with the row of the stroke's tool, and the stroke as its own struct.
+template <class AnyStroke, class Body>
+decltype(auto) with_row(AnyStroke& stroke, const Body& body) {
+  return std::visit([&]<class S>(S& own) -> decltype(auto) { return body(std::remove_const_t<S>::tool, own); }, stroke);
 }
 
 // Returns a choice among the values of an enumeration, which the words name in order.
@@ -130,10 +164,23 @@ Segment resting_segment(Field field);
 // Warns of a strong flow back beside the tool, which a thin intermediate region causes (inner / outer above 0.9).
 void warn_of_thin_shell(const Thresholds<double>& thresholds, Warnings& warnings);
 
-// Returns the thresholds of a bend, which its width may stand for.
-Thresholds<double> bend_thresholds(const BendStroke& stroke);
+// Returns what to do where a key names vertices by their numbers: "name points instead, with ..."; empty: it names
+// none.
+std::string instead_of_vertices(const StrokeKey& key);
 
-// Moves the centre of a bend for another falloff, as set_falloff says.
-void move_center(BendStroke& stroke, int falloff);
+// Returns about how many segments a stroke becomes; of one that reads the surface at most so many, if the mesh of a
+// stamp's tool is given.
+std::size_t segments_of(const Stroke& stroke, const Mesh* mesh = nullptr);
+
+// Returns whether the stroke is a bend or twist.
+inline bool has_zone(const Stroke& stroke) {
+  return with_row(stroke, [](const auto& row, const auto& /*own*/) { return row.zone != nullptr; });
+}
+
+// Returns the zone of a bend or twist; nothing for other strokes. The stroke is valid.
+std::optional<StrokeZone> zone_of(const Stroke& stroke);
+
+// Applies a twist or bend with the radius "auto": finds the radius.
+void resolve_radius(const Stroke& stroke, SurfaceRun& run);
 
 }  // namespace knead::tool_detail

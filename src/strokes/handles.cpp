@@ -1,3 +1,4 @@
+// The tool "handles": one set of points moves, another one stays.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -207,12 +208,41 @@ void prolong(HandlesStroke& stroke, double strength) {
   if (auto* rotation = std::get_if<HandlesRotation>(&stroke.motion)) rotation->angle_deg *= strength;
 }
 
+// The points of a set that was given by its vertices.
+void look_up(const char* key, std::span<const Vec3d> positions, std::vector<std::uint32_t>& vertices,
+             std::vector<Vec3d>& points) {
+  for (const std::uint32_t vertex : vertices) {
+    require_vertex(key, positions, vertex);
+    points.push_back(positions[vertex]);
+  }
+  vertices.clear();
+}
+
+void resolve(const HandlesStroke& stroke, SurfaceRun& run) {
+  HandlesStroke named = stroke;
+  look_up("full_vertices", run.surface.positions, named.full_vertices, named.full);
+  look_up("zero_vertices", run.surface.positions, named.zero_vertices, named.zero);
+  run.remarks = warnings(named);
+  run.surface.apply(named);
+}
+
+std::string words(const HandlesStroke& stroke, const std::string& unit) {
+  const auto* const rotation = std::get_if<HandlesRotation>(&stroke.motion);
+  if (rotation != nullptr) return "Handles " + degrees_text(rotation->angle_deg);
+  return "Handles " + length_text(norm(std::get<HandlesTranslation>(stroke.motion).by), unit);
+}
+
 }  // namespace
 
-const Tool& HandlesStroke::tool() {
-  static const Tool kTool =
-      describe<HandlesStroke>("handles", {keys, validate, flow_of, warn, reads_surface, prepare, prolong});
-  return kTool;
-}
+constinit const tool_detail::ToolRow<HandlesStroke> HandlesStroke::tool{.name = "handles",
+                                                                        .keys = keys,
+                                                                        .prepare = prepare,
+                                                                        .validate = validate,
+                                                                        .reads_surface = reads_surface,
+                                                                        .resolve = resolve,
+                                                                        .flow = flow_of,
+                                                                        .warn = warn,
+                                                                        .words = words,
+                                                                        .prolong = prolong};
 
 }  // namespace knead

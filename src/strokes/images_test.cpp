@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "knead/tools.h"
+#include "strokes/mirror.h"
 
 namespace knead::images_test {
 namespace {
@@ -11,6 +12,15 @@ namespace {
 const ImageFile kNoFile;
 
 ImplicitStroke bent_pull() { return {{{0.7, 0.7, 0.1}, {0.8, 0.9, 0.1}, {0.8, 1, 0.2}}, 0.1, 0.5}; }
+
+// In the coordinate planes of a bit mask.
+std::vector<SymmetryImage> mirror_images(unsigned planes) {
+  Mirror mirror;
+  if ((planes & 1U) != 0) mirror.push_back({{1, 0, 0}});
+  if ((planes & 2U) != 0) mirror.push_back({{0, 1, 0}});
+  if ((planes & 4U) != 0) mirror.push_back({{0, 0, 1}});
+  return images_in(mirror);
+}
 
 std::vector<Stroke> with_mirrors(const Stroke& stroke, unsigned planes) {
   const std::vector<Stroke> strokes{stroke};

@@ -1,4 +1,4 @@
-// Clay that grows: volume on purpose, within a tool (docs/decisions/0035-volume-on-purpose.md).
+// The tool "inflate": clay that grows, volume on purpose (docs/decisions/0035-volume-on-purpose.md).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,6 +41,7 @@ constexpr double kMostStretch = 6;
 constexpr double kMinFlux = 0.4;       // of the growth inside
 constexpr double kExactVolume = 1e-7;  // of the volume
 constexpr int kCorrections = 6;
+constexpr std::size_t kMaxPoints = 10'000;
 
 // What is within the radius of the stroke's path.
 struct InflateTool {
@@ -356,22 +357,6 @@ class Inflation {
   double orientation_ = 1;  // of the triangles
 };
 
-}  // namespace
-
-bool inflate_on(const InflateStroke& stroke, const LiveSurface& surface, int threads) {
-  validate(stroke);
-  if (stroke.volume == 0) return true;
-  Flow flow;
-  Inflation(stroke, surface, threads).run(flow);
-  return apply_grids(flow, surface);
-}
-
-// The description of the tool "inflate".
-
-namespace {
-
-constexpr std::size_t kMaxPoints = 10'000;
-
 std::vector<StrokeKey> keys(InflateStroke& s) {
   return {{"points", Quantity::finite, &s.points, Presence::not_empty},
           {"radius", Quantity::positive, &s.radius, Presence::required, "nothing farther from the path moves"},
@@ -388,12 +373,33 @@ void validate(const InflateStroke& stroke) {
 
 void prolong(InflateStroke& stroke, double strength) { stroke.volume *= strength; }
 
+void resolve(const InflateStroke& stroke, SurfaceRun& run) { inflate_on(stroke, run.surface, run.threads); }
+
+std::size_t segments(const InflateStroke& /*stroke*/, const Mesh* /*mesh*/) { return 4; }
+
+std::string words(const InflateStroke& stroke, const std::string& unit) {
+  const std::string cubes = unit.empty() ? "" : " " + unit + "\u00b3";
+  return fmt::format("{} by {:.2g}{}", stroke.volume < 0 ? "Shrink" : "Grow", std::abs(stroke.volume), cubes);
+}
+
 }  // namespace
 
-const Tool& InflateStroke::tool() {
-  static const Tool kTool =
-      describe<InflateStroke>("inflate", {keys, validate, nullptr, nullptr, nullptr, nullptr, prolong});
-  return kTool;
+bool inflate_on(const InflateStroke& stroke, const LiveSurface& surface, int threads) {
+  validate(stroke);
+  if (stroke.volume == 0) return true;
+  Flow flow;
+  Inflation(stroke, surface, threads).run(flow);
+  return apply_grids(flow, surface);
 }
+
+// The description of the tool "inflate".
+
+constinit const tool_detail::ToolRow<InflateStroke> InflateStroke::tool{.name = "inflate",
+                                                                        .keys = keys,
+                                                                        .validate = validate,
+                                                                        .resolve = resolve,
+                                                                        .segments = segments,
+                                                                        .words = words,
+                                                                        .prolong = prolong};
 
 }  // namespace knead

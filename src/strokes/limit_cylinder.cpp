@@ -13,8 +13,8 @@
 #include "knead/region.h"
 #include "knead/tools.h"
 #include "mesh/edges.h"
-#include "strokes/continued.h"
 #include "strokes/describe.h"
+#include "strokes/slice.h"
 
 namespace knead {
 
@@ -45,12 +45,10 @@ Vec3d last_normal(const Field& field) { return normal_at(std::get<HalfSpace<doub
 }  // namespace
 
 std::optional<StrokeCylinder> limit_cylinder_of(const Stroke& stroke) {
-  const auto* twist = std::get_if<TwistStroke>(&stroke);
-  const auto* bend = std::get_if<BendStroke>(&stroke);
-  if ((twist == nullptr || !twist->radius) && (bend == nullptr || !bend->radius)) return std::nullopt;
-  if (reads_surface(stroke)) return std::nullopt;
+  if (!tool_detail::has_zone(stroke) || reads_surface(stroke)) return std::nullopt;
   const Flow flow = flow_of(stroke);
   const Segment& segment = flow.segments.front();
+  if (!segment.limit_cylinder) return std::nullopt;
   const Field& field = segment.fields.front();
   return StrokeCylinder{segment.limit_cylinder->center, segment.limit_cylinder->axis, segment.limit_cylinder->radius,
                         field.thresholds.outer, last_normal(field)};

@@ -12,13 +12,15 @@
 
 namespace knead {
 
-// For a shape after the stroke, `deformed`, and its vertices as the stroke's inverse without the limit cylinder takes
-// them back, `taken_back`: whether each was moved, so that taken_back is where it came from, or never was. A vertex
-// that comes from outside the limit cylinder was not; one that lies inside it, where a resting point would have been
-// moved, was. Where both could be (the limit cylinder reaches beyond a bent finger's tip, and its image may cover the
-// thumb) the surface decides: no triangle crossed the limit cylinder where anything moved, so neighbours that move are
-// of one kind. Distances are compared with a slack, a length above the error of taken_back. Vertices of no triangle,
-// and pieces that could all be either, are taken to have moved if they come from within the radius. Time: linear.
+// Returns for each vertex of a shape after the stroke, `deformed`, whether the stroke moved it. `taken_back` is where
+// the stroke's inverse without the limit cylinder takes it.
+// - A vertex that comes from outside the limit cylinder was not moved. One inside it, where a resting point would have
+//   been moved, was.
+// - Both may hold: the limit cylinder reaches beyond a bent finger's tip, and its image may cover the thumb. Then the
+//   surface decides: no triangle crossed the limit cylinder where anything moved, so neighbours that move are of one
+//   kind.
+// - Vertices of no triangle, and pieces that could all be either, have moved if they come from within the radius.
+// Distances are compared with a slack, a length above the error of taken_back. Time: linear.
 std::vector<bool> limit_cylinder_members(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> deformed,
                                          std::span<const Vec3d> taken_back, std::span<const Triangle> triangles,
                                          double slack);
@@ -57,10 +59,9 @@ std::vector<Reach> merged_reaches(const StrokeCylinder& limit_cylinder, std::spa
 enum class Round { down, nearest, up };
 std::optional<double> short_number_between(double low, double high, double target, Round round, int digits = 6);
 
-// What hangs together below a limit cylinder's outer plane, and how far from the axis.
-
-// The pieces of a shape where r < outer at the stroke's start. Two triangles hang together across a vertex
-// there. `part` is the piece with the triangle whose corner is nearest to the centre.
+// The connected pieces of a shape where r < outer at the stroke's start, and how far from the axis they lie. Two
+// triangles are connected by a vertex there. `part` is the piece with the triangle whose corner is nearest to the
+// centre.
 struct CylinderPieces {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 

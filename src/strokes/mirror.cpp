@@ -1,3 +1,4 @@
+// Images of strokes that act at the same time: their sum.
 #include "strokes/mirror.h"
 
 #include <fmt/format.h>
@@ -14,6 +15,7 @@
 #include "knead/flow.h"
 #include "knead/tools.h"
 #include "knead/vec.h"
+#include "strokes/describe.h"
 
 namespace knead {
 
@@ -21,7 +23,6 @@ namespace {
 
 constexpr std::size_t kMaxPlanes = 3;
 constexpr double kRightAngle = 1e-9;  // the greatest cosine of one
-constexpr double kSame = 1e-9;        // of a size or speed: images that differ by less are one
 constexpr double kSameBox = 1e-6;     // of the same size, for the supports' boxes
 constexpr std::size_t kMaxAnchors = 12;
 
@@ -106,13 +107,11 @@ std::vector<Vec3d> places_in(const Segment& segment) {
   return places;
 }
 
-bool are_near(const Vec3d& a, const Vec3d& b, double distance) { return norm(a - b) <= distance; }
-
 bool have_same_limit_cylinder(const std::optional<LimitCylinder>& a, const std::optional<LimitCylinder>& b) {
   if (!a || !b) return !a && !b;
   const Vec3d by = b->center - a->center;
-  return std::abs(a->radius - b->radius) <= kSame * a->radius && norm(cross(a->axis, b->axis)) <= kSame &&
-         norm(cross(a->axis, by)) <= kSame * a->radius;
+  return std::abs(a->radius - b->radius) <= kSameImage * a->radius && norm(cross(a->axis, b->axis)) <= kSameImage &&
+         norm(cross(a->axis, by)) <= kSameImage * a->radius;
 }
 
 // Whether two images of a segment do the same to every point, up to rounding.
@@ -136,12 +135,10 @@ bool are_same(const Segment& a, const Segment& b) {
       greatest = std::max({greatest, norm(by_a[i]), norm(by_b[i])});
       difference = std::max(difference, norm(by_a[i] - by_b[i]));
     }
-    if (difference > kSame * greatest) return false;
+    if (difference > kSameImage * greatest) return false;
   }
   return true;
 }
-
-Stroke image_of_flow(const Stroke& stroke, const SymmetryImage& image) { return image_of(stroke, image, {}); }
 
 // One segment of the stroke, and those of its images: their sum.
 Segment sum_of(const std::vector<Segment>& images, const Mirror& mirror) {
@@ -155,149 +152,27 @@ Segment sum_of(const std::vector<Segment>& images, const Mirror& mirror) {
   return sum;
 }
 
-// The pins of a stroke and of its images.
-class MirroredPins {
- public:
-  MirroredPins(const PinsStroke& stroke, const Mirror& mirror)
-      : result_(stroke), images_(images_in(mirror)), same_(kSame * size_of(stroke)) {
-    result_.turn.resize(stroke.points.size());
-  }
-
-  PinsStroke find() {
-    const std::size_t count = result_.points.size();
-    for (std::size_t i = 0; i < count; ++i) keep_in_planes(i);
-    for (std::size_t i = 0; i < count; ++i) {
-      for (const SymmetryImage& image : images_) add_image(i, image);
-    }
-    const auto is_none = [](const auto& turn) { return !turn; };
-    if (std::all_of(result_.turn.begin(), result_.turn.end(), is_none)) result_.turn.clear();
-    return std::move(result_);
-  }
-
- private:
-  static double size_of(const PinsStroke& stroke) {
-    Box box = bounding_box(stroke.points);
-    for (const Vec3d& p : stroke.to) box.extend(p);
-    return std::max({box.diagonal(), norm(box.min), norm(box.max)});
-  }
-
-  PinsStroke one(std::size_t i) const {
-    PinsStroke pin;
-    pin.points = {result_.points[i]};
-    pin.to = {result_.to[i]};
-    pin.radius = 1;
-    if (result_.turn[i]) pin.turn = {result_.turn[i]};
-    return pin;
-  }
-  PinsStroke image(std::size_t i, const SymmetryImage& image) const {
-    return std::get<PinsStroke>(image_of_flow(one(i), image));
-  }
-
-  static Vec3d vector_of(const PinRotation& turn) { return normalized(turn.axis) * turn.angle_deg; }
-
-  // A pin that is its own image goes where the images on the whole go, and turns as they do.
-  void keep_in_planes(std::size_t i) {
-    Vec3d to = result_.to[i];
-    Vec3d turn = result_.turn[i] ? vector_of(*result_.turn[i]) : Vec3d{};
-    double count = 1;
-    for (const SymmetryImage& each : images_) {
-      const PinsStroke other = image(i, each);
-      if (!are_near(other.points[0], result_.points[i], same_)) continue;
-      to += other.to[0];
-      if (!other.turn.empty()) turn += vector_of(*other.turn[0]);
-      ++count;
-    }
-    if (count == 1) return;
-    if (!are_near(to / count, result_.to[i], same_)) result_.to[i] = to / count;
-    if (!result_.turn[i] || are_near(turn / count, vector_of(*result_.turn[i]), kSame)) return;
-    result_.turn[i] = PinRotation{result_.turn[i]->axis, 0};
-    if (norm(turn) > 0) result_.turn[i] = PinRotation{turn, norm(turn) / count};
-  }
-
-  void add_image(std::size_t i, const SymmetryImage& each) {
-    const PinsStroke other = image(i, each);
-    for (std::size_t k = 0; k < result_.points.size(); ++k) {
-      if (!are_near(result_.points[k], other.points[0], same_)) continue;
-      if (are_near(result_.to[k], other.to[0], same_)) return;
-      throw InvalidInput(fmt::format(
-          "\"points\": pin {} is the mirror image of pin {}, but goes elsewhere; leave one of them out", k + 1, i + 1));
-    }
-    result_.points.push_back(other.points[0]);
-    result_.to.push_back(other.to[0]);
-    result_.turn.push_back(other.turn.empty() ? std::nullopt : other.turn[0]);
-  }
-
-  PinsStroke result_;
-  std::vector<SymmetryImage> images_;
-  double same_;
-};
-
-// The parts and pins of a pose and of its images.
-class MirroredPose {
- public:
-  MirroredPose(PoseStroke stroke, const Mirror& mirror, std::span<const Vec3d> positions)
-      : result_(std::move(stroke)), images_(images_in(mirror)), same_(kSame * bounding_box(positions).diagonal()) {
-    for (PoseItem& item : result_.parts) {
-      std::visit([&](auto& own) { look_up(own, positions); }, item);
+// Places in the tool at a time, the same ones of each image in the same order.
+std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
+  std::vector<Vec3d> places;
+  for (std::size_t i = 0; i < segment.fields.size(); i += segment.fields.size() / kMaxAnchors + 1) {
+    const Field& field = segment.fields[i];
+    std::vector<Vec3d> anchors;
+    find_anchors(field, anchors);
+    for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMaxAnchors + 1) {
+      const Vec3d place = anchors[k] + displacement_of(segment, field) * time;
+      places.push_back(place);
+      add_places(place, field.thresholds.inner, places);
     }
   }
+  return places;
+}
 
-  PoseStroke find() {
-    const std::vector<PoseItem> own = result_.parts;
-    for (std::size_t i = 0; i < own.size(); ++i) {
-      for (const SymmetryImage& image : images_) {
-        PoseStroke one = result_;
-        one.parts = {own[i]};
-        one.stiffness.clear();
-        add(std::get<PoseStroke>(image_of_flow(one, image)).parts.front(), i);
-      }
-    }
-    return std::move(result_);
-  }
-
- private:
-  static void look_up(PosePart& part, std::span<const Vec3d> positions) {
-    for (const VertexRange& range : part.vertices) {
-      require_vertex("parts", positions, range.last);
-      part.points.insert(part.points.end(), positions.begin() + range.first, positions.begin() + range.last + 1);
-    }
-    part.vertices.clear();
-  }
-  static void look_up(PosePin& pin, std::span<const Vec3d> positions) {
-    if (!pin.vertex) return;
-    require_vertex("parts", positions, *pin.vertex);
-    pin.point = positions[*pin.vertex];
-    pin.vertex.reset();
-  }
-
-  // The image of item i: a part that holds gets the image's points, what is its own image stays alone.
-  void add(const PoseItem& image, std::size_t i) {
-    if (const auto* pin = std::get_if<PosePin>(&image)) return add(*pin, std::get<PosePin>(result_.parts[i]));
-    const auto& part = std::get<PosePart>(image);
-    auto& own = std::get<PosePart>(result_.parts[i]);
-    std::vector<Vec3d> apart;
-    for (const Vec3d& p : part.points) {
-      const auto is_it = [&](const Vec3d& q) { return are_near(p, q, same_); };
-      if (std::none_of(own.points.begin(), own.points.end(), is_it)) apart.push_back(p);
-    }
-    if (own.hold) {
-      own.points.insert(own.points.end(), apart.begin(), apart.end());
-    } else if (!apart.empty()) {
-      result_.parts.emplace_back(part);
-    }
-  }
-  void add(const PosePin& image, PosePin& own) {
-    if (!are_near(*image.point, *own.point, same_)) {
-      result_.parts.emplace_back(image);
-      return;
-    }
-    for (std::size_t k = 0; k < own.path.size(); ++k) own.path[k] = (own.path[k] + image.path[k]) * 0.5;
-  }
-
-  PoseStroke result_;
-  std::vector<SymmetryImage> images_;
-  double same_;
-};
+double greatest_speed(const Segment& segment, std::span<const Vec3d> places, double time) {
+  double greatest = 0;
+  for (const Vec3d& v : velocities(Flow{{segment}}, places, time)) greatest = std::max(greatest, norm(v));
+  return greatest;
+}
 
 }  // namespace
 
@@ -357,17 +232,16 @@ Flow flow_of(const Stroke& stroke, const Mirror& mirror) {
   if (mirror.empty()) return flow_of(stroke);
   validate(mirror);
   validate(stroke);
-  if (std::holds_alternative<MaskStroke>(stroke) || !is_flow(stroke)) {
-    throw InvalidInput(fmt::format("a {} has no \"mirror\"", tool_name(stroke)));
-  }
-  if (const auto* pins = std::get_if<PinsStroke>(&stroke)) {
-    Flow flow = flow_of(MirroredPins(*pins, mirror).find());
+  if (tool_of(stroke).is_event) throw InvalidInput(fmt::format("a {} has no \"mirror\"", tool_name(stroke)));
+  const std::optional<Stroke> whole = reads_surface(stroke) ? std::nullopt : with_images(stroke, mirror, {});
+  if (whole) {
+    Flow flow = flow_of(*whole);
     for (Segment& segment : flow.segments) segment.mirrored_at = planes_of(mirror);
     return flow;
   }
   std::vector<Flow> flows{flow_of(stroke)};
   for (const SymmetryImage& image : images_in(mirror)) {
-    flows.push_back(flow_of(image_of_flow(stroke, image)));
+    flows.push_back(flow_of(image_of(stroke, image, {})));
     if (flows.back().segments.size() != flows.front().segments.size()) {
       throw InvalidInput("\"mirror\": two places of the stroke are too near to each other to be mirrored");
     }
@@ -382,36 +256,12 @@ Flow flow_of(const Stroke& stroke, const Mirror& mirror) {
   return result;
 }
 
-PoseStroke with_images(const PoseStroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions) {
-  if (stroke.exact) throw InvalidInput("\"exact\" and \"mirror\" do not go together; leave one of them out");
-  return MirroredPose(stroke, mirror, positions).find();
+std::optional<Stroke> with_images(const Stroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions) {
+  return tool_detail::with_row(stroke, [&](const auto& row, const auto& own) -> std::optional<Stroke> {
+    if (row.with_images == nullptr) return std::nullopt;
+    return row.with_images(own, mirror, positions);
+  });
 }
-
-namespace {
-
-// Places in the tool at a time, the same ones of each image in the same order.
-std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
-  std::vector<Vec3d> places;
-  for (std::size_t i = 0; i < segment.fields.size(); i += segment.fields.size() / kMaxAnchors + 1) {
-    const Field& field = segment.fields[i];
-    std::vector<Vec3d> anchors;
-    find_anchors(field, anchors);
-    for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMaxAnchors + 1) {
-      const Vec3d place = anchors[k] + displacement_of(segment, field) * time;
-      places.push_back(place);
-      add_places(place, field.thresholds.inner, places);
-    }
-  }
-  return places;
-}
-
-double greatest_speed(const Segment& segment, std::span<const Vec3d> places, double time) {
-  double greatest = 0;
-  for (const Vec3d& v : velocities(Flow{{segment}}, places, time)) greatest = std::max(greatest, norm(v));
-  return greatest;
-}
-
-}  // namespace
 
 double speed_of_images(const Segment& segment) {
   double of_sum = 0;
@@ -444,7 +294,7 @@ std::vector<StrokeCylinder> limit_cylinders_of(const Stroke& stroke, const Mirro
   };
   add(stroke);
   if (limit_cylinders.empty()) return limit_cylinders;
-  for (const SymmetryImage& image : images_in(mirror)) add(image_of_flow(stroke, image));
+  for (const SymmetryImage& image : images_in(mirror)) add(image_of(stroke, image, {}));
   return limit_cylinders;
 }
 

@@ -260,7 +260,7 @@ TEST(Mirror, OfAPoseHasThePartsOfBothSides) {
   beside.vertex = 2;
   beside.path = {{-0.6, 1.2, 0}};
   pose.parts = {hold, pin, beside};
-  const PoseStroke both = with_images(pose, coordinate_mirror("x"), positions);
+  const auto both = std::get<PoseStroke>(with_images(pose, coordinate_mirror("x"), positions).value());
   ASSERT_EQ(both.parts.size(), 4U);
   EXPECT_EQ(std::get<PosePart>(both.parts[0]).points, (std::vector<Vec3d>{{0, 0, 0}, {0.5, 1, 0}, {-0.5, 1, 0}}));
   EXPECT_EQ(std::get<PosePin>(both.parts[1]).path, (std::vector<Vec3d>{{0, 2.5, 0}}));

@@ -1,4 +1,6 @@
 // The images of strokes in mirrors and about an axis.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,238 +11,116 @@
 #include "knead/error.h"
 #include "knead/tools.h"
 #include "knead/vec.h"
+#include "strokes/describe.h"
 
 namespace knead {
 
 namespace {
 
-// All numbers of a stroke, in the order of its keys. (Pointers to const would lose against the template below.)
-struct Numbers {
-  std::vector<double>& list;
+// Calls `with` for all that a motion of a stroke may change in the value of a key.
+template <class With>
+struct EachPart {
+  With with;
+  Quantity quantity = Quantity::other;
 
-  void add(const Vec3d& v) const { list.insert(list.end(), {v.x, v.y, v.z}); }
-  void add(const HandlesRotation& rotation) const {
-    add(rotation.axis);
-    add(rotation.center);
-    list.push_back(rotation.angle_deg);
+  void add(Vec3d& v) const {
+    const bool is_place = quantity != Quantity::direction && quantity != Quantity::displacement;
+    is_place ? with.place(v) : with.direction(v);
   }
-  void operator()(double* number) const { list.push_back(*number); }
-  void operator()(std::optional<double>* number) const { list.push_back(number->value_or(0)); }
-  void operator()(const AutoNumber& number) const { list.push_back(number.value->value_or(0)); }
   void operator()(Vec3d* v) const { add(*v); }
-  void operator()(std::optional<Vec3d>* v) const { add(v->value_or(Vec3d{})); }
-  void operator()(std::vector<Vec3d>* points) const {
-    for (const Vec3d& p : *points) add(p);
+  void operator()(std::optional<Vec3d>* v) const {
+    if (*v) add(**v);
+  }
+  void operator()(std::vector<Vec3d>* list) const {
+    for (Vec3d& v : *list) add(v);
   }
   void operator()(std::vector<std::vector<Vec3d>>* curves) const {
     for (std::vector<Vec3d>& curve : *curves) (*this)(&curve);
   }
   void operator()(std::vector<PaintSample>* samples) const {
-    for (const PaintSample& sample : *samples) {
-      add(sample.point);
-      add(sample.normal);
+    for (PaintSample& sample : *samples) {
+      with.place(sample.point);
+      with.direction(sample.normal);
     }
   }
   void operator()(std::vector<std::optional<PinRotation>>* rotations) const {
-    for (const std::optional<PinRotation>& rotation : *rotations) {
-      add(rotation ? normalized(rotation->axis) * rotation->angle_deg : Vec3d{});
+    for (std::optional<PinRotation>& rotation : *rotations) {
+      if (rotation) with.turn(*rotation);
     }
+  }
+  void operator()(double* number) const {
+    if (quantity == Quantity::angle || quantity == Quantity::rate) with.angle(*number);
+  }
+  void operator()(Mat3d* pose) const { with.pose(*pose); }
+  void operator()(HandlesMotion* motion) const {
+    if (auto* translation = std::get_if<HandlesTranslation>(motion)) with.direction(translation->by);
+    if (auto* rotation = std::get_if<HandlesRotation>(motion)) with.turn(*rotation);
   }
   void operator()(std::vector<PoseItem>* parts) const {
-    for (PoseItem& item : *parts) {
-      if (auto* part = std::get_if<PosePart>(&item)) {
-        (*this)(&part->points);
-        add(part->translation.value_or(Vec3d{}));
-        if (part->rotation) add(*part->rotation);
-      } else {
-        auto& pin = std::get<PosePin>(item);
-        add(pin.point.value_or(Vec3d{}));
-        (*this)(&pin.path);
-        if (pin.rotation) add(normalized(pin.rotation->axis) * pin.rotation->angle_deg);
-      }
-    }
+    for (PoseItem& item : *parts) std::visit([this](auto& of_kind) { this->add(of_kind); }, item);
   }
-  void operator()(SharedVectors* vectors) const {
-    for (const Vec3d& v : *vectors) add(v);
+  void add(PosePart& part) const {
+    for (Vec3d& p : part.points) with.place(p);
+    if (part.rotation) with.turn(*part.rotation);
+    if (part.translation) with.direction(*part.translation);
   }
-  void operator()(SharedNumbers* numbers) const { list.insert(list.end(), numbers->begin(), numbers->end()); }
-  void operator()(Mat3d* m) const {
-    for (const Vec3d& row : {m->row0, m->row1, m->row2}) add(row);
+  void add(PosePin& pin) const {
+    if (pin.point) with.place(*pin.point);
+    for (Vec3d& p : pin.path) with.place(p);
+    if (pin.rotation) with.turn(*pin.rotation);
   }
-  void operator()(HandlesMotion* motion) const {
-    if (const auto* translation = std::get_if<HandlesTranslation>(motion)) add(translation->by);
-    if (const auto* rotation = std::get_if<HandlesRotation>(motion)) add(*rotation);
-  }
+  void operator()(SharedVectors* vectors) const { with.coefficients(*vectors); }
   template <class T>
-  void operator()(const T& /*no image changes it*/) const {}
+  void operator()(const T& /*as it is*/) const {}
 };
 
-// Of two ways to write the same turn or stretch always the same one.
-struct OneSense {
-  template <class S>
-  static void turn(S& stroke) {
-    if (stroke.angle_deg >= 0) return;
-    stroke.angle_deg = -stroke.angle_deg;
-    stroke.axis = -stroke.axis;
+// Appends them to a list.
+struct Numbers {
+  std::vector<double>& list;
+
+  void place(const Vec3d& v) const { list.insert(list.end(), {v.x, v.y, v.z}); }
+  void direction(const Vec3d& v) const { place(v); }
+  void angle(double angle) const { list.push_back(angle); }
+  void pose(const Mat3d& m) const {
+    for (const Vec3d& row : {m.row0, m.row1, m.row2}) place(row);
   }
-  void operator()(RotateStroke& stroke) const { turn(stroke); }
-  void operator()(BendStroke& stroke) const { turn(stroke); }
-  void operator()(StretchStroke& stroke) const {
-    const Vec3d& axis = stroke.axis;
-    if (std::array{axis.x, axis.y, axis.z} < std::array{-axis.x, -axis.y, -axis.z}) stroke.axis = -axis;
+  void turn(const HandlesRotation& rotation) const {
+    place(rotation.axis);
+    place(rotation.center);
+    angle(rotation.angle_deg);
   }
-  template <class S>
-  void operator()(S& /*has one*/) const {}
+  void turn(const PinRotation& rotation) const { place(normalized(rotation.axis) * rotation.angle_deg); }
+  void coefficients(const SharedVectors& vectors) const {
+    for (const Vec3d& v : vectors) place(v);
+  }
 };
+
+// Of two ways to write the same turn or stretch always the same one. A twist about the other axis has another region.
+void choose_sense(Stroke& stroke) {
+  Vec3d* axis = nullptr;
+  double* angle = nullptr;
+  for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
+    if (key.quantity == Quantity::rate) return;
+    if (key.quantity == Quantity::angle) angle = std::get<double*>(key.value);
+    if (key.name == "axis") axis = std::get<Vec3d*>(key.value);
+  }
+  if (axis == nullptr) return;
+  const bool is_turned =
+      angle != nullptr ? *angle < 0 : std::array{axis->x, axis->y, axis->z} < std::array{-axis->x, -axis->y, -axis->z};
+  if (!is_turned) return;
+  *axis = -*axis;
+  if (angle != nullptr) *angle = -*angle;
+}
 
 std::vector<double> numbers_of(const Stroke& stroke) {
   std::vector<double> list;
   Stroke copy = stroke;
-  std::visit(OneSense{}, copy);
+  choose_sense(copy);
   for (const StrokeKey& key : tool_of(copy).keys(copy)) {
-    if (applies(key)) std::visit(Numbers{list}, key.value);
+    if (applies(key)) std::visit(EachPart<Numbers>{{list}, key.quantity}, key.value);
   }
   return list;
 }
-
-// The pieces of a stroke that may take turns with those of its images.
-template <class S>
-std::vector<Stroke> along_path(const S& stroke) {
-  std::vector<Stroke> pieces;
-  for (std::size_t i = 0; i + 1 < stroke.path.size(); ++i) {
-    S piece = stroke;
-    piece.path = {stroke.path[i], stroke.path[i + 1]};
-    pieces.push_back(std::move(piece));
-  }
-  return pieces;
-}
-
-std::vector<Stroke> displaced(const PointsStroke& stroke) {
-  std::vector<Stroke> pieces;
-  PointsStroke piece = stroke;
-  for (const Vec3d& displacement : stroke.displacements) {
-    piece.displacements = {displacement};
-    pieces.emplace_back(piece);
-    for (Vec3d& p : piece.points) p += displacement;
-    for (auto& curve : piece.curves) {
-      for (Vec3d& p : curve) p += displacement;
-    }
-  }
-  return pieces;
-}
-
-// Each sample has its images after it, so that all sides grow together.
-PaintStroke with_images(const PaintStroke& stroke, std::span<const SymmetryImage> images) {
-  PaintStroke result = stroke;
-  result.samples.clear();
-  for (const PaintSample& sample : stroke.samples) {
-    PaintStroke one = stroke;
-    one.samples = {sample};
-    result.samples.push_back(sample);
-    for (const SymmetryImage& image : images) {
-      result.samples.push_back(std::get<PaintStroke>(image_of(one, image, {})).samples.front());
-    }
-  }
-  return result;
-}
-
-// Places that are relaxed have their images after them, so that all sides become smooth together.
-RelaxStroke with_images(const RelaxStroke& stroke, std::span<const SymmetryImage> images) {
-  RelaxStroke result = stroke;
-  result.points.clear();
-  for (const Vec3d& point : stroke.points) {
-    result.points.push_back(point);
-    for (const SymmetryImage& image : images) {
-      RelaxStroke one = stroke;
-      one.points = {point};
-      result.points.push_back(std::get<RelaxStroke>(image_of(one, image, {})).points.front());
-    }
-  }
-  return result;
-}
-
-}  // namespace
-
-std::vector<SymmetryImage> mirror_images(unsigned planes) {
-  std::vector<SymmetryImage> images;
-  for (unsigned mask = 1; mask < 8; ++mask) {
-    if ((mask & ~planes) != 0) continue;
-    SymmetryImage image{{}, mask};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if ((mask >> axis & 1U) == 0) continue;
-      Vec3d normal{0, 0, 0};
-      normal[axis] = 1;
-      image.motion = image.motion * reflection_in({0, 0, 0}, normal);
-    }
-    images.push_back(image);
-  }
-  return images;
-}
-
-Stroke image_of(const Stroke& stroke, const SymmetryImage& image, const ImageFile& image_file) {
-  Stroke result = stroke;
-  for (int axis = 0; axis < 3; ++axis) {
-    if ((image.planes >> axis & 1U) != 0) result = mirrored(result, axis);
-  }
-  if (image.planes == 0) result = transformed(stroke, image.motion);
-  const unsigned of_tool = image.planes != 0 ? image.planes : is_reflection(image.motion) ? 1U : 0U;
-  auto* const stamp = std::get_if<StampStroke>(&result);
-  if (stamp != nullptr && of_tool != 0) stamp->mesh = image_file(stamp->mesh, of_tool);
-  return result;
-}
-
-std::vector<Stroke> with_images(const Stroke& stroke, std::span<const SymmetryImage> images, double tolerance,
-                                const ImageFile& image_file) {
-  std::vector<Stroke> all{stroke};
-  std::vector<std::vector<double>> numbers{numbers_of(stroke)};
-  const auto same = [tolerance](const std::vector<double>& a, const std::vector<double>& b) {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                      [=](double x, double y) { return std::abs(x - y) <= tolerance; });
-  };
-  for (const SymmetryImage& image : images) {
-    Stroke next = image_of(stroke, image, image_file);
-    std::vector<double> list = numbers_of(next);
-    const bool is_there =
-        std::any_of(numbers.begin(), numbers.end(), [&](const auto& other) { return same(other, list); });
-    if (is_there) continue;
-    all.push_back(std::move(next));
-    numbers.push_back(std::move(list));
-  }
-  return all;
-}
-
-std::vector<Stroke> pieces_of(const Stroke& stroke) {
-  if (const auto* implicit = std::get_if<ImplicitStroke>(&stroke)) return along_path(*implicit);
-  if (const auto* points = std::get_if<PointsStroke>(&stroke)) return displaced(*points);
-  if (const auto* stamp = std::get_if<StampStroke>(&stroke)) return along_path(*stamp);
-  return {stroke};
-}
-
-std::vector<Stroke> symmetric_strokes(std::span<const Stroke> strokes, std::span<const SymmetryImage> images,
-                                      double tolerance, const ImageFile& image_file) {
-  std::vector<Stroke> result(strokes.begin(), strokes.end());
-  if (images.empty()) return result;
-  result.clear();
-  std::size_t count = 0;
-  for (const Stroke& stroke : strokes) {
-    for (const Stroke& piece : pieces_of(stroke)) {
-      if (const auto* paint = std::get_if<PaintStroke>(&piece); paint != nullptr && paint->path.empty()) {
-        result.emplace_back(with_images(*paint, images));
-      } else if (const auto* relax = std::get_if<RelaxStroke>(&piece)) {
-        result.emplace_back(with_images(*relax, images));
-      } else {
-        std::vector<Stroke> same = with_images(piece, images, tolerance, image_file);
-        // The order turns round from piece to piece, so that no side is always first (Strang's splitting).
-        if (count % 2 == 1) std::reverse(same.begin(), same.end());
-        std::move(same.begin(), same.end(), std::back_inserter(result));
-      }
-      ++count;
-    }
-  }
-  return result;
-}
-
-namespace {
 
 // The mirror image in a coordinate plane through the origin: exact.
 struct CoordinateMirror {
@@ -285,144 +165,113 @@ struct AnyMotion {
   }
 };
 
-// Moves one value of a stroke. An axis about which something turns moves like any direction; the angle about it changes
-// its sign in a mirror.
+// Moves them. An axis about which something turns moves like any direction; the angle about it changes its sign in a
+// mirror.
 template <class Map>
-struct Image {
+struct Moved {
   Map map;
-  Quantity quantity = Quantity::other;
 
-  void move(Vec3d& v) const {
-    const bool is_place = quantity != Quantity::direction && quantity != Quantity::displacement;
-    v = is_place ? map.place(v) : map.direction(v);
+  void place(Vec3d& v) const { v = map.place(v); }
+  void direction(Vec3d& v) const { v = map.direction(v); }
+  void angle(double& angle) const {
+    if (map.turns_round()) angle = -angle;
   }
-
-  void operator()(Vec3d* v) const { move(*v); }
-  void operator()(std::optional<Vec3d>* v) const {
-    if (*v) move(**v);
-  }
-  void operator()(std::vector<Vec3d>* list) const {
-    for (Vec3d& v : *list) move(v);
-  }
-  void operator()(std::vector<std::vector<Vec3d>>* curves) const {
-    for (std::vector<Vec3d>& curve : *curves) (*this)(&curve);
-  }
-  void operator()(std::vector<PaintSample>* samples) const {
-    for (PaintSample& sample : *samples) {
-      sample.point = map.place(sample.point);
-      sample.normal = map.direction(sample.normal);
-    }
-  }
-  void operator()(std::vector<std::optional<PinRotation>>* rotations) const {
-    for (std::optional<PinRotation>& rotation : *rotations) {
-      if (rotation) turn(*rotation);
-    }
-  }
-  void operator()(double* number) const {
-    if ((quantity == Quantity::angle || quantity == Quantity::rate) && map.turns_round()) *number = -*number;
-  }
-  void operator()(std::vector<std::uint32_t>* vertices) const {
-    if (vertices->empty()) return;
-    throw InvalidInput(
-        "\"full_vertices\" and \"zero_vertices\" cannot be mirrored or moved; name points instead, with \"full\" and "
-        "\"zero\"");
-  }
-  void operator()(std::vector<VertexRange>* vertices) const {
-    if (vertices->empty()) return;
-    throw InvalidInput("a mask of \"vertices\" cannot be mirrored or moved; name points instead, with \"points\"");
-  }
-  void operator()(Mat3d* m) const { *m = map.pose(*m); }
+  void pose(Mat3d& m) const { m = map.pose(m); }
   void turn(HandlesRotation& rotation) const {
-    rotation.axis = map.direction(rotation.axis);
-    rotation.center = map.place(rotation.center);
-    if (map.turns_round()) rotation.angle_deg = -rotation.angle_deg;
+    direction(rotation.axis);
+    place(rotation.center);
+    angle(rotation.angle_deg);
   }
   void turn(PinRotation& rotation) const {
-    rotation.axis = map.direction(rotation.axis);
-    if (map.turns_round()) rotation.angle_deg = -rotation.angle_deg;
+    direction(rotation.axis);
+    angle(rotation.angle_deg);
   }
-  void operator()(HandlesMotion* motion) const {
-    if (auto* translation = std::get_if<HandlesTranslation>(motion)) translation->by = map.direction(translation->by);
-    if (auto* rotation = std::get_if<HandlesRotation>(motion)) turn(*rotation);
-  }
-  void operator()(std::vector<PoseItem>* parts) const {
-    for (PoseItem& item : *parts) std::visit([this](auto& of_kind) { this->move_item(of_kind); }, item);
-  }
-  void operator()(std::vector<PoseStiffness>* regions) const {
-    if (!regions->empty()) throw InvalidInput("\"stiffness\" of vertices cannot be mirrored or moved");
-  }
-  void move_item(PosePart& part) const {
-    if (!part.vertices.empty()) {
-      throw InvalidInput("a part of \"vertices\" cannot be mirrored or moved; name points instead, with \"points\"");
-    }
-    for (Vec3d& p : part.points) p = map.place(p);
-    if (part.rotation) turn(*part.rotation);
-    if (part.translation) part.translation = map.direction(*part.translation);
-  }
-  void move_item(PosePin& pin) const {
-    if (pin.vertex) {
-      throw InvalidInput("a \"pin\" that is a vertex cannot be mirrored or moved; give its place, \"pin_point\"");
-    }
-    pin.point = map.place(*pin.point);
-    for (Vec3d& p : pin.path) p = map.place(p);
-    if (pin.rotation) turn(*pin.rotation);
-  }
-  template <class T>
-  void operator()(const T& /*as it is*/) const {}
+  void coefficients(SharedVectors& /*move() of the tool's row*/) const {}
 };
-
-// The coefficients of the mirror image, changed by `image`, in the order of its nodes.
-template <class T, class OfImage>
-SharedList<T> flipped(const SharedList<T>& coefficients, const std::array<int, 3>& counts, const Vec3d& signs,
-                      const OfImage& image) {
-  if (coefficients.empty()) return {};
-  const auto at = [&](std::size_t axis, int i) {
-    return static_cast<std::size_t>(signs[axis] < 0 ? counts[axis] - 1 - i : i);
-  };
-  const auto [nx, ny, nz] = counts;
-  std::vector<T> list;
-  list.reserve(coefficients.size());
-  for (int z = 0; z < nz; ++z) {
-    for (int y = 0; y < ny; ++y) {
-      for (int x = 0; x < nx; ++x) {
-        const std::size_t row = at(1, y) + static_cast<std::size_t>(ny) * at(2, z);
-        list.push_back(image(coefficients[at(0, x) + static_cast<std::size_t>(nx) * row]));
-      }
-    }
-  }
-  return SharedList<T>(std::move(list));
-}
-
-template <class Map>
-void move(PotentialGrid& grid, const Map& map) {
-  const std::optional<Vec3d> signs = map.flips();
-  if (!signs) throw InvalidInput("a grid cannot be turned, only moved and mirrored along its axes");
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if ((*signs)[axis] < 0) grid.origin[axis] += (grid.counts[axis] - 1) * grid.spacing;
-  }
-  grid.origin = map.place(grid.origin);
-  if (*signs == Vec3d{1, 1, 1}) return;
-  const Vec3d by = *signs * (signs->x * signs->y * signs->z);  // of a pseudovector
-  const auto vector = [&](const Vec3d& a) { return Vec3d{a.x * by.x, a.y * by.y, a.z * by.z}; };
-  grid.coefficients = flipped(grid.coefficients, grid.counts, *signs, vector);
-  grid.end_coefficients = flipped(grid.end_coefficients, grid.counts, *signs, vector);
-  grid.growth = flipped(grid.growth, grid.counts, *signs, [](double g) { return g; });
-}
 
 template <class Map>
 Stroke image_of(const Stroke& stroke, const Map& map) {
   Stroke image = stroke;
-  if (auto* const grid = std::get_if<GridStroke>(&image)) {
-    move(grid->grid, map);
-    return image;
-  }
+  const bool is_moved = tool_detail::with_row(image, [&](const auto& row, auto& own) {
+    if (row.move != nullptr) row.move(own, map.flips(), [&](const Vec3d& p) { return map.place(p); });
+    return row.move != nullptr;
+  });
+  if (is_moved) return image;
   for (const StrokeKey& key : tool_of(image).keys(image)) {
-    if (applies(key)) std::visit(Image<Map>{map, key.quantity}, key.value);
+    const std::string instead = tool_detail::instead_of_vertices(key);
+    if (!instead.empty()) {
+      throw InvalidInput(
+          fmt::format("\"{}\" names vertices, which cannot be mirrored or moved; {}", key.name, instead));
+    }
+    if (applies(key)) std::visit(EachPart<Moved<Map>>{{map}, key.quantity}, key.value);
   }
   return image;
 }
 
 }  // namespace
+
+Stroke image_of(const Stroke& stroke, const SymmetryImage& image, const ImageFile& image_file) {
+  Stroke result = stroke;
+  for (int axis = 0; axis < 3; ++axis) {
+    if ((image.planes >> axis & 1U) != 0) result = mirrored(result, axis);
+  }
+  if (image.planes == 0) result = transformed(stroke, image.motion);
+  const unsigned of_tool = image.planes != 0 ? image.planes : is_reflection(image.motion) ? 1U : 0U;
+  auto* const file = find_value<std::string>(result, "mesh");
+  if (file != nullptr && of_tool != 0) *file = image_file(*file, of_tool);
+  return result;
+}
+
+std::vector<Stroke> with_images(const Stroke& stroke, std::span<const SymmetryImage> images, double tolerance,
+                                const ImageFile& image_file) {
+  std::vector<Stroke> all{stroke};
+  std::vector<std::vector<double>> numbers{numbers_of(stroke)};
+  const auto same = [tolerance](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [=](double x, double y) { return std::abs(x - y) <= tolerance; });
+  };
+  for (const SymmetryImage& image : images) {
+    Stroke next = image_of(stroke, image, image_file);
+    std::vector<double> list = numbers_of(next);
+    const bool is_there =
+        std::any_of(numbers.begin(), numbers.end(), [&](const auto& other) { return same(other, list); });
+    if (is_there) continue;
+    all.push_back(std::move(next));
+    numbers.push_back(std::move(list));
+  }
+  return all;
+}
+
+std::vector<Stroke> pieces_of(const Stroke& stroke) {
+  return tool_detail::with_row(stroke, [](const auto& row, const auto& own) {
+    return row.pieces != nullptr ? row.pieces(own) : std::vector<Stroke>{own};
+  });
+}
+
+std::vector<Stroke> symmetric_strokes(std::span<const Stroke> strokes, std::span<const SymmetryImage> images,
+                                      double tolerance, const ImageFile& image_file) {
+  std::vector<Stroke> result(strokes.begin(), strokes.end());
+  if (images.empty()) return result;
+  result.clear();
+  std::size_t count = 0;
+  for (const Stroke& stroke : strokes) {
+    for (const Stroke& piece : pieces_of(stroke)) {
+      std::optional<Stroke> whole = tool_detail::with_row(piece, [&](const auto& row, const auto& own) {
+        return row.interleaved != nullptr ? row.interleaved(own, images) : std::nullopt;
+      });
+      if (whole) {
+        result.push_back(std::move(*whole));
+      } else {
+        std::vector<Stroke> same = with_images(piece, images, tolerance, image_file);
+        // The order turns round from piece to piece, so that no side is always first (Strang's splitting).
+        if (count % 2 == 1) std::reverse(same.begin(), same.end());
+        std::move(same.begin(), same.end(), std::back_inserter(result));
+      }
+      ++count;
+    }
+  }
+  return result;
+}
 
 bool is_reflection(const RigidMotion& motion) { return determinant(motion.turn) < 0; }
 

@@ -1,3 +1,4 @@
+// The tool "paint": dabs along a path on the surface, and under a pointer.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,15 +9,43 @@
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/tools.h"
-#include "strokes/continued.h"
 #include "strokes/describe.h"
-#include "strokes/mirror.h"
+#include "strokes/suffix.h"
+#include "strokes/surface_finder.h"
 
-namespace knead::tool_detail {
+namespace knead {
 
 namespace {
 
+using namespace tool_detail;
+
+using Dabs = Growing<PaintStroke, &PaintStroke::samples>;
+
 constexpr std::size_t kPartsPerPiece = 16;
+constexpr int kDabs = 6;                  // that add up to the full depth
+constexpr double kProbe = 1e-3;           // of the radius: how far apart the points are that tell a normal
+constexpr double kProbeTolerance = 1e-7;  // of the radius
+
+// The curve through all points, in order: a cubic Hermite curve with centripetal parameters (Yuksel, Schaefer and
+// Keyser 2011) and tangents of the parabolas through three neighbours, so that few points of a smooth curve give nearly
+// the curve that many of them give (third order). A point that repeats the one before counts once.
+class PathCurve {
+ public:
+  explicit PathCurve(std::span<const Vec3d> points);  // 1 or more
+
+  double length() const { return lengths_.back(); }
+
+  // The point at that arc length from the beginning, clamped to [0, length()].
+  Vec3d at(double length) const;
+
+ private:
+  Vec3d on_piece(std::size_t piece, double fraction) const;
+
+  std::vector<Vec3d> points_;
+  std::vector<double> knots_;
+  std::vector<Vec3d> tangents_;  // per unit of the knots
+  std::vector<double> lengths_;  // at the ends of equal parts of every piece
+};
 
 // The derivative at the point i of the parabola through three neighbours among which it is; for two points, the line.
 Vec3d parabola_tangent(const std::vector<Vec3d>& points, const std::vector<double>& knots, std::size_t i) {
@@ -31,8 +60,6 @@ Vec3d parabola_tangent(const std::vector<Vec3d>& points, const std::vector<doubl
   const Vec3d half_curvature = (slope1 - slope0) / (h0 + h1);
   return slope0 + half_curvature * (2 * knots[i] - knots[a] - knots[a + 1]);
 }
-
-}  // namespace
 
 PathCurve::PathCurve(std::span<const Vec3d> points) : points_(points.begin(), points.end()) {
   points_.erase(std::unique(points_.begin(), points_.end()), points_.end());
@@ -68,56 +95,6 @@ Vec3d PathCurve::on_piece(std::size_t piece, double fraction) const {
   return points_[piece] * (rest * rest * (1 + 2 * s)) + points_[piece + 1] * (s * s * (3 - 2 * s)) +
          (tangents_[piece] * rest - tangents_[piece + 1] * s) * (h * s * rest);
 }
-
-}  // namespace knead::tool_detail
-
-namespace knead {
-
-double dab_length(int falloff) {
-  constexpr std::array kLengths{81.0 / 140, 17.0 / 35, 181.0 / 462, 47.0 / 143, 81.0 / 286};
-  return kLengths[static_cast<std::size_t>(falloff - kMinFalloff)];
-}
-
-PaintDabs paint_dabs(const PaintStroke& stroke) {
-  constexpr double kSpacing = 1.0 / 8;  // of outer: of the dabs of the default falloff, and the greatest depth of one
-  constexpr double kMaxDabs = 1e6;
-  const tool_detail::PathCurve curve(stroke.path);
-  const double doses = std::max(curve.length() / (dab_length(stroke.falloff) * stroke.outer), 1.0);
-  const double spacing = kSpacing * (dab_length(stroke.falloff) / dab_length(kDefaultFalloff));
-  const double by_length = std::ceil(curve.length() / (spacing * stroke.outer));
-  const double by_depth = std::ceil(doses * std::abs(stroke.depth) / (kSpacing * stroke.outer));
-  const double count = curve.length() > 0 ? std::max(by_length, by_depth) : 1;
-  if (!(count <= kMaxDabs)) {
-    throw InvalidInput(
-        fmt::format("\"path\" is {:.3g} long and would need {:.3g} dabs, more than {:.0f}; make \"outer\" "
-                    "larger, or \"depth\" smaller",
-                    curve.length(), count, kMaxDabs));
-  }
-  PaintDabs dabs{{}, stroke.depth * doses / count};
-  for (double i = 0; i < count; ++i) dabs.aims.push_back(curve.at(curve.length() * ((i + 0.5) / count)));
-  return dabs;
-}
-
-void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
-  if (surface.triangles.empty() && !surface.normal) {
-    throw InvalidInput(
-        "\"path\" needs a surface, or a point cloud with normals; give \"samples\" with normals instead");
-  }
-  constexpr double kMoreThanRounding = 1.001;  // a float's rounding of a distance, in which vertices may move as well
-  const PaintDabs dabs = paint_dabs(stroke);
-  tool_detail::SurfaceFinder finder(surface);
-  for (const Vec3d& aim : dabs.aims) {
-    const std::optional<PaintSample> sample = finder.closest(aim);
-    if (!sample)
-      throw InvalidInput("\"path\" leads to a place where the surface has no normal; give \"samples\" instead");
-    if (!surface.apply(PaintStroke{stroke.outer, dabs.depth, {*sample}, {}, stroke.falloff})) return;
-    finder.follow(sample->point, kMoreThanRounding * (stroke.outer + std::abs(dabs.depth)));
-  }
-}
-
-namespace {
-
-using namespace tool_detail;
 
 std::vector<StrokeKey> keys(PaintStroke& s) {
   return {{"outer", Quantity::positive, &s.outer, Presence::required, "radius of one dab"},
@@ -159,19 +136,22 @@ Flow flow_of(const PaintStroke& stroke) {
 
 void prolong(PaintStroke& stroke, double strength) { stroke.depth *= strength; }
 
-}  // namespace
+void resolve(const PaintStroke& stroke, SurfaceRun& run) { paint_on(stroke, run.surface); }
 
-const Tool& PaintStroke::tool() {
-  static const Tool kTool =
-      describe<PaintStroke>("paint", {keys, validate, flow_of, nullptr, reads_surface, prepare, prolong});
-  return kTool;
+std::size_t segments(const PaintStroke& stroke, const Mesh* /*mesh*/) {
+  return stroke.path.empty() ? stroke.samples.size() : paint_dabs(stroke).aims.size();
 }
 
-namespace {
+std::string words(const PaintStroke& stroke, const std::string& /*unit*/) {
+  const std::size_t dabs = stroke.samples.size() + stroke.path.size();
+  return fmt::format("{}, {}", stroke.depth > 0 ? "Press in" : "Pull out",
+                     dabs == 1 ? "1 dab" : fmt::format("{} dabs", dabs));
+}
 
-constexpr int kDabs = 6;                  // that add up to the full depth
-constexpr double kProbe = 1e-3;           // of the radius: how far apart the points are that tell a normal
-constexpr double kProbeTolerance = 1e-7;  // of the radius
+bool continues(const PaintStroke& last, const PaintStroke& next) {
+  return last.path.empty() && next.path.empty() && last.outer == next.outer && last.depth == next.depth &&
+         last.falloff == next.falloff;
+}
 
 // The sample at a place of the surface as it was, where the dabs so far have brought it.
 PaintSample carried(const PaintSample& at, const PaintDrag& drag) {
@@ -209,6 +189,64 @@ void add_dab(const PaintTouch& touch, PaintDrag& drag) {
 }
 
 }  // namespace
+
+double dab_length(int falloff) {
+  constexpr std::array kLengths{81.0 / 140, 17.0 / 35, 181.0 / 462, 47.0 / 143, 81.0 / 286};
+  return kLengths[static_cast<std::size_t>(falloff - kMinFalloff)];
+}
+
+PaintDabs paint_dabs(const PaintStroke& stroke) {
+  constexpr double kSpacing = 1.0 / 8;  // of outer: of the dabs of the default falloff, and the greatest depth of one
+  constexpr double kMaxDabs = 1e6;
+  const PathCurve curve(stroke.path);
+  const double doses = std::max(curve.length() / (dab_length(stroke.falloff) * stroke.outer), 1.0);
+  const double spacing = kSpacing * (dab_length(stroke.falloff) / dab_length(kDefaultFalloff));
+  const double by_length = std::ceil(curve.length() / (spacing * stroke.outer));
+  const double by_depth = std::ceil(doses * std::abs(stroke.depth) / (kSpacing * stroke.outer));
+  const double count = curve.length() > 0 ? std::max(by_length, by_depth) : 1;
+  if (!(count <= kMaxDabs)) {
+    throw InvalidInput(
+        fmt::format("\"path\" is {:.3g} long and would need {:.3g} dabs, more than {:.0f}; make \"outer\" "
+                    "larger, or \"depth\" smaller",
+                    curve.length(), count, kMaxDabs));
+  }
+  PaintDabs dabs{{}, stroke.depth * doses / count};
+  for (double i = 0; i < count; ++i) dabs.aims.push_back(curve.at(curve.length() * ((i + 0.5) / count)));
+  return dabs;
+}
+
+void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
+  if (surface.triangles.empty() && !surface.normal) {
+    throw InvalidInput(
+        "\"path\" needs a surface, or a point cloud with normals; give \"samples\" with normals instead");
+  }
+  constexpr double kMoreThanRounding = 1.001;  // a float's rounding of a distance, in which vertices may move as well
+  const PaintDabs dabs = paint_dabs(stroke);
+  SurfaceFinder finder(surface);
+  for (const Vec3d& aim : dabs.aims) {
+    const std::optional<PaintSample> sample = finder.closest(aim);
+    if (!sample)
+      throw InvalidInput("\"path\" leads to a place where the surface has no normal; give \"samples\" instead");
+    if (!surface.apply(PaintStroke{stroke.outer, dabs.depth, {*sample}, {}, stroke.falloff})) return;
+    finder.follow(sample->point, kMoreThanRounding * (stroke.outer + std::abs(dabs.depth)));
+  }
+}
+
+constinit const tool_detail::ToolRow<PaintStroke> PaintStroke::tool{.name = "paint",
+                                                                    .keys = keys,
+                                                                    .prepare = prepare,
+                                                                    .validate = validate,
+                                                                    .reads_surface = reads_surface,
+                                                                    .resolve = resolve,
+                                                                    .flow = flow_of,
+                                                                    .segments = segments,
+                                                                    .words = words,
+                                                                    .prolong = prolong,
+                                                                    .grows = Dabs::grows,
+                                                                    .rest = Dabs::rest,
+                                                                    .continues = continues,
+                                                                    .join = Dabs::join,
+                                                                    .interleaved = Dabs::interleaved};
 
 std::vector<Stroke> PaintDrag::strokes() const {
   std::vector<Stroke> all(earlier.begin(), earlier.end());

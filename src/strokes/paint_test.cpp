@@ -9,7 +9,7 @@
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
-#include "strokes/mirror.h"
+#include "strokes/surface_finder.h"
 
 namespace knead::paint_test {
 namespace {

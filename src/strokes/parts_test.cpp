@@ -1,4 +1,4 @@
-#include "strokes/continued.h"
+#include "strokes/connected_parts.h"
 
 #include <gtest/gtest.h>
 

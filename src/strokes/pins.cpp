@@ -1,3 +1,4 @@
+// The tool "pins": places that go elsewhere exactly, or hold.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include "knead/error.h"
 #include "knead/tools.h"
 #include "strokes/describe.h"
+#include "strokes/mirror.h"
 
 namespace knead {
 
@@ -271,11 +273,102 @@ void prolong(PinsStroke& stroke, double strength) {
   }
 }
 
+std::string words(const PinsStroke& stroke, const std::string& unit) {
+  double most = 0;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) most = std::max(most, norm(motion_of(stroke, i)));
+  return "Pose " + length_text(most, unit);
+}
+
+// The pins of a stroke and of its images.
+class MirroredPins {
+ public:
+  MirroredPins(const PinsStroke& stroke, const Mirror& mirror)
+      : result_(stroke), images_(images_in(mirror)), same_(kSameImage * size_of(stroke)) {
+    result_.turn.resize(stroke.points.size());
+  }
+
+  PinsStroke find() {
+    const std::size_t count = result_.points.size();
+    for (std::size_t i = 0; i < count; ++i) keep_in_planes(i);
+    for (std::size_t i = 0; i < count; ++i) {
+      for (const SymmetryImage& image : images_) add_image(i, image);
+    }
+    const auto is_none = [](const auto& turn) { return !turn; };
+    if (std::all_of(result_.turn.begin(), result_.turn.end(), is_none)) result_.turn.clear();
+    return std::move(result_);
+  }
+
+ private:
+  static double size_of(const PinsStroke& stroke) {
+    Box box = bounding_box(stroke.points);
+    for (const Vec3d& p : stroke.to) box.extend(p);
+    return std::max({box.diagonal(), norm(box.min), norm(box.max)});
+  }
+
+  PinsStroke one(std::size_t i) const {
+    PinsStroke pin;
+    pin.points = {result_.points[i]};
+    pin.to = {result_.to[i]};
+    pin.radius = 1;
+    if (result_.turn[i]) pin.turn = {result_.turn[i]};
+    return pin;
+  }
+  PinsStroke image(std::size_t i, const SymmetryImage& image) const {
+    return std::get<PinsStroke>(image_of(one(i), image, {}));
+  }
+
+  static Vec3d vector_of(const PinRotation& turn) { return normalized(turn.axis) * turn.angle_deg; }
+
+  // A pin that is its own image goes where the images on the whole go, and turns as they do.
+  void keep_in_planes(std::size_t i) {
+    Vec3d to = result_.to[i];
+    Vec3d turn = result_.turn[i] ? vector_of(*result_.turn[i]) : Vec3d{};
+    double count = 1;
+    for (const SymmetryImage& each : images_) {
+      const PinsStroke other = image(i, each);
+      if (!are_near(other.points[0], result_.points[i], same_)) continue;
+      to += other.to[0];
+      if (!other.turn.empty()) turn += vector_of(*other.turn[0]);
+      ++count;
+    }
+    if (count == 1) return;
+    if (!are_near(to / count, result_.to[i], same_)) result_.to[i] = to / count;
+    if (!result_.turn[i] || are_near(turn / count, vector_of(*result_.turn[i]), kSameImage)) return;
+    result_.turn[i] = PinRotation{result_.turn[i]->axis, 0};
+    if (norm(turn) > 0) result_.turn[i] = PinRotation{turn, norm(turn) / count};
+  }
+
+  void add_image(std::size_t i, const SymmetryImage& each) {
+    const PinsStroke other = image(i, each);
+    for (std::size_t k = 0; k < result_.points.size(); ++k) {
+      if (!are_near(result_.points[k], other.points[0], same_)) continue;
+      if (are_near(result_.to[k], other.to[0], same_)) return;
+      throw InvalidInput(fmt::format(
+          "\"points\": pin {} is the mirror image of pin {}, but goes elsewhere; leave one of them out", k + 1, i + 1));
+    }
+    result_.points.push_back(other.points[0]);
+    result_.to.push_back(other.to[0]);
+    result_.turn.push_back(other.turn.empty() ? std::nullopt : other.turn[0]);
+  }
+
+  PinsStroke result_;
+  std::vector<SymmetryImage> images_;
+  double same_;
+};
+
+PinsStroke with_images(const PinsStroke& stroke, const Mirror& mirror, std::span<const Vec3d> /*positions*/) {
+  return MirroredPins(stroke, mirror).find();
+}
+
 }  // namespace
 
-const Tool& PinsStroke::tool() {
-  static const Tool kTool = describe<PinsStroke>("pins", {keys, validate, flow_of, warn, nullptr, nullptr, prolong});
-  return kTool;
-}
+constinit const tool_detail::ToolRow<PinsStroke> PinsStroke::tool{.name = "pins",
+                                                                  .keys = keys,
+                                                                  .validate = validate,
+                                                                  .flow = flow_of,
+                                                                  .warn = warn,
+                                                                  .words = words,
+                                                                  .prolong = prolong,
+                                                                  .with_images = with_images};
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// A pose that follows a pointer.
+// The tool "pose": its numbers, its images, and a pose that follows a pointer.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include "knead/region.h"
 #include "knead/vec.h"
 #include "strokes/describe.h"
+#include "strokes/mirror.h"
 #include "strokes/pose.h"
 
 namespace knead {
@@ -311,11 +312,105 @@ void prolong(PoseStroke& stroke, double strength) {
   }
 }
 
+// The parts and pins of a pose and of its images.
+class MirroredPose {
+ public:
+  MirroredPose(PoseStroke stroke, const Mirror& mirror, std::span<const Vec3d> positions)
+      : result_(std::move(stroke)), images_(images_in(mirror)), same_(kSameImage * bounding_box(positions).diagonal()) {
+    for (PoseItem& item : result_.parts) {
+      std::visit([&](auto& own) { look_up(own, positions); }, item);
+    }
+  }
+
+  PoseStroke find() {
+    const std::vector<PoseItem> own = result_.parts;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      for (const SymmetryImage& image : images_) {
+        PoseStroke one = result_;
+        one.parts = {own[i]};
+        one.stiffness.clear();
+        add(std::get<PoseStroke>(image_of(one, image, {})).parts.front(), i);
+      }
+    }
+    return std::move(result_);
+  }
+
+ private:
+  static void look_up(PosePart& part, std::span<const Vec3d> positions) {
+    for (const VertexRange& range : part.vertices) {
+      require_vertex("parts", positions, range.last);
+      part.points.insert(part.points.end(), positions.begin() + range.first, positions.begin() + range.last + 1);
+    }
+    part.vertices.clear();
+  }
+  static void look_up(PosePin& pin, std::span<const Vec3d> positions) {
+    if (!pin.vertex) return;
+    require_vertex("parts", positions, *pin.vertex);
+    pin.point = positions[*pin.vertex];
+    pin.vertex.reset();
+  }
+
+  // The image of item i: a part that holds gets the image's points, what is its own image stays alone.
+  void add(const PoseItem& image, std::size_t i) {
+    if (const auto* pin = std::get_if<PosePin>(&image)) return add(*pin, std::get<PosePin>(result_.parts[i]));
+    const auto& part = std::get<PosePart>(image);
+    auto& own = std::get<PosePart>(result_.parts[i]);
+    std::vector<Vec3d> apart;
+    for (const Vec3d& p : part.points) {
+      const auto is_it = [&](const Vec3d& q) { return are_near(p, q, same_); };
+      if (std::none_of(own.points.begin(), own.points.end(), is_it)) apart.push_back(p);
+    }
+    if (own.hold) {
+      own.points.insert(own.points.end(), apart.begin(), apart.end());
+    } else if (!apart.empty()) {
+      result_.parts.emplace_back(part);
+    }
+  }
+  void add(const PosePin& image, PosePin& own) {
+    if (!are_near(*image.point, *own.point, same_)) {
+      result_.parts.emplace_back(image);
+      return;
+    }
+    for (std::size_t k = 0; k < own.path.size(); ++k) own.path[k] = (own.path[k] + image.path[k]) * 0.5;
+  }
+
+  PoseStroke result_;
+  std::vector<SymmetryImage> images_;
+  double same_;
+};
+
+void resolve(const PoseStroke& stroke, SurfaceRun& run) {
+  run.remarks = pose_on(stroke, run.surface, run.threads).warnings;
+}
+
+std::size_t segments(const PoseStroke& /*stroke*/, const Mesh* /*mesh*/) { return 10; }
+
+std::string words(const PoseStroke& stroke, const std::string& unit) {
+  double most = 0;
+  for (const PoseItem& item : stroke.parts) {
+    const auto* const part = std::get_if<PosePart>(&item);
+    if (part != nullptr && part->rotation) return "Pose " + degrees_text(part->rotation->angle_deg);
+    if (part != nullptr && part->translation) most = std::max(most, norm(*part->translation));
+    const auto* const pin = std::get_if<PosePin>(&item);
+    if (pin != nullptr && pin->path.size() > 1) most = std::max(most, norm(pin->path.back() - pin->path.front()));
+  }
+  return most > 0 ? "Pose " + length_text(most, unit) : "Pose";
+}
+
+PoseStroke with_images(const PoseStroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions) {
+  if (stroke.exact) throw InvalidInput("\"exact\" and \"mirror\" do not go together; leave one of them out");
+  return MirroredPose(stroke, mirror, positions).find();
+}
+
 }  // namespace
 
-const Tool& PoseStroke::tool() {
-  static const Tool kTool = describe<PoseStroke>("pose", {keys, validate, nullptr, nullptr, nullptr, nullptr, prolong});
-  return kTool;
-}
+constinit const tool_detail::ToolRow<PoseStroke> PoseStroke::tool{.name = "pose",
+                                                                  .keys = keys,
+                                                                  .validate = validate,
+                                                                  .resolve = resolve,
+                                                                  .segments = segments,
+                                                                  .words = words,
+                                                                  .prolong = prolong,
+                                                                  .with_images = with_images};
 
 }  // namespace knead

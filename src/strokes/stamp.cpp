@@ -1,3 +1,4 @@
+// The tool "stamp": a closed mesh that is pressed along a path.
 #include "strokes/stamp.h"
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 #include "knead/error.h"
 #include "knead/region.h"
 #include "strokes/describe.h"
+#include "strokes/suffix.h"
 
 namespace knead::tool_detail {
 
@@ -338,12 +340,37 @@ void validate_stamp(const StampStroke& stroke) {
 
 void prolong(StampStroke& stroke, double strength) { prolong_path(stroke.path, strength); }
 
+std::size_t segments(const StampStroke& stroke, const Mesh* mesh) {
+  constexpr std::size_t kStepsOfAPiece = 20;
+  return mesh != nullptr ? stamp_segments(stroke, *mesh) : kStepsOfAPiece * stroke.path.size();
+}
+
+void resolve(const StampStroke& stroke, SurfaceRun& run) {
+  StampResult result = stamp(stroke, *run.mesh, run.surface, run.threads);
+  run.remarks = std::move(result.warnings);
+  run.penetration = result.penetration;
+}
+
+std::string words(const StampStroke& stroke, const std::string& unit) {
+  return "Stamp " + length_text(norm(stroke.path.back() - stroke.path.front()), unit);
+}
+
+bool blends(const StampStroke& stroke) { return contact_of(stroke) == StampContact::stick; }
+
+using StampedPath = Growing<StampStroke, &StampStroke::path, 1>;
+
 }  // namespace
 
-const Tool& StampStroke::tool() {
-  static const Tool kTool =
-      describe<StampStroke>("stamp", {keys, validate_stamp, nullptr, nullptr, nullptr, nullptr, prolong});
-  return kTool;
-}
+constinit const tool_detail::ToolRow<StampStroke> StampStroke::tool{.name = "stamp",
+                                                                    .keys = keys,
+                                                                    .validate = validate_stamp,
+                                                                    .resolve = resolve,
+                                                                    .segments = segments,
+                                                                    .words = words,
+                                                                    .prolong = prolong,
+                                                                    .blends = blends,
+                                                                    .path = &StampStroke::path,
+                                                                    .continues = StampedPath::continues,
+                                                                    .pieces = StampedPath::pieces};
 
 }  // namespace knead

@@ -109,7 +109,7 @@ class Thinned {
   std::unordered_map<std::uint64_t, std::vector<Vec3d>> cells_;
 };
 
-// A place of the surface inside the tool, and the shortest way out.
+// A place of the surface inside the tool, and the shortest displacement that takes it out.
 struct Penetration {
   StampPlace place;
   Vec3d point;

@@ -1,9 +1,12 @@
+// What holds for strokes of every tool: it comes from the rows of the tools.
 #include "knead/stroke.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <tuple>
 
 #include "knead/error.h"
 #include "strokes/describe.h"
@@ -14,9 +17,27 @@ namespace {
 
 using namespace tool_detail;
 
+// What everybody may know of a row.
+template <class S>
+Tool described(const ToolRow<S>& row) {
+  Tool tool{row.name, S{}, row.is_flow, row.is_event, {}, {}};
+  tool.keys = [&row](Stroke& stroke) {
+    S& own = std::get<S>(stroke);
+    std::vector<StrokeKey> keys = row.keys(own);
+    if constexpr (kBlends<S>) keys.push_back({"falloff", Quantity::falloff, &own.falloff, Presence::optional});
+    return keys;
+  };
+  tool.prepare = [&row](Stroke& stroke, const HasKey& has) {
+    if (row.prepare != nullptr) row.prepare(std::get<S>(stroke), has);
+  };
+  return tool;
+}
+
 template <class... S>
-std::array<const Tool*, sizeof...(S)> tools_of(std::variant<S...>* /*type only*/) {
-  return {&S::tool()...};
+std::span<const Tool* const> described_tools(std::variant<S...>* /*type only*/) {
+  static const std::array<Tool, sizeof...(S)> kTools{described(S::tool)...};
+  static const auto kPointers = std::apply([](const auto&... tool) { return std::array{&tool...}; }, kTools);
+  return kPointers;
 }
 
 // Checks one value by what it means. (Pointers to const would lose against the template below.)
@@ -60,12 +81,36 @@ struct Check {
   void operator()(const T& /*by the tool itself*/) const {}
 };
 
+// What to do where a key names vertices; empty: it names none.
+struct InsteadOfVertices {
+  std::string_view key;
+
+  std::string operator()(const std::vector<std::uint32_t>* vertices) const {
+    if (vertices->empty()) return "";
+    return fmt::format("name points instead, with \"{}\"", key.substr(0, key.find('_')));
+  }
+  std::string operator()(const std::vector<VertexRange>* ranges) const {
+    return ranges->empty() ? "" : "name points instead, with \"points\"";
+  }
+  std::string operator()(const std::vector<PoseItem>* items) const {
+    const bool has_some = std::any_of(items->begin(), items->end(), [](const PoseItem& item) {
+      const auto* part = std::get_if<PosePart>(&item);
+      return part != nullptr ? !part->vertices.empty() : std::get<PosePin>(item).vertex.has_value();
+    });
+    return has_some ? "name points instead, with \"points\" and \"pin_point\"" : "";
+  }
+  std::string operator()(const std::vector<PoseStiffness>* regions) const {
+    return regions->empty() ? "" : "leave it out";
+  }
+  template <class T>
+  std::string operator()(const T& /*names no vertices*/) const {
+    return "";
+  }
+};
+
 }  // namespace
 
-std::span<const Tool* const> tools() {
-  static const auto kTools = tools_of(static_cast<Stroke*>(nullptr));
-  return kTools;
-}
+std::span<const Tool* const> tools() { return described_tools(static_cast<Stroke*>(nullptr)); }
 
 const Tool& tool_of(const Stroke& stroke) { return *tools()[stroke.index()]; }
 
@@ -90,22 +135,27 @@ bool applies(const StrokeKey& key) {
 std::string tool_name(const Stroke& stroke) { return std::string(tool_of(stroke).name); }
 
 void validate(const Stroke& stroke) {
-  const Tool& tool = tool_of(stroke);
   Stroke copy = stroke;
-  for (const StrokeKey& key : tool.keys(copy)) {
+  for (const StrokeKey& key : tool_of(stroke).keys(copy)) {
     if (applies(key)) std::visit(Check{key}, key.value);
   }
-  tool.validate(stroke);
+  with_row(stroke, [](const auto& row, const auto& own) {
+    if (row.validate != nullptr) row.validate(own);
+  });
 }
 
-bool reads_surface(const Stroke& stroke) { return tool_of(stroke).reads_surface(stroke); }
+bool reads_surface(const Stroke& stroke) {
+  return with_row(stroke, [](const auto& row, const auto& own) {
+    return row.reads_surface != nullptr ? row.reads_surface(own) : row.flow == nullptr;
+  });
+}
 
 bool is_flow(const Stroke& stroke) { return tool_of(stroke).is_flow; }
 
 Flow flow_of(const Stroke& stroke) {
   validate(stroke);
   if (reads_surface(stroke)) throw InvalidInput("this stroke reads the surface, so resolve it first");
-  Flow flow = tool_of(stroke).flow(stroke);
+  Flow flow = with_row(stroke, [](const auto& row, const auto& own) { return row.flow(own); });
   const std::optional<int> falloff = falloff_of(stroke);
   if (!falloff) return flow;
   for (Segment& segment : flow.segments) {
@@ -115,35 +165,38 @@ Flow flow_of(const Stroke& stroke) {
 }
 
 std::optional<int> falloff_of(const Stroke& stroke) {
-  return std::visit(
-      []<class S>(const S& own) -> std::optional<int> {
-        if constexpr (std::is_same_v<S, StampStroke>) {
-          if (contact_of(own) == StampContact::slip) return std::nullopt;
-        }
-        if constexpr (kBlends<S>) {
-          return own.falloff;
-        } else {
-          return std::nullopt;
-        }
-      },
-      stroke);
+  return with_row(stroke, []<class S>(const ToolRow<S>& row, const S& own) -> std::optional<int> {
+    if constexpr (kBlends<S>) {
+      if (row.blends == nullptr || row.blends(own)) return own.falloff;
+    }
+    return std::nullopt;
+  });
 }
 
 void set_falloff(Stroke& stroke, int falloff) {
   require_falloff("falloff", falloff);
   if (!falloff_of(stroke)) return;
-  std::visit(
-      [&]<class S>(S& own) {
-        if constexpr (std::is_same_v<S, BendStroke>) move_center(own, falloff);
-        if constexpr (kBlends<S>) own.falloff = falloff;
-      },
-      stroke);
+  with_row(stroke, [&]<class S>(const ToolRow<S>& row, S& own) {
+    if (row.keep_zone != nullptr) row.keep_zone(own, falloff);
+    if constexpr (kBlends<S>) own.falloff = falloff;
+  });
 }
 
 std::vector<std::string> warnings(const Stroke& stroke) {
   std::vector<std::string> result;
-  tool_of(stroke).warn(stroke, result);
+  with_row(stroke, [&](const auto& row, const auto& own) {
+    if (row.warn != nullptr) row.warn(own, result);
+  });
   return result;
+}
+
+std::string words_of(const Stroke& stroke, const std::string& unit) {
+  return with_row(stroke, [&](const auto& row, const auto& own) {
+    if (row.words != nullptr) return row.words(own, unit);
+    std::string name(row.name);
+    name.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(name.front())));
+    return name;
+  });
 }
 
 namespace {
@@ -165,17 +218,35 @@ bool multiply_angles(Stroke& stroke, double factor) {
 
 Stroke prolonged(const Stroke& stroke, double strength) {
   Stroke result = stroke;
-  const Tool& tool = tool_of(result);
-  if (tool.prolong) {
-    tool.prolong(result, strength);
-  } else if (!multiply_angles(result, strength)) {
-    throw InvalidInput(fmt::format("\"strength\" must be from 0 to 1 for tool \"{}\", got {}", tool.name, strength));
+  const bool has_changed = with_row(result, [&](const auto& row, auto& own) {
+    if (row.prolong != nullptr) row.prolong(own, strength);
+    return row.prolong != nullptr || multiply_angles(result, strength);
+  });
+  if (!has_changed) {
+    throw InvalidInput(
+        fmt::format("\"strength\" must be from 0 to 1 for tool \"{}\", got {}", tool_name(stroke), strength));
   }
   validate(result);
   return result;
 }
 
 namespace tool_detail {
+
+std::string instead_of_vertices(const StrokeKey& key) {
+  return applies(key) ? std::visit(InsteadOfVertices{key.name}, key.value) : "";
+}
+
+std::size_t segments_of(const Stroke& stroke, const Mesh* mesh) {
+  return with_row(stroke, [&](const auto& row, const auto& own) {
+    return row.segments != nullptr ? row.segments(own, mesh) : std::size_t{1};
+  });
+}
+
+std::string degrees_text(double angle) { return fmt::format("{:.0f}\u00b0", angle); }
+
+std::string length_text(double length, const std::string& unit) {
+  return fmt::format("{:.2g}{}{}", length, unit.empty() ? "" : " ", unit);
+}
 
 void prolong_path(std::vector<Vec3d>& path, double strength) {
   double length = 0;

@@ -31,21 +31,8 @@ constexpr double kMinWidth = 1.6;
 constexpr double kSafeShear = 1.5;
 constexpr int kMaxRounds = 64;  // of widening; each takes in at least one slice
 
-// What bends and twists have in common.
-struct Zone {
-  Vec3d center;
-  Vec3d normal;  // unit
-  Vec3d side{0, 0, 0};
-  std::optional<double> radius;
-  Thresholds<double> between;
-  double angle = 0;  // radians: of a bend; of a twist: over the zone
-
-  double width() const { return between.outer - between.inner; }
-  bool bends() const { return side != Vec3d{0, 0, 0}; }
-};
-
 // How steep the motion is at most, by the angle over the width: in a bend the slope of w, in a twist that of r w.
-double steepness(const Zone& zone, int falloff) {
+double steepness(const StrokeZone& zone, int falloff) {
   if (zone.bends()) return falloff_facts(falloff).slope;
   constexpr int kSamplesOfZone = 256;
   double most = 0;
@@ -58,31 +45,8 @@ double steepness(const Zone& zone, int falloff) {
 }
 
 // The angle over the zone that stretches as much with the default falloff, for which the constants above hold.
-double default_angle(const Zone& zone) {
+double default_angle(const StrokeZone& zone) {
   return zone.angle * steepness(zone, zone.between.falloff) / steepness(zone, kDefaultFalloff);
-}
-
-std::optional<Zone> zone_of(const Stroke& stroke) {
-  if (const auto* bend = std::get_if<BendStroke>(&stroke)) {
-    const Vec3d normal = unit(bend->normal);
-    const Vec3d side = normalized(cross(normal, unit(bend->axis)));
-    return Zone{bend->center,
-                normal,
-                side,
-                bend->radius,
-                bend_thresholds(*bend),
-                std::abs(bend->angle_deg) * kRadiansPerDegree};
-  }
-  if (const auto* twist = std::get_if<TwistStroke>(&stroke)) {
-    Zone zone{twist->center,
-              unit(twist->normal.value_or(twist->axis)),
-              {},
-              twist->radius,
-              {twist->inner, twist->outer, twist->falloff}};
-    zone.angle = std::abs(twist->rate_deg) * kRadiansPerDegree * zone.width();
-    return zone;
-  }
-  return std::nullopt;
 }
 
 // A point in the coordinates of a profile.
@@ -140,24 +104,24 @@ double reach_within(const ZoneProfile& profile, double inner, double outer, doub
 }
 
 // Against the zone the regions turn by half the angle.
-double turn_of(const Zone& zone) {
+double turn_of(const StrokeZone& zone) {
   return zone.bends() ? sincos(std::min(0.5 * zone.angle, 0.5 * std::numbers::pi)).sin : 0;
 }
 
-double reach_of(const Zone& zone, const ZoneProfile& profile) {
+double reach_of(const StrokeZone& zone, const ZoneProfile& profile) {
   // A twist shears its whole inner region.
   const double inner = zone.bends() ? zone.between.inner : -kInfinity;
   const double shift = dot(zone.normal, zone.center - profile.center);
   return reach_within(profile, inner + shift, zone.between.outer + shift, turn_of(zone));
 }
 
-double safe_width(const Zone& zone, double reach) {
+double safe_width(const StrokeZone& zone, double reach) {
   return zone.bends() ? kSafeWidth * default_angle(zone) * reach : default_angle(zone) * reach / kSafeShear;
 }
 
 // The same zone with another width.
-Zone widened(const Zone& zone, double width) {
-  Zone wider = zone;
+StrokeZone widened(const StrokeZone& zone, double width) {
+  StrokeZone wider = zone;
   const double factor = width / zone.width();
   wider.between = {zone.between.inner * factor, zone.between.outer * factor, zone.between.falloff};
   if (zone.radius) wider.center += zone.normal * (zone.between.outer - wider.between.outer);
@@ -165,7 +129,7 @@ Zone widened(const Zone& zone, double width) {
 }
 
 // Widening takes in more of the shape, which may reach farther; it ends because the shape does.
-Zone with_safe_width(Zone zone, const ZoneProfile& profile) {
+StrokeZone with_safe_width(StrokeZone zone, const ZoneProfile& profile) {
   for (int round = 0; round < kMaxRounds; ++round) {
     const double width = safe_width(zone, reach_of(zone, profile));
     if (width <= zone.width() * (1 + 1e-12)) break;
@@ -174,7 +138,7 @@ Zone with_safe_width(Zone zone, const ZoneProfile& profile) {
   return zone;
 }
 
-bool fits(const Zone& zone, const ZoneProfile& profile) {
+bool fits(const StrokeZone& zone, const ZoneProfile& profile) {
   if (profile.reach.empty() || !(norm(zone.normal - profile.normal) < 1e-9)) return false;
   if (!(norm(zone.side - profile.side) < 1e-9) || zone.radius != profile.radius) return false;
   const Vec3d d = zone.center - profile.center;
@@ -183,119 +147,11 @@ bool fits(const Zone& zone, const ZoneProfile& profile) {
 
 double stretch_of_shear(double gamma) { return 0.5 * gamma + std::sqrt(1 + 0.25 * gamma * gamma); }
 
-}  // namespace
-
-ZoneProfile zone_profile(const Stroke& stroke, std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
-  check_triangles(triangles, positions);
-  const std::optional<Zone> zone = zone_of(stroke);
-  if (!zone || positions.empty()) return {};
-  ZoneProfile profile{zone->center, zone->normal, zone->side, zone->radius};
-  double least = kInfinity;
-  double most = -least;
-  for (const Vec3d& p : positions) {
-    const ZonePlace place = place_of(profile, p);
-    if (!counts(profile, place)) continue;
-    least = std::min(least, place.r);
-    most = std::max(most, place.r);
-  }
-  if (!(most > least)) return {};
-  profile.first = least;
-  profile.height = (most - least) / static_cast<double>(kSlices);
-  profile.reach.assign(kSlices, -1);
-  for (const Vec3d& p : positions) add(profile, place_of(profile, p));
-  for (const auto& [a, b, c] : triangles) {
-    add_edge(profile, positions[a], positions[b]);
-    add_edge(profile, positions[b], positions[c]);
-    add_edge(profile, positions[c], positions[a]);
-  }
-  return profile;
-}
-
-std::optional<ZoneCheck> check_zone(const Stroke& stroke, const ZoneProfile& profile) {
-  const std::optional<Zone> zone = zone_of(stroke);
-  if (!zone || !fits(*zone, profile)) return std::nullopt;
-  ZoneCheck check;
-  check.width = zone->width();
-  check.reach = reach_of(*zone, profile);
-  check.safe = with_safe_width(*zone, profile).width();
-  if (zone->bends()) {
-    check.is_too_thin = check.width < kMinWidth * default_angle(*zone) * check.reach;
-  } else {
-    check.stretch = stretch_of_shear(default_angle(*zone) / check.width * check.reach);
-    check.is_too_thin = check.stretch > kStrongStretch;
-  }
-  return check;
-}
-
-Stroke with_safe_zone(const Stroke& stroke, const ZoneProfile& profile) {
-  const std::optional<Zone> zone = zone_of(stroke);
-  if (!zone || !fits(*zone, profile)) return stroke;
-  const Zone safe = with_safe_width(*zone, profile);
-  if (safe.width() == zone->width()) return stroke;
-  Stroke result = stroke;
-  if (auto* bend = std::get_if<BendStroke>(&result)) {
-    bend->center = safe.center;
-    if (auto* const extent = std::get_if<BendWidth>(&bend->extent)) {
-      extent->width = safe.width();
-    } else {
-      bend->extent = BendThresholds{safe.between.inner, safe.between.outer};
-    }
-  } else {
-    auto& twist = std::get<TwistStroke>(result);
-    twist.center = safe.center;
-    twist.inner = safe.between.inner;
-    twist.outer = safe.between.outer;
-    twist.rate_deg *= zone->width() / safe.width();
-  }
-  return result;
-}
-
-double most_turn_of_an_edge_deg(const Stroke& stroke, std::span<const Vec3d> positions,
-                                std::span<const Triangle> triangles) {
-  const std::optional<Zone> zone = zone_of(stroke);
-  if (!zone || !(zone->width() > 0)) return 0;
-  const auto height = [&](const Vec3d& p) {
-    const Vec3d d = p - zone->center;
-    const double r = dot(d, zone->normal);
-    const bool is_within = !zone->radius || norm2(d - zone->normal * r) <= *zone->radius * *zone->radius;
-    return is_within ? std::clamp(r, zone->between.inner, zone->between.outer)
-                     : std::numeric_limits<double>::quiet_NaN();
-  };
-  double most = 0;
-  for (const Triangle& t : triangles) {
-    const std::array<double, 3> heights{height(positions[t[0]]), height(positions[t[1]]), height(positions[t[2]])};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double reach = std::abs(heights[k] - heights[(k + 1) % 3]);
-      if (reach > most) most = reach;  // false for NaN
-    }
-  }
-  return zone->angle * most / zone->width() / kRadiansPerDegree;
-}
-
-std::optional<std::string> zone_warning(const Stroke& stroke, const ZoneProfile& profile) {
-  const std::optional<ZoneCheck> check = check_zone(stroke, profile);
-  if (!check || !check->is_too_thin) return std::nullopt;
-  if (const auto* twist = std::get_if<TwistStroke>(&stroke)) {
-    return fmt::format(
-        "the twist stretches a part that reaches {:.3g} from its line about {:.2g} times; use a \"rate_deg\" of {:.3g} "
-        "or less",
-        check->reach, check->stretch, std::abs(twist->rate_deg) * check->width / check->safe);
-  }
-  return fmt::format(
-      "the zone of the bend is {:.3g} wide, too thin for {:.4g} degrees and a part that reaches {:.3g} from its axis: "
-      "the part is stretched more than 3 times and may become a sheet; make the zone {:.3g} wide or wider, or bend "
-      "less",
-      check->width, std::get<BendStroke>(stroke).angle_deg, check->reach, check->safe);
-}
-
-namespace {
-
 // Of a stroke whose `outer` is a distance from its tool; else null.
 double* outer_of(Stroke& stroke) {
-  if (auto* implicit = std::get_if<ImplicitStroke>(&stroke)) return &implicit->outer;
-  if (auto* points = std::get_if<PointsStroke>(&stroke)) return &points->outer;
-  if (auto* rotate = std::get_if<RotateStroke>(&stroke)) return &rotate->outer;
-  if (auto* stretch = std::get_if<StretchStroke>(&stroke)) return &stretch->outer;
+  for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
+    if (key.quantity == Quantity::outer) return std::get<double*>(key.value);
+  }
   return nullptr;
 }
 
@@ -332,6 +188,106 @@ double rounded_down(double x) {
 }
 
 }  // namespace
+
+std::optional<StrokeZone> tool_detail::zone_of(const Stroke& stroke) {
+  return with_row(stroke, [](const auto& row, const auto& own) -> std::optional<StrokeZone> {
+    if (row.zone == nullptr) return std::nullopt;
+    StrokeZone zone;
+    row.zone(own, zone);
+    return zone;
+  });
+}
+
+ZoneProfile zone_profile(const Stroke& stroke, std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+  check_triangles(triangles, positions);
+  const std::optional<StrokeZone> zone = zone_of(stroke);
+  if (!zone || positions.empty()) return {};
+  ZoneProfile profile{zone->center, zone->normal, zone->side, zone->radius};
+  double least = kInfinity;
+  double most = -least;
+  for (const Vec3d& p : positions) {
+    const ZonePlace place = place_of(profile, p);
+    if (!counts(profile, place)) continue;
+    least = std::min(least, place.r);
+    most = std::max(most, place.r);
+  }
+  if (!(most > least)) return {};
+  profile.first = least;
+  profile.height = (most - least) / static_cast<double>(kSlices);
+  profile.reach.assign(kSlices, -1);
+  for (const Vec3d& p : positions) add(profile, place_of(profile, p));
+  for (const auto& [a, b, c] : triangles) {
+    add_edge(profile, positions[a], positions[b]);
+    add_edge(profile, positions[b], positions[c]);
+    add_edge(profile, positions[c], positions[a]);
+  }
+  return profile;
+}
+
+std::optional<ZoneCheck> check_zone(const Stroke& stroke, const ZoneProfile& profile) {
+  const std::optional<StrokeZone> zone = zone_of(stroke);
+  if (!zone || !fits(*zone, profile)) return std::nullopt;
+  ZoneCheck check;
+  check.width = zone->width();
+  check.reach = reach_of(*zone, profile);
+  check.safe = with_safe_width(*zone, profile).width();
+  if (zone->bends()) {
+    check.is_too_thin = check.width < kMinWidth * default_angle(*zone) * check.reach;
+  } else {
+    check.stretch = stretch_of_shear(default_angle(*zone) / check.width * check.reach);
+    check.is_too_thin = check.stretch > kStrongStretch;
+  }
+  return check;
+}
+
+Stroke with_safe_zone(const Stroke& stroke, const ZoneProfile& profile) {
+  const std::optional<StrokeZone> zone = zone_of(stroke);
+  if (!zone || !fits(*zone, profile)) return stroke;
+  const StrokeZone safe = with_safe_width(*zone, profile);
+  if (safe.width() == zone->width()) return stroke;
+  Stroke result = stroke;
+  with_row(result, [&](const auto& row, auto& own) { row.set_zone(own, safe); });
+  return result;
+}
+
+double most_turn_of_an_edge_deg(const Stroke& stroke, std::span<const Vec3d> positions,
+                                std::span<const Triangle> triangles) {
+  const std::optional<StrokeZone> zone = zone_of(stroke);
+  if (!zone || !(zone->width() > 0)) return 0;
+  const auto height = [&](const Vec3d& p) {
+    const Vec3d d = p - zone->center;
+    const double r = dot(d, zone->normal);
+    const bool is_within = !zone->radius || norm2(d - zone->normal * r) <= *zone->radius * *zone->radius;
+    return is_within ? std::clamp(r, zone->between.inner, zone->between.outer)
+                     : std::numeric_limits<double>::quiet_NaN();
+  };
+  double most = 0;
+  for (const Triangle& t : triangles) {
+    const std::array<double, 3> heights{height(positions[t[0]]), height(positions[t[1]]), height(positions[t[2]])};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double reach = std::abs(heights[k] - heights[(k + 1) % 3]);
+      if (reach > most) most = reach;  // false for NaN
+    }
+  }
+  return zone->angle * most / zone->width() / kRadiansPerDegree;
+}
+
+std::optional<std::string> zone_warning(const Stroke& stroke, const ZoneProfile& profile) {
+  const std::optional<ZoneCheck> check = check_zone(stroke, profile);
+  if (!check || !check->is_too_thin) return std::nullopt;
+  const double degrees = zone_of(stroke)->degrees;
+  if (check->stretch > 0) {
+    return fmt::format(
+        "the twist stretches a part that reaches {:.3g} from its line about {:.2g} times; use a \"rate_deg\" of {:.3g} "
+        "or less",
+        check->reach, check->stretch, std::abs(degrees) * check->width / check->safe);
+  }
+  return fmt::format(
+      "the zone of the bend is {:.3g} wide, too thin for {:.4g} degrees and a part that reaches {:.3g} from its axis: "
+      "the part is stretched more than 3 times and may become a sheet; make the zone {:.3g} wide or wider, or bend "
+      "less",
+      check->width, degrees, check->reach, check->safe);
+}
 
 std::optional<double> widest_outer(const Stroke& stroke, std::span<const Vec3d> boundary, int threads) {
   constexpr double least_gain = 1.05;

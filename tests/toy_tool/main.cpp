@@ -9,6 +9,7 @@
 #include "keys.h"
 #include "knead/error.h"
 #include "knead/session.h"
+#include "knead/tools.h"
 #include "support/tool_docs.h"
 #include "surveys/random_strokes.h"
 
@@ -40,6 +41,8 @@ void check_session() {
   expect(knead::stroke_line(knead::mirrored(stroke, 0)).find(R"("center": [-1, 0, 0], "push": [-0.5, 0, 0])") !=
              std::string::npos,
          "a stroke has a mirror image");
+  expect(knead::words_of(stroke, "mm") == "Toy", "the history says what a stroke does");
+  expect(knead::widest_outer(stroke, std::vector<knead::Vec3d>{{1, 0, 0}, {3, 0, 0}}) > 1, "its border can be widened");
   const std::string place = "toy.knead:2: ";
   expect(error_of(R"({"tool": "toy", "center": [1, 0, 0], "push": [1, 0, 0]})") ==
              place + R"("outer" is missing; tool "toy" needs it)",

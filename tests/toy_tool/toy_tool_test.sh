@@ -19,7 +19,9 @@ listed() {
 added() { (cd "$here/tree" && find . -type f | sed -E 's|^\./||; s|\.sed$||' | sort); }
 
 diff <(listed) <(added) || { echo "CONTRIBUTING.md lists (<) other files than the toy tool needs (>)" >&2; exit 1; }
-[[ $(added | wc -l) -le 7 ]] || { echo "adding a tool touches more than 7 files" >&2; exit 1; }
+count=$(added | wc -l)
+echo "a new tool touches $count files"
+[[ $count -le 7 ]] || { echo "more than 7" >&2; exit 1; }
 
 rm -rf "$work" && mkdir -p "$work"
 (cd "$root" && cp --parents -r include src apps/studio docs/session.md CHANGELOG.md tests/surveys tests/support "$work")

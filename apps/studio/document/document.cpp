@@ -142,7 +142,7 @@ void Document::set_live(std::vector<SessionStroke> strokes, Progress& progress, 
 // Of a stamp that was pressed in pieces only the last warning: where a piece begins, the surface lies against the tool
 // that the one before left there.
 void Document::tell_warnings(const HistoryEntry& entry) const {
-  const auto is_stamp = [](const SessionStroke& stroke) { return std::holds_alternative<StampStroke>(stroke.stroke); };
+  const auto is_stamp = [](const SessionStroke& stroke) { return !file_of(stroke.stroke).empty(); };
   const bool is_pressed = std::all_of(entry.strokes.begin(), entry.strokes.end(), is_stamp);
   const std::size_t first = is_pressed && !entry.warnings.empty() ? entry.warnings.size() - 1 : 0;
   for (std::size_t i = first; i < entry.warnings.size(); ++i) options_.tell({false, entry.warnings[i]});

@@ -33,11 +33,11 @@ std::string text_of_file(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// Calls change(stamp) for every stroke that names a file.
+// Calls change(file) for every stroke that names a file.
 template <class Change>
-void for_each_stamp(std::vector<SessionStroke>& strokes, const Change& change) {
+void for_each_file(std::vector<SessionStroke>& strokes, const Change& change) {
   for (SessionStroke& stroke : strokes) {
-    if (auto* stamp = std::get_if<StampStroke>(&stroke.stroke)) change(*stamp);
+    if (auto* file = find_value<std::string>(stroke.stroke, "mesh")) change(*file);
   }
 }
 
@@ -85,14 +85,14 @@ StampShape Document::add_stamp(const std::string& name, const Mesh& mesh) {
 void Document::append(Session session, Progress& progress) {
   const std::filesystem::path folder = std::filesystem::path(session.name).parent_path();
   std::set<std::string> copied;
-  for_each_stamp(session.strokes, [&](StampStroke& stamp) {
-    const std::filesystem::path from = folder / stamp.mesh;
+  for_each_file(session.strokes, [&](std::string& stamp) {
+    const std::filesystem::path from = folder / stamp;
     const std::string file = "stamps/" + from.filename().string();
     if (copied.insert(file).second) {
       std::filesystem::create_directories(stamp_folder());
       write_file_atomically(stamp_folder().parent_path() / file, file_text(from));
     }
-    stamp.mesh = file;
+    stamp = file;
   });
   for (const std::string& warning : session.warnings) options_.tell({false, warning});
   parameters_ = session.parameters;  // no stroke is before it
@@ -175,8 +175,8 @@ Session Document::to_session(const std::filesystem::path& path) const {
   };
   session.mesh = named(0);
   for (std::size_t i = 1; i < shown_.objects.list.size(); ++i) session.also.push_back(named(i));
-  for_each_stamp(session.strokes, [&](StampStroke& stamp) {
-    stamp.mesh = (stamps_beside(path) / std::filesystem::path(stamp.mesh).filename()).generic_string();
+  for_each_file(session.strokes, [&](std::string& file) {
+    file = (stamps_beside(path) / std::filesystem::path(file).filename()).generic_string();
   });
   return session;
 }
@@ -189,9 +189,9 @@ void Document::save(const std::filesystem::path& path) {
     }
     Session session = to_session(path);
     std::set<std::string> written;
-    for_each_stamp(session.strokes, [&](StampStroke& stamp) {
-      if (!written.insert(stamp.mesh).second) return;
-      const std::filesystem::path to = path.parent_path() / stamp.mesh;
+    for_each_file(session.strokes, [&](const std::string& file) {
+      if (!written.insert(file).second) return;
+      const std::filesystem::path to = path.parent_path() / file;
       std::filesystem::create_directories(to.parent_path());
       write_file_atomically(to, file_text(stamp_folder() / to.filename()));
     });

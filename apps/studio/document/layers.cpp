@@ -18,6 +18,9 @@ namespace knead::studio {
 
 namespace {
 
+constexpr std::size_t kMaxHandles = 9;  // of one path
+constexpr double kReach = 10;           // pixels
+
 // The word by which scripts and keys of Studio name the tool of a stroke.
 std::string tool_word(const Stroke& stroke) {
   std::string word = tool_name(stroke);
@@ -67,234 +70,11 @@ void give_name(std::vector<SessionStroke>& strokes, const std::string& name) {
 
 Layers::iterator at(Layers& layers, std::size_t entry) { return layers.begin() + static_cast<std::ptrdiff_t>(entry); }
 
-}  // namespace
-
-std::string name_of(std::span<const SessionStroke> strokes) {
-  if (strokes.empty()) return "Nothing";
-  const std::string& own = strokes.front().name;
-  return own.empty() ? title_of(strokes.front().stroke) : own;
-}
-
-std::string description_of(std::span<const SessionStroke> strokes) {
-  if (strokes.empty()) return "nothing";
-  const Stroke& first = strokes.front().stroke;
-  const std::string name = title_of(first);
-  std::string text = strokes.size() == 1 ? name : fmt::format("{} x {}", strokes.size(), name);
-  if (const auto* implicit = std::get_if<ImplicitStroke>(&first)) {
-    const std::size_t pieces = implicit->path.size() - 1;
-    text += pieces == 1 ? ", 1 piece" : fmt::format(", {} pieces", pieces);
-  } else if (const auto* paint = std::get_if<PaintStroke>(&first)) {
-    text += fmt::format(", {} dabs", paint->samples.size() + paint->path.size());
-  } else if (const auto* relax = std::get_if<RelaxStroke>(&first)) {
-    text += fmt::format(", {} places", relax->points.size());
-  }
-  return text;
-}
-
-namespace {
-
 std::string in_lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
-
-std::string degrees_text(double angle) { return fmt::format("{:.0f}\u00b0", angle); }
-
-// What a stroke does, without the word of its tool.
-struct WordsOf {
-  const std::string& unit;
-
-  std::string length(double value) const { return fmt::format("{:.2g}{}{}", value, unit.empty() ? "" : " ", unit); }
-  std::string operator()(const ImplicitStroke& s) const {
-    return "Pull " + length(norm(s.path.back() - s.path.front()));
-  }
-  std::string operator()(const PaintStroke& s) const {
-    const std::size_t dabs = s.samples.size() + s.path.size();
-    return fmt::format("{}, {}", s.depth > 0 ? "Press in" : "Pull out",
-                       dabs == 1 ? "1 dab" : fmt::format("{} dabs", dabs));
-  }
-  std::string operator()(const PointsStroke& s) const {
-    Vec3d by{};
-    for (const Vec3d& displacement : s.displacements) by += displacement;
-    return fmt::format("Move {} {}", s.points.empty() ? "a curve" : "points", length(norm(by)));
-  }
-  std::string operator()(const RotateStroke& s) const { return "Rotate " + degrees_text(s.angle_deg); }
-  std::string operator()(const StretchStroke& s) const { return fmt::format("Stretch {:.0f}%", 100 * s.factor); }
-  std::string operator()(const TwistStroke& s) const {
-    return "Twist " + degrees_text(s.rate_deg * (s.inner - s.outer));
-  }
-  std::string operator()(const BendStroke& s) const { return "Bend " + degrees_text(s.angle_deg); }
-  std::string operator()(const PinsStroke& s) const {
-    double most = 0;
-    for (std::size_t i = 0; i < s.points.size(); ++i) most = std::max(most, norm(s.to[i] - s.points[i]));
-    return "Pose " + length(most);
-  }
-  std::string operator()(const PoseStroke& s) const {
-    double most = 0;
-    for (const PoseItem& item : s.parts) {
-      const auto* const part = std::get_if<PosePart>(&item);
-      if (part != nullptr && part->rotation) return "Pose " + degrees_text(part->rotation->angle_deg);
-      if (part != nullptr && part->translation) most = std::max(most, norm(*part->translation));
-      const auto* const pin = std::get_if<PosePin>(&item);
-      if (pin != nullptr && pin->path.size() > 1) most = std::max(most, norm(pin->path.back() - pin->path.front()));
-    }
-    return most > 0 ? "Pose " + length(most) : "Pose";
-  }
-  std::string operator()(const InflateStroke& s) const {
-    const std::string cubes = unit.empty() ? "" : " " + unit + "\u00b3";
-    return fmt::format("{} by {:.2g}{}", s.volume < 0 ? "Shrink" : "Grow", std::abs(s.volume), cubes);
-  }
-  std::string operator()(const RelaxStroke& s) const {
-    return s.points.size() == 1 ? "Relax 1 place" : fmt::format("Relax {} places", s.points.size());
-  }
-  std::string operator()(const MaskStroke& /*s*/) const { return "Mask"; }
-  template <class Other>
-  std::string operator()(const Other& s) const {
-    return title_of(Stroke{s});
-  }
-};
-
-}  // namespace
-
-std::string words_of(std::span<const SessionStroke> strokes, const std::string& unit) {
-  if (strokes.empty()) return "Nothing";
-  const WordsOf words{unit};
-  if (const auto way = stamp_way(strokes)) return "Stamp " + words.length(norm(way->to - way->from));
-  return std::visit(words, strokes.front().stroke);
-}
-
-std::optional<StampWay> stamp_way(std::span<const SessionStroke> strokes) {
-  std::optional<StampWay> way;
-  for (const SessionStroke& line : strokes) {
-    const auto* const stamp = std::get_if<StampStroke>(&line.stroke);
-    if (stamp == nullptr) break;
-    if (!way) way = {stamp->path.front(), stamp->path.front()};
-    if (stamp->path.front() == way->to) way->to = stamp->path.back();  // else an image in a mirror
-  }
-  return way;
-}
-
-const StudioTool* tool_of(std::span<const SessionStroke> strokes) {
-  return strokes.empty() ? nullptr : studio_tool(tool_word(strokes.front().stroke));
-}
-
-bool is_found(std::span<const SessionStroke> strokes, const std::string& text) {
-  const std::string where = in_lower_case(name_of(strokes) + " " + words_of(strokes, {}));
-  std::istringstream words(in_lower_case(text));
-  for (std::string word; words >> word;) {
-    if (where.find(word) == std::string::npos) return false;
-  }
-  return true;
-}
-
-bool is_off(std::span<const SessionStroke> strokes) {
-  return std::all_of(strokes.begin(), strokes.end(), [](const SessionStroke& stroke) { return stroke.off; });
-}
-
-LayerChange renamed(std::size_t entry, const std::string& name) {
-  return change_of(entry, [name](std::vector<SessionStroke>& strokes) { give_name(strokes, name); });
-}
-
-LayerChange switched(std::size_t entry, bool off) {
-  return change_of(entry, [off](std::vector<SessionStroke>& strokes) {
-    for (SessionStroke& stroke : strokes) stroke.off = off;
-  });
-}
-
-LayerChange with_strength(std::size_t entry, double strength) {
-  const double kept = std::clamp(strength, 0.0, kMaxStrength);
-  return change_of(entry, [kept](std::vector<SessionStroke>& strokes) { set_strength(strokes, kept); });
-}
-
-LayerChange moved(std::size_t entry, std::size_t to) {
-  return [entry, to](Layers& layers) {
-    if (entry >= layers.size() || to >= layers.size()) return;
-    if (entry < to) std::rotate(at(layers, entry), at(layers, entry + 1), at(layers, to + 1));
-    if (to < entry) std::rotate(at(layers, to), at(layers, entry), at(layers, entry + 1));
-  };
-}
-
-LayerChange joined(std::size_t entry) {
-  return [entry](Layers& layers) {
-    if (entry == 0 || entry >= layers.size()) return;
-    std::vector<SessionStroke>& before = layers[entry - 1];
-    const std::string name = name_of(before);
-    before.insert(before.end(), layers[entry].begin(), layers[entry].end());
-    give_name(before, name);
-    layers.erase(at(layers, entry));
-  };
-}
-
-LayerChange split(std::size_t entry) {
-  return [entry](Layers& layers) {
-    if (entry >= layers.size() || layers[entry].size() < 2) return;
-    const std::vector<SessionStroke> strokes = layers[entry];
-    layers.erase(at(layers, entry));
-    for (std::size_t i = 0; i < strokes.size(); ++i) {
-      SessionStroke own = strokes[i];
-      own.name = fmt::format("{} {}", name_of({&own, 1}), i + 1);
-      layers.insert(at(layers, entry + i), {std::move(own)});
-    }
-  };
-}
-
-LayerChange removed(std::size_t entry) { return replaced(entry, {}); }
-
-LayerChange replaced(std::size_t entry, std::vector<SessionStroke> strokes) {
-  return change_of(entry, [strokes = std::move(strokes)](std::vector<SessionStroke>& old) { old = strokes; });
-}
-
-void select(LayerEditor& editor, const DocumentState& shown, std::optional<std::size_t> entry) {
-  editor = {};
-  if (!entry || *entry >= shown.history.size()) return;
-  editor.entry = entry;
-  editor.source = shown.history[*entry];
-  editor.entries = shown.history.size();
-  set_strokes(editor, editor.source->strokes);
-}
-
-void follow(LayerEditor& editor, const DocumentState& shown) {
-  if (!editor.entry) return;
-  const auto& history = shown.history;
-  if (*editor.entry < history.size() && history[*editor.entry] == editor.source) return;
-  const auto is_it = [&](const auto& entry) {
-    return entry == editor.source || entry->strokes == editor.source->strokes;
-  };
-  const bool is_as_long = history.size() == editor.entries;
-  editor.entries = history.size();
-  if (*editor.entry < history.size() && is_it(history[*editor.entry])) {
-    editor.source = history[*editor.entry];
-    return;
-  }
-  const auto found = std::find_if(history.begin(), history.end(), is_it);
-  if (found != history.end()) return select(editor, shown, static_cast<std::size_t>(found - history.begin()));
-  select(editor, shown, is_as_long ? editor.entry : std::nullopt);
-}
-
-void set_strokes(LayerEditor& editor, std::vector<SessionStroke> strokes) {
-  editor.strokes = std::move(strokes);
-  editor.paths = paths_of(editor.strokes);
-  editor.text = lines_of(editor.strokes);
-  editor.problem.clear();
-}
-
-void set_text(LayerEditor& editor, std::string text) {
-  editor.text = std::move(text);
-  try {
-    editor.strokes =
-        strokes_of_lines(editor.text, editor.source ? editor.source->strokes.front().remesh : std::nullopt);
-    editor.paths = paths_of(editor.strokes);
-    editor.problem.clear();
-  } catch (const InvalidInput& error) {
-    editor.problem = error.what();
-  }
-}
-
-namespace {
-
-constexpr std::size_t kMaxHandles = 9;  // of one path
-constexpr double kReach = 10;           // pixels
 
 // A path with the numbers of strokes that it is made of.
 struct OwnedPath {
@@ -433,7 +213,182 @@ void move(const OwnedPath& path, const std::vector<double>& weights, const Vec3d
   }
 }
 
+// Calls visit(name, help, number) for each of a stroke's numbers that a person may want to change.
+template <class Visit>
+void visit_fields(Stroke& stroke, const Visit& visit) {
+  for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
+    if (key.help.empty() || !applies(key)) continue;
+    if (auto* const* number = std::get_if<double*>(&key.value)) visit(key.name, key.help, **number);
+    if (auto* const* number = std::get_if<std::optional<double>*>(&key.value); number != nullptr && **number) {
+      visit(key.name, key.help, ***number);
+    }
+    if (const auto* number = std::get_if<AutoNumber>(&key.value); number != nullptr && *number->value) {
+      visit(key.name, key.help, **number->value);
+    }
+    if (auto* const* motion = std::get_if<HandlesMotion*>(&key.value)) {
+      if (auto* turn = std::get_if<HandlesRotation>(*motion)) visit("angle_deg", key.help, turn->angle_deg);
+    }
+  }
+}
+
 }  // namespace
+
+std::string name_of(std::span<const SessionStroke> strokes) {
+  if (strokes.empty()) return "Nothing";
+  const std::string& own = strokes.front().name;
+  return own.empty() ? title_of(strokes.front().stroke) : own;
+}
+
+std::string description_of(std::span<const SessionStroke> strokes) {
+  if (strokes.empty()) return "nothing";
+  const Stroke& first = strokes.front().stroke;
+  const std::string name = title_of(first);
+  std::string text = strokes.size() == 1 ? name : fmt::format("{} x {}", strokes.size(), name);
+  if (const auto* implicit = std::get_if<ImplicitStroke>(&first)) {
+    const std::size_t pieces = implicit->path.size() - 1;
+    text += pieces == 1 ? ", 1 piece" : fmt::format(", {} pieces", pieces);
+  } else if (const auto* paint = std::get_if<PaintStroke>(&first)) {
+    text += fmt::format(", {} dabs", paint->samples.size() + paint->path.size());
+  } else if (const auto* relax = std::get_if<RelaxStroke>(&first)) {
+    text += fmt::format(", {} places", relax->points.size());
+  }
+  return text;
+}
+
+std::string words_of(std::span<const SessionStroke> strokes, const std::string& unit) {
+  if (strokes.empty()) return "Nothing";
+  Stroke first = strokes.front().stroke;
+  if (const auto way = stamp_way(strokes)) *find_value<std::vector<Vec3d>>(first, "path") = {way->from, way->to};
+  return words_of(first, unit);
+}
+
+std::optional<StampWay> stamp_way(std::span<const SessionStroke> strokes) {
+  std::optional<StampWay> way;
+  for (const SessionStroke& line : strokes) {
+    Stroke stroke = line.stroke;
+    if (file_of(stroke).empty()) break;
+    const std::vector<Vec3d>& path = *find_value<std::vector<Vec3d>>(stroke, "path");
+    if (!way) way = {path.front(), path.front()};
+    if (path.front() == way->to) way->to = path.back();  // else an image in a mirror
+  }
+  return way;
+}
+
+const StudioTool* tool_of(std::span<const SessionStroke> strokes) {
+  return strokes.empty() ? nullptr : studio_tool(tool_word(strokes.front().stroke));
+}
+
+bool is_found(std::span<const SessionStroke> strokes, const std::string& text) {
+  const std::string where = in_lower_case(name_of(strokes) + " " + words_of(strokes, {}));
+  std::istringstream words(in_lower_case(text));
+  for (std::string word; words >> word;) {
+    if (where.find(word) == std::string::npos) return false;
+  }
+  return true;
+}
+
+bool is_off(std::span<const SessionStroke> strokes) {
+  return std::all_of(strokes.begin(), strokes.end(), [](const SessionStroke& stroke) { return stroke.off; });
+}
+
+LayerChange renamed(std::size_t entry, const std::string& name) {
+  return change_of(entry, [name](std::vector<SessionStroke>& strokes) { give_name(strokes, name); });
+}
+
+LayerChange switched(std::size_t entry, bool off) {
+  return change_of(entry, [off](std::vector<SessionStroke>& strokes) {
+    for (SessionStroke& stroke : strokes) stroke.off = off;
+  });
+}
+
+LayerChange with_strength(std::size_t entry, double strength) {
+  const double kept = std::clamp(strength, 0.0, kMaxStrength);
+  return change_of(entry, [kept](std::vector<SessionStroke>& strokes) { set_strength(strokes, kept); });
+}
+
+LayerChange moved(std::size_t entry, std::size_t to) {
+  return [entry, to](Layers& layers) {
+    if (entry >= layers.size() || to >= layers.size()) return;
+    if (entry < to) std::rotate(at(layers, entry), at(layers, entry + 1), at(layers, to + 1));
+    if (to < entry) std::rotate(at(layers, to), at(layers, entry), at(layers, entry + 1));
+  };
+}
+
+LayerChange joined(std::size_t entry) {
+  return [entry](Layers& layers) {
+    if (entry == 0 || entry >= layers.size()) return;
+    std::vector<SessionStroke>& before = layers[entry - 1];
+    const std::string name = name_of(before);
+    before.insert(before.end(), layers[entry].begin(), layers[entry].end());
+    give_name(before, name);
+    layers.erase(at(layers, entry));
+  };
+}
+
+LayerChange split(std::size_t entry) {
+  return [entry](Layers& layers) {
+    if (entry >= layers.size() || layers[entry].size() < 2) return;
+    const std::vector<SessionStroke> strokes = layers[entry];
+    layers.erase(at(layers, entry));
+    for (std::size_t i = 0; i < strokes.size(); ++i) {
+      SessionStroke own = strokes[i];
+      own.name = fmt::format("{} {}", name_of({&own, 1}), i + 1);
+      layers.insert(at(layers, entry + i), {std::move(own)});
+    }
+  };
+}
+
+LayerChange removed(std::size_t entry) { return replaced(entry, {}); }
+
+LayerChange replaced(std::size_t entry, std::vector<SessionStroke> strokes) {
+  return change_of(entry, [strokes = std::move(strokes)](std::vector<SessionStroke>& old) { old = strokes; });
+}
+
+void select(LayerEditor& editor, const DocumentState& shown, std::optional<std::size_t> entry) {
+  editor = {};
+  if (!entry || *entry >= shown.history.size()) return;
+  editor.entry = entry;
+  editor.source = shown.history[*entry];
+  editor.entries = shown.history.size();
+  set_strokes(editor, editor.source->strokes);
+}
+
+void follow(LayerEditor& editor, const DocumentState& shown) {
+  if (!editor.entry) return;
+  const auto& history = shown.history;
+  if (*editor.entry < history.size() && history[*editor.entry] == editor.source) return;
+  const auto is_it = [&](const auto& entry) {
+    return entry == editor.source || entry->strokes == editor.source->strokes;
+  };
+  const bool is_as_long = history.size() == editor.entries;
+  editor.entries = history.size();
+  if (*editor.entry < history.size() && is_it(history[*editor.entry])) {
+    editor.source = history[*editor.entry];
+    return;
+  }
+  const auto found = std::find_if(history.begin(), history.end(), is_it);
+  if (found != history.end()) return select(editor, shown, static_cast<std::size_t>(found - history.begin()));
+  select(editor, shown, is_as_long ? editor.entry : std::nullopt);
+}
+
+void set_strokes(LayerEditor& editor, std::vector<SessionStroke> strokes) {
+  editor.strokes = std::move(strokes);
+  editor.paths = paths_of(editor.strokes);
+  editor.text = lines_of(editor.strokes);
+  editor.problem.clear();
+}
+
+void set_text(LayerEditor& editor, std::string text) {
+  editor.text = std::move(text);
+  try {
+    editor.strokes =
+        strokes_of_lines(editor.text, editor.source ? editor.source->strokes.front().remesh : std::nullopt);
+    editor.paths = paths_of(editor.strokes);
+    editor.problem.clear();
+  } catch (const InvalidInput& error) {
+    editor.problem = error.what();
+  }
+}
 
 std::vector<LayerPath> paths_of(std::span<const SessionStroke> strokes) {
   std::vector<SessionStroke> own(strokes.begin(), strokes.end());
@@ -483,25 +438,6 @@ std::vector<SessionStroke> with_handle_moved(std::vector<SessionStroke> strokes,
   if (strength > 1) set_strength(strokes, strength);
   return strokes;
 }
-
-namespace {
-
-// Calls visit(name, help, number) for each of a stroke's numbers that a person may want to change.
-template <class Visit>
-void visit_fields(Stroke& stroke, const Visit& visit) {
-  for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
-    if (key.help.empty() || !applies(key)) continue;
-    if (auto* const* number = std::get_if<double*>(&key.value)) visit(key.name, key.help, **number);
-    if (auto* const* number = std::get_if<std::optional<double>*>(&key.value); number != nullptr && **number) {
-      visit(key.name, key.help, ***number);
-    }
-    if (const auto* number = std::get_if<AutoNumber>(&key.value); number != nullptr && *number->value) {
-      visit(key.name, key.help, **number->value);
-    }
-  }
-}
-
-}  // namespace
 
 std::vector<StrokeField> fields_of(std::span<const SessionStroke> strokes) {
   std::vector<StrokeField> fields;

@@ -16,12 +16,97 @@ constexpr double kShortestDisplacement = 0.03;  // of the radius, of a set of po
 constexpr double kFacesViewer = 0.35;
 constexpr double kSeenFromSide = 0.6;
 constexpr double kLevel = 1e-6;  // a line that is seen level counts as one that goes up
+constexpr double kMinPressure = 0.05;
+constexpr double kRadiusSteps = 16;     // of the radius, under a pen
+constexpr int kMaxRays = 400;           // between two places of the pointer
+constexpr double kFirstSpacing = 0.1;   // of the radius: how far rays are apart before paint meets the shape
+constexpr double kLassoPiece = 3;       // pixels between two points of a lasso
+constexpr double kPointSpacing = 0.25;  // of a drawn line, in radii
+constexpr double kSpacing = 0.3;        // of the places, in radii
+constexpr int kMaxPlaces = 200;         // between two places of the pointer
 
 Vec3d forward_of(const GestureContext& around) { return render::camera_frame(around.screen.camera).forward; }
 
 double distance_in_pixels(const Screen& screen, const Vec3d& p, const Pointer& pointer) {
   const auto pixel = pixel_of(screen, p);
   return pixel ? std::hypot(pixel->x - pointer.x, pixel->y - pointer.y) : kInfinity;
+}
+
+// A start so deep under the surface that the inner region just touches it from below, or half way through the shape.
+Vec3d under_surface(const SurfaceHit& hit, const GestureContext& around) {
+  double deep = around.settings.inner_ratio * around.settings.radius;
+  if (around.picker != nullptr) {
+    const auto thickness = around.picker->thickness(hit, around.state);
+    if (thickness) deep = std::min(deep, 0.5 * *thickness);
+  }
+  return hit.point - hit.normal * deep;
+}
+
+// Where a drag begins, where that is seen on the surface, and the surface's normal there (against the view where there
+// is no surface).
+struct PullPlace {
+  Vec3d start;
+  Vec3d touched;
+  Vec3d normal;
+};
+
+PullPlace start_of(const Pointer& pointer, const GestureContext& around) {
+  const Vec3d forward = forward_of(around);
+  const PullStart start = around.settings.start;
+  if (start != PullStart::plane) {
+    if (const auto hit = hit_at(pointer, around)) {
+      const Vec3d from = start == PullStart::inside ? under_surface(*hit, around) : hit->point;
+      return {from, hit->point, hit->normal};
+    }
+  }
+  const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
+  const Vec3d target = around.screen.camera.target;
+  const Vec3d place = on_plane(ray, target, forward).value_or(target);
+  return {place, place, -forward};
+}
+
+// Extends the path to p. A last place that is not being computed yet is replaced. With a typed or snapped number the
+// path is straight.
+void extend(std::vector<Vec3d>& path, const Vec3d& p, double shortest, const Pointer& pointer, bool is_taken) {
+  if (pointer.typed || pointer.modifiers.ctrl) {
+    path.resize(1);
+    if (!(p == path.front())) path.push_back(p);
+    return;
+  }
+  if (!is_taken && path.size() > 1) path.pop_back();
+  if (norm(p - path.back()) >= shortest) path.push_back(p);
+}
+
+double pressure_of(const Pointer& pointer) { return std::clamp(pointer.pressure, kMinPressure, 1.0); }
+
+Pointer between(const Pointer& a, const Pointer& b, double t) {
+  Pointer result = b;
+  result.x = a.x + (b.x - a.x) * t;
+  result.y = a.y + (b.y - a.y) * t;
+  result.pressure = a.pressure + (b.pressure - a.pressure) * t;
+  return result;
+}
+
+// The radius of a brush in steps, so that many dabs share one stroke.
+double radius_under(const Pointer& pointer, const ToolSettings& settings) {
+  if (settings.pressure != PenPressure::radius) return settings.radius;
+  return settings.radius * std::max(std::ceil(kRadiusSteps * pressure_of(pointer)), 1.0) / kRadiusSteps;
+}
+
+PaintTouch touch_at(const SurfaceHit& hit, const Pointer& pointer, const ToolSettings& settings) {
+  const bool by_depth = settings.pressure == PenPressure::depth;
+  return {{hit.point, hit.normal}, radius_under(pointer, settings), by_depth ? pressure_of(pointer) : 1};
+}
+
+// Goes from the last of the points on to where the pointer is on the surface.
+void extend_on_surface(const Pointer& pointer, const GestureContext& around, double spacing, Vec3d& last,
+                       std::vector<Vec3d>& points) {
+  const auto end = hit_at(pointer, around);
+  if (!end) return;
+  const Vec3d from = last;
+  const int pieces = std::clamp(static_cast<int>(norm(end->point - from) / spacing), 0, kMaxPlaces);
+  for (int i = 1; i <= pieces; ++i) points.push_back(from + (end->point - from) * (static_cast<double>(i) / pieces));
+  if (pieces > 0) last = end->point;
 }
 
 }  // namespace
@@ -96,55 +181,6 @@ Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal,
   return drag;
 }
 
-namespace {
-
-// A start so deep under the surface that the inner region just touches it from below, or half way through the shape.
-Vec3d under_surface(const SurfaceHit& hit, const GestureContext& around) {
-  double deep = around.settings.inner_ratio * around.settings.radius;
-  if (around.picker != nullptr) {
-    const auto thickness = around.picker->thickness(hit, around.state);
-    if (thickness) deep = std::min(deep, 0.5 * *thickness);
-  }
-  return hit.point - hit.normal * deep;
-}
-
-// Where a drag begins, where that is seen on the surface, and the surface's normal there (against the view where there
-// is no surface).
-struct PullPlace {
-  Vec3d start;
-  Vec3d touched;
-  Vec3d normal;
-};
-
-PullPlace start_of(const Pointer& pointer, const GestureContext& around) {
-  const Vec3d forward = forward_of(around);
-  const PullStart start = around.settings.start;
-  if (start != PullStart::plane) {
-    if (const auto hit = hit_at(pointer, around)) {
-      const Vec3d from = start == PullStart::inside ? under_surface(*hit, around) : hit->point;
-      return {from, hit->point, hit->normal};
-    }
-  }
-  const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
-  const Vec3d target = around.screen.camera.target;
-  const Vec3d place = on_plane(ray, target, forward).value_or(target);
-  return {place, place, -forward};
-}
-
-// The path goes on to p, or its last place does where nobody has looked at that yet. With a number, typed or snapped,
-// it is straight.
-void extend(std::vector<Vec3d>& path, const Vec3d& p, double shortest, const Pointer& pointer, bool is_taken) {
-  if (pointer.typed || pointer.modifiers.ctrl) {
-    path.resize(1);
-    if (!(p == path.front())) path.push_back(p);
-    return;
-  }
-  if (!is_taken && path.size() > 1) path.pop_back();
-  if (norm(p - path.back()) >= shortest) path.push_back(p);
-}
-
-}  // namespace
-
 ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& around) {
   const ToolSettings& settings = around.settings;
   const PullPlace place = start_of(pointer, around);
@@ -160,15 +196,6 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& aro
     gesture.stroke.half_axis = right * (settings.capsule_length * settings.radius);
   }
   return gesture;
-}
-
-void move_implicit(const Pointer& pointer, const GestureContext& around, ImplicitGesture& gesture) {
-  std::vector<Vec3d>& path = gesture.stroke.path;
-  const Vec3d to = gesture.drag.at(pointer, around);
-  const Vec3d& start = gesture.drag.start;
-  if (path.size() == 1) path = {snapped_to_symmetry(start, gesture.touched, to - start, around.settings)};
-  const Vec3d p = kept_in_symmetry(to, path.front(), around.settings);
-  extend(path, p, kShortestPiece * around.settings.radius, pointer, around.is_taken);
 }
 
 bool is_near(const PlacedTools& placed, const Pointer& pointer, const GestureContext& around) {
@@ -201,43 +228,13 @@ PointsGesture begin_points(const Pointer& pointer, const GestureContext& around,
   return gesture;
 }
 
-void move_points(const Pointer& pointer, const GestureContext& around, PointsGesture& gesture) {
-  const Vec3d p = gesture.drag.at(pointer, around);
-  std::vector<Vec3d>& displacements = gesture.stroke.displacements;
-  if (pointer.typed || pointer.modifiers.ctrl) {
-    displacements.clear();
-    gesture.reached = gesture.drag.start;
-  }
-  if (!around.is_taken && !displacements.empty()) {
-    gesture.reached -= displacements.back();
-    displacements.pop_back();
-  }
-  const Vec3d displacement = p - gesture.reached;
-  if (norm(displacement) < kShortestDisplacement * around.settings.radius) return;
-  displacements.push_back(displacement);
-  gesture.reached += displacement;
-}
-
-void carry_placed(const PointsGesture& gesture, PlacedTools& placed) {
-  for (const Vec3d& displacement : gesture.stroke.displacements) {
-    for (Vec3d& p : placed.points) p += displacement;
-    for (auto& curve : placed.curves) {
-      for (Vec3d& p : curve) p += displacement;
-    }
-  }
-}
-
 StampGesture begin_stamp(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   StampGesture gesture;
   gesture.stroke = stamp_at(around.settings, *placed.stamp, *placed.placement);
   gesture.drag = begin_drag(pointer, placed.placement->center, -placed.placement->z, around);
-  gesture.step = gesture.stroke.step.value_or(around.settings.stamp_size * around.settings.radius / 50);
+  gesture.shortest = gesture.stroke.step.value_or(around.settings.stamp_size * around.settings.radius / 50);
   gesture.stroke.path = {placed.placement->center};
   return gesture;
-}
-
-void move_stamp(const Pointer& pointer, const GestureContext& around, StampGesture& gesture) {
-  extend(gesture.stroke.path, gesture.drag.at(pointer, around), gesture.step, pointer, around.is_taken);
 }
 
 std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most) {
@@ -263,41 +260,6 @@ std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most) {
   }
 }
 
-// --- gestures along the surface: paint, lines drawn
-// -------------------------------------------------------------------
-
-namespace {
-
-constexpr double kMinPressure = 0.05;
-constexpr double kRadiusSteps = 16;     // of the radius, under a pen
-constexpr int kMaxRays = 400;           // between two places of the pointer
-constexpr double kFirstSpacing = 0.1;   // of the radius: how far rays are apart before paint meets the shape
-constexpr double kLassoPiece = 3;       // pixels between two points of a lasso
-constexpr double kPointSpacing = 0.25;  // of a drawn line, in radii
-
-double pressure_of(const Pointer& pointer) { return std::clamp(pointer.pressure, kMinPressure, 1.0); }
-
-Pointer between(const Pointer& a, const Pointer& b, double t) {
-  Pointer result = b;
-  result.x = a.x + (b.x - a.x) * t;
-  result.y = a.y + (b.y - a.y) * t;
-  result.pressure = a.pressure + (b.pressure - a.pressure) * t;
-  return result;
-}
-
-// The radius of a brush in steps, so that many dabs share one stroke.
-double radius_under(const Pointer& pointer, const ToolSettings& settings) {
-  if (settings.pressure != PenPressure::radius) return settings.radius;
-  return settings.radius * std::max(std::ceil(kRadiusSteps * pressure_of(pointer)), 1.0) / kRadiusSteps;
-}
-
-PaintTouch touch_at(const SurfaceHit& hit, const Pointer& pointer, const ToolSettings& settings) {
-  const bool by_depth = settings.pressure == PenPressure::depth;
-  return {{hit.point, hit.normal}, radius_under(pointer, settings), by_depth ? pressure_of(pointer) : 1};
-}
-
-}  // namespace
-
 PaintGesture begin_paint(const Pointer& pointer, const GestureContext& around) {
   const ToolSettings& settings = around.settings;
   const bool in = settings.paint_in != pointer.modifiers.ctrl;
@@ -310,47 +272,12 @@ PaintGesture begin_paint(const Pointer& pointer, const GestureContext& around) {
   return gesture;
 }
 
-void move_paint(const Pointer& pointer, const GestureContext& around, PaintGesture& gesture) {
-  const double way = std::hypot(pointer.x - gesture.last.x, pointer.y - gesture.last.y);
-  // Beside the shape as fine as paint of this radius is at the view's target.
-  const double spacing = gesture.paint ? gesture.paint->spacing : kFirstSpacing * gesture.brush.outer;
-  const Vec3d& place = gesture.paint ? gesture.paint->last : around.screen.camera.target;
-  const double fine = 0.25 * spacing / pixel_size(around.screen, place);  // pixels
-  const int rays = std::clamp(static_cast<int>(std::ceil(way / std::max(fine, 0.5))), 1, kMaxRays);
-  const Pointer from = gesture.last;
-  for (int i = 1; i <= rays; ++i) {
-    const Pointer here = between(from, pointer, static_cast<double>(i) / rays);
-    gesture.last = here;
-    const auto hit = hit_at(here, around);
-    if (!hit) continue;
-    const PaintTouch touch = touch_at(*hit, here, around.settings);
-    if (gesture.paint) drag_paint(*gesture.paint, touch);
-    if (!gesture.paint) gesture.paint = begin_paint(gesture.brush, touch);
-  }
-}
-
 std::optional<DrawGesture> begin_draw(const Pointer& pointer, const GestureContext& around) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
   return DrawGesture{{hit->point}, around.settings.tool->use == ToolUse::curve};
 }
 
-void move_draw(const Pointer& pointer, const GestureContext& around, DrawGesture& gesture) {
-  const auto hit = hit_at(pointer, around);
-  if (!hit) return;
-  if (!gesture.is_curve) {
-    gesture.points = {hit->point};
-  } else if (norm(hit->point - gesture.points.back()) >= kPointSpacing * around.settings.radius) {
-    gesture.points.push_back(hit->point);
-  }
-}
-
-void end_draw(const DrawGesture& gesture, PlacedTools& placed) {
-  if (gesture.is_curve && gesture.points.size() > 1) {
-    placed.curves.push_back(gesture.points);
-  } else {
-    placed.points.push_back(gesture.points.front());
-  }
 }
 
 void extend_line(const Pointer& pointer, std::vector<Pixel>& line) {
@@ -358,26 +285,6 @@ void extend_line(const Pointer& pointer, std::vector<Pixel>& line) {
   const Pixel& last = line.back();
   if (std::hypot(here.x - last.x, here.y - last.y) >= kLassoPiece) line.push_back(here);
 }
-
-// --- places along the pointer's path: inflate, and with Shift any tool, which then relaxes the surface ---------------
-
-namespace {
-
-constexpr double kSpacing = 0.3;  // of the places, in radii
-constexpr int kMaxPlaces = 200;   // between two places of the pointer
-
-// Goes from the last of the points on to where the pointer is on the surface.
-void extend_on_surface(const Pointer& pointer, const GestureContext& around, double spacing, Vec3d& last,
-                       std::vector<Vec3d>& points) {
-  const auto end = hit_at(pointer, around);
-  if (!end) return;
-  const Vec3d from = last;
-  const int pieces = std::clamp(static_cast<int>(norm(end->point - from) / spacing), 0, kMaxPlaces);
-  for (int i = 1; i <= pieces; ++i) points.push_back(from + (end->point - from) * (static_cast<double>(i) / pieces));
-  if (pieces > 0) last = end->point;
-}
-
-}  // namespace
 
 std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureContext& around) {
   const auto hit = hit_at(pointer, around);
@@ -390,10 +297,6 @@ std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureCon
   return gesture;
 }
 
-void move_relax(const Pointer& pointer, const GestureContext& around, RelaxGesture& gesture) {
-  extend_on_surface(pointer, around, kSpacing * gesture.stroke.radius, gesture.last_point, gesture.stroke.points);
-}
-
 std::optional<InflateGesture> begin_inflate(const Pointer& pointer, const GestureContext& around) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
@@ -403,9 +306,108 @@ std::optional<InflateGesture> begin_inflate(const Pointer& pointer, const Gestur
   return InflateGesture{{{hit->point}, settings.radius, settings.growth * cube * (shrinks ? -1 : 1)}, hit->point};
 }
 
-void move_inflate(const Pointer& pointer, const GestureContext& around, InflateGesture& gesture) {
-  if (pointer.typed) gesture.stroke.volume = *pointer.typed;
-  extend_on_surface(pointer, around, kSpacing * gesture.stroke.radius, gesture.last_point, gesture.stroke.points);
+void ImplicitGesture::move(const GestureStep& step) {
+  const auto& [pointer, around, placed] = step;
+  std::vector<Vec3d>& path = stroke.path;
+  const Vec3d to = drag.at(pointer, around);
+  const Vec3d& start = drag.start;
+  if (path.size() == 1) path = {snapped_to_symmetry(start, touched, to - start, around.settings)};
+  const Vec3d p = kept_in_symmetry(to, path.front(), around.settings);
+  extend(path, p, kShortestPiece * around.settings.radius, pointer, around.is_taken);
+}
+
+void PointsGesture::move(const GestureStep& step) {
+  const auto& [pointer, around, placed] = step;
+  const Vec3d p = drag.at(pointer, around);
+  std::vector<Vec3d>& displacements = stroke.displacements;
+  if (pointer.typed || pointer.modifiers.ctrl) {
+    displacements.clear();
+    reached = drag.start;
+  }
+  if (!around.is_taken && !displacements.empty()) {
+    reached -= displacements.back();
+    displacements.pop_back();
+  }
+  const Vec3d displacement = p - reached;
+  if (norm(displacement) < kShortestDisplacement * around.settings.radius) return;
+  displacements.push_back(displacement);
+  reached += displacement;
+}
+
+// What is placed goes where the gesture has taken it.
+void PointsGesture::end(const GestureStep& step) const {
+  const auto& [pointer, around, placed] = step;
+  for (const Vec3d& displacement : stroke.displacements) {
+    for (Vec3d& p : placed.points) p += displacement;
+    for (auto& curve : placed.curves) {
+      for (Vec3d& p : curve) p += displacement;
+    }
+  }
+}
+
+void StampGesture::move(const GestureStep& step) {
+  extend(stroke.path, drag.at(step.pointer, step.around), shortest, step.pointer, step.around.is_taken);
+}
+
+void StampGesture::end(const GestureStep& step) const {
+  if (step.placed.placement) step.placed.placement->center = stroke.path.back();
+}
+
+void PaintGesture::move(const GestureStep& step) {
+  const auto& [pointer, around, placed] = step;
+  const double way = std::hypot(pointer.x - last.x, pointer.y - last.y);
+  // Beside the shape as fine as paint of this radius is at the view's target.
+  const double spacing = paint ? paint->spacing : kFirstSpacing * brush.outer;
+  const Vec3d& place = paint ? paint->last : around.screen.camera.target;
+  const double fine = 0.25 * spacing / pixel_size(around.screen, place);  // pixels
+  const int rays = std::clamp(static_cast<int>(std::ceil(way / std::max(fine, 0.5))), 1, kMaxRays);
+  const Pointer from = last;
+  for (int i = 1; i <= rays; ++i) {
+    const Pointer here = between(from, pointer, static_cast<double>(i) / rays);
+    last = here;
+    const auto hit = hit_at(here, around);
+    if (!hit) continue;
+    const PaintTouch touch = touch_at(*hit, here, around.settings);
+    if (paint) drag_paint(*paint, touch);
+    if (!paint) paint = begin_paint(brush, touch);
+  }
+}
+
+void DrawGesture::move(const GestureStep& step) {
+  const auto& [pointer, around, placed] = step;
+  const auto hit = hit_at(pointer, around);
+  if (!hit) return;
+  if (!is_curve) {
+    points = {hit->point};
+  } else if (norm(hit->point - points.back()) >= kPointSpacing * around.settings.radius) {
+    points.push_back(hit->point);
+  }
+}
+
+void DrawGesture::end(const GestureStep& step) const {
+  if (is_curve && points.size() > 1) {
+    step.placed.curves.push_back(points);
+  } else {
+    step.placed.points.push_back(points.front());
+  }
+}
+
+void LassoGesture::move(const GestureStep& step) { extend_line(step.pointer, line); }
+
+void LassoGesture::end(const GestureStep& step) const {
+  const auto& [pointer, around, placed] = step;
+  if (selects) return select_pins(around, line, placed.pins);
+  if (has_exact_pins(around.settings)) return end_pin_lasso(around, line, placed);
+  end_part_lasso(pointer, around, *this, placed);
+}
+
+void RelaxGesture::move(const GestureStep& step) {
+  extend_on_surface(step.pointer, step.around, kSpacing * stroke.radius, last_point, stroke.points);
+}
+
+void InflateGesture::move(const GestureStep& step) {
+  if (step.pointer.typed) stroke.volume = *step.pointer.typed;
+  extend_on_surface(step.pointer, step.around, kSpacing * stroke.radius, last_point, stroke.points);
 }
 
 }  // namespace knead::studio

@@ -1,3 +1,4 @@
+// Gestures: which one begins, and what holds for all of them; the gizmo.
 #include "gestures/gesture.h"
 
 #include <algorithm>
@@ -14,6 +15,17 @@ namespace knead::studio {
 
 namespace {
 
+// A stamp is taken hold of well within the rings of its gizmo.
+constexpr double kStampReach = 35;   // pixels
+constexpr double kSameImage = 1e-9;  // of the radius: images that differ by less are one
+constexpr double kPixels = 90;       // length of an arrow
+constexpr double kRing = 0.7;        // radius of a ring, in arrows
+constexpr double kGizmoReach = 9;    // pixels within which a part is hit
+constexpr double kCenterReach = 12;
+constexpr int kRingPoints = 48;
+constexpr std::array<render::Color, 3> kColors{
+    {{0.80f, 0.22f, 0.20f, 1}, {0.30f, 0.62f, 0.22f, 1}, {0.22f, 0.40f, 0.85f, 1}}};
+
 Gesture in_trouble(std::string what) {
   Gesture gesture;
   gesture.kind = LassoGesture{};
@@ -26,9 +38,6 @@ std::optional<Gesture> made(std::optional<G> gesture) {
   if (!gesture) return std::nullopt;
   return Gesture{std::move(*gesture)};
 }
-
-// A stamp is taken hold of well within the rings of its gizmo.
-constexpr double kStampReach = 35;  // pixels
 
 bool is_on_stamp(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   if (around.settings.tool->use != ToolUse::stamp || !placed.stamp || !placed.placement) return false;
@@ -97,218 +106,32 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
   return std::nullopt;
 }
 
-}  // namespace
-
-bool is_on_placed(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
-  const ToolUse use = around.settings.tool->use;
-  if (use == ToolUse::points || use == ToolUse::curve) return is_near(placed, pointer, around);
-  if (use != ToolUse::stamp && use != ToolUse::turn) return false;
-  if (is_on_stamp(pointer, around, placed)) return true;
-  return placed.placement && gizmo_part_at(around.screen, *placed.placement, pointer.x, pointer.y);
-}
-
-std::optional<Gesture> begin_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
-  std::optional<Gesture> gesture = begin_by_tool(pointer, around, placed);
-  if (gesture) gesture->start = around.state;
-  return gesture;
-}
-
-void move_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture) {
-  if (!gesture.trouble.empty()) return;
-  struct Move {
-    const Pointer& pointer;
-    const GestureContext& around;
-    PlacedTools& placed;
-
-    void operator()(ImplicitGesture& g) const { move_implicit(pointer, around, g); }
-    void operator()(PaintGesture& g) const { move_paint(pointer, around, g); }
-    void operator()(DrawGesture& g) const { move_draw(pointer, around, g); }
-    void operator()(PointsGesture& g) const { move_points(pointer, around, g); }
-    void operator()(StampGesture& g) const { move_stamp(pointer, around, g); }
-    void operator()(TurnGesture& g) const { move_turn(pointer, around, g); }
-    void operator()(LassoGesture& g) const { extend_line(pointer, g.line); }
-    void operator()(PinsGesture& g) const { move_pins(pointer, around, g); }
-    void operator()(RelaxGesture& g) const { move_relax(pointer, around, g); }
-    void operator()(InflateGesture& g) const { move_inflate(pointer, around, g); }
-    void operator()(PartGesture& g) const { move_part(pointer, around, g); }
-    void operator()(PartPaintGesture& g) const { move_part_paint(pointer, around, g, placed); }
-    void operator()(GizmoGesture& g) const { placed.placement = move_gizmo(pointer, around, g); }
-  };
-  std::visit(Move{pointer, around, placed}, gesture.kind);
-}
-
-void end_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture) {
-  move_gesture(pointer, around, placed, gesture);
-  if (!gesture.trouble.empty()) return;
-  if (auto* paint = std::get_if<PaintGesture>(&gesture.kind); paint != nullptr && paint->paint) {
-    end_paint(*paint->paint);
-  }
-  if (auto* draw = std::get_if<DrawGesture>(&gesture.kind)) end_draw(*draw, placed);
-  if (auto* inflate = std::get_if<InflateGesture>(&gesture.kind)) inflate->has_ended = true;
-  if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) {
-    if (lasso->selects) {
-      select_pins(around, lasso->line, placed.pins);
-    } else if (has_exact_pins(around.settings)) {
-      end_pin_lasso(around, lasso->line, placed);
-    } else {
-      end_part_lasso(pointer, around, *lasso, placed);
-    }
-  }
-  if (bool* const rests = rests_of(gesture)) *rests = true;
-  if (std::holds_alternative<PartPaintGesture>(gesture.kind)) remove_empty_parts(placed.parts);
-  if (auto* part = std::get_if<PartGesture>(&gesture.kind); part != nullptr && placed.parts.placement) {
-    placed.parts.placement = moved(*placed.parts.placement, part->motion);
-    placed.parts.is_ahead = true;
-  }
-  if (auto* pins = std::get_if<PinsGesture>(&gesture.kind)) end_pins(*pins, around, placed);
-  if (auto* points = std::get_if<PointsGesture>(&gesture.kind)) carry_placed(*points, placed);
-  if (auto* turn = std::get_if<TurnGesture>(&gesture.kind)) end_turn(around, *turn, placed);
-  if (auto* stamp = std::get_if<StampGesture>(&gesture.kind)) {
-    if (placed.placement) placed.placement->center = stamp->stroke.path.back();
-  }
-}
-
-namespace {
-
-// The strokes of a gesture, in as few as say it.
-struct StrokesOf {
-  std::vector<Stroke> operator()(const ImplicitGesture& g) const {
-    if (g.stroke.path.size() < 2) return {};
-    return {g.stroke};
-  }
-  std::vector<Stroke> operator()(const PaintGesture& g) const {
-    return g.paint ? g.paint->strokes() : std::vector<Stroke>{};
-  }
-  std::vector<Stroke> operator()(const PointsGesture& g) const {
-    if (g.stroke.displacements.empty()) return {};
-    return {g.stroke};
-  }
-  std::vector<Stroke> operator()(const StampGesture& g) const { return pieces_of(g.stroke); }
-  std::vector<Stroke> operator()(const RelaxGesture& g) const { return {g.stroke}; }
-  std::vector<Stroke> operator()(const InflateGesture& g) const {
-    if (!g.has_ended || g.stroke.volume == 0) return {};
-    return {g.stroke};
-  }
-  std::vector<Stroke> operator()(const PinsGesture& /*g*/) const { return {}; }
-  std::vector<Stroke> operator()(const TurnGesture& /*g*/) const { return {}; }
-  std::vector<Stroke> operator()(const DrawGesture& /*g*/) const { return {}; }
-  std::vector<Stroke> operator()(const LassoGesture& /*g*/) const { return {}; }
-  std::vector<Stroke> operator()(const GizmoGesture& /*g*/) const { return {}; }
-  std::vector<Stroke> operator()(const PartGesture& /*g*/) const { return {}; }
-  std::vector<Stroke> operator()(const PartPaintGesture& /*g*/) const { return {}; }
-};
-
-constexpr double kSameImage = 1e-9;  // of the radius: images that differ by less are one
-
-}  // namespace
-
-namespace {
-
 // The strokes of a gesture without images, and whether they have them already.
 struct OwnStrokes {
   std::vector<Stroke> strokes{};
   bool has_images = false;
 };
 
+template <class G>
+OwnStrokes own_strokes_of(const G& gesture, const ShapeState& start, const ToolSettings& settings) {
+  if constexpr (requires { gesture.strokes(); }) return {gesture.strokes()};
+  if constexpr (requires { gesture.strokes(start, settings); }) {
+    return {gesture.strokes(start, settings), requires {G::kHasImages;
+  }
+};
+}  // namespace
+return {};
+}  // namespace knead::studio
+
 OwnStrokes own_strokes_of(const Gesture& gesture, const ToolSettings& settings) {
   if (!gesture.trouble.empty()) return {};
-  const auto posed = [](const std::optional<PoseStroke>& pose) {
-    return pose ? OwnStrokes{{*pose}, true} : OwnStrokes{};
-  };
-  if (const auto* part = std::get_if<PartGesture>(&gesture.kind)) {
-    return posed(pose_stroke(*part, gesture.start, settings));
-  }
-  if (const auto* pins = std::get_if<PinsGesture>(&gesture.kind)) {
-    if (settings.pose != PoseMode::exact) return posed(pose_stroke(*pins, gesture.start, settings));
-    if (pins->to == pins->drag.start) return {};
-    return {{pins_stroke(pins->pins, pins->dragged, pins->to, settings)}, true};
-  }
-  std::vector<Stroke> strokes = std::visit(StrokesOf{}, gesture.kind);
-  if (const auto* turn = std::get_if<TurnGesture>(&gesture.kind); turn != nullptr && turn->placement) {
-    if (auto stroke = turning_stroke(settings, *turn->placement, turn->amount)) strokes = {std::move(*stroke)};
-  }
-  return {std::move(strokes)};
+  return std::visit([&](const auto& own) { return own_strokes_of(own, gesture.start, settings); }, gesture.kind);
 }
 
 std::vector<Stroke> with_all_images(OwnStrokes own, const ToolSettings& settings, const ImageFile& image_file) {
   if (own.has_images) return std::move(own.strokes);
   return symmetric_strokes(own.strokes, images_of(settings), kSameImage * settings.radius, image_file);
 }
-
-}  // namespace
-
-std::vector<SessionStroke> lines_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file) {
-  OwnStrokes own = own_strokes_of(gesture, settings);
-  const auto is_sum = [](const Stroke& stroke) {
-    return is_flow(stroke) && !std::holds_alternative<MaskStroke>(stroke);
-  };
-  std::optional<Mirror> mirror;
-  if (!own.has_images && std::all_of(own.strokes.begin(), own.strokes.end(), is_sum)) mirror = mirror_of(settings);
-  std::vector<Stroke> strokes = mirror ? std::move(own.strokes) : with_all_images(std::move(own), settings, image_file);
-  std::vector<SessionStroke> lines;
-  for (Stroke& stroke : strokes) {
-    lines.push_back({std::move(stroke)});
-    if (mirror) lines.back().mirror = *mirror;
-  }
-  return lines;
-}
-
-std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file) {
-  return with_all_images(own_strokes_of(gesture, settings), settings, image_file);
-}
-
-std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& settings) {
-  struct Measure {
-    const ToolSettings& settings;
-
-    using Result = std::optional<Amount>;
-    static Result length(const Drag& drag, const Vec3d& to) { return Amount{AmountKind::length, drag.length_of(to)}; }
-    Result operator()(const ImplicitGesture& g) const { return length(g.drag, g.stroke.path.back()); }
-    Result operator()(const PointsGesture& g) const { return length(g.drag, g.reached); }
-    Result operator()(const StampGesture& g) const { return length(g.drag, g.stroke.path.back()); }
-    Result operator()(const PinsGesture& g) const { return length(g.drag, g.to); }
-    Result operator()(const TurnGesture& g) const {
-      if (!g.placement) return std::nullopt;
-      if (!settings.tool->turning.is_percent) return Amount{AmountKind::angle, g.amount};
-      return Amount{AmountKind::percent, 100 * std::expm1(g.amount / 100)};
-    }
-    Result operator()(const GizmoGesture& g) const {
-      if (g.part == GizmoPart::center) return std::nullopt;
-      return Amount{turns(g.part) ? AmountKind::angle : AmountKind::length, g.amount};
-    }
-    Result operator()(const InflateGesture& g) const { return Amount{AmountKind::volume, g.stroke.volume}; }
-    Result operator()(const PaintGesture& /*g*/) const { return std::nullopt; }
-    Result operator()(const DrawGesture& /*g*/) const { return std::nullopt; }
-    Result operator()(const LassoGesture& /*g*/) const { return std::nullopt; }
-    Result operator()(const RelaxGesture& /*g*/) const { return std::nullopt; }
-    Result operator()(const PartPaintGesture& /*g*/) const { return std::nullopt; }
-    Result operator()(const PartGesture& g) const {
-      if (g.handle == GizmoPart::center) return std::nullopt;
-      return Amount{!g.handle || turns(*g.handle) ? AmountKind::angle : AmountKind::length, g.amount};
-    }
-  };
-  if (!gesture.trouble.empty()) return std::nullopt;
-  return std::visit(Measure{settings}, gesture.kind);
-}
-
-const Drag* drag_of(const Gesture& gesture) {
-  if (const auto* g = std::get_if<ImplicitGesture>(&gesture.kind)) return &g->drag;
-  if (const auto* g = std::get_if<PointsGesture>(&gesture.kind)) return &g->drag;
-  if (const auto* g = std::get_if<StampGesture>(&gesture.kind)) return &g->drag;
-  if (const auto* g = std::get_if<PinsGesture>(&gesture.kind)) return &g->drag;
-  return nullptr;
-}
-
-namespace {
-
-constexpr double kPixels = 90;     // length of an arrow
-constexpr double kRing = 0.7;      // radius of a ring, in arrows
-constexpr double kGizmoReach = 9;  // pixels within which a part is hit
-constexpr double kCenterReach = 12;
-constexpr int kRingPoints = 48;
-
-constexpr std::array<render::Color, 3> kColors{
-    {{0.80f, 0.22f, 0.20f, 1}, {0.30f, 0.62f, 0.22f, 1}, {0.22f, 0.40f, 0.85f, 1}}};
 
 std::array<Vec3d, 3> axes(const Placement& p) { return {p.x, p.y, p.z}; }
 
@@ -340,6 +163,83 @@ std::vector<Vec3d> ring_of(const Placement& placement, std::size_t axis, double 
 Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle) { return rotate(v, axis, sincos(angle)); }
 
 }  // namespace
+
+bool is_on_placed(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
+  const ToolUse use = around.settings.tool->use;
+  if (use == ToolUse::points || use == ToolUse::curve) return is_near(placed, pointer, around);
+  if (use != ToolUse::stamp && use != ToolUse::turn) return false;
+  if (is_on_stamp(pointer, around, placed)) return true;
+  return placed.placement && gizmo_part_at(around.screen, *placed.placement, pointer.x, pointer.y);
+}
+
+std::optional<Gesture> begin_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
+  std::optional<Gesture> gesture = begin_by_tool(pointer, around, placed);
+  if (gesture) gesture->start = around.state;
+  return gesture;
+}
+
+void move_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture) {
+  if (!gesture.trouble.empty()) return;
+  std::visit([&](auto& own) { own.move({pointer, around, placed}); }, gesture.kind);
+}
+
+void end_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture) {
+  move_gesture(pointer, around, placed, gesture);
+  if (!gesture.trouble.empty()) return;
+  const GestureStep step{pointer, around, placed};
+  std::visit(
+      [&](auto& own) {
+        if constexpr (requires { own.end(step); }) own.end(step);
+      },
+      gesture.kind);
+}
+
+std::vector<SessionStroke> lines_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file) {
+  OwnStrokes own = own_strokes_of(gesture, settings);
+  const auto is_sum = [](const Stroke& stroke) { return !tool_of(stroke).is_event; };
+  std::optional<Mirror> mirror;
+  if (!own.has_images && std::all_of(own.strokes.begin(), own.strokes.end(), is_sum)) mirror = mirror_of(settings);
+  std::vector<Stroke> strokes = mirror ? std::move(own.strokes) : with_all_images(std::move(own), settings, image_file);
+  std::vector<SessionStroke> lines;
+  for (Stroke& stroke : strokes) {
+    lines.push_back({std::move(stroke)});
+    if (mirror) lines.back().mirror = *mirror;
+  }
+  return lines;
+}
+
+std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file) {
+  return with_all_images(own_strokes_of(gesture, settings), settings, image_file);
+}
+
+std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& settings) {
+  if (!gesture.trouble.empty()) return std::nullopt;
+  return std::visit(
+      [&](const auto& own) -> std::optional<Amount> {
+        if constexpr (requires { own.number(); }) return own.number();
+        if constexpr (requires { own.number(settings); }) return own.number(settings);
+        return std::nullopt;
+      },
+      gesture.kind);
+}
+
+const Drag* drag_of(const Gesture& gesture) {
+  return std::visit(
+      [](const auto& own) -> const Drag* {
+        if constexpr (requires { own.drag; }) return &own.drag;
+        return nullptr;
+      },
+      gesture.kind);
+}
+
+bool* rests_of(Gesture& gesture) {
+  return std::visit(
+      [](auto& own) -> bool* {
+        if constexpr (requires { own.rests; }) return &own.rests;
+        return nullptr;
+      },
+      gesture.kind);
+}
 
 double angle_round(const Screen& screen, const Vec3d& center, const Vec3d& axis, const Pixel& from, const Pixel& to) {
   const auto middle = pixel_of(screen, center);

@@ -68,6 +68,26 @@ struct Drag {
 };
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around);
 
+// The number that a person sees at the pointer and may type: a length in the mesh's units, a volume in their cubes,
+// degrees, or percent.
+enum class AmountKind { length, volume, angle, percent };
+struct Amount {
+  AmountKind kind = AmountKind::length;
+  double value = 0;
+};
+
+// Returns the stroke if it does something.
+inline std::vector<Stroke> strokes_if(bool does_something, const Stroke& stroke) {
+  return does_something ? std::vector<Stroke>{stroke} : std::vector<Stroke>{};
+}
+
+// One step of a gesture.
+struct GestureStep {
+  const Pointer& pointer;
+  const GestureContext& around;
+  PlacedTools& placed;
+};
+
 // The parts of the handle of a placement: three arrows that move it, three rings that turn it, and its centre.
 enum class GizmoPart { center, move_x, move_y, move_z, turn_x, turn_y, turn_z };
 
@@ -77,6 +97,10 @@ struct ImplicitGesture {
   ImplicitStroke stroke;
   Vec3d touched;  // on the surface, where the pointer began
   Vec3d normal;   // there
+
+  void move(const GestureStep& step);
+  std::vector<Stroke> strokes() const { return strokes_if(stroke.path.size() > 1, stroke); }
+  Amount number() const { return {AmountKind::length, drag.length_of(stroke.path.back())}; }
 };
 
 // Dabs along the pointer's path, from where it meets the shape.
@@ -84,12 +108,21 @@ struct PaintGesture {
   PaintStroke brush;                 // without samples
   std::optional<PaintDrag> paint{};  // std::nullopt: the pointer has been beside the shape so far
   Pointer last{};
+
+  void move(const GestureStep& step);
+  void end(const GestureStep& /*step*/) {
+    if (paint) end_paint(*paint);
+  }
+  std::vector<Stroke> strokes() const { return paint ? paint->strokes() : std::vector<Stroke>{}; }
 };
 
 // Places along the pointer's path where the surface is relaxed.
 struct RelaxGesture {
   RelaxStroke stroke;
   Vec3d last_point;
+
+  void move(const GestureStep& step);
+  std::vector<Stroke> strokes() const { return {stroke}; }
 };
 
 // A line drawn on the surface, along which the shape grows by a volume when the drag ends: that takes a while.
@@ -97,12 +130,20 @@ struct InflateGesture {
   InflateStroke stroke;
   Vec3d last_point;
   bool has_ended = false;
+
+  void move(const GestureStep& step);
+  void end(const GestureStep& /*step*/) { has_ended = true; }
+  std::vector<Stroke> strokes() const { return strokes_if(has_ended && stroke.volume != 0, stroke); }
+  Amount number() const { return {AmountKind::volume, stroke.volume}; }
 };
 
 // A line drawn on the surface, to be moved later; a click sets a point.
 struct DrawGesture {
   std::vector<Vec3d> points;
   bool is_curve = false;
+
+  void move(const GestureStep& step);
+  void end(const GestureStep& step) const;
 };
 
 // Points and curves moved together.
@@ -110,13 +151,23 @@ struct PointsGesture {
   Drag drag;
   PointsStroke stroke;
   Vec3d reached;  // by the displacements so far
+
+  void move(const GestureStep& step);
+  void end(const GestureStep& step) const;
+  std::vector<Stroke> strokes() const { return strokes_if(!stroke.displacements.empty(), stroke); }
+  Amount number() const { return {AmountKind::length, drag.length_of(reached)}; }
 };
 
 // A closed tool pressed along a path, from its placement.
 struct StampGesture {
   Drag drag;
-  StampStroke stroke;  // whole path
-  double step = 0;     // shortest piece of it
+  StampStroke stroke;   // whole path
+  double shortest = 0;  // piece of it
+
+  void move(const GestureStep& step);
+  void end(const GestureStep& step) const;
+  std::vector<Stroke> strokes() const { return pieces_of(stroke); }
+  Amount number() const { return {AmountKind::length, drag.length_of(stroke.path.back())}; }
 };
 
 // Rotate, stretch, twist or bend about a placement by how far the pointer goes; a click places instead.
@@ -125,6 +176,11 @@ struct TurnGesture {
   std::optional<Placement> placement;
   double amount = 0;      // degrees; of stretch: percent, of the logarithm
   bool has_gone = false;  // farther than a click may
+
+  void move(const GestureStep& step);
+  void end(const GestureStep& step) const;
+  std::vector<Stroke> strokes(const ShapeState& start, const ToolSettings& settings) const;
+  std::optional<Amount> number(const ToolSettings& settings) const;
 };
 
 // A line drawn round a part of a pose, which is made or freed, or round pins, which are set or selected.
@@ -132,6 +188,9 @@ struct LassoGesture {
   std::vector<Pixel> line;
   bool selects = false;  // pins
   bool frees = false;    // what is within the line, of every part
+
+  void move(const GestureStep& step);
+  void end(const GestureStep& step) const;
 };
 
 // What of a pose does not depend on where the pointer goes.
@@ -145,9 +204,17 @@ struct PinsGesture {
   PartMarks parts{};      // as they were
   std::size_t dragged = 0;
   Vec3d to;                   // of the dragged pin
-  std::vector<Vec3d> path{};  // of the dragged pin, but for its start; where the pointer went back, it does, too
+  std::vector<Vec3d> path{};  // of the dragged pin, without its start; it is cut where the pointer went back
   bool has_gone = false;      // farther than a click may
   bool rests = false;         // the pointer does: the pose has all its detail
+
+  static constexpr bool kHasImages = true;
+  void move(const GestureStep& step);
+  void end(const GestureStep& step);
+  // A pose that names vertices of `start`, or points where remeshing has changed the vertices' numbers. While the
+  // pointer moves, its detail is coarse.
+  std::vector<Stroke> strokes(const ShapeState& start, const ToolSettings& settings) const;
+  Amount number() const { return {AmountKind::length, drag.length_of(to)}; }
 };
 
 // A rigid motion: a rotation about an axis through a point, and a translation.
@@ -173,11 +240,20 @@ struct PartGesture {
   double amount = 0;      // degrees or a length
   bool has_gone = false;  // farther than a click may
   bool rests = false;     // the pointer does: the pose has all its detail
+
+  static constexpr bool kHasImages = true;
+  void move(const GestureStep& step);
+  void end(const GestureStep& step);
+  std::vector<Stroke> strokes(const ShapeState& start, const ToolSettings& settings) const;
+  std::optional<Amount> number() const;
 };
 
 // A part of a pose painted onto vertices.
 struct PartPaintGesture {
   std::optional<std::size_t> part{};  // std::nullopt: frees them
+
+  void move(const GestureStep& step) const;
+  void end(const GestureStep& step) const;
 };
 
 // A part of the gizmo dragged: changes the placement, not the shape.
@@ -186,8 +262,14 @@ struct GizmoGesture {
   Placement start;
   Pointer from;
   double amount = 0;  // degrees or a length, of all parts but the centre
+
+  void move(const GestureStep& step);
+  std::optional<Amount> number() const;
 };
 
+// Every kind has move(); it has end(), which follows the last move, strokes(), the strokes so far in as few as say it,
+// and number(), what amount_of() returns, where these mean something. kHasImages: its strokes do what their images do,
+// too.
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, LassoGesture,
                PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PartGesture, PartPaintGesture>
@@ -214,14 +296,6 @@ std::vector<SessionStroke> lines_of(const Gesture& gesture, const ToolSettings& 
 // Returns the strokes of the gesture so far, each followed by its images (images_of); empty if it does nothing. To show
 // where tools are.
 std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
-
-// The number that a person sees at the pointer and may type: a length in the mesh's units, a volume in their cubes,
-// degrees, or percent.
-enum class AmountKind { length, volume, angle, percent };
-struct Amount {
-  AmountKind kind = AmountKind::length;
-  double value = 0;
-};
 
 // Returns how far the gesture has gone; nothing for gestures without such a number, as paint.
 std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& settings);
@@ -272,14 +346,6 @@ std::vector<PinGoal> pin_goals(const std::vector<Pin>& pins, std::size_t dragged
 PinsStroke pins_stroke(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
                        const ToolSettings& settings);
 std::optional<double> radius_of(const PinsStroke& stroke);
-
-// Returns the pose that takes pins along the path of a gesture, or a part by its motion, while the pins and parts that
-// hold stay, with all images. It names vertices of the state, or points where remeshing has changed the vertices'
-// numbers. While the pointer moves, its detail is coarse. Nothing where nothing moves.
-std::optional<PoseStroke> pose_stroke(const PinsGesture& gesture, const ShapeState& state,
-                                      const ToolSettings& settings);
-std::optional<PoseStroke> pose_stroke(const PartGesture& gesture, const ShapeState& state,
-                                      const ToolSettings& settings);
 
 // Returns what holds in the pose of a gesture. Parts leave room: what of them is too near to what moves does not hold.
 std::shared_ptr<const PosePlan> plan_pose(const PinsGesture& gesture, const ShapeState& state,

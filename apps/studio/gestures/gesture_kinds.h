@@ -1,4 +1,4 @@
-// The gestures, a function each. Internal to gesture.cpp and its neighbours.
+// How each gesture begins, and what gestures share. Internal to gesture.cpp and its neighbours.
 #pragma once
 
 #include <cstdint>
@@ -17,16 +17,12 @@ namespace knead::studio {
 std::optional<SurfaceHit> hit_at(const Pointer& pointer, const GestureContext& around);
 
 ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& around);
-void move_implicit(const Pointer& pointer, const GestureContext& around, ImplicitGesture& gesture);
 
 PaintGesture begin_paint(const Pointer& pointer, const GestureContext& around);
-void move_paint(const Pointer& pointer, const GestureContext& around, PaintGesture& gesture);
 
 std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureContext& around);
-void move_relax(const Pointer& pointer, const GestureContext& around, RelaxGesture& gesture);
 
 std::optional<InflateGesture> begin_inflate(const Pointer& pointer, const GestureContext& around);
-void move_inflate(const Pointer& pointer, const GestureContext& around, InflateGesture& gesture);
 
 inline constexpr double kClick = 4;  // pixels that a click may move
 inline constexpr double kNear = 12;  // pixels from what is placed, to take hold of it
@@ -34,22 +30,10 @@ inline constexpr double kNear = 12;  // pixels from what is placed, to take hold
 // Whether the pointer is on a placed point or curve.
 bool is_near(const PlacedTools& placed, const Pointer& pointer, const GestureContext& around);
 PointsGesture begin_points(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
-void move_points(const Pointer& pointer, const GestureContext& around, PointsGesture& gesture);
-// What is placed goes where the gesture has taken it.
-void carry_placed(const PointsGesture& gesture, PlacedTools& placed);
 
 std::optional<DrawGesture> begin_draw(const Pointer& pointer, const GestureContext& around);
-void move_draw(const Pointer& pointer, const GestureContext& around, DrawGesture& gesture);
-void end_draw(const DrawGesture& gesture, PlacedTools& placed);
-
-// The placement that the gizmo is dragged to.
-Placement move_gizmo(const Pointer& pointer, const GestureContext& around, GizmoGesture& gesture);
 
 StampGesture begin_stamp(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
-void move_stamp(const Pointer& pointer, const GestureContext& around, StampGesture& gesture);
-
-void move_turn(const Pointer& pointer, const GestureContext& around, TurnGesture& gesture);
-void end_turn(const GestureContext& around, TurnGesture& gesture, PlacedTools& placed);
 
 // Adds the pointer's pixel, if it has gone some way since the last one.
 void extend_line(const Pointer& pointer, std::vector<Pixel>& line);
@@ -62,9 +46,6 @@ void extend_path(const Vec3d& start, const Vec3d& to, double step, std::vector<V
 
 // Nothing where the pointer is neither on a pin nor on the surface, where it sets one.
 std::optional<PinsGesture> begin_pins(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
-void move_pins(const Pointer& pointer, const GestureContext& around, PinsGesture& gesture);
-// Pins stay where the gesture has taken them.
-void end_pins(const PinsGesture& gesture, const GestureContext& around, PlacedTools& placed);
 // Sets pins on vertices within the line, evenly and not where there are some already.
 void end_pin_lasso(const GestureContext& around, const std::vector<Pixel>& line, PlacedTools& placed);
 // Selects the pins within the line and no others.
@@ -73,7 +54,6 @@ void select_pins(const GestureContext& around, const std::vector<Pixel>& line, s
 bool is_on_part_gizmo(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
 // Takes hold of the gizmo of the selected part, or of the part under the pointer, which it selects. Nothing elsewhere.
 std::optional<PartGesture> begin_part(const Pointer& pointer, const GestureContext& around, PlacedTools& placed);
-void move_part(const Pointer& pointer, const GestureContext& around, PartGesture& gesture);
 // Makes a part of the limb that the pointer is on, which is selected, and where no part and no pin holds yet
 // one of the body, which holds. What bends between them becomes free. Returns why there is no limb; empty: there is
 // one.
@@ -84,14 +64,11 @@ void end_part_lasso(const Pointer& pointer, const GestureContext& around, const 
 // Paints onto the selected part, or a new one.
 std::optional<PartPaintGesture> begin_part_paint(const Pointer& pointer, const GestureContext& around,
                                                  PlacedTools& placed);
-void move_part_paint(const Pointer& pointer, const GestureContext& around, const PartPaintGesture& gesture,
-                     PlacedTools& placed);
 
 // Returns at most `most` of the points, about evenly over space.
 std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most);
 
-// --- parts of a pose: marked on vertices, followed as the shape changes
-// -----------------------------------------------
+// Parts of a pose: marked on vertices, followed as the shape changes.
 
 inline constexpr std::size_t kMaxParts = 250;
 

@@ -191,27 +191,6 @@ std::optional<PinsGesture> begin_pins(const Pointer& pointer, const GestureConte
   return gesture;
 }
 
-void move_pins(const Pointer& pointer, const GestureContext& around, PinsGesture& gesture) {
-  const Pixel& from = gesture.drag.from;
-  const bool is_click = std::hypot(pointer.x - from.x, pointer.y - from.y) < kClick;
-  gesture.has_gone = gesture.has_gone || !is_click || pointer.typed;
-  if (!gesture.has_gone) return;
-  gesture.to = kept_by_images(gesture.drag.start, gesture.drag.at(pointer, around), around.settings);
-  gesture.rests = false;
-  if (pointer.typed || pointer.modifiers.ctrl || !(around.snap > 0)) {
-    gesture.path = {gesture.to};
-  } else {
-    extend_path(gesture.drag.start, gesture.to, kPathPiece * around.snap, gesture.path);
-  }
-}
-
-void end_pins(const PinsGesture& gesture, const GestureContext& around, PlacedTools& placed) {
-  placed.pins = gesture.pins;
-  for (const PinGoal& goal : pin_goals(gesture.pins, gesture.dragged, gesture.to, around.settings)) {
-    placed.pins[goal.pin].place = goal.to;
-  }
-}
-
 void select_pins(const GestureContext& around, const std::vector<Pixel>& line, std::vector<Pin>& pins) {
   for (Pin& pin : pins) {
     const auto pixel = pixel_of(around.screen, pin.place);
@@ -243,6 +222,31 @@ void end_pin_lasso(const GestureContext& around, const std::vector<Pixel>& line,
     if (*farthest < spacing * spacing) return;
     placed.pins.push_back(pin_on_vertex(within[static_cast<std::size_t>(farthest - distances.begin())], around.state));
     keep_from(placed.pins.back().place);
+  }
+}
+
+void PinsGesture::move(const GestureStep& step) {
+  const auto& [pointer, around, placed] = step;
+  const Pixel& from = drag.from;
+  const bool is_click = std::hypot(pointer.x - from.x, pointer.y - from.y) < kClick;
+  has_gone = has_gone || !is_click || pointer.typed;
+  if (!has_gone) return;
+  to = kept_by_images(drag.start, drag.at(pointer, around), around.settings);
+  rests = false;
+  if (pointer.typed || pointer.modifiers.ctrl || !(around.snap > 0)) {
+    path = {to};
+  } else {
+    extend_path(drag.start, to, kPathPiece * around.snap, path);
+  }
+}
+
+// The pins stay where the gesture has taken them.
+void PinsGesture::end(const GestureStep& step) {
+  const auto& [pointer, around, placed] = step;
+  rests = true;
+  placed.pins = pins;
+  for (const PinGoal& goal : pin_goals(pins, dragged, to, around.settings)) {
+    placed.pins[goal.pin].place = goal.to;
   }
 }
 

@@ -155,14 +155,14 @@ void add_pin(const Pin& pin, std::vector<Vec3d> path, const ShapeState& state, d
   items.add(std::move(item), std::move(by_points), pin.place, near, moves);
 }
 
-// What a gesture holds: the parts of the shape in this state, but for images of what moves, which are at `taken`.
+// What a gesture holds: the parts of the shape in this state. The images of what moves, at `taken`, do not hold.
 struct Holding {
   const PartMarks& parts;
   const ShapeState& state;
   const std::vector<Vec3d>& taken;
 };
 
-// Those that hold, but for images of what moves.
+// Adds the pins that hold. Images of what moves do not.
 void add_held_pins(const Holding& holding, const std::vector<Pin>& pins, const std::vector<bool>& moves, double near,
                    PoseItems& items) {
   const PartMarks& parts = holding.parts;
@@ -177,7 +177,7 @@ void add_held_pins(const Holding& holding, const std::vector<Pin>& pins, const s
   }
 }
 
-// Those that hold, but for some, for images of what moves, and for vertices that are free.
+// Adds the parts that hold, without their free vertices. Some are left out, and images of what moves do not hold.
 template <class IsFree>
 void add_held_parts(const Holding& holding, const std::vector<bool>& left_out, const IsFree& is_free,
                     PoseItems& items) {
@@ -310,31 +310,24 @@ std::shared_ptr<const PosePlan> plan_pose(const PartGesture& gesture, const Shap
   return std::make_shared<const PosePlan>(std::move(plan));
 }
 
-std::optional<PoseStroke> pose_stroke(const PinsGesture& gesture, const ShapeState& state,
-                                      const ToolSettings& settings) {
-  if (gesture.to == gesture.drag.start) return std::nullopt;
-  const auto plan = gesture.plan ? gesture.plan : plan_pose(gesture, state, settings);
+std::vector<Stroke> PinsGesture::strokes(const ShapeState& start, const ToolSettings& settings) const {
+  if (to == drag.start) return {};
+  if (settings.pose == PoseMode::exact) return {pins_stroke(pins, dragged, to, settings)};
+  const auto used = plan ? plan : plan_pose(*this, start, settings);
   PoseItems items;
-  for (const PinGoal& goal : pin_goals(gesture.pins, gesture.dragged, gesture.to, settings)) {
+  for (const PinGoal& goal : pin_goals(pins, dragged, to, settings)) {
     if (goal.is_image) continue;
-    add_pin(gesture.pins[goal.pin], path_of(gesture, goal), state, kOneImage * settings.radius, items);
+    add_pin(pins[goal.pin], path_of(*this, goal), start, kOneImage * settings.radius, items);
   }
-  return stroke_of(std::move(items), *plan, gesture.rests, settings);
+  return {stroke_of(std::move(items), *used, rests, settings)};
 }
 
-std::optional<PoseStroke> pose_stroke(const PartGesture& gesture, const ShapeState& state,
-                                      const ToolSettings& settings) {
-  if (gesture.motion.is_nothing() || !gesture.parts.selected) return std::nullopt;
-  const auto plan = gesture.plan ? gesture.plan : plan_pose(gesture, state, settings);
+std::vector<Stroke> PartGesture::strokes(const ShapeState& start, const ToolSettings& settings) const {
+  if (motion.is_nothing() || !parts.selected) return {};
+  const auto used = plan ? plan : plan_pose(*this, start, settings);
   PoseItems items;
-  add_part(plan->moving, &gesture.motion, state, items);
-  return stroke_of(std::move(items), *plan, gesture.rests, settings);
-}
-
-bool* rests_of(Gesture& gesture) {
-  if (auto* const pins = std::get_if<PinsGesture>(&gesture.kind)) return &pins->rests;
-  if (auto* const part = std::get_if<PartGesture>(&gesture.kind)) return &part->rests;
-  return nullptr;
+  add_part(used->moving, &motion, start, items);
+  return {stroke_of(std::move(items), *used, rests, settings)};
 }
 
 void extend_path(const Vec3d& start, const Vec3d& to, double step, std::vector<Vec3d>& path) {

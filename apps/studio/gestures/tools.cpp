@@ -1,3 +1,4 @@
+// The tools of Studio, a row each; and how strokes are repeated in mirrors and about an axis.
 #include "gestures/tools.h"
 
 #include <algorithm>
@@ -14,6 +15,10 @@ namespace {
 using enum IconShape;
 
 constexpr float kPiFloat = std::numbers::pi_v<float>;
+constexpr const char* kPullHint = "Drag the shape, or start beside it. Type a distance while you drag; Ctrl snaps it.";
+constexpr const char* kTurnHint = "Click on the shape to place the tool.";
+constexpr const char* kTurnAgain = "Ctrl snaps; the arrows move the gizmo, its rings turn it.";
+constexpr double kOnPlane = 1e-9;  // of the radius: what counts as in a plane
 
 double inner_of(const ToolSettings& settings) { return settings.inner_ratio * settings.radius; }
 
@@ -59,10 +64,6 @@ Stroke bent(const ToolSettings& settings, const Placement& at, double amount, co
   stroke.axis = norm(across) > 1e-6 ? normalized(across) : any_orthogonal(stroke.normal);
   return stroke;
 }
-
-constexpr const char* kPullHint = "Drag the shape, or start beside it. Type a distance while you drag; Ctrl snaps it.";
-constexpr const char* kTurnHint = "Click on the shape to place the tool.";
-constexpr const char* kTurnAgain = "Ctrl snaps; the arrows move the gizmo, its rings turn it.";
 
 const std::vector<StudioTool> kTools{
     {.name = "Ball",
@@ -222,6 +223,52 @@ const std::vector<StudioTool> kTools{
               {disc, {-0.35F, -0.1F, 0.17F}},
               {disc, {0.35F, -0.1F, 0.17F}}}}};
 
+std::string turning_hint(const StudioTool& tool, TurnDrag turning) {
+  if (tool.turning.is_percent) {
+    return std::string("Drag right or up beside the gizmo to stretch, left or down to shorten. ") + tool.second_hint;
+  }
+  switch (turning) {
+    case TurnDrag::round:
+      return std::string("Drag beside the gizmo, round its middle. ") + tool.second_hint;
+    case TurnDrag::sideways:
+      return std::string("Drag right or left beside the gizmo. ") + tool.second_hint;
+    case TurnDrag::upright:
+      return std::string("Drag up or down beside the gizmo. ") + tool.second_hint;
+  }
+  return {};
+}
+
+// Empty: as the tool says.
+std::string pose_hint(PoseMode mode, const PlacedTools& placed) {
+  if (mode == PoseMode::exact && placed.pins.empty()) {
+    return "Click to set pins on the shape, or drag at once; Ctrl and a drag sets pins within a line.";
+  }
+  if (mode == PoseMode::exact) return {};
+  if (mode == PoseMode::lasso)
+    return "Draw round a part; Ctrl frees what is within the line. The gizmo moves the part.";
+  if (mode == PoseMode::brush) return "Paint a part; Ctrl frees. Escape, then paint: the next one. The gizmo moves it.";
+  if (placed.parts.selected) return "Drag the part about its joint, or its gizmo: arrows move it, rings turn it.";
+  return {};
+}
+
+double distance_to(const Symmetry::Plane& plane, const Vec3d& p) { return dot(p - plane.point, plane.normal); }
+
+// Exact in the coordinate planes.
+Vec3d in_plane(const Symmetry::Plane& plane, Vec3d p) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (std::abs(plane.normal[axis]) == 1) {
+      p[axis] = plane.point[axis];
+      return p;
+    }
+  }
+  return p - plane.normal * distance_to(plane, p);
+}
+
+Vec3d on_axis(const Symmetry& symmetry, const Vec3d& p) {
+  const Vec3d axis = normalized(symmetry.axis);
+  return symmetry.center + axis * dot(p - symmetry.center, axis);
+}
+
 }  // namespace
 
 std::span<const StudioTool> studio_tools() { return kTools; }
@@ -249,119 +296,29 @@ const StudioTool& studio_tool(ToolUse use) {
   return *std::find_if(kTools.begin(), kTools.end(), [&](const StudioTool& tool) { return tool.use == use; });
 }
 
+// The names of an enumeration's values, in order.
 const char* name_of(ToolGroup group) {
-  switch (group) {
-    case ToolGroup::move:
-      return "Move";
-    case ToolGroup::shape:
-      return "Shape";
-    case ToolGroup::pose:
-      return "Pose";
-    case ToolGroup::mask:
-      return "Mask";
-  }
-  return "";
+  return std::array{"Move", "Shape", "Pose", "Mask"}[static_cast<std::size_t>(group)];
 }
 
 const char* name_of(StampContact contact) {
-  switch (contact) {
-    case StampContact::stick:
-      return "Stick";
-    case StampContact::slip:
-      return "Slip along";
-    case StampContact::automatic:
-      return "Print";
-  }
-  return "";
+  return std::array{"Print", "Stick", "Slip along"}[static_cast<std::size_t>(contact)];
 }
 
 const char* name_of(DragMode mode) {
-  switch (mode) {
-    case DragMode::view:
-      return "In the view plane";
-    case DragMode::surface:
-      return "Along the surface";
-    case DragMode::normal:
-      return "Along the normal";
-    case DragMode::axis:
-      return "Along an axis";
-  }
-  return "";
+  return std::array{"In the view plane", "Along the surface", "Along the normal",
+                    "Along an axis"}[static_cast<std::size_t>(mode)];
 }
 
 const char* name_of(PullStart start) {
-  switch (start) {
-    case PullStart::inside:
-      return "Round end";
-    case PullStart::surface:
-      return "Flat end";
-    case PullStart::plane:
-      return "From the view's middle plane";
-  }
-  return "";
+  return std::array{"Round end", "Flat end", "From the view's middle plane"}[static_cast<std::size_t>(start)];
 }
 
-const char* name_of(MaskMode mode) {
-  switch (mode) {
-    case MaskMode::paint:
-      return "Paint";
-    case MaskMode::lasso:
-      return "Lasso";
-    case MaskMode::box:
-      return "Box";
-  }
-  return "";
-}
+const char* name_of(MaskMode mode) { return std::array{"Paint", "Lasso", "Box"}[static_cast<std::size_t>(mode)]; }
 
 const char* name_of(PoseMode mode) {
-  switch (mode) {
-    case PoseMode::pins:
-      return "Pins";
-    case PoseMode::lasso:
-      return "Lasso";
-    case PoseMode::brush:
-      return "Brush";
-    case PoseMode::exact:
-      return "Exact points";
-  }
-  return "";
+  return std::array{"Pins", "Lasso", "Brush", "Exact points"}[static_cast<std::size_t>(mode)];
 }
-
-namespace {
-
-std::string turning_hint(const StudioTool& tool, TurnDrag turning) {
-  if (tool.turning.is_percent) {
-    return std::string("Drag right or up beside the gizmo to stretch, left or down to shorten. ") + tool.second_hint;
-  }
-  switch (turning) {
-    case TurnDrag::round:
-      return std::string("Drag beside the gizmo, round its middle. ") + tool.second_hint;
-    case TurnDrag::sideways:
-      return std::string("Drag right or left beside the gizmo. ") + tool.second_hint;
-    case TurnDrag::upright:
-      return std::string("Drag up or down beside the gizmo. ") + tool.second_hint;
-  }
-  return {};
-}
-
-}  // namespace
-
-namespace {
-
-// Empty: as the tool says.
-std::string pose_hint(PoseMode mode, const PlacedTools& placed) {
-  if (mode == PoseMode::exact && placed.pins.empty()) {
-    return "Click to set pins on the shape, or drag at once; Ctrl and a drag sets pins within a line.";
-  }
-  if (mode == PoseMode::exact) return {};
-  if (mode == PoseMode::lasso)
-    return "Draw round a part; Ctrl frees what is within the line. The gizmo moves the part.";
-  if (mode == PoseMode::brush) return "Paint a part; Ctrl frees. Escape, then paint: the next one. The gizmo moves it.";
-  if (placed.parts.selected) return "Drag the part about its joint, or its gizmo: arrows move it, rings turn it.";
-  return {};
-}
-
-}  // namespace
 
 std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, TurnDrag turning) {
   const StudioTool& tool = *settings.tool;
@@ -378,30 +335,6 @@ std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, Tur
   if (is_placed && tool.use == ToolUse::turn) return turning_hint(tool, turning);
   return is_placed ? tool.second_hint : tool.hint;
 }
-
-namespace {
-
-constexpr double kOnPlane = 1e-9;  // of the radius: what counts as in a plane
-
-double distance_to(const Symmetry::Plane& plane, const Vec3d& p) { return dot(p - plane.point, plane.normal); }
-
-// Exact in the coordinate planes.
-Vec3d in_plane(const Symmetry::Plane& plane, Vec3d p) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (std::abs(plane.normal[axis]) == 1) {
-      p[axis] = plane.point[axis];
-      return p;
-    }
-  }
-  return p - plane.normal * distance_to(plane, p);
-}
-
-Vec3d on_axis(const Symmetry& symmetry, const Vec3d& p) {
-  const Vec3d axis = normalized(symmetry.axis);
-  return symmetry.center + axis * dot(p - symmetry.center, axis);
-}
-
-}  // namespace
 
 std::vector<Symmetry::Plane> mirror_planes(const ToolSettings& settings) {
   std::vector<Symmetry::Plane> planes;

@@ -279,8 +279,7 @@ struct PlacedTools {
   std::vector<Vec3d> plane_points;     // picked so far, of a mirror's plane through three
 };
 
-// --- strokes repeated in mirrors and about an axis
-// --------------------------------------------------------------------
+// Strokes repeated in mirrors and about an axis.
 
 // Returns all images but the original. The number of images of a stroke with mirrors and turns is at most
 // turns * 2^mirrors - 1.

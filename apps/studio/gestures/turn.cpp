@@ -14,6 +14,11 @@ constexpr double kFacing = 0.4;           // sine of the angle between the axis 
 constexpr double kStretchPerPixel = 0.4;  // percent of the logarithm
 constexpr double kStandOff = 0.02;        // of the stamp's size, between it and the surface
 constexpr double kMinPercent = -99;       // that can be typed for a stretch
+constexpr double kBendAngle = 90;         // degrees: the bend that a limit cylinder is placed for
+constexpr int kDirections = 8;            // that are tried about the place of a click
+constexpr double kAsThin = 1.15;          // of the thinnest
+constexpr double kNearly = 0.96;          // cosine of the angle between directions that a person takes for one
+constexpr std::size_t kManyVertices = 20'000;  // whose edges show nothing more of a profile
 
 // Degrees: of how far the pointer has gone across the axis as it is seen, rightwards positive for an axis that points
 // up; about an axis that points at the person, or away, round the centre.
@@ -67,50 +72,6 @@ Mat3d pose_of(const Placement& placement, double scale) {
   const Vec3d &x = placement.x, &y = placement.y, &z = placement.z;
   return Mat3d{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}} * scale;
 }
-
-}  // namespace
-
-StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement) {
-  StampStroke stroke;
-  stroke.mesh = shape.file;
-  stroke.pose = pose_of(placement, stamp_scale(settings, shape));
-  stroke.contact = settings.stamp_contact;
-  if (stroke.contact != StampContact::stick) return stroke;
-  // By default what the session's format says for a straight motion, but the same for all pieces of the path.
-  stroke.outer = 1.5 * settings.stamp_size * settings.radius;
-  stroke.step = *stroke.outer / 25;
-  stroke.falloff = settings.falloff;
-  return stroke;
-}
-
-std::optional<Placement> placement_at(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
-  const auto hit = hit_at(pointer, around);
-  if (!hit) return std::nullopt;
-  const render::CameraFrame frame = render::camera_frame(around.screen.camera);
-  const ToolSettings& settings = around.settings;
-  if (settings.tool->use == ToolUse::stamp) {
-    Placement result = frame_about(hit->point, hit->normal, frame.right);
-    if (!placed.stamp) return result;
-    const StampStroke stroke = stamp_at(settings, *placed.stamp, result);
-    const double reach = reach_along(*placed.stamp, stroke.pose, -hit->normal);
-    result.center += hit->normal * (reach + kStandOff * settings.stamp_size * settings.radius);
-    return result;
-  }
-  const Facing facing = settings.tool->turning.facing;
-  if (facing == Facing::viewer) return frame_about(hit->point, -frame.forward, frame.right);
-  if (facing == Facing::surface) return frame_about(hit->point, hit->normal, frame.right);
-  const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
-  const Vec3d middle = around.picker->middle(ray, around.state).value_or(hit->point);
-  // Up in the picture, away from the shape's middle where that is down: towards the tip of what was clicked.
-  return frame_about(middle, frame.up, frame.forward);
-}
-
-namespace {
-
-constexpr double kBendAngle = 90;  // degrees: the bend that a limit cylinder is placed for
-constexpr int kDirections = 8;     // that are tried about the place of a click
-constexpr double kAsThin = 1.15;   // of the thinnest
-constexpr double kNearly = 0.96;   // cosine of the angle between directions that a person takes for one
 
 struct FoundCylinder {
   Placement placement;
@@ -173,7 +134,61 @@ const Placement& best_of(const std::vector<FoundCylinder>& found) {
   return best->placement;
 }
 
+// The stroke with the zone as it is set.
+std::optional<Stroke> plain_stroke(const ToolSettings& settings, const Placement& placement, double amount) {
+  const Turning& turning = settings.tool->turning;
+  if (amount == 0 || turning.stroke == nullptr) return std::nullopt;
+  const bool has_limit_cylinder = placement.limit_cylinder && placement.limit_cylinder->problem.empty();
+  const bool needs_limit_cylinder = turning.takes_limit_cylinder && settings.uses_limit_cylinder;
+  if (needs_limit_cylinder && !has_limit_cylinder) return std::nullopt;
+  Stroke stroke =
+      turning.stroke(settings, placement, amount, needs_limit_cylinder ? &*placement.limit_cylinder : nullptr);
+  set_falloff(stroke, settings.falloff);
+  return stroke;
+}
+
+// The gizmo may have been moved, or the limit cylinder switched on or off, since the profile was made.
+bool is_profiled(const ToolSettings& settings, const Placement& placement) {
+  const std::optional<Stroke> stroke = plain_stroke(settings, placement, 1);
+  return !stroke || (placement.profile && check_zone(*stroke, *placement.profile));
+}
+
 }  // namespace
+
+StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement) {
+  StampStroke stroke;
+  stroke.mesh = shape.file;
+  stroke.pose = pose_of(placement, stamp_scale(settings, shape));
+  stroke.contact = settings.stamp_contact;
+  if (stroke.contact != StampContact::stick) return stroke;
+  // By default what the session's format says for a straight motion, but the same for all pieces of the path.
+  stroke.outer = 1.5 * settings.stamp_size * settings.radius;
+  stroke.step = *stroke.outer / 25;
+  stroke.falloff = settings.falloff;
+  return stroke;
+}
+
+std::optional<Placement> placement_at(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
+  const auto hit = hit_at(pointer, around);
+  if (!hit) return std::nullopt;
+  const render::CameraFrame frame = render::camera_frame(around.screen.camera);
+  const ToolSettings& settings = around.settings;
+  if (settings.tool->use == ToolUse::stamp) {
+    Placement result = frame_about(hit->point, hit->normal, frame.right);
+    if (!placed.stamp) return result;
+    const StampStroke stroke = stamp_at(settings, *placed.stamp, result);
+    const double reach = reach_along(*placed.stamp, stroke.pose, -hit->normal);
+    result.center += hit->normal * (reach + kStandOff * settings.stamp_size * settings.radius);
+    return result;
+  }
+  const Facing facing = settings.tool->turning.facing;
+  if (facing == Facing::viewer) return frame_about(hit->point, -frame.forward, frame.right);
+  if (facing == Facing::surface) return frame_about(hit->point, hit->normal, frame.right);
+  const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
+  const Vec3d middle = around.picker->middle(ray, around.state).value_or(hit->point);
+  // Up in the picture, away from the shape's middle where that is down: towards the tip of what was clicked.
+  return frame_about(middle, frame.up, frame.forward);
+}
 
 Placement on_part(const Placement& placement, bool bends, bool may_turn, std::span<const Vec3d> positions,
                   std::span<const Triangle> triangles, const Progress* progress) {
@@ -203,31 +218,6 @@ Placement on_part(const Placement& placement, bool bends, bool may_turn, std::sp
   return found.empty() ? result : best_of(found);
 }
 
-namespace {
-
-constexpr std::size_t kManyVertices = 20'000;  // whose edges show nothing more of a profile
-
-// The stroke with the zone as it is set.
-std::optional<Stroke> plain_stroke(const ToolSettings& settings, const Placement& placement, double amount) {
-  const Turning& turning = settings.tool->turning;
-  if (amount == 0 || turning.stroke == nullptr) return std::nullopt;
-  const bool has_limit_cylinder = placement.limit_cylinder && placement.limit_cylinder->problem.empty();
-  const bool needs_limit_cylinder = turning.takes_limit_cylinder && settings.uses_limit_cylinder;
-  if (needs_limit_cylinder && !has_limit_cylinder) return std::nullopt;
-  Stroke stroke =
-      turning.stroke(settings, placement, amount, needs_limit_cylinder ? &*placement.limit_cylinder : nullptr);
-  set_falloff(stroke, settings.falloff);
-  return stroke;
-}
-
-// The gizmo may have been moved, or the limit cylinder switched on or off, since the profile was made.
-bool is_profiled(const ToolSettings& settings, const Placement& placement) {
-  const std::optional<Stroke> stroke = plain_stroke(settings, placement, 1);
-  return !stroke || (placement.profile && check_zone(*stroke, *placement.profile));
-}
-
-}  // namespace
-
 std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount) {
   std::optional<Stroke> stroke = plain_stroke(settings, placement, amount);
   if (!stroke || !settings.widens_zone || !placement.profile) return stroke;
@@ -250,26 +240,6 @@ std::optional<double> widened_zone(const ToolSettings& settings, const Placement
   return check && check->safe > check->width ? std::optional(check->safe) : std::nullopt;
 }
 
-void move_turn(const Pointer& pointer, const GestureContext& around, TurnGesture& gesture) {
-  const bool is_click = std::hypot(pointer.x - gesture.start.x, pointer.y - gesture.start.y) < kClick;
-  gesture.has_gone = gesture.has_gone || !is_click || pointer.typed;
-  if (!gesture.placement || !gesture.has_gone) return;
-  const Turning& turning = around.settings.tool->turning;
-  if (turning.takes_limit_cylinder && !is_profiled(around.settings, *gesture.placement)) {
-    gesture.placement->profile = profile_at(around.settings, *gesture.placement, around.state);
-  }
-  if (pointer.typed) {
-    gesture.amount = amount_of_typed(*pointer.typed, turning);
-    return;
-  }
-  if (turning.is_percent) {
-    gesture.amount = (pointer.x - gesture.start.x + gesture.start.y - pointer.y) * kStretchPerPixel;
-  } else {
-    gesture.amount = angle_of(gesture, pointer, (*gesture.placement).*turning.axis, around);
-  }
-  gesture.amount = snapped(gesture.amount, kSnapDegrees, pointer);
-}
-
 TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const PlacedTools& placed) {
   if (!placed.placement) return TurnDrag::sideways;
   const Vec3d axis = (*placed.placement).*settings.tool->turning.axis;
@@ -280,20 +250,61 @@ TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const Pla
   return up >= right ? TurnDrag::sideways : TurnDrag::upright;
 }
 
-Placement move_gizmo(const Pointer& pointer, const GestureContext& around, GizmoGesture& gesture) {
-  const Pixel from{gesture.from.x, gesture.from.y};
-  const Pixel to{pointer.x, pointer.y};
-  if (gesture.part == GizmoPart::center) return center_dragged(around.screen, gesture.start, from, to);
-  const double step = turns(gesture.part) ? kSnapDegrees : around.snap;
-  gesture.amount =
-      pointer.typed.value_or(snapped(dragged_by(around.screen, gesture.start, gesture.part, from, to), step, pointer));
-  return moved_by(gesture.start, gesture.part, gesture.amount);
+void TurnGesture::move(const GestureStep& step) {
+  const auto& [pointer, around, placed] = step;
+  const bool is_click = std::hypot(pointer.x - start.x, pointer.y - start.y) < kClick;
+  has_gone = has_gone || !is_click || pointer.typed;
+  if (!placement || !has_gone) return;
+  const Turning& turning = around.settings.tool->turning;
+  if (turning.takes_limit_cylinder && !is_profiled(around.settings, *placement)) {
+    placement->profile = profile_at(around.settings, *placement, around.state);
+  }
+  if (pointer.typed) {
+    amount = amount_of_typed(*pointer.typed, turning);
+    return;
+  }
+  if (turning.is_percent) {
+    amount = (pointer.x - start.x + start.y - pointer.y) * kStretchPerPixel;
+  } else {
+    amount = angle_of(*this, pointer, (*placement).*turning.axis, around);
+  }
+  amount = snapped(amount, kSnapDegrees, pointer);
 }
 
-void end_turn(const GestureContext& around, TurnGesture& gesture, PlacedTools& placed) {
-  if (gesture.placement && gesture.has_gone) return;
-  const std::optional<Placement> here = placement_at(gesture.start, around, placed);
-  if (here) placed.placement = here;
+void TurnGesture::end(const GestureStep& step) const {
+  if (placement && has_gone) return;
+  const std::optional<Placement> here = placement_at(start, step.around, step.placed);
+  if (here) step.placed.placement = here;
+}
+
+std::vector<Stroke> TurnGesture::strokes(const ShapeState& /*start*/, const ToolSettings& settings) const {
+  std::optional<Stroke> stroke;
+  if (placement) stroke = turning_stroke(settings, *placement, amount);
+  return stroke ? std::vector<Stroke>{std::move(*stroke)} : std::vector<Stroke>{};
+}
+
+std::optional<Amount> TurnGesture::number(const ToolSettings& settings) const {
+  if (!placement) return std::nullopt;
+  if (!settings.tool->turning.is_percent) return Amount{AmountKind::angle, amount};
+  return Amount{AmountKind::percent, 100 * std::expm1(amount / 100)};
+}
+
+void GizmoGesture::move(const GestureStep& step) {
+  const auto& [pointer, around, placed] = step;
+  const Pixel begin{from.x, from.y};
+  const Pixel to{pointer.x, pointer.y};
+  if (part == GizmoPart::center) {
+    placed.placement = center_dragged(around.screen, start, begin, to);
+    return;
+  }
+  const double snap = turns(part) ? kSnapDegrees : around.snap;
+  amount = pointer.typed.value_or(snapped(dragged_by(around.screen, start, part, begin, to), snap, pointer));
+  placed.placement = moved_by(start, part, amount);
+}
+
+std::optional<Amount> GizmoGesture::number() const {
+  if (part == GizmoPart::center) return std::nullopt;
+  return Amount{turns(part) ? AmountKind::angle : AmountKind::length, amount};
 }
 
 }  // namespace knead::studio

@@ -23,6 +23,19 @@ constexpr double kDotPixels = 4.5;  // radius of the dot at a mirror image
 constexpr double kNearest = 0.5;    // of the way to the eye: rings come no nearer
 constexpr std::size_t kMaxImages = 32;
 constexpr double kHalfOfGrowth = 0.363;  // of the radius: there a body inflates half as fast (docs/mathematics.md)
+constexpr double kArrowPixels = 70;
+constexpr double kPointing = 0.5;  // of Drag::depth, above which the arrow is shown
+// Vertices that an estimate looks at, and those of them that it follows: 3 ms on two cores.
+constexpr std::size_t kLookedAt = 40'000;
+constexpr std::size_t kFollowed = 192;
+constexpr double kMinPart = 0.9 / 2.4;  // of the safe width of a bend
+constexpr std::size_t kVerticesAtOnce = 4096;
+constexpr double kShadeError = 1e-3;   // of a displacement
+constexpr double kNominalPart = 0.05;  // of the radius: how far a pin is moved to show what it takes along
+constexpr double kPinPixels = 5;
+constexpr double kFitPointPixels = 6;
+constexpr render::Color kHeldPin{0.16f, 0.40f, 0.78f, 1};
+constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
 
 // The radii of the rings, and how strong the tool is, from 0 to 1.
 struct Radii {
@@ -109,41 +122,6 @@ void add_dashes(const std::vector<Vec3d>& ring, render::Line line, std::vector<r
   }
 }
 
-}  // namespace
-
-void add_cursor(const Studio& studio, std::vector<render::Line>& lines) {
-  const DocumentState& shown = studio.document().shown();
-  const std::optional<Radii> radii = radii_of(studio);
-  if (!radii || shown.opened == 0 || shown.looked_at) return;
-  const std::optional<CursorPlace> place = cursor_place(studio);
-  if (!place) return;
-  const Preferences& preferences = studio.preferences();
-  const double pixel = pixel_size(studio.view().screen(), place->center);
-  const auto ring = [&](double radius) { return render::ring(place->center, place->normal, radius, kPoints); };
-  std::vector<render::Line> cursor;
-  cursor.push_back(
-      {.points = ring(radii->outer), .radius = kThickness * pixel, .closed = true, .color = preferences.outer_ring});
-  const double thickness = kThickness * (1 + (kThickest - 1) * radii->strength) * pixel;
-  if (radii->inner > 0) {
-    add_dashes(ring(radii->inner), {.points = {}, .radius = thickness, .color = preferences.inner_ring}, cursor);
-  }
-  std::vector<SymmetryImage> images = images_of(studio.tools().settings());
-  if (images.size() > kMaxImages) images.resize(kMaxImages);
-  for (const SymmetryImage& image : images) {
-    const Vec3d at = image.motion(place->center);
-    const double radius = kDotPixels * pixel_size(studio.view().screen(), at);
-    cursor.push_back(
-        {.points = {at, at + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = preferences.outer_ring});
-  }
-  lift(studio.view().screen(), place->center, radii->outer, cursor);
-  lines.insert(lines.end(), cursor.begin(), cursor.end());
-}
-
-namespace {
-
-constexpr double kArrowPixels = 70;
-constexpr double kPointing = 0.5;  // of Drag::depth, above which the arrow is shown
-
 // The drag that would begin at the pointer, of tools that go along a line.
 std::optional<Drag> next_drag(const Studio& studio) {
   const ToolSettings& settings = studio.tools().settings();
@@ -185,7 +163,74 @@ std::optional<double> radius_of_gesture(const Studio& studio) {
   return radius_of(pins_stroke(pins->pins, pins->dragged, pins->to, studio.tools().settings()));
 }
 
+// The places of the vertices from which the shape is stretched.
+std::optional<std::vector<Vec3d>> places_before(const DocumentState& shown, StretchView since) {
+  const ShapeState& now = shown.state;
+  const bool is_past = shown.looked_at.has_value();
+  if (since == StretchView::since_start) {
+    return now.provenance == nullptr ? shown.start.positions.copy() : now.provenance->rest;
+  }
+  if (is_past || !shown.before_stroke) return std::nullopt;
+  if (shown.before_stroke->mesh == now.mesh) return shown.before_stroke->positions.copy();
+  return now.provenance == nullptr ? std::nullopt : std::optional(now.provenance->before_stroke);
+}
+
+std::vector<Vec3d> some_of(const Snapshot& positions) {
+  const std::size_t stride = positions.size() / kLookedAt + 1;
+  std::vector<Vec3d> result;
+  for (std::size_t i = 0; i < positions.size(); i += stride) result.push_back(positions[i]);
+  return result;
+}
+
+// Path lines of such a bend may run to infinity (method, section 10).
+bool is_crushed(const Stroke& stroke, const ZoneProfile& profile) {
+  const std::optional<ZoneCheck> check = check_zone(stroke, profile);
+  return check && check->stretch == 0 && check->width < kMinPart * check->safe;
+}
+
+bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& p) {
+  const Vec3d d = p - limit_cylinder.center;
+  return norm2(d - limit_cylinder.axis * dot(d, limit_cylinder.axis)) <= limit_cylinder.radius * limit_cylinder.radius;
+}
+
+double weight_at(const Segment& segment, const Vec3d& p) {
+  if (segment.limit_cylinder && !is_within(*segment.limit_cylinder, p)) return 0;
+  double most = 0;
+  for (const Field& field : segment.fields) {
+    most = std::max(most, blend_weight(region_value(field, p - field.center).value, field.thresholds).value);
+  }
+  return most;
+}
+
 }  // namespace
+
+void add_cursor(const Studio& studio, std::vector<render::Line>& lines) {
+  const DocumentState& shown = studio.document().shown();
+  const std::optional<Radii> radii = radii_of(studio);
+  if (!radii || shown.opened == 0 || shown.looked_at) return;
+  const std::optional<CursorPlace> place = cursor_place(studio);
+  if (!place) return;
+  const Preferences& preferences = studio.preferences();
+  const double pixel = pixel_size(studio.view().screen(), place->center);
+  const auto ring = [&](double radius) { return render::ring(place->center, place->normal, radius, kPoints); };
+  std::vector<render::Line> cursor;
+  cursor.push_back(
+      {.points = ring(radii->outer), .radius = kThickness * pixel, .closed = true, .color = preferences.outer_ring});
+  const double thickness = kThickness * (1 + (kThickest - 1) * radii->strength) * pixel;
+  if (radii->inner > 0) {
+    add_dashes(ring(radii->inner), {.points = {}, .radius = thickness, .color = preferences.inner_ring}, cursor);
+  }
+  std::vector<SymmetryImage> images = images_of(studio.tools().settings());
+  if (images.size() > kMaxImages) images.resize(kMaxImages);
+  for (const SymmetryImage& image : images) {
+    const Vec3d at = image.motion(place->center);
+    const double radius = kDotPixels * pixel_size(studio.view().screen(), at);
+    cursor.push_back(
+        {.points = {at, at + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = preferences.outer_ring});
+  }
+  lift(studio.view().screen(), place->center, radii->outer, cursor);
+  lines.insert(lines.end(), cursor.begin(), cursor.end());
+}
 
 std::optional<InArrow> in_arrow(const Studio& studio) {
   const Drag* of_gesture = studio.gesture() ? drag_of(*studio.gesture()) : nullptr;
@@ -249,40 +294,6 @@ std::vector<std::string> numbers_at_pointer(const Studio& studio) {
   return lines;
 }
 
-namespace {
-
-// Vertices that an estimate looks at, and those of them that it follows: 3 ms on two cores.
-constexpr std::size_t kLookedAt = 40'000;
-constexpr std::size_t kFollowed = 192;
-constexpr double kMinPart = 0.9 / 2.4;  // of the safe width of a bend
-
-// The places of the vertices from which the shape is stretched.
-std::optional<std::vector<Vec3d>> places_before(const DocumentState& shown, StretchView since) {
-  const ShapeState& now = shown.state;
-  const bool is_past = shown.looked_at.has_value();
-  if (since == StretchView::since_start) {
-    return now.provenance == nullptr ? shown.start.positions.copy() : now.provenance->rest;
-  }
-  if (is_past || !shown.before_stroke) return std::nullopt;
-  if (shown.before_stroke->mesh == now.mesh) return shown.before_stroke->positions.copy();
-  return now.provenance == nullptr ? std::nullopt : std::optional(now.provenance->before_stroke);
-}
-
-std::vector<Vec3d> some_of(const Snapshot& positions) {
-  const std::size_t stride = positions.size() / kLookedAt + 1;
-  std::vector<Vec3d> result;
-  for (std::size_t i = 0; i < positions.size(); i += stride) result.push_back(positions[i]);
-  return result;
-}
-
-// Path lines of such a bend may run to infinity (method, section 10).
-bool is_crushed(const Stroke& stroke, const ZoneProfile& profile) {
-  const std::optional<ZoneCheck> check = check_zone(stroke, profile);
-  return check && std::holds_alternative<BendStroke>(stroke) && check->width < kMinPart * check->safe;
-}
-
-}  // namespace
-
 float shade_of_stretch(double stretch) {
   return static_cast<float>(std::clamp(std::log(stretch) / std::log(kGreatestShown), 0.0, 1.0));
 }
@@ -335,27 +346,6 @@ std::string zone_note(const Studio& studio) {
   return fmt::format("The zone is {:.3g} wide now: a thinner one would crush the shape at this angle.", *width);
 }
 
-namespace {
-
-constexpr std::size_t kVerticesAtOnce = 4096;
-constexpr double kShadeError = 1e-3;  // of a displacement
-
-bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& p) {
-  const Vec3d d = p - limit_cylinder.center;
-  return norm2(d - limit_cylinder.axis * dot(d, limit_cylinder.axis)) <= limit_cylinder.radius * limit_cylinder.radius;
-}
-
-double weight_at(const Segment& segment, const Vec3d& p) {
-  if (segment.limit_cylinder && !is_within(*segment.limit_cylinder, p)) return 0;
-  double most = 0;
-  for (const Field& field : segment.fields) {
-    most = std::max(most, blend_weight(region_value(field, p - field.center).value, field.thresholds).value);
-  }
-  return most;
-}
-
-}  // namespace
-
 std::vector<float> influence_of(std::span<const Flow> flows, const Snapshot& positions, int threads) {
   std::vector<float> result(positions.size());
   parallel_for(positions.size(), kVerticesAtOnce, threads, [&](std::size_t begin, std::size_t end) {
@@ -397,16 +387,6 @@ std::vector<float> influence_of(const PinsStroke& stroke, const Snapshot& positi
   }
   return result;
 }
-
-namespace {
-
-constexpr double kNominalPart = 0.05;  // of the radius: how far a pin is moved to show what it takes along
-constexpr double kPinPixels = 5;
-constexpr double kFitPointPixels = 6;
-constexpr render::Color kHeldPin{0.16f, 0.40f, 0.78f, 1};
-constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
-
-}  // namespace
 
 render::Color color_of_pair(std::size_t pair) {
   constexpr std::array<render::Color, 6> colors{{{0.90f, 0.30f, 0.20f, 1},

@@ -74,48 +74,6 @@ std::optional<Stroke> placed_points(const Studio& studio, const GestureContext& 
   return stroke;
 }
 
-}  // namespace
-
-GestureContext next_context(const Studio& studio) {
-  const DocumentState& shown = studio.document().shown();
-  const bool fits = shown.picker && shown.picker->fits(shown.state);
-  return {studio.view().screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.tools().settings()};
-}
-
-std::vector<Stroke> hovering(const Studio& studio) {
-  const DocumentState& shown = studio.document().shown();
-  if (shown.opened == 0 || shown.looked_at) return {};
-  const GestureContext around = next_context(studio);
-  const ToolSettings& settings = studio.tools().settings();
-  std::optional<Stroke> stroke;
-  switch (settings.tool->use) {
-    case ToolUse::pull:
-      if (studio.pointer_is_over_view()) stroke = hovering_implicit(studio, around);
-      break;
-    case ToolUse::paint:
-      if (studio.pointer_is_over_view()) stroke = hovering_paint(studio, around);
-      break;
-    case ToolUse::points:
-    case ToolUse::curve:
-      stroke = placed_points(studio, around);
-      break;
-    case ToolUse::pose:
-      if (has_exact_pins(settings)) stroke = hovering_pins(studio);
-      return stroke ? std::vector<Stroke>{*stroke} : std::vector<Stroke>{};
-    case ToolUse::turn:
-      if (const auto& at = studio.tools().placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
-      break;
-    case ToolUse::inflate:
-    case ToolUse::stamp:
-    case ToolUse::mask:
-      break;
-  }
-  if (!stroke) return {};
-  return with_images(*stroke, images_of(settings), kSameImage * settings.radius, image_file);
-}
-
-namespace {
-
 // Returns the strokes whose tools are drawn: during a drag the latest piece of each side, else the tool at the pointer.
 std::vector<Stroke> strokes_to_draw(const Studio& studio) {
   if (studio.document().shown().looked_at) {
@@ -139,22 +97,10 @@ std::vector<Stroke> strokes_to_draw(const Studio& studio) {
 
 // A stroke in progress is drawn where its tool is now: of a path only the last piece.
 Stroke last_piece(const Stroke& stroke) {
-  Stroke result = stroke;
-  if (auto* implicit = std::get_if<ImplicitStroke>(&result); implicit != nullptr && implicit->path.size() > 2) {
-    implicit->path.erase(implicit->path.begin(), implicit->path.end() - 2);
-  }
-  if (auto* paint = std::get_if<PaintStroke>(&result); paint != nullptr && paint->samples.size() > 1) {
-    paint->samples.erase(paint->samples.begin(), paint->samples.end() - 1);
-  }
-  if (auto* points = std::get_if<PointsStroke>(&result); points != nullptr && points->displacements.size() > 1) {
-    for (std::size_t i = 0; i + 1 < points->displacements.size(); ++i) {
-      for (Vec3d& p : points->points) p += points->displacements[i];
-      for (auto& curve : points->curves) {
-        for (Vec3d& p : curve) p += points->displacements[i];
-      }
-    }
-    points->displacements = {points->displacements.back()};
-  }
+  const std::vector<Stroke> pieces = pieces_of(stroke);
+  Stroke result = pieces.empty() ? stroke : pieces.back();
+  auto* const samples = find_value<std::vector<PaintSample>>(result, "samples");
+  if (samples != nullptr && samples->size() > 1) samples->erase(samples->begin(), samples->end() - 1);
   return result;
 }
 
@@ -326,36 +272,6 @@ void add_drawn_line(const Studio& studio, std::vector<render::Line>& lines) {
   if (drawn.points.size() > 1) lines.push_back(std::move(drawn));
 }
 
-}  // namespace
-
-std::optional<std::vector<float>> Overlay::mask(const Studio& studio) {
-  const ShapeState& state = studio.document().shown().state;
-  if (studio.document().shown().opened == 0) return std::nullopt;
-  const bool is_new_shape = mask_mesh_ != state.mesh;
-  const bool is_same = !is_new_shape && mask_version_ == studio.document().shown().version && !was_masking_;
-  if (is_same && !studio.masks().is_drawing()) return std::nullopt;
-  // A drag moves what the mask leaves free: the shades there can wait.
-  if (studio.gesture() && !is_new_shape && state.mask.shares(mask_)) return std::nullopt;
-  mask_version_ = studio.document().shown().version;
-  was_masking_ = studio.masks().is_drawing();
-  mask_ = state.mask;
-  mask_mesh_ = state.mesh;
-  const bool has_shades = std::exchange(has_mask_, false) && !is_new_shape;
-  if (!was_masking_ && state.mask.is_empty() && !has_shades) return std::nullopt;
-  std::vector<float> shades(state.positions.size());
-  const MaskValues& painted = studio.masks().values();
-  for (std::size_t v = 0; v < shades.size(); ++v) {
-    if (was_masking_ && v < painted.size()) shades[v] = static_cast<float>(painted[v]) / 255.0F;
-    if (!was_masking_ && !state.mask.is_empty()) {
-      shades[v] = static_cast<float>(1 - state.mask.at(state.positions[v]).value);
-    }
-  }
-  has_mask_ = std::any_of(shades.begin(), shades.end(), [](float shade) { return shade > 0; });
-  return shades;
-}
-
-namespace {
-
 bool poses_parts(const Studio& studio) {
   return studio.tools().settings().tool->use == ToolUse::pose && !has_exact_pins(studio.tools().settings()) &&
          !studio.document().shown().looked_at &&
@@ -404,6 +320,70 @@ void add_part_gizmo(const Studio& studio, render::LiveScene& scene) {
 }
 
 }  // namespace
+
+GestureContext next_context(const Studio& studio) {
+  const DocumentState& shown = studio.document().shown();
+  const bool fits = shown.picker && shown.picker->fits(shown.state);
+  return {studio.view().screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.tools().settings()};
+}
+
+std::vector<Stroke> hovering(const Studio& studio) {
+  const DocumentState& shown = studio.document().shown();
+  if (shown.opened == 0 || shown.looked_at) return {};
+  const GestureContext around = next_context(studio);
+  const ToolSettings& settings = studio.tools().settings();
+  std::optional<Stroke> stroke;
+  switch (settings.tool->use) {
+    case ToolUse::pull:
+      if (studio.pointer_is_over_view()) stroke = hovering_implicit(studio, around);
+      break;
+    case ToolUse::paint:
+      if (studio.pointer_is_over_view()) stroke = hovering_paint(studio, around);
+      break;
+    case ToolUse::points:
+    case ToolUse::curve:
+      stroke = placed_points(studio, around);
+      break;
+    case ToolUse::pose:
+      if (has_exact_pins(settings)) stroke = hovering_pins(studio);
+      return stroke ? std::vector<Stroke>{*stroke} : std::vector<Stroke>{};
+    case ToolUse::turn:
+      if (const auto& at = studio.tools().placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
+      break;
+    case ToolUse::inflate:
+    case ToolUse::stamp:
+    case ToolUse::mask:
+      break;
+  }
+  if (!stroke) return {};
+  return with_images(*stroke, images_of(settings), kSameImage * settings.radius, image_file);
+}
+
+std::optional<std::vector<float>> Overlay::mask(const Studio& studio) {
+  const ShapeState& state = studio.document().shown().state;
+  if (studio.document().shown().opened == 0) return std::nullopt;
+  const bool is_new_shape = mask_mesh_ != state.mesh;
+  const bool is_same = !is_new_shape && mask_version_ == studio.document().shown().version && !was_masking_;
+  if (is_same && !studio.masks().is_drawing()) return std::nullopt;
+  // A drag moves what the mask leaves free: the shades there can wait.
+  if (studio.gesture() && !is_new_shape && state.mask.shares(mask_)) return std::nullopt;
+  mask_version_ = studio.document().shown().version;
+  was_masking_ = studio.masks().is_drawing();
+  mask_ = state.mask;
+  mask_mesh_ = state.mesh;
+  const bool has_shades = std::exchange(has_mask_, false) && !is_new_shape;
+  if (!was_masking_ && state.mask.is_empty() && !has_shades) return std::nullopt;
+  std::vector<float> shades(state.positions.size());
+  const MaskValues& painted = studio.masks().values();
+  for (std::size_t v = 0; v < shades.size(); ++v) {
+    if (was_masking_ && v < painted.size()) shades[v] = static_cast<float>(painted[v]) / 255.0F;
+    if (!was_masking_ && !state.mask.is_empty()) {
+      shades[v] = static_cast<float>(1 - state.mask.at(state.positions[v]).value);
+    }
+  }
+  has_mask_ = std::any_of(shades.begin(), shades.end(), [](float shade) { return shade > 0; });
+  return shades;
+}
 
 render::LiveScene Overlay::scene(const Studio& studio) {
   const ViewSettings& view = studio.view().settings();

@@ -41,8 +41,7 @@ bool can_preview(const PendingStrokes& pending) {
          std::none_of(pending.strokes.begin(), pending.strokes.end(), [](const SessionStroke& stroke) {
            const auto* const pins = std::get_if<PinsStroke>(&stroke.stroke);
            return (pins == nullptr && !stroke.mirror.empty()) || reads_surface(stroke.stroke) ||
-                  std::holds_alternative<MaskStroke>(stroke.stroke) ||
-                  (pins != nullptr && pins->points.size() > kMaxPins);
+                  tool_of(stroke.stroke).is_event || (pins != nullptr && pins->points.size() > kMaxPins);
          });
 }
 

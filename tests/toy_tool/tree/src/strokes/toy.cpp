@@ -1,3 +1,4 @@
+// A toy tool: pushes a ball once.
 #include "strokes/describe.h"
 
 namespace knead {
@@ -9,7 +10,7 @@ using namespace tool_detail;
 std::vector<StrokeKey> keys(ToyStroke& s) {
   return {{"center", Quantity::finite, &s.center},
           {"push", Quantity::direction, &s.push},
-          {"outer", Quantity::positive, &s.outer, Presence::required, kOuterHelp},
+          {"outer", Quantity::outer, &s.outer, Presence::required, kOuterHelp},
           {"sharpness", Quantity::other, &s.sharpness, Presence::optional, "inner over outer radius"}};
 }
 
@@ -23,9 +24,7 @@ Flow flow_of(const ToyStroke& stroke) {
 
 }  // namespace
 
-const Tool& ToyStroke::tool() {
-  static const Tool kTool = describe<ToyStroke>("toy", {keys, validate, flow_of});
-  return kTool;
-}
+constinit const tool_detail::ToolRow<ToyStroke> ToyStroke::tool{
+    .name = "toy", .keys = keys, .validate = validate, .flow = flow_of};
 
 }  // namespace knead

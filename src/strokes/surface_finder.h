@@ -1,0 +1,37 @@
+// Where a point meets a surface that moves.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "knead/mesh.h"
+#include "knead/tools.h"
+
+namespace knead::tool_detail {
+
+// Finds the closest points of a surface as it is at the moment. The surface outlives it.
+class SurfaceFinder {
+ public:
+  explicit SurfaceFinder(const LiveSurface& surface);
+
+  // The closest point of the surface and the unit normal there: of triangles, interpolated from the angle-weighted
+  // normals of the vertices (Thurmer and Wuthrich 1998); of a point cloud, the weighted mean of the nearest points and
+  // normals. Nothing where there is no such normal.
+  std::optional<PaintSample> closest(const Vec3d& p) const;
+
+  // Follows a motion of the surface in which only vertices within `radius` of p have moved.
+  void follow(const Vec3d& p, double radius);
+
+ private:
+  std::optional<PaintSample> closest_on_triangles(const Vec3d& p) const;
+  std::optional<PaintSample> closest_in_cloud(const Vec3d& p) const;
+  Vec3d vertex_normal(std::uint32_t vertex) const;
+
+  const LiveSurface& surface_;
+  SurfaceTree tree_;                   // of a point cloud, its points
+  std::vector<std::uint32_t> first_;   // of each vertex, in around_
+  std::vector<std::uint32_t> around_;  // the triangles at each vertex
+};
+
+}  // namespace knead::tool_detail
