@@ -17,6 +17,7 @@
 #include "session/deformed_shape_detail.h"
 #include "session/mesh_walls.h"
 #include "session/replay_detail.h"
+#include "strokes/describe.h"
 
 namespace knead {
 
