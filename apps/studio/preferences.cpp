@@ -1,7 +1,7 @@
+// Reads and writes what Studio remembers: preferences, the files opened last, pictures behind the shape.
 #include "preferences.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +17,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "platform/system.h"
+#include "setting.h"
 
 namespace knead::studio {
 
@@ -26,19 +27,6 @@ namespace {
 
 constexpr const char* kConfigFile = "studio.json";
 constexpr const char* kRecentFile = "recent.json";
-constexpr std::array<std::string_view, 2> kNavigations{"blender", "maya"};
-constexpr std::array<std::string_view, 2> kUps{"y", "z"};
-constexpr std::array<std::string_view, 2> kBackends{"cpu", "gpu"};
-constexpr std::array<std::string_view, 4> kUnits{"", "mm", "cm", "m"};
-constexpr std::array<std::string_view, 3> kPressures{"none", "radius", "depth"};
-constexpr std::array<std::string_view, 3> kShadings{"clay", "matcap", "flat"};
-constexpr std::array<std::string_view, 2> kProjections{"orthographic", "perspective"};
-constexpr double kSmallestWindow = 320;  // points
-constexpr double kLargestWindow = 20000;
-constexpr double kSmallestScale = 0.5;
-constexpr double kLargestScale = 3;
-constexpr double kMaxUndoMemory = 1e6;  // MB
-
 fs::path folder_of(const char* variable, const char* under_home) {
   const char* const value = std::getenv(variable);
   if (value != nullptr && fs::path(value).is_absolute()) return fs::path(value) / "knead";
@@ -80,44 +68,16 @@ class Reader {
   explicit Reader(LoadedPreferences& loaded) : loaded_(loaded) {}
 
   void read(const Json& config) {
+    const std::vector<Setting> settings = settings_of(loaded_.preferences);
     for (const auto& [key, value] : config.members()) {
       if (key == "keys") {
         read_keys(value);
-      } else if (key == "navigation") {
-        read_choice(key, value, kNavigations, loaded_.preferences.navigation);
-      } else if (key == "up") {
-        read_choice(key, value, kUps, loaded_.preferences.up);
-      } else if (key == "backend") {
-        read_choice(key, value, kBackends, loaded_.preferences.backend);
-      } else if (key == "unit") {
-        read_choice(key, value, kUnits, loaded_.preferences.unit);
-      } else if (key == "pen_pressure") {
-        read_choice(key, value, kPressures, loaded_.preferences.pressure);
-      } else if (key == "outer_ring") {
-        read_color(key, value, loaded_.preferences.outer_ring);
-      } else if (key == "inner_ring") {
-        read_color(key, value, loaded_.preferences.inner_ring);
       } else if (key == "panels") {
-        read_panels(value);
+        read_group(key, value, settings_of(loaded_.preferences.panels));
       } else if (key == "window") {
-        read_window(value);
-      } else if (key == "desktop_dialogs" && value.is_flag()) {
-        loaded_.preferences.desktop_dialogs = value.flag();
-      } else if (key == "welcome" && value.is_flag()) {
-        loaded_.preferences.welcome = value.flag();
-      } else if (key == "interface_scale") {
-        read_number(key, value, {kSmallestScale, kLargestScale}, loaded_.preferences.interface_scale);
-      } else if (key == "undo_memory_mb") {
-        read_number(key, value, {0, kMaxUndoMemory}, loaded_.preferences.undo_memory_mb);
-      } else if (!read_look(key, value)) {
-        complain(fmt::format(
-            "\"{}\" is not a setting; the settings are keys, navigation, up, backend, unit, pen_pressure, outer_ring, "
-            "inner_ring, panels, window, welcome, desktop_dialogs, interface_scale, undo_memory_mb, shading, matcap, "
-            "cavity, occlusion, "
-            "background, "
-            "projection and "
-            "field_of_view_deg",
-            key));
+        read_group(key, value, settings_of(loaded_.preferences.window));
+      } else {
+        read_setting("", key, value, settings);
       }
     }
   }
@@ -125,101 +85,24 @@ class Reader {
  private:
   void complain(const std::string& what) { loaded_.messages.push_back(fmt::format("{}: {}", kConfigFile, what)); }
 
-  // An enum whose values are 0, 1, ... in the order of the names.
-  template <class T, std::size_t N>
-  void read_choice(const std::string& key, const Json& value, const std::array<std::string_view, N>& names, T& target) {
-    const auto found = std::find(names.begin(), names.end(), value.is_text() ? value.text() : "?");
-    if (found == names.end()) {
-      return complain(fmt::format("\"{}\" must be \"{}\", got {}", key, fmt::join(names, "\" or \""), to_text(value)));
-    }
-    target = static_cast<T>(found - names.begin());
-  }
-
-  void read_color(const std::string& key, const Json& value, render::Color& target) {
-    const std::optional<render::Color> color = render::color_from(value.is_text() ? value.text() : "");
-    if (!color)
-      return complain(fmt::format("\"{}\" must be a colour such as \"#0073b3\", got {}", key, to_text(value)));
-    target = *color;
-  }
-
-  void read_panels(const Json& value) {
-    if (!value.is_object()) return complain("\"panels\" must be an object, as in {\"width\": 360}");
-    PanelState& panels = loaded_.preferences.panels;
-    for (const auto& [key, each] : value.members()) {
-      bool* const flag = key == "shown"     ? &panels.shown
-                         : key == "history" ? &panels.history
-                         : key == "labels"  ? &panels.labels
-                                            : nullptr;
-      if (flag != nullptr && each.is_flag()) {
-        *flag = each.flag();
-      } else if (key == "width" && each.is_number() && each.number() > 0) {
-        panels.width = each.number();
-      } else if (key == "closed" && each.is_array()) {
-        panels.closed.clear();
-        for (const Json& part : each.items()) {
-          if (part.is_text()) panels.closed.push_back(part.text());
-        }
-      } else {
-        complain(fmt::format("panels: \"{}\" cannot be {}", key, to_text(each)));
-      }
+  // `group`: before what is said of its members.
+  void read_setting(const std::string& group, const std::string& key, const Json& value,
+                    const std::vector<Setting>& settings) {
+    const Setting* const setting = find_setting(settings, key);
+    try {
+      if (setting != nullptr) return set(*setting, value);
+      std::string keys;
+      for (const Setting& each : settings) keys += (keys.empty() ? "" : ", ") + each.key;
+      if (group.empty()) keys += ", keys, panels, window";
+      complain(fmt::format("{}\"{}\" is not a setting; the settings are {}", group, key, keys));
+    } catch (const InvalidInput& error) {
+      complain(group + error.what());
     }
   }
 
-  void read_window(const Json& value) {
-    if (!value.is_object()) return complain("\"window\" must be an object, as in {\"width\": 1440, \"height\": 900}");
-    WindowPlace& window = loaded_.preferences.window;
-    for (const auto& [key, each] : value.members()) {
-      int* const size = key == "width" ? &window.width : key == "height" ? &window.height : nullptr;
-      if (size != nullptr && each.is_number() && each.number() >= kSmallestWindow && each.number() <= kLargestWindow) {
-        *size = static_cast<int>(each.number());
-      } else if (key == "maximized" && each.is_flag()) {
-        window.maximized = each.flag();
-      } else {
-        complain(fmt::format("window: \"{}\" cannot be {}", key, to_text(each)));
-      }
-    }
-  }
-
-  void read_number(const std::string& key, const Json& value, std::pair<double, double> limits, double& target) {
-    if (!value.is_number() || !(value.number() >= limits.first && value.number() <= limits.second)) {
-      return complain(fmt::format("\"{}\" must be a number from {} to {}, got {}", key, limits.first, limits.second,
-                                  to_text(value)));
-    }
-    target = value.number();
-  }
-
-  void read_flag(const std::string& key, const Json& value, bool& target) {
-    if (!value.is_flag()) return complain(fmt::format("\"{}\" must be true or false, got {}", key, to_text(value)));
-    target = value.flag();
-  }
-
-  // Returns false for a key that is not about the look.
-  bool read_look(const std::string& key, const Json& value) {
-    Look& look = loaded_.preferences.look;
-    const std::string text = value.is_text() ? value.text() : "";
-    if (key == "shading") {
-      read_choice(key, value, kShadings, look.material);
-    } else if (key == "matcap") {
-      const auto found = render::matcap_named(text);
-      if (!found) complain(fmt::format("there is no matcap {}; docs/studio.md lists them", to_text(value)));
-      look.matcap = found.value_or(look.matcap);
-    } else if (key == "cavity") {
-      read_flag(key, value, look.relief.cavity);
-    } else if (key == "occlusion") {
-      read_flag(key, value, look.relief.occlusion);
-    } else if (key == "background") {
-      const bool is_known = render::background_named(text).has_value();
-      if (!is_known)
-        complain(fmt::format("\"background\" must be gradient, light, dark or #rrggbb, got {}", to_text(value)));
-      if (is_known) look.background = text;
-    } else if (key == "projection") {
-      read_choice(key, value, kProjections, look.projection);
-    } else if (key == "field_of_view_deg") {
-      read_number(key, value, {kSmallestFieldDeg, kLargestFieldDeg}, look.field_of_view_deg);
-    } else {
-      return false;
-    }
-    return true;
+  void read_group(const std::string& group, const Json& value, const std::vector<Setting>& settings) {
+    if (!value.is_object()) return complain(fmt::format("\"{}\" must be an object, as in {{\"width\": 360}}", group));
+    for (const auto& [key, each] : value.members()) read_setting(group + ": ", key, each, settings);
   }
 
   void read_keys(const Json& keys) {
@@ -247,148 +130,7 @@ class Reader {
   LoadedPreferences& loaded_;
 };
 
-}  // namespace
-
-namespace {
-
-// What differs from the defaults; nothing if all is as by default.
-std::optional<Json> json_of(const PanelState& panels) {
-  const PanelState usual;
-  if (panels == usual) return std::nullopt;
-  Json json = Json::object();
-  if (panels.shown != usual.shown) json.set("shown", panels.shown);
-  if (panels.history != usual.history) json.set("history", panels.history);
-  if (panels.labels != usual.labels) json.set("labels", panels.labels);
-  if (panels.width != usual.width) json.set("width", panels.width);
-  if (panels.closed == usual.closed) return json;
-  Json closed = Json::array();
-  for (const std::string& part : panels.closed) closed.push_back(part);
-  json.set("closed", std::move(closed));
-  return json;
-}
-
-std::optional<Json> json_of(const WindowPlace& window) {
-  if (window == WindowPlace()) return std::nullopt;
-  Json json = Json::object();
-  json.set("width", static_cast<double>(window.width));
-  json.set("height", static_cast<double>(window.height));
-  if (window.maximized) json.set("maximized", true);
-  return json;
-}
-
-}  // namespace
-
-fs::path config_folder() { return folder_of("XDG_CONFIG_HOME", kConfigUnderHome); }
-
-fs::path state_folder() { return folder_of("XDG_STATE_HOME", kStateUnderHome); }
-
-LoadedPreferences load_preferences(const fs::path& folder) {
-  LoadedPreferences loaded;
-  const fs::path path = folder / kConfigFile;
-  const std::optional<Json> config = read_json(path);
-  if (config && config->is_null()) return loaded;
-  if (config && config->is_object()) {
-    Reader(loaded).read(*config);
-    return loaded;
-  }
-  fs::path aside = path;
-  aside += ".broken";
-  std::error_code error;
-  fs::rename(path, aside, error);
-  loaded.messages.push_back(fmt::format("{} is no JSON object; {}, and Studio starts with its defaults", path.string(),
-                                        error ? "it was left as it is" : "it is kept as " + aside.string()));
-  return loaded;
-}
-
-namespace {
-
-using OwnMember = std::pair<std::string_view, std::optional<Json>>;  // std::nullopt: as by default
-
-template <class T>
-OwnMember member(std::string_view key, const T& value, const T& by_default, const Json& json) {
-  return {key, value == by_default ? std::nullopt : std::optional(json)};
-}
-
-std::vector<OwnMember> own_members(const Preferences& preferences) {
-  const Preferences plain;
-  const Look& look = preferences.look;
-  return {member("navigation", preferences.navigation, plain.navigation, "maya"),
-          member("up", preferences.up, plain.up, "z"),
-          member("backend", preferences.backend, plain.backend, "gpu"),
-          member("unit", preferences.unit, plain.unit, text_of(preferences.unit)),
-          member("pen_pressure", preferences.pressure, plain.pressure,
-                 std::string(kPressures[static_cast<std::size_t>(preferences.pressure)])),
-          member("outer_ring", preferences.outer_ring, plain.outer_ring, text_of(preferences.outer_ring)),
-          member("inner_ring", preferences.inner_ring, plain.inner_ring, text_of(preferences.inner_ring)),
-          {"panels", json_of(preferences.panels)},
-          {"window", json_of(preferences.window)},
-          member("welcome", preferences.welcome, plain.welcome, preferences.welcome),
-          member("desktop_dialogs", preferences.desktop_dialogs, plain.desktop_dialogs, preferences.desktop_dialogs),
-          member("interface_scale", preferences.interface_scale, plain.interface_scale, preferences.interface_scale),
-          member("undo_memory_mb", preferences.undo_memory_mb, plain.undo_memory_mb, preferences.undo_memory_mb),
-          member("shading", look.material, plain.look.material,
-                 std::string(kShadings[static_cast<std::size_t>(look.material)])),
-          member("matcap", look.matcap, plain.look.matcap, std::string(name_of(look.matcap))),
-          member("cavity", look.relief.cavity, plain.look.relief.cavity, look.relief.cavity),
-          member("occlusion", look.relief.occlusion, plain.look.relief.occlusion, look.relief.occlusion),
-          member("background", look.background, plain.look.background, look.background),
-          member("projection", look.projection, plain.look.projection, "orthographic"),
-          member("field_of_view_deg", look.field_of_view_deg, plain.look.field_of_view_deg, look.field_of_view_deg)};
-}
-
-}  // namespace
-
-void save_preferences(const fs::path& folder, const Preferences& preferences) {
-  const std::vector<OwnMember> own = own_members(preferences);
-  Json config = Json::object();
-  const Json before = read_json(folder / kConfigFile).value_or(Json());
-  if (before.is_object()) {
-    for (const JsonMember& member : before.members()) {
-      const bool is_own =
-          std::any_of(own.begin(), own.end(), [&](const auto& each) { return each.first == member.key; });
-      if (!is_own) config.set(member.key, member.value);
-    }
-  }
-  for (const auto& [key, value] : own) {
-    if (value) config.set(key, *value);
-  }
-  write_json(folder, kConfigFile, config);
-}
-
-const char* text_of(LengthUnit unit) { return kUnits[static_cast<std::size_t>(unit)].data(); }
-
-std::vector<fs::path> load_recent(const fs::path& folder) {
-  std::vector<fs::path> recent;
-  const std::optional<Json> list = read_json(folder / kRecentFile);
-  if (!list || !list->is_array()) return recent;
-  for (const Json& item : list->items()) {
-    std::error_code error;
-    if (item.is_text() && fs::exists(item.text(), error)) recent.emplace_back(item.text());
-    if (recent.size() == kMaxRecent) break;
-  }
-  return recent;
-}
-
-void add_recent(std::vector<fs::path>& recent, const fs::path& file) {
-  std::error_code error;
-  fs::path absolute = fs::absolute(file, error).lexically_normal();
-  if (error) absolute = file;
-  std::erase(recent, absolute);
-  recent.insert(recent.begin(), absolute);
-  if (recent.size() > kMaxRecent) recent.resize(kMaxRecent);
-}
-
-void save_recent(const fs::path& folder, std::span<const fs::path> recent) {
-  Json list = Json::array();
-  for (const fs::path& file : recent) list.push_back(file.string());
-  write_json(folder, kRecentFile, list);
-}
-
-namespace fs = std::filesystem;
-
-namespace {
-
-constexpr const char* kFile = "references.json";
+constexpr const char* kReferencesFile = "references.json";
 constexpr double kStraight = 0.9995;  // the cosine up to which a view is that of a plane
 constexpr std::array kPlanes{ReferencePlane::front, ReferencePlane::right, ReferencePlane::top};
 
@@ -410,22 +152,10 @@ double straightness(const View& view, ReferencePlane plane) {
   return std::abs(dot(forward, frame_of(plane, view.up).forward));
 }
 
-std::optional<std::string> bytes_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream.is_open()) return std::nullopt;
-  return std::string{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
 // An object without members where there is no file, or another one.
 Json read_all(const fs::path& folder) {
-  const std::optional<std::string> text = bytes_of(folder / kFile);
-  if (!text) return Json::object();
-  try {
-    Json all = parse_json(*text);
-    return all.is_object() ? all : Json::object();
-  } catch (const JsonError&) {
-    return Json::object();
-  }
+  Json all = read_json(folder / kReferencesFile).value_or(Json());
+  return all.is_object() ? all : Json::object();
 }
 
 Json json_of(const Reference& reference) {
@@ -464,6 +194,79 @@ std::string key_of(const fs::path& document) {
 
 }  // namespace
 
+fs::path config_folder() { return folder_of("XDG_CONFIG_HOME", kConfigUnderHome); }
+
+fs::path state_folder() { return folder_of("XDG_STATE_HOME", kStateUnderHome); }
+
+LoadedPreferences load_preferences(const fs::path& folder) {
+  LoadedPreferences loaded;
+  const fs::path path = folder / kConfigFile;
+  const std::optional<Json> config = read_json(path);
+  if (config && config->is_null()) return loaded;
+  if (config && config->is_object()) {
+    Reader(loaded).read(*config);
+    return loaded;
+  }
+  fs::path aside = path;
+  aside += ".broken";
+  std::error_code error;
+  fs::rename(path, aside, error);
+  loaded.messages.push_back(fmt::format("{} is no JSON object; {}, and Studio starts with its defaults", path.string(),
+                                        error ? "it was left as it is" : "it is kept as " + aside.string()));
+  return loaded;
+}
+
+void save_preferences(const fs::path& folder, const Preferences& preferences) {
+  Preferences own = preferences;
+  Preferences plain;
+  const std::vector<Setting> settings = settings_of(own);
+  Json config = Json::object();
+  const Json before = read_json(folder / kConfigFile).value_or(Json());
+  if (before.is_object()) {
+    for (const JsonMember& member : before.members()) {
+      const bool is_own =
+          find_setting(settings, member.key) != nullptr || member.key == "panels" || member.key == "window";
+      if (!is_own) config.set(member.key, member.value);
+    }
+  }
+  const Json changed = json_of(settings, settings_of(plain));
+  for (const auto& [key, value] : changed.members()) config.set(key, value);
+  const Json panels = json_of(settings_of(own.panels), settings_of(plain.panels));
+  if (!panels.members().empty()) config.set("panels", panels);
+  const Json window = json_of(settings_of(own.window), settings_of(plain.window));
+  if (!window.members().empty()) config.set("window", window);
+  write_json(folder, kConfigFile, config);
+}
+
+const char* text_of(LengthUnit unit) { return std::array{"", "mm", "cm", "m"}[static_cast<std::size_t>(unit)]; }
+
+std::vector<fs::path> load_recent(const fs::path& folder) {
+  std::vector<fs::path> recent;
+  const std::optional<Json> list = read_json(folder / kRecentFile);
+  if (!list || !list->is_array()) return recent;
+  for (const Json& item : list->items()) {
+    std::error_code error;
+    if (item.is_text() && fs::exists(item.text(), error)) recent.emplace_back(item.text());
+    if (recent.size() == kMaxRecent) break;
+  }
+  return recent;
+}
+
+void add_recent(std::vector<fs::path>& recent, const fs::path& file) {
+  std::error_code error;
+  fs::path absolute = fs::absolute(file, error).lexically_normal();
+  if (error) absolute = file;
+  std::erase(recent, absolute);
+  recent.insert(recent.begin(), absolute);
+  if (recent.size() > kMaxRecent) recent.resize(kMaxRecent);
+}
+
+void save_recent(const fs::path& folder, std::span<const fs::path> recent) {
+  Json list = Json::array();
+  for (const fs::path& file : recent) list.push_back(file.string());
+  write_json(folder, kRecentFile, list);
+}
+
 const char* name_of(ReferencePlane plane) {
   return std::array{"front", "right", "top"}[static_cast<std::size_t>(plane)];
 }
@@ -494,7 +297,7 @@ std::vector<render::PlacedImage> placed_images(const std::vector<Reference>& ref
 }
 
 std::shared_ptr<const render::Image> read_reference(const fs::path& file) {
-  const std::optional<std::string> bytes = bytes_of(file);
+  const std::optional<std::string> bytes = read_text(file);
   if (!bytes) throw IoError(IoError::Operation::read, file.string(), "the picture cannot be opened");
   try {
     return std::make_shared<const render::Image>(render::decode_image(*bytes));
@@ -531,7 +334,7 @@ void save_references(const fs::path& folder, const fs::path& document, const std
   if (!references.empty()) all.set(key, own);
   std::error_code error;
   fs::create_directories(folder, error);
-  write_file_atomically(folder / kFile, to_indented_text(all));
+  write_file_atomically(folder / kReferencesFile, to_indented_text(all));
 }
 
 }  // namespace knead::studio

@@ -1,3 +1,4 @@
+// Scripts: the lines that drive Studio, and what each does.
 #include "script.h"
 
 #include <fmt/format.h>
@@ -6,12 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <numbers>
 #include <thread>
 
 #include "gestures/gesture_kinds.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "setting.h"
 
 namespace knead::studio {
 
@@ -35,18 +36,6 @@ Vec3d vector_of(const Json& value) {
   const std::vector<Json>& numbers = value.items();
   if (numbers.size() != 3) fail(fmt::format("three numbers [x, y, z] are needed, not {}", to_text(value)));
   return {numbers[0].number(), numbers[1].number(), numbers[2].number()};
-}
-
-Vec3d direction_of(const Json& value) {
-  const Vec3d direction = vector_of(value);
-  if (!(norm(direction) > 0)) fail(fmt::format("a direction must not be {}", to_text(value)));
-  return direction;
-}
-
-std::array<bool, 3> flags_of(const Json& value) {
-  const std::vector<Json>& flags = value.items();
-  if (flags.size() != 3) fail(fmt::format("three of true and false are needed, not {}", to_text(value)));
-  return {flags[0].flag(), flags[1].flag(), flags[2].flag()};
 }
 
 Modifiers modifiers_of(const Json& line) {
@@ -184,11 +173,11 @@ class Script {
     } else if (line.has("parts")) {
       set_parts(line);
     } else if (line.has("set")) {
-      for (const auto& [key, value] : line.at("set").members()) set(key, value);
+      set_tools(line.at("set"));
     } else if (line.has("view")) {
-      for (const auto& [key, value] : line.at("view").members()) set_view(key, value);
+      set_view(line.at("view"));
     } else if (line.has("show")) {
-      for (const auto& [key, value] : line.at("show").members()) show(key, value);
+      show(line.at("show"));
     } else if (line.has("mask")) {
       const std::optional<MaskEdit> edit = mask_edit(line.at("mask").text());
       if (!edit) fail("a mask is changed by fill, clear, invert, blur, grow or shrink");
@@ -251,154 +240,37 @@ class Script {
     studio_.tools().placed().parts = std::move(parts);
   }
 
-  void set(const std::string& key, const Json& value) {
-    if (key == "handle") return;  // in journals until version 0.9, of a tool that is gone
+  // Gives settings the values of an object, whose keys may be names of earlier versions.
+  static void set_all(const std::vector<Setting>& settings, const Json& values) {
+    for (const auto& [key, value] : values.members()) {
+      const bool is_cylinder = key == "barrel" || key == "whole_limb";
+      const Setting* const setting = find_setting(settings, is_cylinder         ? "limit_cylinder"
+                                                            : key == "material" ? "shading"
+                                                                                : std::string_view(key));
+      if (setting == nullptr) fail(fmt::format("there is no setting '{}'", key));
+      set(*setting, value);
+    }
+  }
+
+  void set_tools(const Json& values) {
     ToolSettings& to = studio_.tools().settings();
-    if (key == "radius") {
-      to.radius = value.number();
-    } else if (key == "auto_radius") {
-      to.auto_radius = value.flag();
-    } else if (key == "inner_ratio") {
-      to.inner_ratio = value.number();
-    } else if (key == "depth") {
-      to.depth = value.number();
-    } else if (key == "growth") {
-      to.growth = value.number();
-    } else if (key == "capsule_length") {
-      to.capsule_length = value.number();
-    } else if (key == "stamp_size") {
-      to.stamp_size = value.number();
-    } else if (key == "contact") {
-      to.stamp_contact = static_cast<StampContact>(choice(value, {"auto", "stick", "slip"}));
-    } else if (key == "exponent") {
-      to.exponent = static_cast<int>(value.number());
-    } else if (key == "falloff") {
-      to.falloff = std::clamp(static_cast<int>(value.number()), kMinFalloff, kGreatestFalloff);
-    } else if (key == "drag") {
-      drag_mode(to) = static_cast<DragMode>(choice(value, {"view", "surface", "normal", "axis"}));
-    } else if (key == "axis") {
-      to.axis = direction_of(value);
-    } else if (key == "mask_mode") {
-      to.mask_mode = static_cast<MaskMode>(choice(value, {"paint", "lasso", "box"}));
-    } else if (key == "mask_width") {
-      to.mask_width = value.number();
-    } else if (key == "on_surface") {
-      to.start = value.flag() ? PullStart::surface : PullStart::plane;
-    } else if (key == "start") {
-      to.start = static_cast<PullStart>(choice(value, {"inside", "surface", "plane"}));
-    } else if (key == "pose") {
-      to.pose = static_cast<PoseMode>(choice(value, {"pins", "lasso", "brush", "exact"}));
-    } else if (key == "detail") {
-      to.pose_detail = value.number();
-    } else if (key == "lasso_selects") {
-      to.lasso_selects = value.flag();
-    } else if (key == "paint_in") {
-      to.paint_in = value.flag();
-    } else if (key == "limit_cylinder" || key == "barrel" || key == "whole_limb") {
-      to.uses_limit_cylinder = value.flag();
-    } else if (key == "widens_zone") {
-      to.widens_zone = value.flag();
-    } else if (key == "remesh") {
-      to.remesh = value.flag();
-    } else if (key == "max_edge") {
-      to.remesh_settings.max_edge = value.number();
-    } else {
-      set_symmetry(key, value);
+    Json known = Json::object();
+    for (const auto& [key, value] : values.members()) {
+      if (key == "on_surface") to.start = value.flag() ? PullStart::surface : PullStart::plane;
+      const bool is_old = key == "on_surface" || key == "handle";  // until version 0.9; of a tool that is gone
+      if (!is_old) known.set(key, value);
     }
+    set_all(settings_of(to), known);
   }
 
-  void set_symmetry(const std::string& key, const Json& value) {
-    ToolSettings& to = studio_.tools().settings();
-    if (key == "mirror") {
-      to.mirror = flags_of(value);
-    } else if (key == "mirror_plane") {
-      set_mirror_plane(value);
-    } else if (key == "symmetry_center") {
-      to.symmetry.center = vector_of(value);
-    } else if (key == "radial") {
-      to.symmetry.turns = std::clamp(static_cast<int>(value.number()), 1, kMaxTurns);
-    } else if (key == "radial_axis") {
-      to.symmetry.axis = direction_of(value);
-    } else {
-      fail(fmt::format("there is no setting '{}'", key));
-    }
+  void set_view(const Json& values) {
+    set_all(settings_of(studio_.view().navigation().view), values);
+    if (values.has("target")) studio_.view().navigation().home.reset();
   }
 
-  void set_mirror_plane(const Json& value) {
-    std::optional<Symmetry::Plane>& plane = studio_.tools().settings().symmetry.plane;
-    plane.reset();
-    if (value.is_null()) return;
-    plane = {vector_of(value.at("point")), normalized(direction_of(value.at("normal")))};
-  }
-
-  void set_view(const std::string& key, const Json& value) {
-    View& view = studio_.view().navigation().view;
-    if (key == "yaw_deg") {
-      view.yaw = value.number() * std::numbers::pi / 180;
-    } else if (key == "pitch_deg") {
-      view.pitch = value.number() * std::numbers::pi / 180;
-    } else if (key == "target") {
-      view.target = vector_of(value);
-      studio_.view().navigation().home.reset();
-    } else if (key == "height") {
-      view.height = value.number();
-    } else if (key == "shift") {
-      const auto& numbers = value.items();
-      if (numbers.size() != 2) fail("shift is [across, up], each from -1 to 1");
-      view.shift_x = numbers[0].number();
-      view.shift_y = numbers[1].number();
-    } else if (key == "projection") {
-      view.projection = static_cast<render::Projection>(choice(value, {"orthographic", "perspective"}));
-    } else if (key == "field_of_view_deg") {
-      if (!(value.number() >= kSmallestFieldDeg && value.number() <= kLargestFieldDeg)) {
-        fail(fmt::format("field_of_view_deg is from {} to {}", kSmallestFieldDeg, kLargestFieldDeg));
-      }
-      view.field_of_view_deg = value.number();
-    } else {
-      fail(fmt::format("the view has no setting '{}'", key));
-    }
-  }
-
-  void show(const std::string& key, const Json& value) {
-    ViewSettings& view = studio_.view().settings();
-    const std::array<std::pair<std::string_view, bool*>, 11> flags{{{"wireframe", &view.wireframe},
-                                                                    {"references", &view.references},
-                                                                    {"cavity", &view.look.relief.cavity},
-                                                                    {"occlusion", &view.look.relief.occlusion},
-                                                                    {"influence", &view.influence},
-                                                                    {"tool", &view.tool},
-                                                                    {"region", &view.region},
-                                                                    {"cut", &view.cut},
-                                                                    {"panels", &view.panels},
-                                                                    {"history", &view.history},
-                                                                    {"statistics", &view.statistics}}};
-    for (const auto& [name, flag] : flags) {
-      if (name == key) {
-        *flag = value.flag();
-        return;
-      }
-    }
-    if (key == "material") {
-      view.look.material = static_cast<render::Material>(choice(value, {"clay", "matcap", "flat"}));
-    } else if (key == "matcap") {
-      const auto matcap = render::matcap_named(value.text());
-      if (!matcap) fail(fmt::format("there is no matcap {}", to_text(value)));
-      view.look.matcap = *matcap;
-      view.look.material = render::Material::matcap;
-    } else if (key == "background") {
-      if (!render::background_named(value.text())) {
-        fail(fmt::format("{}: a background is gradient, light, dark or #rrggbb", to_text(value)));
-      }
-      view.look.background = value.text();
-    } else if (key == "stretch") {
-      view.stretch = static_cast<StretchView>(choice(value, {"off", "since_start", "last_stroke"}));
-    } else if (key == "cut_normal") {
-      view.cut_normal = vector_of(value);
-    } else if (key == "cut_offset") {
-      view.cut_offset = value.number();
-    } else {
-      fail(fmt::format("there is no '{}' to show", key));
-    }
+  void show(const Json& values) {
+    set_all(settings_of(studio_.view().settings()), values);
+    if (values.has("matcap")) studio_.view().settings().look.material = render::Material::matcap;
   }
 
   void change_layer(const Json& line) {

@@ -2,9 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
-#include <numbers>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -15,6 +13,7 @@
 #include "knead/io.h"
 #include "knead/render.h"
 #include "script.h"
+#include "setting.h"
 #include "view/overlay.h"
 #include "view/shown_shape.h"
 
@@ -23,53 +22,6 @@ namespace knead::studio {
 namespace {
 
 std::string text_of(const Vec3d& v) { return fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
-
-std::string view_line(const View& view) {
-  const double degrees = 180 / std::numbers::pi;
-  return fmt::format(
-      R"({{"view": {{"yaw_deg": {}, "pitch_deg": {}, "target": {}, "height": {}, "shift": [{}, {}], "projection": "{}"}}}})",
-      view.yaw * degrees, view.pitch * degrees, text_of(view.target), view.height, view.shift_x, view.shift_y,
-      view.projection == render::Projection::perspective ? "perspective" : "orthographic");
-}
-
-// The words that scripts have for them.
-const char* word_of(DragMode mode) {
-  return std::array{"view", "surface", "normal", "axis"}[static_cast<std::size_t>(mode)];
-}
-
-const char* word_of(PullStart start) {
-  return std::array{"inside", "surface", "plane"}[static_cast<std::size_t>(start)];
-}
-
-const char* word_of(StampContact contact) {
-  return std::array{"auto", "stick", "slip"}[static_cast<std::size_t>(contact)];
-}
-
-const char* word_of(PoseMode mode) {
-  return std::array{"pins", "lasso", "brush", "exact"}[static_cast<std::size_t>(mode)];
-}
-
-std::string settings_line(const ToolSettings& to) {
-  std::string text =
-      fmt::format(R"({{"set": {{"radius": {}, "inner_ratio": {}, "depth": {}, "growth": {}, "capsule_length": {}, )",
-                  to.radius, to.inner_ratio, to.depth, to.growth, to.capsule_length);
-  text += fmt::format(R"("stamp_size": {}, "exponent": {}, "drag": "{}", "axis": {}, )", to.stamp_size, to.exponent,
-                      word_of(drag_mode(to)), text_of(to.axis));
-  text += fmt::format(R"("start": "{}", "paint_in": {}, "limit_cylinder": {}, "mirror": [{}, {}, {}], "remesh": {})",
-                      word_of(to.start), to.paint_in, to.uses_limit_cylinder, to.mirror[0], to.mirror[1], to.mirror[2],
-                      to.remesh);
-  text += fmt::format(R"(, "symmetry_center": {}, "radial": {}, "radial_axis": {})", text_of(to.symmetry.center),
-                      to.symmetry.turns, text_of(to.symmetry.axis));
-  text += fmt::format(R"(, "falloff": {}, "auto_radius": {}, "contact": "{}")", to.falloff, to.auto_radius,
-                      word_of(to.stamp_contact));
-  text += fmt::format(R"(, "pose": "{}", "detail": {})", word_of(to.pose), to.pose_detail);
-  if (to.symmetry.plane) {
-    text += fmt::format(R"(, "mirror_plane": {{"point": {}, "normal": {}}})", text_of(to.symmetry.plane->point),
-                        text_of(to.symmetry.plane->normal));
-  }
-  if (to.remesh_settings.max_edge) text += fmt::format(R"(, "max_edge": {})", *to.remesh_settings.max_edge);
-  return text + "}}";
-}
 
 // The shape may be another when they come back: one that was remeshed last has other vertices, and one that is dragged
 // has them in other places.
@@ -114,8 +66,9 @@ std::string script_of_view(Studio& studio) {
   const std::string of_pins = pins.empty() ? "" : pins_line(pins, studio.document().shown().state) + "\n";
   const PartMarks& parts = studio.tools().placed().parts;
   const std::string of_parts = parts.holds.empty() ? "" : parts_line(parts) + "\n";
-  return tool + "\n" + settings_line(studio.tools().settings()) + "\n" + view_line(studio.view().navigation().view) +
-         "\n" + of_pins + of_parts;
+  const Json set{{"set", json_of(settings_of(studio.tools().settings()))}};
+  const Json view{{"view", json_of(settings_of(studio.view().navigation().view))}};
+  return tool + "\n" + to_text(set) + "\n" + to_text(view) + "\n" + of_pins + of_parts;
 }
 
 void restore_view(Studio& studio, const std::string& script) {

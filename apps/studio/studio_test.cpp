@@ -158,8 +158,11 @@ TEST_F(StudioTest, WhatWasLeftBehindIsOfferedAndComesBackToTheBit) {
     Studio studio(options());
     run(studio, ball());
     run(studio, kTools[10].script);
-    run(studio, R"({"set": {"drag": "view", "falloff": 6}}
+    run(studio, R"({"set": {"drag": "view", "falloff": 6, "mask_mode": "box", "widens_zone": false}}
+{"set": {"mirror_plane": {"point": [0, 0, -9], "normal": [0, 0, 2]}}}
+{"view": {"field_of_view_deg": 40}}
 {"tool": "ball"}
+{"set": {"mirror_plane": null}}
 {"move": [0, 0, 1]}
 {"press": [0, 0, 1]}
 {"move": [0.2, 0.2, 1]}
@@ -174,6 +177,10 @@ TEST_F(StudioTest, WhatWasLeftBehindIsOfferedAndComesBackToTheBit) {
   EXPECT_TRUE(positions(next) == left);
   ASSERT_EQ(next.document().shown().history.size(), 2u);
   EXPECT_EQ(falloff_of(next.document().shown().history[1]->strokes.front().stroke), 6);
+  EXPECT_EQ(next.tools().settings().mask_mode, MaskMode::box);
+  EXPECT_FALSE(next.tools().settings().widens_zone);
+  EXPECT_FALSE(next.tools().settings().symmetry.plane);
+  EXPECT_EQ(next.view().navigation().view.field_of_view_deg, 40);
   EXPECT_TRUE(next.document().shown().is_changed);
   next.document().close();
   EXPECT_TRUE(Studio(options()).document().abandoned().empty());

@@ -13,6 +13,7 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
+#include "setting.h"
 
 namespace knead::studio {
 
@@ -36,6 +37,8 @@ double snap_length(double diagonal) {
 }
 
 bool StudioTools::perform(Action action) {
+  const std::vector<Setting> rows = settings_of(settings_);
+  if (step(find_setting(rows, action == Action::drag_mode ? "drag" : name_of(action)))) return true;
   switch (action) {
     case Action::larger:
       fix_radius();
@@ -51,12 +54,6 @@ bool StudioTools::perform(Action action) {
     case Action::sharper:
       settings_.inner_ratio = std::min(settings_.inner_ratio + kKeyRatio, 0.95);
       return true;
-    case Action::drag_mode:
-      drag_mode(settings_) = static_cast<DragMode>((static_cast<int>(drag_mode(settings_)) + 1) % 4);
-      return true;
-    case Action::paint_in:
-      settings_.paint_in = !settings_.paint_in;
-      return true;
     case Action::mirror_x:
     case Action::mirror_y:
     case Action::mirror_z: {
@@ -64,9 +61,6 @@ bool StudioTools::perform(Action action) {
       mirror = !mirror;
       return true;
     }
-    case Action::remesh:
-      settings_.remesh = !settings_.remesh;
-      return true;
     default:
       return false;
   }

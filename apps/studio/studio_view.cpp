@@ -14,6 +14,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
+#include "setting.h"
 
 namespace knead::studio {
 
@@ -107,26 +108,6 @@ void StudioView::frame_all() {
   navigation_.home = box.empty() ? std::nullopt : std::optional(box.center());
 }
 
-// The setting that an action switches on and off; null: none.
-bool* StudioView::flag_of(Action action) {
-  const std::array<std::pair<Action, bool*>, 12> flags{{{Action::wireframe, &settings_.wireframe},
-                                                        {Action::influence, &settings_.influence},
-                                                        {Action::region, &settings_.region},
-                                                        {Action::cutting_plane, &settings_.cut},
-                                                        {Action::help, &settings_.help},
-                                                        {Action::panels, &settings_.panels},
-                                                        {Action::history, &settings_.history},
-                                                        {Action::statistics, &settings_.statistics},
-                                                        {Action::tool_labels, &settings_.tool_labels},
-                                                        {Action::cavity, &settings_.look.relief.cavity},
-                                                        {Action::occlusion, &settings_.look.relief.occlusion},
-                                                        {Action::references, &settings_.references}}};
-  for (const auto& [wanted, flag] : flags) {
-    if (wanted == action) return flag;
-  }
-  return nullptr;
-}
-
 void StudioView::look_from(StandardView side) {
   const View before = navigation_.view;
   const Vec3d middle = navigation_.home.value_or(before.target);
@@ -148,10 +129,8 @@ bool StudioView::perform(Action action) {
     look_from(*side);
     return true;
   }
-  if (bool* const flag = flag_of(action)) {
-    *flag = !*flag;
-    return true;
-  }
+  const std::vector<Setting> rows = settings_of(settings_);
+  if (step(find_setting(rows, action == Action::cutting_plane ? "cut" : name_of(action)))) return true;
   switch (action) {
     case Action::frame_all:
       frame_all();
@@ -161,12 +140,6 @@ bool StudioView::perform(Action action) {
       return true;
     case Action::projection:
       navigation_.view = toggled_projection(navigation_.view);
-      return true;
-    case Action::stretch:
-      settings_.stretch = static_cast<StretchView>((static_cast<int>(settings_.stretch) + 1) % 3);
-      return true;
-    case Action::shading:
-      settings_.look.material = static_cast<render::Material>((static_cast<int>(settings_.look.material) + 1) % 3);
       return true;
     case Action::next_matcap:
       if (settings_.look.material == render::Material::matcap) {

@@ -110,7 +110,6 @@ class StudioView {
   const std::optional<Turntable>& turntable() const { return turntable_; }
 
  private:
-  bool* flag_of(Action action);
   void load_references();
 
   StudioDocument& document_;

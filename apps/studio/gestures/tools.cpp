@@ -82,8 +82,7 @@ const std::vector<StudioTool> kTools{
      .tip = "Pulls a long piece of the surface, as wide as you set it.",
      .has_inner = true,
      .is_long = true,
-     .sliders = {{"Length", &ToolSettings::capsule_length, 0.05, 5,
-                  "half the length of the capsule; it grows with the radius"}},
+     .sliders = {"capsule_length"},
      .hint = kPullHint,
      .second_hint = kPullHint,
      .icon = {{arc, {-0.45F, 0.25F, 0.42F, 0.5F * kPiFloat, 1.5F * kPiFloat}},
@@ -96,8 +95,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::paint,
      .group = ToolGroup::shape,
      .tip = "Paints the surface outwards, or with Ctrl inwards.",
-     .sliders = {{"Depth", &ToolSettings::depth, 0.005, 1,
-                  "how far one dab moves the surface; it grows with the radius"}},
+     .sliders = {"depth"},
      .hint = "Paint on the shape to pull it out; Ctrl presses it in (and does not snap).",
      .second_hint = "Paint on the shape to press it in; Ctrl pulls it out (and does not snap).",
      .icon = {{wave, {-1, 0.8F, -0.3F, 0.8F, -0.5F, 0.1F, 0, 0.1F}},
@@ -109,8 +107,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::inflate,
      .group = ToolGroup::shape,
      .tip = "Makes the shape grow by a volume along a line, or with Ctrl shrink.",
-     .sliders = {{"Volume", &ToolSettings::growth, 0.005, 0.5,
-                  "what the shape gains by a stroke; it grows with the radius", true}},
+     .sliders = {"growth"},
      .hint = "Draw a line on the shape, or click: it grows there by the volume. Type another one while you draw.",
      .second_hint = "Draw a line on the shape, or click: it shrinks there by the volume; Ctrl makes it grow.",
      .icon = {{wave, {-1, 0.8F, -0.4F, 0.8F, -0.75F, -0.2F, 0, -0.2F}},
@@ -142,8 +139,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::stamp,
      .group = ToolGroup::shape,
      .tip = "Presses a solid into the shape.",
-     .sliders = {{"Size", &ToolSettings::stamp_size, 0.05, 3,
-                  "half the extent of the stamp; it grows with the radius"}},
+     .sliders = {"stamp_size"},
      .hint = "Click on the shape to place the stamp.",
      .second_hint = "Drag the stamp by its middle into the shape; its arrows move it and its rings turn it.",
      .icon = {{box, {-0.35F, -0.9F, 0.35F, 0}},
@@ -213,8 +209,7 @@ const std::vector<StudioTool> kTools{
      .group = ToolGroup::mask,
      .tip = "Protects a part of the shape from all other tools.",
      .has_inner = true,
-     .sliders = {{"Border", &ToolSettings::mask_width, 0.05, 2,
-                  "from what stays to what is free; it grows with the radius"}},
+     .sliders = {"mask_width"},
      .hint = "Paint what stays as it is; Ctrl erases.",
      .second_hint = "Draw round what stays as it is; with Ctrl what is free.",
      .icon = {{wave, {-0.8F, -0.4F, -0.2F, -0.75F, 0.2F, -0.75F, 0.8F, -0.4F}},
@@ -299,25 +294,6 @@ const StudioTool& studio_tool(ToolUse use) {
 // The names of an enumeration's values, in order.
 const char* name_of(ToolGroup group) {
   return std::array{"Move", "Shape", "Pose", "Mask"}[static_cast<std::size_t>(group)];
-}
-
-const char* name_of(StampContact contact) {
-  return std::array{"Print", "Stick", "Slip along"}[static_cast<std::size_t>(contact)];
-}
-
-const char* name_of(DragMode mode) {
-  return std::array{"In the view plane", "Along the surface", "Along the normal",
-                    "Along an axis"}[static_cast<std::size_t>(mode)];
-}
-
-const char* name_of(PullStart start) {
-  return std::array{"Round end", "Flat end", "From the view's middle plane"}[static_cast<std::size_t>(start)];
-}
-
-const char* name_of(MaskMode mode) { return std::array{"Paint", "Lasso", "Box"}[static_cast<std::size_t>(mode)]; }
-
-const char* name_of(PoseMode mode) {
-  return std::array{"Pins", "Lasso", "Brush", "Exact points"}[static_cast<std::size_t>(mode)];
 }
 
 std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, TurnDrag turning) {

@@ -123,17 +123,6 @@ struct Turning {
                    const CylinderPlacement* limit_cylinder) = nullptr;
 };
 
-// A length or a volume of the tool's own. It is kept, and limited, relative to the radius or its cube; a person sees
-// and sets the length or the volume itself.
-struct ToolSlider {
-  const char* label = nullptr;
-  double ToolSettings::*value = nullptr;
-  double least = 0;
-  double most = 0;
-  const char* help = nullptr;
-  bool is_volume = false;
-};
-
 enum class IconShape { line, circle, disc, halo, box, wave, arc, arrow, arrow_head };
 
 // A part of an icon, in a square from -1 to 1, y downwards. line, box, arrow: two points; circle, disc, halo: centre
@@ -153,7 +142,9 @@ struct StudioTool {
   const char* tip;         // one sentence: what it does
   bool has_inner = false;  // its inner ratio can be set
   bool is_long = false;    // of ToolUse::pull: a capsule across the view instead of a ball
-  std::vector<ToolSlider> sliders{};
+  // The settings (setting.h) that are lengths relative to the radius, or a volume relative to its cube: a person sees
+  // and sets the length or the volume itself.
+  std::vector<std::string_view> sliders{};
   const char* hint;         // what to do first
   const char* second_hint;  // once something is placed; for ToolUse::paint and inflate, when paint_in is set
   std::vector<IconPart> icon;
@@ -174,12 +165,6 @@ bool blends(const ToolSettings& settings);
 
 // Returns the first tool that is used so.
 const StudioTool& studio_tool(ToolUse use);
-
-const char* name_of(DragMode mode);
-const char* name_of(StampContact contact);
-const char* name_of(PullStart start);
-const char* name_of(MaskMode mode);
-const char* name_of(PoseMode mode);
 
 // How a drag beside the gizmo turns a tool of ToolUse::turn, as the axis is seen.
 enum class TurnDrag {

@@ -269,8 +269,7 @@ TEST_F(InterfaceTest, AGestureWithoutTroubleWithdrawsWhatWasWrongWithTheOneBefor
   ShownPanels panels(options(), 1440, 900);
   open_ball(panels);
   const Pixel middle = middle_of(panels.studio);
-  run(panels.studio, R"({"tool": "pose"}
-{"double_click": [0, 0, 1]})");  // a ball has no limb
+  panels.studio.document().tell({true, "Draw a line round a part of the shape.", Subject::gesture});
   panels.frame();
   ASSERT_FALSE(panels.interface.messages().messages.empty());
   run(panels.studio, R"({"tool": "ball"})");

@@ -8,12 +8,15 @@
 #include <cstddef>
 #include <deque>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "gestures/navigation.h"
 #include "knead/tools.h"
 #include "platform/gui.h"
+#include "setting.h"
 #include "studio.h"
 
 namespace knead::studio {
@@ -117,6 +120,10 @@ struct CompactBar {
 
 // The tool, its radius and strength, undo, redo, Ctrl, Shift, and the side panel, each for a finger.
 void draw_bottom_bar(Studio& studio, const Gui& gui, const Layout& layout, CompactBar& bar);
+
+// Draws the setting with this key as its row says: a box to tick, a slider or a list.
+void draw_setting(std::span<const Setting> rows, std::string_view key, std::optional<float> width = std::nullopt);
+void draw_tool_setting(Studio& studio, std::string_view key, std::optional<float> width = std::nullopt);
 
 // All settings of the bar above the picture, one below the other.
 void draw_hand_settings(Studio& studio, float width);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "gestures/gesture_kinds.h"
 #include "knead/field.h"
@@ -17,9 +18,7 @@ namespace knead::studio {
 
 namespace {
 
-constexpr float kEdge = 7;              // points at the left of the panel that can be dragged
-constexpr double kFinestDetail = 0.03;  // of a pose
-constexpr double kCoarsestDetail = 0.15;
+constexpr float kEdge = 7;         // points at the left of the panel that can be dragged
 constexpr double kSoftest = 0.01;  // of a part of a pose
 constexpr double kStiffest = 100;
 constexpr std::size_t kPinsShown = 8;  // rows of their list; of more it scrolls
@@ -32,42 +31,28 @@ bool goes_along_a_drag(ToolUse use) {
   return use != ToolUse::paint && use != ToolUse::inflate && use != ToolUse::turn && use != ToolUse::mask;
 }
 
-void draw_drag(ToolSettings& settings) {
-  if (drag_mode(settings) == DragMode::axis) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      Vec3d axis;
-      axis[i] = 1;
-      if (i > 0) ImGui::SameLine();
-      if (ImGui::RadioButton(std::array{"x##axis", "y##axis", "z##axis"}[i], settings.axis == axis)) {
-        settings.axis = axis;
-      }
-    }
+// The three axes, side by side.
+void choose_axis(const char* name, Vec3d& chosen) {
+  ImGui::PushID(name);
+  for (std::size_t i = 0; i < 3; ++i) {
+    Vec3d axis;
+    axis[i] = 1;
+    if (i > 0) ImGui::SameLine();
+    if (ImGui::RadioButton(std::array{"x", "y", "z"}[i], norm(cross(chosen, axis)) < 1e-9)) chosen = axis;
   }
-  if (settings.tool->use != ToolUse::pull) return;
-  constexpr std::array starts{PullStart::inside, PullStart::surface, PullStart::plane};
-  choose_one("Start", settings.start, starts, [](PullStart start) { return name_of(start); });
-  help_on_hover(
-      "Round end: begins under the surface. Flat end: begins on it, and lifts a disc. The third begins in the plane "
-      "through the middle of the view.");
+  ImGui::PopID();
 }
 
-void draw_stamp(Studio& studio) {
-  constexpr std::array contacts{StampContact::automatic, StampContact::slip, StampContact::stick};
-  choose_one("Contact", studio.tools().settings().stamp_contact, contacts,
-             [](StampContact contact) { return name_of(contact); });
-  help_on_hover(
-      "Print: pressed in, the stamp leaves a flat floor and upright walls. Slip along: a round stamp is dragged along "
-      "and "
-      "leaves a groove. Stick: the surface goes with the stamp.");
+void draw_drag(Studio& studio) {
+  ToolSettings& settings = studio.tools().settings();
+  if (drag_mode(settings) == DragMode::axis) choose_axis("axis", settings.axis);
+  if (settings.tool->use == ToolUse::pull) draw_tool_setting(studio, "start");
 }
 
 void draw_limit_cylinder_settings(Studio& studio) {
-  ImGui::Checkbox("Automatic limb", &studio.tools().settings().uses_limit_cylinder);
-  help_on_hover(
-      "Moves only the finger, arm or leg that was clicked: what lies in the grey limit cylinder. Off: everything.");
+  draw_tool_setting(studio, "limit_cylinder");
+  draw_tool_setting(studio, "widens_zone");
   const auto& placement = studio.tools().placed().placement;
-  ImGui::Checkbox("Widen a zone that is too thin", &studio.tools().settings().widens_zone);
-  help_on_hover("A strong bend or twist over a short zone crushes the shape. The zone grows with the angle.");
   if (!placement || !placement->limit_cylinder) return;
   if (placement->limit_cylinder->problem.empty()) {
     ImGui::TextDisabled(
@@ -135,17 +120,8 @@ void draw_parts(Studio& studio) {
   }
 }
 
-void draw_pose(Studio& studio) {
-  ToolSettings& settings = studio.tools().settings();
-  if (settings.pose != PoseMode::exact) {
-    slide("Detail", settings.pose_detail, {kFinestDetail, kCoarsestDetail},
-          "the finest motion, as a fraction of the shape's size: smaller numbers follow thin parts and take longer");
-  }
-}
-
 void draw_pins(Studio& studio) {
-  ImGui::Checkbox("Lasso", &studio.tools().settings().lasso_selects);
-  help_on_hover("Draw a line round pins to select them (Shift+click selects one). Selected pins move together.");
+  draw_tool_setting(studio, "lasso_selects");
   if (ImGui::Button("Clear")) {
     studio.tools().set_pins({});
     if (!has_exact_pins(studio.tools().settings())) studio.tools().placed().parts = {};
@@ -189,9 +165,8 @@ void draw_mask(Studio& studio) {
 void draw_own_settings(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
   const StudioTool& tool = *settings.tool;
-  if (tool.use == ToolUse::stamp) draw_stamp(studio);
-  if (tool.use == ToolUse::paint) ImGui::Checkbox("Press in", &settings.paint_in);
-  if (tool.use == ToolUse::inflate) ImGui::Checkbox("Shrink", &settings.paint_in);
+  if (tool.use == ToolUse::stamp) draw_tool_setting(studio, "contact");
+  if (tool.use == ToolUse::paint || tool.use == ToolUse::inflate) draw_tool_setting(studio, "paint_in");
   if (tool.use == ToolUse::points || tool.use == ToolUse::curve) {
     ImGui::TextDisabled("%zu points, %zu curves", studio.tools().placed().points.size(),
                         studio.tools().placed().curves.size());
@@ -199,7 +174,7 @@ void draw_own_settings(Studio& studio) {
   }
   if (tool.turning.takes_limit_cylinder) draw_limit_cylinder_settings(studio);
   if (tool.use == ToolUse::pose) {
-    draw_pose(studio);
+    if (settings.pose != PoseMode::exact) draw_tool_setting(studio, "detail");
     if (!has_exact_pins(settings)) draw_parts(studio);
     draw_pins(studio);
   }
@@ -222,7 +197,7 @@ void optional_length(const char* label, std::optional<double>& value, double fir
 
 void draw_remeshing(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
-  ImGui::Checkbox("Remesh when a drag ends", &settings.remesh);
+  draw_tool_setting(studio, "remesh");
   if (!settings.remesh) return;
   ImGui::Indent();
   RemeshSettings& own = settings.remesh_settings;
@@ -316,14 +291,34 @@ void choose_stamp(Studio& studio) {
 
 }  // namespace
 
+void draw_setting(std::span<const Setting> rows, std::string_view key, std::optional<float> width) {
+  const Setting& row = *find_setting(rows, key);
+  const auto& [least, most, is_strict] = row.range;
+  if (bool* const* flag = std::get_if<bool*>(&row.value)) ImGui::Checkbox(row.label, *flag);
+  if (int* const* number = std::get_if<int*>(&row.value)) {
+    slide_whole(row.label, **number, static_cast<int>(least), static_cast<int>(most), fmt::format("{}", **number),
+                width.value_or(-1));
+  }
+  if (double* const* number = std::get_if<double*>(&row.value)) {
+    slide(row.label, **number, {least, most}, nullptr, {"", width.value_or(-1)});
+  }
+  if (const auto* const choice = std::get_if<WordChoice>(&row.value)) {
+    if (width) ImGui::SetNextItemWidth(*width);
+    std::vector<std::size_t> all(choice->titles.size());
+    std::iota(all.begin(), all.end(), 0);
+    std::size_t chosen = choice->chosen;
+    if (choose_one(row.label, chosen, all, [&](std::size_t i) { return choice->titles[i]; })) choice->choose(chosen);
+  }
+  help_on_hover(row.help);
+}
+
+void draw_tool_setting(Studio& studio, std::string_view key, std::optional<float> width) {
+  draw_setting(settings_of(studio.tools().settings()), key, width);
+}
+
 bool has_drag_mode(const ToolSettings& settings) { return goes_along_a_drag(settings.tool->use); }
 
-void draw_drag_mode(Studio& studio, float width) {
-  constexpr std::array modes{DragMode::view, DragMode::surface, DragMode::normal, DragMode::axis};
-  ImGui::SetNextItemWidth(width);
-  choose_one("##drag", drag_mode(studio.tools().settings()), modes, [](DragMode mode) { return name_of(mode); });
-  help_on_hover("where a drag takes the tool (D)");
-}
+void draw_drag_mode(Studio& studio, float width) { draw_tool_setting(studio, "drag", width); }
 
 bool has_radius(const ToolSettings& settings) {
   return settings.tool->use != ToolUse::pose || settings.pose == PoseMode::exact || settings.pose == PoseMode::brush;
@@ -335,22 +330,13 @@ bool has_mode(const Studio& studio) {
 }
 
 void draw_mode(Studio& studio, float width) {
-  ToolSettings& settings = studio.tools().settings();
+  const ToolUse use = studio.tools().settings().tool->use;
+  if (use == ToolUse::pose) draw_tool_setting(studio, "pose", width);
+  if (use == ToolUse::mask) draw_tool_setting(studio, "mask_mode", width);
+  if (use != ToolUse::stamp) return;
   ImGui::SetNextItemWidth(width);
-  if (settings.tool->use == ToolUse::stamp) {
-    choose_stamp(studio);
-    help_on_hover("which solid is pressed in; File > Stamp from a file takes any closed mesh");
-  } else if (settings.tool->use == ToolUse::pose) {
-    constexpr std::array modes{PoseMode::pins, PoseMode::lasso, PoseMode::brush, PoseMode::exact};
-    choose_one("##pose", settings.pose, modes, [](PoseMode mode) { return name_of(mode); });
-    help_on_hover(
-        "Pins: click to set a pin, drag it or a part. Lasso, Brush: choose a part, which holds, and moves by its "
-        "gizmo. Exact points: each pin goes to its place alone, with what is within its radius.");
-  } else if (settings.tool->use == ToolUse::mask) {
-    constexpr std::array modes{MaskMode::paint, MaskMode::lasso, MaskMode::box};
-    choose_one("##mask", settings.mask_mode, modes, [](MaskMode mode) { return name_of(mode); });
-    help_on_hover("paint what stays, or draw a line or a box round it");
-  }
+  choose_stamp(studio);
+  help_on_hover("which solid is pressed in; File > Stamp from a file takes any closed mesh");
 }
 
 void draw_tool_settings(Studio& studio) {
@@ -358,7 +344,7 @@ void draw_tool_settings(Studio& studio) {
   draw_automatic_radius(studio);
   if (blends(settings)) draw_falloff(settings.falloff);
   draw_own_settings(studio);
-  if (goes_along_a_drag(settings.tool->use)) draw_drag(settings);
+  if (goes_along_a_drag(settings.tool->use)) draw_drag(studio);
   ImGui::Separator();
   draw_symmetry(studio);
   draw_remeshing(studio);
@@ -367,29 +353,17 @@ void draw_tool_settings(Studio& studio) {
 void draw_view_settings(Studio& studio, const Gui& gui) {
   ViewSettings& view = studio.view().settings();
   draw_look_settings(studio, gui);
-  ImGui::Checkbox("Wireframe", &view.wireframe);
+  const std::vector<Setting> rows = settings_of(view);
+  draw_setting(rows, "wireframe");
   ImGui::SameLine();
-  ImGui::Checkbox("Tool", &view.tool);
+  draw_setting(rows, "tool");
   ImGui::SameLine();
-  ImGui::Checkbox("Influence", &view.influence);
-  ImGui::Checkbox("Region at the cursor", &view.region);
-  help_on_hover("shows the inner and outer region of the tool as translucent surfaces (B)");
-  constexpr std::array stretches{StretchView::off, StretchView::since_start, StretchView::last_stroke};
-  choose_one("Stretch", view.stretch, stretches, [](StretchView since) {
-    return std::array{"Off", "Since the start", "By the last stroke"}[static_cast<std::size_t>(since)];
-  });
-  help_on_hover("colours the shape by how far its triangles are stretched");
-  ImGui::Checkbox("Cutting plane", &view.cut);
+  draw_setting(rows, "influence");
+  for (const char* key : {"region", "stretch", "cut"}) draw_setting(rows, key);
   if (!view.cut) return;
   const double half = 0.5 * studio.document().shown().diagonal;
-  for (std::size_t i = 0; i < 3; ++i) {
-    Vec3d normal;
-    normal[i] = 1;
-    ImGui::SameLine();
-    if (ImGui::RadioButton(std::array{"x##cut", "y##cut", "z##cut"}[i], norm(cross(view.cut_normal, normal)) < 1e-9)) {
-      view.cut_normal = normal;
-    }
-  }
+  ImGui::SameLine();
+  choose_axis("cut", view.cut_normal);
   slide("Offset", view.cut_offset, {-half, half}, "distance from the middle of the shape");
   if (ImGui::Button("Flip")) {
     view.cut_normal = -view.cut_normal;
@@ -456,14 +430,7 @@ void draw_turns(Symmetry& symmetry) {
   slide_whole("Radial", symmetry.turns, 1, kMaxTurns, times);
   help_on_hover("repeats everything about an axis");
   if (symmetry.turns < 2) return;
-  for (std::size_t i = 0; i < 3; ++i) {
-    Vec3d axis;
-    axis[i] = 1;
-    if (i > 0) ImGui::SameLine();
-    if (ImGui::RadioButton(std::array{"x##turns", "y##turns", "z##turns"}[i], symmetry.axis == axis)) {
-      symmetry.axis = axis;
-    }
-  }
+  choose_axis("turns", symmetry.axis);
 }
 
 }  // namespace

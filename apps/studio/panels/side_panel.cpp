@@ -315,16 +315,12 @@ void draw_projection(View& view) {
 
 void draw_look_settings(Studio& studio, const Gui& gui) {
   Look& look = studio.view().settings().look;
-  constexpr std::array materials{render::Material::clay, render::Material::matcap, render::Material::flat};
-  choose_one("Shading", look.material, materials, [](render::Material material) {
-    return std::array{"Clay", "Matcap", "Flat"}[static_cast<std::size_t>(material)];
-  });
+  const std::vector<Setting> rows = settings_of(studio.view().settings());
+  draw_setting(rows, "shading");
   if (look.material == render::Material::matcap) draw_matcaps(look, gui);
-  ImGui::Checkbox("Cavity", &look.relief.cavity);
-  help_on_hover("darkens grooves and brightens ridges");
+  draw_setting(rows, "cavity");
   ImGui::SameLine();
-  ImGui::Checkbox("Occlusion", &look.relief.occlusion);
-  help_on_hover("darkens folds and corners");
+  draw_setting(rows, "occlusion");
   draw_background(look.background);
   draw_projection(studio.view().navigation().view);
 }

@@ -204,15 +204,18 @@ void draw_hand_radius(Studio& studio, float width) {
   studio.tools().settings().radius = radius;
 }
 
-void draw_hand_amount(Studio& studio, const ToolSlider& slider, float width) {
+void draw_hand_amount(Studio& studio, std::string_view key, float width) {
   ToolSettings& settings = studio.tools().settings();
-  const double unit = slider.is_volume ? settings.radius * settings.radius * settings.radius : settings.radius;
-  const std::string sign =
-      sign_of(slider.is_volume ? AmountKind::volume : AmountKind::length, studio.preferences().unit);
-  const double before = settings.*slider.value * unit;
+  const std::vector<Setting> rows = settings_of(settings);
+  const Setting& row = *find_setting(rows, key);
+  double& value = *std::get<double*>(row.value);
+  const bool is_volume = key == "growth";
+  const double unit = is_volume ? settings.radius * settings.radius * settings.radius : settings.radius;
+  const std::string sign = sign_of(is_volume ? AmountKind::volume : AmountKind::length, studio.preferences().unit);
+  const double before = value * unit;
   double amount = before;
-  slide(slider.label, amount, {slider.least * unit, slider.most * unit}, slider.help, {sign.c_str(), width});
-  if (amount != before) settings.*slider.value = amount / unit;
+  slide(row.label, amount, {row.range.least * unit, row.range.most * unit}, row.help, {sign.c_str(), width});
+  if (amount != before) value = amount / unit;
 }
 
 void draw_hand_inner(Studio& studio, float width) {
@@ -245,16 +248,12 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   std::vector<HandSetting> all;
   if (has_mode(studio)) all.push_back({130, [&](float width) { draw_mode(studio, width); }});
   if (has_radius(settings)) all.push_back({kSliderWidth, [&](float width) { draw_hand_radius(studio, width); }});
-  for (const ToolSlider& slider : tool.sliders) {
-    all.push_back({kSliderWidth, [&](float width) { draw_hand_amount(studio, slider, width); }});
+  for (const std::string_view slider : tool.sliders) {
+    all.push_back({kSliderWidth, [&studio, slider](float width) { draw_hand_amount(studio, slider, width); }});
   }
   if (tool.has_inner) all.push_back({110, [&](float width) { draw_hand_inner(studio, width); }});
   if (blends(settings)) {
-    all.push_back({110, [&](float width) {
-                     int& falloff = studio.tools().settings().falloff;
-                     slide_whole("Falloff", falloff, kMinFalloff, kGreatestFalloff, fmt::format("{}", falloff), width);
-                     help_on_hover("how the motion fades: 3 takes more of the surroundings along, 7 stays near");
-                   }});
+    all.push_back({110, [&](float width) { draw_tool_setting(studio, "falloff", width); }});
   }
   all.push_back({142, [&](float /*pixels*/) { draw_hand_mirrors(studio); }});
   if (has_drag_mode(settings)) all.push_back({170, [&](float width) { draw_drag_mode(studio, width); }});
@@ -355,8 +354,7 @@ void draw_strength_of_tool(Studio& studio, float width) {
   if (!tool.sliders.empty() && tool.use != ToolUse::pull) return draw_hand_amount(studio, tool.sliders.front(), width);
   if (tool.has_inner) return draw_hand_inner(studio, width);
   if (has_mode(studio)) return draw_mode(studio, width);
-  int& falloff = studio.tools().settings().falloff;
-  slide_whole("Falloff", falloff, kMinFalloff, kGreatestFalloff, fmt::format("{}", falloff), width);
+  draw_tool_setting(studio, "falloff", width);
 }
 
 bool draw_touch_button(const char* label, float width, float height, bool is_on = false) {
