@@ -36,7 +36,7 @@ class SourceFile;
 // face of a PLY file under its own name. Values that are not finite become 0, and a note says so.
 struct ShapeFile {
   Mesh mesh;
-  std::string format;                                  // one of format_names(): "ply", "obj", "glb" ...
+  std::string format;                                  // the name of a format: "ply", "obj", "glb" ...
   std::vector<std::string> notes;                      // one sentence for each oddity: what it is and how it was read
   std::string bytes;                                   // the file; empty if `file` is set
   std::shared_ptr<const io_detail::AnyLayout> layout;  // where the numbers are in `bytes`; copies share it
@@ -57,7 +57,7 @@ struct ReadOptions {
 // indices out of range and coordinates that are not finite. The message names the line, or in binary files the byte.
 ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& options = {});
 
-// Reads a file from memory. `format` is one of format_names(); `name` stands in messages. Memory is bounded by a small
+// Reads a file from memory. `format` is the name of a format; `name` stands in messages. Memory is bounded by a small
 // multiple of bytes.size(), whatever the file declares.
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name);
 
@@ -103,7 +103,7 @@ struct WriteOptions {
 void write_shape(const std::filesystem::path& path, const ShapeFile& source, std::span<const Vec3d> positions,
                  const WriteOptions& options = {});
 
-// Returns the bytes that write_shape writes; `format` is one of format_names().
+// Returns the bytes that write_shape writes; `format` is the name of a format.
 std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,
                             const WriteOptions& options = {});
 
@@ -173,9 +173,6 @@ std::vector<Vec3d> vertex_normals_of(const ShapeFile& source);
 std::vector<std::filesystem::path> copy_material_files(const ShapeFile& shape, const std::filesystem::path& source,
                                                        const std::filesystem::path& target,
                                                        std::vector<std::string>* notes = nullptr);
-
-// Returns the formats that can be read and written.
-std::vector<std::string_view> format_names();
 
 // Returns the extensions of files that can be read and written, without the point: those of each format together, the
 // one that is the format's name first.

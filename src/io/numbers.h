@@ -18,6 +18,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
+#include "math/system.h"
 
 namespace knead::io_detail {
 
@@ -134,6 +135,12 @@ inline double nearest_of(StoredType type, double value) {
 
 inline bool fits_floats(const Vec3d& p) { return fits_float(p.x) && fits_float(p.y) && fits_float(p.z); }
 
+// Returns whether all coordinates are floats.
+inline bool are_floats(std::span<const Vec3d> positions) {
+  return std::all_of(positions.begin(), positions.end(),
+                     [](const Vec3d& p) { return fits_floats(p) && p == Vec3d(Vec3f(p)); });
+}
+
 // Throws InvalidInput for the first position that is beyond the range of float.
 inline void check_fits_floats(std::span<const Vec3d> positions) {
   for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -164,6 +171,9 @@ using WordVisitor = std::function<void(std::string_view word)>;
 
 // Appends a number with so many digits after the point; without, the shortest form that reads back as the same number.
 void append_decimals(std::string& text, double value, std::optional<int> decimals);
+
+// Appends "x y z".
+void append_point(std::string& text, const Vec3d& p, std::optional<int> decimals);
 
 // Returns the digits after the point that a number has when it is written without exponent: 3 for "0.120" and "1.2e-2".
 int decimals_in(std::string_view word);
@@ -228,7 +238,7 @@ class Splice {
   // the same number.
   explicit Splice(std::string_view source, std::optional<int> decimals = std::nullopt)
       : source_(source), decimals_(decimals) {
-    result_.reserve(source.size() + source.size() / 4 + 64);
+    reserve_large(result_, source.size() + source.size() / 4 + 64);
   }
 
   // Replaces the components of a point that differ; next_word() gives the word of each, front to back.

@@ -44,11 +44,24 @@ std::size_t token_end(std::string_view text, std::size_t begin);
 // The text without the zero bytes that end it, which some programs write.
 std::string_view without_end_zeros(std::string_view text);
 
-// Returns the text with the letters a to z in upper case.
+// Returns the text with the letters a to z, or A to Z, in the other case.
 std::string upper(std::string_view text);
+std::string lower(std::string_view text);
+
+// Returns the text without the blanks around it.
+std::string_view trimmed(std::string_view text);
+
+// Returns whether there is a character, and all are digits.
+bool is_digits(std::string_view word);
+
+// Returns the first line end of a text; "\n" without one.
+std::string_view line_end_of(std::string_view text);
 
 // A piece of the file for a message: in quotes, cut to a few characters, without control characters.
 std::string in_quotes(std::string_view text);
+
+// Says that a file is too short for what it declares, e.g. "8 points", with so many bytes left.
+std::string too_many(const std::string& what, std::size_t left);
 
 // Reading a file front to back without ever passing its end. Every reader goes through one of these.
 

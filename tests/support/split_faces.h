@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/glb/glb.h"
 #include "io/stl/stl.h"
 #include "knead/io.h"

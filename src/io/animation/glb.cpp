@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "io/animation/writers.h"
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/glb/edit.h"
 #include "io/glb/writable.h"
 #include "io/gltf/gltf.h"

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/glb/glb.h"
 
 namespace knead::io_detail::glb {

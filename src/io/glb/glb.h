@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
@@ -72,7 +72,7 @@ struct Layout {
 // Throws InvalidInput also for what cannot be read without another file or a decoder: buffers outside of the file,
 // Draco and meshopt compression. Vertices and corners may not exceed 2^21 plus four for each byte of the file (a small
 // file can place one mesh very often).
-ShapeFile parse(std::string bytes, const std::string& name);
+void read(ShapeFile& shape, const std::string& name);
 
 // The source with other positions and, if there are any, other normals (both per vertex, in world coordinates); the
 // tangents follow (transport_tangents). Numbers in the file are local floats: a vertex that did not move keeps its

@@ -7,7 +7,7 @@
 #include <map>
 #include <numeric>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/glb/edit.h"
 #include "io/glb/glb.h"
 #include "io/mesh_builder.h"
@@ -494,12 +494,6 @@ class Reader {
 
 }  // namespace
 
-ShapeFile parse(std::string bytes, const std::string& name) {
-  ShapeFile shape;
-  shape.format = "glb";
-  shape.bytes = std::move(bytes);
-  Reader(shape, name).run();
-  return shape;
-}
+void read(ShapeFile& shape, const std::string& name) { Reader(shape, name).run(); }
 
 }  // namespace knead::io_detail::glb

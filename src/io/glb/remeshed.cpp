@@ -4,7 +4,7 @@
 #include <map>
 #include <set>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/glb/edit.h"
 #include "io/glb/glb.h"
 #include "io/numbers.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/glb/glb.h"
 #include "io/test_samples.h"
 #include "knead/error.h"

@@ -8,7 +8,7 @@
 #include <limits>
 #include <set>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/glb/edit.h"
 #include "io/glb/glb.h"
 #include "io/glb/writable.h"

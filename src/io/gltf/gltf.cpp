@@ -10,7 +10,7 @@
 #include <iterator>
 #include <system_error>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/glb/edit.h"
 #include "io/glb/glb.h"
 #include "io/text.h"
@@ -111,11 +111,6 @@ struct Parts {
   std::string_view bin;
   std::size_t text_begin = 0;
 };
-
-std::filesystem::path folder_of(const std::filesystem::path& path) {
-  const std::filesystem::path parent = path.parent_path();
-  return parent.empty() ? std::filesystem::path(".") : parent;
-}
 
 std::string as_glb(std::string_view text, std::string_view bin) {
   std::string chunks;
@@ -265,35 +260,33 @@ class Collector {
   std::string bin_;
 };
 
-ShapeFile wrapped(const std::string& bytes, const char* format, const std::string& name, Collector& collector) {
+// Reads a file as the GLB file that holds the same.
+void read_wrapped(ShapeFile& shape, const std::string& name, Collector& collector) {
   Layout layout;
   std::string plain = collector.run(layout);
-  ShapeFile shape;
   if (names_codec(parts_of(plain, name).text)) plain = decompressed(std::move(plain), name, shape.notes);
-  layout.glb = glb::parse(std::move(plain), name);
-  shape.format = format;
+  layout.glb.format = "glb";
+  layout.glb.bytes = std::move(plain);
+  glb::read(layout.glb, name);
   shape.mesh = layout.glb.mesh;
   shape.notes.insert(shape.notes.end(), layout.glb.notes.begin(), layout.glb.notes.end());
   const auto full =
       std::count_if(layout.buffers.begin(), layout.buffers.end(), [](const Buffer& b) { return b.size > 0; });
   if (full > 1) shape.notes.push_back(std::to_string(full) + " buffers are written as one if a vertex moves");
-  shape.bytes = bytes;
   set_layout(shape, std::move(layout));
-  return shape;
 }
 
-ShapeFile parse_text(std::string bytes, const std::string& name, const std::filesystem::path* path) {
-  const Parts parts{bytes, {}, 0};
+void read_from(ShapeFile& shape, const std::string& name, const std::filesystem::path* path) {
+  const bool is_container = shape.format == "glb";
+  const Parts parts = is_container ? parts_of(shape.bytes, name) : Parts{shape.bytes, {}, 0};
   Collector collector(parts, name, path);
-  return wrapped(bytes, "gltf", name, collector);
+  if (is_container && !collector.is_needed()) return glb::read(shape, name);
+  read_wrapped(shape, name, collector);
 }
 
-ShapeFile parse_container(std::string bytes, const std::string& name, const std::filesystem::path* path) {
-  const Parts parts = parts_of(bytes, name);
-  Collector collector(parts, name, path);
-  if (!collector.is_needed()) return glb::parse(std::move(bytes), name);
-  return wrapped(bytes, "glb", name, collector);
-}
+void read(ShapeFile& shape, const std::string& name) { read_from(shape, name, nullptr); }
+
+void read_beside(ShapeFile& shape, const std::filesystem::path& path) { read_from(shape, path.string(), &path); }
 
 // "data:..." as JSON, quotes included, with the words before the bytes that the source has. Those may be anything that
 // a JSON text can be, and so need escapes; base64 needs none.
@@ -372,22 +365,6 @@ std::string with_files_beside(const std::filesystem::path& path, const Layout& l
 
 const Layout* layout_in(const ShapeFile& source) { return find_layout<Layout>(source); }
 
-}  // namespace
-
-ShapeFile parse(std::string bytes, const std::string& name) { return parse_text(std::move(bytes), name, nullptr); }
-
-ShapeFile parse_glb(std::string bytes, const std::string& name) {
-  return parse_container(std::move(bytes), name, nullptr);
-}
-
-ShapeFile parse_beside(std::string bytes, const std::filesystem::path& path) {
-  return parse_text(std::move(bytes), path.string(), &path);
-}
-
-ShapeFile parse_glb_beside(std::string bytes, const std::filesystem::path& path) {
-  return parse_container(std::move(bytes), path.string(), &path);
-}
-
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                     const WriteOptions& options) {
   const Layout* layout = layout_in(source);
@@ -416,29 +393,30 @@ std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
   return glb::face_labels(layout == nullptr ? source : layout->glb);
 }
 
-std::vector<std::string> image_files(const ShapeFile& source) {
+// Notes the images in files of their own that a copy of the source in another folder lacks.
+std::vector<fs::path> copy_beside(const ShapeFile& source, const fs::path& from, const fs::path& to,
+                                  const ByteSink& note) {
   const bool is_container = source.format == "glb";
   const std::string_view text = is_container ? parts_of(source.bytes, source.format).text
                                              : std::string_view(source.bytes).substr(mark_size(source.bytes));
-  std::vector<std::string> files;
   const Json json = parse_json(text);
   const Json* const images = json.find("images");
   for (const Json& image : images != nullptr && images->is_array() ? images->items() : std::vector<Json>{}) {
     const Json* const uri = image.find("uri");
     if (uri == nullptr || !uri->is_text() || uri->text().starts_with("data:")) continue;
-    if (const std::optional<std::string> name = plain_file_name(uri->text())) files.push_back(*name);
+    const std::optional<std::string> name = plain_file_name(uri->text());
+    std::error_code error;
+    const bool is_lacking = name && fs::exists(from / *name, error) && !fs::exists(to / *name, error);
+    if (is_lacking) note((from / *name).string() + ": the texture was not copied; copy it yourself");
   }
-  return files;
+  return {};
 }
 
-std::string as_text(const std::string& glb_bytes) {
-  ShapeFile source;
-  source.format = "gltf";
-  return unwrapped(source, {}, glb_bytes);
-}
-
+// A new .gltf file with its buffer as a data URI.
 std::string generate(const Mesh& mesh, const WriteOptions& options) { return as_text(glb::generate(mesh, options)); }
 
+// Writes a file of the source, whose bytes rewrite or remeshed made or which did not change: what came in files goes to
+// files beside the path again, under the same names unless others' files stand there.
 void write_beside(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes) {
   const Layout* layout = layout_in(source);
   const bool has_files =
@@ -448,4 +426,36 @@ void write_beside(const std::filesystem::path& path, const ShapeFile& source, co
   write_new_file(path, with_files_beside(path, *layout, source.format, bytes));
 }
 
+constexpr Codec container(const char* name, std::string (*generate)(const Mesh&, const WriteOptions&)) {
+  return {.name = name,
+          .read = read,
+          .read_beside = read_beside,
+          .rewrite = rewrite,
+          .generate = generate,
+          .losses = glb::losses,
+          .source_losses = source_losses,
+          .remeshed = remeshed,
+          .remesh_losses = remesh_losses,
+          .face_labels = face_labels,
+          .stores_floats = [](const ShapeFile&) { return true; },
+          .generates_floats = true,
+          .write = write_beside,
+          .copy_beside = copy_beside};
+}
+
+}  // namespace
+
+std::string as_text(const std::string& glb_bytes) {
+  ShapeFile source;
+  source.format = "gltf";
+  return unwrapped(source, {}, glb_bytes);
+}
+
 }  // namespace knead::io_detail::gltf
+
+namespace knead::io_detail {
+
+const Codec glb_codec = gltf::container("glb", glb::generate);
+const Codec gltf_codec = gltf::container("gltf", gltf::generate);
+
+}  // namespace knead::io_detail

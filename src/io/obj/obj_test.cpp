@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <regex>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/obj/obj.h"
 #include "knead/error.h"
 #include "knead/io.h"

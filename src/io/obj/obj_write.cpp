@@ -1,11 +1,14 @@
+// Writing OBJ: a new file, or the source's bytes with some numbers replaced and lines `vn` added.
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <numeric>
 #include <optional>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/mesh_builder.h"
 #include "io/numbers.h"
 #include "io/obj/obj.h"
@@ -38,9 +41,12 @@ Cell cell_of(const Vec3d& normal, const Vec3d& before, std::uint32_t line) {
   return {static_cast<double>(line), 1, index(normal.x), index(normal.y), index(normal.z)};
 }
 
-}  // namespace
-
-std::vector<Vec3d> moved_corner_normals(const Mesh& mesh, const Layout& layout, std::span<const Vec3d> after) {
+// Corners that use one line `vn` at one vertex turn together (transport_normals); the vector of a corner without a
+// normal is zero.
+std::vector<Vec3d> moved_corner_normals(const ShapeFile& source, std::span<const Vec3d> after) {
+  const Mesh& mesh = source.mesh;
+  const Layout& layout = layout_of<Layout>(source);
+  if (layout.corner_normal.empty()) return {};
   using Use = std::array<std::uint32_t, 2>;
   const auto use = [&](std::uint32_t c) { return Use{layout.corner_normal[c], mesh.corner_vertex[c]}; };
   std::vector<Vec3d> normals;
@@ -59,6 +65,19 @@ std::vector<Vec3d> moved_corner_normals(const Mesh& mesh, const Layout& layout, 
   return corner_normals;
 }
 
+// Lines `vn` that together say what the corners' normals are now. The first are those of the file, in their order, with
+// new values; then those that are needed because corners which shared a line have turned apart.
+struct NormalLines {
+  struct Line {
+    Vec3d normal;
+    std::uint32_t source = 0;  // the line of the file that corners used before
+  };
+  std::vector<Line> lines;
+  std::vector<std::uint32_t> corner_line;  // of each corner; kNoNormal: none. Empty: as in the file
+};
+
+// A line keeps its value where a corner that did not turn uses it; else it takes that of the first corner that does.
+// Corners whose normals are equal to about 1e-4 of their length share a line.
 NormalLines plan_normals(const Layout& layout, std::span<const Vec3d> corner_normals) {
   NormalLines plan;
   for (std::size_t n = 0; n < layout.normals.size(); ++n) {
@@ -96,10 +115,6 @@ NormalLines plan_normals(const Layout& layout, std::span<const Vec3d> corner_nor
   return plan;
 }
 
-// Writing a mesh as a new OBJ file.
-
-namespace {
-
 const Attribute* vertex_color(const Mesh& mesh) {
   const Attribute* color = mesh.find_attribute("color");
   return color != nullptr && color->domain == Domain::vertex && color->components >= 3 ? color : nullptr;
@@ -107,11 +122,7 @@ const Attribute* vertex_color(const Mesh& mesh) {
 
 // Colors are floats where they come from, and shorter as such.
 void append_color(std::string& text, double value) {
-  if (fits_float(value)) {
-    append_real(text, static_cast<float>(value));
-  } else {
-    append_real(text, value);
-  }
+  fits_float(value) ? append_real(text, static_cast<float>(value)) : append_real(text, value);
 }
 
 void append_vertices(std::string& text, const Mesh& mesh, std::optional<int> decimals) {
@@ -141,8 +152,6 @@ void append_face(std::string& text, const Mesh& mesh, std::size_t f, const Lines
   }
   text += '\n';
 }
-
-}  // namespace
 
 std::string generate(const Mesh& mesh, const WriteOptions& options) {
   const Lines uv = value_lines<2>(mesh, "uv", "vt");
@@ -181,85 +190,51 @@ std::vector<std::string> source_losses(const ShapeFile& source) {
   return losses;
 }
 
-// Writing an OBJ file back: its bytes with some numbers replaced.
-
-namespace {
-
-// Walks through the statements as the reader did.
+// Walks through the statements as the reader did. Coordinates are doubles, whatever the options say. Where corners that
+// shared a line `vn` have turned differently, adds lines before the first face that needs them and changes the third
+// numbers of the faces.
 class Rewriter {
  public:
   Rewriter(const ShapeFile& source, std::span<const Vec3d> positions, NormalLines normals, std::optional<int> decimals)
       : bytes_(without_end_zeros(source.bytes)),
-        rest_(std::string_view(source.bytes).substr(bytes_.size())),
+        splice_(source.bytes, decimals),
         old_positions_(source.mesh.positions),
         old_normals_(layout_of<Layout>(source).normals),
         positions_(positions),
         normals_(std::move(normals)),
         decimals_(decimals),
-        number_(normals_.lines.size(), 0) {
+        number_(normals_.lines.size(), 0),
+        line_end_(line_end_of(bytes_)) {
     if (const auto& unplaced = layout_of<Layout>(source).unplaced; !unplaced.empty()) {
       old_positions_ = rows_before_ = by_row(old_positions_, unplaced);
       positions_ = rows_after_ = by_row(positions, unplaced);
     }
-    reserve_large(result_, bytes_.size() + bytes_.size() / 4 + 64);
-    const std::size_t end = end_of_line(bytes_, 0);
-    line_end_ = bytes_.substr(end, bytes_.substr(end, 2) == "\r\n" ? 2 : 1);
-    if (line_end_.empty()) line_end_ = "\n";
   }
 
   std::string run() {
     for (std::size_t position = first_byte(bytes_); position < bytes_.size();) {
       const std::size_t line = position;
-      position = skip_blanks(bytes_, position);
-      const std::size_t end = word_end(bytes_, position);
-      const std::string_view keyword = bytes_.substr(position, end - position);
-      position = end;
+      const auto next = [&] {
+        const std::size_t begin = skip_blanks(bytes_, position);
+        position = word_end(bytes_, begin);
+        return bytes_.substr(begin, position - begin);
+      };
+      const std::string_view keyword = next();
       if (keyword == "v") {
-        position = replace(position, old_positions_[vertex_], positions_[vertex_], decimals_);
+        splice_.replace_changed(old_positions_[vertex_], positions_[vertex_], next);
         ++vertex_;
       } else if (keyword == "vn") {
-        position =
-            replace(position, old_normals_[normal_], normals_.lines[normal_].normal, direction_decimals(decimals_));
+        splice_.replace_direction(old_normals_[normal_], normals_.lines[normal_].normal, next);
         number_[normal_++] = ++written_;
       } else if (keyword == "f" && !normals_.corner_line.empty()) {
         position = rewrite_face(line, position);
       }
       position = end_of_line(bytes_, position) + 1;
     }
-    copy_until(bytes_.size());
-    result_ += rest_;
-    return std::move(result_);
+    return splice_.finish();
   }
 
  private:
-  void copy_until(std::size_t end) {
-    result_.append(bytes_, copied_, end - copied_);
-    copied_ = end;
-  }
-
-  // Three numbers after `position`; a component that stays the same keeps its bytes. Returns the byte after them.
-  std::size_t replace(std::size_t position, const Vec3d& from, const Vec3d& to, std::optional<int> decimals) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      position = skip_blanks(bytes_, position);
-      const std::size_t end = word_end(bytes_, position);
-      if (from[axis] != to[axis] && spell(from[axis], to[axis], decimals)) {
-        copy_until(position);
-        result_ += number_text_;
-        copied_ = end;
-      }
-      position = end;
-    }
-    return position;
-  }
-
-  // Sets number_text_; false where the rounded number is the old one.
-  bool spell(double from, double to, std::optional<int> decimals) {
-    number_text_.clear();
-    append_decimals(number_text_, to, decimals);
-    if (decimals) parse_real(number_text_, to);
-    return from != to;
-  }
-
   // The third number of a corner v/vt/vn or v//vn.
   struct Reference {
     std::size_t begin = 0;
@@ -306,13 +281,11 @@ class Rewriter {
   // Before the face's line, a line of `normals_` that the file does not have.
   void add_line(std::uint32_t line, std::size_t position) {
     if (line < old_normals_.size() || number_[line] != 0) return;
-    copy_until(position);
-    result_ += "vn";
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      result_ += ' ';
-      append_decimals(result_, normals_.lines[line].normal[axis], direction_decimals(decimals_));
-    }
-    result_ += line_end_;
+    const Vec3d& n = normals_.lines[line].normal;
+    std::string text;
+    append_vector(text, "vn", std::array{n.x, n.y, n.z}.data(), 3, direction_decimals(decimals_));
+    text += line_end_;
+    splice_.replace_text(bytes_.substr(position, 0), text);
     number_[line] = ++written_;
   }
 
@@ -320,13 +293,11 @@ class Rewriter {
     const std::int64_t number = number_[reference.line];
     const std::int64_t index = reference.index > 0 ? number : number - written_ - 1;
     if (index == reference.index) return;
-    copy_until(reference.begin);
-    result_ += std::to_string(index);
-    copied_ = reference.end;
+    splice_.replace_text(bytes_.substr(reference.begin, reference.end - reference.begin), std::to_string(index));
   }
 
   std::string_view bytes_;
-  std::string_view rest_;           // zero bytes
+  Splice splice_;
   std::vector<Vec3d> rows_before_;  // the positions of all lines `v`, if some vertices have no place
   std::vector<Vec3d> rows_after_;
   std::span<const Vec3d> old_positions_;
@@ -334,11 +305,8 @@ class Rewriter {
   std::span<const Vec3d> positions_;
   NormalLines normals_;
   std::optional<int> decimals_;
-  std::string number_text_;
   std::vector<std::int64_t> number_;  // of each line of normals_ in the new file, from 1; 0: not written so far
   std::string_view line_end_;
-  std::string result_;
-  std::size_t copied_ = 0;
   std::size_t vertex_ = 0;  // how many the file has given so far
   std::size_t normal_ = 0;
   std::size_t corner_ = 0;    // of the mesh
@@ -346,8 +314,8 @@ class Rewriter {
   std::vector<Reference> references_;
 };
 
-}  // namespace
-
+// `normals`: one for each corner (moved_corner_normals), or none. In a file whose faces stand before the normals that
+// they use, corners that turn differently keep one line.
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                     const WriteOptions& options) {
   const Layout& layout = layout_of<Layout>(source);
@@ -357,6 +325,52 @@ std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, s
     plan.corner_line.clear();
   }
   return Rewriter(source, positions, std::move(plan), options.decimals).run();
+}
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kMaxBytes = 64 << 20;
+
+bool is_plain_name(const std::string& name) {
+  const bool ends_well = name.size() > 4 && fs::path(name).extension() == ".mtl";
+  return ends_well && name.find_first_of("/\\:") == std::string::npos && name.find('\0') == std::string::npos;
+}
+
+// Returns the bytes of a regular file; nothing for a link, which may lead anywhere, and what cannot be read.
+std::optional<std::string> material_bytes(const fs::path& path) {
+  std::error_code error;
+  const bool is_there = fs::is_regular_file(fs::symlink_status(path, error));
+  if (!is_there || !(fs::file_size(path, error) <= kMaxBytes) || error) return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  return file ? std::optional(std::move(bytes)) : std::nullopt;
+}
+
+// Copies the material files; see copy_material_files in io.h.
+std::vector<fs::path> copy_beside(const ShapeFile& source, const fs::path& from_folder, const fs::path& to_folder,
+                                  const ByteSink& note) {
+  std::vector<fs::path> copied;
+  std::error_code error;
+  for (std::string name : layout_of<Layout>(source).material_files) {
+    if (name.substr(0, 2) == "./") name.erase(0, 2);
+    const fs::path from = from_folder / name;
+    const fs::path to = to_folder / name;
+    const std::optional<std::string> bytes = is_plain_name(name) ? material_bytes(from) : std::nullopt;
+    if (!bytes) {
+      if (fs::is_regular_file(from, error)) note(from.string() + ": the materials were not copied; copy them yourself");
+      continue;
+    }
+    if (fs::exists(fs::symlink_status(to, error))) {
+      const bool is_copy = std::find(copied.begin(), copied.end(), to) != copied.end();
+      if (!is_copy && material_bytes(to) != bytes) note(to.string() + ": is another file of materials, and was kept");
+      continue;
+    }
+    write_file_atomically(to, *bytes);
+    copied.push_back(to);
+    note(to.string() + ": the materials were copied too" +
+         (bytes->find("map_") != bytes->npos ? ", but not their textures" : ""));
+  }
+  return copied;
 }
 
 void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
@@ -374,4 +388,18 @@ void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
   }
 }
 
+}  // namespace
 }  // namespace knead::io_detail::obj
+
+const knead::io_detail::Codec knead::io_detail::obj_codec{.name = "obj",
+                                                          .read = obj::read,
+                                                          .rewrite = obj::rewrite,
+                                                          .generate = obj::generate,
+                                                          .losses = obj::losses,
+                                                          .source_losses = obj::source_losses,
+                                                          .remeshed = obj::remeshed,
+                                                          .remesh_losses = obj::remesh_losses,
+                                                          .face_labels = obj::face_labels,
+                                                          .moved_corner_normals = obj::moved_corner_normals,
+                                                          .visit_coordinates = obj::visit_coordinates,
+                                                          .copy_beside = obj::copy_beside};

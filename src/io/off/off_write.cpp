@@ -1,9 +1,9 @@
-// Writing a mesh as a new OFF file.
+// Writing OFF: a new file, the source's bytes with some numbers replaced, or its keyword and another mesh.
 #include <algorithm>
 #include <array>
 #include <optional>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/mesh_builder.h"
 #include "io/numbers.h"
 #include "io/off/off.h"
@@ -52,17 +52,18 @@ Holdings sort_attributes(const Mesh& mesh) {
   return held;
 }
 
+// The shortest form of a float, or else of the double.
+void append_as_held(std::string& text, bool is_float, double value) {
+  is_float&& fits_float(value) ? append_real(text, static_cast<float>(value)) : append_real(text, value);
+}
+
 void append_numbers(std::string& text, const std::optional<Attribute>& attribute, std::size_t element) {
   if (!attribute) return;
   const std::size_t n = static_cast<std::size_t>(attribute->components);
   for (std::size_t c = 0; c < n; ++c) {
     const double value = attribute->values[element * n + c];
     text += ' ';
-    if (attribute->type == NumberType::float32 && fits_float(value)) {
-      append_real(text, static_cast<float>(value));
-    } else {
-      append_real(text, value);
-    }
+    append_as_held(text, attribute->type == NumberType::float32, value);
   }
 }
 
@@ -74,11 +75,7 @@ void append_color(std::string& text, const Attribute& color, std::size_t element
         color.values[element * n + c] * (color.type == NumberType::uint16 ? unit_scale(color.type) : 1);
     text += ' ';
     const std::size_t begin = text.size();
-    if (color.type != NumberType::float64 && fits_float(value)) {
-      append_real(text, static_cast<float>(value));
-    } else {
-      append_real(text, value);
-    }
+    append_as_held(text, color.type != NumberType::float64, value);
     const bool is_real = color.type != NumberType::uint8 && color.type != NumberType::int32;
     if (is_real && text.find_first_of(".e", begin) == std::string::npos) text += ".0";
   }
@@ -86,10 +83,7 @@ void append_color(std::string& text, const Attribute& color, std::size_t element
 
 void append_vertex(std::string& text, const Mesh& mesh, const Holdings& held, std::size_t i,
                    std::optional<int> decimals) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (axis > 0) text += ' ';
-    append_decimals(text, mesh.positions[i][axis], decimals);
-  }
+  append_point(text, mesh.positions[i], decimals);
   append_numbers(text, held.normal, i);
   if (held.color) {
     append_color(text, *held.color, i);
@@ -100,8 +94,7 @@ void append_vertex(std::string& text, const Mesh& mesh, const Holdings& held, st
   text += '\n';
 }
 
-}  // namespace
-
+// A new text file. A color of a vertex with three numbers gets an alpha: COFF means four.
 std::string generate(const Mesh& mesh, const WriteOptions& options) {
   const Holdings held = sort_attributes(mesh);
   std::string text = held.uv ? "ST" : "";
@@ -128,10 +121,6 @@ std::vector<std::string> losses(const Mesh& mesh) {
   }
   return losses;
 }
-
-// Writing OFF back: the bytes of the source with some numbers replaced.
-
-namespace {
 
 Vec3d vector_at(const std::vector<double>& values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
@@ -174,8 +163,6 @@ std::string rewrite_binary(const ShapeFile& source, std::span<const Vec3d> posit
   return bytes;
 }
 
-}  // namespace
-
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                     const WriteOptions& options) {
   const auto rewrite = layout_of<Layout>(source).binary ? rewrite_binary : rewrite_text;
@@ -196,10 +183,6 @@ std::vector<std::string> source_losses(const ShapeFile& source) {
 }
 
 bool stores_floats(const ShapeFile& source) { return layout_of<Layout>(source).binary; }
-
-// Writing an OFF file anew with its keyword and another mesh.
-
-namespace {
 
 const Attribute* find(const Mesh& mesh, std::string_view name, Domain domain) {
   for (const Attribute& attribute : mesh.attributes) {
@@ -266,10 +249,7 @@ class TextWriter {
 
  private:
   void append_vertex(std::size_t i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (axis > 0) text_ += ' ';
-      append_decimals(text_, mesh_.positions[i][axis], decimals_);
-    }
+    append_point(text_, mesh_.positions[i], decimals_);
     for (const Attribute* attribute : columns_.in_order) {
       if (attribute == nullptr) continue;
       attribute == columns_.color ? append_color(*attribute, i) : append_numbers(values_of(*attribute, i));
@@ -374,8 +354,6 @@ class BinaryWriter {
   std::string bytes_;
 };
 
-}  // namespace
-
 std::string remeshed(const NewMesh& shape, const WriteOptions& options) {
   const Columns columns(shape.mesh, layout_of<Layout>(shape.source).colors_first);
   if (layout_of<Layout>(shape.source).binary) return BinaryWriter(shape, columns).run();
@@ -397,4 +375,16 @@ std::vector<std::string> remesh_losses(const ShapeFile& source) {
   return losses;
 }
 
+}  // namespace
 }  // namespace knead::io_detail::off
+
+const knead::io_detail::Codec knead::io_detail::off_codec{.name = "off",
+                                                          .read = off::read,
+                                                          .rewrite = off::rewrite,
+                                                          .generate = off::generate,
+                                                          .losses = off::losses,
+                                                          .source_losses = off::source_losses,
+                                                          .remeshed = off::remeshed,
+                                                          .remesh_losses = off::remesh_losses,
+                                                          .stores_floats = off::stores_floats,
+                                                          .visit_coordinates = off::visit_coordinates};

@@ -1,4 +1,4 @@
-// The keyword of an OFF file.
+// Reading OFF, text and binary.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -7,7 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "io/formats.h"
+#include "io/codec.h"
+#include "io/mesh_builder.h"
 #include "io/off/off.h"
 #include "io/text.h"
 
@@ -43,67 +44,63 @@ bool parse_letters(std::string_view letters, const TextCursor& text, Fields& fie
 
 // In upper case unless it has OFF in that case already; then as it is, because n and N differ.
 std::string keyword_of(std::string_view word) {
-  std::string upper(word);
-  if (word.find("OFF") != std::string_view::npos) return upper;
-  for (char& c : upper) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-  return upper;
+  return word.find("OFF") != std::string_view::npos ? std::string(word) : upper(word);
 }
 
-bool is_number(std::string_view word) {
-  return !word.empty() && std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
+// Colors as they come, one vertex or face after the other.
+class Colors {
+ public:
+  // are_whole: written as whole numbers.
+  void add(std::span<const double> numbers, bool are_whole);
 
-}  // namespace
+  // Whether attribute() is all that was added.
+  bool readable(Domain domain) const;
+  std::optional<Attribute> attribute(Domain domain) const;
 
-Header parse_header(std::string_view bytes, const std::string& name) {
-  Header header;
-  TextCursor text(bytes, name, text_begin(bytes, name));
-  header.counts_begin = text.position();
-  const std::string_view word = text.next();
-  if (is_number(word)) return header;  // the keyword may be missing
-  const std::string in_upper_case = keyword_of(word);
-  header.lower_case = in_upper_case != word;
-  const std::size_t keyword = in_upper_case.find("OFF");
-  if (keyword == std::string_view::npos) {
-    text.fail("expected the keyword OFF, or the counts of vertices and faces, found " +
-              (word.empty() ? "the end of the file" : in_quotes(word)));
-  }
-  const bool has_dimension = parse_letters(std::string_view(in_upper_case).substr(0, keyword), text, header.fields);
-  // The first count may follow without a blank.
-  const std::size_t end = text.word_begin() + keyword + 3;
-  text.take(text.word_begin(), end);
-  const std::string_view encoding = text.next_on_line();
-  if (encoding == "BINARY" || (header.lower_case && encoding == "binary")) {
-    if (has_dimension) text.fail("binary nOFF is not supported; write it as text");
-    header.binary = true;
-    text.next_line();
-    header.counts_begin = text.position();
-    return header;
-  }
-  header.counts_begin = end;
-  if (!has_dimension) return header;
-  text.take(end, end);
-  const std::size_t dimension = text.whole(text.next(), 1'000'000, "the number of dimensions after nOFF");
-  if (dimension != 3) text.fail(std::to_string(dimension) + " dimensions; only three are supported");
-  header.counts_begin = text.position();
-  return header;
-}
+ private:
+  std::vector<double> values_;
+  std::size_t width_ = 0;
+  std::size_t elements_ = 0;
+  bool same_width_ = true;
+  bool whole_ = true;
+};
 
-ShapeFile parse(std::string bytes, const std::string& name) {
-  ShapeFile shape;
-  shape.format = "off";
-  shape.bytes = std::move(bytes);
-  const Header header = parse_header(shape.bytes, name);
-  if (header.lower_case) shape.notes.emplace_back("the keyword has letters in lower case and is read as in upper case");
-  MeshBuilder builder(shape, header.fields);
-  const auto read = header.binary ? read_binary : read_text;
-  Layout layout = read(builder, header, shape, name);
-  layout.all_read = builder.finish();
-  layout.uv = header.fields.uv ? 2 : 0;
-  layout.colors_first = builder.colors_first();
-  set_layout(shape, layout);
-  return shape;
-}
+class MeshBuilder {
+ public:
+  MeshBuilder(ShapeFile& shape, const Fields& fields) : shape_(shape), fields_(fields), faces_(shape.mesh) {}
+
+  // All numbers of a vertex, as many as fields.without_colors() at least, the first three finite; the others are whole
+  // numbers where is_whole says so.
+  void add_vertex(std::span<const double> numbers, const std::vector<bool>& is_whole);
+
+  // The vertices of a face, each of which there is, and the numbers of its color.
+  void add_face(std::span<const std::uint32_t> vertices, std::span<const double> color, bool is_whole);
+
+  // Adds attributes and notes to the shape. Whether every number is in an attribute.
+  bool finish();
+
+  // After finish(): whether the color stands before the normal.
+  bool colors_first() const { return colors_first_; }
+
+ private:
+  void split_vertices();
+  void add_attribute(const char* name, int components, std::vector<double>& values);
+  bool add_colors(const Colors& colors, Domain domain);
+
+  ShapeFile& shape_;
+  Fields fields_;
+  FaceBuilder faces_;
+  std::vector<std::uint32_t> face_;
+  std::size_t width_ = 0;     // numbers after x y z
+  std::vector<double> rest_;  // those of all vertices
+  std::vector<bool> is_whole_;
+  bool colors_first_ = false;
+  std::vector<double> normals_;
+  std::vector<double> uv_;
+  Colors vertex_colors_;
+  Colors face_colors_;
+  FiniteValues finite_;
+};
 
 void Colors::add(std::span<const double> numbers, bool are_whole) {
   if (elements_++ == 0) width_ = numbers.size();
@@ -135,12 +132,6 @@ std::optional<Attribute> Colors::attribute(Domain domain) const {
                    static_cast<int>(width_), values_};
 }
 
-double MeshBuilder::finite(double value) {
-  if (std::isfinite(value)) return value;
-  ++not_finite_;
-  return 0;
-}
-
 void MeshBuilder::add_vertex(std::span<const double> numbers, const std::vector<bool>& is_whole) {
   shape_.mesh.positions.push_back({numbers[0], numbers[1], numbers[2]});
   width_ = numbers.size() - 3;
@@ -148,8 +139,6 @@ void MeshBuilder::add_vertex(std::span<const double> numbers, const std::vector<
   is_whole_.insert(is_whole_.end(), is_whole.begin() + 3,
                    is_whole.begin() + static_cast<std::ptrdiff_t>(numbers.size()));
 }
-
-namespace {
 
 // How well numbers can be a color, mostly an opaque one, and a normal: 0 to 3.
 int fitness(std::span<const double> color, std::span<const double> normal) {
@@ -161,8 +150,6 @@ int fitness(std::span<const double> color, std::span<const double> normal) {
   const bool is_opaque = color.size() == 4 && (color[3] == 1 || color[3] == 255);
   return 1 + (is_normal ? 1 : 0) + (is_opaque ? 1 : 0);
 }
-
-}  // namespace
 
 void MeshBuilder::split_vertices() {
   const std::size_t normals = fields_.normals ? 3 : 0;
@@ -178,8 +165,8 @@ void MeshBuilder::split_vertices() {
   const std::size_t color_begin = colors_first_ ? 0 : normals;
   const std::size_t normal_begin = colors_first_ ? colors : 0;
   for (std::size_t at = 0; at < all.size(); at += width_) {
-    for (std::size_t i = 0; i < normals; ++i) normals_.push_back(finite(all[at + normal_begin + i]));
-    for (std::size_t i = width_ - uv; i < width_; ++i) uv_.push_back(finite(all[at + i]));
+    for (std::size_t i = 0; i < normals; ++i) normals_.push_back(finite_(all[at + normal_begin + i]));
+    for (std::size_t i = width_ - uv; i < width_; ++i) uv_.push_back(finite_(all[at + i]));
     bool whole = true;
     for (std::size_t i = 0; i < colors; ++i) whole = whole && is_whole_[at + color_begin + i];
     vertex_colors_.add(all.subspan(at + color_begin, colors), whole);
@@ -216,17 +203,12 @@ bool MeshBuilder::finish() {
   if (fields_.uv) add_attribute("uv", 2, uv_);
   const bool vertices_read = add_colors(vertex_colors_, Domain::vertex);
   const bool faces_read = add_colors(face_colors_, Domain::face);
-  if (not_finite_ > 0) {
-    shape_.notes.push_back(counted(not_finite_, "attribute value is not finite and is read as 0",
-                                   "attribute values are not finite and are read as 0"));
-  }
-  if (shape_.mesh.face_count() == 0) shape_.notes.push_back("has no faces and is read as a point cloud");
+  finite_.append_note(shape_.notes);
+  if (shape_.mesh.face_count() == 0) shape_.notes.emplace_back(kCloudNote);
   return vertices_read && faces_read;
 }
 
 // Reading OFF BINARY: 32-bit numbers.
-
-namespace {
 
 // Geomview's is big-endian with the count of color numbers after each face; PMP writes what the machine has, and none.
 struct Form {
@@ -270,7 +252,7 @@ class BinaryReader {
     for (std::uint32_t f = 0; f < faces; ++f) {
       face.clear();
       const std::uint32_t corners = cursor.take<std::uint32_t>("the number of corners of a face");
-      if (corners > cursor.left() / 4) cursor.fail(too_many(corners, "corners", cursor));
+      if (corners > cursor.left() / 4) cursor.fail(too_many(std::to_string(corners) + " corners", cursor.left()));
       for (std::uint32_t c = 0; c < corners; ++c) {
         face.push_back(cursor.take<std::uint32_t>("a vertex index"));
         if (face.back() >= vertices) {
@@ -290,18 +272,14 @@ class BinaryReader {
     return cursor;
   }
 
-  static std::string too_many(std::uint32_t count, const char* what, const ByteCursor& cursor) {
-    return std::to_string(count) + " " + what + " are declared, but only " + std::to_string(cursor.left()) +
-           " bytes follow; the file is cut short or damaged";
-  }
-
   // Of vertices and faces.
   std::pair<std::uint32_t, std::uint32_t> read_counts(ByteCursor& cursor) const {
     const std::uint32_t vertices = cursor.take<std::uint32_t>("the count of vertices");
     const std::uint32_t faces = cursor.take<std::uint32_t>("the count of faces");
     cursor.take<std::uint32_t>("the count of edges");
     if (vertices == 0) cursor.fail("0 vertices are declared; there is no shape in it");
-    if (vertices > cursor.left() / (4 * width_)) cursor.fail(too_many(vertices, "vertices", cursor));
+    if (vertices > cursor.left() / (4 * width_))
+      cursor.fail(too_many(std::to_string(vertices) + " vertices", cursor.left()));
     return {vertices, faces};
   }
 
@@ -363,8 +341,6 @@ class BinaryReader {
   const std::string& name_;
 };
 
-}  // namespace
-
 Layout read_binary(MeshBuilder& builder, const Header& header, ShapeFile& shape, const std::string& name) {
   const BinaryReader reader(header, shape, name);
   const Form form = reader.find_form();
@@ -384,8 +360,6 @@ Layout read_binary(MeshBuilder& builder, const Header& header, ShapeFile& shape,
 }
 
 // Reading OFF as text.
-
-namespace {
 
 class TextReader {
  public:
@@ -413,9 +387,7 @@ class TextReader {
 
   // Refuses more than the rest of the file can hold; each takes so many bytes at least, the last one less.
   void check_count(std::size_t count, std::size_t bytes, const char* what) const {
-    if (count <= bytes_left() / bytes + 1) return;
-    text_.fail(std::to_string(count) + " " + what + " are declared, but only " + std::to_string(bytes_left()) +
-               " bytes follow; the file is cut short or damaged");
+    if (count > bytes_left() / bytes + 1) text_.fail(too_many(std::to_string(count) + what, bytes_left()));
   }
 
   // The counts of vertices and faces, and of edges if it is there, which is not needed.
@@ -423,8 +395,8 @@ class TextReader {
     vertices_ = text_.whole(text_.next(), std::numeric_limits<std::size_t>::max(), "the count of vertices");
     faces_ = text_.whole(text_.next_on_line(), std::numeric_limits<std::size_t>::max(), "the count of faces");
     if (vertices_ == 0) text_.fail("0 vertices are declared; there is no shape in it");
-    check_count(vertices_, 2 * fields_.without_colors(), "vertices");
-    check_count(faces_, 2, "faces");
+    check_count(vertices_, 2 * fields_.without_colors(), " vertices");
+    check_count(faces_, 2, " faces");
     if (vertices_ >= kMaxElements) text_.fail("more than 4294967294 vertices; split the shape");
     const std::string_view edges = text_.next_on_line();
     if (!edges.empty()) text_.real(edges, "the count of edges");  // some write -1
@@ -449,7 +421,7 @@ class TextReader {
     const bool is_hexadecimal = is_color && word.size() > 2 && word[0] == '0' && (word[1] == 'x' || word[1] == 'X');
     if (!is_hexadecimal) {
       numbers_.push_back(text_.real(word, expected));
-      return is_whole(word);
+      return is_digits(word);
     }
     const std::string_view digits = word.substr(2);
     std::uint32_t value = 0;
@@ -462,10 +434,6 @@ class TextReader {
     for (std::size_t i = bytes; i-- > 0;) numbers_.push_back((value >> (8 * i)) & 0xffu);
     hexadecimal_ = true;
     return true;
-  }
-
-  static bool is_whole(std::string_view word) {
-    return std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
   }
 
   void read_vertex(std::size_t i) {
@@ -534,8 +502,50 @@ class TextReader {
 
 }  // namespace
 
-Layout read_text(MeshBuilder& builder, const Header& header, ShapeFile& shape, const std::string& name) {
-  return TextReader(builder, header, shape, name).run();
+Header parse_header(std::string_view bytes, const std::string& name) {
+  Header header;
+  TextCursor text(bytes, name, text_begin(bytes, name));
+  header.counts_begin = text.position();
+  const std::string_view word = text.next();
+  if (is_digits(word)) return header;  // the keyword may be missing
+  const std::string in_upper_case = keyword_of(word);
+  header.lower_case = in_upper_case != word;
+  const std::size_t keyword = in_upper_case.find("OFF");
+  if (keyword == std::string_view::npos) {
+    text.fail("expected the keyword OFF, or the counts of vertices and faces, found " +
+              (word.empty() ? "the end of the file" : in_quotes(word)));
+  }
+  const bool has_dimension = parse_letters(std::string_view(in_upper_case).substr(0, keyword), text, header.fields);
+  // The first count may follow without a blank.
+  const std::size_t end = text.word_begin() + keyword + 3;
+  text.take(text.word_begin(), end);
+  const std::string_view encoding = text.next_on_line();
+  if (encoding == "BINARY" || (header.lower_case && encoding == "binary")) {
+    if (has_dimension) text.fail("binary nOFF is not supported; write it as text");
+    header.binary = true;
+    text.next_line();
+    header.counts_begin = text.position();
+    return header;
+  }
+  header.counts_begin = end;
+  if (!has_dimension) return header;
+  text.take(end, end);
+  const std::size_t dimension = text.whole(text.next(), 1'000'000, "the number of dimensions after nOFF");
+  if (dimension != 3) text.fail(std::to_string(dimension) + " dimensions; only three are supported");
+  header.counts_begin = text.position();
+  return header;
+}
+
+void read(ShapeFile& shape, const std::string& name) {
+  const Header header = parse_header(shape.bytes, name);
+  if (header.lower_case) shape.notes.emplace_back("the keyword has letters in lower case and is read as in upper case");
+  MeshBuilder builder(shape, header.fields);
+  Layout layout =
+      header.binary ? read_binary(builder, header, shape, name) : TextReader(builder, header, shape, name).run();
+  layout.all_read = builder.finish();
+  layout.uv = header.fields.uv ? 2 : 0;
+  layout.colors_first = builder.colors_first();
+  set_layout(shape, layout);
 }
 
 }  // namespace knead::io_detail::off

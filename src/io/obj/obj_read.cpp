@@ -1,10 +1,10 @@
-// The words of OBJ's lines.
+// Reading OBJ (Wavefront, appendix B1 of the Advanced Visualizer manual): v, vt, vn and f; all else is passed over.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/mesh_builder.h"
 #include "io/numbers.h"
 #include "io/obj/obj.h"
@@ -22,40 +22,6 @@ std::size_t joined_length(std::string_view bytes, std::size_t position) {
   if (bytes[position + 1] != '\r') return 0;
   return position + 2 < bytes.size() && bytes[position + 2] == '\n' ? 3 : 2;
 }
-
-}  // namespace
-
-std::size_t first_byte(std::string_view bytes) { return bytes.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0; }
-
-std::size_t skip_blanks(std::string_view bytes, std::size_t position) {
-  while (position < bytes.size()) {
-    if (is_blank(bytes[position])) {
-      ++position;
-    } else if (const std::size_t joined = joined_length(bytes, position); joined > 0) {
-      position += joined;
-    } else {
-      break;
-    }
-  }
-  return position;
-}
-
-std::size_t end_of_line(std::string_view bytes, std::size_t position) {
-  while (position < bytes.size() && !is_line_end(bytes[position])) ++position;
-  return position;
-}
-
-std::size_t word_end(std::string_view bytes, std::size_t position) {
-  while (position < bytes.size() && !is_blank(bytes[position]) && !is_line_end(bytes[position]) &&
-         joined_length(bytes, position) == 0) {
-    ++position;
-  }
-  return position;
-}
-
-// Reading OBJ (Wavefront, appendix B1 of the Advanced Visualizer manual): v, vt, vn and f; all else is passed over.
-
-namespace {
 
 // What the corners of faces refer to: vertices, texture coordinates or normals. An index counts from 1, or from the end
 // of what the file has given so far if it is negative.
@@ -94,7 +60,7 @@ class Reader {
 
  private:
   [[noreturn]] void fail(std::size_t position, const std::string& what) const {
-    throw InvalidInput(Place{name_, line_of(bytes_, position)}, what);
+    fail_at_line(name_, bytes_, position, what);
   }
 
   void check_encoding() {
@@ -210,7 +176,7 @@ class Reader {
     if (count == 2) ++pairs_;
     if (count >= 3) add_color(more);
     if (count < 4) return;
-    fourth_.push_back(finite(more[3]));
+    fourth_.push_back(finite_(more[3]));
     are_weights_ = are_weights_ && more[0] == 1;
     are_alphas_ = are_alphas_ && more[3] == 1;
   }
@@ -218,7 +184,7 @@ class Reader {
   void add_color(const double* rgb) {
     ++colored_;
     colors_.resize(3 * shape_.mesh.vertex_count() - 3, 1.0);  // white for vertices before that have none
-    for (std::size_t i = 0; i < 3; ++i) colors_.push_back(finite(rgb[i]));
+    for (std::size_t i = 0; i < 3; ++i) colors_.push_back(finite_(rgb[i]));
   }
 
   // Seven numbers on every line are x y z w r g b where each w is 1, and not each of the last ones.
@@ -237,14 +203,14 @@ class Reader {
   void read_texture() {
     double uv[2] = {next_number("'vt u v'"), 0};
     if (const std::string_view token = next_token(); !token.empty()) uv[1] = parse_number(token);
-    textures_.push_back(finite(uv[0]));
-    textures_.push_back(finite(uv[1]));
+    textures_.push_back(finite_(uv[0]));
+    textures_.push_back(finite_(uv[1]));
     ++texture_.given;
   }
 
   void read_normal() {
     const Vec3d n = next_vector("'vn x y z'");
-    layout_.normals.push_back({finite(n.x), finite(n.y), finite(n.z)});
+    layout_.normals.push_back({finite_(n.x), finite_(n.y), finite_(n.z)});
     ++normal_.given;
   }
 
@@ -387,12 +353,6 @@ class Reader {
     shape_.mesh.attributes.push_back({"color", Domain::vertex, NumberType::float32, 3, std::move(colors_)});
   }
 
-  double finite(double value) {
-    if (std::isfinite(value)) return value;
-    ++not_finite_;
-    return 0;
-  }
-
   void add_notes() {
     faces_.append_notes(shape_.notes);
     if (!unplaced_.rows.empty()) shape_.notes.push_back(unplaced_note(unplaced_.rows.size()));
@@ -407,9 +367,8 @@ class Reader {
         "vertices have two numbers after x y z, which are kept but not read");
     say(colored_ > 0 ? vertex_.given - colored_ : 0, "vertex has no color and is read as white",
         "vertices have no color and are read as white");
-    say(not_finite_, "attribute value is not finite and is read as 0",
-        "attribute values are not finite and are read as 0");
-    if (shape_.mesh.face_count() == 0) shape_.notes.push_back("has no faces and is read as a point cloud");
+    finite_.append_note(shape_.notes);
+    if (shape_.mesh.face_count() == 0) shape_.notes.emplace_back(kCloudNote);
   }
 
   ShapeFile& shape_;
@@ -436,17 +395,39 @@ class Reader {
   std::vector<double> fourth_;  // numbers after x y z
   bool are_weights_ = true;     // of lines with seven numbers the fourth
   bool are_alphas_ = true;      // and the last
-  std::size_t not_finite_ = 0;
+  FiniteValues finite_;
 };
 
 }  // namespace
 
-ShapeFile parse(std::string bytes, const std::string& name) {
-  ShapeFile shape;
-  shape.format = "obj";
-  shape.bytes = std::move(bytes);
-  set_layout(shape, Reader(shape, name).run());
-  return shape;
+std::size_t first_byte(std::string_view bytes) { return bytes.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0; }
+
+std::size_t skip_blanks(std::string_view bytes, std::size_t position) {
+  while (position < bytes.size()) {
+    if (is_blank(bytes[position])) {
+      ++position;
+    } else if (const std::size_t joined = joined_length(bytes, position); joined > 0) {
+      position += joined;
+    } else {
+      break;
+    }
+  }
+  return position;
 }
+
+std::size_t end_of_line(std::string_view bytes, std::size_t position) {
+  while (position < bytes.size() && !is_line_end(bytes[position])) ++position;
+  return position;
+}
+
+std::size_t word_end(std::string_view bytes, std::size_t position) {
+  while (position < bytes.size() && !is_blank(bytes[position]) && !is_line_end(bytes[position]) &&
+         joined_length(bytes, position) == 0) {
+    ++position;
+  }
+  return position;
+}
+
+void read(ShapeFile& shape, const std::string& name) { set_layout(shape, Reader(shape, name).run()); }
 
 }  // namespace knead::io_detail::obj

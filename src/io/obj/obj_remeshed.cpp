@@ -1,9 +1,9 @@
-// Writing an OBJ file anew with its lines and another mesh.
+// Writing an OBJ file with its lines and another mesh.
 #include <algorithm>
 #include <array>
 #include <map>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/mesh_builder.h"
 #include "io/obj/obj.h"
 #include "io/text.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/mesh_builder.h"
 #include "io/numbers.h"
 #include "io/stl/stl.h"
@@ -15,16 +15,30 @@ namespace knead::io_detail::stl {
 namespace {
 
 constexpr std::endian kOrder = std::endian::little;
+constexpr bool kSwapped = kOrder != std::endian::native;
 
-template <class T>
-T little_endian(T value) {
-  return kOrder == std::endian::native ? value : swap_bytes(value);
+Vec3d vector_at(const std::string& bytes, std::size_t at) {
+  Vec3d v;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    v[axis] = read_binary(bytes.data() + at + axis * sizeof(float), NumberType::float32, kSwapped);
+  }
+  return v;
 }
 
-float float_at(const std::string& bytes, std::size_t at) {
-  float stored = 0;
-  std::memcpy(&stored, bytes.data() + at, sizeof stored);
-  return little_endian(stored);
+// The normal of a triangle, of unit length; zero for one without area.
+Vec3d facet_normal(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  Vec3d u = b - a;
+  Vec3d v = c - a;
+  double largest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) largest = std::max({largest, std::abs(u[axis]), std::abs(v[axis])});
+  if (!(largest > 0) || !std::isfinite(largest)) return {};
+  u = u / largest;  // so that products neither overflow nor vanish
+  v = v / largest;
+  return is_degenerate({}, u, v) ? Vec3d{} : normalized(cross(u, v));
+}
+
+void append_vector(std::string& bytes, const Vec3d& v) {
+  for (std::size_t axis = 0; axis < 3; ++axis) append_binary(bytes, NumberType::float32, v[axis], kSwapped);
 }
 
 // The triangles of a source and where they go.
@@ -61,8 +75,7 @@ std::string rewrite_binary(const Moved& moved) {
   for (std::size_t t = 0; t < source.mesh.face_count(); ++t) {
     if (!moved.any(t)) continue;
     const std::size_t begin = kFirstTriangle + t * kTriangleBytes;
-    const auto old = [&](std::size_t axis) { return double{float_at(source.bytes, begin + axis * sizeof(float))}; };
-    const Vec3d old_normal{old(0), old(1), old(2)};
+    const Vec3d old_normal = vector_at(source.bytes, begin);
     if (!(old_normal == Vec3d{})) replace_floats(bytes, begin, old_normal, moved.normal(t, old_normal), kOrder);
     for (std::size_t c = 0; c < 3; ++c) {
       const std::uint32_t v = moved.vertex(t, c);
@@ -105,27 +118,8 @@ bool is_held(const Attribute& attribute) {
          attribute.components == 1;
 }
 
-std::size_t count_unused(const Mesh& mesh) {
-  std::vector<bool> used(mesh.vertex_count(), false);
-  for (const std::uint32_t v : mesh.corner_vertex) used[v] = true;
-  return static_cast<std::size_t>(std::count(used.begin(), used.end(), false));
-}
-
-bool are_floats(const Vec3d& p) { return fits_floats(p) && p == Vec3d(Vec3f(p)); }
-
-}  // namespace
-
-Vec3d facet_normal(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  Vec3d u = b - a;
-  Vec3d v = c - a;
-  double largest = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) largest = std::max({largest, std::abs(u[axis]), std::abs(v[axis])});
-  if (!(largest > 0) || !std::isfinite(largest)) return {};
-  u = u / largest;  // so that products neither overflow nor vanish
-  v = v / largest;
-  return is_degenerate({}, u, v) ? Vec3d{} : normalized(cross(u, v));
-}
-
+// The normal of a triangle with a moved corner becomes that of the new triangle, of unit length and on the side where
+// it was; zero for a triangle without area. A zero normal stays zero.
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d>,
                     const WriteOptions& options) {
   const Moved moved{source, positions};
@@ -142,6 +136,7 @@ void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
   }
 }
 
+// A new binary file of the triangles of triangulate().
 std::string generate(const Mesh& mesh, const WriteOptions&) {
   if (mesh.face_count() == 0) throw InvalidInput("STL cannot hold points without faces; write PLY or XYZ");
   check_fits_floats(mesh.positions);
@@ -149,19 +144,15 @@ std::string generate(const Mesh& mesh, const WriteOptions&) {
   const auto held = std::find_if(mesh.attributes.begin(), mesh.attributes.end(), is_held);
   std::vector<std::uint32_t> faces;
   if (held != mesh.attributes.end()) faces = triangle_faces(mesh);
-  std::string bytes(kFirstTriangle + kTriangleBytes * triangles.size(), '\0');
-  std::memcpy(bytes.data(), "Knead", 5);
-  const std::uint32_t count = little_endian(static_cast<std::uint32_t>(triangles.size()));
-  std::memcpy(bytes.data() + kHeaderBytes, &count, sizeof count);
+  std::string bytes = "Knead";
+  bytes.resize(kHeaderBytes, '\0');
+  bytes.reserve(kFirstTriangle + kTriangleBytes * triangles.size());
+  append_binary(bytes, NumberType::uint32, static_cast<double>(triangles.size()), kSwapped);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const std::size_t begin = kFirstTriangle + t * kTriangleBytes;
-    const auto& [a, b, c] = triangles[t];
-    const Vec3d rows[4] = {facet_normal(mesh.positions[a], mesh.positions[b], mesh.positions[c]), mesh.positions[a],
-                           mesh.positions[b], mesh.positions[c]};
-    for (std::size_t i = 0; i < 12; ++i) put_float(bytes, begin + i * sizeof(float), rows[i / 3][i % 3], kOrder);
-    if (faces.empty()) continue;
-    const std::uint16_t attribute = little_endian(static_cast<std::uint16_t>(held->values[faces[t]]));
-    std::memcpy(bytes.data() + begin + 12 * sizeof(float), &attribute, sizeof attribute);
+    const auto corner = [&](std::size_t c) { return mesh.positions[triangles[t][c]]; };
+    append_vector(bytes, facet_normal(corner(0), corner(1), corner(2)));
+    for (std::size_t c = 0; c < 3; ++c) append_vector(bytes, corner(c));
+    append_binary(bytes, NumberType::uint16, faces.empty() ? 0 : held->values[faces[t]], kSwapped);
   }
   return bytes;
 }
@@ -174,13 +165,12 @@ std::vector<std::string> losses(const Mesh& mesh) {
   if (polygons > 0) {
     losses.push_back(counted(polygons, "polygon is cut into triangles", "polygons are cut into triangles"));
   }
-  const std::size_t unused = mesh.face_count() > 0 ? count_unused(mesh) : 0;
+  const std::vector<bool> used = mesh.face_count() > 0 ? used_vertices(mesh) : std::vector<bool>();
+  const auto unused = static_cast<std::size_t>(std::count(used.begin(), used.end(), false));
   if (unused > 0) {
     losses.push_back(counted(unused, "vertex in no face is left out", "vertices in no face are left out"));
   }
-  if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), are_floats)) {
-    losses.push_back("coordinates are rounded to floats");
-  }
+  if (!are_floats(mesh.positions)) losses.push_back("coordinates are rounded to floats");
   for (const Attribute& attribute : mesh.attributes) {
     if (!is_held(attribute)) losses.push_back("STL cannot hold '" + attribute.name + "'");
   }
@@ -195,9 +185,7 @@ std::vector<std::string> source_losses(const ShapeFile& source) {
 
 bool stores_floats(const ShapeFile& source) { return layout_of<Layout>(source).binary; }
 
-// Writing an STL file anew with its header or solids and another mesh.
-
-namespace {
+// A file like the source, with its header or solids, and another mesh.
 
 // The new triangles and the facet of the source that each lies in.
 struct Facets {
@@ -223,25 +211,6 @@ struct Facets {
   }
 };
 
-Vec3d vector_at(const std::string& bytes, std::size_t at) {
-  Vec3d v;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    float number = 0;
-    std::memcpy(&number, bytes.data() + at + axis * sizeof number, sizeof number);
-    v[axis] = double{kOrder == std::endian::native ? number : swap_bytes(number)};
-  }
-  return v;
-}
-
-void append_number(std::string& bytes, auto value) {
-  const auto stored = kOrder == std::endian::native ? value : swap_bytes(value);
-  bytes.append(reinterpret_cast<const char*>(&stored), sizeof stored);
-}
-
-void append_vector(std::string& bytes, const Vec3d& v) {
-  for (std::size_t axis = 0; axis < 3; ++axis) append_number(bytes, static_cast<float>(v[axis]));
-}
-
 std::string write_binary(const Facets& facets) {
   const Mesh& mesh = facets.shape.mesh;
   const std::string& source = facets.shape.source.bytes;
@@ -249,12 +218,12 @@ std::string write_binary(const Facets& facets) {
   const Attribute* attribute = mesh.find_attribute("attribute");
   std::string bytes = source.substr(0, kHeaderBytes);
   bytes.reserve(kFirstTriangle + kTriangleBytes * facets.triangles.size());
-  append_number(bytes, static_cast<std::uint32_t>(facets.triangles.size()));
+  append_binary(bytes, NumberType::uint32, static_cast<double>(facets.triangles.size()), kSwapped);
   for (std::size_t t = 0; t < facets.triangles.size(); ++t) {
     append_vector(bytes, facets.normal(t, vector_at(source, kFirstTriangle + kTriangleBytes * facets.source[t])));
     for (const std::uint32_t v : facets.triangles[t]) append_vector(bytes, mesh.positions[v]);
     const double bits = attribute == nullptr ? 0 : attribute->values[facets.face[t]];
-    append_number(bytes, static_cast<std::uint16_t>(nearest_of(NumberType::uint16, bits)));
+    append_binary(bytes, NumberType::uint16, nearest_of(NumberType::uint16, bits), kSwapped);
   }
   return bytes + source.substr(kFirstTriangle + kTriangleBytes * facets.shape.source.mesh.face_count());
 }
@@ -320,8 +289,6 @@ class TextWriter {
   std::string result_;
 };
 
-}  // namespace
-
 std::string remeshed(const NewMesh& shape, const WriteOptions& options) {
   const Facets facets(shape);
   return layout_of<Layout>(shape.source).binary ? write_binary(facets) : TextWriter(facets, options.decimals).run();
@@ -329,4 +296,17 @@ std::string remeshed(const NewMesh& shape, const WriteOptions& options) {
 
 std::vector<std::string> remesh_losses(const ShapeFile& /*source*/) { return {}; }
 
+}  // namespace
 }  // namespace knead::io_detail::stl
+
+const knead::io_detail::Codec knead::io_detail::stl_codec{.name = "stl",
+                                                          .read = stl::read,
+                                                          .rewrite = stl::rewrite,
+                                                          .generate = stl::generate,
+                                                          .losses = stl::losses,
+                                                          .source_losses = stl::source_losses,
+                                                          .remeshed = stl::remeshed,
+                                                          .remesh_losses = stl::remesh_losses,
+                                                          .stores_floats = stl::stores_floats,
+                                                          .generates_floats = true,
+                                                          .visit_coordinates = stl::visit_coordinates};

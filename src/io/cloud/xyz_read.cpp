@@ -1,4 +1,4 @@
-// Reading points in text whose columns have names, and molecules.
+// Reading points in text: tables whose columns have names, molecules, and lines of numbers.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "io/cloud/cloud.h"
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/mesh_builder.h"
 #include "io/text.h"
 #include "math/elementary.h"
@@ -23,6 +23,26 @@ struct Column {
   std::vector<double> values;
 };
 
+// Throws InvalidInput where another number of points is declared, in the line that begins at `begin`, than follow.
+void check_declared(std::size_t count, std::size_t rows, std::size_t begin, std::string_view bytes,
+                    const std::string& name) {
+  if (count == rows) return;
+  fail_at_line(name, bytes, begin,
+               fmt::format("{} points are declared, but {} follow; {}", count, rows,
+                           count > rows ? "the file is cut short or damaged"
+                                        : "correct the number, or remove the lines that are too many"));
+}
+
+// Throws InvalidInput where no point of a file has a place.
+void require_placed(const Mesh& mesh, const std::string& name) {
+  if (!mesh.positions.empty()) return;
+  throw InvalidInput(Place{name}, "no point has finite coordinates; there is no shape in it");
+}
+
+bool are_bytes(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), [](double c) { return c >= 0 && c <= 255 && c == std::floor(c); });
+}
+
 class TableReader {
  public:
   TableReader(ShapeFile& shape, const TableStart& start, const std::string& name)
@@ -36,9 +56,7 @@ class TableReader {
     Rows rows(shape_.bytes, start_.points_begin, start_.columns.separator);
     while (rows.next()) read_row(rows);
     check_count();
-    if (shape_.mesh.positions.empty()) {
-      throw InvalidInput(Place{name_}, "no point has finite coordinates; there is no shape in it");
-    }
+    require_placed(shape_.mesh, name_);
     add_normals();
     add_colors();
     add_columns();
@@ -52,10 +70,8 @@ class TableReader {
 
   void check_count() const {
     if (!start_.count_begin) return;
-    const std::size_t end = std::min(shape_.bytes.find_first_of("\r\n", *start_.count_begin), shape_.bytes.size());
-    std::string_view word = std::string_view(shape_.bytes).substr(*start_.count_begin, end - *start_.count_begin);
-    while (!word.empty() && is_blank(word.back())) word.remove_suffix(1);
-    while (!word.empty() && is_blank(word.front())) word.remove_prefix(1);
+    const std::string_view line = std::string_view(shape_.bytes).substr(*start_.count_begin);
+    const std::string_view word = trimmed(line.substr(0, line.find_first_of("\r\n")));
     const std::size_t count = text_.whole(word, kMaxElements, "x y z, or the number of points");
     check_declared(count, rows_, *start_.count_begin, shape_.bytes, name_);
   }
@@ -116,18 +132,14 @@ class TableReader {
       column.values = {};
       return;
     }
-    if (!std::isfinite(value)) ++not_finite_;
-    column.values.push_back(std::isfinite(value) ? value : 0);
+    column.values.push_back(finite_(value));
   }
 
   // The columns of those names, in any case; empty if not all three are read.
   std::vector<Column*> named(std::array<std::string_view, 3> names) {
     std::vector<Column*> found;
     for (const std::string_view name : names) {
-      const auto is_it = [&](const Column& column) {
-        const auto same = [](char a, char b) { return a == b || (a >= 'A' && a <= 'Z' && a + ('a' - 'A') == b); };
-        return column.is_read && std::equal(column.name.begin(), column.name.end(), name.begin(), name.end(), same);
-      };
+      const auto is_it = [&](const Column& column) { return column.is_read && lower(column.name) == name; };
       const auto column = std::find_if(columns_.begin(), columns_.end(), is_it);
       if (column == columns_.end()) return {};
       found.push_back(&*column);
@@ -160,11 +172,8 @@ class TableReader {
     using Three = std::array<std::string_view, 3>;
     for (const Three& names : {Three{"r", "g", "b"}, Three{"red", "green", "blue"}}) {
       const std::vector<Column*> columns = named(names);
-      const auto is_byte = [](double c) { return c >= 0 && c <= 255 && c == std::floor(c); };
-      const auto are_bytes = [&](const Column* column) {
-        return std::all_of(column->values.begin(), column->values.end(), is_byte);
-      };
-      if (columns.empty() || !std::all_of(columns.begin(), columns.end(), are_bytes)) continue;
+      const auto is_color = [](const Column* column) { return are_bytes(column->values); };
+      if (columns.empty() || !std::all_of(columns.begin(), columns.end(), is_color)) continue;
       return add_three("color", NumberType::uint8, columns);
     }
   }
@@ -190,11 +199,8 @@ class TableReader {
     if (!layout_.columns_read)
       shape_.notes.emplace_back("lines have more than 64 other columns; they are kept but not read");
     if (!unplaced_.rows.empty()) shape_.notes.push_back(unplaced_note(unplaced_.rows.size()));
-    if (not_finite_ > 0) {
-      shape_.notes.push_back(counted(not_finite_, "attribute value is not finite and is read as 0",
-                                     "attribute values are not finite and are read as 0"));
-    }
-    shape_.notes.emplace_back("has no faces and is read as a point cloud");
+    finite_.append_note(shape_.notes);
+    shape_.notes.emplace_back(kCloudNote);
   }
 
   ShapeFile& shape_;
@@ -205,27 +211,8 @@ class TableReader {
   Unplaced unplaced_;
   std::vector<Column> columns_;
   std::size_t rows_ = 0;  // with those that have no place
-  std::size_t not_finite_ = 0;
+  FiniteValues finite_;
 };
-
-}  // namespace
-
-void check_declared(std::size_t count, std::size_t rows, std::size_t begin, std::string_view bytes,
-                    const std::string& name) {
-  if (count == rows) return;
-  fail_at_line(name, bytes, begin,
-               fmt::format("{} points are declared, but {} follow; {}", count, rows,
-                           count > rows ? "the file is cut short or damaged"
-                                        : "correct the number, or remove the lines that are too many"));
-}
-
-Layout read_table(ShapeFile& shape, const TableStart& start, const std::string& name) {
-  return TableReader(shape, start, name).run();
-}
-
-// Reading points in text.
-
-namespace {
 
 class Reader {
  public:
@@ -236,9 +223,7 @@ class Reader {
     for (std::string_view word = words_.next(); !word.empty(); word = words_.next()) read_line(word);
     if (count_) check_declared(*count_, rows_, count_begin_, shape_.bytes, name_);
     if (rows_ == 0) throw InvalidInput(Place{name_}, "has no points (lines 'x y z'); there is no shape in it");
-    if (shape_.mesh.positions.empty()) {
-      throw InvalidInput(Place{name_}, "no point has finite coordinates; there is no shape in it");
-    }
+    require_placed(shape_.mesh, name_);
     add_attributes();
     add_notes();
     layout_.unplaced = std::move(unplaced_.rows);
@@ -304,8 +289,7 @@ class Reader {
       value = words_.text().real(word, "a number");
       ++columns;
       if (!layout_.columns_read) continue;
-      columns_.push_back(std::isfinite(value) ? value : 0);
-      if (!std::isfinite(value)) ++not_finite_;
+      columns_.push_back(finite_(value));
     }
     if (shape_.mesh.vertex_count() == 1) width_ = columns;
     constexpr std::size_t most = 64;  // each is an attribute
@@ -324,17 +308,12 @@ class Reader {
     return unit * 20 >= shape_.mesh.vertex_count() * 19;
   }
 
-  bool is_color() const {
-    return std::all_of(columns_.begin(), columns_.end(),
-                       [](double c) { return c >= 0 && c <= 255 && c == std::floor(c); });
-  }
-
   void add_attributes() {
     if (!layout_.columns_read || width_ == 0) return;
     std::vector<Attribute>& attributes = shape_.mesh.attributes;
     if (width_ == 3 && is_normal()) {
       attributes.push_back({"normal", Domain::vertex, NumberType::float32, 3, std::move(columns_)});
-    } else if (width_ == 3 && is_color()) {
+    } else if (width_ == 3 && are_bytes(columns_)) {
       attributes.push_back({"color", Domain::vertex, NumberType::uint8, 3, std::move(columns_)});
     } else {
       for (std::size_t c = 0; c < width_; ++c) add_column(c);
@@ -373,11 +352,10 @@ class Reader {
     if (!layout_.columns_read) {
       shape_.notes.push_back(
           "the numbers after x y z are kept but not read: lines differ in how many they have, or have more than 64");
-    } else if (not_finite_ > 0) {
-      shape_.notes.push_back(counted(not_finite_, "attribute value is not finite and is read as 0",
-                                     "attribute values are not finite and are read as 0"));
+    } else {
+      finite_.append_note(shape_.notes);
     }
-    shape_.notes.push_back("has no faces and is read as a point cloud");
+    shape_.notes.emplace_back(kCloudNote);
   }
 
   ShapeFile& shape_;
@@ -390,18 +368,14 @@ class Reader {
   std::size_t count_begin_ = 0;
   std::size_t width_ = 0;        // numbers after x y z on a line
   std::vector<double> columns_;  // all of them, line by line
-  std::size_t not_finite_ = 0;
+  FiniteValues finite_;
 };
 
 }  // namespace
 
-ShapeFile parse(std::string bytes, const std::string& name) {
-  ShapeFile shape;
-  shape.format = "xyz";
-  shape.bytes = std::move(bytes);
+void read(ShapeFile& shape, const std::string& name) {
   const std::optional<TableStart> table = find_table(shape.bytes, name);
-  set_layout(shape, table ? read_table(shape, *table, name) : Reader(shape, name).run());
-  return shape;
+  set_layout(shape, table ? TableReader(shape, *table, name).run() : Reader(shape, name).run());
 }
 
 }  // namespace knead::io_detail::xyz
