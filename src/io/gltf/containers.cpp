@@ -1,5 +1,5 @@
-#include "io/gltf/gltf.h"
-
+// The two containers of glTF, .glb and .gltf, whose buffers are in the file's binary chunk, in its text as base64 (data
+// URIs), or in files beside it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,9 +10,8 @@
 #include <iterator>
 #include <system_error>
 
-#include "io/codec.h"
-#include "io/glb/edit.h"
-#include "io/glb/glb.h"
+#include "io/gltf/edit.h"
+#include "io/gltf/gltf.h"
 #include "io/text.h"
 #include "knead/io.h"
 
@@ -42,8 +41,8 @@ std::optional<std::string> without_percents(std::string_view uri) {
   return text;
 }
 
-}  // namespace
-
+// Returns the name of a file in the same folder that a URI names: no folder, no scheme; "%20" is a blank. Nothing for
+// other URIs.
 std::optional<std::string> plain_file_name(std::string_view uri) {
   std::optional<std::string> name = without_percents(uri);
   if (!name) return std::nullopt;
@@ -53,6 +52,7 @@ std::optional<std::string> plain_file_name(std::string_view uri) {
   return name;
 }
 
+// Returns the URI of a plain file name.
 std::string with_percents(std::string_view name) {
   std::string uri;
   for (const char c : name) {
@@ -66,7 +66,8 @@ std::string with_percents(std::string_view name) {
   return uri;
 }
 
-std::string read_beside(const fs::path& folder, const std::string& file, const glb::Value& buffer) {
+// Returns the bytes of a regular file of that name in the folder, no link. Throws InvalidInput that names the buffer.
+std::string read_buffer(const fs::path& folder, const std::string& file, const Value& buffer) {
   const fs::path path = folder / file;
   std::error_code error;
   const auto type = fs::symlink_status(path, error).type();
@@ -87,6 +88,8 @@ std::string read_beside(const fs::path& folder, const std::string& file, const g
   return bytes;
 }
 
+// Returns a name that may be written beside `target`: `wanted` where nothing stands there, or where it is what the
+// source itself has there; else one made of the target's name that is none of `taken`.
 std::string free_name(const fs::path& target, const std::string& wanted, bool is_own,
                       const std::vector<std::string>& taken) {
   std::error_code error;
@@ -99,12 +102,6 @@ std::string free_name(const fs::path& target, const std::string& wanted, bool is
   return name;
 }
 
-namespace {
-
-using glb::Patch;
-using glb::Span;
-using glb::Value;
-
 // A file taken apart: its JSON, and what follows it in a GLB file.
 struct Parts {
   std::string_view text;
@@ -115,13 +112,13 @@ struct Parts {
 std::string as_glb(std::string_view text, std::string_view bin) {
   std::string chunks;
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.remove_suffix(1);
-  glb::append_chunk(chunks, glb::kJson, text);
-  glb::append_chunk(chunks, glb::kBin, bin);
-  return glb::with_header(chunks);
+  append_chunk(chunks, kJson, text);
+  append_chunk(chunks, kBin, bin);
+  return with_header(chunks);
 }
 
 Parts parts_of(std::string_view glb_bytes, const std::string& name) {
-  const glb::Layout layout = glb::parse_chunks(glb_bytes, name);
+  const Layout layout = parse_chunks(glb_bytes, name);
   const auto contents = [&](std::size_t i) { return glb_bytes.substr(layout.chunks[i].begin, layout.chunks[i].size); };
   std::string_view text = contents(0);
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.remove_suffix(1);
@@ -135,7 +132,7 @@ class Collector {
       : parts_(parts), name_(std::move(name)), path_(path) {
     text_ = parts.text.substr(text_begin(parts.text, name_));
     source_ = {name_, text_, parts.text_begin};
-    json_ = glb::parse_object(text_, parts.text_begin, name_);
+    json_ = parse_object(text_, parts.text_begin, name_);
   }
 
   // False where the binary chunk is the one buffer, and nothing in it is compressed.
@@ -148,18 +145,20 @@ class Collector {
   }
 
   // The GLB file that holds the same.
-  std::string run(Layout& layout) {
+  Wrapping run() {
+    Wrapping wrapping;
     for (std::size_t i = 0; i < root().count("buffers"); ++i) add_buffer(i, root().item("buffers", i));
     std::vector<Patch> patches;
-    const std::optional<Span> buffers = member(text_, glb::root_span(text_), "buffers");
+    const std::optional<Span> buffers = member(text_, root_span(text_), "buffers");
     if (buffers) {
-      layout.buffers_text = std::string(text_.substr(buffers->begin, buffers->end - buffers->begin));
+      wrapping.buffers_text = std::string(text_.substr(buffers->begin, buffers->end - buffers->begin));
       patches.push_back({*buffers, fmt::format(R"([{{"byteLength":{}}}])", bin_.size())});
     }
     add_view_patches(patches);
-    layout.buffers = std::move(buffers_);
-    if (path_ != nullptr) layout.path = *path_;
-    return as_glb(glb::patched(text_, std::move(patches)), bin_);
+    wrapping.buffers = std::move(buffers_);
+    if (path_ != nullptr) wrapping.path = *path_;
+    wrapping.glb = as_glb(patched(text_, std::move(patches)), bin_);
+    return wrapping;
   }
 
  private:
@@ -220,14 +219,14 @@ class Collector {
     }
     buffer.kind = Buffer::Kind::file;
     buffer.file = *file;
-    return read_beside(folder_of(*path_), *file, uri);
+    return read_buffer(folder_of(*path_), *file, uri);
   }
 
   // Buffer views in the one buffer.
   void add_view_patches(std::vector<Patch>& patches) const {
-    const std::optional<Span> array = member(text_, glb::root_span(text_), "bufferViews");
+    const std::optional<Span> array = member(text_, root_span(text_), "bufferViews");
     if (!array) return;
-    const std::vector<glb::Member> views = members(text_, *array);
+    const std::vector<Member> views = members(text_, *array);
     for (std::size_t v = 0; v < views.size(); ++v) {
       const Value view = root().item("bufferViews", v);
       add_range_patches(view, views[v].value, patches);
@@ -254,34 +253,28 @@ class Collector {
   std::string name_;
   const std::filesystem::path* path_;  // null: no file may be opened
   std::string_view text_;
-  glb::Source source_;
+  Source source_;
   Json json_;
   std::vector<Buffer> buffers_;
   std::string bin_;
 };
 
 // Reads a file as the GLB file that holds the same.
-void read_wrapped(ShapeFile& shape, const std::string& name, Collector& collector) {
-  Layout layout;
-  std::string plain = collector.run(layout);
-  if (names_codec(parts_of(plain, name).text)) plain = decompressed(std::move(plain), name, shape.notes);
-  layout.glb.format = "glb";
-  layout.glb.bytes = std::move(plain);
-  glb::read(layout.glb, name);
-  shape.mesh = layout.glb.mesh;
-  shape.notes.insert(shape.notes.end(), layout.glb.notes.begin(), layout.glb.notes.end());
-  const auto full =
-      std::count_if(layout.buffers.begin(), layout.buffers.end(), [](const Buffer& b) { return b.size > 0; });
-  if (full > 1) shape.notes.push_back(std::to_string(full) + " buffers are written as one if a vertex moves");
-  set_layout(shape, std::move(layout));
-}
-
 void read_from(ShapeFile& shape, const std::string& name, const std::filesystem::path* path) {
   const bool is_container = shape.format == "glb";
   const Parts parts = is_container ? parts_of(shape.bytes, name) : Parts{shape.bytes, {}, 0};
   Collector collector(parts, name, path);
-  if (is_container && !collector.is_needed()) return glb::read(shape, name);
-  read_wrapped(shape, name, collector);
+  if (is_container && !collector.is_needed()) return set_layout(shape, read_scene(shape, shape.bytes, name));
+  Wrapping wrapping = collector.run();
+  if (names_codec(parts_of(wrapping.glb, name).text)) {
+    wrapping.glb = decompressed(std::move(wrapping.glb), name, shape.notes);
+  }
+  Layout layout = read_scene(shape, wrapping.glb, name);
+  const auto full =
+      std::count_if(wrapping.buffers.begin(), wrapping.buffers.end(), [](const Buffer& b) { return b.size > 0; });
+  if (full > 1) shape.notes.push_back(std::to_string(full) + " buffers are written as one if a vertex moves");
+  layout.wrapping = std::move(wrapping);
+  set_layout(shape, std::move(layout));
 }
 
 void read(ShapeFile& shape, const std::string& name) { read_from(shape, name, nullptr); }
@@ -298,99 +291,84 @@ std::string data_uri(const std::vector<Buffer>& buffers, std::string_view bin) {
 }
 
 // The buffers as text: the source's own one with other bytes; `uri` as JSON.
-std::string buffers_text(const Layout& layout, std::string_view bin, const std::optional<std::string>& uri) {
+std::string buffers_text(const Wrapping& wrapping, std::string_view bin, const std::optional<std::string>& uri) {
   const std::string size = std::to_string(bin.size());
-  if (layout.buffers.size() != 1) {
+  if (wrapping.buffers.size() != 1) {
     return fmt::format(R"([{{"byteLength":{}{}}}])", size, uri ? R"(,"uri":)" + *uri : "");
   }
-  const std::string_view text = layout.buffers_text;
-  const Span buffer = glb::members(text, Span{0, text.size()})[0].value;
+  const std::string_view text = wrapping.buffers_text;
+  const Span buffer = members(text, Span{0, text.size()})[0].value;
   const std::optional<Span> old_uri = member(text, buffer, "uri");
   std::vector<Patch> patches{
       {*member(text, buffer, "byteLength"), size + (uri && !old_uri ? R"(,"uri":)" + *uri : "")}};
   if (uri && old_uri) patches.push_back({*old_uri, *uri});
-  return glb::patched(text, std::move(patches));
+  return patched(text, std::move(patches));
 }
 
 // The length of the byte order mark that a text begins with, or 0.
 std::size_t mark_size(std::string_view text) { return text.starts_with("\xef\xbb\xbf") ? 3 : 0; }
 
 // The GLB file as a file of the source's kind that is whole in itself.
-std::string unwrapped(const ShapeFile& source, const Layout& layout, const std::string& bytes) {
+std::string unwrapped(const ShapeFile& source, const Wrapping& wrapping, const std::string& bytes) {
   const Parts parts = parts_of(bytes, source.format);
   const bool in_chunk =
-      source.format == "glb" && (layout.buffers.empty() || layout.buffers[0].kind == Buffer::Kind::chunk);
+      source.format == "glb" && (wrapping.buffers.empty() || wrapping.buffers[0].kind == Buffer::Kind::chunk);
   // The chunk is padded; the buffer says how long it is.
-  const std::optional<Span> buffers = member(parts.text, glb::root_span(parts.text), "buffers");
+  const std::optional<Span> buffers = member(parts.text, root_span(parts.text), "buffers");
   if (!buffers) return source.format == "glb" ? bytes : std::string(parts.text);
   const Json declared = parse_json(parts.text.substr(buffers->begin, buffers->end - buffers->begin));
   const std::string_view bin = parts.bin.substr(0, declared.items()[0].find("byteLength")->whole());
   std::optional<std::string> uri;
-  if (!in_chunk) uri = data_uri(layout.buffers, bin);
-  const std::string text = glb::patched(parts.text, {{*buffers, buffers_text(layout, bin, uri)}});
+  if (!in_chunk) uri = data_uri(wrapping.buffers, bin);
+  const std::string text = patched(parts.text, {{*buffers, buffers_text(wrapping, bin, uri)}});
   if (source.format != "glb") return source.bytes.substr(0, mark_size(source.bytes)) + text;
   return as_glb(text, in_chunk ? bin : std::string_view{});
 }
 
 // Writes the bytes of buffers to files beside the path; returns the file that names them.
-std::string with_files_beside(const std::filesystem::path& path, const Layout& layout, const std::string& format,
+std::string with_files_beside(const std::filesystem::path& path, const Wrapping& wrapping, const std::string& format,
                               const std::string& bytes) {
   const bool is_container = format == "glb";
   const Parts parts = is_container ? parts_of(bytes, format) : Parts{bytes, {}, 0};
   const std::string_view text = parts.text;
-  const std::string_view old_bin = parts_of(layout.glb.bytes, format).bin;
+  const std::string_view old_bin = parts_of(wrapping.glb, format).bin;
   std::vector<std::string> taken;
-  for (const Buffer& buffer : layout.buffers) taken.push_back(buffer.file);
+  for (const Buffer& buffer : wrapping.buffers) taken.push_back(buffer.file);
   std::error_code error;
-  const bool is_own = std::filesystem::equivalent(path, layout.path, error);
-  const bool is_same_folder = std::filesystem::equivalent(folder_of(path), folder_of(layout.path), error);
+  const bool is_own = std::filesystem::equivalent(path, wrapping.path, error);
+  const bool is_same_folder = std::filesystem::equivalent(folder_of(path), folder_of(wrapping.path), error);
   std::vector<Patch> patches;
-  const std::vector<glb::Member> buffers = members(text, *member(text, glb::root_span(text), "buffers"));
+  const std::vector<Member> buffers = members(text, *member(text, root_span(text), "buffers"));
   for (std::size_t i = 0; i < buffers.size(); ++i) {
     const std::optional<Span> uri = member(text, buffers[i].value, "uri");
-    if (layout.buffers[i].kind != Buffer::Kind::file || !uri) continue;
+    if (wrapping.buffers[i].kind != Buffer::Kind::file || !uri) continue;
     const std::string value = parse_json(text.substr(uri->begin, uri->end - uri->begin)).text();
     const bool is_new = value.starts_with("data:");  // else it names the file, which has not changed
     if (!is_new && is_same_folder) continue;
-    const std::string name = free_name(path, layout.buffers[i].file, is_own, taken);
-    const std::string_view old = old_bin.substr(layout.buffers[i].begin, layout.buffers[i].size);
+    const std::string name = free_name(path, wrapping.buffers[i].file, is_own, taken);
+    const std::string_view old = old_bin.substr(wrapping.buffers[i].begin, wrapping.buffers[i].size);
     const std::size_t comma = value.find(',') + 1;
     write_file_atomically(folder_of(path) / name,
                           is_new ? *from_base64(std::string_view(value).substr(comma)) : std::string(old));
-    if (is_new || name != layout.buffers[i].file) patches.push_back({*uri, to_text(Json(with_percents(name)))});
+    if (is_new || name != wrapping.buffers[i].file) patches.push_back({*uri, to_text(Json(with_percents(name)))});
   }
-  const std::string named = glb::patched(text, std::move(patches));
+  const std::string named = patched(text, std::move(patches));
   return is_container ? as_glb(named, parts.bin) : named;
 }
 
-const Layout* layout_in(const ShapeFile& source) { return find_layout<Layout>(source); }
+// A file of the source's kind for the GLB file that takes the place of its own.
+std::string as_source(const ShapeFile& source, std::string glb) {
+  const std::optional<Wrapping>& wrapping = layout_of<Layout>(source).wrapping;
+  return wrapping ? unwrapped(source, *wrapping, glb) : glb;
+}
 
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options) {
-  const Layout* layout = layout_in(source);
-  if (layout == nullptr) return glb::rewrite(source, positions, normals, options);
-  return unwrapped(source, *layout, glb::rewrite(layout->glb, positions, normals, options));
+                    const WriteOptions& /*options*/) {
+  return as_source(source, rewrite_glb(source, positions, normals));
 }
 
-std::string remeshed(const NewMesh& shape, const WriteOptions& options) {
-  const Layout* layout = layout_in(shape.source);
-  if (layout == nullptr) return glb::remeshed(shape, options);
-  return unwrapped(shape.source, *layout, glb::remeshed({layout->glb, shape.mesh, shape.face_source}, options));
-}
-
-std::vector<std::string> source_losses(const ShapeFile& source) {
-  const Layout* layout = layout_in(source);
-  return glb::source_losses(layout == nullptr ? source : layout->glb);
-}
-
-std::vector<std::string> remesh_losses(const ShapeFile& source) {
-  const Layout* layout = layout_in(source);
-  return glb::remesh_losses(layout == nullptr ? source : layout->glb);
-}
-
-std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
-  const Layout* layout = layout_in(source);
-  return glb::face_labels(layout == nullptr ? source : layout->glb);
+std::string remeshed(const NewMesh& shape, const WriteOptions& /*options*/) {
+  return as_source(shape.source, remeshed_glb(shape));
 }
 
 // Notes the images in files of their own that a copy of the source in another folder lacks.
@@ -413,17 +391,15 @@ std::vector<fs::path> copy_beside(const ShapeFile& source, const fs::path& from,
 }
 
 // A new .gltf file with its buffer as a data URI.
-std::string generate(const Mesh& mesh, const WriteOptions& options) { return as_text(glb::generate(mesh, options)); }
+std::string generate(const Mesh& mesh, const WriteOptions& options) { return as_text(generate_glb(mesh, options)); }
 
 // Writes a file of the source, whose bytes rewrite or remeshed made or which did not change: what came in files goes to
 // files beside the path again, under the same names unless others' files stand there.
 void write_beside(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes) {
-  const Layout* layout = layout_in(source);
-  const bool has_files =
-      layout != nullptr && std::any_of(layout->buffers.begin(), layout->buffers.end(),
-                                       [](const Buffer& buffer) { return buffer.kind == Buffer::Kind::file; });
-  if (!has_files) return write_new_file(path, bytes);
-  write_new_file(path, with_files_beside(path, *layout, source.format, bytes));
+  const std::optional<Wrapping>& wrapping = layout_of<Layout>(source).wrapping;
+  const bool has_files = wrapping && std::any_of(wrapping->buffers.begin(), wrapping->buffers.end(),
+                                                 [](const Buffer& b) { return b.kind == Buffer::Kind::file; });
+  write_new_file(path, has_files ? with_files_beside(path, *wrapping, source.format, bytes) : bytes);
 }
 
 constexpr Codec container(const char* name, std::string (*generate)(const Mesh&, const WriteOptions&)) {
@@ -432,7 +408,7 @@ constexpr Codec container(const char* name, std::string (*generate)(const Mesh&,
           .read_beside = read_beside,
           .rewrite = rewrite,
           .generate = generate,
-          .losses = glb::losses,
+          .losses = losses,
           .source_losses = source_losses,
           .remeshed = remeshed,
           .remesh_losses = remesh_losses,
@@ -445,17 +421,22 @@ constexpr Codec container(const char* name, std::string (*generate)(const Mesh&,
 
 }  // namespace
 
-std::string as_text(const std::string& glb_bytes) {
+std::string_view glb_bytes(const ShapeFile& source) {
+  const std::optional<Wrapping>& wrapping = layout_of<Layout>(source).wrapping;
+  return wrapping ? wrapping->glb : source.bytes;
+}
+
+std::string as_text(const std::string& glb) {
   ShapeFile source;
   source.format = "gltf";
-  return unwrapped(source, {}, glb_bytes);
+  return unwrapped(source, {}, glb);
 }
 
 }  // namespace knead::io_detail::gltf
 
 namespace knead::io_detail {
 
-const Codec glb_codec = gltf::container("glb", glb::generate);
+const Codec glb_codec = gltf::container("glb", gltf::generate_glb);
 const Codec gltf_codec = gltf::container("gltf", gltf::generate);
 
 }  // namespace knead::io_detail

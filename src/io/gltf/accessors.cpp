@@ -1,46 +1,40 @@
+// The accessors of a glTF file: where their numbers are, and the attributes of a mesh as they hold them.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <set>
 
-#include "io/glb/glb.h"
-#include "io/glb/writable.h"
+#include "io/gltf/edit.h"
+#include "io/gltf/gltf.h"
 #include "io/mesh_builder.h"
 #include "io/text.h"
 
-namespace knead::io_detail::glb {
+namespace knead::io_detail::gltf {
 namespace {
 
 struct ComponentType {
   std::size_t code;
   NumberType type;
-  std::size_t size;
   double most;  // what 1 is stored as where the accessor is normalized
 };
 
-constexpr std::array<ComponentType, 6> kComponentTypes = {{{5120, NumberType::int8, 1, 127},
-                                                           {5121, NumberType::uint8, 1, 255},
-                                                           {5122, NumberType::int16, 2, 32767},
-                                                           {5123, NumberType::uint16, 2, 65535},
-                                                           {5125, NumberType::uint32, 4, 0},
-                                                           {5126, NumberType::float32, 4, 0}}};
-
-const ComponentType& component_type(NumberType type) {
-  return *std::find_if(kComponentTypes.begin(), kComponentTypes.end(),
-                       [&](const ComponentType& known) { return known.type == type; });
-}
+constexpr std::array<ComponentType, 6> kComponentTypes = {{{5120, NumberType::int8, 127},
+                                                           {5121, NumberType::uint8, 255},
+                                                           {5122, NumberType::int16, 32767},
+                                                           {5123, NumberType::uint16, 65535},
+                                                           {5125, NumberType::uint32, 0},
+                                                           {5126, NumberType::float32, 0}}};
 
 // Elements of `size` bytes in the buffer view that `user` (an accessor, or part of a sparse one) names.
 DenseData find_elements(const Document& document, const Value& user, std::size_t count, std::size_t size) {
   const Value view = document.root().item("bufferViews", user.at("bufferView").whole());
-  for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
-    if (view.find("extensions") && view.at("extensions").find(extension)) {
-      view.fail(
-          fmt::format("is compressed ({}), which this build cannot read; export it without compression", extension));
-    }
+  if (const char* const extension = meshopt_extension(view.json())) {
+    view.fail(
+        fmt::format("is compressed ({}), which this build cannot read; export it without compression", extension));
   }
   const std::size_t buffer = view.at("buffer").whole();
   if (buffer != 0 || document.root().item("buffers", 0).find("uri")) {
@@ -71,28 +65,11 @@ DenseData find_elements(const Document& document, const Value& user, std::size_t
 }
 
 double read_number(const Document& document, std::size_t position, NumberType type) {
-  const auto read = [&](auto value) {
-    std::memcpy(&value, document.bin.data() + position, sizeof value);
-    return static_cast<double>(std::endian::native == std::endian::little ? value : swap_bytes(value));
-  };
-  switch (type) {
-    case NumberType::int8:
-      return read(std::int8_t{});
-    case NumberType::uint8:
-      return read(std::uint8_t{});
-    case NumberType::int16:
-      return read(std::int16_t{});
-    case NumberType::uint16:
-      return read(std::uint16_t{});
-    case NumberType::uint32:
-      return read(std::uint32_t{});
-    default:
-      return read(float{});
-  }
+  return read_binary(document.bin.data() + position, type, std::endian::native != std::endian::little);
 }
 
 void read_element(const Document& document, const Accessor& accessor, std::size_t position, double* to) {
-  const std::size_t size = component_type(accessor.type).size;
+  const std::size_t size = size_of(accessor.type);
   for (std::size_t c = 0; c < accessor.components; ++c) {
     to[c] = read_number(document, position + c * size, accessor.type);
   }
@@ -107,7 +84,7 @@ SparseData find_sparse(const Document& document, const Value& sparse, const Acce
       data.index_type != NumberType::uint32) {
     indices.fail("must be unsigned integers; repair the file");
   }
-  data.indices = find_elements(document, indices, data.count, component_type(data.index_type).size);
+  data.indices = find_elements(document, indices, data.count, size_of(data.index_type));
   data.values = find_elements(document, sparse.at("values"), data.count, accessor.element_size());
   return data;
 }
@@ -127,66 +104,7 @@ void replace_sparse(const Document& document, const Value& value, const Accessor
   }
 }
 
-}  // namespace
-
-NumberType component_type(const Value& code) {
-  const std::size_t number = code.whole();
-  for (const ComponentType& known : kComponentTypes) {
-    if (known.code == number) return known.type;
-  }
-  code.fail(fmt::format("{} is no component type of glTF; repair the file", number));
-}
-
-std::size_t component_count(const Value& type) {
-  const std::string text = type.text();
-  for (const auto& [name, count] :
-       {std::pair{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}) {
-    if (text == name) return static_cast<std::size_t>(count);
-  }
-  type.fail("must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4; repair the file");
-}
-
-std::size_t component_size(NumberType type) { return component_type(type).size; }
-
-std::size_t Accessor::element_size() const { return components * component_size(type); }
-
-Accessor find_accessor(const Document& document, std::size_t index) {
-  const Value value = document.root().item("accessors", index);
-  Accessor accessor;
-  accessor.count = value.at("count").whole();
-  accessor.type = component_type(value.at("componentType"));
-  accessor.normalized = value.flag("normalized");
-  accessor.components = component_count(value.at("type"));
-  if (value.find("bufferView")) {
-    accessor.dense = find_elements(document, value, accessor.count, accessor.element_size());
-  } else if (!value.find("sparse")) {
-    value.fail("holds no data; an extension that is not supported may hold it; export it without");
-  } else if (accessor.count > most_elements(document.bytes.size())) {
-    value.fail(fmt::format("{} elements are more than the file can hold; the file is damaged", accessor.count));
-  }
-  if (const std::optional<Value> sparse = value.find("sparse")) {
-    accessor.sparse = find_sparse(document, *sparse, accessor);
-  }
-  return accessor;
-}
-
-std::vector<double> read_accessor(const Document& document, std::size_t index, const Accessor& accessor, bool as_real) {
-  std::vector<double> numbers(accessor.count * accessor.components, 0.0);
-  for (std::size_t i = 0; accessor.dense && i < accessor.count; ++i) {
-    read_element(document, accessor, accessor.dense->begin + i * accessor.dense->stride,
-                 numbers.data() + i * accessor.components);
-  }
-  if (accessor.sparse) replace_sparse(document, document.root().item("accessors", index), accessor, numbers);
-  const double most = component_type(accessor.type).most;
-  if (!as_real || !accessor.normalized || most == 0) return numbers;
-  // Rounded, so that what is written as floats in their place is the same number.
-  for (double& number : numbers) number = double{static_cast<float>(std::fmax(number / most, -1.0))};
-  return numbers;
-}
-
-namespace {
-
-struct Source {
+struct AttributeData {
   std::size_t accessor = 0;
   Accessor found;
 };
@@ -197,7 +115,7 @@ class AttributeReader {
 
   // Nothing if no block has it.
   std::optional<Attribute> read(const Semantic& semantic, std::vector<std::string>& notes) {
-    const std::vector<std::optional<Source>> sources = find_sources(semantic);
+    const std::vector<std::optional<AttributeData>> sources = find_sources(semantic);
     Attribute attribute = described(semantic, sources);
     if (attribute.components == 0) return std::nullopt;
     std::size_t missing = 0;
@@ -233,13 +151,13 @@ class AttributeReader {
     return type == NumberType::float32 ? 1 : (type == NumberType::uint8 ? 255 : 65535);
   }
 
-  std::vector<std::optional<Source>> find_sources(const Semantic& semantic) const {
-    std::vector<std::optional<Source>> sources;
+  std::vector<std::optional<AttributeData>> find_sources(const Semantic& semantic) const {
+    std::vector<std::optional<AttributeData>> sources;
     for (const Block& block : blocks_) {
       const std::optional<std::size_t>& index = block.*semantic.accessor;
       sources.emplace_back();
       if (!index) continue;
-      sources.back() = Source{*index, find_accessor(document_, *index)};
+      sources.back() = AttributeData{*index, find_accessor(document_, *index)};
       const Accessor& found = sources.back()->found;
       const std::string name = semantic.name;
       const bool fits = found.components == (name == "uv" ? 2u : 3u) || (name == "color" && found.components == 4);
@@ -254,10 +172,10 @@ class AttributeReader {
   }
 
   // The attribute without its values; without components if there is none.
-  static Attribute described(const Semantic& semantic, const std::vector<std::optional<Source>>& sources) {
+  static Attribute described(const Semantic& semantic, const std::vector<std::optional<AttributeData>>& sources) {
     Attribute attribute{semantic.name, Domain::vertex, NumberType::float32, 0, {}};
     std::optional<NumberType> type;
-    for (const std::optional<Source>& source : sources) {
+    for (const std::optional<AttributeData>& source : sources) {
       if (!source) continue;
       attribute.components = std::max(attribute.components, static_cast<int>(source->found.components));
       const bool kept = source->found.normalized &&
@@ -269,7 +187,7 @@ class AttributeReader {
     return attribute;
   }
 
-  std::vector<double> values_of(const Source& source, const Attribute& attribute, const Block& block) {
+  std::vector<double> values_of(const AttributeData& source, const Attribute& attribute, const Block& block) {
     const bool as_real = attribute.type == NumberType::float32;
     std::vector<double> values = read_accessor(document_, source.accessor, source.found, as_real);
     if (attribute.name == "normal") place_normals(values, block.placement);
@@ -316,41 +234,12 @@ class AttributeReader {
   std::size_t not_finite_ = 0;
 };
 
-}  // namespace
-
-bool is_read(const std::string& key) {
-  return key == "POSITION" ||
-         std::any_of(kSemantics.begin(), kSemantics.end(), [&](const Semantic& s) { return key == s.key; });
-}
-
-Vec3d direction(const Vec3d& v) {
-  const double largest = std::fmax(std::abs(v.x), std::fmax(std::abs(v.y), std::abs(v.z)));
-  if (!(largest > 0) || !is_finite(v)) return {};
-  return normalized(v / largest);  // scaled first, so that squares neither overflow nor vanish
-}
-
-std::vector<Attribute> read_attributes(const Document& document, const std::vector<Block>& blocks,
-                                       std::vector<std::string>& notes) {
-  AttributeReader reader(document, blocks);
-  std::vector<Attribute> attributes;
-  for (const Semantic& semantic : kSemantics) {
-    std::optional<Attribute> attribute = reader.read(semantic, notes);
-    if (attribute) attributes.push_back(*std::move(attribute));
-  }
-  reader.append_notes(notes);
-  return attributes;
-}
-
-namespace {
-
 // "_NAME", the way that applications name their own attributes.
 std::string custom_key(const std::string& name) {
-  std::string key = "_";
-  for (const char c : name) {
-    const char upper = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-    key += (upper >= 'A' && upper <= 'Z') || (upper >= '0' && upper <= '9') ? upper : '_';
-  }
-  return key;
+  std::string key = upper(name);
+  std::replace_if(
+      key.begin(), key.end(), [](char c) { return !(c >= 'A' && c <= 'Z') && !(c >= '0' && c <= '9'); }, '_');
+  return key.insert(0, 1, '_');
 }
 
 std::string key_of(const Attribute& attribute) {
@@ -387,6 +276,84 @@ bool comes_before(const Mesh& mesh, const std::vector<WritableAttribute>& held, 
 }
 
 }  // namespace
+
+NumberType component_type(const Value& code) {
+  const std::size_t number = code.whole();
+  for (const ComponentType& known : kComponentTypes) {
+    if (known.code == number) return known.type;
+  }
+  code.fail(fmt::format("{} is no component type of glTF; repair the file", number));
+}
+
+std::size_t component_count(const Value& type) {
+  const std::string text = type.text();
+  for (const auto& [name, count] :
+       {std::pair{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}) {
+    if (text == name) return static_cast<std::size_t>(count);
+  }
+  type.fail("must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4; repair the file");
+}
+
+std::size_t Accessor::element_size() const { return components * size_of(type); }
+
+Accessor find_accessor(const Document& document, std::size_t index) {
+  const Value value = document.root().item("accessors", index);
+  Accessor accessor;
+  accessor.count = value.at("count").whole();
+  accessor.type = component_type(value.at("componentType"));
+  accessor.normalized = value.flag("normalized");
+  accessor.components = component_count(value.at("type"));
+  if (value.find("bufferView")) {
+    accessor.dense = find_elements(document, value, accessor.count, accessor.element_size());
+  } else if (!value.find("sparse")) {
+    value.fail("holds no data; an extension that is not supported may hold it; export it without");
+  } else if (accessor.count > most_elements(document.bytes.size())) {
+    value.fail(fmt::format("{} elements are more than the file can hold; the file is damaged", accessor.count));
+  }
+  if (const std::optional<Value> sparse = value.find("sparse")) {
+    accessor.sparse = find_sparse(document, *sparse, accessor);
+  }
+  return accessor;
+}
+
+std::vector<double> read_accessor(const Document& document, std::size_t index, const Accessor& accessor, bool as_real) {
+  std::vector<double> numbers(accessor.count * accessor.components, 0.0);
+  for (std::size_t i = 0; accessor.dense && i < accessor.count; ++i) {
+    read_element(document, accessor, accessor.dense->begin + i * accessor.dense->stride,
+                 numbers.data() + i * accessor.components);
+  }
+  if (accessor.sparse) replace_sparse(document, document.root().item("accessors", index), accessor, numbers);
+  const auto* const known = std::find_if(kComponentTypes.begin(), kComponentTypes.end(),
+                                         [&](const ComponentType& each) { return each.type == accessor.type; });
+  const double most = known->most;
+  if (!as_real || !accessor.normalized || most == 0) return numbers;
+  // Rounded, so that what is written as floats in their place is the same number.
+  for (double& number : numbers) number = double{static_cast<float>(std::fmax(number / most, -1.0))};
+  return numbers;
+}
+
+bool is_read(const std::string& key) {
+  return key == "POSITION" ||
+         std::any_of(kSemantics.begin(), kSemantics.end(), [&](const Semantic& s) { return key == s.key; });
+}
+
+Vec3d direction(const Vec3d& v) {
+  const double largest = std::fmax(std::abs(v.x), std::fmax(std::abs(v.y), std::abs(v.z)));
+  if (!(largest > 0) || !is_finite(v)) return {};
+  return normalized(v / largest);  // scaled first, so that squares neither overflow nor vanish
+}
+
+std::vector<Attribute> read_attributes(const Document& document, const std::vector<Block>& blocks,
+                                       std::vector<std::string>& notes) {
+  AttributeReader reader(document, blocks);
+  std::vector<Attribute> attributes;
+  for (const Semantic& semantic : kSemantics) {
+    std::optional<Attribute> attribute = reader.read(semantic, notes);
+    if (attribute) attributes.push_back(*std::move(attribute));
+  }
+  reader.append_notes(notes);
+  return attributes;
+}
 
 WritableAttributes writable_attributes(const Mesh& mesh) {
   WritableAttributes held;
@@ -440,4 +407,4 @@ SplitVertices split_vertices(const Mesh& mesh, const std::vector<WritableAttribu
   return split;
 }
 
-}  // namespace knead::io_detail::glb
+}  // namespace knead::io_detail::gltf

@@ -1,8 +1,10 @@
-#include "io/glb/edit.h"
+// Changing a GLB file: what its parts use, what becomes unused, and the new file.
+#include "io/gltf/edit.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -12,7 +14,7 @@
 #include "knead/error.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail::glb {
+namespace knead::io_detail::gltf {
 namespace {
 
 template <class Better>
@@ -31,6 +33,102 @@ std::string bound_text(const std::vector<float>& values, std::size_t components,
 
 void pad(std::string& bytes, char with) { bytes.resize((bytes.size() + 3) / 4 * 4, with); }
 
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+using Uses = std::map<std::size_t, std::vector<AccessorUse>>;
+
+// Of the values of an object that are indices; parts of the file that the mesh does not need may be malformed.
+template <class Visit>
+void for_each_index(const std::optional<Value>& object, Visit visit) {
+  if (!object || !object->json().is_object()) return;
+  for (const auto& [key, value] : object->json().members()) {
+    // As Value::whole takes them: -0 and 1.0 are whole, too.
+    const double number = value.is_number() ? value.number() : -1;
+    if (number >= 0 && number <= 0x1p53 && number == std::floor(number)) visit(static_cast<std::size_t>(number), key);
+  }
+}
+
+template <class Visit>
+void for_each_item(const std::optional<Value>& array, Visit visit) {
+  if (!array || !array->json().is_array()) return;
+  for (std::size_t i = 0; i < array->size(); ++i) visit(array->item(i), i);
+}
+
+std::optional<Value> find(const std::optional<Value>& object, const char* key) {
+  return object ? object->find(key) : std::nullopt;
+}
+
+void add_meshes(const Value& root, Uses& uses) {
+  for_each_item(root.find("meshes"), [&](const Value& mesh, std::size_t m) {
+    for_each_item(mesh.find("primitives"), [&](const Value& primitive, std::size_t p) {
+      for_each_index(primitive.find("attributes"), [&](std::size_t accessor, const std::string& key) {
+        uses[accessor].push_back({m, p, key});
+      });
+      const auto other = [&](std::size_t accessor, const std::string&) { uses[accessor].push_back({m, p, {}}); };
+      for_each_item(primitive.find("targets"),
+                    [&](const Value& target, std::size_t) { for_each_index(target, other); });
+      if (const std::optional<Value> indices = primitive.find("indices")) other(indices->whole(), {});
+    });
+  });
+}
+
+// By view, how often a value and all that is in it name it.
+std::map<std::size_t, std::size_t> count_views(const Json& value) {
+  std::map<std::size_t, std::size_t> count;
+  std::vector<const Json*> waiting{&value};
+  while (!waiting.empty()) {
+    const Json& next = *waiting.back();
+    waiting.pop_back();
+    if (next.is_object()) {
+      const Json* view = next.find("bufferView");
+      if (view != nullptr && view->is_whole()) ++count[view->whole()];
+      for (const JsonMember& member : next.members()) waiting.push_back(&member.value);
+    } else if (next.is_array()) {
+      for (const Json& item : next.items()) waiting.push_back(&item);
+    }
+  }
+  return count;
+}
+
+bool uses_known_extensions(const Value& root) {
+  for (std::size_t i = 0; i < root.count("extensionsUsed"); ++i) {
+    const Json& name = root.item("extensionsUsed", i).json();
+    if (!name.is_text() || !is_understood(name.text())) return false;
+  }
+  return true;
+}
+
+// Where a view lies in the binary chunk; an empty span in another buffer. Nothing where that is not said properly.
+std::optional<Span> range_of(const Document& document, const Json& view) {
+  const auto whole = [&](const char* key, std::size_t otherwise) -> std::optional<std::size_t> {
+    if (!view.is_object()) return std::nullopt;
+    const Json* found = view.find(key);
+    if (found == nullptr) return otherwise;
+    if (!found->is_whole()) return std::nullopt;
+    return found->whole();
+  };
+  const std::optional<std::size_t> buffer = whole("buffer", 0);
+  const std::optional<std::size_t> begin = whole("byteOffset", 0);
+  const std::optional<std::size_t> size = whole("byteLength", 0);
+  if (!buffer || !begin || !size) return std::nullopt;
+  if (*buffer > 0) return Span{};
+  const std::size_t all = document.bin.size();
+  if (*begin > all || *size > all - *begin) return std::nullopt;
+  return Span{*begin, *begin + *size};
+}
+
+// In order, overlapping ones as one.
+std::vector<Span> merged(std::vector<Span> spans) {
+  std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.begin < b.begin; });
+  std::vector<Span> result;
+  for (const Span& span : spans) {
+    if (span.begin == span.end) continue;
+    if (result.empty() || result.back().end < span.begin) result.push_back(span);
+    result.back().end = std::max(result.back().end, span.end);
+  }
+  return result;
+}
+
 }  // namespace
 
 std::string least_text(const std::vector<float>& values, std::size_t components) {
@@ -41,15 +139,13 @@ std::string greatest_text(const std::vector<float>& values, std::size_t componen
   return bound_text(values, components, [](float a, float b) { return std::max(a, b); });
 }
 
-void append_uint32(std::string& bytes, std::uint32_t value) {
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>((value >> shift) & 0xffu);
+void append_number(std::string& bytes, NumberType type, double value) {
+  append_binary(bytes, type, value, std::endian::native != std::endian::little);
 }
 
-void append_float(std::string& bytes, float value) { append_uint32(bytes, bit_cast<std::uint32_t>(value)); }
-
 void append_chunk(std::string& bytes, std::uint32_t type, std::string_view contents) {
-  append_uint32(bytes, static_cast<std::uint32_t>((contents.size() + 3) / 4 * 4));
-  append_uint32(bytes, type);
+  append_number(bytes, NumberType::uint32, static_cast<double>((contents.size() + 3) / 4 * 4));
+  append_number(bytes, NumberType::uint32, type);
   bytes += contents;
   pad(bytes, type == kJson ? ' ' : '\0');
 }
@@ -59,8 +155,8 @@ std::string with_header(const std::string& chunks) {
     throw InvalidInput("the shape does not fit in a GLB file, which holds at most 4 GiB; use another format");
   }
   std::string bytes = "glTF";
-  append_uint32(bytes, 2);
-  append_uint32(bytes, static_cast<std::uint32_t>(12 + chunks.size()));
+  append_number(bytes, NumberType::uint32, 2);
+  append_number(bytes, NumberType::uint32, static_cast<double>(12 + chunks.size()));
   return bytes + chunks;
 }
 
@@ -100,7 +196,7 @@ std::vector<Patch> Edit::attribute_patches(std::size_t mesh, const std::vector<s
 
 void Edit::overwrite(std::size_t position, float value) {
   std::string bytes;
-  append_float(bytes, value);
+  append_number(bytes, NumberType::float32, double{value});
   bin_.replace(position, bytes.size(), bytes);
 }
 
@@ -116,7 +212,7 @@ void Edit::set_bounds(std::size_t accessor, const std::vector<float>& values, st
 
 std::size_t Edit::append_accessor(const std::vector<float>& values, std::size_t components) {
   std::string elements;
-  for (const float value : values) append_float(elements, value);
+  for (const float value : values) append_number(elements, NumberType::float32, double{value});
   return append_elements(
       elements, 0, kVertexData,
       fmt::format(R"("componentType":5126,"count":{},"type":"VEC{}","min":{},"max":{})", values.size() / components,
@@ -235,57 +331,10 @@ std::string Edit::finish() {
   return with_header(chunks) + std::string(document_.bytes.substr(layout_.end));
 }
 
-namespace {
-
-constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-
-using Uses = std::map<std::size_t, std::vector<AccessorUse>>;
-
-// Of the values of an object that are indices; parts of the file that the mesh does not need may be malformed.
-template <class Visit>
-void for_each_index(const std::optional<Value>& object, Visit visit) {
-  if (!object || !object->json().is_object()) return;
-  for (const auto& [key, value] : object->json().members()) {
-    // As Value::whole takes them: -0 and 1.0 are whole, too.
-    const double number = value.is_number() ? value.number() : -1;
-    if (number >= 0 && number <= 0x1p53 && number == std::floor(number)) visit(static_cast<std::size_t>(number), key);
-  }
-}
-
-template <class Visit>
-void for_each_item(const std::optional<Value>& array, Visit visit) {
-  if (!array || !array->json().is_array()) return;
-  for (std::size_t i = 0; i < array->size(); ++i) visit(array->item(i), i);
-}
-
-std::optional<Value> find(const std::optional<Value>& object, const char* key) {
-  return object ? object->find(key) : std::nullopt;
-}
-
-void add_meshes(const Value& root, Uses& uses) {
-  for_each_item(root.find("meshes"), [&](const Value& mesh, std::size_t m) {
-    for_each_item(mesh.find("primitives"), [&](const Value& primitive, std::size_t p) {
-      for_each_index(primitive.find("attributes"), [&](std::size_t accessor, const std::string& key) {
-        uses[accessor].push_back({m, p, key});
-      });
-      const auto other = [&](std::size_t accessor, const std::string&) { uses[accessor].push_back({m, p, {}}); };
-      for_each_item(primitive.find("targets"),
-                    [&](const Value& target, std::size_t) { for_each_index(target, other); });
-      if (const std::optional<Value> indices = primitive.find("indices")) other(indices->whole(), {});
-    });
-  });
-}
-
-bool begins_with(const std::string& text, std::string_view beginning) {
-  return std::string_view(text).substr(0, beginning.size()) == beginning;
-}
-
-}  // namespace
-
 bool is_understood(const std::string& extension) {
   return extension == "KHR_mesh_quantization" || extension == "KHR_lights_punctual" ||
-         extension == "EXT_mesh_gpu_instancing" || begins_with(extension, "KHR_materials_") ||
-         begins_with(extension, "KHR_texture_") || begins_with(extension, "EXT_texture_");
+         extension == "EXT_mesh_gpu_instancing" || extension.starts_with("KHR_materials_") ||
+         extension.starts_with("KHR_texture_") || extension.starts_with("EXT_texture_");
 }
 
 Uses find_uses(const Document& document) {
@@ -386,67 +435,6 @@ std::map<std::size_t, std::size_t> count_placements(const Document& document) {
   return count;
 }
 
-namespace {
-
-// By view, how often a value and all that is in it name it.
-std::map<std::size_t, std::size_t> count_views(const Json& value) {
-  std::map<std::size_t, std::size_t> count;
-  std::vector<const Json*> waiting{&value};
-  while (!waiting.empty()) {
-    const Json& next = *waiting.back();
-    waiting.pop_back();
-    if (next.is_object()) {
-      const Json* view = next.find("bufferView");
-      if (view != nullptr && view->is_whole()) ++count[view->whole()];
-      for (const JsonMember& member : next.members()) waiting.push_back(&member.value);
-    } else if (next.is_array()) {
-      for (const Json& item : next.items()) waiting.push_back(&item);
-    }
-  }
-  return count;
-}
-
-bool uses_known_extensions(const Value& root) {
-  for (std::size_t i = 0; i < root.count("extensionsUsed"); ++i) {
-    const Json& name = root.item("extensionsUsed", i).json();
-    if (!name.is_text() || !is_understood(name.text())) return false;
-  }
-  return true;
-}
-
-// Where a view lies in the binary chunk; an empty span in another buffer. Nothing where that is not said properly.
-std::optional<Span> range_of(const Document& document, const Json& view) {
-  const auto whole = [&](const char* key, std::size_t otherwise) -> std::optional<std::size_t> {
-    if (!view.is_object()) return std::nullopt;
-    const Json* found = view.find(key);
-    if (found == nullptr) return otherwise;
-    if (!found->is_whole()) return std::nullopt;
-    return found->whole();
-  };
-  const std::optional<std::size_t> buffer = whole("buffer", 0);
-  const std::optional<std::size_t> begin = whole("byteOffset", 0);
-  const std::optional<std::size_t> size = whole("byteLength", 0);
-  if (!buffer || !begin || !size) return std::nullopt;
-  if (*buffer > 0) return Span{};
-  const std::size_t all = document.bin.size();
-  if (*begin > all || *size > all - *begin) return std::nullopt;
-  return Span{*begin, *begin + *size};
-}
-
-// In order, overlapping ones as one.
-std::vector<Span> merged(std::vector<Span> spans) {
-  std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.begin < b.begin; });
-  std::vector<Span> result;
-  for (const Span& span : spans) {
-    if (span.begin == span.end) continue;
-    if (result.empty() || result.back().end < span.begin) result.push_back(span);
-    result.back().end = std::max(result.back().end, span.end);
-  }
-  return result;
-}
-
-}  // namespace
-
 Unused unused_after(const Document& document, const std::set<std::pair<std::size_t, std::size_t>>& primitives) {
   Unused unused;
   if (!uses_known_extensions(document.root())) return unused;
@@ -516,4 +504,4 @@ std::string Cuts::applied(std::string_view bytes) const {
   return result;
 }
 
-}  // namespace knead::io_detail::glb
+}  // namespace knead::io_detail::gltf

@@ -1,5 +1,5 @@
-// The parts of a GLB file that become unused when some of its primitives get other numbers, and the removal of their
-// bytes.
+// Changes of a GLB file: what its parts use, its bytes with some numbers replaced and others appended, and the vertices
+// of a mesh as its primitives hold them.
 #pragma once
 
 #include <limits>
@@ -10,10 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "io/codec.h"
-#include "io/glb/glb.h"
+#include "io/gltf/gltf.h"
 
-namespace knead::io_detail::glb {
+namespace knead::io_detail::gltf {
 
 struct Unused {
   std::vector<std::size_t> accessors;
@@ -47,8 +46,6 @@ class Cuts {
   std::vector<Span> spans_;           // in order
   std::vector<std::size_t> through_;  // how many bytes are removed up to the end of each
 };
-
-// Changes of a GLB file: its bytes with some numbers replaced and others appended. Internal to the GLB writer.
 
 inline constexpr std::size_t kVertexData = 34962;  // targets of buffer views
 inline constexpr std::size_t kIndexData = 34963;
@@ -153,10 +150,7 @@ std::string least_text(const std::vector<float>& values, std::size_t components)
 std::string greatest_text(const std::vector<float>& values, std::size_t components);
 
 // Appends a number as little-endian bytes.
-void append_float(std::string& bytes, float value);
-void append_uint32(std::string& bytes, std::uint32_t value);
-
-// Which parts of a GLB file use which accessors, views and meshes.
+void append_number(std::string& bytes, NumberType type, double value);
 
 // One place that names an accessor.
 struct AccessorUse {
@@ -205,38 +199,30 @@ class ByteReaders {
   std::map<std::size_t, std::size_t> of_accessor_;
 };
 
-// The vertices of a new mesh as numbers of a GLB file's primitives. Internal to the GLB writer.
-
-class NewVertices {
- public:
-  // The shape and the document must outlive it.
-  NewVertices(const NewMesh& shape, const Document& document);
-
-  // Whether a face has the same corners as a face of the source: positions and attributes.
-  bool is_same_face(std::size_t source_face, std::size_t face) const;
-
-  // For a block of points and lines, whose vertices are in no face: its vertices in the new mesh. Empty where none of
-  // them changed, or where the mesh has not as many vertices in no face as the source.
-  std::vector<std::uint32_t> moved_points(const Block& block) const;
-
-  // Appends an accessor for each attribute that the block has, of these vertices in this order; by key. Numbers of
-  // vertices that are where a corner of their faces' sources was are the source's bits where they did not change.
-  // Throws InvalidInput where a float cannot hold a coordinate.
-  std::map<std::string, std::size_t> append(const Block& block, const std::vector<std::uint32_t>& vertices,
-                                            Edit& edit) const;
-
- private:
-  bool is_same_vertex(std::uint32_t before, std::uint32_t after) const;
-  void find_origins();
-  void find_points();
-  std::size_t append_positions(const Block& block, const std::vector<std::uint32_t>& vertices, Edit& edit) const;
-  std::size_t append_attribute(const Block& block, const Semantic& semantic, const std::vector<std::uint32_t>& vertices,
-                               Edit& edit) const;
-
-  const NewMesh& shape_;
-  const Document& document_;
-  std::vector<std::uint32_t> origin_;  // of each new vertex: the source's that was where it is, or kNone
-  std::vector<std::uint32_t> point_;   // of each vertex of the source in no face: the new mesh's, or kNone
+// An attribute and its key in the file.
+struct WritableAttribute {
+  std::string key;
+  Attribute attribute;  // of vertices or corners
 };
 
-}  // namespace knead::io_detail::glb
+struct WritableAttributes {
+  std::vector<WritableAttribute> attributes;
+  std::vector<std::string> losses;
+};
+
+// Returns the attributes that GLB can hold, and a sentence for each that it cannot.
+WritableAttributes writable_attributes(const Mesh& mesh);
+
+// The vertices of the file: those of the mesh in their order, then the copies that seams need.
+struct SplitVertices {
+  std::vector<std::uint32_t> original;      // the vertex of the mesh
+  std::vector<std::size_t> corner;          // some corner of the mesh that uses it; kNone for a vertex in no face
+  std::vector<std::uint32_t> corner_index;  // the vertex of the file for each corner of the mesh
+
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+};
+
+// Returns the vertices of the file; corners that differ in an attribute get separate vertices.
+SplitVertices split_vertices(const Mesh& mesh, const std::vector<WritableAttribute>& held);
+
+}  // namespace knead::io_detail::gltf

@@ -1,5 +1,5 @@
 // Reading GLB.
-#include "io/glb/glb.h"
+#include "io/gltf/gltf.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

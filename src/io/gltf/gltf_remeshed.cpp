@@ -1,25 +1,24 @@
+// Writing glTF back with other vertices and triangles in its primitives.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 #include <set>
 
-#include "io/codec.h"
-#include "io/glb/edit.h"
-#include "io/glb/glb.h"
-#include "io/numbers.h"
+#include "io/gltf/edit.h"
+#include "io/gltf/gltf.h"
+#include "io/mesh_builder.h"
 #include "io/text.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::glb {
+namespace knead::io_detail::gltf {
 namespace {
 
 constexpr std::uint32_t kNoVertex = 0xffffffffu;
 
 std::vector<std::uint32_t> vertices_in_no_face(const Mesh& mesh) {
-  std::vector<bool> used(mesh.vertex_count(), false);
-  for (const std::uint32_t v : mesh.corner_vertex) used[v] = true;
+  const std::vector<bool> used = used_vertices(mesh);
   std::vector<std::uint32_t> unused;
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
     if (!used[v]) unused.push_back(v);
@@ -52,13 +51,7 @@ struct Elements {
   std::size_t components;
   std::string bytes = {};
 
-  void append(double value) {
-    const double number = nearest_of(type, value);
-    if (type == NumberType::float32) return append_float(bytes, static_cast<float>(number));
-    const unsigned whole = static_cast<unsigned>(number);
-    bytes += static_cast<char>(whole & 0xffu);
-    if (type == NumberType::uint16) bytes += static_cast<char>(whole >> 8);
-  }
+  void append(double value) { append_number(bytes, type, nearest_of(type, value)); }
 
   // Each element of vertices begins at a multiple of four bytes.
   void end_element() { bytes.resize((bytes.size() + 3) / 4 * 4, '\0'); }
@@ -70,7 +63,38 @@ struct Elements {
   }
 };
 
-}  // namespace
+// The vertices of a new mesh as numbers of a GLB file's primitives.
+class NewVertices {
+ public:
+  // The shape and the document must outlive it.
+  NewVertices(const NewMesh& shape, const Document& document);
+
+  // Whether a face has the same corners as a face of the source: positions and attributes.
+  bool is_same_face(std::size_t source_face, std::size_t face) const;
+
+  // For a block of points and lines, whose vertices are in no face: its vertices in the new mesh. Empty where none of
+  // them changed, or where the mesh has not as many vertices in no face as the source.
+  std::vector<std::uint32_t> moved_points(const Block& block) const;
+
+  // Appends an accessor for each attribute that the block has, of these vertices in this order; by key. Numbers of
+  // vertices that are where a corner of their faces' sources was are the source's bits where they did not change.
+  // Throws InvalidInput where a float cannot hold a coordinate.
+  std::map<std::string, std::size_t> append(const Block& block, const std::vector<std::uint32_t>& vertices,
+                                            Edit& edit) const;
+
+ private:
+  bool is_same_vertex(std::uint32_t before, std::uint32_t after) const;
+  void find_origins();
+  void find_points();
+  std::size_t append_positions(const Block& block, const std::vector<std::uint32_t>& vertices, Edit& edit) const;
+  std::size_t append_attribute(const Block& block, const Semantic& semantic, const std::vector<std::uint32_t>& vertices,
+                               Edit& edit) const;
+
+  const NewMesh& shape_;
+  const Document& document_;
+  std::vector<std::uint32_t> origin_;  // of each new vertex: the source's that was where it is, or kNone
+  std::vector<std::uint32_t> point_;   // of each vertex of the source in no face: the new mesh's, or kNone
+};
 
 NewVertices::NewVertices(const NewMesh& shape, const Document& document) : shape_(shape), document_(document) {
   find_origins();
@@ -184,15 +208,9 @@ std::size_t NewVertices::append_attribute(const Block& block, const Semantic& se
     elements.end_element();
   }
   const std::size_t stride = elements.bytes.size() / vertices.size();
-  const bool is_padded = stride != accessor.components * (after.type == NumberType::uint8    ? 1u
-                                                          : after.type == NumberType::uint16 ? 2u
-                                                                                             : 4u);
+  const bool is_padded = stride != accessor.components * size_of(after.type);
   return edit.append_elements(elements.bytes, is_padded ? stride : 0, kVertexData, elements.members(vertices.size()));
 }
-
-// Writing a GLB file back with other vertices and triangles in its primitives.
-
-namespace {
 
 // The number of a block's face list among all of the layout, by primitive.
 using RunOfPrimitive = std::map<std::size_t, std::size_t>;
@@ -411,8 +429,7 @@ class Remesher {
       if (is_mirrored) std::swap(triangle[1], triangle[2]);
       for (const std::uint32_t v : triangle) {
         const auto place = std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin();
-        append_uint32(bytes, static_cast<std::uint32_t>(place));
-        if (is_short) bytes.resize(bytes.size() - 2);  // little endian
+        append_number(bytes, is_short ? NumberType::uint16 : NumberType::uint32, static_cast<double>(place));
       }
     }
     return edit_.append_elements(bytes, 0, kIndexData,
@@ -449,9 +466,9 @@ void refuse_bound_vertices(const Layout& layout, const Document& document) {
 
 }  // namespace
 
-std::string remeshed(const NewMesh& shape, const WriteOptions& /*options*/) {
+std::string remeshed_glb(const NewMesh& shape) {
   const Layout& layout = layout_of<Layout>(shape.source);
-  const Document document = open_document(shape.source.bytes, layout, "source");
+  const Document document = open_document(glb_bytes(shape.source), layout, "source");
   refuse_bound_vertices(layout, document);
   return Remesher(shape, document).run();
 }
@@ -468,7 +485,7 @@ std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
 
 std::vector<std::string> remesh_losses(const ShapeFile& source) {
   const Layout& layout = layout_of<Layout>(source);
-  const Document document = open_document(source.bytes, layout, "source");
+  const Document document = open_document(glb_bytes(source), layout, "source");
   refuse_bound_vertices(layout, document);
   std::set<std::string> losses;
   std::vector<bool> has_faces(layout.blocks.size(), false);
@@ -488,4 +505,4 @@ std::vector<std::string> remesh_losses(const ShapeFile& source) {
   return {losses.begin(), losses.end()};
 }
 
-}  // namespace knead::io_detail::glb
+}  // namespace knead::io_detail::gltf

@@ -1,21 +1,18 @@
-// Writing a mesh as a new GLB file.
+// Writing glTF: a new GLB file, or the bytes of one with some numbers replaced; and what such files leave out.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <set>
 
-#include "io/codec.h"
-#include "io/glb/edit.h"
-#include "io/glb/glb.h"
-#include "io/glb/writable.h"
+#include "io/gltf/edit.h"
+#include "io/gltf/gltf.h"
 #include "io/text.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::glb {
+namespace knead::io_detail::gltf {
 namespace {
 
 // Triangles of file vertices; triangulate cuts each face by its corners' numbers here, so that corners stay apart.
@@ -29,12 +26,9 @@ std::vector<std::uint32_t> triangle_indices(const Mesh& mesh, const SplitVertice
   return indices;
 }
 
-constexpr int kVertices = 34962;  // OpenGL's ARRAY_BUFFER
-constexpr int kIndices = 34963;   // and ELEMENT_ARRAY_BUFFER
-
 // How an accessor's elements lie in the buffer.
 struct Packing {
-  int target = kVertices;
+  std::size_t target = kVertexData;
   bool is_normalized = false;
   int stride = 0;  // bytes from one element to the next; 0: as many as an element has
 };
@@ -101,14 +95,14 @@ class Generator {
       }
     }
     const std::size_t begin = bin_.size();
-    for (const float value : floats) append_float(bin_, value);
+    for (const float value : floats) append_number(bin_, NumberType::float32, double{value});
     return append_accessor(begin,
                            {{"componentType", 5126},
                             {"count", split_.original.size()},
                             {"type", "VEC3"},
                             {"min", parse_json(least_text(floats, 3))},
                             {"max", parse_json(greatest_text(floats, 3))}},
-                           {kVertices});
+                           {kVertexData});
   }
 
   std::size_t values(const WritableAttribute& held) {
@@ -127,7 +121,7 @@ class Generator {
                            {{"componentType", is_bytes ? 5121 : (is_shorts ? 5123 : 5126)},
                             {"count", split_.original.size()},
                             {"type", n == 1 ? "SCALAR" : fmt::format("VEC{}", n)}},
-                           {kVertices, is_integer, is_integer && n == 3 ? (is_bytes ? 4 : 8) : 0});
+                           {kVertexData, is_integer, is_integer && n == 3 ? (is_bytes ? 4 : 8) : 0});
   }
 
   void append_element(const WritableAttribute& held, std::size_t i) {
@@ -157,36 +151,12 @@ class Generator {
     if (key == "TANGENT") element[3] = element[3] < 0 ? -1 : 1;
   }
 
-  // Colors of other integer types become floats from 0 to 1.
+  // Integers are those of colors.
   void append_value(NumberType type, double value) {
-    const auto integer = [&](double most) { return static_cast<unsigned>(std::clamp(value, 0.0, most)); };
-    const auto real = [&](double one) {
-      constexpr double most = std::numeric_limits<float>::max();
-      append_float(bin_, static_cast<float>(std::clamp(value / one, -most, most)));
-    };
-    switch (type) {
-      case NumberType::uint8:
-        bin_ += static_cast<char>(integer(255));
-        break;
-      case NumberType::uint16:
-        bin_ += static_cast<char>(integer(65535) & 0xffu);
-        bin_ += static_cast<char>(integer(65535) >> 8);
-        break;
-      case NumberType::int8:
-        real(127);
-        break;
-      case NumberType::int16:
-        real(32767);
-        break;
-      case NumberType::int32:
-        real(std::numeric_limits<std::int32_t>::max());
-        break;
-      case NumberType::uint32:
-        real(std::numeric_limits<std::uint32_t>::max());
-        break;
-      default:
-        real(1);
-    }
+    const NumberType stored = type == NumberType::float64 ? NumberType::float32 : type;
+    const double most =
+        visit_type(stored, [](auto number) { return double{std::numeric_limits<decltype(number)>::max()}; });
+    append_number(bin_, stored, std::clamp(value, is_integer(stored) ? 0 : -most, most));
   }
 
   std::size_t indices() {
@@ -194,14 +164,11 @@ class Generator {
     const bool is_short = split_.original.size() < 65535;  // the greatest number is not allowed
     const std::size_t begin = bin_.size();
     for (const std::uint32_t index : indices) {
-      bin_ += static_cast<char>(index & 0xffu);
-      bin_ += static_cast<char>((index >> 8) & 0xffu);
-      if (is_short) continue;
-      bin_ += static_cast<char>((index >> 16) & 0xffu);
-      bin_ += static_cast<char>(index >> 24);
+      append_number(bin_, is_short ? NumberType::uint16 : NumberType::uint32, index);
     }
-    return append_accessor(
-        begin, {{"componentType", is_short ? 5123 : 5125}, {"count", indices.size()}, {"type", "SCALAR"}}, {kIndices});
+    return append_accessor(begin,
+                           {{"componentType", is_short ? 5123 : 5125}, {"count", indices.size()}, {"type", "SCALAR"}},
+                           {kIndexData});
   }
 
   const Mesh& mesh_;
@@ -212,14 +179,6 @@ class Generator {
   Json accessors_ = Json::array();
   std::string bin_;
 };
-
-}  // namespace
-
-std::string generate(const Mesh& mesh, const WriteOptions& /*options*/) { return Generator(mesh).run(); }
-
-// Writing a GLB file back: its bytes with some numbers replaced.
-
-namespace {
 
 // New values of one attribute of a block.
 struct Change {
@@ -436,12 +395,39 @@ class Rewriter {
   std::map<std::size_t, std::vector<Claim>> claims_;  // by accessor
 };
 
+struct Kind {
+  const char* key;  // of an array at the top of the file
+  const char* loss;
+};
+
+constexpr Kind kKinds[] = {{"materials", "materials are left out"},   {"textures", "textures are left out"},
+                           {"animations", "animations are left out"}, {"skins", "skeletons are left out"},
+                           {"cameras", "cameras are left out"},       {"extensionsUsed", "extensions are left out"}};
+
+void add_primitive_losses(const Value& primitive, std::set<std::string>& losses) {
+  if (primitive.count("targets") > 0) losses.insert("morph targets are left out");
+  const std::size_t mode = primitive.whole("mode").value_or(kTriangles);
+  if (mode != kPoints && mode < kTriangles) losses.insert("lines are left out");
+  for (const auto& [key, accessor] : primitive.at("attributes").json().members()) {
+    if (!is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out");
+  }
+}
+
 }  // namespace
 
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& /*options*/) {
+// A new file: one node, one mesh, one primitive of triangles (of points, if there are no faces) with float coordinates.
+// A vertex whose corners differ in an attribute becomes several at the end of the list. Other attributes per vertex
+// become
+// "_NAME".
+std::string generate_glb(const Mesh& mesh, const WriteOptions& /*options*/) { return Generator(mesh).run(); }
+
+// Numbers in the file are local floats: a vertex that did not move keeps its bits. Only its numbers, the tangents, the
+// bounds of its accessors and what those need are replaced. Data that the file stores as integers, sparsely, or in
+// bytes that something else reads too, is appended as new floats; a mesh that several nodes place gets copies where
+// they moved differently.
+std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals) {
   const Layout& layout = layout_of<Layout>(source);
-  const Document document = open_document(source.bytes, layout, "source");
+  const Document document = open_document(glb_bytes(source), layout, "source");
   const Comparison comparison(source, document, positions, normals);
   std::vector<Changes> changes;
   bool is_changed = false;
@@ -449,8 +435,40 @@ std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, s
     changes.push_back(comparison.of(block));
     is_changed = is_changed || !changes.back().empty();
   }
-  if (!is_changed) return source.bytes;
-  return Rewriter(source, document, std::move(changes)).run();
+  return is_changed ? Rewriter(source, document, std::move(changes)).run() : std::string(document.bytes);
 }
 
-}  // namespace knead::io_detail::glb
+std::vector<std::string> losses(const Mesh& mesh) {
+  WritableAttributes held = writable_attributes(mesh);
+  std::vector<std::string> losses = std::move(held.losses);
+  std::size_t cut = 0;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) cut += mesh.face(f).size() > 3 ? 1 : 0;
+  const bool has_seams = std::any_of(held.attributes.begin(), held.attributes.end(),
+                                     [](const WritableAttribute& h) { return h.attribute.domain == Domain::corner; });
+  if (has_seams) losses.push_back("GLB holds one value of an attribute at a vertex; vertices along seams are split");
+  if (cut > 0) losses.push_back("GLB holds triangles only; faces with more than three corners are cut");
+  if (!are_floats(mesh.positions)) losses.push_back("GLB holds floats only; coordinates are rounded to seven digits");
+  return losses;
+}
+
+std::vector<std::string> source_losses(const ShapeFile& source) {
+  const Layout& layout = layout_of<Layout>(source);
+  const Document document = open_document(glb_bytes(source), layout, "source");
+  const Value root = document.root();
+  std::vector<std::string> losses;
+  for (const Kind& kind : kKinds) {
+    if (root.find(kind.key)) losses.emplace_back(kind.loss);
+  }
+  if (root.count("nodes") > 1) losses.emplace_back("the tree of nodes is left out; every mesh is placed where it is");
+  if (document.text.find("\"extras\"") != std::string_view::npos) losses.emplace_back("extras are left out");
+  std::set<std::string> more;
+  for (const Block& block : layout.blocks) {
+    for (const std::size_t p : block.primitives) {
+      add_primitive_losses(root.item("meshes", block.mesh).item("primitives", p), more);
+    }
+  }
+  losses.insert(losses.end(), more.begin(), more.end());
+  return losses;
+}
+
+}  // namespace knead::io_detail::gltf

@@ -1,7 +1,5 @@
 // glTF with morph targets: one for each frame that differs from the one before it and from the first, and an animation
 // whose weights go from one to the next. Source: Khronos, "glTF 2.0 Specification" (2021), 3.7.2.2 and 3.11.
-#include "io/glb/glb.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,24 +8,21 @@
 #include <optional>
 
 #include "io/animation/writers.h"
-#include "io/codec.h"
-#include "io/glb/edit.h"
-#include "io/glb/writable.h"
+#include "io/gltf/edit.h"
 #include "io/gltf/gltf.h"
 #include "io/numbers.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 
 namespace knead::io_detail {
-
 namespace {
 
-using glb::Block;
-using glb::Document;
-using glb::Edit;
-using glb::Layout;
-using glb::Patch;
-using glb::Span;
+using gltf::Block;
+using gltf::Document;
+using gltf::Edit;
+using gltf::Layout;
+using gltf::Patch;
+using gltf::Span;
 
 // A GLB file of the source, and the source's vertex of each of its vertices.
 struct Base {
@@ -43,13 +38,12 @@ Base generated_base(const ShapeFile& source) {
     mesh.attributes.push_back(std::move(normals));
   }
   Base base{parse_shape(serialize_mesh("glb", mesh), "glb", "base")};
-  base.original = glb::split_vertices(mesh, glb::writable_attributes(mesh).attributes).original;
+  base.original = gltf::split_vertices(mesh, gltf::writable_attributes(mesh).attributes).original;
   return base;
 }
 
 Base base_of(const ShapeFile& source) {
   if (source.format != "glb" && source.format != "gltf") return generated_base(source);
-  if (const auto* gltf = find_layout<gltf::Layout>(source)) return {gltf->glb};
   return {source};
 }
 
@@ -104,13 +98,13 @@ class Morpher {
   Morpher(const ShapeFile& base, const std::vector<Target>& targets)
       : layout_(layout_of<Layout>(base)),
         targets_(targets),
-        document_(glb::open_document(base.bytes, layout_, "source")),
+        document_(gltf::open_document(gltf::glb_bytes(base), layout_, "source")),
         edit_(document_, layout_) {}
 
   std::string run(const Track& track) {
     if (targets_.empty()) return std::string(document_.bytes);
-    const std::map<std::size_t, std::size_t> placed = glb::count_placements(document_);
-    for (const auto& [mesh, nodes] : glb::blocks_by_node(layout_)) {
+    const std::map<std::size_t, std::size_t> placed = gltf::count_placements(document_);
+    for (const auto& [mesh, nodes] : gltf::blocks_by_node(layout_)) {
       // Nodes that share a mesh move differently, so that each gets its own.
       const bool is_shared = placed.at(mesh) > 1;
       for (const std::vector<std::size_t>& blocks : nodes) add_targets(mesh, blocks, is_shared, track);
@@ -122,7 +116,7 @@ class Morpher {
  private:
   void add_targets(std::size_t mesh, const std::vector<std::size_t>& blocks, bool is_shared, const Track& track) {
     const Span span = edit_.item("meshes", mesh);
-    const std::vector<glb::Member> primitives = members(document_.text, *member(document_.text, span, "primitives"));
+    const std::vector<gltf::Member> primitives = members(document_.text, *member(document_.text, span, "primitives"));
     std::vector<Patch> patches;
     for (const std::size_t b : blocks) {
       const Block& block = layout_.blocks[b];
@@ -162,7 +156,7 @@ class Morpher {
     if (changes.elements.size() < count) bounded.insert(bounded.end(), {0, 0, 0});
     std::string text = fmt::format(R"("componentType":5126,"count":{},"type":"VEC3")", count);
     if (has_bounds) {
-      text += fmt::format(R"(,"min":{},"max":{})", glb::least_text(bounded, 3), glb::greatest_text(bounded, 3));
+      text += fmt::format(R"(,"min":{},"max":{})", gltf::least_text(bounded, 3), gltf::greatest_text(bounded, 3));
     }
     if (changes.elements.empty()) return edit_.append_accessor("{" + text + "}");
     if (2 * changes.elements.size() < count) return sparse_accessor(text, count, changes);
@@ -171,26 +165,21 @@ class Morpher {
     for (std::size_t i = 0; i < count; ++i) {
       const bool differs = next < changes.elements.size() && changes.elements[next] == i;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        glb::append_float(bytes, differs ? changes.values[3 * next + axis] : 0.0f);
+        gltf::append_number(bytes, NumberType::float32, differs ? double{changes.values[3 * next + axis]} : 0);
       }
       if (differs) ++next;
     }
-    return edit_.append_elements(bytes, 0, glb::kVertexData, text);
+    return edit_.append_elements(bytes, 0, gltf::kVertexData, text);
   }
 
   std::size_t sparse_accessor(const std::string& text, std::size_t count, const Changes& changes) {
     const bool is_short = count <= 65536;
     std::string indices;
     for (const std::uint32_t i : changes.elements) {
-      if (is_short) {
-        indices += static_cast<char>(i & 0xffu);
-        indices += static_cast<char>(i >> 8);
-      } else {
-        glb::append_uint32(indices, i);
-      }
+      gltf::append_number(indices, is_short ? NumberType::uint16 : NumberType::uint32, i);
     }
     std::string values;
-    for (const float value : changes.values) glb::append_float(values, value);
+    for (const float value : changes.values) gltf::append_number(values, NumberType::float32, double{value});
     const std::size_t index_view = edit_.append_view(indices, 0, 0);
     return edit_.append_accessor(fmt::format(
         R"({{{},"sparse":{{"count":{},"indices":{{"bufferView":{},"componentType":{}}},"values":{{"bufferView":{}}}}}}})",
@@ -211,8 +200,8 @@ class Morpher {
   void add_animation(const Track& track) {
     std::string times;
     std::string weights;
-    for (const float time : track.times) glb::append_float(times, time);
-    for (const float weight : track.keys) glb::append_float(weights, weight);
+    for (const float time : track.times) gltf::append_number(times, NumberType::float32, double{time});
+    for (const float weight : track.keys) gltf::append_number(weights, NumberType::float32, double{weight});
     const std::size_t input =
         edit_.append_elements(times, 0, 0,
                               fmt::format(R"("componentType":5126,"count":{},"type":"SCALAR","min":[{}],"max":[{}])",
@@ -225,7 +214,7 @@ class Morpher {
           fmt::format(R"({{"name":"Knead","samplers":[{}],"channels":[{}]}})", sampler, channels_text(0)));
       return;
     }
-    const Span animations = *member(document_.text, glb::root_span(document_.text), "animations");
+    const Span animations = *member(document_.text, gltf::root_span(document_.text), "animations");
     const Span animation = members(document_.text, animations)[*track.animation].value;
     const Span samplers = *member(document_.text, animation, "samplers");
     const std::size_t number = members(document_.text, samplers).size();
@@ -308,7 +297,7 @@ struct Frames {
     const std::vector<Vec3d> first_normals = expanded(frame_normals.first());
     Target target;
     for (const Block& block : layout_of<Layout>(base.shape).blocks) {
-      const glb::Placement& placement = block.placement;
+      const gltf::Placement& placement = block.placement;
       const Mat3d& linear = placement.linear;
       const Mat3d transposed(linear.column(0), linear.column(1), linear.column(2));
       BlockTarget part;
@@ -316,7 +305,7 @@ struct Frames {
           differences(block, start, now, [&](const Vec3d& p) { return placement.inverse * (p - placement.offset); });
       if (block.normal) {
         part.normals =
-            differences(block, first_normals, normals, [&](const Vec3d& n) { return glb::direction(transposed * n); });
+            differences(block, first_normals, normals, [&](const Vec3d& n) { return gltf::direction(transposed * n); });
       }
       target.push_back(std::move(part));
     }
@@ -372,7 +361,8 @@ std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targe
     frames.add_target(shape);
   }
   Track track{floats_of(targets.weights), floats_of(targets.times), floats_of(targets.keys), targets.names, {}};
-  const auto document = glb::open_document(frames.base.shape.bytes, layout_of<Layout>(frames.base.shape), "source");
+  const auto document =
+      gltf::open_document(gltf::glb_bytes(frames.base.shape), layout_of<Layout>(frames.base.shape), "source");
   if (targets.animation < document.root().count("animations")) track.animation = targets.animation;
   const std::string bytes = Morpher(frames.base.shape, frames.targets).run(track);
   return format == "gltf" ? gltf::as_text(bytes) : bytes;
