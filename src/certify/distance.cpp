@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "json/json.h"
 #include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/io.h"

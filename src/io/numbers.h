@@ -1,4 +1,5 @@
-// Numbers of the types that files declare, and their bytes.
+// Numbers as files hold them: their types and bytes, their decimals in text, base64, and the copy of a text in which
+// some numbers are replaced (Splice).
 #pragma once
 
 #include <algorithm>
@@ -84,7 +85,6 @@ inline double nearest_of(NumberType type, double value) {
 }
 
 // The number types of files: those of meshes, and 64-bit integers, which meshes hold as reals.
-
 enum class StoredType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
 
 // Returns the type that an attribute of a mesh has for such numbers.
@@ -131,8 +131,6 @@ inline double nearest_of(StoredType type, double value) {
   return io_detail::nearest_of(number_type(type), value);
 }
 
-// Floats at their places in a binary file, for formats that hold coordinates as floats alone.
-
 inline bool fits_floats(const Vec3d& p) { return fits_float(p.x) && fits_float(p.y) && fits_float(p.z); }
 
 // Returns whether all coordinates are floats.
@@ -164,8 +162,6 @@ inline void replace_floats(std::string& bytes, std::size_t at, const Vec3d& from
     if (from[axis] != to[axis]) put_float(bytes, at + axis * sizeof(float), to[axis], order);
   }
 }
-
-// Decimals of the coordinates in text files.
 
 using WordVisitor = std::function<void(std::string_view word)>;
 
@@ -224,14 +220,11 @@ std::to_chars_result float_to_chars(char* first, char* last, double value, Float
 
 #endif
 
-// Bytes as text: base64 (RFC 4648). Internal to the library.
-
-// Returns the bytes that base64 text stands for; nothing where it is malformed.
+// Returns the bytes that base64 text (RFC 4648) stands for; nothing where it is malformed.
 std::optional<std::string> from_base64(std::string_view text);
 std::string to_base64(std::string_view bytes);
 
 // A copy of a text with some of its words replaced.
-
 class Splice {
  public:
   // The source must outlive this. Numbers have so many digits after the point, or the shortest form that reads back as

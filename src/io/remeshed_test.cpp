@@ -1,3 +1,4 @@
+// Files of remeshed shapes, in every format.
 #include "knead/io.h"
 
 #include <fmt/format.h>

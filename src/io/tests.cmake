@@ -4,7 +4,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/bad_files_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/convert_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/damage_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/json_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/../json/json_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/materials_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_generate_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_remeshed_test.cpp

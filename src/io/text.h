@@ -1,4 +1,4 @@
-// Numbers in text, independent of the locale.
+// Numbers and words in text, independent of the locale; and cursors that go through a file without passing its end.
 #pragma once
 
 #include <bit>
@@ -63,8 +63,6 @@ std::string in_quotes(std::string_view text);
 // Says that a file is too short for what it declares, e.g. "8 points", with so many bytes left.
 std::string too_many(const std::string& what, std::size_t left);
 
-// Reading a file front to back without ever passing its end. Every reader goes through one of these.
-
 template <class T>
 T swap_bytes(T value) {
   char bytes[sizeof(T)];
@@ -88,7 +86,7 @@ std::optional<std::string> stand_in(std::string_view bytes);
 // only stands in for the file.
 std::size_t text_begin(std::string_view bytes, const std::string& name);
 
-// Binary. Every failure is an InvalidInput that names the byte.
+// Goes through a binary file front to back. Every failure is an InvalidInput that names the byte.
 class ByteCursor {
  public:
   // The bytes and the name must outlive the cursor. Numbers are in the byte order named.
@@ -124,8 +122,8 @@ class ByteCursor {
   std::size_t position_ = 0;
 };
 
-// Text: words between blanks, lines that end with LF, CR LF or CR, comments from # to the end of the line. Every
-// failure is an InvalidInput that names the line.
+// Goes through a text: words between blanks, lines that end with LF, CR LF or CR, comments from # to the end of the
+// line. Every failure is an InvalidInput that names the line.
 class TextCursor {
  public:
   // The bytes and the name must outlive the cursor.

@@ -1,3 +1,4 @@
+// Points in text.
 #include <gtest/gtest.h>
 
 #include "io/cloud/cloud.h"

@@ -17,6 +17,7 @@
 
 #include "io/codec.h"
 #include "io/numbers.h"
+#include "json/json.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"

@@ -1,3 +1,4 @@
+// Normals of OBJ files that move.
 #include "io/obj/obj.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Reading and writing OBJ.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Reading and writing OFF.
 #include <gtest/gtest.h>
 
 #include <array>

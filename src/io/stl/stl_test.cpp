@@ -1,3 +1,4 @@
+// Reading and writing STL.
 #include "io/stl/stl.h"
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
-#include "knead/io.h"
+// Reads and writes JSON with nlohmann's library.
+#include "json/json.h"
 
 #include <fmt/format.h>
 
@@ -53,24 +54,14 @@ struct Json::Object {
 
 namespace {
 
-constexpr std::size_t kLongestQuote = 40;
-
-// Says what a value is, for messages: the value itself if it is short.
-std::string describe(const Json& json) {
-  if (json.is_array()) return fmt::format("an array of {}", json.items().size());
-  if (json.is_object()) return "an object";
-  const std::string text = to_text(json, {.ascii = true});
-  return text.size() > kLongestQuote ? text.substr(0, kLongestQuote) + "..." : text;
-}
-
 [[noreturn]] void fail(const char* expected, const Json& json) {
-  throw InvalidInput(fmt::format("expected {}, got {}", expected, describe(json)));
+  throw InvalidInput(fmt::format("expected {}, got {}", expected, described(json)));
 }
 
 std::string sentence(JsonError::Kind kind, std::size_t byte, const std::optional<std::string>& key) {
   switch (kind) {
     case JsonError::Kind::repeated_key:
-      return fmt::format("the key {} is given twice; give it once", describe(key.value_or("")));
+      return fmt::format("the key {} is given twice; give it once", described(key.value_or("")));
     case JsonError::Kind::too_deep:
       return fmt::format("the JSON is nested deeper than {}; use fewer levels", kDeepestJson);
     case JsonError::Kind::too_large:
@@ -333,6 +324,14 @@ std::string to_text(const Json& json, const JsonStyle& style) {
   JsonWriter writer(style);
   writer.write(json);
   return writer.text();
+}
+
+std::string described(const Json& json) {
+  constexpr std::size_t most = 40;
+  if (json.is_array()) return fmt::format("an array of {}", json.items().size());
+  if (json.is_object()) return "an object";
+  const std::string text = to_text(json, {.ascii = true});
+  return text.size() > most ? text.substr(0, most) + "..." : text;
 }
 
 std::string to_indented_text(const Json& json) { return to_text(json, {.indent = 2}) + "\n"; }

@@ -1,4 +1,5 @@
-#include "knead/io.h"
+// What JSON is read and refused, and how it is written.
+#include "json/json.h"
 
 #include <gtest/gtest.h>
 
