@@ -453,8 +453,7 @@ std::vector<std::string> conversion_losses(const std::filesystem::path& path, co
   if (codec.name == source.format) return {};
   require_held(codec, source.mesh, path.string());
   const bool has_units = has_unit_colors(source.mesh);
-  std::vector<std::string> losses =
-      has_units ? codec.losses(source.mesh) : codec.losses(with_unit_colors(source.mesh));
+  std::vector<std::string> losses = has_units ? codec.losses(source.mesh) : codec.losses(with_unit_colors(source.mesh));
   if (!has_units) losses.emplace_back("colors that are not from 0 to 1 are scaled to what the format has");
   const std::vector<std::string> more = codec_named(source.format, path.string()).source_losses(source);
   losses.insert(losses.end(), more.begin(), more.end());
