@@ -14,6 +14,7 @@
 
 #include "deform.h"
 #include "inputs.h"
+#include "json/json.h"
 #include "knead/animation.h"
 #include "knead/certify.h"
 #include "knead/error.h"

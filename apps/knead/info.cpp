@@ -14,6 +14,7 @@
 #include "certified.h"
 #include "command.h"
 #include "inputs.h"
+#include "json/json.h"
 #include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/io.h"

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "inputs.h"
+#include "json/json.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "output.h"

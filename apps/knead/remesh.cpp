@@ -10,6 +10,7 @@
 #include "command.h"
 #include "deform.h"
 #include "inputs.h"
+#include "json/json.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/remesh.h"

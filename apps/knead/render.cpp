@@ -13,6 +13,7 @@
 #include "command.h"
 #include "deform.h"
 #include "inputs.h"
+#include "json/json.h"
 #include "knead/io.h"
 #include "output.h"
 #include "render.h"

@@ -14,6 +14,7 @@
 #include "command.h"
 #include "deform.h"
 #include "inputs.h"
+#include "json/json.h"
 #include "knead/animation.h"
 #include "knead/error.h"
 #include "knead/io.h"

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "json/json.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "platform/system.h"

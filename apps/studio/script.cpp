@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "gestures/gesture_kinds.h"
+#include "json/json.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "setting.h"

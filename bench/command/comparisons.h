@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "json/json.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/stroke.h"

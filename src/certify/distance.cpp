@@ -1,6 +1,7 @@
 // The distance of two surfaces, and the JSON of fits.
 #include <algorithm>
 
+#include "json/json.h"
 #include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/io.h"

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "certify/stroke_certificate.h"
+#include "json/json.h"
 #include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/flow.h"

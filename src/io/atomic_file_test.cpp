@@ -1,3 +1,4 @@
+// Files that are written as a whole.
 #include "knead/io.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Writes files: a locked one that grows (AppendFile), and others as a whole (AtomicFile).
 #include <fmt/format.h>
 
 #include <array>
@@ -20,14 +21,13 @@
 #include "knead/io.h"
 #include "math/system.h"
 
-namespace knead::io_detail {
-
+namespace knead {
 namespace {
 
 constexpr std::chrono::seconds kBetweenAttempts{1};
 
-[[noreturn]] void refuse(const std::string& path, const char* what, int error) {
-  throw IoError(IoError::Operation::write, path,
+[[noreturn]] void refuse(const std::filesystem::path& path, const char* what, int error) {
+  throw IoError(IoError::Operation::write, path.string(),
                 std::string(what) + " (" + std::generic_category().message(error) +
                     "); check the folder, its permissions and the free space");
 }
@@ -43,7 +43,117 @@ int write_all(int file, std::string_view text) {
   return 0;
 }
 
+// Of this thread; null: files take their places as they are finished.
+thread_local FilesTogether* together = nullptr;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+
+// The temporary paths in use, in memory that a signal handler may read.
+struct Slot {
+  static constexpr std::size_t kSize = 4096;
+
+  std::atomic<bool> taken = false;
+  std::atomic<bool> armed = false;  // `path` names a file to be removed
+  std::atomic<bool> created = false;
+  std::array<char, kSize> path{};
+};
+std::array<Slot, 1024> slots;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables): for signal handlers
+static_assert(std::atomic<bool>::is_always_lock_free);
+std::atomic<std::size_t> files_in_place = 0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+static_assert(std::atomic<std::size_t>::is_always_lock_free);
+
+// Removes a temporary file at the end of its scope unless it was renamed before.
+class TemporaryName {
+ public:
+  explicit TemporaryName(const std::filesystem::path& path) : path_(path), slot_(take_slot()) {
+    const std::string text = path.string();
+    if (slot_ == nullptr || text.size() >= Slot::kSize) return;
+    std::memcpy(slot_->path.data(), text.c_str(), text.size() + 1);
+    slot_->armed = true;
+  }
+  TemporaryName(const TemporaryName&) = delete;
+  TemporaryName& operator=(const TemporaryName&) = delete;
+  ~TemporaryName() {
+    if (!renamed_) ::unlink(path_.c_str());
+    if (slot_ == nullptr) return;
+    slot_->armed = false;
+    slot_->created = false;
+    slot_->taken = false;
+  }
+
+  void set_created() {
+    if (slot_ != nullptr) slot_->created = true;
+  }
+  void set_renamed() {
+    renamed_ = true;
+    ++files_in_place;
+  }
+
+ private:
+  static Slot* take_slot() {
+    for (Slot& slot : slots) {
+      if (!slot.taken.exchange(true)) return &slot;
+    }
+    return nullptr;  // more writers than slots: still removed on failure, but not on a signal
+  }
+
+  std::filesystem::path path_;
+  Slot* slot_;
+  bool renamed_ = false;
+};
+
+// A file descriptor that is closed once.
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { close(); }
+
+  int number() const { return number_; }
+  bool close() {
+    const int number = number_;
+    number_ = -1;
+    return number < 0 || ::close(number) == 0;
+  }
+
+ private:
+  int number_;
+};
+
+constexpr std::string_view kPrefix = ".knead-";
+constexpr std::string_view kSuffix = ".tmp";
+constexpr std::size_t kKeyLength = 16;
+
+std::string random_key(std::size_t length) {
+  constexpr std::string_view digits = "0123456789abcdefghijklmnopqrstuvwxyz";
+  std::random_device random;
+  std::string key;
+  for (std::size_t i = 0; i < length; ++i) key += digits[random() % digits.size()];
+  return key;
+}
+
+// The name in the target's folder under which it is written first. A part has the key of the whole before its own.
+std::filesystem::path temporary_path(const std::filesystem::path& target, const std::filesystem::path& whole) {
+  std::string key = random_key(kKeyLength);
+  if (!whole.empty()) key = whole.filename().string().substr(kPrefix.size(), kKeyLength) + "-" + key;
+  return target.parent_path() / fmt::format("{}{}{}", kPrefix, key, kSuffix);
+}
+
+// Returns the key of the whole that a temporary file belongs to; empty for another file.
+std::string key_of(const std::string& name) {
+  const bool is_own = name.starts_with(kPrefix) && name.ends_with(kSuffix) &&
+                      name.size() >= kPrefix.size() + kKeyLength + kSuffix.size();
+  return is_own ? name.substr(kPrefix.size(), kKeyLength) : std::string();
+}
+
+void sync_folder(const std::filesystem::path& folder) {
+  Descriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (file.number() >= 0) ::fsync(file.number());  // where folders cannot be synced, the rename still stands
+}
+
 }  // namespace
+}  // namespace knead
+
+namespace knead::io_detail {
 
 #if defined(__EMSCRIPTEN__)
 
@@ -174,128 +284,6 @@ std::optional<std::string> AppendFile::trouble() const {
 }  // namespace knead::io_detail
 
 namespace knead {
-namespace {
-
-// The temporary paths in use, in memory that a signal handler may read.
-struct Slot {
-  static constexpr std::size_t kSize = 4096;
-
-  std::atomic<bool> taken = false;
-  std::atomic<bool> armed = false;  // `path` names a file to be removed
-  std::atomic<bool> created = false;
-  std::array<char, kSize> path{};
-};
-std::array<Slot, 1024> slots;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables): for signal handlers
-static_assert(std::atomic<bool>::is_always_lock_free);
-std::atomic<std::size_t> files_in_place = 0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
-static_assert(std::atomic<std::size_t>::is_always_lock_free);
-
-// Removes a temporary file at the end of its scope unless it was renamed before.
-class TemporaryName {
- public:
-  explicit TemporaryName(const std::filesystem::path& path) : path_(path), slot_(take_slot()) {
-    const std::string text = path.string();
-    if (slot_ == nullptr || text.size() >= Slot::kSize) return;
-    std::memcpy(slot_->path.data(), text.c_str(), text.size() + 1);
-    slot_->armed = true;
-  }
-  TemporaryName(const TemporaryName&) = delete;
-  TemporaryName& operator=(const TemporaryName&) = delete;
-  ~TemporaryName() {
-    if (!renamed_) ::unlink(path_.c_str());
-    if (slot_ == nullptr) return;
-    slot_->armed = false;
-    slot_->created = false;
-    slot_->taken = false;
-  }
-
-  void set_created() {
-    if (slot_ != nullptr) slot_->created = true;
-  }
-  void set_renamed() {
-    renamed_ = true;
-    ++files_in_place;
-  }
-
- private:
-  static Slot* take_slot() {
-    for (Slot& slot : slots) {
-      if (!slot.taken.exchange(true)) return &slot;
-    }
-    return nullptr;  // more writers than slots: still removed on failure, but not on a signal
-  }
-
-  std::filesystem::path path_;
-  Slot* slot_;
-  bool renamed_ = false;
-};
-
-// A file descriptor that is closed once.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { close(); }
-
-  int number() const { return number_; }
-  bool close() {
-    const int number = number_;
-    number_ = -1;
-    return number < 0 || ::close(number) == 0;
-  }
-
- private:
-  int number_;
-};
-
-[[noreturn]] void fail(const std::filesystem::path& path, const char* what, int error) {
-  throw IoError(IoError::Operation::write, path.string(),
-                std::string(what) + " (" + std::generic_category().message(error) +
-                    "); check the folder, its permissions and the free space");
-}
-
-void write_all(const std::filesystem::path& path, int file, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(file, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail(path, "cannot be written", errno);
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-}
-
-constexpr std::string_view kPrefix = ".knead-";
-constexpr std::string_view kSuffix = ".tmp";
-constexpr std::size_t kKeyLength = 16;
-
-std::string random_key(std::size_t length) {
-  constexpr std::string_view digits = "0123456789abcdefghijklmnopqrstuvwxyz";
-  std::random_device random;
-  std::string key;
-  for (std::size_t i = 0; i < length; ++i) key += digits[random() % digits.size()];
-  return key;
-}
-
-// The name in the target's folder under which it is written first. A part has the key of the whole before its own.
-std::filesystem::path temporary_path(const std::filesystem::path& target, const std::filesystem::path& whole) {
-  std::string key = random_key(kKeyLength);
-  if (!whole.empty()) key = whole.filename().string().substr(kPrefix.size(), kKeyLength) + "-" + key;
-  return target.parent_path() / fmt::format("{}{}{}", kPrefix, key, kSuffix);
-}
-
-// Returns the key of the whole that a temporary file belongs to; empty for another file.
-std::string key_of(const std::string& name) {
-  const bool is_own = name.starts_with(kPrefix) && name.ends_with(kSuffix) &&
-                      name.size() >= kPrefix.size() + kKeyLength + kSuffix.size();
-  return is_own ? name.substr(kPrefix.size(), kKeyLength) : std::string();
-}
-
-void sync_folder(const std::filesystem::path& folder) {
-  Descriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (file.number() >= 0) ::fsync(file.number());  // where folders cannot be synced, the rename still stands
-}
-
-}  // namespace
 
 std::filesystem::path followed_link(const std::filesystem::path& path) {
   constexpr int most = 40;  // links after each other, as for the system itself
@@ -320,30 +308,23 @@ struct AtomicFile::Parts {
   Parts(const std::filesystem::path& of, const std::filesystem::path& whole) : path(of), target(followed_link(of)) {
     struct stat old {};
     const bool exists = ::stat(target.c_str(), &old) == 0;
-    if (exists && S_ISDIR(old.st_mode)) fail(path, "is a folder", EISDIR);
+    if (exists && S_ISDIR(old.st_mode)) refuse(path, "is a folder", EISDIR);
     if (exists && !S_ISREG(old.st_mode)) {
       file.emplace(::open(target.c_str(), O_WRONLY | O_CLOEXEC));
-      if (file->number() < 0) fail(path, "cannot be opened for writing", errno);
+      if (file->number() < 0) refuse(path, "cannot be opened for writing", errno);
       return;
     }
-    if (exists && ::access(target.c_str(), W_OK) != 0) fail(path, "cannot be overwritten", errno);
+    if (exists && ::access(target.c_str(), W_OK) != 0) refuse(path, "cannot be overwritten", errno);
     const bool is_beside = whole.parent_path() == target.parent_path();
     temporary = temporary_path(target, is_beside ? whole : std::filesystem::path());
     name.emplace(temporary);
     file.emplace(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-    if (file->number() < 0) fail(path, "cannot be created", errno);
+    if (file->number() < 0) refuse(path, "cannot be created", errno);
     ::flock(file->number(), LOCK_EX | LOCK_NB);  // for discard_abandoned_files()
     name->set_created();
     if (exists) ::fchmod(file->number(), old.st_mode & 07777);  // best effort: the contents matter more
   }
 };
-
-namespace {
-
-// Of this thread; null: files take their places as they are finished.
-thread_local FilesTogether* together = nullptr;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
-
-}  // namespace
 
 AtomicFile::AtomicFile(const std::filesystem::path& path)
     : parts_(std::make_unique<Parts>(path, together != nullptr ? together->first_ : std::filesystem::path())) {
@@ -355,12 +336,15 @@ AtomicFile::~AtomicFile() = default;
 AtomicFile::AtomicFile(AtomicFile&&) noexcept = default;
 AtomicFile& AtomicFile::operator=(AtomicFile&&) noexcept = default;
 
-void AtomicFile::write(std::string_view bytes) { write_all(parts_->path, parts_->file->number(), bytes); }
+void AtomicFile::write(std::string_view bytes) {
+  const int error = write_all(parts_->file->number(), bytes);
+  if (error != 0) refuse(parts_->path, "cannot be written", error);
+}
 
 void AtomicFile::close() {
   if (!parts_->file) return;
   const bool is_synced = parts_->temporary.empty() || ::fsync(parts_->file->number()) == 0;
-  if (!is_synced || !parts_->file->close()) fail(parts_->path, "cannot be written", errno);
+  if (!is_synced || !parts_->file->close()) refuse(parts_->path, "cannot be written", errno);
   parts_->file.reset();
 }
 
@@ -376,7 +360,8 @@ void AtomicFile::finish() {
     ++files_in_place;
     return;
   }
-  if (::rename(parts_->temporary.c_str(), parts_->target.c_str()) != 0) fail(parts_->path, "cannot be replaced", errno);
+  if (::rename(parts_->temporary.c_str(), parts_->target.c_str()) != 0)
+    refuse(parts_->path, "cannot be replaced", errno);
   parts_->name->set_renamed();
   sync_folder(parts_->target.parent_path());
 }

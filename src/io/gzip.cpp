@@ -2,7 +2,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "knead/error.h"
 
 #if defined(KNEAD_HAS_ZLIB)

@@ -1,3 +1,4 @@
+// The material files that are copied with an OBJ file.
 #include <gtest/gtest.h>
 
 #include <fstream>

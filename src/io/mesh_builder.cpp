@@ -1,3 +1,4 @@
+// What readers and writers of meshes share; see mesh_builder.h.
 #include "io/mesh_builder.h"
 
 #include <algorithm>
@@ -5,8 +6,7 @@
 #include <cstddef>
 #include <numeric>
 
-#include "io/formats.h"
-#include "io/obj/obj.h"
+#include "io/codec.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
 
@@ -32,46 +32,6 @@ void make_unit_color(Attribute& color) {
                                                         : NumberType::uint16;
 }
 
-}  // namespace
-
-bool has_unit_colors(const Mesh& mesh) {
-  return std::all_of(mesh.attributes.begin(), mesh.attributes.end(), is_unit_color);
-}
-
-Mesh with_unit_colors(Mesh mesh) {
-  for (Attribute& attribute : mesh.attributes) {
-    if (!is_unit_color(attribute)) make_unit_color(attribute);
-  }
-  return mesh;
-}
-
-std::optional<Attribute> merge_corners(const Mesh& mesh, const Attribute& attribute) {
-  const std::size_t n = static_cast<std::size_t>(attribute.components);
-  Attribute merged{attribute.name, Domain::vertex, attribute.type, attribute.components, {}};
-  merged.values.resize(mesh.vertex_count() * n, 0.0);
-  std::vector<bool> known(mesh.vertex_count(), false);
-  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
-    const double* from = attribute.values.data() + c * n;
-    double* to = merged.values.data() + mesh.corner_vertex[c] * n;
-    if (known[mesh.corner_vertex[c]] && !std::equal(from, from + n, to)) return std::nullopt;
-    std::copy(from, from + n, to);
-    known[mesh.corner_vertex[c]] = true;
-  }
-  return merged;
-}
-
-std::optional<Attribute> vertex_attribute(const Mesh& mesh, const std::string& name, int components) {
-  for (const Attribute& attribute : mesh.attributes) {
-    if (attribute.name != name || attribute.components != components) continue;
-    if (attribute.domain == Domain::vertex) return attribute;
-    if (attribute.domain != Domain::corner) continue;
-    if (std::optional<Attribute> merged = merge_corners(mesh, attribute)) return merged;
-  }
-  return std::nullopt;
-}
-
-namespace {
-
 std::uint64_t hash_of(const Vec3d& p) {
   std::uint64_t hash = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -84,108 +44,14 @@ std::uint64_t hash_of(const Vec3d& p) {
 
 constexpr std::uint64_t kHashHalf = 0xffffffff00000000u;
 
-}  // namespace
-
-std::uint32_t Welder::vertex_at(const Vec3d& p) {
-  if (2 * positions_.size() >= slots_.size()) grow();
-  const std::uint64_t hash = hash_of(p);
-  const std::size_t mask = slots_.size() - 1;
-  for (std::size_t slot = hash & mask;; slot = (slot + 1) & mask) {
-    const std::uint32_t vertex = static_cast<std::uint32_t>(slots_[slot]);
-    if (slots_[slot] == kEmpty) {
-      const std::uint32_t added = static_cast<std::uint32_t>(positions_.size());
-      slots_[slot] = (hash & kHashHalf) | added;
-      positions_.push_back(p);
-      return added;
-    }
-    if (((slots_[slot] ^ hash) & kHashHalf) == 0 && positions_[vertex] == p) return vertex;
-  }
-}
-
-void Welder::grow() {
-  slots_.assign(4 * slots_.size(), kEmpty);
-  const std::size_t mask = slots_.size() - 1;
-  for (std::size_t i = 0; i < positions_.size(); ++i) {
-    const std::uint64_t hash = hash_of(positions_[i]);
-    std::size_t slot = hash & mask;
-    while (slots_[slot] != kEmpty) slot = (slot + 1) & mask;
-    slots_[slot] = (hash & kHashHalf) | i;
-  }
-}
-
-namespace {
-
 // Calls keep(from, to) for each row that stays, `to` its number without the others.
 template <class Keep>
 void for_each_kept(std::span<const std::uint32_t> unplaced, std::size_t rows, Keep keep) {
-  std::size_t next = 0;
+  std::size_t to = 0;
   for (std::size_t row = 0; row < rows; ++row) {
-    if (next < unplaced.size() && unplaced[next] == row) {
-      ++next;
-    } else {
-      keep(row, row - next);
-    }
+    if (!is_unplaced(unplaced, row, to)) keep(row, to++);
   }
 }
-
-}  // namespace
-
-void Unplaced::add(std::size_t row, std::size_t byte) {
-  if (!rows.empty() && rows.back() == row) return;
-  rows.push_back(static_cast<std::uint32_t>(row));
-  begin.push_back(byte);
-}
-
-std::optional<std::size_t> first_used(const Unplaced& unplaced, const Mesh& mesh) {
-  if (unplaced.rows.empty()) return std::nullopt;
-  std::vector<bool> used(mesh.vertex_count(), false);
-  for (const std::uint32_t v : mesh.corner_vertex) used[v] = true;
-  for (std::size_t i = 0; i < unplaced.rows.size(); ++i) {
-    if (used[unplaced.rows[i]]) return i;
-  }
-  return std::nullopt;
-}
-
-void remove_unplaced(const Unplaced& unplaced, Mesh& mesh) {
-  if (unplaced.rows.empty()) return;
-  const std::size_t rows = mesh.vertex_count();
-  const std::size_t kept = rows - unplaced.rows.size();
-  std::vector<std::uint32_t> number(mesh.corner_vertex.empty() ? 0 : rows, 0);
-  for_each_kept(unplaced.rows, rows, [&](std::size_t from, std::size_t to) {
-    mesh.positions[to] = mesh.positions[from];
-    if (!number.empty()) number[from] = static_cast<std::uint32_t>(to);
-  });
-  mesh.positions.resize(kept);
-  for (std::uint32_t& v : mesh.corner_vertex) v = number[v];
-  for (Attribute& attribute : mesh.attributes) {
-    if (attribute.domain != Domain::vertex) continue;
-    const std::size_t n = static_cast<std::size_t>(attribute.components);
-    for_each_kept(unplaced.rows, rows, [&](std::size_t from, std::size_t to) {
-      for (std::size_t c = 0; c < n; ++c) attribute.values[to * n + c] = attribute.values[from * n + c];
-    });
-    attribute.values.resize(kept * n);
-  }
-}
-
-std::vector<Vec3d> by_row(std::span<const Vec3d> values, std::span<const std::uint32_t> unplaced) {
-  std::vector<Vec3d> rows(values.size() + unplaced.size());
-  for_each_kept(unplaced, rows.size(), [&](std::size_t from, std::size_t to) { rows[from] = values[to]; });
-  return rows;
-}
-
-std::string unplaced_note(std::size_t count) {
-  if (count == 0) return {};
-  return counted(count, "vertex has coordinates that are not finite; it is kept in the file and does not move",
-                 "vertices have coordinates that are not finite; they are kept in the file and do not move");
-}
-
-std::string unplaced_loss(std::size_t count) {
-  if (count == 0) return {};
-  return counted(count, "vertex whose coordinates are not finite is left out",
-                 "vertices whose coordinates are not finite are left out");
-}
-
-namespace {
 
 using SeamKey = std::array<double, 9>;
 
@@ -240,12 +106,139 @@ void turn_tangents(const Mesh& before, std::span<const Vec3d> positions, std::sp
 
 }  // namespace
 
+bool has_unit_colors(const Mesh& mesh) {
+  return std::all_of(mesh.attributes.begin(), mesh.attributes.end(), is_unit_color);
+}
+
+Mesh with_unit_colors(Mesh mesh) {
+  for (Attribute& attribute : mesh.attributes) {
+    if (!is_unit_color(attribute)) make_unit_color(attribute);
+  }
+  return mesh;
+}
+
+std::optional<Attribute> merge_corners(const Mesh& mesh, const Attribute& attribute) {
+  const std::size_t n = static_cast<std::size_t>(attribute.components);
+  Attribute merged{attribute.name, Domain::vertex, attribute.type, attribute.components, {}};
+  merged.values.resize(mesh.vertex_count() * n, 0.0);
+  std::vector<bool> known(mesh.vertex_count(), false);
+  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
+    const double* from = attribute.values.data() + c * n;
+    double* to = merged.values.data() + mesh.corner_vertex[c] * n;
+    if (known[mesh.corner_vertex[c]] && !std::equal(from, from + n, to)) return std::nullopt;
+    std::copy(from, from + n, to);
+    known[mesh.corner_vertex[c]] = true;
+  }
+  return merged;
+}
+
+std::optional<Attribute> vertex_attribute(const Mesh& mesh, const std::string& name, int components) {
+  for (const Attribute& attribute : mesh.attributes) {
+    if (attribute.name != name || attribute.components != components) continue;
+    if (attribute.domain == Domain::vertex) return attribute;
+    if (attribute.domain != Domain::corner) continue;
+    if (std::optional<Attribute> merged = merge_corners(mesh, attribute)) return merged;
+  }
+  return std::nullopt;
+}
+
+std::uint32_t Welder::vertex_at(const Vec3d& p) {
+  if (2 * positions_.size() >= slots_.size()) grow();
+  const std::uint64_t hash = hash_of(p);
+  const std::size_t mask = slots_.size() - 1;
+  for (std::size_t slot = hash & mask;; slot = (slot + 1) & mask) {
+    const std::uint32_t vertex = static_cast<std::uint32_t>(slots_[slot]);
+    if (slots_[slot] == kEmpty) {
+      const std::uint32_t added = static_cast<std::uint32_t>(positions_.size());
+      slots_[slot] = (hash & kHashHalf) | added;
+      positions_.push_back(p);
+      return added;
+    }
+    if (((slots_[slot] ^ hash) & kHashHalf) == 0 && positions_[vertex] == p) return vertex;
+  }
+}
+
+void Welder::grow() {
+  slots_.assign(4 * slots_.size(), kEmpty);
+  const std::size_t mask = slots_.size() - 1;
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
+    const std::uint64_t hash = hash_of(positions_[i]);
+    std::size_t slot = hash & mask;
+    while (slots_[slot] != kEmpty) slot = (slot + 1) & mask;
+    slots_[slot] = (hash & kHashHalf) | i;
+  }
+}
+
+std::vector<bool> used_vertices(const Mesh& mesh) {
+  std::vector<bool> used(mesh.vertex_count(), false);
+  for (const std::uint32_t v : mesh.corner_vertex) used[v] = true;
+  return used;
+}
+
+void FiniteValues::append_note(std::vector<std::string>& notes) const {
+  if (replaced_ == 0) return;
+  notes.push_back(counted(replaced_, "attribute value is not finite and is read as 0",
+                          "attribute values are not finite and are read as 0"));
+}
+
+void Unplaced::add(std::size_t row, std::size_t byte) {
+  if (!rows.empty() && rows.back() == row) return;
+  rows.push_back(static_cast<std::uint32_t>(row));
+  begin.push_back(byte);
+}
+
+std::optional<std::size_t> first_used(const Unplaced& unplaced, const Mesh& mesh) {
+  if (unplaced.rows.empty()) return std::nullopt;
+  const std::vector<bool> used = used_vertices(mesh);
+  for (std::size_t i = 0; i < unplaced.rows.size(); ++i) {
+    if (used[unplaced.rows[i]]) return i;
+  }
+  return std::nullopt;
+}
+
+void remove_unplaced(const Unplaced& unplaced, Mesh& mesh) {
+  if (unplaced.rows.empty()) return;
+  const std::size_t rows = mesh.vertex_count();
+  const std::size_t kept = rows - unplaced.rows.size();
+  std::vector<std::uint32_t> number(mesh.corner_vertex.empty() ? 0 : rows, 0);
+  for_each_kept(unplaced.rows, rows, [&](std::size_t from, std::size_t to) {
+    mesh.positions[to] = mesh.positions[from];
+    if (!number.empty()) number[from] = static_cast<std::uint32_t>(to);
+  });
+  mesh.positions.resize(kept);
+  for (std::uint32_t& v : mesh.corner_vertex) v = number[v];
+  for (Attribute& attribute : mesh.attributes) {
+    if (attribute.domain != Domain::vertex) continue;
+    const std::size_t n = static_cast<std::size_t>(attribute.components);
+    for_each_kept(unplaced.rows, rows, [&](std::size_t from, std::size_t to) {
+      for (std::size_t c = 0; c < n; ++c) attribute.values[to * n + c] = attribute.values[from * n + c];
+    });
+    attribute.values.resize(kept * n);
+  }
+}
+
+std::vector<Vec3d> by_row(std::span<const Vec3d> values, std::span<const std::uint32_t> unplaced) {
+  std::vector<Vec3d> rows(values.size() + unplaced.size());
+  for_each_kept(unplaced, rows.size(), [&](std::size_t from, std::size_t to) { rows[from] = values[to]; });
+  return rows;
+}
+
+std::string unplaced_note(std::size_t count) {
+  if (count == 0) return {};
+  return counted(count, "vertex has coordinates that are not finite; it is kept in the file and does not move",
+                 "vertices have coordinates that are not finite; they are kept in the file and do not move");
+}
+
+std::string unplaced_loss(std::size_t count) {
+  if (count == 0) return {};
+  return counted(count, "vertex whose coordinates are not finite is left out",
+                 "vertices whose coordinates are not finite are left out");
+}
+
 std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d> positions,
                                  const WriteOptions& options) {
-  if (const obj::Layout* layout = find_layout<obj::Layout>(source)) {
-    if (layout->corner_normal.empty()) return {};
-    return obj::moved_corner_normals(source.mesh, *layout, positions);
-  }
+  const Codec* const codec = source.layout == nullptr ? nullptr : find_codec(source.format);
+  if (codec != nullptr && codec->moved_corner_normals != nullptr) return codec->moved_corner_normals(source, positions);
   const std::vector<Vec3d> normals = vertex_normals_of(source);
   if (normals.empty()) return {};
   if (source.mesh.face_count() > 0) return transport_vertex_normals(source.mesh, positions, normals);
@@ -257,7 +250,7 @@ Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const
   mesh.positions.assign(positions.begin(), positions.end());
   const std::vector<Vec3d> normals = moved_normals(source, positions, options);
   if (normals.empty()) return mesh;
-  if (source.format != "obj") turn_tangents(source.mesh, positions, normals, mesh);
+  turn_tangents(source.mesh, positions, normals, mesh);
   for (Attribute& attribute : mesh.attributes) {
     if (attribute.name != "normal") continue;
     for (std::size_t i = 0; i < attribute.values.size() / 3; ++i) {

@@ -1,4 +1,5 @@
-// Colors of every number type.
+// What readers and writers of meshes share: colors of every number type, attributes of corners as those of vertices,
+// faces and vertices as they come, values and vertices that are not finite, and normals that follow a moved shape.
 #pragma once
 
 #include <algorithm>
@@ -149,6 +150,28 @@ class Welder {
   std::vector<std::uint64_t> slots_;  // half of the position's hash, then its vertex
 };
 
+// Returns which vertices some face uses.
+std::vector<bool> used_vertices(const Mesh& mesh);
+
+// What a reader says of a shape that has no faces.
+inline constexpr const char* kCloudNote = "has no faces and is read as a point cloud";
+
+// The values of attributes as they are read: those that are not finite become 0, and are counted.
+class FiniteValues {
+ public:
+  double operator()(double value) {
+    if (std::isfinite(value)) return value;
+    ++replaced_;
+    return 0;
+  }
+
+  // Appends the note that says so, if there were any.
+  void append_note(std::vector<std::string>& notes) const;
+
+ private:
+  std::size_t replaced_ = 0;
+};
+
 // Vertices whose coordinates are not finite, as scanners write for what they did not see: they stay in the file as they
 // are and are no part of the mesh.
 
@@ -160,6 +183,11 @@ struct Unplaced {
   // Adds a row; the same one again is no other.
   void add(std::size_t row, std::size_t byte);
 };
+
+// Returns whether a row has no place; `placed` is how many before it have one.
+inline bool is_unplaced(std::span<const std::uint32_t> unplaced, std::size_t row, std::size_t placed) {
+  return row - placed < unplaced.size() && unplaced[row - placed] == row;
+}
 
 // Returns the number, in `unplaced`, of the first of these vertices that a face of the mesh uses.
 std::optional<std::size_t> first_used(const Unplaced& unplaced, const Mesh& mesh);

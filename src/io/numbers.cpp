@@ -1,3 +1,4 @@
+// Numbers as text, also where the standard library converts integers only, and base64.
 #include "io/numbers.h"
 
 #include <algorithm>
@@ -15,6 +16,13 @@ void append_decimals(std::string& text, double value, std::optional<int> decimal
   char buffer[std::numeric_limits<double>::max_exponent10 + 32];  // all digits before the point, and at most 17 after
   const auto result = float_to_chars(buffer, buffer + sizeof buffer, value, kFixed, *decimals);
   text.append(buffer, result.ptr);
+}
+
+void append_point(std::string& text, const Vec3d& p, std::optional<int> decimals) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (axis > 0) text += ' ';
+    append_decimals(text, p[axis], decimals);
+  }
 }
 
 int decimals_in(std::string_view word) {

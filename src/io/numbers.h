@@ -1,4 +1,5 @@
-// Numbers of the types that files declare, and their bytes.
+// Numbers as files hold them: their types and bytes, their decimals in text, base64, and the copy of a text in which
+// some numbers are replaced (Splice).
 #pragma once
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
+#include "math/system.h"
 
 namespace knead::io_detail {
 
@@ -83,7 +85,6 @@ inline double nearest_of(NumberType type, double value) {
 }
 
 // The number types of files: those of meshes, and 64-bit integers, which meshes hold as reals.
-
 enum class StoredType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
 
 // Returns the type that an attribute of a mesh has for such numbers.
@@ -130,9 +131,13 @@ inline double nearest_of(StoredType type, double value) {
   return io_detail::nearest_of(number_type(type), value);
 }
 
-// Floats at their places in a binary file, for formats that hold coordinates as floats alone.
-
 inline bool fits_floats(const Vec3d& p) { return fits_float(p.x) && fits_float(p.y) && fits_float(p.z); }
+
+// Returns whether all coordinates are floats.
+inline bool are_floats(std::span<const Vec3d> positions) {
+  return std::all_of(positions.begin(), positions.end(),
+                     [](const Vec3d& p) { return fits_floats(p) && p == Vec3d(Vec3f(p)); });
+}
 
 // Throws InvalidInput for the first position that is beyond the range of float.
 inline void check_fits_floats(std::span<const Vec3d> positions) {
@@ -158,12 +163,13 @@ inline void replace_floats(std::string& bytes, std::size_t at, const Vec3d& from
   }
 }
 
-// Decimals of the coordinates in text files.
-
 using WordVisitor = std::function<void(std::string_view word)>;
 
 // Appends a number with so many digits after the point; without, the shortest form that reads back as the same number.
 void append_decimals(std::string& text, double value, std::optional<int> decimals);
+
+// Appends "x y z".
+void append_point(std::string& text, const Vec3d& p, std::optional<int> decimals);
 
 // Returns the digits after the point that a number has when it is written without exponent: 3 for "0.120" and "1.2e-2".
 int decimals_in(std::string_view word);
@@ -214,21 +220,18 @@ std::to_chars_result float_to_chars(char* first, char* last, double value, Float
 
 #endif
 
-// Bytes as text: base64 (RFC 4648). Internal to the library.
-
-// Returns the bytes that base64 text stands for; nothing where it is malformed.
+// Returns the bytes that base64 text (RFC 4648) stands for; nothing where it is malformed.
 std::optional<std::string> from_base64(std::string_view text);
 std::string to_base64(std::string_view bytes);
 
 // A copy of a text with some of its words replaced.
-
 class Splice {
  public:
   // The source must outlive this. Numbers have so many digits after the point, or the shortest form that reads back as
   // the same number.
   explicit Splice(std::string_view source, std::optional<int> decimals = std::nullopt)
       : source_(source), decimals_(decimals) {
-    result_.reserve(source.size() + source.size() / 4 + 64);
+    reserve_large(result_, source.size() + source.size() / 4 + 64);
   }
 
   // Replaces the components of a point that differ; next_word() gives the word of each, front to back.

@@ -1,10 +1,8 @@
 // What a file is that is not what its name says: for messages.
 #include <algorithm>
 #include <array>
-#include <cctype>
 
-#include "io/formats.h"
-#include "io/numbers.h"
+#include "io/codec.h"
 #include "io/text.h"
 
 namespace knead::io_detail {
@@ -52,10 +50,6 @@ bool are_reals(const std::vector<std::string_view>& words, std::size_t from, std
   return std::all_of(words.begin() + static_cast<std::ptrdiff_t>(from),
                      words.begin() + static_cast<std::ptrdiff_t>(from + count),
                      [&](std::string_view word) { return parse_real(word, value) == ParseResult::ok; });
-}
-
-bool is_digits(std::string_view word) {
-  return !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 bool is_binary_stl(std::string_view head, std::size_t size) {

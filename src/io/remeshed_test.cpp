@@ -1,8 +1,9 @@
+// Files of remeshed shapes, in every format.
 #include "knead/io.h"
 
 #include <fmt/format.h>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/obj/obj.h"
 #include "io/off/off.h"
 #include "io/test_samples.h"
@@ -27,7 +28,7 @@ ShapeFile through(const ShapeFile& source, const Remade& remade, const WriteOpti
 // As serialize_remeshed, also where nothing changed.
 std::string written_anew(const ShapeFile& source, const Remade& remade) {
   const io_detail::NewMesh shape{source, remade.mesh, remade.face_source};
-  return io_detail::format_named(source.format, "source").remeshed(shape, {});
+  return io_detail::codec_named(source.format, "source").remeshed(shape, {});
 }
 
 std::vector<ShapeFile> samples_with_faces() {

@@ -1,3 +1,4 @@
+// Reads and writes shapes (knead/io.h): finds the codec, checks the arguments, and notes what a user should know.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -7,17 +8,8 @@
 #include <memory>
 #include <system_error>
 
-#include "io/cloud/cloud.h"
-#include "io/formats.h"
-#include "io/glb/glb.h"
-#include "io/gltf/gltf.h"
+#include "io/codec.h"
 #include "io/mesh_builder.h"
-#include "io/numbers.h"
-#include "io/obj/obj.h"
-#include "io/off/off.h"
-#include "io/ply/ply.h"
-#include "io/solver/solver.h"
-#include "io/stl/stl.h"
 #include "io/text.h"
 #include "knead/error.h"
 #include "knead/io.h"
@@ -25,209 +17,24 @@
 #include "knead/vec.h"
 #include "math/system.h"
 
-namespace knead::io_detail {
-namespace {
-
-bool always(const ShapeFile&) { return true; }
-bool never(const ShapeFile&) { return false; }
-
-constexpr std::array<std::string_view, 6> kPointExtensions = {"txt", "asc", "pts", "csv", "xyzn", "xyzrgb"};
-
-constexpr std::array<std::string_view, 1> kFoamExtensions = {"points"};
-constexpr std::array<std::string_view, 1> kNastranExtensions = {"nas"};
-
-constexpr std::array<Format, 15> kFormats = {
-    {{"ply",
-      ply::parse,
-      nullptr,
-      nullptr,
-      ply::generate,
-      ply::losses,
-      ply::source_losses,
-      ply::remeshed,
-      ply::remesh_losses,
-      nullptr,
-      never,
-      false,
-      ply::reads_floats,
-      ply::visit_coordinates,
-      {},
-      ply::rewrite,
-      ply::parse_in_pieces,
-      ply::summarize},
-     {"obj", obj::parse, nullptr, obj::rewrite, obj::generate, obj::losses, obj::source_losses, obj::remeshed,
-      obj::remesh_losses, obj::face_labels, never, false, never, obj::visit_coordinates},
-     {"glb", gltf::parse_glb, gltf::parse_glb_beside, gltf::rewrite, glb::generate, glb::losses, gltf::source_losses,
-      gltf::remeshed, gltf::remesh_losses, gltf::face_labels, always, true, always},
-     {"gltf", gltf::parse, gltf::parse_beside, gltf::rewrite, gltf::generate, glb::losses, gltf::source_losses,
-      gltf::remeshed, gltf::remesh_losses, gltf::face_labels, always, true, always},
-     {"stl", stl::parse, nullptr, stl::rewrite, stl::generate, stl::losses, stl::source_losses, stl::remeshed,
-      stl::remesh_losses, nullptr, stl::stores_floats, true, stl::stores_floats, stl::visit_coordinates},
-     {"off", off::parse, nullptr, off::rewrite, off::generate, off::losses, off::source_losses, off::remeshed,
-      off::remesh_losses, nullptr, off::stores_floats, false, off::stores_floats, off::visit_coordinates},
-     {"xyz", xyz::parse, nullptr, xyz::rewrite, xyz::generate, xyz::losses, xyz::source_losses, nullptr, nullptr,
-      nullptr, never, false, never, xyz::visit_coordinates, kPointExtensions},
-     {"pcd", pcd::parse, nullptr, pcd::rewrite, pcd::generate, pcd::losses, pcd::source_losses, nullptr, nullptr,
-      nullptr, pcd::stores_floats, false, pcd::stores_floats, pcd::visit_coordinates},
-     {"ptx", ptx::parse, nullptr, ptx::rewrite, nullptr, nullptr, ptx::source_losses, nullptr, nullptr, nullptr, never,
-      false, never, ptx::visit_coordinates},
-     solver::format<solver::kSu2>(),
-     solver::format<solver::kGmsh>(),
-     solver::format<solver::kFoam>(kFoamExtensions),
-     solver::format<solver::kNastran>(kNastranExtensions),
-     solver::format<solver::kAbaqus>(),
-     solver::format<solver::kUnv>()}};
-
-bool has_extension(const Format& format, std::string_view extension) {
-  return format.name == extension ||
-         std::find(format.extensions.begin(), format.extensions.end(), extension) != format.extensions.end();
-}
-
-}  // namespace
-
-std::span<const Format> formats() { return kFormats; }
-
-void check_decimals(const WriteOptions& options) {
-  constexpr int most = 17;  // that a double can tell apart
-  if (options.decimals.value_or(0) >= 0 && options.decimals.value_or(0) <= most) return;
-  throw InvalidInput(std::to_string(*options.decimals) + " decimals; give 0 to " + std::to_string(most));
-}
-
-void write_own_format(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes) {
-  gltf::write_beside(path, source, bytes);
-}
-
-void write_new_file(const std::filesystem::path& path, const std::string& bytes) {
-  write_file_atomically(path, is_gzip_name(path) ? zipped(bytes, path.string()) : bytes);
-}
-
-const Format& format_with_extension(std::string_view extension, const std::string& file) {
-  std::string supported;
-  for (const Format& format : kFormats) {
-    if (has_extension(format, extension)) return format;
-    supported += (supported.empty() ? "." : ", .") + std::string(format.name);
-    for (const std::string_view other : format.extensions) supported += ", ." + std::string(other);
-  }
-  if (extension == "knead") throw InvalidInput(Place{file}, "is a session, not a shape; name the shape it is for");
-  const std::string what =
-      extension.empty() ? "its name has no extension" : "format '" + std::string(extension) + "' is not supported";
-  throw InvalidInput(Place{file}, what + "; use one of " + supported);
-}
-
-const Format& format_named(std::string_view name, const std::string& file) {
-  std::string supported;
-  for (const Format& format : kFormats) {
-    if (format.name == name) return format;
-    supported += (supported.empty() ? "" : ", ") + std::string(format.name);
-  }
-  throw InvalidInput(Place{file}, "format '" + std::string(name) + "' is not supported; use one of " + supported);
-}
-
-SourceFile::SourceFile(const std::filesystem::path& path)
-    : path_(path.string()), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-  if (file_ < 0) fail("cannot be read (" + std::generic_category().message(errno) + ")");
-  state_ = state();
-}
-
-SourceFile::~SourceFile() {
-  if (file_ >= 0) ::close(file_);
-}
-
-void SourceFile::fail(const std::string& what) const {
-  throw IoError(IoError::Operation::read, path_, what + "; check the file and run this again");
-}
-
-SourceFile::State SourceFile::state() const {
-  struct stat now {};
-  if (::fstat(file_, &now) != 0) fail("cannot be read (" + std::generic_category().message(errno) + ")");
-  return {static_cast<std::size_t>(now.st_size), changed_ns(file_, now)};
-}
-
-void SourceFile::read(std::size_t begin, std::span<char> to) const {
-  while (!to.empty()) {
-    const ssize_t count = ::pread(file_, to.data(), to.size(), static_cast<off_t>(begin));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail("cannot be read (" + std::generic_category().message(errno) + ")");
-    if (count == 0) break;  // it has become shorter
-    begin += static_cast<std::size_t>(count);
-    to = to.subspan(static_cast<std::size_t>(count));
-  }
-  if (!to.empty() || state() != state_) fail("has changed while it was in use");
-}
-
-std::string_view SourceBytes::piece(std::size_t begin, std::size_t count) {
-  if (!source_.file) return std::string_view(source_.bytes).substr(begin, count);
-  reserve_large(buffer_, count);
-  buffer_.resize(count);
-  source_.file->read(begin, buffer_);
-  return buffer_;
-}
-
-void SourceBytes::copy(std::size_t begin, std::size_t end, const std::function<void(std::string_view)>& out) {
-  constexpr std::size_t most = std::size_t{1} << 20;
-  for (; begin < end; begin += std::min(most, end - begin)) out(piece(begin, std::min(most, end - begin)));
-}
-
-namespace {
-
-constexpr double kCoarse = 0.01;  // of the mean edge
-
-double mean_edge(const Mesh& mesh) {
-  double sum = 0;
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const auto face = mesh.face(f);
-    for (std::size_t c = 0; c < face.size(); ++c) {
-      sum += norm(mesh.positions[face[c]] - mesh.positions[face[(c + 1) % face.size()]]);
-    }
-  }
-  return sum / static_cast<double>(std::max<std::size_t>(1, mesh.corner_vertex.size()));
-}
-
-// With three digits.
-std::string short_number(double value) {
-  char buffer[32];
-  const auto result = float_to_chars(buffer, buffer + sizeof buffer, value, kGeneral, 3);
-  return {buffer, result.ptr};
-}
-
-}  // namespace
-
-std::string spacing_note(const Mesh& mesh) {
-  const Box box = shape_box(mesh);
-  double largest = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    largest = std::max({largest, std::abs(box.min[axis]), std::abs(box.max[axis])});
-  if (!(largest > 0) || !std::isfinite(largest)) return {};
-  const double spacing = std::ldexp(1.0, std::ilogb(largest) - (std::numeric_limits<float>::digits - 1));
-  const double diagonal = box.diagonal();
-  const double points = std::sqrt(static_cast<double>(mesh.vertex_count()));
-  constexpr double finest = 1e-5;  // edges of the diagonal: no mesh of memory's size has a shorter mean
-  if (spacing < kCoarse * finest * diagonal) return {};
-  const double edge = mesh.face_count() > 0 ? mean_edge(mesh) : diagonal / points;
-  if (!(spacing > kCoarse * edge) || !(edge > 0)) return {};
-  return "coordinates are floats that lie " + short_number(spacing) + " apart where the shape stands, and its mean " +
-         (mesh.face_count() > 0 ? "edge" : "distance") + " is " + short_number(edge) +
-         "; move the shape to the origin, or write its coordinates as doubles";
-}
-
-}  // namespace knead::io_detail
-
 namespace knead {
+namespace {
 
+using io_detail::are_floats;
 using io_detail::ByteSink;
-using io_detail::check_decimals;
-using io_detail::Format;
-using io_detail::format_named;
+using io_detail::Codec;
+using io_detail::codec_named;
 using io_detail::has_unit_colors;
 using io_detail::moved_mesh;
 using io_detail::moved_normals;
+using io_detail::NewMesh;
 using io_detail::SourceBytes;
 using io_detail::SourceFile;
 using io_detail::with_unit_colors;
 
-namespace {
-
 constexpr std::string_view kFoamPoints = "points";  // the name of OpenFOAM's files, which have no extension
+constexpr double kCoarse = 0.01;                    // of the mean edge
+constexpr std::size_t kHead = 4096;                 // bytes that tell the kind of a file
 
 bool is_device(const std::filesystem::path& path) {
   std::error_code error;
@@ -277,15 +84,6 @@ std::string read_bytes(const std::filesystem::path& path) {
   return io_detail::is_gzip_name(path) ? io_detail::unzipped(bytes, path.string()) : bytes;
 }
 
-bool fits_floats(std::span<const Vec3d> positions) {
-  return std::all_of(positions.begin(), positions.end(), [](const Vec3d& p) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (!io_detail::fits_float(p[axis]) || double{static_cast<float>(p[axis])} != p[axis]) return false;
-    }
-    return true;
-  });
-}
-
 void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) {
   if (positions.size() != source.mesh.vertex_count()) {
     throw InvalidInput(std::to_string(positions.size()) + " positions for a shape of " +
@@ -299,6 +97,12 @@ void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) 
   }
 }
 
+void check_decimals(const WriteOptions& options) {
+  constexpr int most = 17;  // that a double can tell apart
+  if (options.decimals.value_or(0) >= 0 && options.decimals.value_or(0) <= most) return;
+  throw InvalidInput(std::to_string(*options.decimals) + " decimals; give 0 to " + std::to_string(most));
+}
+
 void check(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options) {
   check_positions(source, positions);
   check_decimals(options);
@@ -308,13 +112,49 @@ void check(const ShapeFile& source, std::span<const Vec3d> positions, const Writ
 }
 
 // Passes on the bytes of the source with other positions. The arguments have been checked.
-void rewrite_in_pieces(const Format& format, const ShapeFile& source, std::span<const Vec3d> positions,
+void rewrite_in_pieces(const Codec& codec, const ShapeFile& source, std::span<const Vec3d> positions,
                        const WriteOptions& options, const ByteSink& out) {
   if (std::equal(positions.begin(), positions.end(), source.mesh.positions.begin())) {
     SourceBytes bytes(source);
     return bytes.copy(0, bytes.size(), out);
   }
-  format.rewrite_in_pieces(source, positions, moved_normals(source, positions, options), options, out);
+  codec.rewrite_in_pieces(source, positions, moved_normals(source, positions, options), options, out);
+}
+
+double mean_edge(const Mesh& mesh) {
+  double sum = 0;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    for (std::size_t c = 0; c < face.size(); ++c) {
+      sum += norm(mesh.positions[face[c]] - mesh.positions[face[(c + 1) % face.size()]]);
+    }
+  }
+  return sum / static_cast<double>(std::max<std::size_t>(1, mesh.corner_vertex.size()));
+}
+
+// With three digits.
+std::string short_number(double value) {
+  char buffer[32];
+  const auto result = io_detail::float_to_chars(buffer, buffer + sizeof buffer, value, io_detail::kGeneral, 3);
+  return {buffer, result.ptr};
+}
+
+std::string spacing_note(const Mesh& mesh) {
+  const Box box = shape_box(mesh);
+  double largest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    largest = std::max({largest, std::abs(box.min[axis]), std::abs(box.max[axis])});
+  if (!(largest > 0) || !std::isfinite(largest)) return {};
+  const double spacing = std::ldexp(1.0, std::ilogb(largest) - (std::numeric_limits<float>::digits - 1));
+  const double diagonal = box.diagonal();
+  const double points = std::sqrt(static_cast<double>(mesh.vertex_count()));
+  constexpr double finest = 1e-5;  // edges of the diagonal: no mesh of memory's size has a shorter mean
+  if (spacing < kCoarse * finest * diagonal) return {};
+  const double edge = mesh.face_count() > 0 ? mean_edge(mesh) : diagonal / points;
+  if (!(spacing > kCoarse * edge) || !(edge > 0)) return {};
+  return "coordinates are floats that lie " + short_number(spacing) + " apart where the shape stands, and its mean " +
+         (mesh.face_count() > 0 ? "edge" : "distance") + " is " + short_number(edge) +
+         "; move the shape to the origin, or write its coordinates as doubles";
 }
 
 // Adds what a user of the shape should know about what it is.
@@ -338,57 +178,164 @@ ShapeSummary summary_of(const ShapeFile& shape) {
   return summary;
 }
 
-ShapeFile with_notes(const Format& format, ShapeFile shape) {
+bool has_floats(const Codec& codec, const ShapeFile& shape) {
+  return codec.stores_floats != nullptr && codec.stores_floats(shape);
+}
+
+ShapeFile with_notes(const Codec& codec, ShapeFile shape) {
   add_notes(shape.mesh, shape.notes);
-  if (!format.reads_floats(shape)) return shape;
-  std::string note = io_detail::spacing_note(shape.mesh);
-  const bool is_due = !note.empty() && fits_floats(shape.mesh.positions);  // else a node has moved them (GLB)
+  if (!has_floats(codec, shape)) return shape;
+  std::string note = spacing_note(shape.mesh);
+  const bool is_due = !note.empty() && are_floats(shape.mesh.positions);  // else a node has moved them (GLB)
   if (is_due) shape.notes.push_back(std::move(note));
   return shape;
 }
 
-}  // namespace
-
-namespace {
-
 // Throws InvalidInput for a mesh of which no new file of a format can be made.
-void require_held(const Format& format, const Mesh& mesh, const std::string& file) {
+void require_held(const Codec& codec, const Mesh& mesh, const std::string& file) {
   const bool has_faces = mesh.face_count() > 0;
   const std::vector<std::string_view> extensions = written_extensions(has_faces);
-  if (std::find(extensions.begin(), extensions.end(), format.name) != extensions.end()) return;
-  if (has_faces && format.generate != nullptr) return;  // its points alone
+  if (std::find(extensions.begin(), extensions.end(), codec.name) != extensions.end()) return;
+  if (has_faces && codec.generate != nullptr) return;  // its points alone
   std::string others;
   for (const std::string_view extension : extensions) {
     others += (others.empty() ? "." : extension == extensions.back() ? " or ." : ", .") + std::string(extension);
   }
-  const std::string what = format.generate == nullptr
-                               ? "can only be written from a shape that was read from such a file"
-                               : "holds faces, and this shape has none";
-  throw InvalidInput(Place{file}, "a file ." + std::string(format.name) + " " + what + "; write " + others);
+  const std::string what = codec.generate == nullptr ? "can only be written from a shape that was read from such a file"
+                                                     : "holds faces, and this shape has none";
+  throw InvalidInput(Place{file}, "a file ." + std::string(codec.name) + " " + what + "; write " + others);
+}
+
+// Calls read() for a file that begins so and has so many bytes. A file that it refuses, and that is of another kind
+// than its name says, is refused for that.
+template <class Read>
+auto read_as(const Codec& codec, const std::string& head, std::size_t size, const std::string& name, const Read& read) {
+  io_detail::text_begin(head, name);
+  try {
+    return read();
+  } catch (const InvalidInput&) {
+    if (const auto other = io_detail::other_kind(head, size, codec.name)) throw InvalidInput(Place{name}, *other);
+    throw;
+  }
+}
+
+std::string head_of(const SourceFile& file) {
+  std::string head(std::min(kHead, file.size()), '\0');
+  file.read(0, head);
+  return head;
+}
+
+// Returns the codec that the path's extension names. Throws InvalidInput that lists the known ones.
+const Codec& codec_of(const std::filesystem::path& path) {
+  std::string extension = shape_suffix(path);
+  if (io_detail::is_gzip_name(path)) extension.resize(extension.size() - io_detail::kGzip.size());
+  if (!extension.empty()) extension.erase(0, 1);
+  return io_detail::codec_with_extension(io_detail::lower(extension), path.string());
+}
+
+// A shape of a file that is not read yet.
+ShapeFile unread(const Codec& codec, std::string bytes) {
+  ShapeFile shape;
+  shape.format = codec.name;
+  shape.bytes = std::move(bytes);
+  return shape;
+}
+
+// Reads a file with what lies beside it.
+ShapeFile read_beside(const Codec& codec, const std::filesystem::path& path) {
+  ShapeFile shape = unread(codec, read_bytes(path));
+  read_as(codec, shape.bytes.substr(0, kHead), shape.bytes.size(), path.string(),
+          [&] { codec.read_beside(shape, path); });
+  return shape;
+}
+
+// Writes the bytes of a file of this codec, with what lies beside it if it is of the source's own.
+void write_bytes(const Codec& codec, const std::filesystem::path& path, const ShapeFile& source,
+                 const std::string& bytes) {
+  const bool has_others = codec.name == source.format && codec.write != nullptr;
+  has_others ? codec.write(path, source, bytes) : io_detail::write_new_file(path, bytes);
+}
+
+// The options with doubles where the positions are no floats.
+WriteOptions exact(WriteOptions options, std::span<const Vec3d> positions) {
+  options.double_coordinates = options.double_coordinates || !are_floats(positions);
+  return options;
+}
+
+void check_has_faces(const ShapeFile& source) {
+  if (source.mesh.face_count() == 0) {
+    throw InvalidInput("the shape has no faces, so there is nothing to remesh; leave the remeshing out");
+  }
+}
+
+void check_attributes(const Mesh& before, const Mesh& mesh) {
+  bool fits = mesh.attributes.size() == before.attributes.size();
+  const std::size_t elements[] = {mesh.vertex_count(), mesh.corner_vertex.size(), mesh.face_count()};
+  for (std::size_t i = 0; fits && i < mesh.attributes.size(); ++i) {
+    const Attribute& a = mesh.attributes[i];
+    const Attribute& b = before.attributes[i];
+    fits = a.name == b.name && a.domain == b.domain && a.type == b.type && a.components == b.components &&
+           a.values.size() == elements[static_cast<std::size_t>(a.domain)] * static_cast<std::size_t>(a.components);
+  }
+  if (!fits) throw InvalidInput("the new mesh has other attributes than its source; give it the same");
+}
+
+void check(const NewMesh& shape) {
+  check_has_faces(shape.source);
+  const auto& [source, mesh, face_source] = shape;
+  if (face_source.size() != mesh.face_count()) {
+    throw InvalidInput(std::to_string(face_source.size()) + " sources for " + std::to_string(mesh.face_count()) +
+                       " faces; give one for each");
+  }
+  for (const std::uint32_t f : face_source) {
+    if (f < source.mesh.face_count()) continue;
+    throw InvalidInput("a face is said to lie in face " + std::to_string(f) + " of a shape of " +
+                       std::to_string(source.mesh.face_count()) + " faces; count from 0");
+  }
+  check_attributes(source.mesh, mesh);
+  validate(mesh);
+}
+
+bool is_unchanged(const NewMesh& shape) {
+  const Mesh& before = shape.source.mesh;
+  const Mesh& mesh = shape.mesh;
+  if (before.positions != mesh.positions || before.face_begin != mesh.face_begin ||
+      before.corner_vertex != mesh.corner_vertex || before.attributes != mesh.attributes) {
+    return false;
+  }
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    if (shape.face_source[f] != f) return false;
+  }
+  return true;
 }
 
 }  // namespace
 
+std::string io_detail::bytes_of_file(const std::filesystem::path& path) { return read_bytes(path); }
+
+void io_detail::write_new_file(const std::filesystem::path& path, const std::string& bytes) {
+  write_file_atomically(path, is_gzip_name(path) ? zipped(bytes, path.string()) : bytes);
+}
+
+std::filesystem::path io_detail::folder_of(const std::filesystem::path& path) {
+  const std::filesystem::path parent = path.parent_path();
+  return parent.empty() ? std::filesystem::path(".") : parent;
+}
+
 std::vector<std::string_view> written_extensions(bool has_faces) {
   std::vector<std::string_view> extensions;
-  for (const io_detail::Format& format : io_detail::formats()) {
-    const bool is_held = format.generate != nullptr && (has_faces ? format.remeshed != nullptr : format.name != "stl");
-    if (is_held) extensions.push_back(format.name);
+  for (const Codec* codec : io_detail::codecs()) {
+    const bool is_held = codec->generate != nullptr && (has_faces ? codec->remeshed != nullptr : codec->name != "stl");
+    if (is_held) extensions.push_back(codec->name);
   }
   return extensions;
 }
 
-std::vector<std::string_view> format_names() {
-  std::vector<std::string_view> names;
-  for (const io_detail::Format& format : io_detail::formats()) names.push_back(format.name);
-  return names;
-}
-
 std::vector<std::string_view> shape_extensions() {
   std::vector<std::string_view> extensions;
-  for (const io_detail::Format& format : io_detail::formats()) {
-    extensions.push_back(format.name);
-    extensions.insert(extensions.end(), format.extensions.begin(), format.extensions.end());
+  for (const Codec* codec : io_detail::codecs()) {
+    extensions.push_back(codec->name);
+    extensions.insert(extensions.end(), codec->extensions.begin(), codec->extensions.end());
   }
   return extensions;
 }
@@ -398,69 +345,31 @@ std::string shape_suffix(const std::filesystem::path& path) {
   return path.filename() == kFoamPoints ? "." + std::string(kFoamPoints) : path.extension().string();
 }
 
-std::string format_of(const std::filesystem::path& path) {
-  std::string extension = shape_suffix(path);
-  if (io_detail::is_gzip_name(path)) extension.resize(extension.size() - io_detail::kGzip.size());
-  if (!extension.empty()) extension.erase(0, 1);
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return std::string(io_detail::format_with_extension(extension, path.string()).name);
-}
-
-namespace {
-
-// Calls parse() for a file that begins so and has so many bytes. What it refuses, and is of another kind than its name
-// says, is refused for that.
-template <class Parse>
-auto parsed(const std::string& head, std::size_t size, const Format& format, const std::string& name,
-            const Parse& parse) {
-  io_detail::text_begin(head, name);
-  try {
-    return parse();
-  } catch (const InvalidInput&) {
-    if (const auto other = io_detail::other_kind(head, size, format.name)) throw InvalidInput(Place{name}, *other);
-    throw;
-  }
-}
-
-constexpr std::size_t kHead = 4096;  // bytes that tell the kind of a file
-
-std::string head_of(const SourceFile& file) {
-  std::string head(std::min(kHead, file.size()), '\0');
-  file.read(0, head);
-  return head;
-}
-
-ShapeFile parse_beside(const Format& format, const std::filesystem::path& path) {
-  std::string bytes = read_bytes(path);
-  return parsed(bytes.substr(0, kHead), bytes.size(), format, path.string(),
-                [&] { return format.parse_beside(std::move(bytes), path); });
-}
-
-}  // namespace
+std::string format_of(const std::filesystem::path& path) { return std::string(codec_of(path).name); }
 
 ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& options) {
   require_no_folder(path);
-  const Format& source = format_named(format_of(path), path.string());
-  if (source.parse_beside != nullptr) return with_notes(source, parse_beside(source, path));
+  const Codec& codec = codec_of(path);
+  if (codec.read_beside != nullptr) return with_notes(codec, read_beside(codec, path));
   std::error_code error;
-  const bool is_large = source.parse_in_pieces != nullptr && is_plain_file(path) &&
+  const bool is_large = codec.read_in_pieces != nullptr && is_plain_file(path) &&
                         std::filesystem::file_size(path, error) > options.most_kept_bytes && !error;
   if (is_large) {
-    const auto file = std::make_shared<const SourceFile>(path);
-    std::optional<ShapeFile> shape = parsed(head_of(*file), file->size(), source, path.string(),
-                                            [&] { return source.parse_in_pieces(file, path.string()); });
-    if (shape) return with_notes(source, *std::move(shape));
+    ShapeFile shape = unread(codec, {});
+    shape.file = std::make_shared<const SourceFile>(path);
+    const bool is_read = read_as(codec, head_of(*shape.file), shape.file->size(), path.string(),
+                                 [&] { return codec.read_in_pieces(shape, path.string()); });
+    if (is_read) return with_notes(codec, std::move(shape));
   }
-  return parse_shape(read_bytes(path), source.name, path.string());
+  return parse_shape(read_bytes(path), codec.name, path.string());
 }
 
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name) {
-  const Format& source = format_named(format, name);
-  return with_notes(source, parsed(bytes.substr(0, kHead), bytes.size(), source, name,
-                                   [&] { return source.parse(std::move(bytes), name); }));
+  const Codec& codec = codec_named(format, name);
+  ShapeFile shape = unread(codec, std::move(bytes));
+  read_as(codec, shape.bytes.substr(0, kHead), shape.bytes.size(), name, [&] { codec.read(shape, name); });
+  return with_notes(codec, std::move(shape));
 }
-
-std::string io_detail::bytes_of_file(const std::filesystem::path& path) { return read_bytes(path); }
 
 std::string read_text(const std::filesystem::path& path) {
   std::string bytes = read_bytes(path);
@@ -470,73 +379,69 @@ std::string read_text(const std::filesystem::path& path) {
 
 ShapeSummary read_summary(const std::filesystem::path& path) {
   require_no_folder(path);
-  const Format& source = format_named(format_of(path), path.string());
-  if (source.parse_beside != nullptr) return summary_of(parse_beside(source, path));
-  if (source.summarize != nullptr && is_plain_file(path)) {
+  const Codec& codec = codec_of(path);
+  if (codec.read_beside != nullptr) return summary_of(read_beside(codec, path));
+  if (codec.summarize != nullptr && is_plain_file(path)) {
     ShapeFile file;
     file.file = std::make_shared<const SourceFile>(path);
-    std::optional<ShapeSummary> summary = parsed(head_of(*file.file), file.file->size(), source, path.string(),
-                                                 [&] { return source.summarize(file, path.string()); });
+    std::optional<ShapeSummary> summary = read_as(codec, head_of(*file.file), file.file->size(), path.string(),
+                                                  [&] { return codec.summarize(file, path.string()); });
     if (summary) return *std::move(summary);
   }
-  return parse_summary(read_bytes(path), source.name, path.string());
+  return parse_summary(read_bytes(path), codec.name, path.string());
 }
 
 ShapeSummary parse_summary(std::string bytes, std::string_view format, const std::string& name) {
-  const Format& source = format_named(format, name);
-  ShapeFile file;
-  file.bytes = std::move(bytes);
-  return parsed(file.bytes.substr(0, kHead), file.bytes.size(), source, name, [&] {
+  const Codec& codec = codec_named(format, name);
+  ShapeFile shape = unread(codec, std::move(bytes));
+  return read_as(codec, shape.bytes.substr(0, kHead), shape.bytes.size(), name, [&] {
     std::optional<ShapeSummary> summary;
-    if (source.summarize != nullptr) summary = source.summarize(file, name);
-    return summary ? *std::move(summary) : summary_of(source.parse(std::move(file.bytes), name));
+    if (codec.summarize != nullptr) summary = codec.summarize(shape, name);
+    if (summary) return *std::move(summary);
+    codec.read(shape, name);
+    return summary_of(shape);
   });
 }
 
 std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,
                             const WriteOptions& options) {
-  const Format& target = format_named(format, "output");
+  const Codec& codec = codec_named(format, "output");
   check(source, positions, options);
-  if (target.name != source.format) {
-    WriteOptions exact = options;
-    exact.double_coordinates = options.double_coordinates || !fits_floats(positions);
-    require_held(target, source.mesh, "output");
-    return target.generate(with_unit_colors(moved_mesh(source, positions, options)), exact);
+  if (codec.name != source.format) {
+    require_held(codec, source.mesh, "output");
+    return codec.generate(with_unit_colors(moved_mesh(source, positions, options)), exact(options, positions));
   }
-  if (target.rewrite_in_pieces != nullptr) {
+  if (codec.rewrite_in_pieces != nullptr) {
     std::string bytes;
     reserve_large(bytes, SourceBytes(source).size());
-    rewrite_in_pieces(target, source, positions, options, [&](std::string_view piece) { bytes += piece; });
+    rewrite_in_pieces(codec, source, positions, options, [&](std::string_view piece) { bytes += piece; });
     return bytes;
   }
   if (std::equal(positions.begin(), positions.end(), source.mesh.positions.begin())) return source.bytes;
-  return target.rewrite(source, positions, moved_normals(source, positions, options), options);
+  return codec.rewrite(source, positions, moved_normals(source, positions, options), options);
 }
 
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options) {
   validate(mesh);
   check_decimals(options);
-  const Format& target = format_named(format, "output");
-  require_held(target, mesh, "output");
-  return has_unit_colors(mesh) ? target.generate(mesh, options) : target.generate(with_unit_colors(mesh), options);
+  const Codec& codec = codec_named(format, "output");
+  require_held(codec, mesh, "output");
+  return has_unit_colors(mesh) ? codec.generate(mesh, options) : codec.generate(with_unit_colors(mesh), options);
 }
 
 void write_shape(const std::filesystem::path& path, const ShapeFile& source, std::span<const Vec3d> positions,
                  const WriteOptions& options) {
-  const std::string format = format_of(path);
-  const Format& target = format_named(format, path.string());
-  if (format == source.format && target.rewrite_in_pieces != nullptr && !io_detail::is_gzip_name(path)) {
+  const Codec& codec = codec_of(path);
+  if (codec.name == source.format && codec.rewrite_in_pieces != nullptr && !io_detail::is_gzip_name(path)) {
     check(source, positions, options);
     std::optional<AtomicFile> file;  // from the first piece on: what is refused touches no file
-    rewrite_in_pieces(target, source, positions, options, [&](std::string_view piece) {
+    rewrite_in_pieces(codec, source, positions, options, [&](std::string_view piece) {
       if (!file) file.emplace(path);
       file->write(piece);
     });
     return file->finish();
   }
-  const std::string bytes = serialize_shape(format, source, positions, options);
-  if (format == source.format) return io_detail::write_own_format(path, source, bytes);
-  io_detail::write_new_file(path, bytes);
+  write_bytes(codec, path, source, serialize_shape(codec.name, source, positions, options));
 }
 
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {
@@ -544,15 +449,13 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const Write
 }
 
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source) {
-  const std::string format = format_of(path);
-  if (format == source.format) return {};
-  const Format& target = format_named(format, path.string());
-  require_held(target, source.mesh, path.string());
+  const Codec& codec = codec_of(path);
+  if (codec.name == source.format) return {};
+  require_held(codec, source.mesh, path.string());
   const bool has_units = has_unit_colors(source.mesh);
-  std::vector<std::string> losses =
-      has_units ? target.losses(source.mesh) : target.losses(with_unit_colors(source.mesh));
+  std::vector<std::string> losses = has_units ? codec.losses(source.mesh) : codec.losses(with_unit_colors(source.mesh));
   if (!has_units) losses.emplace_back("colors that are not from 0 to 1 are scaled to what the format has");
-  const std::vector<std::string> more = format_named(source.format, path.string()).source_losses(source);
+  const std::vector<std::string> more = codec_named(source.format, path.string()).source_losses(source);
   losses.insert(losses.end(), more.begin(), more.end());
   std::vector<std::string> once;
   for (std::string& loss : losses) {
@@ -572,7 +475,7 @@ std::vector<Vec3d> vertex_normals_of(const ShapeFile& source) {
 }
 
 std::optional<int> decimals_of(const ShapeFile& source) {
-  const auto visit_coordinates = format_named(source.format, "source").visit_coordinates;
+  const auto visit_coordinates = codec_named(source.format, "source").visit_coordinates;
   std::optional<int> most;
   if (visit_coordinates == nullptr) return most;
   visit_coordinates(source,
@@ -581,14 +484,60 @@ std::optional<int> decimals_of(const ShapeFile& source) {
 }
 
 bool stores_floats(const std::filesystem::path& path, const ShapeFile& source) {
-  const Format& format = format_named(format_of(path), path.string());
-  return format.name == source.format ? format.rewrites_floats(source) : format.generates_floats;
+  const Codec& codec = codec_of(path);
+  return codec.name == source.format ? !codec.can_widen && has_floats(codec, source) : codec.generates_floats;
 }
 
 bool stores_floats(const std::filesystem::path& path, const ShapeFile& source, const WriteOptions& options) {
   if (stores_floats(path, source)) return true;
-  const Format& format = format_named(format_of(path), path.string());
-  return format.name == source.format && format.reads_floats(source) && !options.double_coordinates;
+  const Codec& codec = codec_of(path);
+  return codec.name == source.format && has_floats(codec, source) && !options.double_coordinates;
+}
+
+std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
+  const auto labels_of = codec_named(source.format, "source").face_labels;
+  return labels_of == nullptr ? std::vector<std::uint32_t>{} : labels_of(source);
+}
+
+std::string serialize_remeshed(std::string_view format, const ShapeFile& source, const Mesh& mesh,
+                               std::span<const std::uint32_t> face_source, const WriteOptions& options) {
+  const NewMesh shape{source, mesh, face_source};
+  check(shape);
+  check_decimals(options);
+  if (format != source.format) return serialize_mesh(format, mesh, exact(options, mesh.positions));
+  if (is_unchanged(shape)) return std::string(SourceBytes(source).all());
+  return codec_named(format, "source").remeshed(shape, options);
+}
+
+void write_remeshed(const std::filesystem::path& path, const ShapeFile& source, const Mesh& mesh,
+                    std::span<const std::uint32_t> face_source, const WriteOptions& options) {
+  const Codec& codec = codec_of(path);
+  write_bytes(codec, path, source, serialize_remeshed(codec.name, source, mesh, face_source, options));
+}
+
+std::vector<std::string> remesh_losses(const std::filesystem::path& path, const ShapeFile& source) {
+  check_has_faces(source);
+  const Codec& codec = codec_of(path);
+  if (codec.name != source.format) return conversion_losses(path, source);
+  std::vector<std::string> losses = codec.remesh_losses(source);
+  for (const std::string& note : source.notes) {
+    if (note.find("fewer than three vertices") != std::string::npos) losses.push_back(note);
+  }
+  return losses;
+}
+
+std::vector<std::filesystem::path> copy_material_files(const ShapeFile& shape, const std::filesystem::path& source,
+                                                       const std::filesystem::path& target,
+                                                       std::vector<std::string>* notes) {
+  const std::filesystem::path from = io_detail::folder_of(source);
+  const std::filesystem::path to = io_detail::folder_of(target);
+  const Codec* const codec = io_detail::find_codec(shape.format);
+  std::error_code error;
+  if (codec == nullptr || codec->copy_beside == nullptr || std::filesystem::equivalent(from, to, error)) return {};
+  return codec->copy_beside(shape, from, to, [&](std::string_view text) {
+    const bool is_new = notes != nullptr && std::find(notes->begin(), notes->end(), text) == notes->end();
+    if (is_new) notes->emplace_back(text);
+  });
 }
 
 }  // namespace knead

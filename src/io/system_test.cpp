@@ -9,7 +9,7 @@
 #include <string>
 
 #include "io/append_file.h"
-#include "io/formats.h"
+#include "io/codec.h"
 #include "knead/io.h"
 #include "support/test_meshes.h"
 

@@ -4,14 +4,14 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/bad_files_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/convert_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/damage_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/json_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/../json/json_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/materials_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/glb/generate_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/glb/remeshed_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/glb/rewrite_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/glb/glb_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_generate_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_remeshed_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_rewrite_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gltf/glb_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/obj/normals_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/obj/obj_normals_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/obj/obj_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/off/off_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/other_kinds_test.cpp

@@ -1,5 +1,7 @@
+// Numbers and words in text, what a message says of them, and the cursors that readers go through files with.
 #include "io/text.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -103,11 +105,35 @@ std::string upper(std::string_view text) {
   return result;
 }
 
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return result;
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+bool is_digits(std::string_view word) { return !word.empty() && std::all_of(word.begin(), word.end(), is_digit); }
+
+std::string_view line_end_of(std::string_view text) {
+  const std::size_t end = text.find_first_of("\r\n");
+  if (end == std::string_view::npos) return "\n";
+  return text.substr(end, text.substr(end, 2) == "\r\n" ? 2 : 1);
+}
+
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t most = 40;
   std::string result = "'";
   for (const char c : text.substr(0, most)) result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
   return result + (text.size() > most ? "...'" : "'");
+}
+
+std::string too_many(const std::string& what, std::size_t left) {
+  return what + " are declared, but only " + std::to_string(left) + " bytes follow; the file is cut short or damaged";
 }
 
 void fail_at_byte(const std::string& name, std::size_t position, const std::string& what) {

@@ -1,4 +1,4 @@
-// Numbers in text, independent of the locale.
+// Numbers and words in text, independent of the locale; and cursors that go through a file without passing its end.
 #pragma once
 
 #include <bit>
@@ -44,13 +44,24 @@ std::size_t token_end(std::string_view text, std::size_t begin);
 // The text without the zero bytes that end it, which some programs write.
 std::string_view without_end_zeros(std::string_view text);
 
-// Returns the text with the letters a to z in upper case.
+// Returns the text with the letters a to z, or A to Z, in the other case.
 std::string upper(std::string_view text);
+std::string lower(std::string_view text);
+
+// Returns the text without the blanks around it.
+std::string_view trimmed(std::string_view text);
+
+// Returns whether there is a character, and all are digits.
+bool is_digits(std::string_view word);
+
+// Returns the first line end of a text; "\n" without one.
+std::string_view line_end_of(std::string_view text);
 
 // A piece of the file for a message: in quotes, cut to a few characters, without control characters.
 std::string in_quotes(std::string_view text);
 
-// Reading a file front to back without ever passing its end. Every reader goes through one of these.
+// Says that a file is too short for what it declares, e.g. "8 points", with so many bytes left.
+std::string too_many(const std::string& what, std::size_t left);
 
 template <class T>
 T swap_bytes(T value) {
@@ -75,7 +86,7 @@ std::optional<std::string> stand_in(std::string_view bytes);
 // only stands in for the file.
 std::size_t text_begin(std::string_view bytes, const std::string& name);
 
-// Binary. Every failure is an InvalidInput that names the byte.
+// Goes through a binary file front to back. Every failure is an InvalidInput that names the byte.
 class ByteCursor {
  public:
   // The bytes and the name must outlive the cursor. Numbers are in the byte order named.
@@ -111,8 +122,8 @@ class ByteCursor {
   std::size_t position_ = 0;
 };
 
-// Text: words between blanks, lines that end with LF, CR LF or CR, comments from # to the end of the line. Every
-// failure is an InvalidInput that names the line.
+// Goes through a text: words between blanks, lines that end with LF, CR LF or CR, comments from # to the end of the
+// line. Every failure is an InvalidInput that names the line.
 class TextCursor {
  public:
   // The bytes and the name must outlive the cursor.

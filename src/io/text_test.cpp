@@ -1,3 +1,4 @@
+// Numbers in text.
 #include "io/text.h"
 
 #include <gtest/gtest.h>

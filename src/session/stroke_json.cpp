@@ -14,22 +14,9 @@ namespace knead::session_detail {
 
 namespace {
 
-constexpr std::size_t kLongestQuote = 40;
-
-// A value for a message: as it stands where it is short, else its kind.
-std::string describe(const Json& value) {
-  if (value.is_array()) return fmt::format("an array of {}", value.items().size());
-  if (value.is_object()) return "an object";
-  std::string text = to_text(value, {.ascii = true});
-  if (text.size() > kLongestQuote) text = text.substr(0, kLongestQuote) + "...";
-  return text;
-}
-
-std::string shortened(const std::string& key) { return describe(Json(key)); }
-
 // Returns "at \"outer\", ", or nothing before the first key.
 std::string position(const JsonError& error) {
-  return error.key() ? fmt::format("at {}, ", shortened(*error.key())) : "";
+  return error.key() ? fmt::format("at {}, ", described(*error.key())) : "";
 }
 
 std::string complaint(const JsonError& error) {
@@ -46,7 +33,7 @@ std::string complaint(const JsonError& error) {
 }  // namespace
 
 void JsonValue::fail(const std::string& expected) const {
-  throw InvalidInput(place_, fmt::format("{} must be {}, got {}", name_, expected, describe(value_)));
+  throw InvalidInput(place_, fmt::format("{} must be {}, got {}", name_, expected, described(value_)));
 }
 
 double JsonValue::number() const {
@@ -112,7 +99,7 @@ JsonObject::JsonObject(const JsonValue& value, const Place& place, std::string w
 void JsonObject::allow(const std::vector<std::string_view>& keys) const {
   for (const auto& [key, value] : value_.members()) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
-    throw InvalidInput(place_, fmt::format("unknown key {}; {} has the keys \"{}\"", shortened(key), what_,
+    throw InvalidInput(place_, fmt::format("unknown key {}; {} has the keys \"{}\"", described(key), what_,
                                            fmt::join(keys, "\", \"")));
   }
 }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "json/json.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/remesh.h"

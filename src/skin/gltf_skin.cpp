@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 
-#include "io/glb/glb.h"
 #include "io/gltf/gltf.h"
 #include "knead/error.h"
 #include "knead/skin.h"
@@ -21,10 +20,9 @@ using namespace skin_detail;
 
 namespace {
 
-namespace glb = io_detail::glb;
 namespace gltf = io_detail::gltf;
-using glb::Document;
-using glb::Value;
+using gltf::Document;
+using gltf::Value;
 
 // The transform of a node relative to its parent.
 struct Local {
@@ -168,8 +166,8 @@ struct Nodes {
 class Reader {
  public:
   Reader(const ShapeFile& shape, std::size_t animation)
-      : layout_(io_detail::layout_of<glb::Layout>(shape)), animation_(animation) {
-    document_ = std::make_unique<Document>(glb::open_document(shape.bytes, layout_, shape.format));
+      : layout_(io_detail::layout_of<gltf::Layout>(shape)), animation_(animation) {
+    document_ = std::make_unique<Document>(gltf::open_document(gltf::glb_bytes(shape), layout_, "glb"));
   }
 
   SkinFile run() {
@@ -179,7 +177,7 @@ class Reader {
     read_nodes();
     read_animations();
     file_.skin.begin.assign(1, 0);
-    for (const glb::Block& block : layout_.blocks) add_block(block);
+    for (const gltf::Block& block : layout_.blocks) add_block(block);
     if (file_.skin.rest.empty()) throw InvalidInput("no mesh of the scene hangs on a skeleton");
     find_parents();
     finish();
@@ -190,7 +188,7 @@ class Reader {
   Value root() const { return document_->root(); }
 
   std::vector<double> numbers(std::size_t index, bool as_real = true) const {
-    return glb::read_accessor(*document_, index, glb::find_accessor(*document_, index), as_real);
+    return gltf::read_accessor(*document_, index, gltf::find_accessor(*document_, index), as_real);
   }
 
   void read_nodes() {
@@ -245,7 +243,7 @@ class Reader {
   }
 
   // Reads the weights of a block's vertices by the skin of its node.
-  void add_block(const glb::Block& block) {
+  void add_block(const gltf::Block& block) {
     const Value node = root().item("nodes", block.node);
     const std::optional<std::size_t> skin = node.whole("skin");
     const Value attributes =
@@ -386,7 +384,7 @@ class Reader {
     return is_common && std::abs(first - 1) > kSame ? 1 / first : 1;
   }
 
-  const glb::Layout& layout_;
+  const gltf::Layout& layout_;
   std::size_t animation_;
   std::unique_ptr<Document> document_;
   std::shared_ptr<Nodes> nodes_ = std::make_shared<Nodes>();
@@ -402,8 +400,7 @@ SkinFile read_skin(const ShapeFile& shape, std::size_t animation) {
   if (shape.format != "glb" && shape.format != "gltf") {
     throw InvalidInput("only glTF files hold a skeleton; give a .glb or .gltf file");
   }
-  const auto* const text = io_detail::find_layout<gltf::Layout>(shape);
-  return Reader(text != nullptr ? text->glb : shape, animation).run();
+  return Reader(shape, animation).run();
 }
 
 }  // namespace knead

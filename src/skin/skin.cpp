@@ -12,6 +12,7 @@
 #include <span>
 #include <utility>
 
+#include "json/json.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/io.h"

@@ -63,13 +63,12 @@ inline std::vector<bool> held_positions(const ShapeFile& shape) {
     }
     return held;
   }
-  if (const auto* gltf = io_detail::find_layout<io_detail::gltf::Layout>(shape)) return held_positions(gltf->glb);
   if (const auto* solver = io_detail::find_layout<io_detail::solver::Layout>(shape)) {
     return std::vector<bool>(held.size(), !solver->rounds);
   }
-  const io_detail::glb::Layout* glb = io_detail::find_layout<io_detail::glb::Layout>(shape);
-  if (glb == nullptr) return held;
-  for (const io_detail::glb::Block& block : glb->blocks) {
+  const io_detail::gltf::Layout* gltf = io_detail::find_layout<io_detail::gltf::Layout>(shape);
+  if (gltf == nullptr) return held;
+  for (const io_detail::gltf::Block& block : gltf->blocks) {
     const bool is_placed = !(block.placement.linear == Mat3d{} && block.placement.offset == Vec3d{});
     for (std::size_t i = block.first; is_placed && i < block.first + block.count; ++i) held[i] = false;
   }

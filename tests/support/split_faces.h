@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "io/formats.h"
-#include "io/glb/glb.h"
+#include "io/codec.h"
+#include "io/gltf/gltf.h"
 #include "io/stl/stl.h"
 #include "knead/io.h"
 
@@ -108,7 +108,7 @@ inline Remade split_all(const Mesh& mesh) {
 // The list of faces of the source in one primitive; the face's own for other formats that put faces where their source
 // was.
 inline std::size_t place_of(const ShapeFile& source, std::uint32_t face) {
-  const io_detail::glb::Layout* glb = io_detail::find_layout<io_detail::glb::Layout>(source);
+  const io_detail::gltf::Layout* glb = io_detail::find_layout<io_detail::gltf::Layout>(source);
   const io_detail::stl::Layout* stl = io_detail::find_layout<io_detail::stl::Layout>(source);
   if (source.format == "obj" || (stl != nullptr && !stl->binary)) return face;
   if (glb == nullptr) return 0;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "arrays.h"
+#include "json/json.h"
 #include "knead/certify.h"
 #include "knead/io.h"
 #include "module.h"

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "json/json.h"
 #include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/io.h"

@@ -1,12 +1,10 @@
-// PC2 and MDD: positions alone. Sources: Blender's manual, "Mesh Cache Modifier", and the layouts that its readers
-// document (MOD_meshcache_pc2.c, MOD_meshcache_mdd.c).
+// Writes animations: PC2 and MDD, ParaView's time series, and OpenUSD; glTF is in morph_targets.cpp.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -22,8 +20,12 @@
 #include "knead/vec.h"
 
 namespace knead::io_detail {
-
 namespace {
+
+using Writer = AnimationFile::Writer;
+
+// PC2 and MDD: positions alone. Sources: Blender's manual, "Mesh Cache Modifier", and the layouts that its readers
+// document (MOD_meshcache_pc2.c, MOD_meshcache_mdd.c).
 
 // Numbers of four bytes in one order.
 class Bytes {
@@ -46,10 +48,10 @@ class Bytes {
   std::string bytes_;
 };
 
-AnimationFile::Writer cache_writer(const std::filesystem::path& path, const std::string& header, std::endian order) {
+Writer cache_writer(const std::filesystem::path& path, const std::string& header, std::endian order) {
   const auto file = std::make_shared<AtomicFile>(path);
   file->write(header);
-  AnimationFile::Writer writer;
+  Writer writer;
   writer.add = [file, order, frame = std::string()](std::span<const Vec3d> positions) mutable {
     check_fits_floats(positions);
     frame.resize(positions.size() * 3 * sizeof(float));
@@ -63,10 +65,7 @@ AnimationFile::Writer cache_writer(const std::filesystem::path& path, const std:
   return writer;
 }
 
-}  // namespace
-
-AnimationFile::Writer pc2_writer(const std::filesystem::path& path, const ShapeFile& source,
-                                 const AnimationOptions& options) {
+Writer pc2_writer(const std::filesystem::path& path, const ShapeFile& source, const AnimationOptions& options) {
   using namespace std::string_view_literals;
   Bytes header(std::endian::little);
   header.add_text("POINTCACHE2\0"sv);
@@ -78,8 +77,7 @@ AnimationFile::Writer pc2_writer(const std::filesystem::path& path, const ShapeF
   return cache_writer(path, header.take(), std::endian::little);
 }
 
-AnimationFile::Writer mdd_writer(const std::filesystem::path& path, const ShapeFile& source,
-                                 const AnimationOptions& options) {
+Writer mdd_writer(const std::filesystem::path& path, const ShapeFile& source, const AnimationOptions& options) {
   Bytes header(std::endian::big);
   header.add(options.frames);
   header.add(static_cast<std::uint32_t>(source.mesh.vertex_count()));
@@ -89,8 +87,6 @@ AnimationFile::Writer mdd_writer(const std::filesystem::path& path, const ShapeF
 
 // ParaView's time series: a collection of VTK's XML PolyData files with appended binary data. Source: Kitware, "VTK
 // File Formats" (https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html).
-
-namespace {
 
 std::string escaped(std::string_view text) {
   std::string result;
@@ -218,10 +214,7 @@ struct Series {
   }
 };
 
-}  // namespace
-
-AnimationFile::Writer pvd_writer(const std::filesystem::path& path, const ShapeFile& source,
-                                 const AnimationOptions& options) {
+Writer pvd_writer(const std::filesystem::path& path, const ShapeFile& source, const AnimationOptions& options) {
   discard_abandoned_files(path.parent_path());
   const auto series =
       std::make_shared<Series>(Series{source, FrameNormals(source), AtomicFile(path), path, options.fps});
@@ -230,8 +223,6 @@ AnimationFile::Writer pvd_writer(const std::filesystem::path& path, const ShapeF
 
 // OpenUSD's text format. Source: Pixar, "USD File Format" and the schemas UsdGeomMesh and UsdGeomPoints
 // (https://openusd.org/release/api).
-
-namespace {
 
 void append_tuple(std::string& text, const float* values) {
   fmt::format_to(std::back_inserter(text), "({}, {}, {})", values[0], values[1], values[2]);
@@ -335,40 +326,24 @@ struct Stage {
   }
 };
 
-}  // namespace
-
-AnimationFile::Writer usda_writer(const std::filesystem::path& path, const ShapeFile& source,
-                                  const AnimationOptions& options) {
+Writer usda_writer(const std::filesystem::path& path, const ShapeFile& source, const AnimationOptions& options) {
   const auto stage = std::make_shared<Stage>(Stage{AtomicFile(path), FrameNormals(source)});
   stage->file.write(header(options) + prim(source.mesh) + "    point3f[] points.timeSamples = {\n");
   return {[stage](std::span<const Vec3d> positions) { stage->add(positions); }, [stage] { stage->finish(); }};
 }
 
-}  // namespace knead::io_detail
-
-namespace knead {
-
-namespace {
-
-using MakeWriter = AnimationFile::Writer (*)(const std::filesystem::path& path, const ShapeFile& source,
-                                             const AnimationOptions& options);
-
 struct AnimationFormat {
   std::string_view extension;
-  MakeWriter make;
+  Writer (*make)(const std::filesystem::path& path, const ShapeFile& source, const AnimationOptions& options);
 };
 
-constexpr std::array<AnimationFormat, 5> kFormats{{{".pc2", &io_detail::pc2_writer},
-                                                   {".mdd", &io_detail::mdd_writer},
-                                                   {".glb", &io_detail::glb_writer},
-                                                   {".usda", &io_detail::usda_writer},
-                                                   {".pvd", &io_detail::pvd_writer}}};
+constexpr std::array<AnimationFormat, 5> kFormats{{{".pc2", &pc2_writer},
+                                                   {".mdd", &mdd_writer},
+                                                   {".glb", &glb_writer},
+                                                   {".usda", &usda_writer},
+                                                   {".pvd", &pvd_writer}}};
 
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
+std::string lower_extension(const std::filesystem::path& path) { return lower(path.extension().string()); }
 
 const AnimationFormat* format_of_animation(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
@@ -378,14 +353,12 @@ const AnimationFormat* format_of_animation(const std::filesystem::path& path) {
   return nullptr;
 }
 
-AnimationFile::Writer make_writer(const std::filesystem::path& path, const ShapeFile& source,
-                                  const AnimationOptions& options) {
+Writer make_writer(const std::filesystem::path& path, const ShapeFile& source, const AnimationOptions& options) {
   if (options.frames < 1) {
     throw InvalidInput(fmt::format("an animation has 1 frame or more, got {}", options.frames));
   }
   if (!(options.fps > 0 && std::isfinite(options.fps))) {
-    throw InvalidInput(
-        fmt::format("the frames per second must be a number above 0, got {}", io_detail::shown(options.fps)));
+    throw InvalidInput(fmt::format("the frames per second must be a number above 0, got {}", shown(options.fps)));
   }
   const AnimationFormat* format = format_of_animation(path);
   if (format == nullptr) {
@@ -405,51 +378,11 @@ std::size_t objects_of(const ShapeFile& source) {
 }
 
 bool has_loose_vertices(const Mesh& mesh) {
-  std::vector<bool> is_used(mesh.vertex_count(), mesh.face_count() == 0);
-  for (const std::uint32_t v : mesh.corner_vertex) is_used[v] = true;
-  return std::find(is_used.begin(), is_used.end(), false) != is_used.end();
+  const std::vector<bool> used = used_vertices(mesh);
+  return mesh.face_count() > 0 && std::find(used.begin(), used.end(), false) != used.end();
 }
 
 }  // namespace
-
-bool is_animation(const std::filesystem::path& path) { return format_of_animation(path) != nullptr; }
-
-std::vector<std::string> animation_losses(const std::filesystem::path& path, const ShapeFile& source) {
-  const std::string extension = lower_extension(path);
-  if (extension == ".glb")
-    return source.format == "gltf" ? std::vector<std::string>{} : conversion_losses(path, source);
-  if (extension == ".pc2" || extension == ".mdd") {
-    const std::size_t objects = objects_of(source);
-    if (objects > 1) {
-      return {
-          fmt::format("{} holds the positions of one mesh, but programs read the {} objects of this file as {} meshes; "
-                      "write .glb or .usda, which hold the mesh themselves, or remove the lines 'o' first",
-                      extension.substr(1), objects, objects)};
-    }
-    if (source.format == "obj" && has_loose_vertices(source.mesh)) {
-      return {
-          fmt::format("{} holds the positions of all vertices, but programs leave out those that no face uses when "
-                      "they read the shape; write .glb or .usda, which hold the mesh themselves, or remove these "
-                      "vertices first",
-                      extension.substr(1))};
-    }
-    return {fmt::format("{} holds positions alone: import the shape from {} first, and give it this cache",
-                        extension.substr(1), source.format)};
-  }
-  std::vector<std::string> losses;
-  for (const Attribute& attribute : source.mesh.attributes) {
-    const bool is_held = extension == ".pvd" ? attribute.domain == Domain::vertex : attribute.name == "normal";
-    const bool is_color = extension == ".usda" && attribute.name == "color" && attribute.domain == Domain::vertex;
-    if (!is_held && !is_color) losses.push_back(fmt::format("\"{}\" is left out", attribute.name));
-  }
-  return losses;
-}
-
-AnimationFile::AnimationFile(const std::filesystem::path& path, const ShapeFile& source,
-                             const AnimationOptions& options)
-    : writer_(make_writer(path, source, options)) {}
-
-namespace io_detail {
 
 bool has_vertex_normals(const ShapeFile& source) {
   const Attribute* normals = source.mesh.find_attribute("normal");
@@ -481,5 +414,45 @@ std::vector<Vec3d> FrameNormals::at(std::span<const Vec3d> positions) const {
   return first_.empty() ? first_ : normals;
 }
 
-}  // namespace io_detail
+}  // namespace knead::io_detail
+
+namespace knead {
+
+bool is_animation(const std::filesystem::path& path) { return io_detail::format_of_animation(path) != nullptr; }
+
+std::vector<std::string> animation_losses(const std::filesystem::path& path, const ShapeFile& source) {
+  const std::string extension = io_detail::lower_extension(path);
+  if (extension == ".glb")
+    return source.format == "gltf" ? std::vector<std::string>{} : conversion_losses(path, source);
+  if (extension == ".pc2" || extension == ".mdd") {
+    const std::size_t objects = io_detail::objects_of(source);
+    if (objects > 1) {
+      return {
+          fmt::format("{} holds the positions of one mesh, but programs read the {} objects of this file as {} meshes; "
+                      "write .glb or .usda, which hold the mesh themselves, or remove the lines 'o' first",
+                      extension.substr(1), objects, objects)};
+    }
+    if (source.format == "obj" && io_detail::has_loose_vertices(source.mesh)) {
+      return {
+          fmt::format("{} holds the positions of all vertices, but programs leave out those that no face uses when "
+                      "they read the shape; write .glb or .usda, which hold the mesh themselves, or remove these "
+                      "vertices first",
+                      extension.substr(1))};
+    }
+    return {fmt::format("{} holds positions alone: import the shape from {} first, and give it this cache",
+                        extension.substr(1), source.format)};
+  }
+  std::vector<std::string> losses;
+  for (const Attribute& attribute : source.mesh.attributes) {
+    const bool is_held = extension == ".pvd" ? attribute.domain == Domain::vertex : attribute.name == "normal";
+    const bool is_color = extension == ".usda" && attribute.name == "color" && attribute.domain == Domain::vertex;
+    if (!is_held && !is_color) losses.push_back(fmt::format("\"{}\" is left out", attribute.name));
+  }
+  return losses;
+}
+
+AnimationFile::AnimationFile(const std::filesystem::path& path, const ShapeFile& source,
+                             const AnimationOptions& options)
+    : writer_(io_detail::make_writer(path, source, options)) {}
+
 }  // namespace knead

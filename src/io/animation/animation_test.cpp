@@ -1,3 +1,4 @@
+// What the writers of animations write.
 #include "knead/animation.h"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// What differs between a frame and the first one. Internal to the writers of animations.
+// What the writers of animations share: how a frame differs from the first one, and its normals.
 #pragma once
 
 #include <cstdint>
@@ -39,18 +39,8 @@ inline Changes changes_between(std::span<const float> before, std::span<const fl
   return changes;
 }
 
-// The formats of animations. Internal to the writer of animations.
-
-// Return what writes a file of the format. The source must outlive it.
-AnimationFile::Writer pc2_writer(const std::filesystem::path& path, const ShapeFile& source,
-                                 const AnimationOptions& options);
-AnimationFile::Writer mdd_writer(const std::filesystem::path& path, const ShapeFile& source,
-                                 const AnimationOptions& options);
+// Returns what writes a glTF file. The source must outlive it.
 AnimationFile::Writer glb_writer(const std::filesystem::path& path, const ShapeFile& source,
-                                 const AnimationOptions& options);
-AnimationFile::Writer usda_writer(const std::filesystem::path& path, const ShapeFile& source,
-                                  const AnimationOptions& options);
-AnimationFile::Writer pvd_writer(const std::filesystem::path& path, const ShapeFile& source,
                                  const AnimationOptions& options);
 
 // Whether the source has a normal of its own for each vertex, and faces.

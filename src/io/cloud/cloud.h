@@ -1,4 +1,4 @@
-// Points in text whose columns have names, and molecules: which columns hold the coordinates, and the fields of a row.
+// Files of points: text (xyz), the scans of laser scanners (ptx), and those of the Point Cloud Library (pcd).
 #pragma once
 
 #include <array>
@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/codec.h"
 #include "io/numbers.h"
 #include "io/text.h"
 #include "knead/io.h"
@@ -63,25 +64,22 @@ class Rows {
   std::vector<std::string_view> fields_;
 };
 
-// What a file of points in text holds besides points.
-
 struct Layout {
   std::size_t points_begin = 0;     // the byte where the line of the first point, or a line before it, begins
   bool label_first = false;         // a word stands before x y z on each line
   bool labels = false;              // some words after x y z are no numbers
   bool has_names = false;           // a line before the points names the columns
   bool columns_read = true;         // the numbers after x y z, if any, are attributes of the mesh
-  std::optional<Columns> table;     // of files whose columns have names, and of molecules (cloud.h)
+  std::optional<Columns> table;     // of files whose columns have names, and of molecules
   std::vector<std::size_t> normal;  // the three columns of the normals in a table, if it has any
   std::vector<std::uint32_t>
       unplaced;  // lines, counted with all points, of points that the mesh lacks (mesh_builder.h)
 };
 
-// The words of point files in text: between blanks, or between commas or semicolons.
-
 // Whether a word begins as a number does; "nan" and "inf" are numbers too.
 bool is_number(std::string_view word);
 
+// The words of a file of points in text: between blanks, or between commas or semicolons.
 class Words {
  public:
   // The bytes and the name must outlive this.
@@ -103,7 +101,6 @@ class Words {
  private:
   void note_separator(char c, std::size_t& count);
   void note_gap(std::size_t separators, bool is_number);
-  bool is_comment(std::size_t begin) const;
   std::size_t word_end(std::size_t begin) const;
 
   std::string_view bytes_;
@@ -116,38 +113,18 @@ class Words {
   char separator_ = '\0';  // of this line
 };
 
-// XYZ, points in text: its row of the format table (formats.h).
-
 // A point on each line: x y z and any further numbers, between blanks, or between commas or semicolons. Lines that are
 // empty or begin with #, % or // are passed over; the number of points and the names of the columns may stand before
-// them. Where columns are named x, y and z (cloud.h says how), these are the coordinates; otherwise they are the first
-// three numbers, and a note says which columns these are where more follow. Words that are no numbers (labels) may
-// stand in other columns; points whose coordinates are not finite are left out of the mesh. Other columns have their
-// names; nx, ny, nz are "normal" and r, g, b from 0 to 255 "color". Without names three further numbers that are of
-// unit length in at least 95% of the lines are "normal", three whole numbers from 0 to 255 "color", others "column4"
+// them. Where columns are named x, y and z (find_table says how), these are the coordinates; otherwise they are the
+// first three numbers, and a note says which columns these are where more follow. Words that are no numbers (labels)
+// may stand in other columns; points whose coordinates are not finite are left out of the mesh. Other columns have
+// their names; nx, ny, nz are "normal" and r, g, b from 0 to 255 "color". Without names three further numbers that are
+// of unit length in at least 95% of the lines are "normal", three whole numbers from 0 to 255 "color", others "column4"
 // and so on; none if lines differ in how many they have, or have more than 64.
-ShapeFile parse(std::string bytes, const std::string& name);
-
-// Throws InvalidInput where another number of points is declared, in the line that begins at `begin`, than follow.
-void check_declared(std::size_t count, std::size_t rows, std::size_t begin, std::string_view bytes,
-                    const std::string& name);
-
-// Reads a table into the mesh of `shape`, which has the bytes.
-Layout read_table(ShapeFile& shape, const TableStart& start, const std::string& name);
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options);
-
-// A new file: x y z and the normal, or if there is none the color as three numbers from 0 to 255.
-std::string generate(const Mesh& mesh, const WriteOptions& options);
-std::vector<std::string> losses(const Mesh& mesh);
-std::vector<std::string> source_losses(const ShapeFile& source);
-void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
+void read(ShapeFile& shape, const std::string& name);
 
 }  // namespace knead::io_detail::xyz
 
-// PTX, the text files of laser scanners: its row of the format table (formats.h). A file has one or more scans, each of
-// ten lines (columns, rows, the scanner's pose twice) and a line x y z intensity [red green blue] for each of its
-// directions.
 namespace knead::io_detail::ptx {
 
 // How a scan's points come to be where they are: world = linear * local + offset.
@@ -167,21 +144,8 @@ struct Layout {
   std::vector<std::uint32_t> unplaced;  // rows, counted over all scans, of directions without a point (mesh_builder.h)
 };
 
-// The points in world coordinates. Directions from which nothing came back, 0 0 0 or coordinates that are not finite,
-// are left out of the mesh. Attributes: "intensity", and "color" (3) if every line has one.
-ShapeFile parse(std::string bytes, const std::string& name);
-
-// Replaces the numbers, in the coordinates of its scan, of each point that moved.
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options);
-
-std::vector<std::string> source_losses(const ShapeFile& source);
-void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
-
 }  // namespace knead::io_detail::ptx
 
-// PCD, the point files of the Point Cloud Library (PCD_V7), as text and binary: its row of the format table
-// (formats.h).
 namespace knead::io_detail::pcd {
 
 // What a column of numbers means.
@@ -212,20 +176,5 @@ Layout parse_header(std::string_view bytes, const std::string& name);
 // Turns a file with 'DATA binary_compressed' into one with 'DATA binary'; leaves others as they are and returns false.
 // Throws InvalidInput for a damaged one.
 bool uncompress(std::string& bytes, const std::string& name);
-
-// Points whose coordinates are not finite, which organised scans have, are left out of the mesh. "normal" (fields
-// normal_x, normal_y, normal_z), "color" (3, of rgb; 4, of rgba; of type F as bits or as whole numbers), other fields
-// of one number under their names. The pose of the viewpoint is not applied. A compressed file is kept, and written,
-// uncompressed; a note says so.
-ShapeFile parse(std::string bytes, const std::string& name);
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options);
-
-// A new binary file: coordinates as floats, or doubles if the options say so, and the attributes of vertices.
-std::string generate(const Mesh& mesh, const WriteOptions& options);
-std::vector<std::string> losses(const Mesh& mesh);
-std::vector<std::string> source_losses(const ShapeFile& source);
-bool stores_floats(const ShapeFile& source);
-void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
 
 }  // namespace knead::io_detail::pcd

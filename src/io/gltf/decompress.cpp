@@ -1,3 +1,5 @@
+// Decompresses glTF files, with the libraries draco and meshoptimizer where this build has them. Source: Khronos,
+// KHR_draco_mesh_compression and EXT_meshopt_compression.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -5,8 +7,7 @@
 #include <cstring>
 #include <map>
 
-#include "io/glb/edit.h"
-#include "io/glb/glb.h"
+#include "io/gltf/edit.h"
 #include "io/gltf/gltf.h"
 #include "io/text.h"
 
@@ -21,10 +22,9 @@
 #endif
 
 namespace knead::io_detail::gltf {
-
-#ifdef KNEAD_HAS_MESHOPTIMIZER
 namespace {
 
+#ifdef KNEAD_HAS_MESHOPTIMIZER
 constexpr std::size_t kMaxPerByte = 512;  // the codec packs 256 elements of a byte into four bytes of header at best
 constexpr std::size_t kLargestStride = 256;
 
@@ -46,46 +46,9 @@ bool is_index_mode(const MeshoptView& view) {
   return (view.mode == "TRIANGLES" && view.count % 3 == 0) || view.mode == "INDICES";
 }
 
-}  // namespace
-
-bool has_meshopt() { return true; }
-
-std::optional<std::string> decode_meshopt(std::string_view bytes, const MeshoptView& view) {
-  if (view.count > bytes.size() * kMaxPerByte) return std::nullopt;
-  const auto* packed = reinterpret_cast<const unsigned char*>(bytes.data());
-  if (is_index_mode(view)) {
-    if ((view.stride != 2 && view.stride != 4) || view.filter != "NONE") return std::nullopt;
-    std::string result(view.count * view.stride, '\0');
-    const int failure = view.mode == "INDICES"
-                            ? meshopt_decodeIndexSequence(result.data(), view.count, view.stride, packed, bytes.size())
-                            : meshopt_decodeIndexBuffer(result.data(), view.count, view.stride, packed, bytes.size());
-    if (failure != 0) return std::nullopt;
-    return result;
-  }
-  if (view.mode != "ATTRIBUTES" || view.stride == 0 || view.stride % 4 != 0 || view.stride > kLargestStride) {
-    return std::nullopt;
-  }
-  if (view.count > bytes.size() * kMaxPerByte / view.stride) return std::nullopt;
-  for (const NamedFilter& filter : kFilters) {
-    if (filter.name != view.filter || !filter.allows(view.stride)) continue;
-    std::string result(view.count * view.stride, '\0');
-    if (meshopt_decodeVertexBuffer(result.data(), view.count, view.stride, packed, bytes.size()) != 0) break;
-    if (filter.filter != nullptr) filter.filter(result.data(), view.count, view.stride);
-    return result;
-  }
-  return std::nullopt;
-}
-
-#else
-
-bool has_meshopt() { return false; }
-std::optional<std::string> decode_meshopt(std::string_view, const MeshoptView&) { return std::nullopt; }
-
 #endif
 
 #ifdef KNEAD_HAS_DRACO
-namespace {
-
 constexpr std::size_t kMaxDracoBytes = 64;  // of all attributes, for each vertex that a file of its size may have
 
 template <class Number>
@@ -149,71 +112,12 @@ bool says_at_most(draco::DecoderBuffer buffer, std::size_t most, draco::DracoHea
 }
 
 std::string bytes_of(const draco::Mesh& mesh, const draco::PointAttribute& attribute, const DracoAttribute& wanted) {
-  switch (wanted.type) {
-    case NumberType::int8:
-      return numbers_of<std::int8_t>(mesh, attribute, wanted.components);
-    case NumberType::uint8:
-      return numbers_of<std::uint8_t>(mesh, attribute, wanted.components);
-    case NumberType::int16:
-      return numbers_of<std::int16_t>(mesh, attribute, wanted.components);
-    case NumberType::uint16:
-      return numbers_of<std::uint16_t>(mesh, attribute, wanted.components);
-    case NumberType::uint32:
-      return numbers_of<std::uint32_t>(mesh, attribute, wanted.components);
-    default:
-      return numbers_of<float>(mesh, attribute, wanted.components);
-  }
-}
-
-}  // namespace
-
-bool has_draco() { return true; }
-
-std::optional<DracoMesh> decode_draco(std::string_view bytes, const std::vector<DracoAttribute>& attributes,
-                                      std::size_t most) {
-  draco::DecoderBuffer buffer;
-  buffer.Init(bytes.data(), bytes.size());
-  draco::DracoHeader header{};
-  if (!says_at_most(buffer, most, header)) return std::nullopt;
-  draco::Mesh mesh;
-  const auto decode_by = [&](draco::MeshDecoder&& decoder) { return decoder.Decode({}, &buffer, &mesh).ok(); };
-  const std::size_t most_bytes = most * kMaxDracoBytes;
-  const bool is_decoded = header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING
-                              ? decode_by(Bounded<draco::MeshSequentialDecoder>(most_bytes))
-                              : decode_by(Bounded<draco::MeshEdgebreakerDecoder>(most_bytes));
-  if (!is_decoded) return std::nullopt;
-  if (mesh.num_points() > most || mesh.num_faces() > most / 3) return std::nullopt;
-  DracoMesh result;
-  result.vertices = mesh.num_points();
-  for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
-    for (const draco::PointIndex& v : mesh.face(draco::FaceIndex(f))) {
-      if (v.value() >= mesh.num_points()) return std::nullopt;
-      result.corners.push_back(v.value());
-    }
-  }
-  for (const DracoAttribute& wanted : attributes) {
-    const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(wanted.id);
-    if (attribute == nullptr) return std::nullopt;
-    result.attributes.push_back(bytes_of(mesh, *attribute, wanted));
-  }
-  return result;
-}
-
-#else
-
-bool has_draco() { return false; }
-std::optional<DracoMesh> decode_draco(std::string_view, const std::vector<DracoAttribute>&, std::size_t) {
-  return std::nullopt;
+  return visit_type(wanted.type,
+                    [&](auto number) { return numbers_of<decltype(number)>(mesh, attribute, wanted.components); });
 }
 
 #endif
 
-namespace {
-
-using glb::Span;
-using glb::Value;
-
-constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr const char* kMeshopt[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
 bool is_codec(std::string_view extension) {
@@ -274,8 +178,8 @@ std::vector<float> floats_in(std::string_view bytes) {
 class Decompressor {
  public:
   Decompressor(std::string_view bytes, const std::string& name)
-      : layout_(glb::parse_chunks(bytes, name)),
-        document_(glb::open_document(bytes, layout_, name)),
+      : layout_(parse_chunks(bytes, name)),
+        document_(open_document(bytes, layout_, name)),
         views_(root().count("bufferViews")) {
     for (std::size_t v = 0; v < views_.size(); ++v) views_[v].json = root().item("bufferViews", v).json();
   }
@@ -306,9 +210,9 @@ class Decompressor {
     if (json.has("meshes")) json.set("meshes", meshes());
     for (const char* key : {"extensionsUsed", "extensionsRequired"}) json = with_others(std::move(json), key);
     std::string chunks;
-    glb::append_chunk(chunks, glb::kJson, to_text(json));
-    glb::append_chunk(chunks, glb::kBin, bin);
-    return glb::with_header(chunks);
+    append_chunk(chunks, kJson, to_text(json));
+    append_chunk(chunks, kBin, bin);
+    return with_header(chunks);
   }
 
  private:
@@ -368,24 +272,24 @@ class Decompressor {
       accessors.push_back(primitive.at("attributes").at(member.key.c_str()).whole());
       const Value accessor = root().item("accessors", accessors.back());
       wanted.push_back({static_cast<std::uint32_t>(packed.at("attributes").at(member.key.c_str()).whole()),
-                        glb::component_type(accessor.at("componentType")), glb::component_count(accessor.at("type"))});
+                        component_type(accessor.at("componentType")), component_count(accessor.at("type"))});
     }
-    const auto mesh = decode_draco(bytes_of(span), wanted, glb::most_elements(document_.bytes.size()));
+    const auto mesh = decode_draco(bytes_of(span), wanted, most_elements(document_.bytes.size()));
     if (!mesh) packed.fail("cannot be decompressed; the file is damaged");
     for (std::size_t i = 0; i < accessors.size(); ++i) {
       require_count(accessors[i], mesh->vertices);
-      const std::size_t size = wanted[i].components * glb::component_size(wanted[i].type);
+      const std::size_t size = wanted[i].components * size_of(wanted[i].type);
       if (wanted[i].type == NumberType::float32) {
         floats_of_[accessors[i]] = {floats_in(mesh->attributes[i]), wanted[i].components};
       }
-      add_data(accessors[i], view, spread(mesh->attributes[i], size), aligned(size), glb::kVertexData);
+      add_data(accessors[i], view, spread(mesh->attributes[i], size), aligned(size), kVertexData);
     }
     const std::size_t indices = primitive.at("indices").whole();
     require_count(indices, mesh->corners.size());
     const Value type = root().item("accessors", indices).at("componentType");
-    const std::size_t size = glb::component_size(glb::component_type(type));
+    const std::size_t size = size_of(component_type(type));
     if (size < 4 && mesh->vertices > std::size_t{1} << (8 * size)) type.fail("is too small for the indices");
-    add_data(indices, view, as_indices(mesh->corners, size), 0, glb::kIndexData);
+    add_data(indices, view, as_indices(mesh->corners, size), 0, kIndexData);
     gone_.push_back(span);
     ++decoded_;
   }
@@ -472,8 +376,8 @@ class Decompressor {
       }
       if (const auto values = floats_of_.find(a); values != floats_of_.end()) {
         const auto& [floats, components] = values->second;
-        if (json.has("min")) json.set("min", parse_json(glb::least_text(floats, components)));
-        if (json.has("max")) json.set("max", parse_json(glb::greatest_text(floats, components)));
+        if (json.has("min")) json.set("min", parse_json(least_text(floats, components)));
+        if (json.has("max")) json.set("max", parse_json(greatest_text(floats, components)));
       }
       result.push_back(std::move(json));
     }
@@ -504,8 +408,8 @@ class Decompressor {
     return json;
   }
 
-  glb::Layout layout_;
-  glb::Document document_;
+  Layout layout_;
+  Document document_;
   std::vector<View> views_;
   std::map<std::size_t, std::size_t> view_of_;  // of accessors with new data
   // Of accessors with new floats: these, and how many make a vector. The bounds in the file are those before
@@ -516,6 +420,86 @@ class Decompressor {
 };
 
 }  // namespace
+
+#ifdef KNEAD_HAS_MESHOPTIMIZER
+
+bool has_meshopt() { return true; }
+
+std::optional<std::string> decode_meshopt(std::string_view bytes, const MeshoptView& view) {
+  if (view.count > bytes.size() * kMaxPerByte) return std::nullopt;
+  const auto* packed = reinterpret_cast<const unsigned char*>(bytes.data());
+  if (is_index_mode(view)) {
+    if ((view.stride != 2 && view.stride != 4) || view.filter != "NONE") return std::nullopt;
+    std::string result(view.count * view.stride, '\0');
+    const int failure = view.mode == "INDICES"
+                            ? meshopt_decodeIndexSequence(result.data(), view.count, view.stride, packed, bytes.size())
+                            : meshopt_decodeIndexBuffer(result.data(), view.count, view.stride, packed, bytes.size());
+    if (failure != 0) return std::nullopt;
+    return result;
+  }
+  if (view.mode != "ATTRIBUTES" || view.stride == 0 || view.stride % 4 != 0 || view.stride > kLargestStride) {
+    return std::nullopt;
+  }
+  if (view.count > bytes.size() * kMaxPerByte / view.stride) return std::nullopt;
+  for (const NamedFilter& filter : kFilters) {
+    if (filter.name != view.filter || !filter.allows(view.stride)) continue;
+    std::string result(view.count * view.stride, '\0');
+    if (meshopt_decodeVertexBuffer(result.data(), view.count, view.stride, packed, bytes.size()) != 0) break;
+    if (filter.filter != nullptr) filter.filter(result.data(), view.count, view.stride);
+    return result;
+  }
+  return std::nullopt;
+}
+
+#else
+
+bool has_meshopt() { return false; }
+std::optional<std::string> decode_meshopt(std::string_view, const MeshoptView&) { return std::nullopt; }
+
+#endif
+
+#ifdef KNEAD_HAS_DRACO
+
+bool has_draco() { return true; }
+
+std::optional<DracoMesh> decode_draco(std::string_view bytes, const std::vector<DracoAttribute>& attributes,
+                                      std::size_t most) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  draco::DracoHeader header{};
+  if (!says_at_most(buffer, most, header)) return std::nullopt;
+  draco::Mesh mesh;
+  const auto decode_by = [&](draco::MeshDecoder&& decoder) { return decoder.Decode({}, &buffer, &mesh).ok(); };
+  const std::size_t most_bytes = most * kMaxDracoBytes;
+  const bool is_decoded = header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING
+                              ? decode_by(Bounded<draco::MeshSequentialDecoder>(most_bytes))
+                              : decode_by(Bounded<draco::MeshEdgebreakerDecoder>(most_bytes));
+  if (!is_decoded) return std::nullopt;
+  if (mesh.num_points() > most || mesh.num_faces() > most / 3) return std::nullopt;
+  DracoMesh result;
+  result.vertices = mesh.num_points();
+  for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
+    for (const draco::PointIndex& v : mesh.face(draco::FaceIndex(f))) {
+      if (v.value() >= mesh.num_points()) return std::nullopt;
+      result.corners.push_back(v.value());
+    }
+  }
+  for (const DracoAttribute& wanted : attributes) {
+    const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(wanted.id);
+    if (attribute == nullptr) return std::nullopt;
+    result.attributes.push_back(bytes_of(mesh, *attribute, wanted));
+  }
+  return result;
+}
+
+#else
+
+bool has_draco() { return false; }
+std::optional<DracoMesh> decode_draco(std::string_view, const std::vector<DracoAttribute>&, std::size_t) {
+  return std::nullopt;
+}
+
+#endif
 
 const char* meshopt_extension(const Json& view) {
   const Json* extensions = view.find("extensions");

@@ -1,6 +1,10 @@
-// The buffers of glTF: in the file's binary chunk, in its text as base64 (data URIs), or in files beside it.
+// glTF 2.0 as text (.gltf) and binary (.glb): what a file holds, and its JSON. Sources: Khronos, "glTF 2.0
+// Specification" (2021), and KHR_mesh_quantization.
+//
+// Every file is read, and written back, as the GLB file that holds the same and whose one buffer is its binary chunk.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -11,14 +15,51 @@
 #include <utility>
 #include <vector>
 
-#include "io/formats.h"
-#include "io/glb/glb.h"
+#include "io/codec.h"
 #include "io/numbers.h"
+#include "json/json.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/vec.h"
 
 namespace knead::io_detail::gltf {
 
+struct Chunk {
+  std::uint32_t type = 0;
+  std::size_t begin = 0;  // of its contents
+  std::size_t size = 0;
+};
+
+// How a node places its mesh: world = linear * local + offset.
+struct Placement {
+  Mat3d linear;
+  Vec3d offset;
+  Mat3d inverse;  // of linear
+};
+
+// Vertices of the mesh that come from one POSITION accessor, placed by one node.
+struct Block {
+  std::size_t first = 0;  // vertex of the mesh
+  std::size_t count = 0;
+  std::size_t node = 0;
+  std::size_t mesh = 0;                 // of the file
+  std::vector<std::size_t> primitives;  // of that mesh
+  std::size_t position = 0;             // accessors
+  std::optional<std::size_t> normal;
+  std::optional<std::size_t> tangent;
+  std::optional<std::size_t> uv;
+  std::optional<std::size_t> color;
+  Placement placement;
+};
+
+// Faces of the mesh, one after the other, that come from one primitive.
+struct Faces {
+  std::size_t first = 0;
+  std::size_t block = 0;
+  std::size_t primitive = 0;  // of the block's mesh
+};
+
+// A buffer of the source.
 struct Buffer {
   enum class Kind { chunk, data, file };
 
@@ -29,24 +70,240 @@ struct Buffer {
   std::size_t size = 0;
 };
 
-// Returns the name of a file in the same folder that a URI names: no folder, no scheme; "%20" is a blank. Nothing for
-// other URIs.
-std::optional<std::string> plain_file_name(std::string_view uri);
+// Of a source that is not the GLB file which is read.
+struct Wrapping {
+  std::string glb;              // that file
+  std::vector<Buffer> buffers;  // of the source
+  std::string buffers_text;     // the JSON array of them
+  std::filesystem::path path;   // of the source, beside which the files of buffers are; empty: read from memory
+};
 
-// Returns the URI of a plain file name.
-std::string with_percents(std::string_view name);
+// What a mesh does not hold, of the GLB file that is read.
+struct Layout {
+  std::vector<Chunk> chunks;  // as in the file; the first is the JSON
+  std::optional<std::size_t> bin;
+  std::size_t end = 0;        // of the last chunk; what follows is kept
+  std::vector<Block> blocks;  // the vertices in the mesh's order
+  std::vector<Faces> faces;   // in the mesh's order; each goes on to where the next one begins
+  std::optional<Wrapping> wrapping;
+};
 
-// Returns the bytes of a regular file of that name in the folder, no link. Throws InvalidInput that names the buffer.
-std::string read_beside(const std::filesystem::path& folder, const std::string& file, const glb::Value& buffer);
+// Returns the GLB file that a source was read as; the source must outlive it.
+std::string_view glb_bytes(const ShapeFile& source);
 
-// Returns a name that may be written beside `target`: `wanted` where nothing stands there, or where it is what the
-// source itself has there; else one made of the target's name that is none of `taken`.
-std::string free_name(const std::filesystem::path& target, const std::string& wanted, bool is_own,
-                      const std::vector<std::string>& taken);
+// Returns the text as a JSON object. Throws InvalidInput for what parse_json refuses and for other values than objects;
+// `begin`, the byte of the file where the text begins, is for messages.
+Json parse_object(std::string_view text, std::size_t begin, const std::string& name);
 
-// Decompresses what glTF's extensions compress, with the libraries draco and meshoptimizer where this build has them.
+// Where the text that a value was read from stands: for messages.
+struct Source {
+  std::string file;
+  std::string_view text;
+  std::size_t begin = 0;  // byte of the file
+};
 
-// Whether this build can decompress.
+// A value that knows its path, e.g. accessors[3].count, for messages. The value and the source must outlive it.
+class Value {
+ public:
+  Value(const Json& json, const Source& source, std::string path = {})
+      : json_(&json), source_(&source), path_(std::move(path)) {}
+
+  // The value at a key; nothing where this is no object or has no such key.
+  std::optional<Value> find(const char* key) const;
+
+  // The same; fails where it is missing.
+  Value at(const char* key) const;
+
+  // The size of an array; fails for anything else.
+  std::size_t size() const;
+
+  // The item of an array; fails where there is none.
+  Value item(std::size_t i) const;
+
+  // The item of the array at the key, e.g. item("accessors", 3).
+  Value item(const char* key, std::size_t i) const;
+
+  // The size of the array at the key; 0 where it is missing.
+  std::size_t count(const char* key) const;
+
+  double number() const;
+  std::size_t whole() const;                                // from 0 to 2^53
+  std::optional<std::size_t> whole(const char* key) const;  // nothing where the key is missing
+  std::vector<double> numbers(std::size_t count) const;
+  std::string text() const;
+  bool flag(const char* key) const;  // false where the key is missing
+
+  const Json& json() const { return *json_; }
+
+  // Throws InvalidInput "FILE: byte N: PATH: what", the byte where the value begins.
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  const Json* json_;
+  const Source* source_;
+  std::string path_;
+};
+
+// Bytes [begin, end) of a text.
+struct Span {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
+// The span of the value at a path such as accessors[3].count, or of the last value on the way to it that the text has.
+Span span_at(std::string_view text, std::string_view path);
+
+struct Member {
+  std::string key;  // empty for the items of an array
+  Span value;
+};
+
+// The object that a text which parse_json has read consists of.
+Span root_span(std::string_view text);
+
+// The members of an object, or the items of an array; none for anything else. Takes time in proportion to the span.
+std::vector<Member> members(std::string_view text, const Span& container);
+
+// The span of the value at the key of an object, or nothing.
+std::optional<Span> member(std::string_view text, const Span& object, std::string_view key);
+
+// Replaces [begin, end), or inserts where both are the same.
+struct Patch {
+  Span span;
+  std::string text;
+};
+
+// Appends an item to the array at `array`.
+Patch appended_item(std::string_view text, const Span& array, const std::string& items);
+
+// The text with its patches, which do not overlap.
+std::string patched(std::string_view text, std::vector<Patch> patches);
+
+inline constexpr std::size_t kJson = 0x4E4F534A;
+inline constexpr std::size_t kBin = 0x004E4942;
+
+inline constexpr std::size_t kPoints = 0;  // modes of primitives
+inline constexpr std::size_t kTriangles = 4;
+inline constexpr std::size_t kTriangleStrip = 5;
+inline constexpr std::size_t kTriangleFan = 6;
+
+// A GLB file opened.
+struct Document {
+  std::string_view bytes;  // of the file
+  std::string_view text;   // its JSON
+  std::string_view bin;    // its binary chunk; empty without one
+  Json json;
+  Source source;  // for messages
+
+  Value root() const { return {json, source}; }
+};
+
+// The chunks of the file; the blocks stay empty. Throws InvalidInput that names the byte.
+Layout parse_chunks(std::string_view bytes, const std::string& name);
+
+// The document; `bytes` must outlive it. Checks the version.
+Document open_document(std::string_view bytes, const Layout& layout, const std::string& name);
+
+// Where an accessor's elements are: element i at begin + i * stride of the binary chunk.
+struct DenseData {
+  std::size_t begin = 0;
+  std::size_t stride = 0;
+  std::size_t end = 0;  // of the last element
+};
+
+struct SparseData {
+  std::size_t count = 0;
+  NumberType index_type = NumberType::uint8;
+  DenseData indices;
+  DenseData values;
+};
+
+struct Accessor {
+  std::size_t count = 0;
+  NumberType type = NumberType::float32;
+  bool normalized = false;
+  std::size_t components = 1;
+  std::optional<DenseData> dense;    // std::nullopt: zeros
+  std::optional<SparseData> sparse;  // replaced elements
+
+  std::size_t element_size() const;
+};
+
+// What a componentType and a type of an accessor say: the type of number, and how many make an element.
+NumberType component_type(const Value& code);
+std::size_t component_count(const Value& type);
+
+// The accessor of that index with every range checked against the binary chunk. Throws InvalidInput for one that is
+// malformed, that lies in another buffer, that is compressed, or that holds no data.
+Accessor find_accessor(const Document& document, std::size_t index);
+
+// Its numbers, components per element. Integers as they are, or with `as_real` as what they stand for: divided by
+// their maximum where the accessor says so (rounded to float). Throws InvalidInput for sparse indices out of order.
+std::vector<double> read_accessor(const Document& document, std::size_t index, const Accessor& accessor, bool as_real);
+
+// The vertices and corners that a file of that many bytes may have.
+inline std::size_t most_elements(std::size_t bytes) { return (std::size_t{1} << 21) + 4 * bytes; }
+
+// An attribute of a primitive that becomes one of the mesh.
+struct Semantic {
+  const char* key;   // in the file
+  const char* name;  // of the mesh's attribute
+  std::optional<std::size_t> Block::*accessor;
+};
+
+inline constexpr std::array<Semantic, 4> kSemantics = {{{"NORMAL", "normal", &Block::normal},
+                                                        {"TANGENT", "tangent", &Block::tangent},
+                                                        {"TEXCOORD_0", "uv", &Block::uv},
+                                                        {"COLOR_0", "color", &Block::color}}};
+
+// The attributes that some block has: directions in world coordinates and of length 1. Where a block has none, colors
+// are white and others 0, which a note says. Throws InvalidInput for accessors that do not fit.
+std::vector<Attribute> read_attributes(const Document& document, const std::vector<Block>& blocks,
+                                       std::vector<std::string>& notes);
+
+// Whether an attribute of that key in the file becomes one of the mesh.
+bool is_read(const std::string& key);
+
+// The direction of a vector; zero for zero and for what is not finite.
+Vec3d direction(const Vec3d& v);
+
+// A node that places a mesh.
+struct Instance {
+  std::size_t node = 0;
+  std::size_t mesh = 0;
+  Placement placement;
+};
+
+// The instances of the default scene (the first one, if none is named; all of the nodes, if there is none), in
+// depth-first order. A skinned node is placed nowhere (glTF 2.0, 3.7.3.3): its vertices stay local. Nodes whose
+// transform has no inverse are left out. Notes say both. Throws InvalidInput for nodes that form a cycle or have two
+// parents, and for transforms that are none.
+std::vector<Instance> find_instances(const Document& document, std::vector<std::string>& notes);
+
+// Reads the triangles of the scene of a GLB file into the shape: those of the default scene in world coordinates, as
+// stored. Vertices that a seam in the texture or a hard edge repeats are not welded, and a mesh that several nodes
+// place has its vertices once for each. Attributes: "normal" (3, unit), "uv" (2; v upwards as in the other formats, 1
+// minus what the file holds), "color" (3 or 4, in the type of the file) and "tangent" (4), each if some primitive has
+// it. Throws InvalidInput also for what cannot be read without another file or a decoder. Vertices and corners may not
+// exceed 2^21 plus four for each byte of the file (a small file can place one mesh very often).
+Layout read_scene(ShapeFile& shape, std::string_view glb, const std::string& name);
+
+// What the codecs of both containers do with the GLB file. The options change nothing.
+std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals);
+std::string generate_glb(const Mesh& mesh, const WriteOptions& options);
+std::string remeshed_glb(const NewMesh& shape);
+std::vector<std::string> losses(const Mesh& mesh);
+std::vector<std::string> source_losses(const ShapeFile& source);
+std::vector<std::string> remesh_losses(const ShapeFile& source);
+std::vector<std::uint32_t> face_labels(const ShapeFile& source);
+
+// Returns a GLB file as text, with its buffer as a data URI.
+std::string as_text(const std::string& glb);
+
+// The extension of a primitive that compresses it.
+inline constexpr const char* kDraco = "KHR_draco_mesh_compression";
+
+// Return whether this build can decompress.
 bool has_draco();
 bool has_meshopt();
 
@@ -80,8 +337,6 @@ struct DracoMesh {
 std::optional<DracoMesh> decode_draco(std::string_view bytes, const std::vector<DracoAttribute>& attributes,
                                       std::size_t most);
 
-// glTF files whose meshes are compressed. Source: Khronos, KHR_draco_mesh_compression and EXT_meshopt_compression.
-
 // Returns the extension of a buffer view that compresses it, or null.
 const char* meshopt_extension(const Json& view);
 
@@ -92,45 +347,5 @@ bool names_codec(std::string_view text);
 // decompress. `bytes` is a GLB file with one buffer, its binary chunk. Throws InvalidInput that names the view or the
 // primitive.
 std::string decompressed(std::string bytes, const std::string& name, std::vector<std::string>& notes);
-
-// glTF 2.0 as text (.gltf), and GLB files whose buffers are not in their binary chunk: rows of the format table
-// (formats.h). A file is read as the GLB file that holds the same (glb/glb.h) and written back as it came. Source:
-// Khronos, "glTF 2.0 Specification" (2021).
-
-struct Layout {
-  ShapeFile glb;                // the same as a GLB file with one buffer, its binary chunk
-  std::vector<Buffer> buffers;  // of the source
-  std::string buffers_text;     // the JSON array of them
-  std::filesystem::path path;   // of the source, beside which the files of buffers are
-};
-
-// Throw InvalidInput for buffers in other files: reading from memory opens none.
-ShapeFile parse(std::string bytes, const std::string& name);
-ShapeFile parse_glb(std::string bytes, const std::string& name);
-
-// Read also buffers in files beside the path, by plain names.
-ShapeFile parse_beside(std::string bytes, const std::filesystem::path& path);
-ShapeFile parse_glb_beside(std::string bytes, const std::filesystem::path& path);
-
-// For both formats. Buffers in files become data URIs; several buffers become one.
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options);
-std::string remeshed(const NewMesh& shape, const WriteOptions& options);
-std::vector<std::string> source_losses(const ShapeFile& source);
-std::vector<std::string> remesh_losses(const ShapeFile& source);
-std::vector<std::uint32_t> face_labels(const ShapeFile& source);
-
-// Returns the plain names of the files that hold the images of a source.
-std::vector<std::string> image_files(const ShapeFile& source);
-
-// Returns a GLB file as text, with its buffer as a data URI.
-std::string as_text(const std::string& glb_bytes);
-
-// A new .gltf file with its buffer as a data URI.
-std::string generate(const Mesh& mesh, const WriteOptions& options);
-
-// Writes a file of the source, whose bytes rewrite or remeshed made or which did not change: what came in files goes to
-// files beside the path again, under the same names unless others' files stand there.
-void write_beside(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes);
 
 }  // namespace knead::io_detail::gltf

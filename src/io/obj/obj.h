@@ -1,4 +1,4 @@
-// Wavefront OBJ: its row of the format table (formats.h), and the words of its lines.
+// Wavefront OBJ: the words of its lines, and what a file holds besides a mesh.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/numbers.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
@@ -18,20 +18,9 @@
 
 namespace knead::io_detail::obj {
 
-ShapeFile parse(std::string bytes, const std::string& name);
-
-// `normals`: one for each corner (moved_corner_normals), or none. Writes coordinates as doubles, whatever the options
-// say. Where corners that shared a line `vn` have turned differently, adds lines before the first face that needs them
-// and changes the third numbers of the faces. In a file whose faces stand before the normals that they use, such
-// corners keep one line.
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options);
-std::string generate(const Mesh& mesh, const WriteOptions& options);
-std::vector<std::string> losses(const Mesh& mesh);
-std::vector<std::string> source_losses(const ShapeFile& source);
+void read(ShapeFile& shape, const std::string& name);
 std::string remeshed(const NewMesh& shape, const WriteOptions& options);
 std::vector<std::string> remesh_losses(const ShapeFile& source);
-void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
 std::vector<std::uint32_t> face_labels(const ShapeFile& source);
 
 // The byte at which the lines begin: after a byte order mark.
@@ -46,8 +35,6 @@ std::size_t end_of_line(std::string_view bytes, std::size_t position);
 
 // The byte after the token that begins at `position`.
 std::size_t word_end(std::string_view bytes, std::size_t position);
-
-// What an OBJ file holds besides a mesh.
 
 // The part of an OBJ file that a mesh does not hold.
 struct Layout {
@@ -114,26 +101,5 @@ template <std::size_t N>
 Lines value_lines(const Mesh& mesh, const char* attribute_name, const char* keyword) {
   return value_lines<N>(mesh, attribute_name, keyword, "\n", [](std::size_t, const auto&) { return true; });
 }
-
-// The lines `vn` of an OBJ file after its shape has moved.
-
-// One authored normal per corner of the source's mesh after its vertices moved to `after`; the zero vector where a
-// corner has none. Corners that use one line at one vertex turn together (transport_normals).
-std::vector<Vec3d> moved_corner_normals(const Mesh& mesh, const Layout& layout, std::span<const Vec3d> after);
-
-// Lines `vn` that together say what the corners' normals are now. The first are those of the file, in their order, with
-// new values; then those that are needed because corners which shared a line have turned apart.
-struct NormalLines {
-  struct Line {
-    Vec3d normal;
-    std::uint32_t source = 0;  // the line of the file that corners used before
-  };
-  std::vector<Line> lines;
-  std::vector<std::uint32_t> corner_line;  // of each corner; kNoNormal: none. Empty: as in the file
-};
-
-// A line keeps its value where a corner that did not turn uses it; else it takes that of the first corner that does.
-// Corners whose normals are equal to about 1e-4 of their length share a line.
-NormalLines plan_normals(const Layout& layout, std::span<const Vec3d> corner_normals);
 
 }  // namespace knead::io_detail::obj

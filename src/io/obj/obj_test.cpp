@@ -1,9 +1,10 @@
+// Reading and writing OBJ.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <regex>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/obj/obj.h"
 #include "knead/error.h"
 #include "knead/io.h"

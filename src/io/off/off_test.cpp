@@ -1,8 +1,9 @@
+// Reading and writing OFF.
 #include <gtest/gtest.h>
 
 #include <array>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/numbers.h"
 #include "io/off/off.h"
 #include "knead/error.h"
@@ -299,10 +300,10 @@ TEST(Off, NewFilesHoldEveryAttributeOfVerticesAndColorsOfFaces) {
   EXPECT_EQ(shape.mesh.corner_vertex, mesh.corner_vertex);
   EXPECT_EQ(shape.mesh.face_begin, mesh.face_begin);
   EXPECT_EQ(shape.mesh.attributes, mesh.attributes);
-  EXPECT_TRUE(io_detail::off::losses(mesh).empty());
+  EXPECT_TRUE(io_detail::off_codec.losses(mesh).empty());
   mesh.attributes.push_back({"part", Domain::face, NumberType::int32, 1, {-3}});
   mesh.attributes.push_back({"quality", Domain::vertex, NumberType::float32, 1, std::vector<double>(5, 0)});
-  EXPECT_EQ(text_of(io_detail::off::losses(mesh)), "OFF cannot hold 'part' per face\nOFF cannot hold 'quality'\n");
+  EXPECT_EQ(text_of(io_detail::off_codec.losses(mesh)), "OFF cannot hold 'part' per face\nOFF cannot hold 'quality'\n");
 }
 
 // With three numbers after COFF other programs read past the end of the line.

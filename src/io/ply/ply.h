@@ -1,4 +1,4 @@
-// What the header of a PLY file declares, and where the vertices are.
+// PLY (Turk 1994), text and binary: what the header declares, the numbers after it, and where they go in a mesh.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/mesh_builder.h"
 #include "io/numbers.h"
 #include "knead/io.h"
@@ -61,22 +61,14 @@ struct Layout {
   std::vector<std::string> notes;       // on the header
 };
 
-// PLY (Turk 1994), text and binary: its row of the format table (formats.h). A new file is binary, little-endian.
-
-ShapeFile parse(std::string bytes, const std::string& name);
-std::optional<ShapeFile> parse_in_pieces(const std::shared_ptr<const SourceFile>& file, const std::string& name);
+// What the format's Codec says of them.
+void read(ShapeFile& shape, const std::string& name);
+bool read_in_pieces(ShapeFile& shape, const std::string& name);
 std::optional<ShapeSummary> summarize(const ShapeFile& source, const std::string& name);
 void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-             const WriteOptions& options, const std::function<void(std::string_view)>& out);
-std::string generate(const Mesh& mesh, const WriteOptions& options);
-std::vector<std::string> losses(const Mesh& mesh);
-std::vector<std::string> source_losses(const ShapeFile& source);
-std::string remeshed(const NewMesh& shape, const WriteOptions& options);
-std::vector<std::string> remesh_losses(const ShapeFile& source);
-bool reads_floats(const ShapeFile& source);
+             const WriteOptions& options, const ByteSink& out);
+bool stores_floats(const ShapeFile& source);
 void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
-
-// The header of a PLY file.
 
 // Reads the header: encoding, elements and properties, and where the body begins. Throws
 // InvalidInput that names the line.
@@ -92,8 +84,6 @@ inline bool is_swapped(Encoding encoding) {
   return (encoding == Encoding::big_endian) == (std::endian::native == std::endian::little);
 }
 
-// The numbers after a PLY header, one after the other, in binary and in text. Both bodies have the same members.
-
 // What to say of a list of an element whose length is no count of items, `left` bytes before the end of the file.
 std::string not_a_length(double length, const Element& element, std::size_t left);
 
@@ -101,6 +91,7 @@ std::string not_a_length(double length, const Element& element, std::size_t left
 inline bool is_index(double value) { return value == std::floor(value) && std::abs(value) <= 0x1p32; }
 std::string not_an_index(double value);
 
+// The numbers after the header, one after the other. Both bodies, in binary and in text, have the same members.
 class BinaryBody {
  public:
   // The bytes must outlive the body.
@@ -238,8 +229,6 @@ class TextBody {
   const std::string& name_;
 };
 
-// Where the numbers of a PLY file go in a mesh.
-
 // What becomes of the numbers of one property: read over, a coordinate (component: the axis), a component of an
 // attribute, the vertices of faces or of strips of triangles, or u v of each corner of a face.
 struct Sink {
@@ -258,13 +247,8 @@ struct Plan {
 // Throws InvalidInput where the vertices or the faces lack what makes a shape.
 Plan make_plan(const Layout& layout, const std::string& name);
 
-// Adds what is lost of the rows of vertices and faces when they are written anew.
-void append_row_losses(const Layout& layout, std::vector<std::string>& losses);
-
 // Whether a list holds the vertices of faces, or of strips of triangles.
 bool is_index_list(const Element& element, const Property& property);
-
-// The mesh that a PLY file is read into, and what is noted on the way.
 
 // Rows of an element, counted without those that are left out.
 struct Rows {
@@ -272,6 +256,7 @@ struct Rows {
   std::size_t count = 0;
 };
 
+// The mesh that a file is read into, and what is noted on the way.
 class Target {
  public:
   Target(Mesh& mesh, std::vector<Attribute> attributes, std::size_t vertices)
@@ -313,12 +298,7 @@ class Target {
     if (double* to = place(sink, row)) *to = sink.kind == Sink::Kind::attribute ? finite(value) : value;
   }
 
-  // Takes what is not finite as 0, and counts it.
-  double finite(double value) {
-    if (std::isfinite(value)) return value;
-    ++not_finite_;
-    return 0;
-  }
+  double finite(double value) { return finite_(value); }
 
   // Strips of triangles with -1 between them; the numbers have been checked.
   void add_strips(std::span<const std::int64_t> items);
@@ -334,7 +314,7 @@ class Target {
   Mesh& mesh_;
   FaceBuilder faces_;
   std::size_t vertices_;
-  std::size_t not_finite_ = 0;
+  FiniteValues finite_;
   std::size_t surplus_ = 0;
   Unplaced unplaced_;
   bool is_one_block_ = false;
@@ -344,13 +324,12 @@ class Target {
   bool corner_uv_complete_ = true;
 };
 
-// Reading binary rows of equal length, many at a time and one property after the other.
-
 // Reads an element whose only list, if it has one, is that of the faces' vertices. Rows are read together as long as
 // their lists have the same length.
 void read_columns(BinaryBody& body, const Element& element, const std::vector<Sink>& sinks, Target& target);
 
-// The fewest bytes that a row takes: in text a digit and what ends it for each number, else those of empty lists.
+// Returns the fewest bytes that a row takes: in text a digit and what ends it for each number, else those of empty
+// lists.
 std::size_t smallest_row(const Element& element, bool ascii);
 
 // Sets memory aside for an element that `left` bytes may hold, never for more.

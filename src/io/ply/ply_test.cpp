@@ -1,3 +1,4 @@
+// Reading and writing PLY.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -179,8 +179,7 @@ class FoamScan {
     const std::size_t size = site_.spelling == Spelling::float32 ? sizeof(float) : sizeof(double);
     const std::size_t begin = text_.position();
     if (count > (bytes_.size() - begin) / (3 * size)) {
-      text_.fail(std::to_string(count) + " points are declared, but only " + std::to_string(bytes_.size() - begin) +
-                 " bytes follow; the file is cut short or damaged");
+      text_.fail(too_many(std::to_string(count) + " points", bytes_.size() - begin));
     }
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis)

@@ -97,8 +97,7 @@ class GmshScan {
 
   static void require_left(std::uint64_t points, std::size_t bytes_for_each, const ByteCursor& cursor) {
     if (points > cursor.left() / bytes_for_each) {
-      cursor.fail(std::to_string(points) + " points are declared, but only " + std::to_string(cursor.left()) +
-                  " bytes follow; the file is cut short or damaged");
+      cursor.fail(too_many(std::to_string(points) + " points", cursor.left()));
     }
   }
 
@@ -315,14 +314,6 @@ class GmshScan {
   bool is_binary_ = false;
 };
 
-}  // namespace
-
-void scan_gmsh(std::string_view bytes, const std::string& name, const PointVisitor& visit) {
-  GmshScan(bytes, name, visit).run();
-}
-
-namespace {
-
 // gmsh's numbers of points as numbers from 0.
 class PointIndex {
  public:
@@ -364,6 +355,10 @@ GmshGroups groups_of(std::string_view bytes, const std::string& name) {
 }
 
 }  // namespace
+
+void scan_gmsh(std::string_view bytes, const std::string& name, const PointVisitor& visit) {
+  GmshScan(bytes, name, visit).run();
+}
 
 std::vector<Patch> gmsh_patches(std::string_view bytes, const std::string& name) {
   const GmshGroups groups = groups_of(bytes, name);

@@ -150,12 +150,8 @@ void replace_text(Splice& splice, const PointSite& site, const Vec3d& from, cons
   }
 }
 
-}  // namespace
-
-ShapeFile parse(const Kind& kind, std::string bytes, const std::string& name) {
-  ShapeFile shape;
-  shape.format = kind.format;
-  shape.bytes = std::move(bytes);
+// Reads the points, without faces.
+void read(const Kind& kind, ShapeFile& shape, const std::string& name) {
   Layout layout{&kind};
   bool is_field_file = false;
   kind.scan(shape.bytes, name, [&](const PointSite& site) {
@@ -175,9 +171,9 @@ ShapeFile parse(const Kind& kind, std::string bytes, const std::string& name) {
     shape.notes.emplace_back("coordinates that move are rounded to what fits into their fields of 8 or 16 characters");
   }
   set_layout(shape, layout);
-  return shape;
 }
 
+// Replaces the coordinates that moved. Throws InvalidInput where a coordinate that the file lacks is no longer 0.
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d>,
                     const WriteOptions& options) {
   const auto& layout = layout_of<Layout>(source);
@@ -215,6 +211,29 @@ void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
   });
 }
 
+constexpr std::array<std::string_view, 1> kFoamExtensions = {"points"};
+constexpr std::array<std::string_view, 1> kNastranExtensions = {"nas"};
+
+constexpr Kind kSu2{"su2", "elements and markers", scan_su2};
+constexpr Kind kGmsh{"msh", "elements, groups and the geometry", scan_gmsh};
+constexpr Kind kFoam{"foam", "faces and cells, in other files,", scan_foam, kFoamExtensions};
+constexpr Kind kNastran{"bdf", "all cards but GRID", scan_nastran, kNastranExtensions};
+constexpr Kind kAbaqus{"inp", "all keywords but *NODE", scan_abaqus};
+constexpr Kind kUnv{"unv", "all datasets but 2411", scan_unv};
+
+template <const Kind& kind>
+constexpr Codec codec_of() {
+  return {.name = kind.format,
+          .extensions = kind.extensions,
+          .read = [](ShapeFile& shape, const std::string& name) { read(kind, shape, name); },
+          .rewrite = rewrite,
+          .source_losses = source_losses,
+          .stores_floats = stores_floats,
+          .visit_coordinates = visit_coordinates};
+}
+
+}  // namespace
+
 bool Lines::next() {
   if (next_ >= bytes_.size()) return false;
   const std::size_t end = std::min(bytes_.find_first_of("\r\n", next_), bytes_.size());
@@ -229,12 +248,6 @@ void Lines::fail(const std::string& what) const {
   fail_at_line(name_, bytes_, static_cast<std::size_t>(line_.data() - bytes_.data()), what);
 }
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 PointSite words_from(std::string_view first, std::size_t dimensions, TextCursor& text) {
   PointSite site;
   site.dimensions = dimensions;
@@ -247,9 +260,18 @@ PointSite words_from(std::string_view first, std::size_t dimensions, TextCursor&
 }
 
 void require_room(std::size_t points, std::size_t left, std::size_t bytes_for_each, const TextCursor& text) {
-  if (points <= left / bytes_for_each + 1) return;
-  text.fail(std::to_string(points) + " points are declared, but only " + std::to_string(left) +
-            " bytes follow; the file is cut short or damaged");
+  if (points > left / bytes_for_each + 1) text.fail(too_many(std::to_string(points) + " points", left));
 }
 
 }  // namespace knead::io_detail::solver
+
+namespace knead::io_detail {
+
+const Codec su2_codec = solver::codec_of<solver::kSu2>();
+const Codec gmsh_codec = solver::codec_of<solver::kGmsh>();
+const Codec foam_codec = solver::codec_of<solver::kFoam>();
+const Codec nastran_codec = solver::codec_of<solver::kNastran>();
+const Codec abaqus_codec = solver::codec_of<solver::kAbaqus>();
+const Codec unv_codec = solver::codec_of<solver::kUnv>();
+
+}  // namespace knead::io_detail

@@ -1,5 +1,4 @@
-// The points of solvers' meshes, and the rows of their formats in the format table (formats.h). Points move; elements,
-// groups and all other bytes stay.
+// The points of solvers' meshes. Points move; elements, groups and all other bytes stay.
 //
 // A format is a function that goes through a file and says where the coordinates of each point stand. Reading collects
 // their numbers, and writing goes through the file again and replaces those that changed.
@@ -13,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/numbers.h"
 #include "io/text.h"
 #include "knead/io.h"
@@ -44,33 +43,20 @@ struct PointSite {
 using PointVisitor = std::function<void(const PointSite&)>;
 
 // Calls visit for each point of a file, front to back. Throws InvalidInput with the line, or the byte.
-using Scan = void (*)(std::string_view bytes, const std::string& name, const PointVisitor& visit);
+using Scan = void(std::string_view bytes, const std::string& name, const PointVisitor& visit);
+Scan scan_su2;
+Scan scan_gmsh;     // versions 2 to 2.2 and 4.1, as text or binary
+Scan scan_foam;     // OpenFOAM's file `points`, as text or binary
+Scan scan_nastran;  // bulk data: GRID in small, large and free fields
+Scan scan_abaqus;   // *NODE
+Scan scan_unv;      // universal files: dataset 2411
 
 struct Kind {
-  std::string_view format;  // name in the format table
-  const char* what;         // of the files, e.g. "SU2"
-  const char* stays;        // all else
-  Scan scan;
+  std::string_view format;  // the codec's name
+  const char* stays;        // all but the points
+  Scan* scan;
+  std::span<const std::string_view> extensions{};
 };
-
-void scan_su2(std::string_view bytes, const std::string& name, const PointVisitor& visit);
-// Gmsh's files, versions 2 to 2.2 and 4.1, as text or binary.
-void scan_gmsh(std::string_view bytes, const std::string& name, const PointVisitor& visit);
-// OpenFOAM's file `points`, as text or binary.
-void scan_foam(std::string_view bytes, const std::string& name, const PointVisitor& visit);
-// Nastran's bulk data: GRID in small, large and free fields.
-void scan_nastran(std::string_view bytes, const std::string& name, const PointVisitor& visit);
-// Abaqus' input files: *NODE.
-void scan_abaqus(std::string_view bytes, const std::string& name, const PointVisitor& visit);
-// Universal files: dataset 2411.
-void scan_unv(std::string_view bytes, const std::string& name, const PointVisitor& visit);
-
-inline constexpr Kind kSu2{"su2", "SU2", "elements and markers", scan_su2};
-inline constexpr Kind kGmsh{"msh", "gmsh's format", "elements, groups and the geometry", scan_gmsh};
-inline constexpr Kind kFoam{"foam", "OpenFOAM's file of points", "faces and cells, in other files,", scan_foam};
-inline constexpr Kind kNastran{"bdf", "Nastran's bulk data", "all cards but GRID", scan_nastran};
-inline constexpr Kind kAbaqus{"inp", "Abaqus' format", "all keywords but *NODE", scan_abaqus};
-inline constexpr Kind kUnv{"unv", "a universal file", "all datasets but 2411", scan_unv};
 
 // What the reader leaves for the writer.
 struct Layout {
@@ -78,31 +64,6 @@ struct Layout {
   bool floats = false;  // coordinates are 32-bit floats
   bool rounds = false;  // fields or words may be too short for all digits
 };
-
-// The points, without faces.
-ShapeFile parse(const Kind& kind, std::string bytes, const std::string& name);
-
-// Replaces the coordinates that moved. Throws InvalidInput where a coordinate that the file lacks is no longer 0.
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options);
-std::vector<std::string> source_losses(const ShapeFile& source);
-bool stores_floats(const ShapeFile& source);
-void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
-
-// Returns the kind's row of the format table.
-template <const Kind& kind>
-constexpr Format format(std::span<const std::string_view> extensions = {}) {
-  Format row{};
-  row.name = kind.format;
-  row.parse = [](std::string bytes, const std::string& name) { return parse(kind, std::move(bytes), name); };
-  row.rewrite = rewrite;
-  row.source_losses = source_losses;
-  row.rewrites_floats = stores_floats;
-  row.reads_floats = stores_floats;
-  row.visit_coordinates = visit_coordinates;
-  row.extensions = extensions;
-  return row;
-}
 
 // Front to back through the lines of a text, which end with LF, CR LF or CR.
 class Lines {
@@ -128,9 +89,6 @@ class Lines {
   std::size_t next_;
   std::string_view line_;
 };
-
-// The text without the blanks around it.
-std::string_view trimmed(std::string_view text);
 
 // Returns the words of a line whose first one is given. Throws InvalidInput if it has fewer.
 PointSite words_from(std::string_view first, std::size_t dimensions, TextCursor& text);

@@ -105,6 +105,21 @@ void read_elements(std::size_t count, std::size_t first, std::span<const Vec3d> 
   }
 }
 
+// Calls visit(line, text, first) for each line with a key; `first`: the number of the zone's first point.
+template <class Visit>
+void visit_keys(std::string_view bytes, const std::string& name, const Visit& visit) {
+  TextCursor text(bytes, name, text_begin(bytes, name));
+  std::size_t first = 0;
+  std::size_t read = 0;
+  for (std::string_view word = next_line_word(text); !word.empty(); word = next_line_word(text)) {
+    const std::optional<KeyLine> line = key_line(bytes, text.word_begin());
+    if (line && line->key == "IZONE") first = read;
+    if (line && line->key == "NPOIN") read += text.whole(line->value, kMaxElements, "the number of points");
+    if (line) visit(*line, text, first);
+    if (!text.next_line()) break;
+  }
+}
+
 }  // namespace
 
 void scan_su2(std::string_view bytes, const std::string& name, const PointVisitor& visit) {
@@ -126,25 +141,6 @@ void scan_su2(std::string_view bytes, const std::string& name, const PointVisito
   }
   if (!has_points) throw InvalidInput(Place{name}, "has no points (NPOIN=); is it an SU2 mesh?");
 }
-
-namespace {
-
-// Calls visit(line, text, first) for each line with a key; `first`: the number of the zone's first point.
-template <class Visit>
-void visit_keys(std::string_view bytes, const std::string& name, const Visit& visit) {
-  TextCursor text(bytes, name, text_begin(bytes, name));
-  std::size_t first = 0;
-  std::size_t read = 0;
-  for (std::string_view word = next_line_word(text); !word.empty(); word = next_line_word(text)) {
-    const std::optional<KeyLine> line = key_line(bytes, text.word_begin());
-    if (line && line->key == "IZONE") first = read;
-    if (line && line->key == "NPOIN") read += text.whole(line->value, kMaxElements, "the number of points");
-    if (line) visit(*line, text, first);
-    if (!text.next_line()) break;
-  }
-}
-
-}  // namespace
 
 std::vector<Patch> su2_patches(std::string_view bytes, const std::string& name, std::size_t points) {
   std::vector<Patch> patches;

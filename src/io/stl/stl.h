@@ -1,15 +1,13 @@
-// What is in an STL file besides triangles.
+// STL (3D Systems, StereoLithography Interface Specification, 1989), text and binary: where a file has its parts, and
+// the triangles of a text file.
 #pragma once
 
 #include <array>
 #include <cstddef>
-#include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "io/formats.h"
-#include "io/numbers.h"
+#include "io/codec.h"
 #include "io/text.h"
 #include "knead/io.h"
 
@@ -21,33 +19,11 @@ struct Layout {
   std::size_t solids = 1;  // a text may have several
 };
 
-// STL (3D Systems, StereoLithography Interface Specification, 1989), text and binary: its row of the format table
-// (formats.h), and the triangles of a text file.
-
 // Binary where the count of triangles fits into the file, even if it begins with "solid"; else text if it does. A
 // binary file whose count is 0 or 2^32 - 1 has as many triangles as its length says, if they fill it.
 // Corners at equal positions become one vertex; every triangle becomes a face, also one without area. Attribute
 // "attribute" of faces: the 16 bits after each triangle of a binary file, if any are not 0.
-ShapeFile parse(std::string bytes, const std::string& name);
-
-// The normal of a triangle with a moved corner becomes that of the new triangle, of unit length and on the side where
-// it was; zero for a triangle without area. A zero normal stays zero. Rounds positions in a binary file to floats;
-// throws InvalidInput for one that does not fit. Ignores `normals`.
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options);
-
-// A new binary file of the triangles of triangulate(). Throws InvalidInput for a mesh without faces and for a
-// coordinate that does not fit in a float.
-std::string generate(const Mesh& mesh, const WriteOptions& options);
-std::vector<std::string> losses(const Mesh& mesh);
-std::vector<std::string> source_losses(const ShapeFile& source);
-std::string remeshed(const NewMesh& shape, const WriteOptions& options);
-std::vector<std::string> remesh_losses(const ShapeFile& source);
-void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
-bool stores_floats(const ShapeFile& source);
-
-// The normal of a triangle, of unit length; zero for one without area.
-Vec3d facet_normal(const Vec3d& a, const Vec3d& b, const Vec3d& c);
+void read(ShapeFile& shape, const std::string& name);
 
 // Where a binary file has its parts, in bytes.
 inline constexpr std::size_t kHeaderBytes = 80;  // then the count of triangles in 32 bits

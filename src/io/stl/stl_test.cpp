@@ -1,3 +1,4 @@
+// Reading and writing STL.
 #include "io/stl/stl.h"
 
 #include <fmt/format.h>
@@ -9,7 +10,7 @@
 #include <limits>
 #include <random>
 
-#include "io/formats.h"
+#include "io/codec.h"
 #include "io/mesh_builder.h"
 #include "knead/error.h"
 #include "knead/io.h"
@@ -178,10 +179,10 @@ TEST(Stl, PositionsThatAFloatCannotHoldAreRefused) {
 
 TEST(Stl, SaysWhatIsLost) {
   Mesh mesh = square();
-  EXPECT_EQ(text_of(io_detail::stl::losses(mesh)), "1 polygon is cut into triangles\n");
+  EXPECT_EQ(text_of(io_detail::stl_codec.losses(mesh)), "1 polygon is cut into triangles\n");
   mesh.positions.push_back({0.1, 0, 0});
   mesh.attributes.push_back({"uv", Domain::vertex, NumberType::float32, 2, std::vector<double>(10, 0.5)});
-  EXPECT_EQ(text_of(io_detail::stl::losses(mesh)),
+  EXPECT_EQ(text_of(io_detail::stl_codec.losses(mesh)),
             "1 polygon is cut into triangles\n1 vertex in no face is left out\ncoordinates are rounded to floats\n"
             "STL cannot hold 'uv'\n");
 }

@@ -1,0 +1,337 @@
+// Writing a PLY file back: the source's bytes with some numbers replaced.
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <optional>
+
+#include "io/codec.h"
+#include "io/mesh_builder.h"
+#include "io/numbers.h"
+#include "io/ply/ply.h"
+#include "io/text.h"
+#include "knead/error.h"
+#include "math/system.h"
+
+namespace knead::io_detail::ply {
+namespace {
+
+// What a vertex property means to the rewriter.
+enum class Role { none, position, normal };
+
+struct NewColumn {
+  Role role = Role::none;
+  std::size_t axis = 0;
+  StoredType type = StoredType::float32;  // that it is written with
+  bool widened = false;                   // another type than in the source
+};
+
+class Rewriter {
+ public:
+  Rewriter(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+           const WriteOptions& options)
+      : source_(source),
+        layout_(layout_of<Layout>(source)),
+        element_(layout_.elements[layout_.vertex_element]),
+        ascii_(layout_.encoding == Encoding::ascii),
+        swapped_(is_swapped(layout_.encoding)),
+        old_normals_(source.mesh.find_attribute("normal")),
+        old_positions_(source.mesh.positions),
+        positions_(positions),
+        normals_(normals),
+        decimals_(options.decimals) {
+    if (!layout_.unplaced.empty()) take_rows();
+    for (const Property& property : element_.properties)
+      columns_.push_back(column_for(property, options.double_coordinates));
+    for (const Property& property : element_.properties) {
+      if (property.is_list) {
+        stride_ = 0;
+        break;
+      }
+      stride_ += size_of(property.type);
+    }
+  }
+
+  // Calls visit with the words of a text.
+  void visit_coordinates(const WordVisitor& visit) {
+    bytes_ = source_.all();
+    std::size_t position = layout_.vertex_begin;
+    for (std::size_t i = 0; i < positions_.size(); ++i) {
+      for (std::size_t p = 0; p < columns_.size(); ++p) {
+        if (element_.properties[p].is_list) {
+          position = skip_list(position, element_.properties[p]);
+          continue;
+        }
+        const std::size_t begin = token_begin(position);
+        position = token_end(bytes_, begin);
+        if (columns_[p].role != Role::position) continue;
+        visit(bytes_.substr(begin, position - begin));
+      }
+      position = row_end(position);
+    }
+  }
+
+  // Passes the bytes to `out`. Throws InvalidInput before the first of them only.
+  void run(const ByteSink& out) {
+    if (!widened_ && !ascii_ && stride_ > 0) return patch(out);
+    bytes_ = source_.all();
+    reserve_large(result_, bytes_.size() + (widened_ ? positions_.size() * 12 + 64 : 64));
+    for (std::size_t p = 0; p < columns_.size(); ++p) {
+      if (columns_[p].widened) rewrite_type(element_.properties[p]);
+    }
+    std::size_t position = layout_.vertex_begin;
+    for (std::size_t i = 0; i < positions_.size(); ++i) position = rewrite_row(i, position);
+    copy_until(bytes_.size());
+    out(result_);
+  }
+
+ private:
+  NewColumn column_for(const Property& property, bool as_doubles) {
+    NewColumn column;
+    column.type = property.type;
+    if (property.is_list) return column;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (property.name == std::string_view("xyz").substr(axis, 1)) column.role = Role::position;
+      if (!normals_.empty() && property.name == std::array{"nx", "ny", "nz"}[axis]) column.role = Role::normal;
+      if (column.role == Role::none) continue;
+      column.axis = axis;
+      break;
+    }
+    const bool narrow = is_integer(property.type) || (as_doubles && property.type == StoredType::float32);
+    column.widened = column.role == Role::position && narrow;
+    if (column.widened) column.type = StoredType::float64;
+    widened_ = widened_ || column.widened;
+    return column;
+  }
+
+  // From now on, values are those of the file's rows; rows without a place have the same before and after.
+  void take_rows() {
+    const auto expand = [&](std::span<const Vec3d> values, std::vector<Vec3d>& rows) {
+      rows = by_row(values, layout_.unplaced);
+      return std::span<const Vec3d>(rows);
+    };
+    old_positions_ = expand(old_positions_, expanded_[0]);
+    positions_ = expand(positions_, expanded_[1]);
+    if (!normals_.empty()) normals_ = expand(normals_, expanded_[2]);
+    next_unplaced_ = layout_.unplaced.begin();
+  }
+
+  Vec3d old_normal(std::size_t i) const {
+    const auto& unplaced = layout_.unplaced;
+    const auto next = std::lower_bound(unplaced.begin(), unplaced.end(), i);
+    if (next != unplaced.end() && *next == i) return {};
+    const double* n = old_normals_->values.data() + 3 * (i - static_cast<std::size_t>(next - unplaced.begin()));
+    return {n[0], n[1], n[2]};
+  }
+
+  bool is_changed(std::size_t i) const {
+    return !(positions_[i] == old_positions_[i]) || (!normals_.empty() && !(normals_[i] == old_normal(i)));
+  }
+
+  void copy_until(std::size_t end) {
+    result_.append(bytes_, copied_, end - copied_);
+    copied_ = end;
+  }
+
+  void rewrite_type(const Property& property) {
+    copy_until(property.type_begin);
+    const bool sized = std::isdigit(static_cast<unsigned char>(bytes_[property.type_end - 1])) != 0;
+    result_ += sized ? "float64" : "double";
+    copied_ = property.type_end;
+  }
+
+  // Binary rows of equal length whose numbers keep their type: the source's bytes with numbers replaced in place.
+  void patch(const ByteSink& out) {
+    check_ranges();
+    source_.copy(0, layout_.vertex_begin, out);
+    const std::size_t most = std::max<std::size_t>(1, (std::size_t{1} << 18) / stride_);  // that the cache holds
+    for (std::size_t first = 0; first < positions_.size(); first += most) {
+      const Rows rows{first, std::min(first + most, positions_.size())};
+      const std::string_view piece =
+          source_.piece(layout_.vertex_begin + rows.first * stride_, (rows.last - rows.first) * stride_);
+      result_.assign(piece);
+      patch_rows(rows);
+      out(result_);
+    }
+    source_.copy(layout_.vertex_begin + positions_.size() * stride_, source_.size(), out);
+  }
+
+  struct Rows {
+    std::size_t first;
+    std::size_t last;  // not among them
+  };
+
+  // Where `result_` holds these rows.
+  void patch_rows(Rows rows) {
+    char* to = result_.data();
+    for (const NewColumn& column : columns_) {
+      if (column.role == Role::position) {
+        patch_column(to, column, rows, positions_, [&](std::size_t i) { return old_positions_[i][column.axis]; });
+      } else if (column.role == Role::normal) {
+        patch_column(to, column, rows, normals_, [&](std::size_t i) { return old_normal(i)[column.axis]; });
+      }
+      to += size_of(column.type);
+    }
+  }
+
+  template <class OldValue>
+  void patch_column(char* to, const NewColumn& column, Rows rows, std::span<const Vec3d> values,
+                    OldValue old_value_of) const {
+    visit_type(column.type, [&](auto number) {
+      for (std::size_t i = rows.first; i < rows.last; ++i) {
+        const double new_value = values[i][column.axis];
+        if (new_value == old_value_of(i)) continue;
+        number = static_cast<decltype(number)>(new_value);
+        if (swapped_) number = swap_bytes(number);
+        std::memcpy(to + (i - rows.first) * stride_, &number, sizeof number);
+      }
+    });
+  }
+
+  // Checks the range of all coordinates that change.
+  void check_ranges() const {
+    const bool fit = std::all_of(positions_.begin(), positions_.end(), fits_floats);
+    for (std::size_t i = 0; i < positions_.size() && !fit; ++i) {
+      for (const NewColumn& column : columns_) {
+        if (column.role == Role::position && value(i, column) != old_value(i, column)) check_range(i, column);
+      }
+    }
+  }
+
+  double value(std::size_t i, const NewColumn& column) const {
+    return (column.role == Role::position ? positions_ : normals_)[i][column.axis];
+  }
+
+  double old_value(std::size_t i, const NewColumn& column) const {
+    return column.role == Role::position ? old_positions_[i][column.axis] : old_normal(i)[column.axis];
+  }
+
+  void check_range(std::size_t i, const NewColumn& column) const {
+    if (column.type != StoredType::float32 || fits_float(value(i, column))) return;
+    throw InvalidInput("vertex " + std::to_string(i) +
+                       " has moved to coordinates beyond the range of float; use double precision");
+  }
+
+  // Returns the byte after the row.
+  std::size_t rewrite_row(std::size_t i, std::size_t position) {
+    const bool unplaced = !layout_.unplaced.empty() && next_unplaced_ != layout_.unplaced.end() && *next_unplaced_ == i;
+    if (unplaced) ++next_unplaced_;
+    const bool changed = !unplaced && (widened_ || is_changed(i));
+    for (std::size_t p = 0; p < columns_.size(); ++p) {
+      const Property& property = element_.properties[p];
+      if (property.is_list) {
+        position = skip_list(position, property);
+        continue;
+      }
+      if (ascii_) position = token_begin(position);
+      const std::size_t end = ascii_ ? token_end(bytes_, position) : position + size_of(property.type);
+      if (changed && columns_[p].role != Role::none) rewrite_number(i, columns_[p], position, end);
+      if (unplaced && columns_[p].widened && !ascii_) widen_number(property.type, position, end);
+      position = end;
+    }
+    return row_end(position);
+  }
+
+  // After the numbers that the header does not declare.
+  std::size_t row_end(std::size_t position) const {
+    while (layout_.surplus && position < bytes_.size() && !is_line_end(bytes_[position])) ++position;
+    return position;
+  }
+
+  // The same number as a double, be it finite or not.
+  void widen_number(StoredType type, std::size_t begin, std::size_t end) {
+    copy_until(begin);
+    append_binary(result_, StoredType::float64, read_binary(bytes_.data() + begin, type, swapped_), swapped_);
+    copied_ = end;
+  }
+
+  void rewrite_number(std::size_t i, const NewColumn& column, std::size_t begin, std::size_t end) {
+    const double number = value(i, column);
+    if (number == old_value(i, column) && (!column.widened || (ascii_ && reads_as(begin, end, number)))) return;
+    check_range(i, column);
+    const bool rounds_back =
+        column.type == StoredType::float32 && static_cast<float>(number) == static_cast<float>(old_value(i, column));
+    if (rounds_back) return;  // what is there keeps its spelling
+    const auto decimals = column.role == Role::position ? decimals_ : direction_decimals(decimals_);
+    if (!ascii_ || !decimals) {
+      copy_until(begin);
+      append_number(column.type, number);
+      copied_ = end;
+      return;
+    }
+    number_text_.clear();
+    append_decimals(number_text_, number, decimals);
+    double rounded = 0;
+    parse_real(number_text_, rounded);
+    if (reads_as(begin, end, rounded)) return;
+    copy_until(begin);
+    result_ += number_text_;
+    copied_ = end;
+  }
+
+  bool reads_as(std::size_t begin, std::size_t end, double number) const {
+    double read = 0;
+    return parse_real(bytes_.substr(begin, end - begin), read) == ParseResult::ok && read == number;
+  }
+
+  void append_number(StoredType type, double number) {
+    if (!ascii_) {
+      append_binary(result_, type, number, swapped_);
+    } else if (type == StoredType::float32) {
+      append_real(result_, static_cast<float>(number));
+    } else {
+      append_real(result_, number);
+    }
+  }
+
+  std::size_t token_begin(std::size_t position) const {
+    while (is_blank(bytes_[position]) || is_line_end(bytes_[position])) ++position;
+    return position;
+  }
+
+  std::size_t skip_list(std::size_t position, const Property& property) const {
+    if (!ascii_) {
+      const double items = read_binary(bytes_.data() + position, property.count_type, swapped_);
+      return position + size_of(property.count_type) + static_cast<std::size_t>(items) * size_of(property.type);
+    }
+    position = token_begin(position);
+    std::size_t end = token_end(bytes_, position);
+    double items = 0;
+    parse_real(bytes_.substr(position, end - position), items);  // read before: well formed
+    for (; items > 0; --items) end = token_end(bytes_, token_begin(end));
+    return end;
+  }
+
+  SourceBytes source_;
+  std::string_view bytes_;  // all, unless rows are patched
+  const Layout& layout_;
+  const Element& element_;
+  bool ascii_;
+  bool swapped_;
+  const Attribute* old_normals_;
+  std::array<std::vector<Vec3d>, 3> expanded_;
+  std::vector<std::uint32_t>::const_iterator next_unplaced_;
+  std::span<const Vec3d> old_positions_;
+  std::span<const Vec3d> positions_;
+  std::span<const Vec3d> normals_;
+  std::optional<int> decimals_;
+  std::string number_text_;
+  std::vector<NewColumn> columns_;
+  bool widened_ = false;
+  std::size_t stride_ = 0;  // bytes of a row; 0: rows have lists
+  std::string result_;
+  std::size_t copied_ = 0;
+};
+
+}  // namespace
+
+void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+             const WriteOptions& options, const ByteSink& out) {
+  Rewriter(source, positions, normals, options).run(out);
+}
+
+void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
+  const bool is_text = layout_of<Layout>(source).encoding == Encoding::ascii;
+  if (is_text) Rewriter(source, source.mesh.positions, {}, {}).visit_coordinates(visit);
+}
+
+}  // namespace knead::io_detail::ply
