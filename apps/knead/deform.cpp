@@ -45,6 +45,8 @@ void write_frame(const std::string& path, const StreamFormat& format, const Inpu
   } else {
     const std::vector<Vec3d> normals = shape.normals();
     options.normals = normals;
+    const std::vector<Attribute> splats = shape.splats();
+    options.attributes = splats;
     if (!inputs.quiet && shape.put_back() > kToldDistance * shape_box(source.mesh).diagonal()) {
       print_message(fmt::format("note: {}: points were put back onto walls by up to {:.2g}", path, shape.put_back()));
     }

@@ -156,6 +156,8 @@ class Stream {
     for (std::size_t i = 0; i < positions.size(); ++i) moved_ += positions[i] != piece.mesh.positions[i] ? 1 : 0;
     const std::vector<Vec3d> normals = result.shape.normals();
     options.normals = normals;
+    const std::vector<Attribute> splats = result.shape.splats();
+    options.attributes = splats;
     output_->write(cloud_.rows(piece, positions, options));
   }
 

@@ -85,6 +85,9 @@ struct WriteOptions {
   bool double_coordinates = false;
   // The new normals of a shape without faces (DeformedShape::normals), one per vertex; empty: they stay as they are.
   std::span<const Vec3d> normals{};
+  // Vertex attributes of one component with other values than the source's of the same names (DeformedShape::splats).
+  // PLY files get them; other formats keep theirs.
+  std::span<const Attribute> attributes{};
   // The digits after the point of coordinates that differ, in text files: 0 to 17. A coordinate that rounds to the old
   // one keeps its spelling; components of normals have at least six digits. Empty: the shortest form that reads back as
   // the same number.

@@ -106,6 +106,11 @@ void check_decimals(const WriteOptions& options) {
 void check(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options) {
   check_positions(source, positions);
   check_decimals(options);
+  for (const Attribute& attribute : options.attributes) {
+    if (attribute.values.size() != positions.size()) {
+      throw InvalidInput("the attribute \"" + attribute.name + "\" has other than one value for each vertex");
+    }
+  }
   if (options.normals.empty() || options.normals.size() == positions.size()) return;
   throw InvalidInput(std::to_string(options.normals.size()) + " normals for " + std::to_string(positions.size()) +
                      " vertices; give one for each, or none");
@@ -160,7 +165,9 @@ std::string spacing_note(const Mesh& mesh) {
 // Adds what a user of the shape should know about what it is.
 void add_notes(const Mesh& mesh, std::vector<std::string>& notes) {
   if (mesh.find_attribute("rot_0") != nullptr && mesh.find_attribute("scale_0") != nullptr) {
-    notes.emplace_back("the turns and sizes of splats (rot_*, scale_*) stay as they are; only their places move");
+    notes.emplace_back(
+        "splats: knead deform changes their sizes, turns and colours with their places; with --also, and in other "
+        "programs of Knead, only their places move");
   }
   if (std::string note = stray_note(mesh); !note.empty()) notes.push_back(std::move(note));
 }

@@ -192,6 +192,39 @@ TEST(Splats, WhatIsShiftedOnlyKeepsEveryBit) {
   EXPECT_EQ(after.attributes, before.attributes);
 }
 
+// Several strokes, with a mask and frames: the flows of all strokes one after the other.
+TEST(Splats, AReplayChangesThemAsItsFlowDoes) {
+  const Mesh before = random_splats(500, 9);
+  const Session session = parse_session(
+      R"({"knead": 1}
+{"tool": "rotate", "center": [0, 0, 0.5], "axis": [0, 0, 1], "angle_deg": 80, "inner": 0.2, "outer": 0.9}
+{"mask": {"points": [[0.5, 0, 0]], "width": 0.3}}
+{"tool": "implicit", "path": [[0, 0, 0], [0.4, 0, 0], [0.4, 0.3, 0]], "inner": 0.2, "outer": 0.8}
+)",
+      "s.knead");
+  ReplayOptions options;
+  options.motion.relative_tolerance = 1e-9;
+  options.motion.precision = Precision::float64;
+  options.frames.count = 3;
+  std::vector<std::vector<Attribute>> frames;
+  options.frames.deliver = [&](const ReplayFrame& frame) { frames.push_back(frame.shape.splats()); };
+  const ReplayResult result = replay(borrow(before), session, options);
+  const AdvectOptions exact{.tolerance = 1e-10, .precision = Precision::float64};
+  const std::vector<Mat3d> all = jacobians(flow_of(session), before.positions, exact);
+  const std::vector<Attribute> expected = deformed_splats(before, all);
+  const std::vector<Attribute> found = result.shape.splats();
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t a = 0; a < found.size(); ++a) {
+    for (std::size_t i = 0; i < before.vertex_count(); ++i) {
+      EXPECT_NEAR(found[a].values[i], expected[a].values[i], 1e-5) << found[a].name;
+    }
+  }
+  ASSERT_EQ(frames.size(), 3U);
+  EXPECT_EQ(frames[2], found);
+  EXPECT_NE(frames[1], found);
+  EXPECT_EQ(frames[0][0], *before.find_attribute("scale_0"));
+}
+
 TEST(Splats, TheSameBitsForEveryNumberOfThreads) {
   Mesh one = random_splats(10'000, 9);
   Mesh three = one;

@@ -16,11 +16,13 @@ namespace knead::io_detail::ply {
 namespace {
 
 // What a vertex property means to the rewriter.
-enum class Role { none, position, normal };
+enum class Role { none, position, normal, value };
 
 struct NewColumn {
   Role role = Role::none;
   std::size_t axis = 0;
+  const std::vector<double>* before = nullptr;  // of a value
+  const std::vector<double>* after = nullptr;
   StoredType type = StoredType::float32;  // that it is written with
   bool widened = false;                   // another type than in the source
 };
@@ -34,14 +36,17 @@ class Rewriter {
         element_(layout_.elements[layout_.vertex_element]),
         ascii_(layout_.encoding == Encoding::ascii),
         swapped_(is_swapped(layout_.encoding)),
+        source_mesh_(source.mesh),
         old_normals_(source.mesh.find_attribute("normal")),
         old_positions_(source.mesh.positions),
         positions_(positions),
         normals_(normals),
         decimals_(options.decimals) {
     if (!layout_.unplaced.empty()) take_rows();
-    for (const Property& property : element_.properties)
+    for (const Property& property : element_.properties) {
       columns_.push_back(column_for(property, options.double_coordinates));
+      find_values(property, options.attributes, columns_.back());
+    }
     for (const Property& property : element_.properties) {
       if (property.is_list) {
         stride_ = 0;
@@ -103,6 +108,17 @@ class Rewriter {
     return column;
   }
 
+  // A property that another attribute replaces gets its values.
+  void find_values(const Property& property, std::span<const Attribute> attributes, NewColumn& column) {
+    const auto is_it = [&](const Attribute& attribute) { return attribute.name == property.name; };
+    const auto after = std::find_if(attributes.begin(), attributes.end(), is_it);
+    if (property.is_list || column.role != Role::none || after == attributes.end()) return;
+    column.before = &source_mesh_.find_attribute(property.name)->values;
+    column.after = &after->values;
+    column.role = Role::value;
+    has_values_ = true;
+  }
+
   // From now on, values are those of the file's rows; rows without a place have the same before and after.
   void take_rows() {
     const auto expand = [&](std::span<const Vec3d> values, std::vector<Vec3d>& rows) {
@@ -124,7 +140,8 @@ class Rewriter {
   }
 
   bool is_changed(std::size_t i) const {
-    return !(positions_[i] == old_positions_[i]) || (!normals_.empty() && !(normals_[i] == old_normal(i)));
+    return has_values_ || !(positions_[i] == old_positions_[i]) ||
+           (!normals_.empty() && !(normals_[i] == old_normal(i)));
   }
 
   void copy_until(std::size_t end) {
@@ -165,20 +182,23 @@ class Rewriter {
     char* to = result_.data();
     for (const NewColumn& column : columns_) {
       if (column.role == Role::position) {
-        patch_column(to, column, rows, positions_, [&](std::size_t i) { return old_positions_[i][column.axis]; });
-      } else if (column.role == Role::normal) {
-        patch_column(to, column, rows, normals_, [&](std::size_t i) { return old_normal(i)[column.axis]; });
+        patch_column(
+            to, column, rows, [&](std::size_t i) { return positions_[i][column.axis]; },
+            [&](std::size_t i) { return old_positions_[i][column.axis]; });
+      } else if (column.role != Role::none) {
+        patch_column(
+            to, column, rows, [&](std::size_t i) { return value(i, column); },
+            [&](std::size_t i) { return old_value(i, column); });
       }
       to += size_of(column.type);
     }
   }
 
-  template <class OldValue>
-  void patch_column(char* to, const NewColumn& column, Rows rows, std::span<const Vec3d> values,
-                    OldValue old_value_of) const {
+  template <class Value, class OldValue>
+  void patch_column(char* to, const NewColumn& column, Rows rows, Value value_of, OldValue old_value_of) const {
     visit_type(column.type, [&](auto number) {
       for (std::size_t i = rows.first; i < rows.last; ++i) {
-        const double new_value = values[i][column.axis];
+        const double new_value = value_of(i);
         if (new_value == old_value_of(i)) continue;
         number = static_cast<decltype(number)>(new_value);
         if (swapped_) number = swap_bytes(number);
@@ -197,11 +217,19 @@ class Rewriter {
     }
   }
 
+  // The place of a row among the mesh's vertices: rows without a place are not among them.
+  std::size_t vertex_of(std::size_t i) const {
+    const auto& unplaced = layout_.unplaced;
+    return i - static_cast<std::size_t>(std::lower_bound(unplaced.begin(), unplaced.end(), i) - unplaced.begin());
+  }
+
   double value(std::size_t i, const NewColumn& column) const {
+    if (column.role == Role::value) return (*column.after)[vertex_of(i)];
     return (column.role == Role::position ? positions_ : normals_)[i][column.axis];
   }
 
   double old_value(std::size_t i, const NewColumn& column) const {
+    if (column.role == Role::value) return (*column.before)[vertex_of(i)];
     return column.role == Role::position ? old_positions_[i][column.axis] : old_normal(i)[column.axis];
   }
 
@@ -251,7 +279,9 @@ class Rewriter {
     const bool rounds_back =
         column.type == StoredType::float32 && static_cast<float>(number) == static_cast<float>(old_value(i, column));
     if (rounds_back) return;  // what is there keeps its spelling
-    const auto decimals = column.role == Role::position ? decimals_ : direction_decimals(decimals_);
+    const auto decimals = column.role == Role::position ? decimals_
+                          : column.role == Role::normal ? direction_decimals(decimals_)
+                                                        : std::nullopt;
     if (!ascii_ || !decimals) {
       copy_until(begin);
       append_number(column.type, number);
@@ -307,6 +337,7 @@ class Rewriter {
   const Element& element_;
   bool ascii_;
   bool swapped_;
+  const Mesh& source_mesh_;
   const Attribute* old_normals_;
   std::array<std::vector<Vec3d>, 3> expanded_;
   std::vector<std::uint32_t>::const_iterator next_unplaced_;
@@ -317,7 +348,8 @@ class Rewriter {
   std::string number_text_;
   std::vector<NewColumn> columns_;
   bool widened_ = false;
-  std::size_t stride_ = 0;  // bytes of a row; 0: rows have lists
+  bool has_values_ = false;  // of attributes
+  std::size_t stride_ = 0;   // bytes of a row; 0: rows have lists
   std::string result_;
   std::size_t copied_ = 0;
 };

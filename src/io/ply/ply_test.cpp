@@ -288,7 +288,7 @@ TEST(Ply, PositionsThatAFloatCannotHoldAreRefused) {
   EXPECT_THROW(serialize_shape("ply", shape, positions), InvalidInput);
 }
 
-TEST(Ply, TurnsAndSizesOfSplatsStayAndANoteSaysSo) {
+TEST(Ply, SplatsGetOtherSizesAndTurnsInPlace) {
   const auto splats = [](const std::string& turn) {
     return "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
            "property float scale_0\nproperty float " +
@@ -297,7 +297,7 @@ TEST(Ply, TurnsAndSizesOfSplatsStayAndANoteSaysSo) {
   const ShapeFile shape = parse_shape(splats("rot_0"), "ply", "s.ply");
   const auto says_so = [](const ShapeFile& read) {
     return std::any_of(read.notes.begin(), read.notes.end(), [](const std::string& note) {
-      return note.find("of splats (rot_*, scale_*) stay as they are") != std::string::npos;
+      return note.starts_with("splats: knead deform changes their sizes");
     });
   };
   EXPECT_TRUE(says_so(shape));
@@ -308,6 +308,19 @@ TEST(Ply, TurnsAndSizesOfSplatsStayAndANoteSaysSo) {
   for (const char* name : {"scale_0", "rot_0"}) {
     EXPECT_EQ(written.mesh.find_attribute(name)->values, shape.mesh.find_attribute(name)->values) << name;
   }
+  const std::vector<Attribute> other{{"rot_0", Domain::vertex, NumberType::float32, 1, {0.25, 0.125}}};
+  const std::string bytes = serialize_shape("ply", shape, moved, {.attributes = other});
+  std::string expected = splats("rot_0");
+  expected.replace(expected.find("0 0 0 0.5 0.25"), std::string::npos, "0 2 0 0.5 0.25\n1 2 0 0.75 0.125\n");
+  EXPECT_EQ(bytes, expected);
+  // In binary, where only these numbers change.
+  Mesh mesh = shape.mesh;
+  const ShapeFile binary = parse_shape(serialize_mesh("ply", mesh), "ply", "b.ply");
+  mesh.positions = moved;
+  mesh.attributes.back() = other[0];
+  EXPECT_EQ(serialize_shape("ply", binary, moved, {.attributes = other}), serialize_mesh("ply", mesh));
+  const std::vector<Attribute> short_one{{"rot_0", Domain::vertex, NumberType::float32, 1, {1}}};
+  EXPECT_THROW(serialize_shape("ply", shape, moved, {.attributes = short_one}), InvalidInput);
 }
 
 }  // namespace
