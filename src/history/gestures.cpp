@@ -44,8 +44,6 @@ struct Chain {
 
 using Strokes = std::span<const SessionStroke>;
 
-bool is_path(const Stroke& stroke) { return path_of(stroke) != nullptr; }
-
 // Returns the stroke that extends a chain; nothing if its path has no length. It begins with a piece without length,
 // which distinguishes it from strokes that a person drew.
 std::optional<Stroke> extension_of(Strokes strokes, const std::vector<std::size_t>& chain) {
