@@ -2,19 +2,35 @@
 // parser, the help, completions and manual pages are made.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
 namespace knead::command {
 
+// An enum whose values are 0, 1, ... in the order of the words.
+struct WordTarget {
+  std::vector<std::string> words;
+  std::size_t chosen = 0;  // before parsing
+  std::function<void(std::size_t)> choose;
+};
+
+template <class E>
+WordTarget word_target(E& target, std::vector<std::string> words) {
+  return {std::move(words), static_cast<std::size_t>(target),
+          [&target](std::size_t chosen) { target = static_cast<E>(chosen); }};
+}
+
 // Where the value of an option goes. An std::optional stays empty if the option is not given.
-using OptionTarget = std::variant<bool*, double*, std::string*, std::vector<std::string>*, std::optional<int>*,
-                                  std::optional<double>*, std::optional<std::size_t>*, std::optional<std::string>*>;
+using OptionTarget =
+    std::variant<bool*, int*, double*, std::string*, std::vector<std::string>*, std::optional<int>*,
+                 std::optional<double>*, std::optional<std::size_t>*, std::optional<std::string>*, WordTarget>;
 
 enum class OptionKind {
   optional,
@@ -28,8 +44,17 @@ struct Option {
   std::string help;
   std::string value_name = {};  // stands for the value in the help, e.g. "FILE"
   OptionKind kind = OptionKind::optional;
-  std::vector<std::string> choices = {};  // empty: every value is accepted
+  // Of a number: which ones are accepted, and what is said to others, as "give 0 to 100". Empty: all are.
+  std::function<bool(double)> accepts = {};
+  std::string advice = {};
 };
+
+// Which numbers an option accepts.
+inline bool is_above_zero(double number) { return number > 0 && std::isfinite(number); }
+inline bool is_not_negative(double number) { return number >= 0 && std::isfinite(number); }
+inline auto from_to(double least, double most) {
+  return [=](double number) { return number >= least && number <= most; };
+}
 
 // A subcommand and what it does once its options are parsed. run throws UsageError, QualityError, Interrupted, or what
 // the library throws.
@@ -41,15 +66,13 @@ struct Subcommand {
   std::function<void()> run;
 };
 
-// Returns the number of threads, 0 for all. Throws UsageError for a number that is none or too large.
-int threads_of(const std::optional<int>& threads);
-
 // The options that nearly every subcommand has.
 struct CommonOptions {
   bool quiet = false;
   bool json = false;
 };
 void add_common_options(std::vector<Option>& options, CommonOptions& common);
+void add_threads_option(std::vector<Option>& options, int& threads);  // 0: all
 
 // --- the subcommands of `knead`
 

@@ -2,6 +2,7 @@
 // `knead-bench` share it.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
@@ -10,7 +11,6 @@
 #include <new>
 #include <optional>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -27,21 +27,49 @@ namespace {
 
 void add_examples(CLI::App& app, const std::string& examples) { app.footer("Examples:\n" + examples); }
 
-CLI::Option* add_option(CLI::App& app, const Option& option) {
-  return std::visit(
-      [&](auto* target) {
-        if constexpr (std::is_same_v<decltype(target), bool*>) {
-          return app.add_flag(option.name, *target, option.help);
-        } else {
-          CLI::Option* const added = app.add_option(option.name, *target, option.help);
-          // One value each time that an option of several is given: what follows may be an argument.
-          if constexpr (std::is_same_v<decltype(target), std::vector<std::string>*>) {
-            if (option.name.starts_with('-')) added->allow_extra_args(false);
-          }
-          return added;
-        }
-      },
-      option.target);
+// "--vertices" of "-n,--vertices".
+std::string long_name(const Option& option) { return option.name.substr(option.name.rfind(',') + 1); }
+
+// "first, each or none"
+std::string listed(const std::vector<std::string>& words) {
+  return fmt::format("{} or {}", fmt::join(words.begin(), words.end() - 1, ", "), words.back());
+}
+
+// Adds an option, and its value before parsing to the help.
+struct AddOption {
+  CLI::App& app;
+  const Option& option;
+
+  CLI::Option* operator()(bool* target) const { return app.add_flag(option.name, *target, option.help); }
+  // One value each time that an option of several is given: what follows may be an argument.
+  CLI::Option* operator()(std::vector<std::string>* target) const {
+    CLI::Option* const added = app.add_option(option.name, *target, option.help);
+    return option.name.starts_with('-') ? added->allow_extra_args(false) : added;
+  }
+  CLI::Option* operator()(const WordTarget& target) const {
+    const auto choose = [target, name = long_name(option)](const std::string& word) {
+      const auto found = std::ranges::find(target.words, word);
+      if (found == target.words.end()) throw UsageError(fmt::format("{} {}: say {}", name, word, listed(target.words)));
+      target.choose(static_cast<std::size_t>(found - target.words.begin()));
+    };
+    CLI::Option* const added = app.add_option_function<std::string>(option.name, choose, option.help);
+    return option.kind == OptionKind::with_default ? added->default_str(target.words[target.chosen]) : added;
+  }
+  template <class T>
+  CLI::Option* operator()(T* target) const {
+    CLI::Option* const added = app.add_option(option.name, *target, option.help);
+    return option.kind == OptionKind::with_default ? added->capture_default_str() : added;
+  }
+};
+
+// Throws UsageError for a number that the option does not accept; what is no number is left to the parser.
+CLI::Validator only_accepted(const Option& option) {
+  const auto check = [option](const std::string& text) {
+    double number = 0;
+    if (!CLI::detail::lexical_cast(text, number) || option.accepts(number)) return std::string();
+    throw UsageError(fmt::format("{} {}: {}", long_name(option), text, option.advice));
+  };
+  return {check, ""};
 }
 
 // What an option or argument without a value, as in --until '', is refused with.
@@ -55,15 +83,12 @@ CLI::Validator not_empty() {
 void add_subcommand(CLI::App& parent, const Subcommand& subcommand) {
   CLI::App& app = *parent.add_subcommand(subcommand.name, subcommand.help);
   for (const Option& option : subcommand.options) {
-    CLI::Option& added = *add_option(app, option);
+    CLI::Option& added = *std::visit(AddOption{app, option}, option.target);
     if (option.kind == OptionKind::required) added.required();
-    if (option.kind == OptionKind::with_default) added.capture_default_str();
-    if (!option.choices.empty()) {
-      added.check(CLI::IsMember(option.choices));
-    } else if (!std::holds_alternative<bool*>(option.target)) {
-      added.type_name(option.value_name);
-      added.check(not_empty());
-    }
+    if (std::holds_alternative<bool*>(option.target)) continue;
+    added.type_name(option.value_name);
+    if (option.accepts) added.check(only_accepted(option));
+    added.check(not_empty());
   }
   add_examples(app, subcommand.examples);
 }
@@ -168,11 +193,11 @@ void add_common_options(std::vector<Option>& options, CommonOptions& common) {
   options.push_back({"--json", &common.json, "Print the result as one JSON object on standard output"});
 }
 
-int threads_of(const std::optional<int>& threads) {
+void add_threads_option(std::vector<Option>& options, int& threads) {
   constexpr int most = 1024;  // as many as the largest machines have
-  if (!threads) return 0;
-  if (*threads >= 1 && *threads <= most) return *threads;
-  throw UsageError(fmt::format("--threads {}: give 1 to {}, or leave it out to use all", *threads, most));
+  options.push_back({"--threads", &threads, "Number of threads (default: all); does not change the result", "N",
+                     OptionKind::optional, from_to(1, most),
+                     fmt::format("give 1 to {}, or leave it out to use all", most)});
 }
 
 void check_backend(const std::string& name) {

@@ -27,7 +27,7 @@ constexpr double kToldDistance = 1e-9;  // of the diagonal: more than rounding
 WriteOptions write_options_for(const DeformOptions& options, const Digits& digits, const ShapeFile& shape,
                                const std::string& output) {
   WriteOptions result;
-  result.double_coordinates = options.precision == "double";
+  result.double_coordinates = options.precision == Precision::float64;
   const bool is_own = format_of(format_path(output, options.format)) == shape.format;
   const bool is_certified = options.check || options.require;  // of coordinates that are not rounded
   if (digits.kind == DigitsKind::given || (is_own && !is_certified)) {

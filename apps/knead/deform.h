@@ -41,7 +41,7 @@ void add_remesh_options(std::vector<Option>& options, RemeshFlags& flags);
 struct FrameFlags {
   std::optional<int> frames;
   std::optional<double> fps;
-  std::string ease = "linear";
+  Ease ease = Ease::linear;
   std::optional<int> hold;
 
   double frames_per_second() const { return fps.value_or(24); }
@@ -50,11 +50,8 @@ struct FrameFlags {
 // Appends --fps, --ease and --hold.
 void add_time_options(std::vector<Option>& options, FrameFlags& flags);
 
-// Throws UsageError for values out of range, and for a time without frames.
+// Throws UsageError for a time without frames.
 FrameOptions frame_options(const FrameFlags& flags);
-
-// Throws UsageError unless the frames per second, if given, are a number above 0.
-void check_fps(const FrameFlags& flags);
 
 // Returns whether a name is a pattern, or wants to be one.
 inline bool is_pattern(const std::string& name) { return name.find('%') != std::string::npos; }
@@ -80,10 +77,10 @@ struct DeformOptions {
   std::vector<std::string> also;  // further shapes; then `output` is a folder
   std::string output;
   double tolerance = 1e-5;
-  std::string integrator = "tsit5";
-  std::string precision = "float";
+  Integrator integrator = Integrator::tsitouras;
+  Precision precision = Precision::float32;
   std::string backend = "cpu";
-  std::optional<int> threads;
+  int threads = 0;  // 0: all
   bool inverse = false;
   bool keep_mesh = false;
   bool check = false;

@@ -164,8 +164,9 @@ class Batch {
     if (!is_large_) replay_.motion.threads = 1;
     replay_.progress = &progress_;
     replay_.strokes_warn = false;
-    made_with_ = fmt::format(KNEAD_VERSION " {} {} {} {} {} {}\n", options_.tolerance, options_.integrator,
-                             options_.precision, options_.inverse, options_.until.value_or(-1), options_.digits);
+    made_with_ = fmt::format(KNEAD_VERSION " {} {} {} {} {} {}\n", options_.tolerance,
+                             static_cast<int>(options_.integrator), static_cast<int>(options_.precision),
+                             options_.inverse, options_.until.value_or(-1), options_.digits);
     const RemeshFlags& remesh = options_.remesh;
     made_with_ +=
         fmt::format("{} {} {} {} {} {} {} {}\n", remesh.remesh, remesh.max_edge.value_or(-1),

@@ -15,21 +15,6 @@
 
 namespace knead::command {
 
-namespace {
-
-Integrator read_integrator(const std::string& name) {
-  if (const std::optional<Integrator> integrator = integrator_named(name)) return *integrator;
-  throw UsageError(fmt::format("--integrator {}: no such method; say tsit5 or rk4", name));
-}
-
-Precision precision_named(const std::string& name) {
-  if (name == "float") return Precision::float32;
-  if (name == "double") return Precision::float64;
-  throw UsageError(fmt::format("--precision {}: say float or double", name));
-}
-
-}  // namespace
-
 Digits digits_of(const DeformOptions& options) {
   if (options.digits == "auto") return {};
   if (options.digits == "shortest") return {DigitsKind::shortest, 0};
@@ -71,27 +56,18 @@ void check_until(const DeformOptions& options, const Session& session) {
 }
 
 ReplayOptions replay_options(const DeformOptions& options) {
-  if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
-    throw UsageError(fmt::format("--tolerance {}: give a number above 0, such as 1e-5", options.tolerance));
-  }
-  if (const double until = options.until.value_or(0); !(until >= 0) || !std::isfinite(until)) {
-    throw UsageError(fmt::format("--until {}: give a number of strokes, 0 or more", until));
-  }
   check_backend(options.backend);
   ReplayOptions replay;
   replay.motion.relative_tolerance = options.tolerance;
-  replay.motion.integrator = read_integrator(options.integrator);
-  replay.motion.precision = precision_named(options.precision);
-  replay.motion.threads = threads_of(options.threads);
+  replay.motion.integrator = options.integrator;
+  replay.motion.precision = options.precision;
+  replay.motion.threads = options.threads;
   if (options.inverse) replay.part.direction = Direction::backwards;
   replay.part.until = options.until;
   replay.must_follow = !options.keep_mesh;
   replay.frames = frame_options(options.frames);
   replay.remesh.settings = settings_of(options.remesh);
-  if (const std::optional<double> seconds = options.remesh.seconds) {
-    if (!(*seconds > 0)) throw UsageError(fmt::format("--remesh-seconds {}: give a number above 0", *seconds));
-    replay.remesh.seconds = *seconds;
-  }
+  if (options.remesh.seconds) replay.remesh.seconds = *options.remesh.seconds;
   return replay;
 }
 
@@ -112,7 +88,7 @@ std::vector<Option> describe_motion(DeformOptions& options) {
        "FILE"},
       {"--tolerance", &options.tolerance,
        "Position error of one path line over one segment, relative to the shape's box diagonal", "T",
-       OptionKind::with_default},
+       OptionKind::with_default, is_above_zero, "give a number above 0, such as 1e-5"},
       {"--digits", &options.digits,
        "Decimals of moved coordinates in text files: auto (the file's own, if the tolerance allows), shortest (of what "
        "reads back exactly), or a number",
@@ -121,13 +97,16 @@ std::vector<Option> describe_motion(DeformOptions& options) {
        "Take a point cloud through in pieces, for clouds larger than memory: binary PLY or XYZ, a session that reads "
        "no surface. By itself where the file is larger than half of the memory"},
       {"--piece-mb", &options.piece_mb, "Size of a piece of --stream in megabytes; does not change the result", "MB",
-       OptionKind::with_default},
-      {"--integrator", &options.integrator, "rk4 (the paper's) or tsit5 (tsitouras)", "NAME", OptionKind::with_default},
-      {"--precision", &options.precision, "float or double; double writes PLY coordinates as doubles", "NAME",
-       OptionKind::with_default},
+       OptionKind::with_default, from_to(0.001, 1e5), "give megabytes, from 0.001 to 100000"},
+      {"--integrator",
+       WordTarget{{"rk4", "tsit5", "runge-kutta", "tsitouras"},
+                  static_cast<std::size_t>(options.integrator),
+                  [&options](std::size_t word) { options.integrator = static_cast<Integrator>(word % 2); }},
+       "rk4 (the paper's) or tsit5 (tsitouras)", "NAME", OptionKind::with_default},
+      {"--precision", word_target(options.precision, {"float", "double"}),
+       "float or double; double writes PLY coordinates as doubles", "NAME", OptionKind::with_default},
       {"--backend", &options.backend, "cpu or gpu; without a GPU with OpenGL 4.3, gpu uses the CPU", "NAME",
        OptionKind::with_default},
-      {"--threads", &options.threads, "Number of threads (default: all); does not change the result", "N"},
       {"--inverse", &options.inverse, "Apply the session backwards, which restores a deformed shape"},
   };
 }
@@ -136,6 +115,7 @@ std::vector<Option> describe_motion(DeformOptions& options) {
 
 std::vector<Option> describe(DeformOptions& options) {
   std::vector<Option> result = describe_motion(options);
+  add_threads_option(result, options.threads);
   add_set_option(result, options.set);
   result.push_back({"--table", &options.table,
                     "A CSV file whose first line names parameters: one deformed shape for each further line, in the "
@@ -155,11 +135,12 @@ std::vector<Option> describe(DeformOptions& options) {
            "exit with code 4: " +
                known_bounds(),
            "LIST"},
-          {"--until", &options.until, "Stop after S strokes; 2.5 stops halfway through the third", "S"},
+          {"--until", &options.until, "Stop after S strokes; 2.5 stops halfway through the third", "S",
+           OptionKind::optional, is_not_negative, "give a number of strokes, 0 or more"},
           {"--frames", &options.frames.frames,
            "Write N evenly spaced moments, including start and end; -o is then an animation (.pc2, .mdd, .glb, .usda, "
            ".pvd), or a pattern with one %04d for a file each",
-           "N"},
+           "N", OptionKind::optional, from_to(1, kMaxFrames), fmt::format("give 1 to {}", kMaxFrames)},
           {"--report", &options.report, "Write a JSON report to this file; - means standard output", "FILE"},
       });
   add_time_options(result, options.frames);
@@ -195,33 +176,20 @@ Conversion conversion_at(std::string_view rest) {
 void add_time_options(std::vector<Option>& options, FrameFlags& flags) {
   options.insert(
       options.end(),
-      {{"--fps", &flags.fps, "Frames a second of an animation or film (default: 24)", "F"},
-       {"--ease", &flags.ease, "How time runs over the frames: linear, or smooth (slowly at both ends)",
-        "linear|smooth", OptionKind::with_default},
-       {"--hold", &flags.hold, "So many more frames of the start at the beginning, and of the end at the end", "N"}});
-}
-
-void check_fps(const FrameFlags& flags) {
-  if (const double fps = flags.frames_per_second(); !(fps > 0) || !std::isfinite(fps)) {
-    throw UsageError(fmt::format("--fps {}: give a number above 0, such as 24", fps));
-  }
+      {{"--fps", &flags.fps, "Frames a second of an animation or film (default: 24)", "F", OptionKind::optional,
+        is_above_zero, "give a number above 0, such as 24"},
+       {"--ease", word_target(flags.ease, {"linear", "smooth"}),
+        "How time runs over the frames: linear, or smooth (slowly at both ends)", "linear|smooth",
+        OptionKind::with_default},
+       {"--hold", &flags.hold, "So many more frames of the start at the beginning, and of the end at the end", "N",
+        OptionKind::optional, from_to(0, kMaxFrames), fmt::format("give 0 to {} frames", kMaxFrames)}});
 }
 
 FrameOptions frame_options(const FrameFlags& flags) {
-  check_fps(flags);
-  if (flags.ease != "linear" && flags.ease != "smooth") {
-    throw UsageError(fmt::format("--ease {}: say linear or smooth", flags.ease));
-  }
   FrameOptions frames;
   frames.count = flags.frames.value_or(0);
-  frames.ease = flags.ease == "smooth" ? Ease::smooth : Ease::linear;
+  frames.ease = flags.ease;
   frames.hold = flags.hold.value_or(0);
-  if (flags.frames && (frames.count < 1 || frames.count > kMaxFrames)) {
-    throw UsageError(fmt::format("--frames {}: give 1 to {}", frames.count, kMaxFrames));
-  }
-  if (frames.hold < 0 || frames.hold > kMaxFrames) {
-    throw UsageError(fmt::format("--hold {}: give 0 to {} frames", frames.hold, kMaxFrames));
-  }
   if (!flags.frames && (flags.fps || flags.hold || frames.ease != Ease::linear)) {
     throw UsageError("--fps, --ease and --hold are for --frames N; give it too, or leave them out");
   }

@@ -91,7 +91,7 @@ class Stream {
  private:
   // Refuses --precision double where the coordinates of the file are floats, before it is read to its end.
   void require_same_type() {
-    if (options_.precision != "double") return;
+    if (options_.precision != Precision::float64) return;
     const std::optional<ShapeFile> piece = cloud_.next();
     cloud_.rewind();
     if (!piece || piece->format != "ply") return;
@@ -132,7 +132,7 @@ class Stream {
     const std::vector<Vec3d> corners = box.empty() ? std::vector<Vec3d>{} : std::vector<Vec3d>{box.min, box.max};
     replay_.motion.diagonal = reference_length(corners);
     WriteOptions write_options;
-    write_options.double_coordinates = options_.precision == "double";
+    write_options.double_coordinates = options_.precision == Precision::float64;
     write_options.decimals = decimals_for(digits_, whole_.decimals, box.diagonal(), options_.tolerance);
     output_.emplace(options_.output);
     output_->write(cloud_.head());
@@ -177,9 +177,6 @@ class Stream {
 bool is_streamed(const DeformOptions& options) {
   const std::optional<std::string> obstacle = what_needs_the_whole(options);
   if (options.stream) {
-    if (!(options.piece_mb >= 0.001 && options.piece_mb <= 1e5)) {
-      throw UsageError(fmt::format("--piece-mb {}: give megabytes, from 0.001 to 100000", options.piece_mb));
-    }
     if (obstacle) throw UsageError(fmt::format("--stream: {} needs the whole cloud; leave one of them out", *obstacle));
     if (format_of(options.output) != format_of(options.shape)) {
       throw UsageError("--stream: the output must have the format of the cloud; convert it afterwards");

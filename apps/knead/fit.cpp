@@ -32,13 +32,13 @@ struct FitOptions {
   bool surface = false;
   std::string output;
   bool scale = false;
-  std::string volume = "keep";
-  std::string align = "auto";
+  FitVolume volume = FitVolume::keep;
+  FitAlign align = FitAlign::automatic;
   double max_stretch = 5;
-  std::optional<int> threads;
+  int threads = 0;  // 0: all
   CommonOptions common;
 
-  bool scales() const { return scale || volume == "total"; }
+  bool scales() const { return scale || volume == FitVolume::total; }
 };
 
 void require_volume(const std::string& path, const Mesh& mesh) {
@@ -169,12 +169,10 @@ void run_fit(const FitOptions& options) {
   wanted.landmarks = fit_pairs_of(pairs);
   if (options.map) wanted.map = fit_pairs_of(read_pairs(*options.map, source.mesh, target.mesh));
   wanted.surface = options.surface;
-  wanted.align = options.align == "auto"     ? FitAlign::automatic
-                 : options.align == "always" ? FitAlign::always
-                                             : FitAlign::never;
-  wanted.volume = options.scales() ? FitVolume::total : options.volume == "free" ? FitVolume::free : FitVolume::keep;
+  wanted.align = options.align;
+  wanted.volume = options.scales() ? FitVolume::total : options.volume;
   wanted.max_stretch = options.max_stretch;
-  wanted.threads = threads_of(options.threads);
+  wanted.threads = options.threads;
   BodyFit fit = fitted(options, source.mesh, target.mesh, wanted);
   const BodyFitReport& report = fit.report;
   pairs.notes.insert(pairs.notes.end(), report.notes.begin(), report.notes.end());
@@ -221,25 +219,19 @@ Subcommand fit_command() {
       {"-o,--output", &options->output, "The .knead file to write", "FILE", OptionKind::required},
       {"--scale", &options->scale,
        "Scale the source to the target's volume first; the scaled source is written beside OUT as OUT_source.EXT"},
-      {"--volume",
-       &options->volume,
+      {"--volume", word_target(options->volume, {"keep", "total", "free"}),
        "What becomes of the volume: it stays, the source is scaled as with --scale, or the body grows and shrinks on "
        "purpose where the target asks for it",
-       "WORD",
-       OptionKind::with_default,
-       {"keep", "total", "free"}},
-      {"--align",
-       &options->align,
+       "keep|total|free", OptionKind::with_default},
+      {"--align", word_target(options->align, {"auto", "always", "never"}),
        "Turn and move the source as a whole first, by the landmarks, the map or its principal axes: where that brings "
        "it "
        "much nearer (auto), always or never",
-       "WORD",
-       OptionKind::with_default,
-       {"auto", "always", "never"}},
+       "auto|always|never", OptionKind::with_default},
       {"--max-stretch", &options->max_stretch, "End with exit code 4 if a triangle is stretched by more", "FACTOR",
        OptionKind::with_default},
-      {"--threads", &options->threads, "Number of threads (default: all); does not change the result", "N"},
   };
+  add_threads_option(described, options->threads);
   add_common_options(described, options->common);
   return {"fit", "Write a session that takes one shape to another, by landmarks or the whole surface", described,
           "  knead fit scan.ply pose.ply --landmarks pairs.csv --surface -o fit.knead\n"

@@ -23,7 +23,7 @@ struct RemeshCommand {
   std::string shape;
   std::string output;
   RemeshFlags flags;
-  std::optional<int> threads;
+  int threads = 0;  // 0: all
   StreamFormat format;
   CommonOptions common;
 };
@@ -51,7 +51,6 @@ std::string json_of(const Remeshed& result) {
 void run_remesh(RemeshCommand command) {
   command.flags.remesh = true;
   const RemeshSettings settings = *settings_of(command.flags);
-  const int threads = threads_of(command.threads);
   check_streams({command.shape, command.output}, command.format);
   require_free_output(command.output, command.common.json, "--json");
   require_shape_output(command.output);
@@ -64,7 +63,7 @@ void run_remesh(RemeshCommand command) {
     for (const std::string& note : shape.notes) print_message(fmt::format("note: {}: {}", command.shape, note));
     print_notes(remesh_losses(format_path(command.output, command.format), shape));
   }
-  const Remeshed result = remeshed(shape, settings, threads);
+  const Remeshed result = remeshed(shape, settings, command.threads);
   end_after_last_shape(command.output, command.common.json);
   write_remeshed_or_stream(command.output, command.format, shape, result.mesh, result.face_source);
   if (is_stream(command.output)) return;
@@ -79,6 +78,16 @@ void run_remesh(RemeshCommand command) {
     if (!counts.complete)
       print_notes(std::array{std::string("stopped at a limit; some edges are still above the targets")});
   }
+}
+
+Option iterations_option(const char* name, RemeshFlags& flags) {
+  return {name,
+          &flags.iterations,
+          fmt::format("Rounds that improve triangles (default: {})", kDefaultRemeshIterations),
+          "N",
+          OptionKind::optional,
+          from_to(0, 100),
+          "give 0 to 100"};
 }
 
 }  // namespace
@@ -99,10 +108,9 @@ Subcommand remesh_command() {
                        "diagonal (default: 0, with --min-edge {})",
                        kDefaultMaxChord),
            "FRACTION"},
-          {"--iterations", &command->flags.iterations,
-           fmt::format("Rounds that improve triangles (default: {})", kDefaultRemeshIterations), "N"},
-          {"--threads", &command->threads, "Number of threads (default: all); does not change the result", "N"},
+          iterations_option("--iterations", command->flags),
       });
+  add_threads_option(options, command->threads);
   add_format_option(options, command->format);
   add_common_options(options, command->common);
   return {"remesh", "Refine a mesh and improve its triangles", options,
@@ -143,9 +151,6 @@ std::optional<RemeshSettings> settings_of(const RemeshFlags& flags) {
   settings.iterations = flags.iterations;
   settings.max_vertices = flags.max_vertices;
   if (!flags.remesh && settings == RemeshSettings{}) return std::nullopt;
-  if (flags.iterations && (*flags.iterations < 0 || *flags.iterations > 100)) {
-    throw UsageError(fmt::format("--remesh-iterations {}: give 0 to 100", *flags.iterations));
-  }
   try {
     validate(settings);
   } catch (const InvalidInput& error) {
@@ -187,12 +192,11 @@ void add_remesh_options(std::vector<Option>& options, RemeshFlags& flags) {
                                   "diagonal (default: {})",
                                   kDefaultMaxChord),
                       "FRACTION"},
-                     {"--remesh-iterations", &flags.iterations,
-                      fmt::format("Rounds that improve triangles (default: {})", kDefaultRemeshIterations), "N"},
+                     iterations_option("--remesh-iterations", flags),
                      {"--remesh-seconds", &flags.seconds,
                       "After so many seconds a stroke keep the best mesh so far, and say what still crosses; the "
                       "result then depends on the machine (default: no limit)",
-                      "S"},
+                      "S", OptionKind::optional, [](double seconds) { return seconds > 0; }, "give a number above 0"},
                  });
 }
 

@@ -24,16 +24,15 @@ struct RenderOptions {
   PanelOptions panels;
   DistanceColors distances;
   std::string until;
-  std::string tools = "first";
   std::string cut;
   std::string close_up;
   std::string output;
   std::string size = "1600x1200";
   std::string view = "iso";
-  std::string up = "y";
+  bool is_z_up = false;
   std::string background = "white";
   std::string material = "clay";
-  std::string quality = "normal";
+  PictureQuality quality = PictureQuality::normal;
   double perspective = 25;
   bool cavity = false;
   bool occlusion = false;
@@ -113,8 +112,7 @@ void set_view(const RenderOptions& options, PictureRequest& request) {
                     "degrees, as 30,20",
                     options.view));
   }
-  if (options.up != "y" && options.up != "z") throw UsageError(fmt::format("--up {}: say y or z", options.up));
-  const render::ViewDirection view = render::view_direction(angles->first, angles->second, options.up == "z");
+  const render::ViewDirection view = render::view_direction(angles->first, angles->second, options.is_z_up);
   request.view = view.direction;
   request.up = view.up;
 }
@@ -153,15 +151,7 @@ void set_format(const RenderOptions& options, PictureRequest& request) {
 void set_look(const RenderOptions& options, PictureRequest& request) {
   request.background = read_background(options.background);
   request.matcap = read_material(options.material);
-  constexpr std::array<std::string_view, 3> qualities{"draft", "normal", "fine"};
-  const auto* const quality = std::find(qualities.begin(), qualities.end(), options.quality);
-  if (quality == qualities.end())
-    throw UsageError(fmt::format("--quality {}: say draft, normal or fine", options.quality));
-  request.quality = static_cast<PictureQuality>(quality - qualities.begin());
-  if (options.perspective != 0 && !(options.perspective >= 1 && options.perspective <= 120)) {
-    throw UsageError(
-        fmt::format("--perspective {}: give an angle from 1 to 120 degrees, or 0 for none", options.perspective));
-  }
+  request.quality = options.quality;
   request.field_of_view_deg = options.perspective;
   request.relief = {options.cavity, options.occlusion};
 }
@@ -189,12 +179,6 @@ PanelOptions panel_options(const RenderOptions& options) {
       throw UsageError(fmt::format("--until {}: give moments in strokes, as 0,0.5,1", options.until));
     }
   }
-  constexpr std::array<std::pair<std::string_view, ToolPanels>, 3> entries{
-      {{"first", ToolPanels::first}, {"each", ToolPanels::each}, {"none", ToolPanels::none}}};
-  const auto found =
-      std::find_if(entries.begin(), entries.end(), [&](const auto& entry) { return entry.first == options.tools; });
-  if (found == entries.end()) throw UsageError(fmt::format("--tools {}: say first, each or none", options.tools));
-  panels.tools = found->second;
   panels.quiet = options.common.quiet;
   check_usage(panels);
   return panels;
@@ -240,7 +224,7 @@ FilmRequest film_of_turntable(const RenderOptions& options, PictureRequest& requ
   }
   const Vec3d middle = box.center();
   const int count = *options.turntable;
-  const bool is_z_up = options.up == "z";
+  const bool is_z_up = options.is_z_up;
   for (const Panel& panel : request.panels) {
     const std::vector<Vec3d> points = turntable_points(panel.shape.positions, middle, count, is_z_up);
     request.shown.insert(request.shown.end(), points.begin(), points.end());
@@ -260,9 +244,6 @@ FilmRequest film_of_turntable(const RenderOptions& options, PictureRequest& requ
 void check_distances(const DistanceColors& distances) {
   if (!distances.greatest) return;
   if (distances.shape.empty()) throw UsageError("--distance-max: needs --distance-to to know the distances");
-  if (!(*distances.greatest > 0) || !std::isfinite(*distances.greatest)) {
-    throw UsageError(fmt::format("--distance-max {}: give a distance above 0", *distances.greatest));
-  }
 }
 
 void check_film(const RenderOptions& options) {
@@ -271,14 +252,7 @@ void check_film(const RenderOptions& options) {
   if (frames.frames && options.turntable) {
     throw UsageError("--frames moves the shape and --turntable the camera; give one of them");
   }
-  if (options.turntable) {
-    if (*options.turntable < 1 || *options.turntable > kMaxFrames) {
-      throw UsageError(fmt::format("--turntable {}: give 1 to {}", *options.turntable, kMaxFrames));
-    }
-    check_fps(frames);
-  } else {
-    frame_options(frames);
-  }
+  if (!options.turntable) frame_options(frames);
   if (!options.panels.moments.empty()) throw UsageError(fmt::format("--until: does not work with {}", name));
   if (!options.distances.shape.empty()) throw UsageError(fmt::format("--distance-to: does not work with {}", name));
   if (frames.frames && (options.panels.session.empty() || options.panels.shapes.size() != 1)) {
@@ -339,8 +313,10 @@ std::vector<Option> describe(RenderOptions& options) {
        "one "
        "%04d for numbered pictures",
        "FILE", OptionKind::required},
-      {"--frames", &options.frames.frames, "Draw N evenly spaced moments of the session", "N"},
-      {"--turntable", &options.turntable, "Draw N pictures from all around", "N"},
+      {"--frames", &options.frames.frames, "Draw N evenly spaced moments of the session", "N", OptionKind::optional,
+       from_to(1, kMaxFrames), fmt::format("give 1 to {}", kMaxFrames)},
+      {"--turntable", &options.turntable, "Draw N pictures from all around", "N", OptionKind::optional,
+       from_to(1, kMaxFrames), fmt::format("give 1 to {}", kMaxFrames)},
       {"--session", &options.panels.session,
        "Draw this session's tools over the first shape: the surface r = inner in red, r = outer in green", "FILE"},
       {"--stroke", &options.panels.stroke, "Draw only the tool of this stroke, counted from 1", "N"},
@@ -348,30 +324,33 @@ std::vector<Option> describe(RenderOptions& options) {
        "Draw the one shape after S strokes of the session, with a panel for each S; 2.5 is halfway through the "
        "third stroke",
        "S,S,..."},
-      {"--tools", &options.tools,
+      {"--tools", word_target(options.panels.tools, {"first", "each", "none"}),
        "first: all tools in the first panel; each: in every panel the tool that is at work then; none: no tools",
        "WHERE", OptionKind::with_default},
       {"--distance-to", &options.distances.shape,
        "Colour the shapes by the distance of their vertices from this one: clay at 0, then orange and dark red",
        "FILE"},
       {"--distance-max", &options.distances.greatest,
-       "The distance that is dark red (the greatest in the picture), in the units of the shapes", "D"},
+       "The distance that is dark red (the greatest in the picture), in the units of the shapes", "D",
+       OptionKind::optional, is_above_zero, "give a distance above 0"},
       {"--cut", &options.cut, "Remove everything beyond the plane N.x = OFFSET, and show the cut", "NX,NY,NZ,OFFSET"},
       {"--size", &options.size, "WIDTHxHEIGHT of the whole picture in pixels", "WxH", OptionKind::with_default},
       {"--view", &options.view, "front, back, left, right, top, bottom, iso, or AZIMUTH,ELEVATION in degrees", "NAME",
        OptionKind::with_default},
-      {"--up", &options.up, "The axis that points up, y or z", "AXIS", OptionKind::with_default},
+      {"--up", word_target(options.is_z_up, {"y", "z"}), "The axis that points up, y or z", "AXIS",
+       OptionKind::with_default},
       {"--close-up", &options.close_up,
        "Look at this point; the picture is HEIGHT high there, in the units of the shape", "X,Y,Z,HEIGHT"},
       {"--perspective", &options.perspective, "Field of view from bottom to top in degrees; 0: orthographic", "DEG",
-       OptionKind::with_default},
+       OptionKind::with_default, [](double degrees) { return degrees == 0 || (degrees >= 1 && degrees <= 120); },
+       "give an angle from 1 to 120 degrees, or 0 for none"},
       {"--material", &options.material, material_names(), "NAME", OptionKind::with_default},
       {"--cavity", &options.cavity, "Darken grooves and brighten ridges"},
       {"--occlusion", &options.occlusion, "Darken folds and corners"},
       {"--background", &options.background, "white, transparent, light, dark, gradient, or a colour #RRGGBB", "COLOR",
        OptionKind::with_default},
-      {"--quality", &options.quality, "draft, normal or fine: more samples take longer", "NAME",
-       OptionKind::with_default},
+      {"--quality", word_target(options.quality, {"draft", "normal", "fine"}),
+       "draft, normal or fine: more samples take longer", "NAME", OptionKind::with_default},
       {"--no-ground", &options.no_ground, "Draw no shadow on the ground"},
       {"--flat", &options.flat, "Shade each face evenly"},
       {"--wireframe", &options.wireframe, "Draw the edges of the faces as lines"},

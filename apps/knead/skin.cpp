@@ -34,7 +34,7 @@ struct SkinFlags {
   std::optional<double> fps;
   std::optional<std::size_t> animation;
   std::optional<std::string> session;
-  std::optional<int> threads;
+  int threads = 0;  // 0: all
   CommonOptions common;
 };
 
@@ -47,14 +47,6 @@ void check_options(const SkinFlags& flags) {
   if (flags.pose && flags.time) throw UsageError("give --pose or --time, not both");
   if (flags.frames && (flags.pose || flags.time))
     throw UsageError("--frames poses the animation; leave out --pose and --time");
-  if (flags.time && !(*flags.time >= 0 && std::isfinite(*flags.time)))
-    throw UsageError("--time must be 0 or more seconds");
-  if (flags.frames && !(*flags.frames >= 1 && *flags.frames <= 100000)) {
-    throw UsageError("--frames must be from 1 to 100000");
-  }
-  FrameFlags time;
-  time.fps = flags.fps;
-  check_fps(time);
   if (flags.frames && !is_gltf(flags.output) && !is_animation(flags.output) && !is_pattern(flags.output)) {
     throw UsageError(
         "--frames needs an --output of .glb, .gltf, .pc2, .mdd, .usda or .pvd, or a pattern such as F_%04d.ply");
@@ -241,7 +233,7 @@ void run_skin(const SkinFlags& flags) {
     throw InvalidInput(Place{flags.file}, "has no animation; leave out --time");
   const SkinPose pose = flags.pose ? read_pose(*flags.pose, file.skin) : flags.time ? file.at(*flags.time) : file.pose;
   SkinOptions options;
-  options.threads = threads_of(flags.threads);
+  options.threads = flags.threads;
   if (is_gltf(flags.output)) return write_correctives(flags, source, file, pose, options);
   if (flags.frames) return write_frames(flags, source, file, options);
   require_shape_extension(flags.output);
@@ -277,14 +269,17 @@ Subcommand skin_command() {
       {"--pose", &flags->pose,
        "A JSON file {\"bone\": {\"axis\": [x, y, z], \"angle_deg\": 90}}: turns from rest, in the shape's axes",
        "FILE"},
-      {"--time", &flags->time, "The moment of the animation, in seconds (default: as the nodes stand)", "S"},
+      {"--time", &flags->time, "The moment of the animation, in seconds (default: as the nodes stand)", "S",
+       OptionKind::optional, is_not_negative, "give 0 or more seconds"},
       {"--frames", &flags->frames,
-       "So many moments of the animation, evenly spaced; --output is an animation or a pattern", "N"},
-      {"--fps", &flags->fps, "Frames a second (default: 24)", "F"},
+       "So many moments of the animation, evenly spaced; --output is an animation or a pattern", "N",
+       OptionKind::optional, from_to(1, 100000), "give 1 to 100000"},
+      {"--fps", &flags->fps, "Frames a second (default: 24)", "F", OptionKind::optional, is_above_zero,
+       "give a number above 0, such as 24"},
       {"--animation", &flags->animation, "Which animation of the file, from 0 (default: 0)", "N"},
       {"--session", &flags->session, "Writes the strokes of the pose, too: they move any other shape along", "FILE"},
-      {"--threads", &flags->threads, "Number of threads (default: all); does not change the result", "N"},
   };
+  add_threads_option(described, flags->threads);
   add_common_options(described, flags->common);
   return {"skin", "Pose a character by its skeleton, or make corrective shapes for it", described,
           "  knead skin person.glb --time 1.5 -o posed.ply\n"
