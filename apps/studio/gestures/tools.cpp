@@ -291,7 +291,6 @@ const StudioTool& studio_tool(ToolUse use) {
   return *std::find_if(kTools.begin(), kTools.end(), [&](const StudioTool& tool) { return tool.use == use; });
 }
 
-// The names of an enumeration's values, in order.
 const char* name_of(ToolGroup group) {
   return std::array{"Move", "Shape", "Pose", "Mask"}[static_cast<std::size_t>(group)];
 }
