@@ -47,7 +47,7 @@ FieldBounds bounds_of(const Field& field, const Segment& segment) {
   }
   if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
     const detail::Surround ball = detail::surround_of(*set);
-    const double reach = ball.radius * (1 + 1e-6) + detail::support_reach(*set, outer) * (1 + 1e-4);
+    const double reach = ball.radius * (1 + 1e-6) + detail::support_radius(*set, outer) * (1 + 1e-4);
     return along_the_way(from + ball.center, way, reach + slack);
   }
   const auto* space = std::get_if<HalfSpace<double>>(&field.region);
@@ -197,7 +197,7 @@ double error_allowed(const Field& field, const Segment& segment, const AdvectOpt
   const double inner = field.thresholds.inner;
   const double outer = field.thresholds.outer;
   const detail::Surround ball = detail::surround_of(set);
-  const double arm = norm(ball.center) + ball.radius + detail::support_reach(set, outer);
+  const double arm = norm(ball.center) + ball.radius + detail::support_radius(set, outer);
   const double duration = segment.limit_cylinder ? 1 : std::abs(segment.end - segment.begin);
   const double way = norm(std::get<Translation<double>>(field.motion).velocity) * duration;
   const double error =
