@@ -1,4 +1,4 @@
-// How fast points are moved: one stroke of a tool over a sphere, one thread. Vertex-steps per second count accepted
+// The speed of advect(): one stroke of a tool over a sphere, one thread. Vertex-steps per second count accepted
 // steps of path lines, as the paper's benchmark does (its section 6: 1.0e6 per second and CPU in 2006).
 #include <benchmark/benchmark.h>
 

@@ -1,3 +1,4 @@
+// Makes the scenes of pose_bench: beams and limbs of shapes.
 #include "pose_scenes.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Shapes to pose, and what is asked of them. Part of pose_bench.
+// Shapes to pose, and their handles and pins. Part of pose_bench.
 #pragma once
 
 #include <cstdint>

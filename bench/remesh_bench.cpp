@@ -1,4 +1,4 @@
-// How long it takes to remesh one stroke that touches about 100,000 edges. Every "CPU" is the processor time of all
+// The time for remeshing one stroke that touches about 100,000 edges. Every "CPU" is the processor time of all
 // threads.
 #include <benchmark/benchmark.h>
 

@@ -1,5 +1,5 @@
-// What `knead bench` compares: Runge-Kutta methods (--integrators), the brushes that people would use instead of our
-// strokes, and a GPU (--backend gpu).
+// The comparisons of `knead bench`: Runge-Kutta methods (--integrators), brushes of other programs, and a GPU
+// (--backend gpu).
 #pragma once
 
 #include <cstddef>

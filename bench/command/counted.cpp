@@ -1,3 +1,4 @@
+// Counts the arithmetic of kernels, by packs of one number that count.
 #include "yardsticks.h"
 
 #include <algorithm>
@@ -12,13 +13,13 @@ namespace knead::bench {
 
 namespace {
 
-// Arithmetic done since it was last set to 0.
+// The operations since the count was last set to 0.
 std::uint64_t& operations() {
   static std::uint64_t count = 0;
   return count;
 }
 
-// A pack of one number that counts what is done with it.
+// A pack of one number that counts its operations.
 template <class S>
 struct CountedScalar {
   using Scalar = S;
@@ -66,26 +67,11 @@ struct CountedScalar {
   }
 };
 
-}  // namespace
-
-}  // namespace knead::bench
-
-namespace knead {
-
-template <>
-inline constexpr bool kSinglePrecision<bench::CountedScalar<float>> = true;
-
-}  // namespace knead
-
-namespace knead::bench {
-
-namespace {
-
 using detail::kBlock;
 using detail::kBlocksPerGroup;
 using detail::kGroup;
 
-// Points in whole groups, as advect lays them out.
+// Points in whole groups, in the layout of advect().
 struct Groups {
   std::vector<double> x;
   std::vector<double> y;
@@ -127,6 +113,17 @@ void move(const detail::SegmentMover& mover, Groups& groups, std::size_t first, 
 }
 
 }  // namespace
+
+}  // namespace knead::bench
+
+namespace knead {
+
+template <>
+inline constexpr bool kSinglePrecision<bench::CountedScalar<float>> = true;
+
+}  // namespace knead
+
+namespace knead::bench {
 
 std::uint64_t operations_of(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options) {
   const detail::KernelTable counted{"counted", detail::kernels_of<CountedScalar<float>, detail::ScalarPack<double>>(),

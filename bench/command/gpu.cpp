@@ -1,3 +1,4 @@
+// Measures advect() on a GPU.
 #include "comparisons.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// Compares Runge-Kutta methods by the time that they need for an error.
 #include "comparisons.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// Regularised Kelvinlets: a grab brush, as a flow and as displacements.
 #include "yardsticks.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Measures the limits of the machine: multiply-adds and copies a second.
 #include "yardsticks.h"
 
 #include <algorithm>
@@ -106,7 +107,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// The most of several short runs: what else the machine does only takes away.
+// Returns the best of several short runs, because other work of the machine only slows them down.
 template <class T>
 double best_gflops(int threads) {
   constexpr int kRuns = 12;

@@ -1,3 +1,4 @@
+// Measures Knead's strokes against the brushes that people would use instead.
 #include "comparisons.h"
 
 #include <fmt/format.h>

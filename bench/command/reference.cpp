@@ -1,3 +1,4 @@
+// The paper's method in its plain form.
 #include "yardsticks.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Makes the scenes of `knead bench`, and measures functions.
 #include "scenes.h"
 
 #include <algorithm>

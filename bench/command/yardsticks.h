@@ -1,5 +1,5 @@
-// What `knead bench` holds Knead's speed against: the limits of the machine, the operations that the kernels carry out,
-// the paper's method in its plain form, and a brush of others.
+// The yardsticks of `knead bench`: the limits of the machine, the operations of the kernels, the paper's method in its
+// plain form, and another brush.
 #pragma once
 
 #include <cmath>
@@ -19,31 +19,29 @@ double fma_gflops(Precision precision, int threads);
 // written a second.
 double copy_gigabytes_per_second();
 
-// Additions, subtractions, multiplications, divisions and square roots, a multiply-add being two, that the kernels do
-// to move the points through the flow: evaluating fields, stepping and estimating errors. Found by running them with
-// numbers that count. Comparisons, selections and conversions do not count, nor what is done in
-// classifying points and in closed form. 0 where a segment's fields have no kernel.
+// Returns the number of additions, subtractions, multiplications, divisions and square roots with which the kernels
+// move the points through the flow, a multiply-add being two: in evaluating fields, stepping and estimating errors.
+// Runs the kernels with numbers that count. Comparisons, selections, conversions, the classification of points and
+// closed forms do not count. 0 if a segment has no pack kernel.
 std::uint64_t operations_of(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options);
-
-// The paper's method in its plain form, for comparison: structures of doubles, one path line after the other on one
-// core, v = grad p x grad q, RK4 with step doubling, no short cut for points that no tool reaches.
 
 struct ReferenceResult {
   std::uint64_t accepted_steps = 0;
   std::uint64_t evaluations = 0;
 };
 
-// Moves the points in place. `tolerance` is the length by which two half steps may differ from a whole one, over 15.
+// Moves the points in place by the paper's method in its plain form: structures of doubles, one path line after the
+// other on one core, v = grad p x grad q, RK4 with step doubling, and no test for points that no tool reaches.
+// `tolerance` is the length by which two half steps may differ from a whole one, over 15.
 // No step lets the tool go further than a fifth of the intermediate region's width, so that it is not missed. For
 // whole swept segments of one field, without a limit cylinder.
 ReferenceResult advect_reference(const Flow& flow, std::span<Vec3d> points, double tolerance);
 
-// A brush that people use to pull a shape, for comparison: the grab brush of F. de Goes and D. L. James, "Regularized
-// Kelvinlets: Sculpting Brushes based on Fundamental Solutions of Elasticity", ACM Trans. Graph. 36(4), 2017, in its
-// incompressible form. It serves the benchmark only: the method is patented, and Knead has no tool that uses it.
-
-// u(r) = (eps/2) [ (1/R + eps^2/R^3) tip + r (r.tip)/R^3 ], R^2 = |r|^2 + eps^2: the paper's Eq. 6 with Poisson's ratio
-// 1/2, scaled so that u(0) = tip. Free of divergence; far out it falls off as eps/|r|. T: float or double.
+// The grab brush of F. de Goes and D. L. James, "Regularized Kelvinlets: Sculpting Brushes based on Fundamental
+// Solutions of Elasticity", ACM Trans. Graph. 36(4), 2017, in its incompressible form. For the benchmark only: the
+// method is patented, and Knead has no tool that uses it. u(r) = (eps/2) [ (1/R + eps^2/R^3) tip + r (r.tip)/R^3 ], R^2
+// = |r|^2 + eps^2: the paper's Eq. 6 with Poisson's ratio 1/2, scaled so that u(0) = tip. Free of divergence; far out
+// it falls off as eps/|r|. T: float or double.
 template <class T>
 Vec3<T> kelvinlet(const Vec3<T>& r, const Vec3<T>& tip, T epsilon) {
   using std::sqrt;

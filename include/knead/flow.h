@@ -1,4 +1,5 @@
-// Segments and flows: deformations as plain values that contain no mesh (method, section 3).
+// Flows, and the functions that move points along their path lines. A flow is a plain value that contains no mesh
+// (method, section 3).
 #pragma once
 
 #include <array>
@@ -17,15 +18,15 @@
 
 namespace knead {
 
-// How the fields of a segment depend on its time t in [0, 1]:
+// The dependence of a segment's fields on its time t in [0, 1]:
 //   swept:   they move with the tool's frame, c(t) = c + t displacement (and a half-space may turn);
-//   blended: v(x, t) = (1 - t) v_c(x) + t v_{c + displacement}(x), two resting fields (paper, Eq. 9);
+//   blended: v(x, t) = (1 - t) v_c(x) + t v_{c + displacement}(x), two fixed fields (paper, Eq. 9);
 //   pinned:  each field is a pin, which moves by a displacement u of its own, the velocity of its motion: it is at
-//            q(t) = c + t u, and v(q(t), t) = u for every pin (method, section 9). v is the sum of the fields with the
-//            velocities a(t) for which that is so, in the place of u.
+//            q(t) = c + t u, and v(q(t), t) = u for every pin (method, section 9). v is the sum of the fields with
+//            velocities a(t) in place of u that satisfy these equations.
 enum class TimeLaw { swept, blended, pinned };
 
-// A limit cylinder: only points within `radius` of the line {center + s axis} at the segment's t = 0 are moved.
+// A limit cylinder: the segment moves only points that are within `radius` of the line {center + s axis} at t = 0.
 struct LimitCylinder {
   Vec3d center;
   Vec3d axis;  // a unit vector
@@ -34,8 +35,8 @@ struct LimitCylinder {
   friend bool operator==(const LimitCylinder&, const LimitCylinder&) = default;
 };
 
-// A pin about which the shape turns as a rigid body does: the Jacobian of the flow at the pin is the rotation by
-// t |rate| about the direction of `rate` (with rate 0: it stays the identity).
+// A pin at which the shape turns like a rigid body: the Jacobian of the flow at the pin is the rotation by t |rate|
+// about the direction of `rate`; the identity for a rate of 0.
 struct PinTurn {
   std::uint32_t pin = 0;  // the number of its field
   Vec3d rate{0, 0, 0};    // radians per unit time
@@ -43,12 +44,10 @@ struct PinTurn {
   friend bool operator==(const PinTurn&, const PinTurn&) = default;
 };
 
-// A sum has at most so many parts.
-inline constexpr std::size_t kMaxParts = 8;
+inline constexpr std::size_t kMaxParts = 8;  // of a sum
 
-// The sum of one or more fields over one unit of time, or v of a grid in their place. Path lines run from t =
-// begin to t = end, both in [0, 1]: from 0 to 1 is the whole segment, from 1 to 0 its inverse, from 0 to 0.5 its first
-// half.
+// The sum of one or more fields over one unit of time, or v of a grid instead. Path lines run from t = begin to t =
+// end, both in [0, 1]: from 0 to 1 is the whole segment, from 1 to 0 its inverse, from 0 to 0.5 its first half.
 struct Segment {
   std::vector<Field> fields;
   Vec3d displacement{0, 0, 0};
@@ -58,13 +57,13 @@ struct Segment {
   double begin = 0;
   double end = 1;
   PotentialGrid grid{};          // not empty: there are no fields, no displacement, no limit cylinder and no turns
-  std::vector<PinTurn> turns{};  // of a pinned segment, by ascending pin; about other pins the shape turns as it will
-  // Not empty: v is the sum of the velocities of these 2 to kMaxParts segments, which act at the same time, as a
-  // stroke and its mirror images do. Nothing else is given but the mask, `begin` and `end`, which are those of every
-  // part. A limit cylinder limits its part alone. A part is neither pinned nor a sum.
+  std::vector<PinTurn> turns{};  // of a pinned segment, by ascending pin; other pins prescribe no rotation
+  // Not empty: v is the sum of the velocities of these 2 to kMaxParts segments, which act at the same time, such as a
+  // stroke and its mirror images. The sum itself has only the mask, `begin` and `end`, which all parts share. A limit
+  // cylinder limits its part alone. A part is neither pinned nor a sum.
   std::vector<Segment> parts{};
-  // Of a sum whose parts are each other's mirror images in a plane {x[axis] = *mirrored_at[axis]}, and of pins that
-  // are: points of the plane stay in it exactly.
+  // Set if the parts of a sum, or the pins, are each other's mirror images in the plane {x[axis] = *mirrored_at[axis]}:
+  // points of the plane stay in it exactly.
   std::array<std::optional<double>, 3> mirrored_at{};
 
   friend bool operator==(const Segment&, const Segment&) = default;
@@ -73,7 +72,7 @@ struct Segment {
 // Returns whether a segment changes volumes on purpose: its grid, or that of a part, has `growth`.
 bool changes_volume(const Segment& segment);
 
-// Returns how far a field of the segment moves in one unit of time.
+// Returns the displacement of a field of the segment in one unit of time.
 Vec3d displacement_of(const Segment& segment, const Field& field);
 
 // Segments, applied one after the other.
@@ -83,9 +82,9 @@ struct Flow {
   friend bool operator==(const Flow&, const Flow&) = default;
 };
 
-// Returns the flow with the mask on all of its segments. Each field's vector potential gets a constant of its own where
-// the mask is in its reach, so that little flows along the mask's border (docs/mathematics.md); it does not depend on
-// `begin` and `end`.
+// Returns the flow with the mask on all of its segments. Where the mask meets the support of a field, a constant is
+// subtracted from the field's vector potential, so that little flows along the mask's border (docs/mathematics.md). The
+// constant does not depend on `begin` and `end`.
 Flow masked(Flow flow, const Mask& mask);
 
 // Returns the flow that moves every point back.
@@ -140,8 +139,6 @@ struct Tableau {
 // Returns the coefficients of a method.
 const Tableau& tableau(Integrator integrator);
 
-// Points stored so that they can be moved many times at little cost.
-
 namespace detail {
 class BlockMover;
 }
@@ -149,12 +146,12 @@ class BlockMover;
 // Throws InvalidInput with the number of the first point that has a coordinate that is not finite.
 void require_finite(std::span<const Vec3d> points);
 
-// Points in blocks of 64 neighbours, each with a box, and 64 blocks to a group: a tool costs one test for each group or
-// block that it does not reach. Points are numbered as they were given. Keeps the boxes, and copies of the points of
-// groups that have been moved.
+// Points in blocks of 64 neighbours, each with a box, and 64 blocks to a group, for moving them many times at little
+// cost: a group or block that a tool does not reach costs one test. Points keep their numbers. Stores the boxes, and
+// copies of the points of groups that have been moved.
 class PointBlocks {
  public:
-  // How points are put into blocks:
+  // The order of points in blocks:
   //   sorted: along a space-filling curve, which takes about 30 ns a point;
   //   given:  in the given order, for points whose neighbours follow each other.
   enum class Order { sorted, given };
@@ -165,8 +162,7 @@ class PointBlocks {
   // Returns the number of points.
   std::size_t size() const { return size_; }
 
-  // Copies the points that have moved since the last call to where they are in the array that the constructor was
-  // given.
+  // Copies the points that have moved since the last call to their places in the array of the constructor.
   void update(std::span<Vec3d> points);
 
   // Returns the accepted steps of each point's path line since construction.
@@ -175,15 +171,15 @@ class PointBlocks {
  private:
   friend class detail::BlockMover;
 
-  // A box of points as it was when last computed.
+  // A box of points when it was last computed.
   struct Bounds {
     Vec3d center{};
     Vec3d half{};              // extents
-    double slack = 0;          // how far along an axis a point may have moved since
+    double slack = 0;          // a bound of the motion of its points along an axis since then
     bool has_changed = false;  // since the last call of update
   };
 
-  // The points of a group as they lie in it; empty before it is moved for the first time.
+  // The points of a group in its order; empty before it is moved for the first time.
   struct Copies {
     std::vector<double> numbers;  // x of all points, y of all, z of all
     std::vector<std::uint32_t> steps;
@@ -196,16 +192,14 @@ class PointBlocks {
   void fit_group(std::size_t group);
 
   std::size_t size_ = 0;
-  std::vector<std::uint32_t> order_;  // the points' numbers as they lie; empty: 0, 1, 2...
+  std::vector<std::uint32_t> order_;  // the points' numbers in the order of the blocks; empty: 0, 1, 2...
   std::vector<Copies> copies_;        // by group
   std::vector<Bounds> blocks_;
   std::vector<Bounds> groups_;
 };
 
-// Where a flow may move points.
-
-// Answers which balls of space a flow may move; keeps a copy of the flow. A question costs a distance for each field of
-// each segment.
+// Tells which balls of space a flow may move. Keeps a copy of the flow. A call costs a distance for each field of each
+// segment.
 class FlowReach {
  public:
   explicit FlowReach(const Flow& flow);
@@ -216,7 +210,7 @@ class FlowReach {
   FlowReach& operator=(FlowReach&&) noexcept;
 
   // Returns false only if every point of the ball keeps its bits; radius >= 0. Returns true for some balls that a tool
-  // narrowly misses.
+  // passes narrowly.
   bool may_move(const Vec3d& center, double radius) const;
 
   // Returns the size of the smallest part of a surface that the flow may move or bend: the least `outer` of balls,
@@ -228,13 +222,11 @@ class FlowReach {
   std::unique_ptr<const Parts> parts_;
 };
 
-// Moving points along the path lines of a flow.
-
 // The scalar in which fields are evaluated. Positions are double in both cases: fields are evaluated relative to the
 // tool's centre, and the displacement is added.
 enum class Precision { float32, float64 };
 
-// The tolerance relative to the shape's size that everything with such a setting takes by default.
+// The default of all tolerances relative to the shape's size.
 inline constexpr double kDefaultRelativeTolerance = 1e-5;
 
 // Returns relative_tolerance * diagonal, a length for AdvectOptions::tolerance. `diagonal` is that of the shape's
@@ -242,7 +234,7 @@ inline constexpr double kDefaultRelativeTolerance = 1e-5;
 // length above 0.
 double absolute_tolerance(double relative_tolerance, double diagonal);
 
-// How points are moved.
+// Options of advect().
 struct AdvectOptions {
   // Position error of one path line over one segment: a length above 0, which depends on the shape's size and so has no
   // default. absolute_tolerance() gives one.
@@ -251,7 +243,7 @@ struct AdvectOptions {
   Precision precision = Precision::float32;
   int threads = 0;  // 0: as many as the machine has
   Progress* progress = nullptr;
-  std::span<std::uint32_t> steps{};  // empty, or a number for each point, to which its accepted steps are added
+  std::span<std::uint32_t> steps{};  // empty, or one number for each point; advect() adds the accepted steps
 };
 
 // Throws InvalidInput unless `tolerance` is a finite length above 0, and `steps` empty or of one number for each point.
@@ -260,12 +252,12 @@ void validate(const AdvectOptions& options, std::size_t points);
 // How advect() ended.
 enum class AdvectStatus { done, cancelled, step_limit };
 
-// How advect() ended, and how much work it was, over all path lines.
+// How advect() ended, and its work over all path lines.
 struct AdvectResult {
   AdvectStatus status = AdvectStatus::done;
   std::uint64_t accepted_steps = 0;
   std::uint64_t rejected_steps = 0;
-  std::uint64_t evaluations = 0;  // of v, for all path lines together
+  std::uint64_t evaluations = 0;  // of v
 
   AdvectResult& operator+=(const AdvectResult& other);
 };
@@ -278,16 +270,16 @@ struct AdvectResult {
 // line needed over a million steps, for example because it runs to infinity far out in the slab of a bend.
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
-// Does the same for points that are moved many times: a tool costs one test for each group of 4096 points that it does
-// not reach. `points`: the array that the blocks were made of, changed since by update alone; it is read where the flow
-// reaches groups for the first time. The blocks' points are part-way unless the status is `done`. Throws InvalidInput
-// if the number of points differs from that of the blocks.
+// Does the same for points that are moved many times: a group of 4096 points that a tool does not reach costs one test.
+// `points`: the array of the blocks' constructor, changed only by update(); it is read when the flow first reaches a
+// group. The blocks' points are part-way unless the status is `done`. Throws InvalidInput if the number of points
+// differs from that of the blocks.
 AdvectResult advect(const Flow& flow, PointBlocks& blocks, std::span<const Vec3d> points, const AdvectOptions& options);
 
 // Returns v at each of the points at a time of the flow, in segments from its beginning: 1.25 is a quarter into the
-// second segment. A segment that is a part or an inverse takes one unit of time, too. Limit cylinders do not limit v,
-// because they limit path lines by where these begin. Throws InvalidInput where validate(flow) does, for a time that is
-// not from 0 to the number of segments, and for a motion or region of the caller's own.
+// second segment. Partial and inverse segments also take one unit of time. Ignores limit cylinders, because these
+// depend on the beginning of path lines. Throws InvalidInput where validate(flow) does, for a time that is not from 0
+// to the number of segments, and for a custom motion or region.
 std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, double time);
 
 // Returns the Jacobian at each of the points of the map that advect() applies: row i holds the derivatives of
@@ -296,15 +288,13 @@ std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, d
 // Throws as velocities() and advect(), and Cancelled.
 std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options);
 
-// What moves points: advect() with an instruction set of this machine, or another function of its type.
-
 // Moves points as advect(flow, points, options) does, for example on a GPU (knead/gpu.h). Points that no tool reaches
 // keep their bits; the others agree with advect up to the tolerance, not bit for bit. An empty function stands for
 // advect.
 using Backend = std::function<AdvectResult(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options)>;
 
-// Returns the instruction set that advect() uses: "scalar", "avx2", "avx512", "neon" or "wasm", the one that the
-// environment variable KNEAD_SIMD names, else the widest that this machine has. Results have the same bits with each.
+// Returns the instruction set that advect() uses, "scalar", "avx2", "avx512", "neon" or "wasm": the one that the
+// environment variable KNEAD_SIMD names, otherwise the widest of this machine. All give the same bits.
 // Throws InvalidInput if KNEAD_SIMD names an instruction set that is unknown or that the machine does not have.
 const char* simd_name();
 

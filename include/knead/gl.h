@@ -14,11 +14,8 @@ class GpuError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace knead
-
-namespace knead::gl {
-
 // Versions of OpenGL are numbers such as 43 for OpenGL 4.3. Drawing needs 33, compute shaders need 43.
+namespace gl {
 
 // An OpenGL core context. It is current in a thread only while a CurrentContext of it exists there.
 class Context {
@@ -93,4 +90,6 @@ bool is_software();
 // Returns true if the driver can report that the current context was lost, e.g. because the GPU was reset.
 bool reports_loss();
 
-}  // namespace knead::gl
+}  // namespace gl
+
+}  // namespace knead

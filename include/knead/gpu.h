@@ -1,4 +1,4 @@
-// Moves points along the path lines of a flow on a GPU.
+// Moves points along the path lines of a flow on a GPU, and measures surfaces whose points are there.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace knead::gpu {
 
-// How the GPU is used.
+// Options of Gpu.
 struct GpuOptions {
   // The largest number of points in one buffer; more points use several buffers. 0: as many as the driver allows.
   std::size_t most_points = 0;
@@ -141,8 +141,6 @@ class Gpu {
 // `on_failure` with the reason once, and moves these points and all later ones on the CPU. It also moves flows with
 // functions of the caller or with a mask on the CPU.
 Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, const GpuOptions& options = {});
-
-// Volumes and ray hits of a surface whose points are in a GPU's memory.
 
 // The first triangle that a ray hits.
 struct GpuHit {

@@ -1,4 +1,5 @@
-// The camera of a picture.
+// Pictures of shapes: cameras, images and their files, scenes, the offline renderer, the surfaces of tools, and the
+// interactive view.
 #pragma once
 
 #include <array>
@@ -21,7 +22,7 @@
 
 namespace knead::render {
 
-// Whether far things look smaller.
+// The projection of a camera.
 enum class Projection { orthographic, perspective };
 
 // Looks from eye to target. The picture shows `height` units from bottom to top in the plane through the target, in
@@ -57,7 +58,7 @@ struct FitOptions {
   double margin = 0.06;           // of the picture's height or width, whichever is tighter, on each side
 };
 
-// Where a camera looks, and which way is up in its picture.
+// The direction of a camera, and the direction that is up in its picture.
 struct ViewDirection {
   Vec3d direction;
   Vec3d up;
@@ -104,10 +105,8 @@ Camera fit_points(std::span<const Vec3d> points, const Vec3d& direction, const V
 Camera fit_camera(const Box& box, const Vec3d& direction, const Vec3d& up, double aspect,
                   const FitOptions& options = {});
 
-// A picture in memory, and its encoding as PNG, JPEG or GIF.
-
-// Rows from the top down, pixels from the left, four bytes per pixel: red, green, blue (sRGB, not multiplied by alpha)
-// and alpha. pixels.size() == 4 * width * height.
+// A picture in memory. Rows from the top down, pixels from the left, four bytes per pixel: red, green, blue (sRGB, not
+// multiplied by alpha) and alpha. pixels.size() == 4 * width * height.
 struct Image {
   int width = 0;
   int height = 0;
@@ -143,8 +142,6 @@ std::string gif_picture(const Image& image, const Image* before, int hundredths)
 // Returns the end of the file.
 std::string gif_end();
 
-// The contents of a picture as plain values. Nothing here needs OpenGL.
-
 // sRGB, each from 0 to 1; alpha 1 is opaque.
 struct Color {
   float red = 1;
@@ -170,7 +167,7 @@ std::string_view title_of(Matcap matcap);
 // Returns the matcap with this name_of(), if there is one.
 std::optional<Matcap> matcap_named(std::string_view name);
 
-// What is behind a scene: colours from the top of the picture to its bottom.
+// The colours behind a scene, from the top of the picture to its bottom.
 struct Background {
   Color top;
   Color bottom;
@@ -214,7 +211,7 @@ struct TranslucentSurface {
   Mesh mesh;
   Color color = kInnerRed;
 
-  // Of what is drawn: the mesh's attributes are not.
+  // Compares everything that is drawn, without the mesh's attributes.
   friend bool operator==(const TranslucentSurface& a, const TranslucentSurface& b) {
     return a.mesh.positions == b.mesh.positions && a.mesh.corner_vertex == b.mesh.corner_vertex &&
            a.mesh.face_begin == b.mesh.face_begin && a.color == b.color;
@@ -251,7 +248,7 @@ struct Clip {
   friend bool operator==(const Clip&, const Clip&) = default;
 };
 
-// What a picture shows.
+// The contents of a picture.
 struct Scene {
   std::vector<Shape> shapes;
   std::vector<TranslucentSurface> surfaces;
@@ -270,12 +267,6 @@ std::vector<Vec3d> scene_points(const Scene& scene);
 // Return the bounding box of the shapes, and of everything in the scene, in scene coordinates.
 Box shapes_box(const Scene& scene);
 Box scene_box(const Scene& scene);
-
-// Draws a scene with OpenGL: clay under a studio's soft light, with glassy tool surfaces.
-//
-// Light comes from 64 directions, each with its own shadow map: this gives ambient occlusion in folds and
-// a soft shadow on the ground without screen-space approximations. Translucent surfaces are sorted per pixel by depth
-// peeling (Everitt, "Interactive order-independent transparency", 2001).
 
 struct Programs;  // the compiled shaders (passes.h)
 
@@ -300,9 +291,12 @@ struct Options {
   double point_radius = 0;  // of a point cloud's discs, in scene units; 0: from the cloud's size and number of points
 };
 
-// Returns a picture of the scene, drawn in a new context without a window. One driver always returns the same bits.
-// Throws InvalidInput for options or a camera outside their ranges, and GpuError if there is no OpenGL 3.3. Cost: draws
-// the shapes light_samples times, and looks up width * height * light_samples texels.
+// Returns a picture of the scene, drawn with OpenGL in a new context without a window: clay under a studio's soft
+// light, with glassy tool surfaces. Light comes from many directions, each with its own shadow map, which gives ambient
+// occlusion in folds and a soft shadow on the ground. Translucent surfaces are sorted per pixel by depth peeling
+// (Everitt, "Interactive order-independent transparency", 2001). One driver always returns the same bits. Throws
+// InvalidInput for options or a camera outside their ranges, and GpuError if there is no OpenGL 3.3. Cost: draws the
+// shapes light_samples times, and looks up width * height * light_samples texels.
 Image render(const Scene& scene, const Options& options);
 
 // Renders many pictures in the OpenGL context that is current; keeps its compiled shaders. A call leaves OpenGL's
@@ -323,9 +317,7 @@ class Renderer {
   std::unique_ptr<Programs> programs_;
 };
 
-// Meshes of the surfaces r = level of a field's region, for pictures.
-
-// The resolution of the surfaces.
+// The resolution of the surfaces r = level of a field's region.
 struct SurfaceDetail {
   int cells = 64;            // of the grid for a point set's surface, along its longest side
   int relaxations = 8;       // of that surface (mesh/polygonise.h)
@@ -351,17 +343,15 @@ Mesh region_surface(const Field& field, const Vec3d& center, double level, const
 Mesh limit_cylinder_surface(const LimitCylinder& limit_cylinder, const Field& field, const Box& around,
                             const SurfaceDetail& detail = {});
 
-// A cache of the surfaces of point sets.
-
-// Keeps the few surfaces that were used last. A tool that is dragged only translates its point sets, so their surfaces,
-// which are slow to compute, can be translated, too.
+// A cache of the few surfaces of point sets that were used last. A tool that is dragged only translates its point sets,
+// so their surfaces, which are slow to compute, can be translated, too.
 class SurfaceCache {
  public:
   // Returns region_surface of a field whose region is a point set, about the field's own centre; level > 0. If the
   // cache has the surface of a translated set (equal to 10^-6 of the level), translates that surface instead.
   Mesh surface(const Field& field, double level, const SurfaceDetail& detail);
 
-  // Returns how many surfaces were computed.
+  // Returns the number of computed surfaces.
   std::size_t made() const { return made_; }
 
  private:
@@ -376,8 +366,6 @@ class SurfaceCache {
   std::size_t made_ = 0;
 };
 
-// Draws a tool as in the paper: the surface r = inner red, r = outer green, arrows for its motion.
-
 // The shape that a stamp presses in, in its pose before it moves, and the path of its origin.
 struct StampTool {
   Mesh mesh;
@@ -391,22 +379,21 @@ struct DrawnTool {
   std::optional<double> moment;
 };
 
-// How finely a tool is drawn.
+// The resolution of a tool's picture.
 struct ToolDrawing {
   SurfaceDetail detail{};
   SurfaceCache* cache = nullptr;  // keeps surfaces from one picture to the next, if not null
 };
 
-// Adds the tool of one stroke to the scene, with arrows that show the inner motion.
+// Adds the tool of one stroke to the scene as in the paper: the surface r = inner red, r = outer green, with arrows
+// that show the inner motion.
 //   without a moment  the tool at its start and, if it moves, its path and, fainter, the tool at its end
 //   at a moment       the tool where it is then, and its path
-// Of a grid the box of its nodes in use is drawn. The tool of a stamp is drawn as its shape, at a moment also with the
+// A grid is drawn as the box of its nodes in use; a stamp as its shape, at a moment also with the
 // regions of its contacts. `around` is the bounding box of the deformed shape.
 void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene, const ToolDrawing& how = {});
 
-// Draws one shape interactively while it deforms, in a window's framebuffer.
-
-// How the shape is shaded.
+// The shading of the interactive view.
 //   clay    under a sky and a key light, as in `knead render` but without shadows
 //   matcap  by the picture of a ball (LiveScene::matcap)
 //   flat    each triangle evenly, without gloss, under lamps of different colours that tell its slope

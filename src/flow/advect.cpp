@@ -1,3 +1,4 @@
+// advect() on the CPU: points in blocks of neighbours, and their motion through a flow, a group of blocks at a time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +17,71 @@ namespace knead {
 
 namespace {
 
+using detail::kBlock;
+using detail::kBlocksPerGroup;
+using detail::kGroup;
+
+// With fewer segments sorting the points takes longer than it saves.
+constexpr std::size_t kMinSegmentsToSort = 4;
+constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
+// The number of segments that are prepared together. Those of large sets need much memory, so each is done alone.
+constexpr std::size_t kSegmentsAtATime = 64;
+// A box is fitted anew when its points may have moved by this part of its size: to cull the block, and to find that its
+// points need not be classified.
+constexpr double kSlackToCull = 0.25;
+constexpr double kSlackToClassify = 1;
+
 bool is_finite_and_positive(double x) { return x > 0 && std::isfinite(x); }
+
+void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
+  validate(flow);
+  validate(options, points);
+}
+
+AdvectResult move_blocks(const Flow& flow, PointBlocks& blocks, std::span<const Vec3d> points,
+                         const AdvectOptions& options, std::uint64_t max_evaluations) {
+  const std::vector<std::uint32_t> before = options.steps.empty() ? std::vector<std::uint32_t>{} : blocks.steps();
+  const AdvectResult result = detail::BlockMover(blocks, points, options, max_evaluations).run(flow);
+  if (!options.steps.empty()) {
+    const std::vector<std::uint32_t> after = blocks.steps();
+    for (std::size_t i = 0; i < after.size(); ++i) options.steps[i] += after[i] - before[i];
+  }
+  return result;
+}
+
+// Returns whether the segment is prepared fast and in little memory.
+bool is_small(const Segment& segment) {
+  return segment.parts.empty() ? detail::has_pack_kernel(segment)
+                               : std::all_of(segment.parts.begin(), segment.parts.end(), detail::has_pack_kernel);
+}
+
+// Returns point i, and throws InvalidInput unless it is finite.
+const Vec3d& finite(std::span<const Vec3d> points, std::size_t i) {
+  if (is_finite(points[i])) return points[i];
+  throw InvalidInput(fmt::format("point {} has a coordinate that is not finite; place or remove it", i));
+}
+
+// Finds the middle and half of the extent of a block's numbers.
+void fit(std::span<const double> x, double& center, double& half) {
+  constexpr std::size_t kSideBySide = 8;  // which the compiler takes at once
+  std::array<double, kSideBySide> low{};
+  std::array<double, kSideBySide> high{};
+  low.fill(x[0]);
+  high.fill(x[0]);
+  const auto extend = [&](std::size_t k, double at) {
+    low[k] = at < low[k] ? at : low[k];
+    high[k] = at > high[k] ? at : high[k];
+  };
+  std::size_t i = 0;
+  for (; i + kSideBySide <= x.size(); i += kSideBySide) {
+    for (std::size_t k = 0; k < kSideBySide; ++k) extend(k, x[i + k]);
+  }
+  for (; i < x.size(); ++i) extend(0, x[i]);
+  const double least = *std::min_element(low.begin(), low.end());
+  const double most = *std::max_element(high.begin(), high.end());
+  center = 0.5 * (least + most);
+  half = 0.5 * (most - least) * (1 + 1e-12);
+}
 
 }  // namespace
 
@@ -52,48 +117,23 @@ AdvectResult& AdvectResult::operator+=(const AdvectResult& other) {
   return *this;
 }
 
-namespace {
-
-// Fewer segments than this are not worth sorting the points for.
-constexpr std::size_t kSegmentsWorthSorting = 4;
-
-void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
-  validate(flow);
-  validate(options, points);
-}
-
-AdvectResult move(const Flow& flow, PointBlocks& blocks, std::span<const Vec3d> points, const AdvectOptions& options,
-                  std::uint64_t most) {
-  const std::vector<std::uint32_t> before = options.steps.empty() ? std::vector<std::uint32_t>{} : blocks.steps();
-  const AdvectResult result = detail::BlockMover(blocks, points, options, most).run(flow);
-  if (!options.steps.empty()) {
-    const std::vector<std::uint32_t> after = blocks.steps();
-    for (std::size_t i = 0; i < after.size(); ++i) options.steps[i] += after[i] - before[i];
-  }
-  return result;
-}
-
-constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
-
-}  // namespace
-
 AdvectResult advect(const Flow& flow, PointBlocks& blocks, std::span<const Vec3d> points,
                     const AdvectOptions& options) {
   check(flow, options, points.size());
   if (points.size() != blocks.size()) throw InvalidInput("the number of points differs from that of the blocks");
-  return move(flow, blocks, points, options, kAnyNumber);
+  return move_blocks(flow, blocks, points, options, kUnlimited);
 }
 
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
-  return detail::advect_within(flow, points, options, kAnyNumber);
+  return detail::advect_within(flow, points, options, kUnlimited);
 }
 
 AdvectResult detail::advect_within(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
-                                   std::uint64_t most_evaluations) {
+                                   std::uint64_t max_evaluations) {
   check(flow, options, points.size());
-  const bool sorted = flow.segments.size() >= kSegmentsWorthSorting;
+  const bool sorted = flow.segments.size() >= kMinSegmentsToSort;
   PointBlocks blocks(points, sorted ? PointBlocks::Order::sorted : PointBlocks::Order::given);
-  const AdvectResult result = move(flow, blocks, points, options, most_evaluations);
+  const AdvectResult result = move_blocks(flow, blocks, points, options, max_evaluations);
   if (result.status == AdvectStatus::done) blocks.update(points);
   return result;
 }
@@ -101,23 +141,6 @@ AdvectResult detail::advect_within(const Flow& flow, std::span<Vec3d> points, co
 }  // namespace knead
 
 namespace knead::detail {
-
-namespace {
-
-// Segments are made ready for so many at a time. Those of large sets have much to keep, so each is done by itself.
-constexpr std::size_t kSegmentsAtATime = 64;
-
-bool is_ready_soon(const Segment& segment) {
-  return segment.parts.empty() ? has_pack_kernel(segment)
-                               : std::all_of(segment.parts.begin(), segment.parts.end(), has_pack_kernel);
-}
-
-// Culling is tried again with a new box where the old one has grown to this part of its size.
-constexpr double kStale = 0.25;
-// And to find that points need not be classified, at this multiple.
-constexpr double kVeryStale = 1;
-
-}  // namespace
 
 ReadySegment::ReadySegment(const Segment& of, const AdvectOptions& options)
     : segment(&of), culling(of), move(make_segment_mover(of, options)) {
@@ -142,12 +165,12 @@ AdvectResult BlockMover::run(const Flow& flow) {
   for (const Segment& segment : flow.segments) {
     ready.emplace_back(segment, options_);
     const bool is_last = &segment == &flow.segments.back();
-    if (!is_last && is_ready_soon(segment) && ready.size() < kSegmentsAtATime) continue;
+    if (!is_last && is_small(segment) && ready.size() < kSegmentsAtATime) continue;
     run(ready);
     ready.clear();
     if (is_stopped()) break;
   }
-  const bool is_done = complete_ && evaluations_ <= most_evaluations_;
+  const bool is_done = complete_ && evaluations_ <= max_evaluations_;
   AdvectStatus status = is_done ? AdvectStatus::done : AdvectStatus::step_limit;
   if (options_.progress != nullptr && options_.progress->cancel) status = AdvectStatus::cancelled;
   return {status, accepted_, rejected_, evaluations_};
@@ -155,7 +178,7 @@ AdvectResult BlockMover::run(const Flow& flow) {
 
 // `evaluations`: of a group that is being moved.
 bool BlockMover::is_stopped(std::uint64_t evaluations) const {
-  if (!complete_ || evaluations_ + evaluations > most_evaluations_) return true;
+  if (!complete_ || evaluations_ + evaluations > max_evaluations_) return true;
   return options_.progress != nullptr && options_.progress->cancel;
 }
 
@@ -171,12 +194,11 @@ void BlockMover::run(const std::vector<ReadySegment>& segments) {
   }
 }
 
-// A group that the segments miss where it lies now is not moved by any of them.
+// Returns the groups that some segment may move. A group that all segments miss where it lies now never moves.
 std::vector<std::size_t> BlockMover::groups_reached(const std::vector<ReadySegment>& segments) const {
   std::vector<std::size_t> reached;
   for (std::size_t group = 0; group < blocks_.groups_.size(); ++group) {
-    const PointBlocks::Bounds& bounds = blocks_.groups_[group];
-    const Surround ball = ball_of(bounds);
+    const Surround ball = ball_of(blocks_.groups_[group]);
     const bool missed = std::all_of(segments.begin(), segments.end(),
                                     [&](const ReadySegment& segment) { return segment.culling.misses(ball); });
     if (!missed) reached.push_back(group);
@@ -244,31 +266,27 @@ Surround BlockMover::ball_of(const PointBlocks::Bounds& bounds) {
 bool BlockMover::is_missed(const ReadySegment& segment, std::size_t block) {
   PointBlocks::Bounds& bounds = blocks_.blocks_[block];
   if (segment.culling.misses(ball_of(bounds))) return true;
-  if (bounds.slack <= kStale * norm(bounds.half) || segment.culling.covers(ball_of(bounds), true)) return false;
+  if (bounds.slack <= kSlackToCull * norm(bounds.half) || segment.culling.covers(ball_of(bounds), true)) return false;
   blocks_.fit_block(block);
   return segment.culling.misses(ball_of(bounds));
 }
 
-// Whether all points of the block are known to be in the intermediate region.
+// Returns whether all points of the block are known to be in the intermediate region.
 bool BlockMover::is_between(const ReadySegment& segment, std::size_t block) {
   PointBlocks::Bounds& bounds = blocks_.blocks_[block];
   if (segment.culling.covers(ball_of(bounds), false)) return true;
-  if (bounds.slack <= kVeryStale * norm(bounds.half)) return false;
+  if (bounds.slack <= kSlackToClassify * norm(bounds.half)) return false;
   blocks_.fit_block(block);
   return segment.culling.covers(ball_of(bounds), false);
 }
 
-// Of a segment with a limit cylinder: the points that are in it at t = 0.
+// Limits the members to the points that are in the segment's limit cylinder at t = 0.
 void BlockMover::choose_members(const ReadySegment& segment, Work& work) const {
-  std::vector<double> copy;
+  std::vector<double> numbers;
   Coordinates at_start = work.live.points;
   if (segment.move_to_start) {
-    for (const double* from : {at_start.x, at_start.y, at_start.z}) copy.insert(copy.end(), from, from + kGroup);
-    at_start = {copy.data(), copy.data() + kGroup, copy.data() + 2 * kGroup};
-    std::vector<std::uint32_t> steps(kGroup);
-    std::array<double, kBlocksPerGroup> moved{};
-    segment.move_to_start({at_start, work.live.members, work.live.blocks, work.live.block_count, 0, steps.data(),
-                           moved.data(), work.live.stop});
+    numbers = moved_copy(segment.move_to_start, work.live);
+    at_start = {numbers.data(), numbers.data() + kGroup, numbers.data() + 2 * kGroup};
   }
   for (int k = 0; k < work.live.block_count; ++k) {
     const std::size_t block = work.blocks[static_cast<std::size_t>(k)];
@@ -283,42 +301,6 @@ void BlockMover::choose_members(const ReadySegment& segment, Work& work) const {
 }  // namespace knead::detail
 
 namespace knead {
-
-namespace {
-
-using detail::kBlock;
-using detail::kBlocksPerGroup;
-using detail::kGroup;
-
-// Returns point i, and throws InvalidInput unless it is finite.
-const Vec3d& finite(std::span<const Vec3d> points, std::size_t i) {
-  if (is_finite(points[i])) return points[i];
-  throw InvalidInput(fmt::format("point {} has a coordinate that is not finite; place or remove it", i));
-}
-
-// Finds the middle and half of the extent of a block's numbers.
-void fit(std::span<const double> x, double& center, double& half) {
-  constexpr std::size_t kSideBySide = 8;  // which the compiler takes at once
-  std::array<double, kSideBySide> low{};
-  std::array<double, kSideBySide> high{};
-  low.fill(x[0]);
-  high.fill(x[0]);
-  const auto extend = [&](std::size_t k, double at) {
-    low[k] = at < low[k] ? at : low[k];
-    high[k] = at > high[k] ? at : high[k];
-  };
-  std::size_t i = 0;
-  for (; i + kSideBySide <= x.size(); i += kSideBySide) {
-    for (std::size_t k = 0; k < kSideBySide; ++k) extend(k, x[i + k]);
-  }
-  for (; i < x.size(); ++i) extend(0, x[i]);
-  const double least = *std::min_element(low.begin(), low.end());
-  const double most = *std::max_element(high.begin(), high.end());
-  center = 0.5 * (least + most);
-  half = 0.5 * (most - least) * (1 + 1e-12);
-}
-
-}  // namespace
 
 void require_finite(std::span<const Vec3d> points) {
   for (std::size_t i = 0; i < points.size(); ++i) finite(points, i);
@@ -385,9 +367,9 @@ void PointBlocks::fit_group(std::size_t group) {
   const std::size_t first = group * kBlocksPerGroup;
   for (std::size_t block = first; block < std::min(first + kBlocksPerGroup, blocks_.size()); ++block) {
     const Bounds& bounds = blocks_[block];
-    const Vec3d reach = bounds.half + Vec3d{1, 1, 1} * bounds.slack;
-    box.extend(bounds.center - reach);
-    box.extend(bounds.center + reach);
+    const Vec3d extent = bounds.half + Vec3d{1, 1, 1} * bounds.slack;
+    box.extend(bounds.center - extent);
+    box.extend(bounds.center + extent);
   }
   groups_[group].center = box.center();
   groups_[group].half = (box.max - box.min) * (0.5 * (1 + 1e-12));

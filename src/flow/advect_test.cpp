@@ -1,3 +1,4 @@
+// advect(): accuracy, untouched points, blocks, cancelling and errors.
 #include "knead/flow.h"
 
 #include <gtest/gtest.h>

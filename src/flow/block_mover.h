@@ -1,4 +1,4 @@
-// Moves points in blocks through a flow.
+// Moves points in blocks through a flow, with a bound on the work. Internal to the library.
 #pragma once
 
 #include <atomic>
@@ -13,12 +13,12 @@
 
 namespace knead::detail {
 
-// A segment made ready for being asked of many groups.
+// A segment, prepared for many groups.
 struct ReadySegment {
   const Segment* segment = nullptr;
   Culling culling;
   SegmentMover move;
-  // Of a limit cylinder whose members are to be known at t = 0, from where they are at the segment's beginning.
+  // Moves points from the segment's beginning to t = 0, where the limit cylinder chooses them; null if they are there.
   std::unique_ptr<const Segment> to_start;
   SegmentMover move_to_start;
 
@@ -27,16 +27,15 @@ struct ReadySegment {
 
 class BlockMover {
  public:
-  // `most_evaluations` of v may be made for all path lines together.
+  // `max_evaluations`: of v, for all path lines together.
   BlockMover(PointBlocks& blocks, std::span<const Vec3d> points, const AdvectOptions& options,
-             std::uint64_t most_evaluations)
-      : blocks_(blocks), points_(points), options_(options), most_evaluations_(most_evaluations) {}
+             std::uint64_t max_evaluations)
+      : blocks_(blocks), points_(points), options_(options), max_evaluations_(max_evaluations) {}
 
   AdvectResult run(const Flow& flow);
 
  private:
-  // What one thread needs for a group.
-  struct Work;
+  struct Work;  // of one thread, for one group
 
   void run(const std::vector<ReadySegment>& segments);
   std::vector<std::size_t> groups_reached(const std::vector<ReadySegment>& segments) const;
@@ -54,19 +53,16 @@ class BlockMover {
   PointBlocks& blocks_;
   std::span<const Vec3d> points_;
   const AdvectOptions& options_;
-  std::uint64_t most_evaluations_;
+  std::uint64_t max_evaluations_;
   std::atomic<std::uint64_t> accepted_{0};
   std::atomic<std::uint64_t> rejected_{0};
   std::atomic<std::uint64_t> evaluations_{0};
   std::atomic<bool> complete_{true};
 };
 
-// Moving points with a bound on the work. Internal.
-
-// Does as advect(), but ends with the status `step_limit`, and leaves the points as they were, if all path lines
-// together need more than so many evaluations of v. Whether they do depends on the points and the flow alone; it ends
-// soon after.
+// Does the same as advect(), but ends with the status `step_limit`, and leaves the points unchanged, soon after all
+// path lines together need more than `max_evaluations` of v. Whether they do depends on the points and the flow alone.
 AdvectResult advect_within(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
-                           std::uint64_t most_evaluations);
+                           std::uint64_t max_evaluations);
 
 }  // namespace knead::detail

@@ -1,3 +1,4 @@
+// Closed forms of path lines, for one point at a time; kernel_stage.h has them for packs.
 #include "flow/closed_form.h"
 
 #include <algorithm>
@@ -15,7 +16,7 @@ namespace {
 
 // d turned about the unit axis by the angle, minus d; without cancellation for small angles.
 Vec3d turn_displacement(const Vec3d& d, const Vec3d& axis, double angle) {
-  constexpr double kMaxForSinCos = 1e4;  // far up a twist there may be more
+  constexpr double kMaxForSinCos = 1e4;  // far up a twist angles are greater
   if (std::abs(angle) > kMaxForSinCos) angle = std::remainder(angle, 2 * std::numbers::pi);
   const double half_sine = sincos(0.5 * angle).sin;
   const Vec3d d_perp = d - axis * dot(axis, d);
@@ -24,8 +25,8 @@ Vec3d turn_displacement(const Vec3d& d, const Vec3d& axis, double angle) {
 
 bool is_parallel(const Vec3d& a, const Vec3d& b) { return norm2(cross(a, b)) <= 1e-24 * norm2(a) * norm2(b); }
 
-// The greatest value over the angles from phi0 to phi1 of n(phi).d, n turning about the unit axis: a sinusoid
-// level + cosine cos(phi) + sine sin(phi). For half a turn or more, its greatest value at all.
+// The maximum over the angles from phi0 to phi1 of n(phi).d, n turning about the unit axis: a sinusoid
+// level + cosine cos(phi) + sine sin(phi). For half a turn or more, its global maximum.
 double greatest_over_turn(const Vec3d& n, const Vec3d& axis, const Vec3d& d, double phi0, double phi1) {
   const double level = dot(axis, n) * dot(axis, d);
   const double cosine = dot(n, d) - level;
@@ -40,7 +41,7 @@ double greatest_over_turn(const Vec3d& n, const Vec3d& axis, const Vec3d& d, dou
   return level + std::max(cosine * low.cos + sine * low.sin, cosine * high.cos + sine * high.sin);
 }
 
-// Whether r is never negative, so that nothing is within a threshold of 0.
+// Returns whether r is never negative, so that no point is below a threshold of 0.
 bool is_distance(const HalfSpace<double>& /*region*/) { return false; }
 bool is_distance(const CustomRegion& /*region*/) { return false; }
 bool is_distance(const auto& /*region*/) { return true; }
@@ -129,7 +130,7 @@ bool has_point(std::span<const Vec3d> points, const Vec3d& d, double slack) {
 
 bool before(const Vec3d& p, const Vec3d& q) { return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z); }
 
-// The same of points in that order.
+// The same for points in that order.
 bool has_sorted_point(std::span<const Vec3d> points, const Vec3d& d, double slack) {
   if (slack == 0) return std::binary_search(points.begin(), points.end(), d, before);
   const auto by_x = [](const Vec3d& p, double x) { return p.x < x; };

@@ -1,4 +1,5 @@
-// Path lines that need no integration (method, section 3, "Exact facts").
+// Path lines that need no integration (method, section 3, "Exact facts"), the time at which a tool reaches a point, and
+// one field in the scalar of the evaluation. Internal to the library.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +13,8 @@
 
 namespace knead {
 
-// Returns the displacement of the point x from segment.begin to segment.end where it is known in closed form, else
-// nothing. The segment's limit cylinder is ignored. Known are
+// Returns the displacement of the point x from segment.begin to segment.end if it is known in closed form. Ignores the
+// segment's limit cylinder. Known are
 //   - a translation swept along with its tool, for a point of the rigid inner region: the tool's displacement, exactly;
 //   - a rotation in a ball about its centre, and a twist whose half-space's normal is parallel to its axis: every point
 //     turns about the axis at a constant rate;
@@ -37,20 +38,17 @@ class HandlePoints {
   std::vector<Vec3d> zero_;
 };
 
-// When a moving tool reaches a resting point.
-
 // Returns the earliest time, from t towards segment.end, at which the resting point x can be inside the support
 // (r < outer) of a field of the segment; t if it is inside already; nothing if it never is. Exact for balls and
-// capsules (the root of a quadratic). For other regions a lower bound: the tool then still has at most 1e-4 (outer -
-// inner) to move.
+// capsules (the root of a quadratic). A lower bound for other regions: the tool then has at most 1e-4 (outer - inner)
+// left to move.
 std::optional<double> next_contact(const Segment& segment, const Vec3d& x, double t);
 
 }  // namespace knead
 
-// One field with its numbers in the scalar of the evaluation.
 namespace knead::detail {
 
-// |dr/dt| at a resting point: how fast a region turns past it.
+// |dr/dt| at a resting point, caused by the region's turning.
 template <class S>
 S turning_speed(const HalfSpace<S>& region, const Vec3<S>& d, double t) {
   if (region.turn_angle == S(0)) return S(0);
@@ -73,8 +71,8 @@ S turning_speed(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
   return S(0);
 }
 
-// The length over which r passes from one threshold to the other, where that depends on the place: between handles, the
-// distance from one set past d to the other. Infinity where the thresholds are themselves lengths.
+// The length over which r passes from one threshold to the other if that depends on the place: between handles, the
+// distance from one set past d to the other. Infinity if the thresholds are lengths.
 template <class S>
 S width_between(const HandlesDistances<S>& distance) {
   return distance.full.value + distance.zero.value;
@@ -95,7 +93,7 @@ inline constexpr bool kHasWidth = false;
 template <class S, class Set>
 inline constexpr bool kHasWidth<Handles<S, Set>> = true;
 
-// The point that started at x0 and has moved by D is at x0 + D.
+// One field with its numbers in the scalar S, for a point at x0 + moved, which started at x0.
 template <class S, class M, class R>
 struct SingleField {
   M motion;
@@ -116,7 +114,7 @@ struct SingleField {
            knead::velocity(motion, region, thresholds, d - displacement, s) * s;
   }
 
-  // The same between handles, with the width there: both need the distances from all points.
+  // The same between handles, and the width there: both need the distances from all points.
   Vec3<S> velocity_and_width(const Vec3d& x0, const Vec3<S>& moved, double t, S& width_there) const {
     if (blended) {
       width_there = width(x0, moved, t);
@@ -141,8 +139,8 @@ struct SingleField {
     return at(d, t) * (S(1) - t) + at(d - displacement, t) * t;
   }
 
-  // A speed at which r may change besides that of the point relative to the tool's frame: by turning, or by the part of
-  // a blended field whose weight is still small.
+  // The speed at which r may change apart from the point's motion relative to the tool: by turning, or by the field of
+  // a blended segment whose weight is still small.
   S hidden_speed(const Vec3d& x0, const Vec3<S>& moved, double t) const {
     const Vec3<S> d = Vec3<S>(x0 - center) + moved;
     if (!blended) return turning_speed(region, d - displacement * static_cast<S>(t), t);

@@ -1,3 +1,4 @@
+// Closed forms of path lines against their integration.
 #include "flow/closed_form.h"
 
 #include <gtest/gtest.h>

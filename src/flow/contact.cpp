@@ -1,25 +1,25 @@
-#include "flow/closed_form.h"
-
-#include "field/grid.h"
-
+// The time at which a moving tool reaches a resting point: next_contact() of closed_form.h.
 #include <algorithm>
 #include <cmath>
+
+#include "field/grid.h"
+#include "flow/closed_form.h"
 
 namespace knead {
 
 namespace {
 
-// Tracing stops this part of the intermediate region's width before outer. Were the field entered so much late, v would
-// still be below 1e-10 of the tool's speed.
+// Tracing stops at this part of the intermediate region's width before outer. At the same distance behind outer, v is
+// still below 1e-10 of the tool's speed.
 constexpr double kTraceResolution = 1e-4;
 
-// A resting point as one field of the segment sees it.
+// The path of a resting point in the frame of one field.
 struct Approach {
   Vec3d d;         // x - c(t)
   Vec3d velocity;  // of d, per unit of advance
   double t = 0;
   double direction = 1;  // +1 or -1: the sign of time
-  double advance = 0;    // at most this much time is left
+  double advance = 0;    // the time that is left
 };
 
 // The first s >= 0 with |d + s velocity| = radius, for |d| >= radius.
@@ -65,13 +65,13 @@ std::optional<double> advance_to(const Capsule<double>& region, const Thresholds
   return first;
 }
 
-// Everything moves but the zero set, where v is 0 of itself.
+// Handles move everything but the zero set, where v is 0 anyway.
 std::optional<double> advance_to(const Handles<double>& /*region*/, const Thresholds<double>& /*thresholds*/,
                                  const Approach& /*at*/) {
   return 0.0;
 }
 
-// How far x may move, or how much time may pass, before r can be below outer.
+// The time that may pass before r can be below outer.
 double safe_advance(const HalfSpace<double>& region, const Thresholds<double>& thresholds, const Vec3d& d, double r,
                     double speed) {
   const double turning = std::abs(region.turn_angle) * norm(cross(region.turn_axis, d));
@@ -83,9 +83,9 @@ double safe_advance(const CustomRegion& region, const Thresholds<double>& thresh
   return (r - thresholds.outer) / (region.slope * speed + region.speed);
 }
 
-// For points |d(ln r)| <= dl / d_min, for curves 5/4 of it, d_min being the true distance from the set; moving by l
-// leaves at least d_min - l of it. So r stays above outer while l < d_min (1 - (outer/r)^(4/5)), of which 4/5 d_min (1
-// - outer/r) is a lower bound.
+// For points |d(ln r)| <= dl / d_min, for curves 5/4 of it; d_min is the true distance from the set, and at least d_min
+// - l after a motion by l. So r stays above outer while l < d_min (1 - (outer/r)^(4/5)), of which 4/5 d_min (1 -
+// outer/r) is a lower bound.
 double safe_advance(const PointSet<double>& region, const Thresholds<double>& thresholds, const Vec3d& d, double r,
                     double speed) {
   double least2 = kInfinity;
@@ -110,8 +110,8 @@ std::optional<double> advance_to(const R& region, const Thresholds<double>& thre
   return std::nullopt;
 }
 
-// Returns how long after t one segment, which is no sum, reaches the point; nothing if it does not until `end`.
-// `direction` is that of Approach.
+// Returns the time from t until a segment that is no sum reaches the point; nothing if it does not until `end`.
+// `direction`: as in Approach.
 std::optional<double> contact_with(const Segment& segment, double end, double direction, const Vec3d& x, double t) {
   if (!segment.grid.is_empty()) {
     return t != end && detail::is_used(segment.grid, x) ? std::optional(0.0) : std::nullopt;

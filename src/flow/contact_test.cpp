@@ -1,3 +1,4 @@
+// The time at which a tool reaches a resting point.
 #include "flow/closed_form.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Bounds of supports: for culling blocks of points, and for FlowReach.
 #include "flow/culling.h"
 
 #include <algorithm>
@@ -14,16 +15,79 @@ namespace knead::detail {
 
 namespace {
 
-// Bounds are computed with rounding of their own.
-constexpr double kRoundingOfBox = 1e-9;
+constexpr double kRoundingOfBox = 1e-9;  // of the bounds themselves
 
 double rounding(const Field& field, const Surround& ball) {
   return kRoundingOfBox * (std::abs(field.thresholds.outer) + norm(ball.center - field.center) + ball.radius);
 }
 
+// The following return less than r anywhere in the ball during the sweep.
+double least_value(const Ball<double>& /*region*/, const Culling::Sweep& sweep, const Surround& ball) {
+  return distance_to_segment(ball.center, sweep.from, sweep.to) - ball.radius;
+}
+
+double least_value(const Capsule<double>& region, const Culling::Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
+  return distance_to_segment(d, -region.half_axis, region.half_axis) - ball.radius - sweep.half_length;
+}
+
+double least_value(const HalfSpace<double>& region, const Culling::Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
+  const double lever = region.turn_angle == 0 ? 0 : norm(cross(region.turn_axis, d)) + ball.radius;
+  const double turned = std::abs(region.turn_angle) * sweep.half_time * lever;
+  return dot(normal_at(region, sweep.middle), d) - ball.radius - sweep.half_length - turned;
+}
+
+double least_value(const CustomRegion& region, const Culling::Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
+  return evaluate(region, d, sweep.middle).value - region.slope * (ball.radius + sweep.half_length) -
+         region.speed * sweep.half_time;
+}
+
+// Not r: exceeds outer by the distance of the ball from the support.
+double least_value(const PointSet<double>& /*region*/, const Culling::Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - sweep.elements.center;
+  const double away = distance_to_segment(d, sweep.from, sweep.to) - sweep.elements.radius - sweep.radius;
+  return sweep.field->thresholds.outer + away - ball.radius;
+}
+
+// The support of handles has no bounds.
+double least_value(const Handles<double>& /*region*/, const Culling::Sweep& /*sweep*/, const Surround& /*ball*/) {
+  return -kInfinity;
+}
+
+// For brushes, which are tested against many balls: without roots and divisions.
+bool ball_misses(const Culling::Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - sweep.from;
+  const double along = std::clamp(dot(d, sweep.path) * sweep.per_path2, 0.0, 1.0);
+  const double reach = sweep.field->thresholds.outer + ball.radius;
+  const double with_rounding = reach + 2 * kRoundingOfBox * (reach + sweep.half_length);
+  return norm2(d - sweep.path * along) > with_rounding * with_rounding;
+}
+
+bool sweep_misses(const Culling::Sweep& sweep, const Surround& ball) {
+  if (sweep.of_ball) return ball_misses(sweep, ball);
+  const Field& field = *sweep.field;
+  const double least = std::visit([&](const auto& region) { return least_value(region, sweep, ball); }, field.region);
+  return least > field.thresholds.outer + rounding(field, ball);
+}
+
+bool is_beyond(const LimitCylinder& limit_cylinder, const Vec3d& center, double radius) {
+  const Vec3d d = center - limit_cylinder.center;
+  return norm(d - limit_cylinder.axis * dot(limit_cylinder.axis, d)) > (limit_cylinder.radius + radius) * (1 + 1e-12);
+}
+
+double feature_of(const Field& field) {
+  if (std::holds_alternative<HalfSpace<double>>(field.region)) return field.thresholds.outer - field.thresholds.inner;
+  const bool is_distance = std::holds_alternative<Ball<double>>(field.region) ||
+                           std::holds_alternative<Capsule<double>>(field.region) ||
+                           std::holds_alternative<PointSet<double>>(field.region);
+  return is_distance ? field.thresholds.outer : kInfinity;
+}
+
 }  // namespace
 
-double support_reach(const PointSet<double>& set, double outer) {
+double support_radius(const PointSet<double>& set, double outer) {
   double copies = static_cast<double>(set.points.size());  // r >= copies^(-1/m) times the true distance
   for (const auto& curve : set.curves) {
     copies += integer_power(std::sqrt(std::sqrt(static_cast<double>(curve.size() - 1))), set.exponent);
@@ -41,7 +105,7 @@ Surround surround_of(const PointSet<double>& set) {
 
 Box support_of(const Field& field, const Vec3d& displacement) {
   Box box;
-  double reach = field.thresholds.outer;
+  double radius = field.thresholds.outer;
   if (std::holds_alternative<Ball<double>>(field.region)) {
     box.extend({0, 0, 0});
   } else if (const auto* capsule = std::get_if<Capsule<double>>(&field.region)) {
@@ -50,11 +114,11 @@ Box support_of(const Field& field, const Vec3d& displacement) {
   } else if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
     const Surround elements = surround_of(*set);
     box.extend(elements.center);
-    reach = elements.radius + support_reach(*set, field.thresholds.outer);
+    radius = elements.radius + support_radius(*set, field.thresholds.outer);
   } else {
     return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
   }
-  const Vec3d by{reach, reach, reach};
+  const Vec3d by{radius, radius, radius};
   box = {box.min + field.center - by, box.max + field.center + by};
   Box moved = box;
   moved.extend(box.min + displacement);
@@ -77,41 +141,6 @@ Box support_of(const Segment& segment) {
   return box;
 }
 
-// Less than r anywhere in the ball during the sweep.
-double Culling::least_value(const Ball<double>& /*region*/, const Sweep& sweep, const Surround& ball) {
-  return distance_to_segment(ball.center, sweep.from, sweep.to) - ball.radius;
-}
-
-double Culling::least_value(const Capsule<double>& region, const Sweep& sweep, const Surround& ball) {
-  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
-  return distance_to_segment(d, -region.half_axis, region.half_axis) - ball.radius - sweep.half_length;
-}
-
-double Culling::least_value(const HalfSpace<double>& region, const Sweep& sweep, const Surround& ball) {
-  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
-  const double lever = region.turn_angle == 0 ? 0 : norm(cross(region.turn_axis, d)) + ball.radius;
-  const double turned = std::abs(region.turn_angle) * sweep.half_time * lever;
-  return dot(normal_at(region, sweep.middle), d) - ball.radius - sweep.half_length - turned;
-}
-
-double Culling::least_value(const CustomRegion& region, const Sweep& sweep, const Surround& ball) {
-  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
-  return evaluate(region, d, sweep.middle).value - region.slope * (ball.radius + sweep.half_length) -
-         region.speed * sweep.half_time;
-}
-
-// Not r, but as much above outer as the ball is away from the support.
-double Culling::least_value(const PointSet<double>& /*region*/, const Sweep& sweep, const Surround& ball) {
-  const Vec3d d = ball.center - sweep.elements.center;
-  const double away = distance_to_segment(d, sweep.from, sweep.to) - sweep.elements.radius - sweep.reach;
-  return sweep.field->thresholds.outer + away - ball.radius;
-}
-
-// Handles reach everywhere.
-double Culling::least_value(const Handles<double>& /*region*/, const Sweep& /*sweep*/, const Surround& /*ball*/) {
-  return -kInfinity;
-}
-
 Culling::Culling(const Segment& segment) {
   for (const Segment& part : segment.parts) add(part, segment.begin, segment.end);
   if (segment.parts.empty()) add(segment, segment.begin, segment.end);
@@ -119,7 +148,7 @@ Culling::Culling(const Segment& segment) {
 
 void Culling::add(const Segment& segment, double from, double to) {
   if (!segment.grid.is_empty()) grids_.push_back(std::make_shared<const GridSupport>(segment.grid));
-  const bool blended = segment.time_law == TimeLaw::blended;  // both of its ends are there all the time
+  const bool blended = segment.time_law == TimeLaw::blended;  // both of its fields act all the time
   const double begin = blended ? 0 : from;
   const double end = blended ? 1 : to;
   for (const Field& field : segment.fields) {
@@ -137,26 +166,10 @@ void Culling::add(const Segment& segment, double from, double to) {
     sweep.of_ball = std::holds_alternative<Ball<double>>(field.region);
     if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
       sweep.elements = surround_of(*set);
-      sweep.reach = support_reach(*set, field.thresholds.outer) * (1 + 1e-4);
+      sweep.radius = support_radius(*set, field.thresholds.outer) * (1 + 1e-4);
     }
     sweeps_.push_back(sweep);
   }
-}
-
-// Brushes are asked of many boxes: without roots and divisions.
-bool Culling::ball_misses(const Sweep& sweep, const Surround& ball) {
-  const Vec3d d = ball.center - sweep.from;
-  const double along = std::clamp(dot(d, sweep.path) * sweep.per_path2, 0.0, 1.0);
-  const double reach = sweep.field->thresholds.outer + ball.radius;
-  const double with_rounding = reach + 2 * kRoundingOfBox * (reach + sweep.half_length);
-  return norm2(d - sweep.path * along) > with_rounding * with_rounding;
-}
-
-bool Culling::misses(const Sweep& sweep, const Surround& ball) {
-  if (sweep.of_ball) return ball_misses(sweep, ball);
-  const Field& field = *sweep.field;
-  const double least = std::visit([&](const auto& region) { return least_value(region, sweep, ball); }, field.region);
-  return least > field.thresholds.outer + rounding(field, ball);
 }
 
 bool Culling::covers(const Surround& ball, bool or_inside) const {
@@ -167,10 +180,10 @@ bool Culling::covers(const Surround& ball, bool or_inside) const {
     if (!is_distance) return false;
     const bool turns = std::holds_alternative<Rotation<double>>(sweep.field->motion) ||
                        std::holds_alternative<Twist<double>>(sweep.field->motion);
-    if (turns && !or_inside) return false;  // known in closed form there too
+    if (turns && !or_inside) return false;  // closed forms exist there too
     const double at_center = region_value(*sweep.field, ball.center - sweep.from, sweep.begin).value;
     const Thresholds<double>& thresholds = sweep.field->thresholds;
-    // With a margin: what is classified point by point may be rounded to the other side of a threshold.
+    // With a margin: single points may be rounded to the other side of a threshold.
     const double radius = ball.radius + rounding(*sweep.field, ball);
     return at_center + radius < thresholds.outer && (or_inside || at_center - radius >= thresholds.inner);
   };
@@ -178,33 +191,16 @@ bool Culling::covers(const Surround& ball, bool or_inside) const {
 }
 
 bool Culling::misses(const Surround& ball) const {
-  const Vec3d reach = Vec3d{1, 1, 1} * ball.radius;
-  const Box box{ball.center - reach, ball.center + reach};
+  const Vec3d half = Vec3d{1, 1, 1} * ball.radius;
+  const Box box{ball.center - half, ball.center + half};
   const auto misses_box = [&](const auto& grid) { return grid->misses(box); };
   if (!std::all_of(grids_.begin(), grids_.end(), misses_box)) return false;
-  return std::all_of(sweeps_.begin(), sweeps_.end(), [&](const Sweep& sweep) { return misses(sweep, ball); });
+  return std::all_of(sweeps_.begin(), sweeps_.end(), [&](const Sweep& sweep) { return sweep_misses(sweep, ball); });
 }
 
 }  // namespace knead::detail
 
 namespace knead {
-
-namespace {
-
-bool is_beyond(const LimitCylinder& limit_cylinder, const Vec3d& center, double radius) {
-  const Vec3d d = center - limit_cylinder.center;
-  return norm(d - limit_cylinder.axis * dot(limit_cylinder.axis, d)) > (limit_cylinder.radius + radius) * (1 + 1e-12);
-}
-
-double feature_of(const Field& field) {
-  if (std::holds_alternative<HalfSpace<double>>(field.region)) return field.thresholds.outer - field.thresholds.inner;
-  const bool is_distance = std::holds_alternative<Ball<double>>(field.region) ||
-                           std::holds_alternative<Capsule<double>>(field.region) ||
-                           std::holds_alternative<PointSet<double>>(field.region);
-  return is_distance ? field.thresholds.outer : kInfinity;
-}
-
-}  // namespace
 
 struct FlowReach::Parts {
   explicit Parts(const Flow& whole) : flow(detail::each_part(whole)) {
@@ -214,7 +210,7 @@ struct FlowReach::Parts {
   Parts& operator=(const Parts&) = delete;
   ~Parts() = default;
 
-  Flow flow;  // which the segments' bounds refer to
+  Flow flow;  // the bounds refer to its segments
   std::vector<detail::Culling> segments;
 };
 
@@ -226,7 +222,7 @@ FlowReach& FlowReach::operator=(FlowReach&&) noexcept = default;
 bool FlowReach::may_move(const Vec3d& center, double radius) const {
   for (std::size_t i = 0; i < parts_->segments.size(); ++i) {
     const auto& limit_cylinder = parts_->flow.segments[i].limit_cylinder;
-    if (limit_cylinder && is_beyond(*limit_cylinder, center, radius)) continue;
+    if (limit_cylinder && detail::is_beyond(*limit_cylinder, center, radius)) continue;
     if (!parts_->segments[i].misses({center, radius})) return true;
   }
   return false;
@@ -236,7 +232,7 @@ double FlowReach::smallest_feature() const {
   double smallest = kInfinity;
   for (const Segment& segment : parts_->flow.segments) {
     if (!segment.grid.is_empty()) smallest = std::min(smallest, 2 * segment.grid.spacing);
-    for (const Field& field : segment.fields) smallest = std::min(smallest, feature_of(field));
+    for (const Field& field : segment.fields) smallest = std::min(smallest, detail::feature_of(field));
   }
   return smallest;
 }

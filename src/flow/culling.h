@@ -1,4 +1,4 @@
-// Which points a segment can reach, for whole boxes of them.
+// The supports of segments, and balls of points that a segment cannot move. Internal to the library.
 #pragma once
 
 #include <memory>
@@ -16,40 +16,40 @@ struct Surround {
   double radius = 0;
 };
 
-// Beyond this true distance from every element of the set, r >= outer.
-double support_reach(const PointSet<double>& set, double outer);
+// Returns a true distance from all elements of the set beyond which r >= outer.
+double support_radius(const PointSet<double>& set, double outer);
 
-// The ball around the points and curves of a set, relative to its field's centre.
+// Returns the ball around the points and curves of a set, relative to its field's centre.
 Surround surround_of(const PointSet<double>& set);
 
-// A box beyond which a field is 0 from t = 0 to 1, if it moves by the displacement; from -kFar to kFar for regions
-// without bounds.
+// The coordinates of supports without bounds are -kFar and kFar.
 inline constexpr double kFar = 1e300;
+
+// Returns a box beyond which a field that moves by the displacement is 0 from t = 0 to 1.
 Box support_of(const Field& field, const Vec3d& displacement);
 
 // The same for a segment that is no sum.
 Box support_of(const Segment& segment);
 
-// What a segment's fields can reach. The segment must outlive it.
+// Bounds of a segment's supports over its time. The segment must outlive it.
 class Culling {
  public:
   explicit Culling(const Segment& segment);
 
-  // Whether no resting point of the ball is in the support of a field at any time of the segment. May be false although
-  // it is true, where the tool passes near.
+  // Returns true only if no resting point of the ball is in the support of a field at any time of the segment. Returns
+  // false for some balls that the tool passes narrowly.
   bool misses(const Surround& ball) const;
 
-  // Whether every point of the ball is in the intermediate region at the segment's beginning, or in the inner one if
-  // `or_inside`; as far as is easily known.
+  // Returns true only if every point of the ball is in the intermediate region at the segment's beginning, or in the
+  // inner one if `or_inside`. Tests simple regions only.
   bool covers(const Surround& ball, bool or_inside) const;
 
- private:
-  // The path of a field's centre, and bounds for what happens on it.
+  // The path of a field's centre, and bounds along it.
   struct Sweep {
     const Field* field = nullptr;
     Vec3d from;
     Vec3d to;
-    double begin = 0;  // of the time
+    double begin = 0;  // the time
     double middle = 0.5;
     double half_time = 0;
     double half_length = 0;
@@ -57,18 +57,10 @@ class Culling {
     double per_path2 = 0;  // 1 / |path|^2, or 0
     bool of_ball = false;
     Surround elements;  // of a point set
-    double reach = 0;   // of it
+    double radius = 0;  // its support_radius
   };
 
-  static bool misses(const Sweep& sweep, const Surround& ball);
-  static bool ball_misses(const Sweep& sweep, const Surround& ball);
-  static double least_value(const Ball<double>& region, const Sweep& sweep, const Surround& ball);
-  static double least_value(const Capsule<double>& region, const Sweep& sweep, const Surround& ball);
-  static double least_value(const HalfSpace<double>& region, const Sweep& sweep, const Surround& ball);
-  static double least_value(const PointSet<double>& region, const Sweep& sweep, const Surround& ball);
-  static double least_value(const Handles<double>& region, const Sweep& sweep, const Surround& ball);
-  static double least_value(const CustomRegion& region, const Sweep& sweep, const Surround& ball);
-
+ private:
   void add(const Segment& segment, double from, double to);
 
   std::vector<Sweep> sweeps_;

@@ -1,3 +1,4 @@
+// Masks on segments: where they act, the offsets of potentials, and the speed along a mask's border.
 #include "flow/masked.h"
 
 #include <algorithm>
@@ -15,15 +16,16 @@ namespace knead::detail {
 
 namespace {
 
-constexpr std::size_t kMaxBorder = 400;  // parts of the border that are looked at
-constexpr int kPlaces = 6;               // along each axis of the box in which the support is looked at
-constexpr std::array<double, 3> kMoments{0.5, 0.1, 0.9};
+constexpr std::size_t kMaxBorderSamples = 400;
+constexpr int kSamplesPerAxis = 6;  // of the box of a support
+constexpr std::array<double, 3> kSampleTimes{0.5, 0.1, 0.9};
 constexpr int kRounds = 12;
-constexpr double kStep = 0.3;           // of the way to the next weighted least squares
-constexpr double kRidge = 1e-6;         // so that the constant stays where the samples say nothing
+constexpr double kStep = 0.3;           // towards the solution of the next weighted least squares
+constexpr double kRidge = 1e-6;         // keeps the offset in directions on which no sample depends
 constexpr double kPinTolerance = 1e-3;  // of speeds, by the radius
 
-bool rests(const Segment& segment) {
+// Returns whether v does not depend on the time.
+bool is_steady(const Segment& segment) {
   const auto turns = [](const Field& field) {
     const auto* space = std::get_if<HalfSpace<double>>(&field.region);
     const auto* handles = std::get_if<Handles<double>>(&field.region);
@@ -32,7 +34,8 @@ bool rests(const Segment& segment) {
   return segment.displacement == Vec3d{} && std::none_of(segment.fields.begin(), segment.fields.end(), turns);
 }
 
-bool reaches(const Segment& segment) {
+// Returns whether the mask is not 1 somewhere in the segment's support.
+bool meets_mask(const Segment& segment) {
   Segment whole = segment;
   whole.begin = 0;
   whole.end = 1;
@@ -55,20 +58,20 @@ bool reaches(const Segment& segment) {
   return false;
 }
 
-// At most kMaxBorder places of it, evenly through the list.
+// Returns at most kMaxBorderSamples places of the border, at equal distances in its list.
 std::vector<Vec3d> border_in(const MaskGrid& grid, const Box& box) {
   std::vector<Vec3d> all;
   for (const Vec3d& place : grid.border) {
     if (contains(box, place)) all.push_back(place);
   }
-  const std::size_t stride = (all.size() + kMaxBorder - 1) / kMaxBorder;
+  const std::size_t stride = (all.size() + kMaxBorderSamples - 1) / kMaxBorderSamples;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < all.size(); i += stride) all[kept++] = all[i];
   all.resize(kept);
   return all;
 }
 
-// Finds the constant of one field: the sum of the eighth powers of the speeds at the samples is least, which all but
+// Finds the offset of one field that minimises the sum of the eighth powers of the speeds at samples, which almost
 // minimises the greatest speed. Iteratively reweighted least squares.
 class Offset {
  public:
@@ -82,10 +85,10 @@ class Offset {
     const double margin = 0.25 * around.diagonal();
     around = {around.min - Vec3d{margin, margin, margin}, around.max + Vec3d{margin, margin, margin}};
     if (support.max.x < kFar) around = support;
-    const std::span<const double> moments(kMoments);
-    for (const double t : rests(segment_) ? moments.first(1) : moments) {
+    const std::span<const double> times(kSampleTimes);
+    for (const double t : is_steady(segment_) ? times.first(1) : times) {
       for (const Vec3d& x : border) add(x, t);
-      if (samples_.empty()) continue;  // the border is not reached at this moment
+      if (samples_.empty()) continue;  // the border is outside the support at this time
       add_box(around, t);
     }
     return samples_.empty() ? Vec3d{0, 0, 0} : least();
@@ -112,11 +115,12 @@ class Offset {
   }
 
   void add_box(const Box& box, double t) {
-    const Vec3d cell = (box.max - box.min) / kPlaces;
-    for (int n = 0; n < kPlaces * kPlaces * kPlaces; ++n) {
-      const int row = n / kPlaces;
-      const int layer = row / kPlaces;
-      const Vec3d at{n % kPlaces + 0.5, row % kPlaces + 0.5, layer + 0.5};
+    constexpr int n = kSamplesPerAxis;
+    const Vec3d cell = (box.max - box.min) / n;
+    for (int i = 0; i < n * n * n; ++i) {
+      const int row = i / n;
+      const int layer = row / n;
+      const Vec3d at{i % n + 0.5, row % n + 0.5, layer + 0.5};
       add(box.min + Vec3d{at.x * cell.x, at.y * cell.y, at.z * cell.z}, t);
     }
   }
@@ -142,7 +146,7 @@ class Offset {
     return best;
   }
 
-  // The least squares with each square weighted by the sixth power of the speed now.
+  // Solves the least squares with each square weighted by the sixth power of its current speed.
   Vec3d weighted(const Vec3d& offset, double scale2) const {
     Mat3d left{{}, {}, {}};
     Vec3d right{0, 0, 0};
@@ -167,25 +171,9 @@ class Offset {
   std::vector<Sample> samples_;
 };
 
-}  // namespace
-
-SegmentMask mask_on(const Segment& segment) {
-  SegmentMask result;
-  result.acts = !segment.mask.is_empty() && reaches(segment);
-  if (!result.acts || !segment.parts.empty()) return result;
-  if (segment.time_law == TimeLaw::pinned) {  // whose potentials' sum counts, not those of each
-    result.offsets.resize(segment.fields.size() + 2 * segment.turns.size());  // those of fields_at()
-    return result;
-  }
-  for (const Field& field : segment.fields) result.offsets.push_back(Offset(segment, field).find());
-  return result;
-}
-
-namespace {
-
-// A vector potential in the planes through which the bits of `image` lead, of all planes in order: it is mirrored as an
-// axis is about which something turns.
-Vec3d potential_in(const std::vector<std::size_t>& planes, std::size_t image, Vec3d a) {
+// Returns a vector potential mirrored in the planes that the bits of `image` select. It is mirrored like an axis of
+// rotation.
+Vec3d mirrored_potential(const std::vector<std::size_t>& planes, std::size_t image, Vec3d a) {
   for (std::size_t i = 0; i < planes.size(); ++i) {
     if ((image >> i & 1U) == 0) continue;
     a[planes[i]] = -a[planes[i]];
@@ -193,33 +181,6 @@ Vec3d potential_in(const std::vector<std::size_t>& planes, std::size_t image, Ve
   }
   return a;
 }
-
-}  // namespace
-
-std::vector<SegmentMask> masks_on(const Segment& sum, const std::vector<Segment>& parts) {
-  std::vector<SegmentMask> masks;
-  masks.reserve(parts.size());
-  for (const Segment& part : parts) masks.push_back(mask_on(part));
-  std::vector<std::size_t> planes;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (sum.mirrored_at[axis]) planes.push_back(axis);
-  }
-  const auto has_all = [&](const SegmentMask& mask) {
-    return mask.acts && mask.offsets.size() == masks.front().offsets.size();
-  };
-  if (parts.size() != std::size_t{1} << planes.size() || !std::all_of(masks.begin(), masks.end(), has_all)) {
-    return masks;
-  }
-  for (std::size_t field = 0; field < masks.front().offsets.size(); ++field) {
-    Vec3d mean{0, 0, 0};
-    for (std::size_t i = 0; i < parts.size(); ++i) mean += potential_in(planes, i, masks[i].offsets[field]);
-    mean = mean / static_cast<double>(parts.size());
-    for (std::size_t i = 0; i < parts.size(); ++i) masks[i].offsets[field] = potential_in(planes, i, mean);
-  }
-  return masks;
-}
-
-namespace {
 
 BorderSpeed border_speed_of_grid(const Segment& segment, std::span<const Vec3d> points) {
   const GridNodes<double> nodes(segment.grid);
@@ -237,6 +198,41 @@ BorderSpeed border_speed_of_grid(const Segment& segment, std::span<const Vec3d> 
 }
 
 }  // namespace
+
+SegmentMask mask_on(const Segment& segment) {
+  SegmentMask result;
+  result.acts = !segment.mask.is_empty() && meets_mask(segment);
+  if (!result.acts || !segment.parts.empty()) return result;
+  if (segment.time_law == TimeLaw::pinned) {                                  // no offsets: the potentials act as a sum
+    result.offsets.resize(segment.fields.size() + 2 * segment.turns.size());  // as many as fields_at()
+    return result;
+  }
+  for (const Field& field : segment.fields) result.offsets.push_back(Offset(segment, field).find());
+  return result;
+}
+
+std::vector<SegmentMask> masks_on(const Segment& sum, const std::vector<Segment>& parts) {
+  std::vector<SegmentMask> masks;
+  masks.reserve(parts.size());
+  for (const Segment& part : parts) masks.push_back(mask_on(part));
+  std::vector<std::size_t> planes;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (sum.mirrored_at[axis]) planes.push_back(axis);
+  }
+  const auto has_all = [&](const SegmentMask& mask) {
+    return mask.acts && mask.offsets.size() == masks.front().offsets.size();
+  };
+  if (parts.size() != std::size_t{1} << planes.size() || !std::all_of(masks.begin(), masks.end(), has_all)) {
+    return masks;
+  }
+  for (std::size_t field = 0; field < masks.front().offsets.size(); ++field) {
+    Vec3d mean{0, 0, 0};
+    for (std::size_t i = 0; i < parts.size(); ++i) mean += mirrored_potential(planes, i, masks[i].offsets[field]);
+    mean = mean / static_cast<double>(parts.size());
+    for (std::size_t i = 0; i < parts.size(); ++i) masks[i].offsets[field] = mirrored_potential(planes, i, mean);
+  }
+  return masks;
+}
 
 BorderSpeed border_speed(const Segment& segment, std::span<const Vec3d> points) {
   if (!segment.parts.empty()) {

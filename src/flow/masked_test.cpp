@@ -1,3 +1,4 @@
+// Segments under masks.
 #include "flow/masked.h"
 
 #include <gtest/gtest.h>

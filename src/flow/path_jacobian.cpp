@@ -1,3 +1,4 @@
+// Path lines with their Jacobians, velocities at a time, and volume drifts.
 #include "flow/path_jacobian.h"
 
 #include <fmt/format.h>
@@ -25,26 +26,25 @@ namespace knead {
 namespace {
 
 constexpr std::size_t kPointsAtATime = 256;
-// Of the pins' velocities, as a part of their radius.
-constexpr double kPinTolerance = 1e-9;
-// Of the time, where v depends on it, so that no step is chosen by a speed that is yet to grow.
-constexpr double kLongestUnsteadyStep = 1.0 / 16;
+constexpr double kPinTolerance = 1e-9;  // of the pins' velocities, by their radius
+// Where v depends on the time, steps are short, because the speed may grow within a step.
+constexpr double kMaxUnsteadyStep = 1.0 / 16;
 
 bool is_cancelled(const AdvectOptions& options) { return options.progress != nullptr && options.progress->cancel; }
 
-// v and its gradient, whose rows are those of its components.
+// v and its gradient, by rows.
 struct Slope {
   Vec3d velocity{};
   Mat3d gradient{{}, {}, {}};
 };
 
-// The mask at a place, and what it takes from a field's potential; null: no mask acts.
+// The mask at a place, and the offset of a field's potential.
 struct MaskThere {
   MaskValue<Dual> value;
   Vec3d offset;
 };
 
-// v of one field at d from its centre where that rests.
+// Returns v of one field at d from its centre. mask: null if none acts.
 Vec3<Dual> velocity_of(const Field& field, const Vec3<Dual>& d, double t, const MaskThere* mask) {
   return std::visit(
       [&](const auto& motion, const auto& region) -> Vec3<Dual> {
@@ -61,7 +61,7 @@ Vec3<Dual> velocity_of(const Field& field, const Vec3<Dual>& d, double t, const 
       field.motion, field.region);
 }
 
-// Of a sum of fields. A pinned segment's are those of the time t, and rest.
+// Of a sum of fields. `fields` of a pinned segment: those at the time t, at rest.
 Slope slope_of(const std::vector<Field>& fields, const Segment& segment, const detail::SegmentMask& mask,
                const Vec3d& x, double t) {
   Vec3<Dual> sum{};
@@ -95,10 +95,10 @@ Slope slope_of(const detail::GridNodes<double>& nodes, const Segment& segment, c
   return {values(v), {v.x.g, v.y.g, v.z.g}};
 }
 
-// What is asked for: where a motion is known in closed form, its determinant is 1.
+// The requested result. The determinant of a motion in closed form is 1.
 enum class Wanted { determinant, jacobian };
 
-// Path lines through one segment, and their Jacobians. Never copied, and the segment must outlive it.
+// Path lines through one segment, and their Jacobians. The segment must outlive it.
 class SegmentJacobians {
  public:
   SegmentJacobians(const Segment& segment, const AdvectOptions& options, Wanted wanted)
@@ -152,7 +152,8 @@ class SegmentJacobians {
   }
 
  private:
-  // The time from which on the path line is to be integrated. None: x rests, or what is known has been done.
+  // Returns the time at which the integration of the path line starts. Nothing if x rests, or has been moved in closed
+  // form.
   std::optional<double> meet(Vec3d& x, Mat3d& jacobian) const {
     if (is_outside_limit_cylinder(x)) return std::nullopt;
     const std::optional<double> contact = next_contact(segment_, x, segment_.begin);
@@ -170,7 +171,7 @@ class SegmentJacobians {
     return norm(cross(segment_.limit_cylinder->axis, d)) > segment_.limit_cylinder->radius;
   }
 
-  // For the whole Jacobian, of the motions that are known in closed form only those whose gradient is known too.
+  // The whole Jacobian needs closed forms whose gradient is known too.
   std::optional<Vec3d> known_displacement(const Vec3d& x) const {
     if (segment_.fields.empty()) return std::nullopt;
     const Field& field = segment_.fields.front();
@@ -187,7 +188,7 @@ class SegmentJacobians {
     return exp(Mat3d{{0, -w.z, w.y}, {w.z, 0, -w.x}, {-w.y, w.x, 0}});
   }
 
-  // In the order in which the kernel of sums adds up.
+  // Adds in the order of the kernel of sums.
   Slope slope_of_parts(const Vec3d& x, double t) const {
     std::vector<Slope> slopes;
     slopes.reserve(parts_.size());
@@ -201,7 +202,7 @@ class SegmentJacobians {
     return slopes[0];
   }
 
-  // Along the planes in which the segment is mirrored, for places in them.
+  // In the planes in which the segment is mirrored, v is exactly parallel to them.
   Slope slope_in_planes(const Vec3d& x, double t) const {
     Slope slope = slope_at(x, t);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -217,7 +218,7 @@ class SegmentJacobians {
     return slope_of(detail::fields_at(segment_, pieces_, t), segment_, mask_, x, t);
   }
 
-  // Of the fields that no kernel evaluates.
+  // For fields that no kernel evaluates.
   static void find_gradients(const void* data, const detail::JacobianBundle& places, const double* times,
                              std::uint32_t asked, detail::JacobianBundle& slopes) {
     const auto& self = *static_cast<const SegmentJacobians*>(data);
@@ -237,10 +238,10 @@ class SegmentJacobians {
     task.field = bound_.find != nullptr ? bound_.field.get() : this;
     task.longest_step = std::isfinite(task_.reach) ? 1.0 : 1.0 / 16;
     if (segment_.time_law == TimeLaw::blended) task.longest_step = detail::kMinBlendedStep;
-    if (!segment_.grid.end_coefficients.empty()) task.longest_step = kLongestUnsteadyStep;
+    if (!segment_.grid.end_coefficients.empty()) task.longest_step = kMaxUnsteadyStep;
     for (const Segment& part : segment_.parts) {
       if (part.time_law == TimeLaw::blended || turns(part)) task.longest_step = detail::kMinBlendedStep;
-      if (!part.grid.end_coefficients.empty()) task.longest_step = std::min(task.longest_step, kLongestUnsteadyStep);
+      if (!part.grid.end_coefficients.empty()) task.longest_step = std::min(task.longest_step, kMaxUnsteadyStep);
     }
     for (const Field& field : segment_.fields) {
       if (const auto* space = std::get_if<HalfSpace<double>>(&field.region)) task.turning = std::abs(space->turn_angle);
@@ -272,28 +273,13 @@ class SegmentJacobians {
   Wanted wanted_;
   detail::SegmentMask mask_;
   const detail::JacobianKernels& kernels_;
-  detail::BoundGradients bound_;  // if there is one
+  detail::BoundGradients bound_;  // null if no kernel evaluates the fields
   detail::Method<double> method_;
   detail::SegmentTask<double> task_;
   std::vector<detail::PinPiece> pieces_;                    // of pins
   std::unique_ptr<const detail::GridNodes<double>> nodes_;  // of a grid
   std::vector<Segment> own_parts_;                          // of a sum
   std::vector<std::unique_ptr<const SegmentJacobians>> parts_;
-};
-
-// A sum with limit cylinders, cut into one flow for each choice of its parts: which of them move a point depends on
-// where that is at the beginning.
-struct CylinderParts {
-  std::vector<unsigned> chosen;  // of each point, as bits
-
-  CylinderParts(const Segment& sum, std::span<const Vec3d> points) : chosen(points.size(), 0) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      for (std::size_t part = 0; part < sum.parts.size(); ++part) {
-        const std::optional<LimitCylinder>& limit_cylinder = sum.parts[part].limit_cylinder;
-        if (!limit_cylinder || detail::is_within(*limit_cylinder, points[i])) chosen[i] |= 1U << part;
-      }
-    }
-  }
 };
 
 // Moves the points through one segment, and multiplies their Jacobians.
@@ -310,15 +296,14 @@ void carry_through(const Segment& segment, std::span<Vec3d> points, std::span<Ma
   stop_if_cancelled(options.progress);
 }
 
-// The same for a sum with limit cylinders: the points that the same parts move together.
+// The same for a sum with limit cylinders, one flow for each set of parts: a point's place at the beginning decides
+// which parts move it.
 void carry_through_limit_cylinders(const Segment& sum, std::span<Vec3d> points, std::span<Mat3d> jacobians,
                                    const AdvectOptions& options, Wanted wanted) {
-  const CylinderParts limit_cylinders(sum, points);
-  for (unsigned parts = 0; parts < 1U << sum.parts.size(); ++parts) {
-    std::vector<std::size_t> members;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (limit_cylinders.chosen[i] == parts) members.push_back(i);
-    }
+  std::vector<std::vector<std::size_t>> members_of(std::size_t{1} << sum.parts.size());
+  for (std::size_t i = 0; i < points.size(); ++i) members_of[detail::parts_around(sum.parts, points[i])].push_back(i);
+  for (unsigned parts = 0; parts < members_of.size(); ++parts) {
+    const std::vector<std::size_t>& members = members_of[parts];
     if (parts == 0 && options.progress != nullptr) options.progress->done += members.size();
     if (parts == 0 || members.empty()) continue;
     std::vector<Vec3d> own_points;
@@ -335,7 +320,7 @@ void carry_through_limit_cylinders(const Segment& sum, std::span<Vec3d> points, 
   }
 }
 
-// Moves the points, and returns the Jacobians. What a segment needs is made ready once.
+// Moves the points, and returns the Jacobians.
 std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options, Wanted wanted) {
   validate(flow);
   validate({.tolerance = options.tolerance}, points.size());

@@ -1,3 +1,4 @@
+// Volume drifts, Jacobians and velocities.
 #include "flow/path_jacobian.h"
 
 #include <gtest/gtest.h>

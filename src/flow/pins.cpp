@@ -1,3 +1,4 @@
+// Solves the equations of pins, and fits polynomials of the time to the solutions.
 #include "flow/pins.h"
 
 #include <fmt/format.h>
@@ -24,14 +25,13 @@ namespace knead::detail {
 
 namespace {
 
-// Solutions are so much better than the polynomials, as far as rounding permits.
-constexpr double kSolveShare = 0.03;
-constexpr double kMinError = 1e-14;  // of the greatest speed
-constexpr int kMaxRounds = 16;       // of conjugate gradients, before the matrix is factorised anew
-constexpr int kFirstRounds = 3;      // which tell how many there will be
-// Without a factor a round costs a thirtieth for 2000 pins. The error is that of so many rounds ago.
-constexpr std::size_t kPlainRounds = 200;
-constexpr std::size_t kDelay = 10;
+constexpr double kSolveShare = 0.03;  // of the polynomials' error: that of the solutions, as far as rounding permits
+constexpr double kMinError = 1e-14;   // of the greatest speed
+constexpr int kMaxRounds = 16;        // of conjugate gradients, before the matrix is factorised anew
+constexpr int kMinRounds = 3;         // before the number of rounds is predicted
+// Without a factor a round costs a thirtieth for 2000 pins, and shows the error of kErrorDelay rounds ago.
+constexpr std::size_t kMaxPlainRounds = 200;
+constexpr std::size_t kErrorDelay = 10;
 
 // At a pin the gradients of the representers of E and E' have the product 75 <E, E'> for antisymmetric ones, 45 for
 // symmetric ones. A unit of a turn's unknowns is a rotation by sqrt(75 / 2), or sqrt(45) times a matrix of norm 1.
@@ -41,6 +41,21 @@ constexpr double kHalfRoot = 0.707106781186547524;  // 1 / sqrt(2)
 constexpr double kSixthRoot = 0.408248290463863016;
 constexpr std::size_t kStrains = 5;
 constexpr std::size_t kMaxUnknowns = 3 + 3 * kNodesOfTurn;  // of a pin; the last one is always 0
+
+// The nodes of a piece are those of Chebyshev and Lobatto, so that the nodes of a degree are also nodes of twice that
+// degree.
+constexpr int kNodes = 2 * kMaxPinDegree;  // plus 1
+constexpr std::array<double, kNodes / 2 + 1> kCosines{1,
+                                                      0.98078528040323044913,
+                                                      0.92387953251128675613,
+                                                      0.83146961230254523708,
+                                                      0.70710678118654752440,
+                                                      0.55557023301960222474,
+                                                      0.38268343236508977173,
+                                                      0.19509032201612826785,
+                                                      0};
+constexpr double kMinPiece = 1.0 / 4096;
+constexpr double kKinkMargin = 1e-6;  // of a piece
 
 const std::array<Mat3d, kStrains> kStrainBasis{{
     {{kHalfRoot, 0, 0}, {0, -kHalfRoot, 0}, {0, 0, 0}},
@@ -85,7 +100,7 @@ Vec3<Dual> unit_field(std::size_t unknown, const Vec3<Dual>& y) {
 
 using Unknowns = std::array<double, kMaxUnknowns>;
 
-// What the equations of a pin say of a field there.
+// The left sides of a pin's equations for a field at its place.
 Unknowns values_of(const Vec3<Dual>& v) {
   const Mat3d gradient{v.x.g, v.y.g, v.z.g};
   const Vec3d curl{v.z.g.y - v.y.g.z, v.x.g.z - v.z.g.x, v.y.g.x - v.x.g.y};
@@ -95,26 +110,153 @@ Unknowns values_of(const Vec3<Dual>& v) {
   return result;
 }
 
-// Returns whether a quantity that has fallen from `first` to `now` in so many rounds would need more than kMaxRounds to
-// fall to `enough` as fast.
-bool is_hopeless(double first, double now, double enough, int rounds) {
+// Returns whether a quantity that has fallen from `first` to `now` in `rounds` needs more than kMaxRounds to fall to
+// `enough` at this rate.
+bool converges_too_slowly(double first, double now, double enough, int rounds) {
   return elementary::log(first / now) * (kMaxRounds - rounds) < elementary::log(now / enough) * rounds;
 }
 
 [[noreturn]] void refuse() { throw InvalidInput("pins come too near each other; move them apart, or give fewer"); }
 
+double node(int k) { return k <= kNodes / 2 ? kCosines[static_cast<std::size_t>(k)] : -node(kNodes - k); }
+
+// The pieces of one segment.
+class PinSolver {
+ public:
+  PinSolver(const Segment& segment, double tolerance, const Progress* progress)
+      : equations_(segment, tolerance), progress_(progress) {}
+
+  std::vector<PinPiece> run(double begin, double end) {
+    try {
+      add(begin, end);
+    } catch (const Cancelled&) {
+      return {};
+    }
+    return std::move(pieces_);
+  }
+
+ private:
+  // Adds one piece, or halves it recursively.
+  void add(double begin, double end) {
+    begin_ = begin;
+    end_ = end;
+    for (auto& solution : solutions_) solution.reset();
+    const Nodes* guess = &solution_at(kNodes / 2, nullptr);
+    for (int degree = 1; degree <= kMaxPinDegree; degree *= 2) {
+      if (fits(degree, guess)) return;
+    }
+    const double cut = cut_of(begin, end);
+    add(begin, cut);
+    add(cut, end);
+  }
+
+  // Returns where to cut a piece: at the kink nearest to its middle, or in the middle.
+  double cut_of(double begin, double end) const {
+    const double middle = 0.5 * (begin + end);
+    const double margin = kKinkMargin * (end - begin);
+    double cut = end;
+    for (const double kink : equations_.kinks()) {
+      if (kink > begin + margin && kink < end - margin && std::abs(kink - middle) < std::abs(cut - middle)) cut = kink;
+    }
+    if (cut < end) return cut;
+    if (end - begin > kMinPiece) return middle;
+    throw InvalidInput(fmt::format(
+        "pins come too near each other about the time {:.4g}, or one moves too far for the radius; move them "
+        "apart, or less far, or make \"radius\" larger",
+        middle));
+  }
+
+  // Adds the polynomial of the degree if it is accurate at the further nodes of twice the degree.
+  bool fits(int degree, const Nodes* guess) {
+    const int stride = kNodes / degree;
+    for (int k = 0; k <= kNodes; k += stride) solution_at(k, guess);
+    PinPiece piece = interpolated(degree);
+    Nodes there(equations_.size());
+    for (int k = stride / 2; k <= kNodes; k += stride) {
+      for (std::size_t i = 0; i < there.size(); ++i) there[i] = piece.at(i, time_of(k));
+      const Nodes& solution = solution_at(k, &there);
+      equations_.set_time(time_of(k));
+      if (!(equations_.error_of(there, solution) <= equations_.error())) return false;
+    }
+    pieces_.push_back(std::move(piece));
+    return true;
+  }
+
+  double time_of(int k) const {
+    if (k == 0) return end_;
+    if (k == kNodes) return begin_;
+    return 0.5 * (begin_ + end_) + 0.5 * (end_ - begin_) * node(k);
+  }
+
+  const Nodes& solution_at(int k, const Nodes* guess) {
+    std::optional<Nodes>& solution = solutions_[static_cast<std::size_t>(k)];
+    if (solution) return *solution;
+    stop_if_cancelled(progress_);
+    equations_.set_time(time_of(k));
+    Nodes a = guess != nullptr ? *guess : Nodes(equations_.size());
+    equations_.solve(a);
+    return solution.emplace(std::move(a));
+  }
+
+  // Newton's form of the polynomial through the solutions at the nodes of the degree, in powers of s.
+  PinPiece interpolated(int degree) const {
+    PinPiece piece{begin_, end_, degree, {}};
+    const int stride = kNodes / degree;
+    std::array<Vec3d, kMaxPinDegree + 1> f;
+    std::array<Vec3d, kMaxPinDegree + 1> powers;
+    const auto at = [](int i) { return static_cast<std::size_t>(i); };
+    for (std::size_t node_number = 0; node_number < equations_.size(); ++node_number) {
+      for (int k = 0; k <= degree; ++k) f[at(k)] = (*solutions_[at(k * stride)])[node_number];
+      for (int order = 1; order <= degree; ++order) {
+        for (int k = degree; k >= order; --k) {
+          f[at(k)] = (f[at(k)] - f[at(k - 1)]) / (node(k * stride) - node((k - order) * stride));
+        }
+      }
+      powers.fill({});
+      for (int k = degree; k >= 0; --k) {
+        for (int power = degree; power > 0; --power) {
+          powers[at(power)] = powers[at(power - 1)] - powers[at(power)] * node(k * stride);
+        }
+        powers[0] = f[at(k)] - powers[0] * node(k * stride);
+      }
+      piece.coefficients.insert(piece.coefficients.end(), powers.begin(), powers.begin() + degree + 1);
+    }
+    return piece;
+  }
+
+  PinEquations equations_;
+  const Progress* progress_;
+  double begin_ = 0;
+  double end_ = 1;
+  std::array<std::optional<Nodes>, kNodes + 1> solutions_;  // of the current piece
+  std::vector<PinPiece> pieces_;
+};
+
+// Adds the fields of a turn about a pin at its current place.
+void add_turn(const TurnKernel& turn, Field pin, std::vector<Field>& fields) {
+  const double radius = pin.thresholds.outer;
+  const double rate = norm(turn.rate);
+  const Vec3d axis = rate > 0 ? turn.rate / rate : Vec3d{0, 0, 1};
+  pin.motion = Rotation<double>{axis, rate / radius, 0, RotationGauge::radial};
+  pin.thresholds.falloff = kPinRotationFalloff;
+  fields.push_back(pin);
+  pin.motion = Strain<double>{turn.strain * (1 / radius)};
+  pin.thresholds.falloff = kPinStrainFalloff;
+  fields.push_back(std::move(pin));
+}
+
 }  // namespace
 
-// The factorised matrix, its nodes in an order that leaves few entries.
+// The factorised matrix, its nodes in an order with little fill.
 struct PinEquations::Factor {
-  // A block below the diagonal of a node's three columns: its row among the nodes, and the coupling that it comes from.
+  // A block below the diagonal of a node's three columns: its row of blocks, and its coupling.
   struct Block {
     int row = 0;
     std::size_t coupling = 0;
     bool is_transposed = false;
   };
 
-  std::vector<int> place;                   // of each node, in that order
+  std::vector<int> place;                   // of each node in that order
   std::vector<std::vector<Block>> columns;  // by place; by ascending row
   SparseCholesky cholesky;
 };
@@ -179,7 +321,7 @@ void PinEquations::add_kinks(const Pair& pair, double begin, double end) {
   }
 }
 
-// Every node of the one with every node of the other, as set_time() fills their blocks.
+// Couples every node of one pin with every node of the other, in the order of set_time().
 void PinEquations::add_couplings(const Pair& pair) {
   const auto nodes_of = [&](std::uint32_t pin) {
     std::vector<std::uint32_t> nodes{pin};
@@ -230,9 +372,9 @@ Nodes PinEquations::product(const Nodes& a) const {
   return result;
 }
 
-// By conjugate gradients; from the first time on at which these are slow, with the last factorised matrix, or with this
-// one if that does not do. The error in v is at most sqrt(e.Me) for an error e, by the norm in which the kernels
-// reproduce values; that is what ends the rounds.
+// Conjugate gradients without a factor until they are first too slow; then preconditioned by the last factorised
+// matrix, which is replaced by the current one when they are too slow again. An error e causes an error of v of at most
+// sqrt(e.Me), by the norm that the kernels reproduce; this bound ends the rounds.
 void PinEquations::solve(Nodes& a) {
   const bool has_factor = !factor_->place.empty();
   if (has_factor ? improve(a) : improve_without_factor(a)) return;
@@ -246,7 +388,7 @@ double PinEquations::error_of(const Nodes& a, const Nodes& solution) const {
   return std::sqrt(std::max(dot_of(e, product(e)), 0.0));
 }
 
-// Finds the order and the blocks, which are the same at all times.
+// Finds the order and the blocks, which do not depend on the time.
 void PinEquations::arrange() {
   const auto nodes = static_cast<int>(size());
   std::vector<Eigen::Triplet<double>> entries;
@@ -309,17 +451,22 @@ Nodes PinEquations::by_factor(const Nodes& right) const {
   return result;
 }
 
-// Returns whether `a` has become the solution. In each round e.Me falls by the step times the square of the rest
-// (Hestenes and Stiefel). The sum of the last falls is nearly what e.Me was before them.
-bool PinEquations::improve_without_factor(Nodes& a) const {
+Nodes PinEquations::residual(const Nodes& a) const {
   Nodes rest = right_;
   const Nodes there = product(a);
   for (std::size_t i = 0; i < rest.size(); ++i) rest[i] -= there[i];
+  return rest;
+}
+
+// Returns whether `a` has become the solution. In each round e.Me falls by the step times the square of the residual
+// (Hestenes and Stiefel). The sum of the last falls is nearly the e.Me before them.
+bool PinEquations::improve_without_factor(Nodes& a) const {
+  Nodes rest = residual(a);
   Nodes direction = rest;
   double square = dot_of(rest, rest);
-  std::array<double, kDelay> falls{};
+  std::array<double, kErrorDelay> falls{};
   const double enough = kSolveShare * error_;
-  for (std::size_t round = 0; round < kPlainRounds; ++round) {
+  for (std::size_t round = 0; round < kMaxPlainRounds; ++round) {
     if (square == 0) return true;
     const Nodes image = product(direction);
     const double step = square / dot_of(direction, image);
@@ -327,19 +474,17 @@ bool PinEquations::improve_without_factor(Nodes& a) const {
       a[i] += direction[i] * step;
       rest[i] -= image[i] * step;
     }
-    falls[round % kDelay] = step * square;
-    if (round + 1 >= kDelay && std::accumulate(falls.begin(), falls.end(), 0.0) <= enough * enough) return true;
+    falls[round % kErrorDelay] = step * square;
+    if (round + 1 >= kErrorDelay && std::accumulate(falls.begin(), falls.end(), 0.0) <= enough * enough) return true;
     const double last = std::exchange(square, dot_of(rest, rest));
     for (std::size_t i = 0; i < rest.size(); ++i) direction[i] = rest[i] + direction[i] * (square / last);
   }
   return false;
 }
 
-// The same with the factor, whose product with the rest estimates e.Me.
+// The same with the factor, whose product with the residual estimates e.Me.
 bool PinEquations::improve(Nodes& a) const {
-  Nodes rest = right_;
-  const Nodes there = product(a);
-  for (std::size_t i = 0; i < rest.size(); ++i) rest[i] -= there[i];
+  Nodes rest = residual(a);
   Nodes direction;
   double first = 0;
   double last = 0;
@@ -349,7 +494,7 @@ bool PinEquations::improve(Nodes& a) const {
     const double now = dot_of(rest, better);
     if (now <= enough * enough) return true;
     if (round == 0) first = now;
-    if (round >= kFirstRounds && is_hopeless(first, now, enough * enough, round)) return false;
+    if (round >= kMinRounds && converges_too_slowly(first, now, enough * enough, round)) return false;
     if (round == 0) direction = better;
     for (std::size_t i = 0; round > 0 && i < rest.size(); ++i) direction[i] = better[i] + direction[i] * (now / last);
     last = now;
@@ -362,152 +507,6 @@ bool PinEquations::improve(Nodes& a) const {
   }
   return false;
 }
-
-namespace {
-
-// Nodes of a piece are those of Chebyshev and Lobatto, so that those of a degree are nodes of twice the degree too.
-constexpr int kMaxDegree = kMaxPinDegree;
-constexpr int kNodes = 2 * kMaxDegree;  // and one
-constexpr std::array<double, kNodes / 2 + 1> kCosines{1,
-                                                      0.98078528040323044913,
-                                                      0.92387953251128675613,
-                                                      0.83146961230254523708,
-                                                      0.70710678118654752440,
-                                                      0.55557023301960222474,
-                                                      0.38268343236508977173,
-                                                      0.19509032201612826785,
-                                                      0};
-constexpr double kShortestPiece = 1.0 / 4096;
-constexpr double kNoPiece = 1e-6;  // of a piece
-
-double node(int k) { return k <= kNodes / 2 ? kCosines[static_cast<std::size_t>(k)] : -node(kNodes - k); }
-
-// The pieces of one segment.
-class PinSolver {
- public:
-  PinSolver(const Segment& segment, double tolerance, const Progress* progress)
-      : equations_(segment, tolerance), progress_(progress) {}
-
-  std::vector<PinPiece> run(double begin, double end) {
-    try {
-      add(begin, end);
-    } catch (const Cancelled&) {
-      return {};
-    }
-    return std::move(pieces_);
-  }
-
- private:
-  // One piece, or two halves of it, and so on.
-  void add(double begin, double end) {
-    begin_ = begin;
-    end_ = end;
-    for (auto& solution : solutions_) solution.reset();
-    const Nodes* guess = &solution_at(kNodes / 2, nullptr);
-    for (int degree = 1; degree <= kMaxDegree; degree *= 2) {
-      if (fits(degree, guess)) return;
-    }
-    const double cut = cut_of(begin, end);
-    add(begin, cut);
-    add(cut, end);
-  }
-
-  // Where a piece that does not fit is cut in two: at the kink nearest to the middle, or in the middle.
-  double cut_of(double begin, double end) const {
-    const double middle = 0.5 * (begin + end);
-    const double margin = kNoPiece * (end - begin);
-    double cut = end;
-    for (const double kink : equations_.kinks()) {
-      if (kink > begin + margin && kink < end - margin && std::abs(kink - middle) < std::abs(cut - middle)) cut = kink;
-    }
-    if (cut < end) return cut;
-    if (end - begin > kShortestPiece) return middle;
-    throw InvalidInput(fmt::format(
-        "pins come too near each other about the time {:.4g}, or one moves too far for the radius; move them "
-        "apart, or less far, or make \"radius\" larger",
-        middle));
-  }
-
-  // Adds the polynomial of the degree if it is right at the nodes that twice the degree has besides.
-  bool fits(int degree, const Nodes* guess) {
-    const int stride = kNodes / degree;
-    for (int k = 0; k <= kNodes; k += stride) solution_at(k, guess);
-    PinPiece piece = interpolated(degree);
-    Nodes there(equations_.size());
-    for (int k = stride / 2; k <= kNodes; k += stride) {
-      for (std::size_t i = 0; i < there.size(); ++i) there[i] = piece.at(i, time_of(k));
-      const Nodes& solution = solution_at(k, &there);
-      equations_.set_time(time_of(k));
-      if (!(equations_.error_of(there, solution) <= equations_.error())) return false;
-    }
-    pieces_.push_back(std::move(piece));
-    return true;
-  }
-
-  double time_of(int k) const {
-    if (k == 0) return end_;
-    if (k == kNodes) return begin_;
-    return 0.5 * (begin_ + end_) + 0.5 * (end_ - begin_) * node(k);
-  }
-
-  const Nodes& solution_at(int k, const Nodes* guess) {
-    std::optional<Nodes>& solution = solutions_[static_cast<std::size_t>(k)];
-    if (solution) return *solution;
-    stop_if_cancelled(progress_);
-    equations_.set_time(time_of(k));
-    Nodes a = guess != nullptr ? *guess : Nodes(equations_.size());
-    equations_.solve(a);
-    return solution.emplace(std::move(a));
-  }
-
-  // Newton's form of the polynomial through the solutions at the nodes of the degree, in powers of s.
-  PinPiece interpolated(int degree) const {
-    PinPiece piece{begin_, end_, degree, {}};
-    const int stride = kNodes / degree;
-    std::array<Vec3d, kMaxDegree + 1> f;
-    std::array<Vec3d, kMaxDegree + 1> powers;
-    const auto at = [](int i) { return static_cast<std::size_t>(i); };
-    for (std::size_t node_number = 0; node_number < equations_.size(); ++node_number) {
-      for (int k = 0; k <= degree; ++k) f[at(k)] = (*solutions_[at(k * stride)])[node_number];
-      for (int order = 1; order <= degree; ++order) {
-        for (int k = degree; k >= order; --k) {
-          f[at(k)] = (f[at(k)] - f[at(k - 1)]) / (node(k * stride) - node((k - order) * stride));
-        }
-      }
-      powers.fill({});
-      for (int k = degree; k >= 0; --k) {
-        for (int power = degree; power > 0; --power) {
-          powers[at(power)] = powers[at(power - 1)] - powers[at(power)] * node(k * stride);
-        }
-        powers[0] = f[at(k)] - powers[0] * node(k * stride);
-      }
-      piece.coefficients.insert(piece.coefficients.end(), powers.begin(), powers.begin() + degree + 1);
-    }
-    return piece;
-  }
-
-  PinEquations equations_;
-  const Progress* progress_;
-  double begin_ = 0;
-  double end_ = 1;
-  std::array<std::optional<Nodes>, kNodes + 1> solutions_;  // of the piece in work
-  std::vector<PinPiece> pieces_;
-};
-
-// Adds the fields of a turn about a pin, which is where it is at the time.
-void add_turn(const TurnKernel& turn, Field pin, std::vector<Field>& fields) {
-  const double radius = pin.thresholds.outer;
-  const double rate = norm(turn.rate);
-  const Vec3d axis = rate > 0 ? turn.rate / rate : Vec3d{0, 0, 1};
-  pin.motion = Rotation<double>{axis, rate / radius, 0, RotationGauge::radial};
-  pin.thresholds.falloff = kPinRotationFalloff;
-  fields.push_back(pin);
-  pin.motion = Strain<double>{turn.strain * (1 / radius)};
-  pin.thresholds.falloff = kPinStrainFalloff;
-  fields.push_back(std::move(pin));
-}
-
-}  // namespace
 
 Vec3d PinPiece::at(std::size_t node, double t) const {
   const double s = (2 * t - begin - end) / (end - begin);

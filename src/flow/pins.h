@@ -1,11 +1,12 @@
-// The equations of pins at any time (method, section 9).
+// Pins (method, section 9): their equations at a time, their velocities as polynomials of the time, and the numbers
+// that kernels read. Internal to the library.
 //
 // A pin that also turns prescribes the gradient of v at its place: that of a rotation with its rate. Its kernels are
 // the derivatives of Psi: one for each traceless matrix E, the Riesz representer of the functional <E, grad v>. They
 // are fields of a ball: a rotation for an antisymmetric E, a strain for a symmetric one.
 //
-// Unknowns come in vectors of three, the nodes: one for each pin, its velocity a; then three for each turn, the second
-// and third its strain. Each unknown has the norm 1 by which the kernels reproduce values, so a node's own block is the
+// Unknowns come in vectors of three, the nodes: first the velocity a of each pin, then for each turn its rotation and
+// two nodes of its strain. Each unknown has norm 1 in the norm that the kernels reproduce, so a node's own block is the
 // identity.
 #pragma once
 
@@ -23,11 +24,10 @@
 
 namespace knead::detail {
 
-// The parts of the tolerance that v may err by in all, and that solutions may.
-inline constexpr double kPinShare = 0.1;
+inline constexpr double kPinShare = 0.1;  // of the tolerance: the error of v
 inline constexpr std::size_t kNodesOfTurn = 3;
 
-// Psi at y, in radii: what a pin that moves by a makes of it there is Psi a. Zero from a radius on.
+// Psi at y, in radii: a pin that moves with a has the velocity Psi a at y. Zero beyond a radius.
 inline Mat3d pin_kernel(const Vec3d& y) {
   const double r = norm(y);
   const double rest = std::max(1 - r, 0.0);
@@ -35,7 +35,7 @@ inline Mat3d pin_kernel(const Vec3d& y) {
   return Mat3d{} * (fourth * (1 + 4 * r - 20 * (r * r))) + outer_product(y, y) * (15 * fourth);
 }
 
-// What the nodes of a turn add to v near its pin: rate x y and strain y, each with its weight; y in radii.
+// The contribution of a turn's nodes to v near its pin: rate x y and strain y, each with its weight; y in radii.
 struct TurnKernel {
   Vec3d rate;
   Mat3d strain;
@@ -52,20 +52,20 @@ class PinEquations {
   PinEquations& operator=(const PinEquations&) = delete;
   ~PinEquations();
 
-  // How many nodes there are.
+  // The number of nodes.
   std::size_t size() const { return right_.size(); }
 
-  // The times, ascending, at which a pin that turns and another one come into each other's reach or leave it. There the
-  // solution has a jump in its second derivative.
+  // The ascending times at which a turning pin and another one come within a radius, or apart. There the second
+  // derivative of the solution jumps.
   const std::vector<double>& kinks() const { return kinks_; }
 
-  // The greatest error that v may have, anywhere.
+  // The error that v may have anywhere.
   double error() const { return error_; }
 
-  // Makes t the time of what follows.
+  // Sets the time of the equations.
   void set_time(double t);
 
-  // Makes `a`, a guess, the solution. Throws InvalidInput where the pins come too near each other.
+  // Replaces the guess `a` by the solution. Throws InvalidInput if the pins come too near each other.
   void solve(Nodes& a);
 
   // Returns a bound for the error of v with `a`, given the solution.
@@ -74,7 +74,7 @@ class PinEquations {
  private:
   struct Factor;
 
-  // Two pins that are in each other's reach at some time.
+  // Two pins that are within a radius at some time.
   struct Pair {
     std::uint32_t first = 0;
     std::uint32_t second = 0;
@@ -89,6 +89,7 @@ class PinEquations {
   void add_couplings(const Pair& pair);
   void add_kinks(const Pair& pair, double begin, double end);
   Nodes product(const Nodes& a) const;
+  Nodes residual(const Nodes& a) const;
   void arrange();
   void factorise();
   Nodes by_factor(const Nodes& right) const;
@@ -99,7 +100,7 @@ class PinEquations {
   double error_ = 0;
   std::vector<Vec3d> places_;  // at t = 0
   std::vector<Vec3d> motions_;
-  std::vector<std::uint32_t> turn_nodes_;  // the first node of each pin's turn; 0: it has none
+  std::vector<std::uint32_t> turn_nodes_;  // the first node of each pin's turn; 0: none
   Nodes right_;
   std::vector<Pair> pairs_;
   std::vector<double> kinks_;
@@ -108,15 +109,11 @@ class PinEquations {
   std::unique_ptr<Factor> factor_;
 };
 
-// The velocities with which the fields of a pinned segment are summed (method, section 9).
-//
-// At the time t the pins are at q_i(t) = c_i + t u_i, and the a_j(t) solve sum_j Psi((q_i - q_j) / R) a_j = u_i, R
-// being the pins' radius and Psi a the velocity of a pin that moves with a. They are kept as polynomials.
-
 inline constexpr int kMaxPinDegree = 8;
 
-// The solution over a part of the segment's time, in powers of s = (2 t - begin - end) / (end - begin): of each pin
-// a_i(t), then of each turn its three nodes (pins.h).
+// The solution over a part of the segment's time, as polynomials in s = (2 t - begin - end) / (end - begin): a_i(t) of
+// each pin, then the three nodes of each turn. The a_j(t) solve sum_j Psi((q_i - q_j) / R) a_j = u_i, where the pins
+// are at q_i(t) = c_i + t u_i and R is their radius.
 struct PinPiece {
   double begin = 0;
   double end = 1;
@@ -129,20 +126,18 @@ struct PinPiece {
   Vec3d at(std::size_t node, double t) const;
 };
 
-// Returns the pieces of a pinned segment from its begin to its end, in ascending time whatever its direction. With them
-// v errs nowhere by more than kPinShare * tolerance at the times at which they were compared with a solution. The
-// segment is valid; no time, no pieces; none either where progress->cancel is set. Throws InvalidInput where pins come
-// so near each other that the equations cannot be solved. Time: for n pins of which each has k others in its reach
-// about n k^2, for each of 5 to 17 times of a piece.
+// Returns the pieces of a valid pinned segment from its begin to its end, in ascending time for either direction; none
+// if these are the same, or if progress->cancel is set. v errs by at most kPinShare * tolerance at the times at which
+// the pieces were compared with a solution. Throws InvalidInput if pins come so near each other that the equations
+// cannot be solved. Time: about n k^2 for n pins with k others within a radius each, for each of 5 to 17 times of a
+// piece.
 std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance, const Progress* progress = nullptr);
 
-// Returns the fields whose sum is v at the time t, as resting fields: the pins are where they are then, with the
-// velocities a; after them a rotation and a strain for each turn. Beyond the pieces' ends the nearest one is used.
+// Returns the fields whose sum is v at the time t, at rest: the pins at their places with the velocities a, then a
+// rotation and a strain for each turn. Beyond the pieces' ends the nearest piece is used.
 std::vector<Field> fields_at(const Segment& segment, const std::vector<PinPiece>& pieces, double t);
 
-// The numbers of pins as their kernel reads them (kernel_pins.h).
-
-// The pins of one piece of a segment, relative to a centre, and everything that the kernel's field points to.
+// The numbers of one piece's pins, relative to a centre, and the kernel's field that points to them (kernel_pins.h).
 template <class S>
 struct OwnedPins {
   PinKernelField<S> field;

@@ -1,3 +1,4 @@
+// The equations of pins, and flows of pins and turns.
 #include "flow/pins.h"
 
 #include <gtest/gtest.h>

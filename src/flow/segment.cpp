@@ -1,3 +1,4 @@
+// Checks of flows, parts and inverses of flows, and the coefficients of Runge-Kutta methods.
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>

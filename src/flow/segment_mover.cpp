@@ -1,3 +1,4 @@
+// The kernels of segments with their fields, and the functions that move a group's points by them.
 #include "flow/segment_mover.h"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "flow/closed_form.h"
 #include "flow/culling.h"
 #include "flow/pins.h"
+#include "flow/sets.h"
 #include "flow/step_rule.h"
 #include "knead/vec.h"
 
@@ -18,12 +20,9 @@ namespace knead::detail {
 
 namespace {
 
-// More points than this have lists of their own (sets.h).
-constexpr std::size_t kFewPoints = 48;
-
 bool is_for_packs(const Region& region) {
   if (const auto* set = std::get_if<PointSet<double>>(&region)) {
-    return set->curves.empty() && set->points.size() < kFewPoints;
+    return set->curves.empty() && set->points.size() < kMinListedPoints;
   }
   return !std::holds_alternative<Handles<double>>(region) && !std::holds_alternative<CustomRegion>(region);
 }
@@ -55,13 +54,6 @@ Method<S> method_of(Integrator integrator) {
   return method;
 }
 
-// The region of a kernel's field, with what it points to.
-template <class S>
-struct OwnedSet {
-  std::vector<S> numbers;
-  std::vector<double> exact_numbers;
-};
-
 template <class S>
 void fill(SetPoints<S>& to, std::vector<S>& numbers, const PointSet<double>& set, double outer) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -73,22 +65,23 @@ void fill(SetPoints<S>& to, std::vector<S>& numbers, const PointSet<double>& set
   to.scale = static_cast<S>(outer);
 }
 
-// The ball of which SetPoints tells, and its path.
+// Finds the ball of SetPoints and its path.
 template <class S>
 void surround(SetPoints<S>& to, const PointSet<double>& set, const Segment& segment) {
   const Surround elements = surround_of(set);
   const double outer = segment.fields.front().thresholds.outer;
   to.middle = elements.center;
-  to.reach = elements.radius + support_reach(set, outer) * (1 + 1e-4);
+  to.radius = elements.radius + support_radius(set, outer) * (1 + 1e-4);
   to.path = segment.displacement * (segment.end - segment.begin);
   to.per_path2 = norm2(to.path) > 0 ? 1 / norm2(to.path) : 0;
 }
 
-// A kernel's field and everything that it points to; never copied.
+// A kernel's field and the numbers of a set that it points to.
 template <class S, template <class> class M, template <class> class R>
 struct OwnedField {
   MaskedKernelField<S, M, R> field;
-  OwnedSet<S> set;
+  std::vector<S> numbers;
+  std::vector<double> exact_numbers;
 
   OwnedField(const Segment& segment, const SegmentMask& mask, const M<double>& motion, const auto& region) {
     const Field& from = segment.fields.front();
@@ -99,8 +92,8 @@ struct OwnedField {
     field.motion = static_cast<M<S>>(motion);
     field.exact_motion = motion;
     if constexpr (std::is_same_v<R<S>, SetPoints<S>>) {
-      fill(field.region, set.numbers, region, from.thresholds.outer);
-      fill(field.exact_region, set.exact_numbers, region, from.thresholds.outer);
+      fill(field.region, numbers, region, from.thresholds.outer);
+      fill(field.exact_region, exact_numbers, region, from.thresholds.outer);
       surround(field.exact_region, region, segment);
     } else {
       field.region = static_cast<R<S>>(region);
@@ -124,35 +117,24 @@ struct OwnedField {
 template <template <class> class R>
 struct RegionTag {};
 
-// Calls body with the motion's and the region's templates; the kernels' order of them is the variants'.
+// The region of a kernel's field.
+RegionTag<Ball> tag_of(const Ball<double>& /*region*/) { return {}; }
+RegionTag<Capsule> tag_of(const Capsule<double>& /*region*/) { return {}; }
+RegionTag<HalfSpace> tag_of(const HalfSpace<double>& /*region*/) { return {}; }
+RegionTag<SetPoints> tag_of(const PointSet<double>& /*region*/) { return {}; }
+
+// Calls body with the kinds of the motion and the region, which the kernels order as the variants do.
 template <class Body>
 void with_kinds(const Field& field, const Body& body) {
-  const auto with_region = [&](auto motion_kind, const auto& motion) {
-    std::visit(
-        [&](const auto& region) {
-          using R = std::decay_t<decltype(region)>;
-          if constexpr (std::is_same_v<R, Ball<double>>) body(motion_kind, motion, kBall, RegionTag<Ball>{}, region);
-          if constexpr (std::is_same_v<R, Capsule<double>>) {
-            body(motion_kind, motion, kCapsule, RegionTag<Capsule>{}, region);
-          }
-          if constexpr (std::is_same_v<R, HalfSpace<double>>) {
-            body(motion_kind, motion, kHalfSpace, RegionTag<HalfSpace>{}, region);
-          }
-          if constexpr (std::is_same_v<R, PointSet<double>>) {
-            body(motion_kind, motion, kSet, RegionTag<SetPoints>{}, region);
-          }
-        },
-        field.region);
-  };
+  const auto motion_kind = static_cast<MotionKind>(field.motion.index());
+  const auto region_kind = static_cast<RegionKind>(field.region.index());
   std::visit(
-      [&](const auto& motion) {
-        using M = std::decay_t<decltype(motion)>;
-        if constexpr (std::is_same_v<M, Translation<double>>) with_region(kTranslation, motion);
-        if constexpr (std::is_same_v<M, Rotation<double>>) with_region(kRotation, motion);
-        if constexpr (std::is_same_v<M, Twist<double>>) with_region(kTwist, motion);
-        if constexpr (std::is_same_v<M, Strain<double>>) with_region(kStrain, motion);
+      [&](const auto& motion, const auto& region) {
+        if constexpr (!std::is_same_v<std::decay_t<decltype(motion)>, CustomMotion> && requires { tag_of(region); }) {
+          body(motion_kind, motion, region_kind, tag_of(region), region);
+        }
       },
-      field.motion);
+      field.motion, field.region);
 }
 
 template <class S, template <class> class M, template <class> class R>
@@ -163,7 +145,7 @@ std::shared_ptr<const void> own_field(const Segment& segment, const SegmentMask&
   return {owned, static_cast<const KernelField<S, M, R>*>(&owned->field)};
 }
 
-// A grid's field and everything that it points to; never copied.
+// A grid's field and the nodes that it points to.
 template <class S>
 struct OwnedGrid {
   GridNodes<S> nodes;
@@ -214,13 +196,13 @@ BoundKernel<S> pack_kernel(const Segment& segment, const SegmentMask& mask, cons
   return result;
 }
 
-// How much of a region's width a step may pass.
+// The part of a region's width that a step may pass.
 double reach_in(const Region& region) {
   if (std::holds_alternative<Handles<double>>(region)) return kHandlesReach;
   return std::holds_alternative<Capsule<double>>(region) ? kCapsuleReach : kReach;
 }
 
-// The error, by the speed, that is expected of a step of third order that passes the reach.
+// The expected error, by the speed, of a step of third order that passes reach_of_step().
 double expected_error(const Segment& segment) {
   double greatest = segment.grid.is_empty() ? 0 : kGridReach;
   for (const Field& field : segment.fields) greatest = std::max(greatest, reach_in(field.region));
@@ -229,8 +211,8 @@ double expected_error(const Segment& segment) {
   return error;
 }
 
-// What positions are relative to: the first field's centre, of pins and sums the middle of all, but in the planes in
-// which they are mirrored, of a grid a node.
+// The origin of positions: the first field's centre; the middle of pins and sums, in the planes in which they are
+// mirrored; a node of a grid.
 Vec3d center_of(const Segment& segment) {
   if (!segment.grid.is_empty()) return middle_node(segment.grid);
   if (segment.parts.empty() && segment.time_law != TimeLaw::pinned) return segment.fields.front().center;
@@ -262,7 +244,7 @@ SegmentTask<S> task_of(const Segment& segment, double tolerance) {
   return task;
 }
 
-// The members of the live blocks that the mask does not hold.
+// Returns the members of the live blocks that the mask does not hold.
 std::array<std::uint64_t, kBlocksPerGroup> without_held(const LiveGroup& group, const Mask& mask) {
   std::array<std::uint64_t, kBlocksPerGroup> members{};
   for (int k = 0; k < group.block_count; ++k) {
@@ -279,8 +261,8 @@ std::array<std::uint64_t, kBlocksPerGroup> without_held(const LiveGroup& group, 
   return members;
 }
 
-// A kernel whose positions are relative to a point of each of some planes at right angles to the axes; what is exactly
-// in a plane stays there.
+// A kernel whose positions are relative to a point of some planes across the axes. Points exactly in a plane stay
+// there.
 template <class S>
 struct InPlanes {
   BoundKernel<S> inner;
@@ -323,14 +305,13 @@ BoundKernel<S> kernel_of_sum(const Segment& sum, const AdvectOptions& options, c
   return in_planes<S>(sum_kernel<S>(sum, center_of(sum), options, kernels), sum.mirrored_at);
 }
 
-// Everything that a segment's points are moved with.
+// Moves a segment's points by a kernel.
 template <class S>
 struct KernelMover {
   BoundKernel<S> bound;
   Method<S> method;
   SegmentTask<S> task;
   GroupCounts (*move)(const SegmentTask<S>&, const GroupTask<S>&);
-
   Mask mask;  // empty unless it acts
 
   KernelMover(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels)
@@ -363,15 +344,17 @@ struct KernelMover {
     static thread_local const std::unique_ptr<Bundle<S>> bundle = std::make_unique<Bundle<S>>();
     static thread_local const std::unique_ptr<Bundle<S>> of_parts = std::make_unique<Bundle<S>>();
     bundle->own = of_parts.get();
+    GroupTask<S> work{group, bundle.get()};
     std::array<std::uint64_t, kBlocksPerGroup> free{};
-    if (!mask.is_empty()) free = without_held(group, mask);
-    const std::uint64_t* const members = mask.is_empty() ? group.members : free.data();
-    return move(task, {group.points, members, group.blocks, group.block_count, group.between, group.steps, group.moved,
-                       bundle.get(), group.stop});
+    if (!mask.is_empty()) {
+      free = without_held(group, mask);
+      work.members = free.data();
+    }
+    return move(task, work);
   }
 };
 
-// A segment of pins is moved through the pieces of its time, one after the other.
+// Moves points through the pieces of a pinned segment, one after the other.
 template <class S>
 class PinMover {
  public:
@@ -397,15 +380,11 @@ class PinMover {
     group.moved = of_piece.data();
     for (const auto& mover : movers_) {
       of_piece.fill(0);
-      const GroupCounts counts = (*mover)(group);
-      sum.accepted += counts.accepted;
-      sum.rejected += counts.rejected;
-      sum.evaluations += counts.evaluations;
-      sum.complete = sum.complete && counts.complete;
+      sum += (*mover)(group);
       for (std::size_t block = 0; block < kBlocksPerGroup; ++block) moved[block] += of_piece[block];
       if (!sum.complete) break;
       group.stop.before = sum.evaluations;
-      group.between = 0;  // that was known of the first piece's beginning
+      group.between = 0;  // known at the first piece's beginning only
     }
     return sum;
   }
@@ -421,18 +400,21 @@ class PinMover {
     return in_planes<S>(std::move(result), part.mirrored_at);
   }
 
-  std::vector<std::unique_ptr<Segment>> parts_;  // of the segment's time
+  std::vector<std::unique_ptr<Segment>> parts_;  // the segment, limited to the pieces
   std::vector<std::unique_ptr<const KernelMover<S>>> movers_;
 };
 
+template <class Mover, class S>
+SegmentMover shared_mover(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels) {
+  const auto mover = std::make_shared<const Mover>(segment, options, kernels);
+  return [mover](const LiveGroup& group) { return (*mover)(group); };
+}
+
 template <class S>
 SegmentMover kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
-  if (segment.time_law == TimeLaw::pinned) {
-    const auto mover = std::make_shared<const PinMover<S>>(segment, options, kernels.in<S>());
-    return [mover](const LiveGroup& group) { return (*mover)(group); };
-  }
-  const auto mover = std::make_shared<const KernelMover<S>>(segment, options, kernels.in<S>());
-  return [mover](const LiveGroup& group) { return (*mover)(group); };
+  const bool pinned = segment.time_law == TimeLaw::pinned;
+  return pinned ? shared_mover<PinMover<S>>(segment, options, kernels.in<S>())
+                : shared_mover<KernelMover<S>>(segment, options, kernels.in<S>());
 }
 
 }  // namespace
@@ -445,6 +427,21 @@ BoundKernel<S> kernel_of(const Segment& segment, double tolerance, const Segment
 template BoundKernel<float> kernel_of<float>(const Segment&, double, const SegmentMask&, const Kernels<float>&);
 template BoundKernel<double> kernel_of<double>(const Segment&, double, const SegmentMask&, const Kernels<double>&);
 
+std::vector<double> moved_copy(const SegmentMover& move, LiveGroup group) {
+  std::vector<double> numbers;
+  for (const double* from : {group.points.x, group.points.y, group.points.z}) {
+    numbers.insert(numbers.end(), from, from + kGroup);
+  }
+  std::vector<std::uint32_t> steps(kGroup);
+  std::array<double, kBlocksPerGroup> moved{};
+  group.points = {numbers.data(), numbers.data() + kGroup, numbers.data() + 2 * kGroup};
+  group.between = 0;
+  group.steps = steps.data();
+  group.moved = moved.data();
+  move(group);
+  return numbers;
+}
+
 bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& x) {
   const Vec3d d = x - limit_cylinder.center;
   const Vec3d across = d - limit_cylinder.axis * dot(limit_cylinder.axis, d);
@@ -455,7 +452,7 @@ double reach_of_step(const Segment& segment) {
   if (!segment.grid.is_empty()) return kGridReach * segment.grid.spacing;
   double reach = kInfinity;
   for (const Field& field : segment.fields) {
-    if (std::holds_alternative<Handles<double>>(field.region)) continue;  // thresholds are no lengths there
+    if (std::holds_alternative<Handles<double>>(field.region)) continue;  // whose thresholds are no lengths
     reach = std::min(reach, reach_in(field.region) * (field.thresholds.outer - field.thresholds.inner));
   }
   for (const Segment& part : segment.parts) reach = std::min(reach, reach_of_step(part));
@@ -493,7 +490,7 @@ Method<double> method_in_double(Integrator integrator) { return method_of<double
 
 SegmentTask<double> task_in_double(const Segment& segment, double tolerance) {
   SegmentTask<double> task = task_of<double>(segment, tolerance);
-  // Of a sum the tools move differently: |v - u| of any is at most twice the greater of |v| and |u|.
+  // The tools of a sum move differently: |v - u| of each is at most twice the greater of |v| and |u|.
   for (const Segment& part : segment.parts) {
     task.tool_speed = std::max(task.tool_speed, task_of<double>(part, tolerance).tool_speed);
   }

@@ -1,8 +1,10 @@
-// How the points of a group are moved by one segment.
+// Functions that move a group's points by one segment: kernels with the fields that they read, and sums of segments by
+// their parts. Internal to the library.
 #pragma once
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "flow/kernels/kernel.h"
@@ -11,98 +13,88 @@
 
 namespace knead::detail {
 
-// The live blocks of a group. As GroupTask of the kernels, in either precision.
-struct LiveGroup {
-  Coordinates points;                      // kGroup of each
-  const std::uint64_t* members = nullptr;  // by block: which lanes hold points
-  const std::uint16_t* blocks = nullptr;
-  int block_count = 0;
-  std::uint64_t between = 0;       // by block: whether all points are known to be between the inner and outer region
-  std::uint32_t* steps = nullptr;  // kGroup, to which accepted steps are added
-  double* moved = nullptr;         // by block: raised to how far a point of it moves along an axis, at most
-  CancelCheck stop;
-};
-
 // Moves the points of the blocks over the whole segment. Called from several threads.
 using SegmentMover = std::function<GroupCounts(const LiveGroup& group)>;
 
-// The segment must outlive what is returned. Of the options progress and steps are not looked at.
+// Moves a copy of the group's points. Returns x of all points, y of all, z of all.
+std::vector<double> moved_copy(const SegmentMover& move, LiveGroup group);
+
+// The segment must outlive the result. Ignores progress and steps of the options.
 SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options,
                                 const KernelTable& kernels = kernels_in_use());
 
-// The same with one kernel for all points: of a sum the one that evaluates all parts.
+// The same with one kernel for all points; that of a sum evaluates all parts.
 SegmentMover make_kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels);
 
-// A kernel with the field that it reads.
+// A kernel with the field that it reads; next_contact as in SegmentTask.
 template <class S>
 struct BoundKernel {
   FieldKernel<S> kernel;
   std::shared_ptr<const void> field;
-  // As SegmentTask has them.
   double (*next_contact)(const void* contact_data, const Vec3d& x, double t, const void*& cell) = nullptr;
   const void* contact_data = nullptr;
 };
 
-// The kernel that evaluates a segment's path lines one by one (lane_kernel.h). The segment must outlive it.
+// Returns the kernel that evaluates a segment's path lines one by one (lane_kernel.cpp). The segment must outlive it.
 template <class S>
 BoundKernel<S> lane_kernel(const Segment& segment, double tolerance, const SegmentMask& mask);
 
-// Returns how a segment that is neither pinned nor a sum is evaluated. The segment must outlive it.
+// Returns the kernel of a segment that is neither pinned nor a sum. The segment must outlive it.
 template <class S>
 BoundKernel<S> kernel_of(const Segment& segment, double tolerance, const SegmentMask& mask, const Kernels<S>& kernels);
 
-// Whether a kernel evaluates the segment's path lines in packs.
+// Returns whether a kernel evaluates the segment's path lines in packs.
 bool has_pack_kernel(const Segment& segment);
 
-// What evaluates a field with its gradient in packs, and the field that it reads.
+// A function that evaluates a field with its gradient in packs, and the field.
 struct BoundGradients {
   FindGradients find = nullptr;
   std::shared_ptr<const void> field;
 };
 
-// Null where there is no kernel for it.
+// Returns null if no kernel evaluates the segment in packs.
 BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, const JacobianKernels& kernels);
 
 Method<double> method_in_double(Integrator integrator);
 
-// What a segment asks of a kernel, which is left out. Of a sum: for those who know no limits of the parts.
+// Returns the task of a segment without its kernel. That of a sum limits steps by all of its parts.
 SegmentTask<double> task_in_double(const Segment& segment, double tolerance);
 
-// How far a step may pass, a length; infinity between handles, where that depends on the place.
+// Returns the length that a step may pass; infinity between handles, where it depends on the place.
 double reach_of_step(const Segment& segment);
 
-// Whether the point is in the limit cylinder, at t = 0.
+// Returns whether the point, at t = 0, is in the limit cylinder.
 bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& x);
 
-// Whether the fields' inner region moves with the tool.
+// Returns whether the inner region moves with the tool.
 bool carries(const Segment& segment);
 
-// Sums of segments: their parts, and how they move points. Internal to the library.
-
-// Returns the segments whose velocities' sum is v: the parts of a sum, with its mask, beginning and end; of any other
-// segment the segment itself.
+// Returns the segments whose sum of velocities is v: the parts of a sum with its mask, beginning and end, or the
+// segment itself.
 std::vector<Segment> parts_of(const Segment& segment);
 
-// Returns the flow with the parts of each sum one after the other. What one of them may move is what the flow may move,
-// but it does not move points as the flow does.
+// Returns, as bits, the parts without a limit cylinder and those whose limit cylinder contains the point at t = 0.
+unsigned parts_around(std::span<const Segment> parts, const Vec3d& x);
+
+// Returns the flow with the parts of each sum one after the other. It moves points differently, but together its
+// segments may move the same points.
 Flow each_part(const Flow& flow);
 
 // Returns whether a part has a limit cylinder.
 bool has_limit_cylinders(const Segment& segment);
 
-// Returns the parts of a sum without their limit cylinders that a mask of bits names, as a segment: a sum, or one part
-// alone.
+// Returns the parts of a sum that the bits of `chosen` select, without their limit cylinders: a sum, or a single part.
 Segment chosen_parts(const Segment& sum, unsigned chosen);
 
-// The kernel of a sum, which calls those of its parts (kernel_grid.h). `center`: what positions are relative to. The
-// segment must outlive it.
+// Returns the kernel of a sum, which calls those of its parts (kernel_grid.h). `center`: the origin of its positions.
+// The segment must outlive it.
 template <class S>
 BoundKernel<S> sum_kernel(const Segment& sum, const Vec3d& center, const AdvectOptions& options,
                           const Kernels<S>& kernels);
 
-// Moves each point by the parts that it can meet, in whose limit cylinders it begins: by one part alone as that moves
-// it without the others, with closed forms where there are any. Null for a segment that is no sum, and where every
-// point is moved by all parts. The segment must outlive it.
+// Moves each point by the parts of a sum that it can meet and in whose limit cylinders it begins. A single part moves
+// it as it does alone, also in closed form. Null if the segment is no sum, or if all parts move every point. The
+// segment must outlive it.
 SegmentMover mover_of_parts(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels);
 
 }  // namespace knead::detail

@@ -1,3 +1,4 @@
+// Flows as values: inverses, parts and checks.
 #include "knead/flow.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Trees of points, and the cells of point sets' fields.
 #include "flow/sets.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// The cells of point sets' fields, and the tree from which their lists are drawn.
 #include "flow/sets.h"
 
 #include <algorithm>
@@ -15,20 +16,14 @@ namespace knead::detail {
 
 namespace {
 
-// A mask's border makes the flow at most so much faster; where it does, the stroke is warned of.
-constexpr double kMaskedSpeed = 3;
-
-// Cells to the width of the narrowest field's support, and at most so many in all.
-constexpr double kCellsToOuter = 6;
+constexpr double kMaxMaskedSpeed = 3;  // along a mask's border, by the tool's speed; a stroke beyond it gets a warning
+constexpr double kCellsPerOuter = 6;   // of the narrowest field
 constexpr double kMaxCells = 1 << 18;
-// Fewer points than this are not worth a list.
-constexpr std::size_t kFewPoints = 48;
-// As for next_contact of all other regions (contact.cpp).
-constexpr double kTraceResolution = 1e-4;
-// The bounds of a cell are found in S, whose rounding is far below this.
-constexpr double kRounding = 1e-4;
+constexpr double kTraceResolution = 1e-4;  // that of contact.cpp
+constexpr double kRounding = 1e-4;         // of a cell's bounds; far above the rounding of S
+constexpr std::uint32_t kMaxLeafPoints = kPointPack;
 
-// How r_k of a curve at least grows with the true distance from it, compared with a point's.
+// Returns the factor by which r grows or falls at most if the true distance changes by the ratio.
 double power_of_growth(double ratio, bool curves) { return curves ? ratio * std::sqrt(std::sqrt(ratio)) : ratio; }
 
 Vec3d clamped(const Vec3d& p, const Box& box) {
@@ -99,7 +94,7 @@ template <class S>
 typename SetCells<S>::Part SetCells<S>::make_part(const Field& field, double error) const {
   const auto& motion = std::get<Translation<double>>(field.motion);
   const auto& set = std::get<PointSet<double>>(field.region);
-  const bool listed = set.points.size() >= kFewPoints;
+  const bool listed = set.points.size() >= kMinListedPoints;
   Part part{{static_cast<Translation<S>>(motion),
              packed<S>(set),
              static_cast<Thresholds<S>>(field.thresholds),
@@ -117,7 +112,7 @@ typename SetCells<S>::Part SetCells<S>::make_part(const Field& field, double err
   for (const auto& curve : set.curves) {
     for (const Vec3d& p : curve) part.box.extend(p);
   }
-  part.reach = support_reach(set, part.outer) * (1 + kRounding);
+  part.radius = support_radius(set, part.outer) * (1 + kRounding);
   part.error = error / (norm(motion.velocity) * duration_);
   return part;
 }
@@ -125,25 +120,25 @@ typename SetCells<S>::Part SetCells<S>::make_part(const Field& field, double err
 template <class S>
 void SetCells<S>::lay_grid() {
   double outer = kInfinity;
-  double speed = 0;  // relative to the tool, at most
+  double speed = 0;  // an upper bound of that relative to the tool
   double width = kInfinity;
   for (const Part& part : parts_) {
     const double own_width = static_cast<double>(part.field.thresholds.outer) - part.field.thresholds.inner;
-    const double arm = 0.5 * (part.reach + norm(part.box.max - part.box.min));
+    const double arm = 0.5 * (part.radius + norm(part.box.max - part.box.min));
     outer = std::min(outer, part.outer);
     width = std::min(width, own_width);
     speed += norm(Vec3d(part.field.motion.velocity)) *
              (1 + greatest_slope(0, part.field.thresholds.falloff) / own_width * arm);
   }
-  if (!parts_.front().field.mask.is_empty()) speed *= kMaskedSpeed;
+  if (!parts_.front().field.mask.is_empty()) speed *= kMaxMaskedSpeed;
   speed += norm(displacement_);
   const double whole_path = speed * duration_;
-  size_ = outer / kCellsToOuter;
+  size_ = outer / kCellsPerOuter;
   const double step = 0.2 * width;  // path lines' steps pass 0.16 of it
   const bool stays = whole_path <= step;
   excursion_ = stays ? whole_path : step;
   for (const Part& part : parts_) {
-    const Box support = grown(part.box, part.reach);
+    const Box support = grown(part.box, part.radius);
     box_.extend(support.min + part.offset);
     box_.extend(support.max + part.offset);
   }
@@ -195,7 +190,7 @@ std::unique_ptr<SetCell<S>> SetCells<S>::make_cell(const Vec3d& center) const {
 template <class S>
 void SetCells<S>::add_part(const Part& part, SetCell<S>& cell) const {
   const Vec3d center = cell.center - part.offset;
-  if (norm(center - clamped(center, part.box)) - radius_ >= part.reach) return;
+  if (norm(center - clamped(center, part.box)) - radius_ >= part.radius) return;
   const PackedSet<S>& whole = part.field.region;
   const bool curves = !whole.curves->empty();
   const Vec3<S> d(center);
@@ -204,7 +199,7 @@ void SetCells<S>::add_part(const Part& part, SetCell<S>& cell) const {
   const double r = static_cast<double>(at_center.value);
   const double least = nearest > radius_ ? r * power_of_growth(1 - radius_ / nearest, curves) : 0;
   if (least * (1 - kRounding) >= part.outer) return;
-  // For points alone r rises at most as fast as the distance; on an element itself, where r = 0, by all of the radius.
+  // For points alone r rises at most as fast as the distance; from an element itself, where r = 0, by the radius.
   const double most = nearest > 0 ? r * power_of_growth(1 + radius_ / nearest, curves) : (curves ? kInfinity : radius_);
   cell.inside = cell.inside || most * (1 + kRounding) < part.outer;
   cell.fields.push_back(part.field);
@@ -222,11 +217,11 @@ void SetCells<S>::add_part(const Part& part, SetCell<S>& cell) const {
       set.points = std::move(points);
     }
   }
-  // No distance from the nearest element is greater; where it is far smaller the sums overflow, which is seen.
+  // An upper bound of the distance from the nearest element. Where that is far smaller, evaluate() detects an overflow.
   set.scale = static_cast<S>(nearest + radius_);
 }
 
-// How much time may pass before r of any field can be below outer, d moving from the cell at the velocity.
+// Returns the time that may pass before r of any field can be below outer, while d moves from the cell at the velocity.
 template <class S>
 double SetCells<S>::safe_advance(Place place, const Vec3d& d, const Vec3d& velocity) const {
   const double speed = norm(velocity);
@@ -244,7 +239,7 @@ double SetCells<S>::safe_advance(Place place, const Vec3d& d, const Vec3d& veloc
     }
     safe = std::min(safe, free / speed);
   }
-  return std::max(safe, 1e-6 * size_ / speed);  // so that rounding at a wall holds nothing up
+  return std::max(safe, 1e-6 * size_ / speed);  // passes a wall in spite of rounding
 }
 
 template <class S>
@@ -283,12 +278,6 @@ bool SetCells<S>::keeps(Place& place, const Vec3d& x, double t) const {
 template class SetCells<float>;
 template class SetCells<double>;
 
-namespace {
-
-constexpr std::uint32_t kLeaf = kPointPack;
-
-}  // namespace
-
 PointTree::PointTree(std::span<const Vec3d> points) : points_(points.begin(), points.end()) {
   nodes_.reserve(points_.size());
   if (!points_.empty()) build(0, static_cast<std::uint32_t>(points_.size()));
@@ -310,13 +299,13 @@ std::uint32_t PointTree::build(std::uint32_t begin, std::uint32_t end) {
   }
   node.radius = std::sqrt(greatest);
   nodes_.push_back(node);
-  if (own.size() <= kLeaf) return index;
+  if (own.size() <= kMaxLeafPoints) return index;
   const Box box = bounding_box(own);
   const Vec3d size = box.max - box.min;
   const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
   // Whole packs on the left.
-  const std::uint32_t middle = begin + ((end - begin) / 2 + kLeaf - 1) / kLeaf * kLeaf;
-  // A whole order, so that every standard library finds the same one.
+  const std::uint32_t middle = begin + ((end - begin) / 2 + kMaxLeafPoints - 1) / kMaxLeafPoints * kMaxLeafPoints;
+  // A total order, so that all standard libraries sort alike.
   std::sort(own.begin(), own.end(), [axis](const Vec3d& p, const Vec3d& q) {
     return std::tie(p[axis], p.x, p.y, p.z) < std::tie(q[axis], q.x, q.y, q.z);
   });
@@ -327,11 +316,11 @@ std::uint32_t PointTree::build(std::uint32_t begin, std::uint32_t end) {
   return index;
 }
 
-// At least r(x) / |x - p| for every x of the ball and p of the node; infinity where there is no such number.
-// With u the direction from the node's centroid to the ball's centre, at distance d, and x = centre + delta: |x -
-// centroid| >= d exp(u.delta/d - 0.78 (delta/d)^2) while |delta| <= d/2; and since r^-m is a sum of powers, by
-// Jensen's inequality r(x) <= r exp(grad r.delta/r + (delta/nearest)^2/2). Together they are far sharper than the two
-// distances changed by the radius against each other, which is what is left otherwise.
+// Returns an upper bound of r(x) / |x - p| for every x of the ball and p of the node; infinity if there is none.
+// Let u be the direction from the node's centroid to the ball's centre, d their distance, and x = centre + delta. Then
+// |x - centroid| >= d exp(u.delta/d - 0.78 (delta/d)^2) while |delta| <= d/2; and since r^-m is a sum of powers, by
+// Jensen's inequality r(x) <= r exp(grad r.delta/r + (delta/nearest)^2/2). Together they are far sharper than the
+// coarse bound, which changes both distances by the radius.
 double PointTree::ratio_bound(const ListDemand& demand, const Node& node) {
   const Vec3d from = demand.center - node.centroid;
   const double distance = norm(from);
@@ -348,8 +337,8 @@ double PointTree::ratio_bound(const ListDemand& demand, const Node& node) {
   return std::min(coarse, demand.r / (distance * spread * (1 - growth)));  // exp(a) <= 1 / (1 - a)
 }
 
-// The list with no error above `most_of_one` for any one cluster; returns the bound of all errors together, or stops
-// beyond demand.error.
+// Makes the list with an error of at most `most_of_one` for each cluster. Returns the bound of the sum of all errors;
+// stops if that exceeds demand.error.
 double PointTree::list_by(const ListDemand& demand, double most_of_one, std::vector<WeightedPoint>& result) const {
   const double m = demand.exponent;
   double error = 0;

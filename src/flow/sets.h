@@ -1,5 +1,5 @@
-// Points in a hierarchy of clusters, from which a short list is drawn that stands for all of them within a part of
-// space.
+// Large point sets: a tree whose clusters replace distant points, and fields in cells of space that each use a short
+// list of points and clusters. Internal to the library.
 #pragma once
 
 #include <array>
@@ -24,14 +24,15 @@ struct WeightedPoint {
   double weight = 1;
 };
 
-// Where a list is to hold, and how well. r is that of the whole region, of which the points may be a part.
+// The ball in which a list is valid, and the error of the list. r is that of the whole region, of which the points may
+// be a part.
 struct ListDemand {
-  Vec3d center;              // of a ball
-  double radius = 0;         // and its radius
+  Vec3d center;              // of the ball
+  double radius = 0;         // of the ball
   double r = 0;              // at the centre
-  Vec3d gradient;            // grad r there, only where all elements are points
+  Vec3d gradient;            // grad r at the centre, if all elements are points
   double nearest = 0;        // the true distance of the centre from the nearest element
-  double most = 0;           // at least r everywhere in the ball
+  double most = 0;           // an upper bound of r in the ball
   bool points_alone = true;  // no other elements
   int exponent = 8;          // m
   double error = 0;          // relative, of the sum r^-m, everywhere in the ball
@@ -53,16 +54,16 @@ class PointTree {
   // Time: n log n.
   explicit PointTree(std::span<const Vec3d> points);
 
-  // Points and clusters, a cluster as its centroid with the number of its points as weight, such that the sum r^-m over
-  // the list differs from that over all elements by at most error r^-m, and its gradient accordingly, everywhere in the
-  // ball. A cluster at distance d, of n points whose mean squared distance from the centroid is rms^2, is taken where
-  // n d^-m m(m+1)/2 rms^2/d^2 is small enough (method, section 3), and left out where n d^-m itself is; d is the least
-  // distance from any x of the ball to any point of the cluster. So the bound is strict: by Taylor's theorem with the
-  // greatest eigenvalue m(m+1) d^-(m+2) of the Hessian of d^-m. The list depends on the arguments alone.
+  // Finds points and clusters such that the sum r^-m over the list differs from that over all elements by at most error
+  // r^-m, and its gradient accordingly, everywhere in the ball. A cluster is its centroid with the number of its points
+  // as weight. A cluster at distance d, of n points whose mean squared distance from the centroid is rms^2, is listed
+  // where n d^-m m(m+1)/2 rms^2/d^2 is small enough (method, section 3), and omitted where n d^-m itself is; d is the
+  // least distance from any x of the ball to any point of the cluster. The bound is strict, by Taylor's theorem with
+  // the greatest eigenvalue m(m+1) d^-(m+2) of the Hessian of d^-m. The list depends on the arguments alone.
   void list(const ListDemand& demand, std::vector<WeightedPoint>& result) const;
 
-  // Calls visit(p) for a few points near x, all of them where they are few, by going down to the nearer centroids. Of
-  // at least one point.
+  // Calls visit(p) for a few points near x: those of the leaf to which the nearer centroids lead. The tree must not be
+  // empty.
   template <class Visit>
   void visit_near(const Vec3d& x, Visit visit) const {
     const Node* node = nodes_.data();
@@ -76,7 +77,7 @@ class PointTree {
 
   std::size_t size() const { return points_.size(); }
 
-  // As the nodes number them.
+  // In the order of the nodes.
   std::span<const Vec3d> points() const { return points_; }
   std::span<const Node> nodes() const { return nodes_; }
 
@@ -89,8 +90,7 @@ class PointTree {
   std::vector<Node> nodes_;
 };
 
-// A point set with a tree that says how far its points are, about.
-
+// A point set with a tree that estimates the distance to its points.
 template <class S>
 struct GuidedSet {
   PackedSet<S> set;
@@ -102,8 +102,8 @@ GuidedSet<S> guided(const PointSet<double>& set) {
   return {packed<S>(set), std::make_shared<const PointTree>(set.points)};
 }
 
-// r and grad r at d, with the sums measured by the distance to a point that is near, not by the least of all distances:
-// half of the time for a large set. Where the sums overflow (a point is far nearer than that one), as PackedSet.
+// Returns r and grad r at d. The unit of the sums is the distance to a near point, not the least distance, which takes
+// half of the time for a large set. If the sums overflow, because another point is far nearer, evaluates as PackedSet.
 template <class S>
 RegionValue<S> evaluate(const GuidedSet<S>& region, const Vec3<S>& d, const S& t) {
   if (!region.set.curves->empty() || region.tree->size() == 0) return evaluate(region.set, d, t);
@@ -116,16 +116,17 @@ RegionValue<S> evaluate(const GuidedSet<S>& region, const Vec3<S>& d, const S& t
   return evaluate(region.set, d, t);
 }
 
-// The fields of moving point sets, cut into cells of the tool's space in which few elements stand for all.
+// From this number of points on, a set uses lists in cells, not pack kernels.
+inline constexpr std::size_t kMinListedPoints = 48;
 
 template <class S>
 using SetField = SingleField<S, Translation<S>, PackedSet<S>>;
 
-// Whether SetCells takes the segment: translations of point sets, swept.
+// Returns whether the segment consists of swept translations of point sets, as SetCells requires.
 bool is_of_sets(const Segment& segment);
 
-// A cube of space in the tool's frame, and the fields that reach into it, each with the elements that count there and
-// a scale for their sums.
+// A cube of space in the tool's frame, and the fields whose supports meet it, each with its list of elements and a
+// scale for their sums.
 template <class S>
 struct SetCell {
   int index = 0;  // among all cells
@@ -134,11 +135,11 @@ struct SetCell {
   bool inside = false;              // r < outer of some field everywhere in the cell
 };
 
-// Cells are anchored at the tool and made when a path line first needs them, each from the segment alone, so that the
-// result of a point depends neither on other points nor on threads. Within a cell the field is one smooth function with
-// its exact gradient, hence divergence-free. It differs from the field of all elements by so little that positions err
-// by about a tenth of the tolerance at most. A path line keeps the cell in which it begins as long as it is within
-// reach of it: in a short segment to its end.
+// The fields of moving point sets, in cells of the tool's space. Cells are made when a path line first needs them, each
+// from the segment alone, so that a point's result depends neither on other points nor on threads. Within a cell the
+// field is one smooth function with its exact gradient, hence divergence-free. It approximates the field of all
+// elements so that positions err by at most about a tenth of the tolerance. A path line keeps the cell in which it
+// begins while it stays near it: in a short segment to its end.
 template <class S>
 class SetCells {
  public:
@@ -147,16 +148,16 @@ class SetCells {
   SetCells& operator=(const SetCells&) = delete;
   ~SetCells();
 
-  // Of one path line: the cell that it is in, null outside all of them.
+  // The cell of a path line; null outside all cells.
   using Place = const SetCell<S>*;
 
-  // The earliest time from t on at which the resting point x can be inside the support; moves `place` along.
+  // Returns the earliest time from t on at which the resting point x can be inside the support; moves `place` along.
   std::optional<double> next_contact(Place& place, const Segment& segment, const Vec3d& x, double t) const;
 
   // The cell in which x is at the time t.
   Place cell_at(const Vec3d& x, double t) const { return cell_at(in_tool(x, t)); }
 
-  // Moves `place` along with a path line that has come to x. Whether it is still the same.
+  // Moves `place` along with a path line that has come to x. Returns whether the cell is still the same.
   bool keeps(Place& place, const Vec3d& x, double t) const;
 
   Vec3<S> velocity(Place place, const Vec3d& x0, const Vec3<S>& moved, double t) const {
@@ -171,8 +172,8 @@ class SetCells {
     SetField<S> field;  // with all elements
     Vec3d offset;       // of its centre from the anchor
     Box box;            // of its elements, about its centre
-    double reach = 0;   // beyond this true distance r >= outer
-    double error = 0;   // of v that is allowed, by the tool's speed
+    double radius = 0;  // support_radius
+    double error = 0;   // that v may have, by the tool's speed
     double outer = 0;
     PointTree tree;
   };
@@ -189,13 +190,13 @@ class SetCells {
 
   Vec3d anchor_;
   Vec3d displacement_;
-  double duration_;  // at most, of a path line
+  double duration_;  // an upper bound of that of path lines
   std::vector<Part> parts_;
   Box box_;               // of the supports, in the tool's frame
   double size_ = 0;       // of a cell
-  double excursion_ = 0;  // how far a step's stages may leave what a cell holds
+  double excursion_ = 0;  // the distance by which a step's stages may leave the cube of a cell
   double home_ = 0;       // half the edge of the cube in which a path line keeps its cell
-  double radius_ = 0;     // of the ball about a cell's centre in which its lists are valid
+  double radius_ = 0;     // of the ball around a cell's centre in which its lists are valid
   double inverse_size_ = 0;
   std::array<int, 3> counts_{};
   std::unique_ptr<std::atomic<const SetCell<S>*>[]> cells_;

@@ -1,3 +1,4 @@
+// Sums of segments: the parts that can move a point, and the kernel that adds the parts' velocities.
 #include "flow/segment_mover.h"
 
 #include <algorithm>
@@ -20,13 +21,13 @@ namespace {
 
 static_assert(kMaxSummed == static_cast<int>(kMaxParts));
 
-// Zones are computed with rounding of their own, in kernels perhaps in float: they are so much greater.
+// Zones are enlarged by their rounding, which is greater in kernels, as these may compute in float.
 constexpr double kMargin = 1e-6;
 constexpr double kMarginInKernels = 1e-3;
 
 using Chosen = std::uint8_t;  // parts, as bits
 
-// Where a part may move points: a ball that moves along with it, or a half-space. And how far it moves a point that no
+// The support of a part, a ball that moves along with it or a half-space; and bounds of the motion of a point that no
 // other part moves.
 struct Zone {
   bool in_space = false;
@@ -34,13 +35,13 @@ struct Zone {
   Vec3d by;      // over the unit of time
   double extent = kInfinity;
   double longest_path = kInfinity;
-  std::optional<Vec3d> axis{};  // of circles about `pivot` in which such a point goes
+  std::optional<Vec3d> axis{};  // of circles about `pivot` on which such a point moves
   Vec3d pivot{};
-  double turn = kInfinity;  // how far it goes there, at most, in radians; infinity: not known
+  double turn = kInfinity;  // the greatest angle of its motion in radians; infinity: not known
   SinCos<double> of_turn{};
 };
 
-// Of a ball |v| is at most |w + dw/dr r / 2| of the tool's speed, across d.
+// In the field of a ball, |v| is at most |w + dw/dr r / 2| of the tool's speed, across d.
 double longest_path(const Field& field, double duration) {
   const auto* motion = std::get_if<Translation<double>>(&field.motion);
   const Thresholds<double>& between = field.thresholds;
@@ -49,7 +50,7 @@ double longest_path(const Field& field, double duration) {
   return norm(motion->velocity) * duration * std::max(1.0, 0.5 * steepest * between.outer) * (1 + kMargin);
 }
 
-// The axis about which a field that rests turns every point by an angle, as closed_form.h has it.
+// The axis about which a field at rest turns every point by a constant angle (closed_form.h).
 std::optional<Vec3d> axis_of(const Field& field) {
   const auto* rotation = std::get_if<Rotation<double>>(&field.motion);
   const auto* twist = std::get_if<Twist<double>>(&field.motion);
@@ -99,7 +100,7 @@ Zone zone_of(const Segment& part) {
   return zone;
 }
 
-// The points of a block that come nearer to a zone than the margin at any time, as bits.
+// Returns, as bits, the points of a block that come nearer to a zone than the margin at some time.
 std::uint64_t near_zone(const Zone& zone, const Coordinates& points, double margin) {
   const double extent = zone.extent + margin;
   if (!(extent < kInfinity)) return ~std::uint64_t{0};
@@ -116,7 +117,7 @@ std::uint64_t near_zone(const Zone& zone, const Coordinates& points, double marg
   return near;
 }
 
-// Whether a point that turns about an axis comes from outside into another zone.
+// Returns whether a point that turns about the axis of `own` may enter another zone.
 bool turn_meets(const Zone& own, const Vec3d& x, const Zone& other) {
   const Vec3d& axis = *own.axis;
   const double height = dot(axis, x - own.pivot);
@@ -134,21 +135,21 @@ bool turn_meets(const Zone& own, const Vec3d& x, const Zone& other) {
   const double apart = norm(arm) - norm(across);
   if ((height - along) * (height - along) + apart * apart >= other.extent * other.extent) return false;
   if (!(std::abs(own.turn) <= std::numbers::pi)) return true;
-  // The place nearest to the other zone is on the way, or an end is.
+  // The nearest place to the other zone lies within the arc, or is an end of it.
   const double sign = own.turn < 0 ? -1 : 1;
   const Vec3d end = arm * own.of_turn.cos + cross(axis, arm) * own.of_turn.sin;
   if (dot(axis, cross(arm, across)) * sign >= 0 && dot(axis, cross(across, end)) * sign >= 0) return true;
   return norm(end + axis * height - to) < other.extent;
 }
 
-// Whether a point can be in both zones, or get from one to the other.
+// Returns whether a point can be in both zones, or move from one to the other.
 bool may_meet(const Zone& a, const Zone& b) {
   if (a.in_space || b.in_space || !(a.extent + b.extent < kInfinity)) return true;
   const Vec3d d = (b.middle + b.by * 0.5) - (a.middle + a.by * 0.5);
   return norm(d) < a.extent + b.extent + 0.5 * (norm(a.by) + norm(b.by));
 }
 
-// Which parts of a sum a point can meet.
+// Finds the parts of a sum that a point can meet.
 class PartsInReach {
  public:
   explicit PartsInReach(const std::vector<Segment>& parts) {
@@ -161,7 +162,7 @@ class PartsInReach {
     }
   }
 
-  // The parts of each point of a block, of those that `allowed` names for it.
+  // Limits the parts of each point of a block to those that it can meet.
   void choose(const Coordinates& points, std::uint64_t members, Chosen* parts) const {
     std::array<std::uint64_t, kMaxParts> near{};
     std::uint64_t any = 0;
@@ -184,7 +185,7 @@ class PartsInReach {
   }
 
  private:
-  // Which of the points, that part i alone moves at first, may get into another zone.
+  // Returns which of the points that part i alone moves at first may enter another zone.
   std::uint64_t meets_others(std::size_t i, const Coordinates& points, std::uint64_t own) const {
     const Zone& zone = zones_[i];
     std::uint64_t meets = 0;
@@ -203,7 +204,7 @@ class PartsInReach {
     return meets;
   }
 
-  // These parts, and all that a point may get to from them.
+  // Returns these parts, and all whose zones a point may enter from them.
   Chosen connected(Chosen parts) const {
     for (Chosen before = 0; parts != before;) {
       before = parts;
@@ -218,7 +219,7 @@ class PartsInReach {
   std::array<Chosen, kMaxParts> neighbours_{};
 };
 
-// Movers of some of the parts, from the sum's beginning to a time; made when they are needed.
+// Movers of some of the parts, from the sum's beginning to a time; made on demand.
 class ChosenMovers {
  public:
   ChosenMovers(const Segment& sum, double end, const AdvectOptions& options, const KernelTable& kernels)
@@ -294,48 +295,28 @@ class SumMover {
     if (any == 0) return;
     LiveGroup own = group;
     own.members = members.data();
-    own.between = 0;  // which says where points are in the sum's parts together
-    const GroupCounts counts = movers_.of(parts)(own);
-    sum.accepted += counts.accepted;
-    sum.rejected += counts.rejected;
-    sum.evaluations += counts.evaluations;
-    sum.complete = sum.complete && counts.complete;
+    own.between = 0;  // known for the sum of all parts only
+    sum += movers_.of(parts)(own);
     group.stop.before = sum.evaluations;
   }
 
-  // The parts in whose limit cylinders a point is at t = 0.
-  Chosen parts_at(const Vec3d& x) const {
-    unsigned parts = 0;
-    for (std::size_t i = 0; i < sum_.parts.size(); ++i) {
-      if (!sum_.parts[i].limit_cylinder || is_within(*sum_.parts[i].limit_cylinder, x)) parts |= 1U << i;
-    }
-    return static_cast<Chosen>(parts);
-  }
-
-  // Of each point of the group the parts that move it: those that take it back to a place where they do.
+  // Returns the parts that move each point of the group: those that would move it back to a place at t = 0 in the limit
+  // cylinders of the same parts.
   GroupParts parts_by_limit_cylinders(const LiveGroup& group) const {
     GroupParts chosen{};
     const auto choose = [&](const Coordinates& at, unsigned parts) {
       for (int k = 0; k < group.block_count; ++k) {
         for (std::uint64_t rest = group.members[group.blocks[k]]; rest != 0; rest &= rest - 1) {
           const std::size_t i = group.blocks[k] * kBlock + static_cast<std::size_t>(__builtin_ctzll(rest));
-          const Chosen there = parts_at({at.x[i], at.y[i], at.z[i]});
+          const auto there = static_cast<Chosen>(parts_around(sum_.parts, {at.x[i], at.y[i], at.z[i]}));
           if (chosen[i] == 0 && (parts == 0 || there == parts)) chosen[i] = there;
         }
       }
     };
     if (sum_.begin == 0) choose(group.points, 0);
     for (unsigned parts = 1; sum_.begin != 0 && parts < 1U << sum_.parts.size(); ++parts) {
-      std::vector<double> copy;
-      for (const double* from : {group.points.x, group.points.y, group.points.z}) {
-        copy.insert(copy.end(), from, from + kGroup);
-      }
-      const Coordinates at{copy.data(), copy.data() + kGroup, copy.data() + 2 * kGroup};
-      std::vector<std::uint32_t> steps(kGroup);
-      std::array<double, kBlocksPerGroup> moved{};
-      to_start_.of(parts)(
-          {at, group.members, group.blocks, group.block_count, 0, steps.data(), moved.data(), group.stop});
-      choose(at, parts);
+      std::vector<double> numbers = moved_copy(to_start_.of(parts), group);
+      choose({numbers.data(), numbers.data() + kGroup, numbers.data() + 2 * kGroup}, parts);
     }
     return chosen;
   }
@@ -343,10 +324,10 @@ class SumMover {
   const Segment& sum_;
   ChosenMovers movers_;
   ChosenMovers to_start_;
-  std::optional<PartsInReach> in_reach_;  // nothing under a mask, whose constants are those of all parts together
+  std::optional<PartsInReach> in_reach_;  // nothing under a mask, whose offsets are those of all parts together
 };
 
-// A sum for its kernel, with everything that this refers to.
+// The field of a sum's kernel, and the data that it points to.
 template <class S>
 struct OwnedSum : SumKernelField<S> {
   std::vector<Segment> segments;
@@ -377,7 +358,7 @@ struct OwnedSum : SumKernelField<S> {
     part.tool_velocity = Vec3<S>(task.tool_velocity);
     part.tool_speed = static_cast<S>(task.tool_speed);
     part.reach = static_cast<S>(std::min(task.reach, static_cast<double>(std::numeric_limits<S>::max())));
-    part.leaves_width =
+    part.finds_width =
         !segment.fields.empty() && std::holds_alternative<Handles<double>>(segment.fields.front().region);
     part.in_space = zone.in_space;
     part.middle = Vec3<S>(zone.in_space ? zone.middle : zone.middle - center);
@@ -388,7 +369,7 @@ struct OwnedSum : SumKernelField<S> {
     return part;
   }
 
-  // Over 1: never.
+  // Over 1 means never.
   double next_contact(const Vec3d& x, double t) const {
     double first = 2;
     for (const BoundKernel<S>& part : bound) {
@@ -405,7 +386,7 @@ struct OwnedSum : SumKernelField<S> {
     return static_cast<const OwnedSum*>(static_cast<const SumKernelField<S>*>(data))->next_contact(x, t);
   }
 
-  // Moves no point in closed form: another part may move it at the same time.
+  // Moves no point in closed form, because another part may move it at the same time.
   static Classified classify(const void* data, const BlockTask& task) {
     const auto& self = *static_cast<const OwnedSum*>(static_cast<const SumKernelField<S>*>(data));
     Classified result;
@@ -438,6 +419,14 @@ std::vector<Segment> parts_of(const Segment& segment) {
     part.end = segment.end;
   }
   return parts;
+}
+
+unsigned parts_around(std::span<const Segment> parts, const Vec3d& x) {
+  unsigned chosen = 0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (!parts[i].limit_cylinder || is_within(*parts[i].limit_cylinder, x)) chosen |= 1U << i;
+  }
+  return chosen;
 }
 
 Flow each_part(const Flow& flow) {

@@ -1,3 +1,4 @@
+// The coefficients of the Runge-Kutta methods.
 #include "knead/flow.h"
 
 #include <gtest/gtest.h>

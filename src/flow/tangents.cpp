@@ -1,4 +1,4 @@
-// Derivatives of path lines with respect to the numbers of a flow.
+// The numbers of a segment, v with its derivatives by them, and the integration of path lines with both.
 #include "flow/tangents.h"
 
 #include <algorithm>
@@ -20,8 +20,6 @@
 
 namespace knead::detail {
 namespace {
-
-// --- what numbers a segment has
 
 bool is_alike(const PointSet<double>& a, const PointSet<double>& b) {
   const auto are_equal = [](const auto& one, const auto& other) { return one.size() == other.size(); };
@@ -55,7 +53,7 @@ bool is_alike(const Segment& a, const Segment& b) {
          std::equal(a.parts.begin(), a.parts.end(), b.parts.begin(), b.parts.end(), parts);
 }
 
-constexpr double kPinPrecision = 1e-12;  // of the radius, of the pins' velocities
+constexpr double kPinPrecision = 1e-12;  // of the pins' velocities, by the radius
 constexpr std::size_t kTimesOfPiece = 9;
 
 std::vector<PinPiece> exact_pins(const Segment& segment, const Progress* progress) {
@@ -77,7 +75,7 @@ std::vector<double> times_of(const std::vector<PinPiece>& pieces) {
   return times;
 }
 
-// Calls next(number) for the numbers of a segment's fields, or those of the pins at these times.
+// Calls next(number) for the numbers of a segment's fields, or those of its pins at these times.
 template <class Next>
 void read_fields(const Segment& segment, const SegmentMask& mask, std::span<const double> pin_times,
                  const Progress* progress, Next& next) {
@@ -95,34 +93,10 @@ void read_fields(const Segment& segment, const SegmentMask& mask, std::span<cons
   for (const Vec3d& offset : mask.offsets) varied(offset);
 }
 
-}  // namespace
-
-SegmentNumbers::SegmentNumbers(const Segment& segment, const Progress* progress)
-    : segment_(segment), progress_(progress) {
-  if (segment.time_law != TimeLaw::pinned) return;
-  pin_times_ = times_of(exact_pins(segment, progress));
+// Returns the masks of parts_of(segment).
+std::vector<SegmentMask> masks_of_parts(const Segment& segment, const std::vector<Segment>& parts) {
+  return segment.parts.empty() ? std::vector<SegmentMask>{mask_on(segment)} : masks_on(segment, parts);
 }
-
-std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) const {
-  if (!is_alike(segment, segment_)) return std::nullopt;
-  std::vector<double> numbers{segment.begin, segment.end};
-  const auto next = [&](double number) {
-    numbers.push_back(number);
-    return Varying(number);
-  };
-  if (segment.parts.empty()) {
-    read_fields(segment, mask_on(segment), pin_times_, progress_, next);
-    return numbers;
-  }
-  const std::vector<Segment> parts = parts_of(segment);
-  const std::vector<SegmentMask> masks = masks_on(segment, parts);
-  for (std::size_t i = 0; i < parts.size(); ++i) read_fields(parts[i], masks[i], {}, progress_, next);
-  return numbers;
-}
-
-namespace {
-
-// --- v with its derivatives
 
 // Gives one number after the other its derivatives.
 class NextRates {
@@ -158,13 +132,13 @@ VaryingVec3 velocity_of(const VaryingField& field, const VaryingVec3& d, double 
       field.motion, field.region);
 }
 
-// A coordinate along which the second derivatives of v jump where it is whole; if `at_ends`, where it is 0 or 1.
+// A coordinate along which the second derivatives of v jump at whole numbers; if `at_ends`, at 0 and 1.
 struct Kinks {
   double at = 0;
   bool at_ends = false;
 };
 
-// The part of the way from one coordinate to another before the first kink; 1: there is none.
+// Returns the part of the path from one coordinate to another before the first kink; 1 if there is none.
 double part_before_kink(const Kinks& from, const Kinks& to) {
   const double a = from.at;
   const double b = to.at;
@@ -222,14 +196,14 @@ class VaryingFields {
 
   bool holds(const Vec3d& x) const { return mask_.acts && segment_.mask.holds(x); }
 
-  // Appends where x is between places at which the second derivatives of v jump.
+  // Appends the coordinates of x along which the second derivatives of v jump.
   void append_kinks(const Vec3d& x, double t, std::vector<Kinks>& to) const {
     if (nodes_ != nullptr) append_cells((x - nodes_->cells.center()) / nodes_->view.spacing, to);
     if (mask_.acts) {
       const MaskGrid& grid = segment_.mask.grid();
       append_cells((x - grid.origin) / grid.spacing, to);
     }
-    if (segment_.time_law == TimeLaw::pinned) return;  // there they are smooth
+    if (segment_.time_law == TimeLaw::pinned) return;  // smooth
     for (const Field& field : segment_.fields) {
       const Vec3d d = x - field.center;
       if (segment_.time_law != TimeLaw::blended) {
@@ -258,7 +232,7 @@ class VaryingFields {
     return std::any_of(rates_.begin(), rates_.end(), [](const auto& rates) { return !rates.empty(); });
   }
 
-  // Null: no mask acts. The mask rests in space, so nothing but x varies.
+  // Null if no mask acts. The mask is fixed in space, so only x varies.
   const MaskAt* mask_at(const VaryingVec3& x, const Vec3d& center, std::size_t field, MaskAt& there) const {
     if (!mask_.acts) return nullptr;
     there = {evaluate_mask(view_of<double>(segment_.mask, center), x - VaryingVec3(center)), offsets_[field]};
@@ -339,16 +313,13 @@ class VaryingFields {
   std::size_t numbers_ = 0;                         // of their fields at one time
 };
 
-// --- path lines
-
 constexpr std::size_t kPointsOfTask = 64;
-// Of the time: what a blended segment does is not seen at its beginning.
-constexpr double kLongestTangentStep = kMinBlendedStep;
-constexpr double kShortestTangentStep = 1e-9;
-constexpr double kStepOverKink = 1e-6;  // the estimate may ask for less
-constexpr int kStepsBetweenQuestions = 64;
-constexpr double kBeforeKink = 0.98;
-constexpr double kErrorOfRates = 1e-12;  // of the greatest: that of the differences which give them
+constexpr double kMaxTangentStep = kMinBlendedStep;  // a first step does not see all of a blended segment
+constexpr double kMinTangentStep = 1e-9;
+constexpr double kMaxStepOverKink = 1e-6;
+constexpr int kStepsPerCancelCheck = 64;
+constexpr double kPartBeforeKink = 0.98;
+constexpr double kErrorOfRates = 1e-12;  // of the greatest rate: the error of the differences that give rates
 
 // A place and its derivatives.
 using State = std::array<Vec3d, 1 + kTangents>;
@@ -367,12 +338,7 @@ class TangentLine {
       for (const double rate : rates[k]) rounding_[k] = std::max(rounding_[k], kErrorOfRates * std::abs(rate));
     }
     for (std::size_t i = 0; i < kBeginAndEnd; ++i) ends_[i] = next(i == 0 ? segment.begin : segment.end);
-    std::vector<SegmentMask> masks;
-    if (segment.parts.empty()) {
-      masks.push_back(mask_on(segment));
-    } else {
-      masks = masks_on(segment, parts_);
-    }
+    std::vector<SegmentMask> masks = masks_of_parts(segment, parts_);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       fields_.push_back(
           std::make_unique<const VaryingFields>(parts_[i], std::move(masks[i]), rates, next, options.progress));
@@ -387,7 +353,7 @@ class TangentLine {
   }
 
   void move(State& state) const {
-    const unsigned chosen = parts_that_move(state[0]);
+    const unsigned chosen = parts_around(parts_, state[0]);
     if (chosen == 0 || fields_.front()->holds(state[0])) return;
     shift(state, ends_[0], segment_.begin, -1, chosen);
     const std::optional<double> contact = next_contact(segment_, state[0], segment_.begin);
@@ -402,17 +368,7 @@ class TangentLine {
     return handles != nullptr ? std::abs(handles->turn_angle) : 0;
   }
 
-  // As bits.
-  unsigned parts_that_move(const Vec3d& x) const {
-    unsigned chosen = 0;
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
-      const std::optional<LimitCylinder>& cylinder = parts_[i].limit_cylinder;
-      if (!cylinder || is_within(*cylinder, x)) chosen |= 1U << i;
-    }
-    return chosen;
-  }
-
-  // What a change of the beginning or the end does.
+  // Adds the effect of a change of the segment's begin or end.
   void shift(State& state, const Varying& end, double t, double sign, unsigned chosen) const {
     if (end == Varying(end.v)) return;
     const Vec3d v = slope(state, t, chosen)[0];
@@ -430,14 +386,14 @@ class TangentLine {
     }
     State result{values_of(v)};
     for (std::size_t k = 0; k < kTangents; ++k) result[1 + k] = derivatives_of(v, k);
-    for (std::size_t axis = 0; axis < 3; ++axis) {  // exactly in the planes of a mirror
+    for (std::size_t axis = 0; axis < 3; ++axis) {  // exactly parallel to the planes of a mirror
       const std::optional<double>& plane = segment_.mirrored_at[axis];
       if (plane && state[0][axis] == *plane) result[0][axis] = 0;
     }
     return result;
   }
 
-  // The error of a step in units of what is allowed, per unit of time.
+  // Returns the error of a step per unit of time, in units of the allowed error.
   double excess(const State& state, const State& first, const State& error) const {
     double most = norm(error[0]) / options_.tolerance;
     for (std::size_t k = 1; k < state.size(); ++k) {
@@ -458,7 +414,7 @@ class TangentLine {
   double longest_step(const State& state, const State& first) const {
     const double turning = turning_ * norm(state[0] - turning_center_);
     const double speed = norm(first[0]) + tool_speed_ + turning;
-    return speed > 0 ? std::min(kLongestTangentStep, reach_ / speed) : kLongestTangentStep;
+    return speed > 0 ? std::min(kMaxTangentStep, reach_ / speed) : kMaxTangentStep;
   }
 
   void integrate(State& state, double t, double end, unsigned chosen) const {
@@ -476,9 +432,9 @@ class TangentLine {
             "a path line needs over a million steps, or runs to infinity; give points that the strokes do not take far "
             "away");
       }
-      if (steps % kStepsBetweenQuestions == 0) stop_if_cancelled(options_.progress);
+      if (steps % kStepsPerCancelCheck == 0) stop_if_cancelled(options_.progress);
       const double longest = std::min(longest_step(state, k[0]), direction * (end - t));
-      h = std::clamp(h, std::min(kShortestTangentStep, longest), longest);
+      h = std::clamp(h, std::min(kMinTangentStep, longest), longest);
       const bool is_last = h == direction * (end - t);
       for (int i = 1; i < method.stages; ++i) {
         State at = state;
@@ -494,17 +450,17 @@ class TangentLine {
       const double ratio = excess(state, k[0], error);
       const bool is_known = std::isfinite(ratio);
       const double factor = is_known ? std::clamp(0.9 / std::sqrt(std::sqrt(std::max(ratio, 1e-10))), 0.2, 4.0) : 0.2;
-      if (!(ratio <= 1) && h > kShortestTangentStep) {
+      if (!(ratio <= 1) && h > kMinTangentStep) {
         h *= factor;
         continue;
       }
-      // No estimate sees a kink that the last stages alone have passed: a step ends before it, or is so short that it
-      // does no harm.
+      // The estimate does not see a kink that only the last stages have passed: a step ends before it, or is so short
+      // that the kink does no harm.
       find_kinks(next[0], t + direction * h, chosen, there);
       double part = 1;
       for (std::size_t i = 0; i < here.size(); ++i) part = std::min(part, part_before_kink(here[i], there[i]));
-      if (part < 1 && h > kStepOverKink) {
-        h = std::max(kBeforeKink * part * h, kStepOverKink);
+      if (part < 1 && h > kMaxStepOverKink) {
+        h = std::max(kPartBeforeKink * part * h, kMaxStepOverKink);
         continue;
       }
       std::swap(here, there);
@@ -520,15 +476,33 @@ class TangentLine {
   std::vector<Segment> parts_;
   std::vector<std::unique_ptr<const VaryingFields>> fields_;  // of the parts
   std::array<Varying, 2> ends_;                               // the begin and the end
-  std::array<double, kTangents>
-      rounding_{};            // of derivatives, which cannot be asked for where they cancel, as at a pin
-  double reach_ = kInfinity;  // of a step
+  std::array<double, kTangents> rounding_{};  // of derivatives: their error where they cancel, as at a pin
+  double reach_ = kInfinity;                  // of a step
   double tool_speed_ = 0;
   double turning_ = 0;
   Vec3d turning_center_;
 };
 
 }  // namespace
+
+SegmentNumbers::SegmentNumbers(const Segment& segment, const Progress* progress)
+    : segment_(segment), progress_(progress) {
+  if (segment.time_law != TimeLaw::pinned) return;
+  pin_times_ = times_of(exact_pins(segment, progress));
+}
+
+std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) const {
+  if (!is_alike(segment, segment_)) return std::nullopt;
+  std::vector<double> numbers{segment.begin, segment.end};
+  const auto next = [&](double number) {
+    numbers.push_back(number);
+    return Varying(number);
+  };
+  const std::vector<Segment> parts = parts_of(segment);
+  const std::vector<SegmentMask> masks = masks_of_parts(segment, parts);
+  for (std::size_t i = 0; i < parts.size(); ++i) read_fields(parts[i], masks[i], pin_times_, progress_, next);
+  return numbers;
+}
 
 void advect_tangents(const Segment& segment, const SegmentRates& rates, const TangentPoints& points,
                      const TangentOptions& options) {

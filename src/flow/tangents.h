@@ -13,19 +13,19 @@
 
 namespace knead::detail {
 
-// Reads the numbers of segments that a variable may change without a jump, in a fixed order: places, directions,
-// rates, thresholds, the elements of point sets, where the segment begins and ends, what the mask's border takes from
-// potentials, and for pins their velocities at fixed times.
+// Reads the numbers of segments that a variable may change continuously, in a fixed order: begin and end, places,
+// directions, rates, thresholds, the elements of point sets, the offsets of potentials under a mask, and the velocities
+// of pins at fixed times.
 class SegmentNumbers {
  public:
-  // `segment` says how segments must be alike. It is kept.
+  // Segments must be like `segment`, apart from their numbers. Keeps a copy.
   explicit SegmentNumbers(const Segment& segment, const Progress* progress = nullptr);
 
-  // Returns the numbers of a segment; nothing unless it differs from the one of the constructor in them alone. Throws
+  // Returns the numbers of a segment; nothing if it differs from the one of the constructor in more than these. Throws
   // Cancelled.
   std::optional<std::vector<double>> of(const Segment& segment) const;
 
-  // At these times the numbers of pins are read.
+  // The times at which the numbers of pins are read.
   const std::vector<double>& pin_times() const { return pin_times_; }
 
  private:
@@ -34,8 +34,8 @@ class SegmentNumbers {
   std::vector<double> pin_times_;
 };
 
-// The derivatives of a segment's numbers, as SegmentNumbers orders them, with respect to up to kTangents variables; an
-// empty one is 0.
+// The derivatives of a segment's numbers, in the order of SegmentNumbers, with respect to up to kTangents variables;
+// empty: 0.
 using SegmentRates = std::array<std::span<const double>, kTangents>;
 
 // Points and their derivatives with respect to the variables.
@@ -44,7 +44,7 @@ struct TangentPoints {
   std::array<std::span<Vec3d>, kTangents> tangents;  // as many as points each
 };
 
-// How path lines are followed.
+// Options of the integration.
 struct TangentOptions {
   double tolerance = 0;           // of a place: a length above 0
   double relative_tolerance = 0;  // of a derivative
@@ -52,9 +52,9 @@ struct TangentOptions {
   Progress* progress = nullptr;  // counts points
 };
 
-// Moves points through a segment, and their derivatives along: dT/dt = grad v T + dv/dvariable. Evaluates v with dual
-// numbers in double, by Tsitouras' method. The bits of a result depend on its point alone. Throws InvalidInput for a
-// motion or region of the caller's own, and where a path line needs more than kStepLimit steps; Cancelled.
+// Moves points through a segment together with their derivatives: dT/dt = grad v T + dv/dvariable. Evaluates v with
+// dual numbers in double, by Tsitouras' method. The bits of a result depend on its point alone. Throws InvalidInput for
+// a custom motion or region, and if a path line needs more than kStepLimit steps; Cancelled.
 void advect_tangents(const Segment& segment, const SegmentRates& rates, const TangentPoints& points,
                      const TangentOptions& options);
 

@@ -1,4 +1,5 @@
-// Numbers with their derivatives, as the scalar of a field's numbers and of its evaluation. Internal to the library.
+// Numbers with their derivatives, the scalar of a field's numbers and of its evaluation; and fields of such numbers.
+// Internal to the library.
 #pragma once
 
 #include <array>
@@ -17,12 +18,10 @@
 
 namespace knead::detail {
 
-// So many derivatives are followed at a time.
-inline constexpr std::size_t kTangents = 3;
+inline constexpr std::size_t kTangents = 3;  // derivatives that are computed together
 
-// A number and its derivatives with respect to the variables: the scalar of a field's numbers as well as of its
-// evaluation. Two are equal if their derivatives are, too, so that no formula for a special value is taken where the
-// value changes.
+// A number and its derivatives with respect to the variables. Numbers are equal only if their derivatives are, so that
+// a formula for a special value is not used where the value varies.
 struct Varying {
   double v = 0;
   std::array<double, kTangents> g{};
@@ -58,7 +57,7 @@ struct Varying {
   friend bool operator>(const Varying& a, const Varying& b) { return a.v > b.v; }
   friend bool operator<=(const Varying& a, const Varying& b) { return a.v <= b.v; }
   friend bool operator>=(const Varying& a, const Varying& b) { return a.v >= b.v; }
-  // The derivative of a length is 0 at the origin, as that of its square is.
+  // The derivative of a length is 0 at the origin, like that of its square.
   friend Varying sqrt(const Varying& a) {
     const double root = std::sqrt(a.v);
     return chain(root, a, root > 0 ? 0.5 / root : 0);
@@ -71,12 +70,11 @@ struct Varying {
   }
 };
 
-// A place, or a direction.
 using VaryingVec3 = Vec3<Varying>;
 
 }  // namespace knead::detail
 
-// The formulas of fields ask for these.
+// The formulas of fields need these.
 template <>
 class std::numeric_limits<knead::detail::Varying> {
  public:
@@ -99,7 +97,7 @@ struct VaryingField {
   Thresholds<Varying> thresholds;
 };
 
-// Makes fields whose numbers are next(number), which is called for one number after the other in a fixed order.
+// Makes fields whose numbers are next(number), called in a fixed order of the numbers.
 template <class Next>
 class Varied {
  public:

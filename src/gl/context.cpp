@@ -1,4 +1,4 @@
-// Contexts of desktop OpenGL: what does not depend on the system that opens them.
+// Contexts of desktop OpenGL: the parts that do not depend on the system.
 #include <epoxy/gl.h>
 
 #include "knead/gl.h"

@@ -48,7 +48,7 @@ Context& Context::operator=(Context&& other) noexcept {
 CurrentContext::CurrentContext(const Context&) : is_adopted_(true) {}
 CurrentContext::~CurrentContext() = default;
 
-// What is drawn with OpenGL 3.3 needs no more than WebGL 2.
+// Everything that is drawn with OpenGL 3.3 needs only WebGL 2.
 void require_version(int version) {
   if (version > 33) throw GpuError("WebGL has no compute shaders; use the CPU");
   if (glGetString(GL_VERSION) == nullptr) throw GpuError("the browser has no WebGL 2; use a newer one");

@@ -24,7 +24,7 @@ using CreateContext = HGLRC(WINAPI*)(HDC, HGLRC, const int*);
 
 constexpr const wchar_t* kWindowClass = L"knead offscreen";
 
-// Returns the picture of a new hidden window, in a format that OpenGL can draw in; null where there is none.
+// Returns the device context of a new hidden window, in a format for OpenGL; null if there is none.
 HDC make_hidden_window() {
   WNDCLASSW description{};
   description.style = CS_OWNDC;

@@ -1,3 +1,4 @@
+// Makes buffers, textures, framebuffers and programs, and reports OpenGL's errors.
 #include "gl/objects.h"
 
 #include <algorithm>
@@ -45,7 +46,7 @@ struct PixelFormat {
   GLenum type;
 };
 
-// What glTexImage wants to hear about data that it is not given.
+// The format that glTexImage requires even without data.
 PixelFormat pixel_format(GLenum internal_format) {
   if (internal_format == GL_DEPTH_COMPONENT32F) return {GL_DEPTH_COMPONENT, GL_FLOAT};
   if (internal_format == GL_RGBA8) return {GL_RGBA, GL_UNSIGNED_BYTE};
@@ -66,43 +67,10 @@ void require_memory() {
   }
 }
 
-}  // namespace
-
-Texture make_texture(int width, int height, GLenum internal_format) {
-  GLuint name = 0;
-  glGenTextures(1, &name);
-  Texture texture(name);
-  glBindTexture(GL_TEXTURE_2D, name);
-  set_filter(GL_TEXTURE_2D, GL_NEAREST, GL_CLAMP_TO_EDGE);
-  const PixelFormat given = pixel_format(internal_format);
-  glTexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(internal_format), width, height, 0, given.format, given.type,
-               nullptr);
-  require_memory();
-  return texture;
-}
-
-Framebuffer make_framebuffer(std::initializer_list<const Texture*> colors, const Texture* depth) {
-  GLuint name = 0;
-  glGenFramebuffers(1, &name);
-  Framebuffer framebuffer(name);
-  glBindFramebuffer(GL_FRAMEBUFFER, name);
-  std::vector<GLenum> targets;
-  for (const Texture* color : colors) {
-    targets.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(targets.size()));
-    attach(targets.back(), color->get());
-  }
-  if (depth != nullptr) attach(GL_DEPTH_ATTACHMENT, depth->get());
-  glDrawBuffers(static_cast<GLsizei>(targets.size()), targets.data());
-  return framebuffer;
-}
-
-namespace {
-
 void delete_shader(GLuint name) { glDeleteShader(name); }
 using Shader = Name<delete_shader>;
 
-// The line of a driver's log that says what is wrong: the first one with "error" in it, for NVIDIA begins with a
-// heading.
+// Returns the line of a driver's log with the reason: the first with "error", because NVIDIA's begins with a heading.
 std::string reason_in(const std::string& log) {
   const std::string_view text = std::string_view(log).substr(0, log.find('\0'));
   const std::size_t error = text.find("error");
@@ -144,6 +112,34 @@ Program link(std::initializer_list<const Shader*> shaders) {
 }
 
 }  // namespace
+
+Texture make_texture(int width, int height, GLenum internal_format) {
+  GLuint name = 0;
+  glGenTextures(1, &name);
+  Texture texture(name);
+  glBindTexture(GL_TEXTURE_2D, name);
+  set_filter(GL_TEXTURE_2D, GL_NEAREST, GL_CLAMP_TO_EDGE);
+  const PixelFormat given = pixel_format(internal_format);
+  glTexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(internal_format), width, height, 0, given.format, given.type,
+               nullptr);
+  require_memory();
+  return texture;
+}
+
+Framebuffer make_framebuffer(std::initializer_list<const Texture*> colors, const Texture* depth) {
+  GLuint name = 0;
+  glGenFramebuffers(1, &name);
+  Framebuffer framebuffer(name);
+  glBindFramebuffer(GL_FRAMEBUFFER, name);
+  std::vector<GLenum> targets;
+  for (const Texture* color : colors) {
+    targets.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(targets.size()));
+    attach(targets.back(), color->get());
+  }
+  if (depth != nullptr) attach(GL_DEPTH_ATTACHMENT, depth->get());
+  glDrawBuffers(static_cast<GLsizei>(targets.size()), targets.data());
+  return framebuffer;
+}
 
 Program make_program(const std::string& vertex, const std::string& fragment) {
   const Shader first = make_shader(GL_VERTEX_SHADER, vertex);

@@ -1,5 +1,5 @@
-// OpenGL's functions: of the system, or of a page (WebGL 2, which is OpenGL ES 3.0). What is drawn on a page uses only
-// what both have; the functions here do what each has in its own way.
+// OpenGL of the system, or of a page (WebGL 2, which is OpenGL ES 3.0), and owners of its objects. Drawing on pages
+// uses only functions that both have; the functions below hide their differences. Internal to gpu and render.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace knead::gl {
 
 #if defined(__EMSCRIPTEN__)
 
-// Shaders take away what is clipped, and points always have the size that a shader gives them.
+// Shaders clip, and points always have the size that a shader sets.
 inline void set_clipping(bool) {}
 inline void let_shaders_size_points() {}
 inline void write_colors_as_they_are() {}
@@ -38,7 +38,7 @@ inline bool was_reset() { return glGetGraphicsResetStatus() != GL_NO_ERROR; }
 
 #endif
 
-// Draws into the first colour of the bound framebuffer; into the first two.
+// Draw into the first colour of the bound framebuffer; into the first two.
 inline void draw_into_one() {
   const GLenum first = GL_COLOR_ATTACHMENT0;
   glDrawBuffers(1, &first);
@@ -48,9 +48,7 @@ inline void draw_into_two() {
   glDrawBuffers(2, both);
 }
 
-// Owners of OpenGL objects, made and deleted in the context that is current.
-
-// Move-only owner of the name of one object.
+// Move-only owner of the name of one object, made and deleted in the current context.
 template <void (*kDelete)(GLuint)>
 class Name {
  public:

@@ -1,4 +1,4 @@
-// Buffers that shaders read and write: where OpenGL has compute shaders.
+// Buffers that shaders read and write, for OpenGL with compute shaders.
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
@@ -12,8 +12,8 @@ namespace knead::gl {
 
 namespace {
 
-// What the host sees of large buffers: two halves of a buffer of its own, which the GPU copies from or to while the
-// host works on the other. NVIDIA's driver takes longer to copy large buffers by itself (docs/decisions/0013-gpu.md).
+// Two halves of a mapped buffer, through which the host copies large buffers: the GPU works on one half while the host
+// works on the other. NVIDIA's own copies of large buffers are slower (docs/decisions/0013-gpu.md).
 class Window {
  public:
   static constexpr std::size_t kHalf = std::size_t{8} << 20;
@@ -63,7 +63,7 @@ class Window {
   GLsync fences_[2] = {};
 };
 
-constexpr std::size_t kLarge = std::size_t{1} << 20;  // less is copied sooner than a window is opened
+constexpr std::size_t kMinWindowed = std::size_t{1} << 20;  // smaller copies are faster without a window
 
 bool has_windows() { return epoxy_gl_version() >= 44 || epoxy_has_gl_extension("GL_ARB_buffer_storage"); }
 
@@ -96,7 +96,7 @@ Buffer make_storage(const void* data, std::size_t bytes) {
   Buffer buffer(name);
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, name);
   const auto size = static_cast<GLsizeiptr>(std::max(bytes, least));
-  if (bytes >= kLarge && has_windows()) {
+  if (bytes >= kMinWindowed && has_windows()) {
     glBufferStorage(GL_SHADER_STORAGE_BUFFER, size, nullptr, 0);
   } else {
     glBufferData(GL_SHADER_STORAGE_BUFFER, size, nullptr, GL_DYNAMIC_DRAW);

@@ -1,3 +1,4 @@
+// Composes the shaders of segments: definitions, the step rule, the method; and contacts and grids in GLSL.
 #include "gpu/glsl.h"
 
 #include <fmt/format.h>
@@ -27,8 +28,8 @@ std::string weighted(const std::array<double, N>& weights, int count) {
 }
 
 // One step of the method, from a point `at` that moves with k0: the mean slope, its estimated error, the last slope.
-// The loop over the stages stays a loop, so that v stands there once; its slopes stay in registers, as none is looked
-// up by a number. Slopes that are still to come have no weight.
+// The loop over the stages stays a loop, so that v is compiled once; the slopes stay in registers, because none is
+// indexed. Slopes of later stages have weight 0.
 std::string step_source(const Tableau& method) {
   std::string weights;
   std::string times;
@@ -135,7 +136,7 @@ std::string layout_defines() {
   return text;
 }
 
-// A function of the field that is a constant where there is but one kind.
+// A function of the field that is a constant if there is only one kind.
 std::string kind_function(const char* name, const char* entry, unsigned kinds) {
   for (int kind = 0; kind < 8; ++kind) {
     if (kinds == 1U << kind) return fmt::format("int {}(int f) {{ return {}; }}\n", name, kind);
@@ -169,13 +170,13 @@ std::string kind_defines(const ShaderKind& kind) {
   return text;
 }
 
-// How much of a region's width a step may pass at most, over the regions of a kind, or of a grid's spacing.
+// The greatest part of a region's width, or of a grid's spacing, that a step may pass.
 double greatest_reach(const ShaderKind& kind) {
   if (kind.grid) return detail::kGridReach;
   return kind.regions == 1U << kCapsule ? detail::kCapsuleReach : detail::kReach;
 }
 
-// The rule of the steps and its numbers, as step_rule.h has them.
+// The rule of the steps and its numbers, from step_rule.h.
 std::string step_rule(const ShaderKind& kind) {
   std::string text = "#define STEP_RULE\n";
   for (const detail::StepConstant& constant : detail::kStepConstants) {
@@ -239,7 +240,7 @@ uint rejected = 0u;
 uint evaluations = 0u;
 bool complete = true;
 
-// How a segment moves a point: by `moved`, and with the tool for as long as `carried`.
+// The motion of a point by a segment: `moved`, and with the tool during `carried`.
 struct Motion { R3 moved; R carried; };
 
 int field_table(int f) { return first_field + f * kFieldEntries; }
@@ -284,8 +285,8 @@ std::string shader_source(const ShaderKind& kind) {
          kInterface + kGlslSphereContact + fields + step_source(tableau(kind.integrator)) + kGlslPath;
 }
 
-// contact.cpp for the GPU: when a moving tool reaches a resting point. In R, with d relative to the tool: a
-// tool that is found out to graze by less than the rounding moves nothing that could be seen.
+// The contacts of contact.cpp, in R with d relative to the tool: a tool that grazes by less than the rounding moves
+// nothing visible.
 const char* const kGlslSphereContact = R"(
 // The first s >= 0 with |d + s velocity| = radius, for |d| >= radius.
 R sphere_contact(R3 d, R3 velocity, R radius) {
@@ -317,7 +318,7 @@ R capsule_contact(R3 half_axis, R3 d, R3 velocity, R outer) {
 #endif
 
 #if defined(REGION_HALF_SPACE) || defined(REGION_SET)
-// How far x may move, or how much time may pass, before r can be below outer.
+// The time that may pass before r can be below outer.
 R safe_advance(int f, R3 d, R r, R speed) {
   R outer = NUMBER(f, kOuter);
 #ifdef REGION_SET
@@ -384,8 +385,8 @@ R next_contact(R3 at, R t, R end) {
 }
 )";
 
-// grid.h and kernel_grid.h for the GPU, in the place of all other fields. The numbers of a grid's nodes stand in
-// n[] as GridNodes has them, with the empty nodes around and a fourth number; packed_flow.cpp puts them there.
+// The grids of grid.h, instead of all other fields. n[] has the numbers of GridNodes, with the empty nodes and a fourth
+// number each (packed_flow.cpp).
 const char* const kGlslGrid = R"(
 double exact_per_spacing;
 R per_spacing;
@@ -430,8 +431,8 @@ ivec3 cell_of(R3 at) {
   return ivec3(roundEven(clamp(at, R3(first_cell), R3(last_cell) + R(1)) - R(0.5)));
 }
 
-// Whether a grid can be felt at the exact place, as the CPU decides it.
-bool is_felt(dvec3 from) {
+// Whether the exact place lies in a used cell, as the CPU decides it.
+bool is_in_use(dvec3 from) {
   precise dvec3 at = clamp(from * exact_per_spacing, dvec3(first_cell), dvec3(last_cell) + 1.0) - 0.5;
   return is_used(node_of(ivec3(roundEven(at))));
 }
@@ -501,7 +502,7 @@ R3 velocity_at(R3 at, R t) {
   return grid_velocity(at, t);
 }
 
-// Where v depends on the time it may still grow: up to what it is at the segment's end.
+// v that depends on the time may grow, up to v at the segment's end.
 R hidden_speed(R3 at, R t) {
 #ifdef GRID_CHANGES
   return length(grid_velocity(at, n[segment_numbers + kEnd]));

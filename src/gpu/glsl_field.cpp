@@ -1,10 +1,9 @@
+// The formulas of vec.h, field.h and region.h in GLSL: motions, regions, v, and the distances of point sets.
 #include "gpu/glsl.h"
 
 namespace knead::gpu {
 
-// What stands in flow and field as templates over the scalar, again for the GPU: field.h, field.h, region.h,
-// vec.h, field.h. R is float or double, R3 its vector. NUMBER(f, k) is the k-th number of field f; how
-// they lie in n[] says packed_flow.cpp.
+// R is float or double, R3 its vector. NUMBER(f, k) is the k-th number of field f, in the layout of glsl.h.
 const char* const kGlslField = R"(
 struct SinCos { R s; R c; };
 struct Region { R value; R3 gradient; };
@@ -252,7 +251,7 @@ R squared_distance(R3 d, int point) {
   return dot(from, from);
 }
 
-// Of the nearest point, not counting curves. Four at a time, the last ones again and again.
+// The squared distance of the nearest point, without curves. Four at a time; the last one fills up.
 R nearest_point_squared(int first, int last, R3 d) {
   R least = kNever;
   for (int i = first; i < last; i += 12) {
@@ -286,9 +285,9 @@ R4 sum_over_points(int first, int last, R3 d, R inverse, int half_exponent) {
 #endif
 )";
 
-// region.h and region.h for the GPU. A set's entries in table[], from `set` on: where its points
-// begin in n[], how many there are, its exponent, where the list of its curves begins in table[], how many there are,
-// then of its tree (glsl_surface.cpp); for each curve there, where its points begin in n[] and how many they are.
+// The distances of point sets. A set's entries in table[], from `set` on: its first number in n[], the number of its
+// points, the exponent, the list of its curves in table[], the number of curves, then its tree (glsl_surface.cpp). The
+// list has for each curve its first number in n[] and the number of its points.
 const char* const kGlslSets = R"(
 #ifdef REGION_SET
 

@@ -1,8 +1,9 @@
+// Closed forms, path lines through segments, and pins in GLSL.
 #include "gpu/glsl.h"
 
 namespace knead::gpu {
 
-// closed_form.cpp for the GPU.
+// The closed forms of closed_form.cpp.
 const char* const kGlslClosedForm = R"(
 // d turned about the unit axis by the angle, minus d.
 R3 turn_displacement(R3 d, R3 axis, R angle) {
@@ -86,7 +87,7 @@ bool is_known(R3 d, R begin, R end, out Motion by) {
 const char* const kGlslPath = R"(
 R speed_at(R3 at, R3 slope, R t) { return max(length(slope - tool_velocity), tool_speed) + hidden_speed(at, t); }
 
-// The longest step that jumps over nothing.
+// The longest step that misses nothing.
 R longest_step_at(R speed, R reach, R t) {
 #ifdef BLENDED
   return min(longest_step(speed, reach), longest_blended_step(t));
@@ -129,7 +130,7 @@ bool crosses_in_one_step(R3 base, R t, R end, R3 k0, R speed, R reach, R longest
   return true;
 }
 
-// From the time t on.
+// Integrates from the time t on.
 Motion run(R3 base, R t, R end) {
   R direction = end >= t ? R(1) : R(-1);
   R3 moved = R3(0);
@@ -193,7 +194,7 @@ Motion motion_of(dvec3 x, R begin, R end) {
   precise dvec3 from = x - centre;
   R3 base = R3(from);
 #ifdef WITH_GRID
-  if (!is_felt(from)) return Motion(R3(0), R(0));
+  if (!is_in_use(from)) return Motion(R3(0), R(0));
 #endif
 #if defined(SINGLE_FIELD) && !defined(BLENDED)
   Motion known;
@@ -271,13 +272,13 @@ void count(uint at, uint number) {
   if (before + number < before) atomicAdd(counts[at + 1u], 1u);
 }
 
-// Whether the segment moves the point at x, which it then does.
+// Moves the point at x by the segment. Returns whether it moves.
 bool is_moved_by(int s, inout dvec3 x) {
   open_segment(s);
   R begin = n[segment_numbers + kBegin];
   R end = n[segment_numbers + kEnd];
 #ifdef WITH_CYLINDER
-  // Members are those within the limit cylinder at t = 0: from elsewhere, the point is taken back there first.
+  // The limit cylinder selects points at t = 0, to which the point is first moved back.
   bool asks = (table[s * kSegmentEntries + 2] & kHasCylinder) != 0;
   if (asks && begin == R(0) && !is_within(x)) return false;
   Motion by = Motion(R3(0), R(0));
@@ -293,12 +294,12 @@ bool is_moved_by(int s, inout dvec3 x) {
 #else
   Motion by = motion_of(x, begin, end);
 #endif
-  // The rounding of a point at the rim, which is to keep its bits.
+  // A motion as small as the rounding at the support's border keeps the point's bits.
   R3 about = by.moved + displacement * by.carried;
   if (max(abs(about.x), max(abs(about.y), abs(about.z))) <= least_motion) return false;
   dvec3 exactly = dvec3(by.moved);
   if (by.carried != R(0)) exactly += exact_displacement() * double(by.carried);
-  // Not the sum of all: -0 is to stay -0.
+  // Only coordinates that move, so that -0 stays -0.
   precise dvec3 to = x;
   if (about.x != R(0)) to.x += exactly.x;
   if (about.y != R(0)) to.y += exactly.y;
@@ -328,7 +329,7 @@ void main() {
     atomicMax(radii[group], floatBitsToUint(float(distance(x, middle)) * 1.000001));
   }
   if (counts_steps) steps[i] += accepted;
-  // Some drivers stop all loops after so many rounds (Mesa's on the CPU after 65535 in all), and then this one, too.
+  // Some drivers stop all loops after a number of rounds (Mesa's on the CPU after 65535), and then also this one.
   int rounds = 0;
   while (rounds < segment_count + 1) ++rounds;
   bool is_cut_short = rounds < segment_count + 1;
@@ -341,9 +342,9 @@ void main() {
 }
 )";
 
-// kernel_pins.h for the GPU, in the place of all other fields. The numbers of a part's pins stand one after the other
-// in n[], as packed_tree.cpp puts them; lengths are in radii. Pins are gone through four at a time, and their powers
-// without a loop, since some drivers count the rounds of loops. Turns, which are fewer, loop: that compiles faster.
+// The pins of kernel_pins.h, instead of all other fields. The numbers of a part's pins are contiguous in n[]
+// (packed_tree.cpp); lengths are in radii. Pins are evaluated four at a time, and their powers without a loop, because
+// some drivers count the rounds of loops. Turns, which are fewer, loop, which compiles faster.
 const char* const kGlslPins = R"(
 void open_field() {}
 

@@ -1,3 +1,4 @@
+// Shaders for the volume of a surface and the triangles that a ray may meet; and sums over trees of points in GLSL.
 #include <fmt/format.h>
 
 #include "gpu/glsl.h"
@@ -34,7 +35,7 @@ dvec3 place(uint point) {
 dvec3 corner(uint i, uint k) { return place(triangles[3u * i + k]); }
 )";
 
-// Of the threads' sums, in an order that does not depend on when each is ready.
+// Adds the threads' sums, in an order that does not depend on their timing.
 constexpr const char* kSumOfThreads = R"(
 layout(std430, binding = 5) restrict writeonly buffer Result { double result[]; };
 shared double sums[64];
@@ -82,7 +83,7 @@ void main() {
 }
 )";
 
-// Those on which no rounding can cast a doubt are left out: 1e-14 is some ten times what rounds in `edge`.
+// Omits triangles that the ray misses beyond doubt: 1e-14 is about ten times the rounding of `area`.
 constexpr const char* kCandidates = R"(
 struct Candidate {
   double corners[9];
@@ -106,7 +107,7 @@ dvec4 sheared(dvec3 x) {
   return dvec4(q.xy - shear.xy * q.z, shear.z * q.z, abs(q.x) + abs(q.y) + abs(q.z));
 }
 
-// Of which side of the ray the edge passes: 1, -1, or 0 for what is not certain.
+// On which side of the ray the edge passes: 1, -1, or 0 if that is not certain.
 int side(dvec4 a, dvec4 b) {
   double area = a.x * b.y - a.y * b.x;
   double bound = 1e-14lf * a.w * b.w;
@@ -147,18 +148,18 @@ std::string volume_source() { return opening() + kCorners + kSumOfThreads + kVol
 std::string sum_source() { return opening() + kSumOfThreads + kSum; }
 std::string candidates_source() { return opening() + kCorners + kCandidates; }
 
-// Sums over the points of a set by its tree of clusters (flow/sets.h), with the same bound on the error as the
-// CPU's lists have, but for each place anew: a list for each cell of space would have to be made before it is known
-// which cells points come to. A set's entries in table[], from `set` + 5 on: where its nodes begin in table[], where in
-// n[], how many there are (0: no tree). Nodes are in preorder. Before their numbers stands the error of the sum that is
-// allowed, by the number of points: each cluster may have its points' part of it.
+// Sums over the points of a set by its tree of clusters (flow/sets.h), with the error bound of the CPU's lists. The
+// tree is walked for each place, because lists would have to be made before it is known which cells points reach. A
+// set's entries in table[], from `set` + 5 on: its nodes in table[], their numbers in n[], and the number of nodes (0:
+// no tree). Nodes are in preorder. The number before theirs is the allowed error of the sum divided by the number of
+// points: the part of each point of a cluster.
 const char* const kGlslTrees = R"(
 #ifdef WITH_TREES
 
 int node_entries(int set, int node) { return table[set + 5] + kNodeEntries * node; }
 int node_numbers(int set, int node) { return table[set + 6] + kNodeNumbers * node; }
 
-// Where the points of the leaf begin and end to which the nearer child always leads.
+// The begin and end of the points of the leaf to which the nearer children lead.
 ivec2 near_leaf(int set, R3 d) {
   int node = 0;
   int right = table[node_entries(set, node) + 3];
@@ -191,7 +192,7 @@ R tree_nearest_squared(int set, R3 d) {
   return least;
 }
 
-// As sum_over_points, with an error of at most the allowed part of least_sum, which the sum is not below. A cluster is
+// As sum_over_points, with an error of at most the allowed part of least_sum, a lower bound of the sum. A cluster is
 // left out where its greatest terms are small enough, and taken as its centroid where Taylor's remainder is.
 R4 sum_over_tree(int set, R3 d, R inverse, R least_sum) {
   int half_exponent = table[set + 2] / 2;
@@ -214,7 +215,7 @@ R4 sum_over_tree(int set, R3 d, R inverse, R least_sum) {
     }
     bool is_leaf = table[entries + 3] == 0;
     if (is_leaf && !is_far) {
-int first = table[set];
+      int first = table[set];
       sum += sum_over_points(first + table[entries + 1], first + table[entries + 2], d, inverse, half_exponent);
     }
     node = is_leaf || is_far ? table[entries] : node + 1;

@@ -1,3 +1,4 @@
+// The shaders' source has the step rule and its constants.
 #include "gpu/glsl.h"
 
 #include <gtest/gtest.h>

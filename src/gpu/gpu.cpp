@@ -1,3 +1,4 @@
+// Moves points on a GPU: buffers of points, calls of shaders, and the backend that falls back to the CPU.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -19,12 +20,12 @@ namespace knead::gpu {
 
 namespace {
 
-constexpr int kComputing = 43;  // the version of OpenGL with compute shaders
+constexpr int kVersion = 43;  // of OpenGL, with compute shaders
 constexpr std::size_t kGroup = layout::kGroup;
 static_assert(kGroup == Gpu::kGroup);
 constexpr std::size_t kCountWords = static_cast<std::size_t>(layout::kCountStripes) * layout::kCounters;
 
-// The middles and radii of the balls about groups of points.
+// The middles and radii of the balls around groups of points.
 struct Balls {
   std::vector<double> bounds;
   std::vector<float> radii;
@@ -66,12 +67,8 @@ struct SegmentBuffers {
     if (in_double) {
       numbers = gl::make_storage(packed.numbers.data(), packed.numbers.size() * sizeof(double));
     } else {
-      const std::vector<float> rounded = [&] {
-        std::vector<float> result(packed.numbers.size());
-        std::transform(packed.numbers.begin(), packed.numbers.end(), result.begin(),
-                       [](double x) { return static_cast<float>(x); });
-        return result;
-      }();
+      std::vector<float> rounded;
+      for (const double x : packed.numbers) rounded.push_back(static_cast<float>(x));
       numbers = gl::make_storage(rounded.data(), rounded.size() * sizeof(float));
     }
     places = gl::make_storage(packed.places.data(), packed.places.size() * sizeof(double));
@@ -110,55 +107,15 @@ void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
   }
 }
 
-}  // namespace
-
-GpuPoints::GpuPoints(std::unique_ptr<State> state) : state_(std::move(state)) {}
-GpuPoints::~GpuPoints() = default;
-GpuPoints::GpuPoints(GpuPoints&&) noexcept = default;
-GpuPoints& GpuPoints::operator=(GpuPoints&&) noexcept = default;
-std::size_t GpuPoints::size() const { return state_->size; }
-
-Gpu::State::State(const GpuOptions& options)
-    : context(options.in_current_context ? gl::Context::adopt_current(kComputing) : gl::Context::open(kComputing)) {
-  const gl::CurrentContext current(context);
-  GLint64 bytes = 0;
-  GLint groups = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &bytes);
-  glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &groups);
-  most_bytes = static_cast<std::size_t>(std::max<GLint64>(bytes, 1 << 24));
-  most_points = std::min(most_bytes / sizeof(Vec3d), static_cast<std::size_t>(std::max(groups, 65535)) * kGroup);
-  if (options.most_points > 0) most_points = std::min(most_points, options.most_points);
-  most_points = std::max(most_points / kGroup * kGroup, kGroup);
-}
-
-Gpu::State::~State() {
-  try {
-    const gl::CurrentContext current(context);
-    programs.clear();
-  } catch (const GpuError&) {
-    for (auto& [kind, program] : programs) program.forget();
-  }
-}
-
-const gl::Program& Gpu::State::program_of(const ShaderKind& kind) {
-  const auto found =
-      std::find_if(programs.begin(), programs.end(), [&](const auto& known) { return known.first == kind; });
-  if (found != programs.end()) return found->second;
-  programs.emplace_back(kind, gl::make_compute_program(shader_source(kind)));
-  return programs.back().second;
-}
-
-namespace {
-
-// Of shaders' calls for one kind of segments.
+// Calls shaders.
 struct Calls {
   Gpu::State& gpu;
   const AdvectOptions& options;
-  bool waits = true;  // for each call to end, as long ones must be for the driver's sake and to be cancelled
+  bool waits = true;  // for the end of each call, so that long ones do not block the driver and can be cancelled
 
   bool are_cancelled() const { return waits && options.progress != nullptr && options.progress->cancel; }
 
-  // Sends all points through some segments of one kind. Returns false when it was cancelled.
+  // Moves all points through segments of one kind. Returns false if it was cancelled.
   bool send(std::span<const Segment> segments, GpuPoints::State& points) const {
     const ShaderKind kind = kind_of(segments.front(), options);
     for (const PackedSegments& packed : pack(segments, options)) {
@@ -171,7 +128,7 @@ struct Calls {
 
  private:
   bool send(const PackedSegments& packed, const ShaderKind& kind, GpuPoints::State& points) const {
-    if (packed.numbers.size() * sizeof(double) > gpu.most_bytes) {
+    if (packed.numbers.size() * sizeof(double) > gpu.max_bytes) {
       throw GpuError("the graphics driver takes no point set or grid as large as this flow's; use the CPU");
     }
     const SegmentBuffers buffers(packed, kind.in_double, gpu.transfers);
@@ -200,7 +157,7 @@ struct Calls {
   }
 };
 
-// The points' own only where they are asked for.
+// Clears the counts, and the points' steps if they are requested.
 void clear_counts(GpuPoints::State& points, const AdvectOptions& options = {}) {
   if (!options.steps.empty()) {
     for (const Range& range : points.ranges) gl::clear_storage(range.steps);
@@ -214,7 +171,108 @@ AdvectResult read_counts(Gpu::State& gpu, const GpuPoints::State& points) {
   return result_of(words);
 }
 
+// A GPU that is opened on demand, and abandoned when it fails.
+struct GpuOrCpu {
+  std::mutex mutex;
+  std::unique_ptr<Gpu> gpu;
+  bool has_failed = false;
+};
+
+bool runs_on_gpu(const Flow& flow, const AdvectOptions& options) {
+  try {
+    for (const Segment& segment : flow.segments) kind_of(segment, options);
+  } catch (const InvalidInput&) {
+    return false;
+  }
+  return true;
+}
+
+constexpr std::size_t kThreadsToAWorkGroup = 64;  // as in the shader
+constexpr std::size_t kWorkGroups = 1024;
+constexpr std::size_t kMultiplyAddsToARound = 64;
+constexpr int kMaxRounds = 60'000;  // Mesa stops loops on the CPU after 65535
+constexpr double kMinSeconds = 0.02;
+constexpr double kMinShareOfCall = 0.8;  // of the rounds' time, because the overhead of a call varies
+constexpr int kRepetitions = 4;
+
+// Sixteen independent chains of multiply-adds, whose sum the compiler cannot predict.
+constexpr const char* kMultiplyAddShader = R"(#version 430 core
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) restrict writeonly buffer Result { float result[]; };
+uniform int rounds;
+uniform float factor;
+uniform float summand;
+
+void main() {
+  vec4 a = vec4(gl_LocalInvocationID.x) * vec4(1.0, 2.0, 3.0, 4.0);
+  vec4 b = a + 5.0;
+  vec4 c = a + 6.0;
+  vec4 d = a + 7.0;
+  vec4 f = vec4(factor);
+  vec4 s = vec4(summand);
+  for (int i = 0; i < rounds; ++i) {
+    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
+    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
+    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
+    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
+  }
+  vec4 sum = a + b + c + d;
+  result[gl_GlobalInvocationID.x] = sum.x + sum.y + sum.z + sum.w;
+}
+)";
+
+// Returns the shortest time of some calls.
+double seconds_of(const gl::Program& program, int rounds) {
+  glUniform1i(uniform(program, "rounds"), rounds);
+  double least = kInfinity;
+  for (int i = 0; i < kRepetitions; ++i) {
+    glFinish();
+    const auto begin = std::chrono::steady_clock::now();
+    glDispatchCompute(static_cast<GLuint>(kWorkGroups), 1, 1);
+    glFinish();
+    least = std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+  gl::require_no_error();
+  return least;
+}
+
 }  // namespace
+
+GpuPoints::GpuPoints(std::unique_ptr<State> state) : state_(std::move(state)) {}
+GpuPoints::~GpuPoints() = default;
+GpuPoints::GpuPoints(GpuPoints&&) noexcept = default;
+GpuPoints& GpuPoints::operator=(GpuPoints&&) noexcept = default;
+std::size_t GpuPoints::size() const { return state_->size; }
+
+Gpu::State::State(const GpuOptions& options)
+    : context(options.in_current_context ? gl::Context::adopt_current(kVersion) : gl::Context::open(kVersion)) {
+  const gl::CurrentContext current(context);
+  GLint64 bytes = 0;
+  GLint groups = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &bytes);
+  glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &groups);
+  max_bytes = static_cast<std::size_t>(std::max<GLint64>(bytes, 1 << 24));
+  max_points = std::min(max_bytes / sizeof(Vec3d), static_cast<std::size_t>(std::max(groups, 65535)) * kGroup);
+  if (options.most_points > 0) max_points = std::min(max_points, options.most_points);
+  max_points = std::max(max_points / kGroup * kGroup, kGroup);
+}
+
+Gpu::State::~State() {
+  try {
+    const gl::CurrentContext current(context);
+    programs.clear();
+  } catch (const GpuError&) {
+    for (auto& [kind, program] : programs) program.forget();
+  }
+}
+
+const gl::Program& Gpu::State::program_of(const ShaderKind& kind) {
+  const auto found =
+      std::find_if(programs.begin(), programs.end(), [&](const auto& known) { return known.first == kind; });
+  if (found != programs.end()) return found->second;
+  programs.emplace_back(kind, gl::make_compute_program(shader_source(kind)));
+  return programs.back().second;
+}
 
 Gpu::Gpu(const GpuOptions& options) : state_(std::make_unique<State>(options)) {}
 Gpu::~Gpu() = default;
@@ -227,8 +285,8 @@ GpuPoints Gpu::upload(std::span<const Vec3d> points) {
   auto uploaded = std::make_unique<GpuPoints::State>(state_->context);
   uploaded->size = points.size();
   const gl::CurrentContext current(state_->context);
-  for (std::size_t begin = 0; begin < points.size(); begin += state_->most_points) {
-    const auto own = points.subspan(begin, std::min(state_->most_points, points.size() - begin));
+  for (std::size_t begin = 0; begin < points.size(); begin += state_->max_points) {
+    const auto own = points.subspan(begin, std::min(state_->max_points, points.size() - begin));
     uploaded->ranges.push_back(make_range(own, begin));
     state_->count_sent(own.size_bytes());
   }
@@ -353,26 +411,6 @@ AdvectResult Gpu::advect(const Flow& flow, std::span<Vec3d> points, const Advect
   return result;
 }
 
-namespace {
-
-// A GPU that is opened when it is needed, and left when it fails.
-struct GpuOrCpu {
-  std::mutex mutex;
-  std::unique_ptr<Gpu> gpu;
-  bool has_failed = false;
-};
-
-bool runs_on_gpu(const Flow& flow, const AdvectOptions& options) {
-  try {
-    for (const Segment& segment : flow.segments) kind_of(segment, options);
-  } catch (const InvalidInput&) {
-    return false;
-  }
-  return true;
-}
-
-}  // namespace
-
 Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, const GpuOptions& options) {
   const auto state = std::make_shared<GpuOrCpu>();
   return [state, options, tell = std::move(on_failure)](const Flow& flow, std::span<Vec3d> points,
@@ -386,7 +424,7 @@ Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, c
       return state->gpu->advect(flow, points, advect_options);
     } catch (const GpuError& error) {
       why = error.what();
-    } catch (const std::bad_alloc&) {  // less is needed without the GPU
+    } catch (const std::bad_alloc&) {  // the CPU needs less memory
       why = "there is too little memory for what goes to the GPU; close other programs, or use the CPU";
     }
     state->has_failed = true;
@@ -397,77 +435,22 @@ Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, c
   };
 }
 
-// The arithmetic that a GPU can do at most.
-
-namespace {
-
-constexpr std::size_t kThreadsToAWorkGroup = 64;  // as in the shader
-constexpr std::size_t kWorkGroups = 1024;
-constexpr std::size_t kMultiplyAddsToARound = 64;
-constexpr int kMaxRounds = 60'000;    // Mesa stops loops on the CPU after 65535
-constexpr double kLongEnough = 0.02;  // seconds
-constexpr double kMaxOfACall = 0.8;   // to be had by the rounds: what a call takes in itself varies
-constexpr int kRepetitions = 4;
-
-// Sixteen chains of multiply-adds that do not wait for one another, and end in a sum that the compiler cannot know.
-constexpr const char* kShader = R"(#version 430 core
-layout(local_size_x = 64) in;
-layout(std430, binding = 0) restrict writeonly buffer Result { float result[]; };
-uniform int rounds;
-uniform float factor;
-uniform float summand;
-
-void main() {
-  vec4 a = vec4(gl_LocalInvocationID.x) * vec4(1.0, 2.0, 3.0, 4.0);
-  vec4 b = a + 5.0;
-  vec4 c = a + 6.0;
-  vec4 d = a + 7.0;
-  vec4 f = vec4(factor);
-  vec4 s = vec4(summand);
-  for (int i = 0; i < rounds; ++i) {
-    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
-    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
-    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
-    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
-  }
-  vec4 sum = a + b + c + d;
-  result[gl_GlobalInvocationID.x] = sum.x + sum.y + sum.z + sum.w;
-}
-)";
-
-// The least of some calls.
-double seconds_of(const gl::Program& program, int rounds) {
-  glUniform1i(uniform(program, "rounds"), rounds);
-  double least = kInfinity;
-  for (int i = 0; i < kRepetitions; ++i) {
-    glFinish();
-    const auto begin = std::chrono::steady_clock::now();
-    glDispatchCompute(static_cast<GLuint>(kWorkGroups), 1, 1);
-    glFinish();
-    least = std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-  }
-  gl::require_no_error();
-  return least;
-}
-
-}  // namespace
-
 double Gpu::multiply_add_gflops() {
   const gl::CurrentContext current(state_->context);
-  const gl::Program program = gl::make_compute_program(kShader);
+  const gl::Program program = gl::make_compute_program(kMultiplyAddShader);
   const gl::Buffer result = gl::make_storage(nullptr, kWorkGroups * kThreadsToAWorkGroup * sizeof(float));
   glUseProgram(program.get());
   glUniform1f(uniform(program, "factor"), 0.999F);
   glUniform1f(uniform(program, "summand"), 0.001F);
   gl::bind_storage(0, result);
-  // By what twice as many rounds take longer, since a call may take long in itself, and compiles what is new.
+  // Measures the difference between twice as many rounds and these, because a call has overhead and may compile.
   int rounds = 1;
   double seconds = seconds_of(program, rounds);
   double more = 0;
   while (true) {
     const double doubled = seconds_of(program, 2 * rounds);
     more = doubled - seconds;
-    if ((more >= kLongEnough && more >= kMaxOfACall * seconds) || 4 * rounds > kMaxRounds) break;
+    if ((more >= kMinSeconds && more >= kMinShareOfCall * seconds) || 4 * rounds > kMaxRounds) break;
     rounds *= 2;
     seconds = doubled;
   }

@@ -1,4 +1,4 @@
-// What a GPU and its points are made of.
+// The internal state of Gpu and GpuPoints.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace knead::gpu {
 
-// Points in buffers of their own, and the balls about groups of them.
+// Points in one set of buffers, and the balls around groups of them.
 struct Range {
   std::size_t begin = 0;
   std::size_t count = 0;
@@ -32,7 +32,7 @@ struct GpuPoints::State {
   const gl::Context& context;
   std::vector<Range> ranges{};
   std::size_t size = 0;
-  gl::Buffer counts{};  // of the path lines since they were last asked for
+  gl::Buffer counts{};  // of the path lines since they were last read
 
   explicit State(const gl::Context& of) : context(of) {}
   State(const State&) = delete;
@@ -42,7 +42,7 @@ struct GpuPoints::State {
       const gl::CurrentContext current(context);
       ranges.clear();
       counts = {};
-    } catch (const GpuError&) {  // of a lost GPU nothing is left to be freed
+    } catch (const GpuError&) {  // a lost GPU has freed everything
       for (Range& range : ranges) range.forget();
       counts.forget();
     }
@@ -51,8 +51,8 @@ struct GpuPoints::State {
 
 struct Gpu::State {
   gl::Context context;
-  std::size_t most_points = 0;  // to a range
-  std::size_t most_bytes = 0;   // to a buffer
+  std::size_t max_points = 0;  // of a range
+  std::size_t max_bytes = 0;   // of a buffer
   Transfers transfers;
   std::vector<std::pair<ShaderKind, gl::Program>> programs;
 

@@ -1,3 +1,4 @@
+// Volumes and rays of a surface whose points are on a GPU.
 #include "knead/gpu.h"
 
 #include <algorithm>
@@ -18,19 +19,19 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-// As the shader writes them.
+// The layout of the shader.
 struct Candidate {
   std::array<Vec3d, 3> corners{};
   std::uint32_t triangle = 0;
   std::uint32_t unused = 0;
 };
 static_assert(sizeof(Candidate) == 80);
-constexpr std::size_t kHeaderBytes = 8;  // how many there are
+constexpr std::size_t kHeaderBytes = 8;  // the number of candidates
 constexpr std::size_t kReadAtOnce = 16;
 
 constexpr std::size_t bytes_of(std::size_t candidates) { return kHeaderBytes + candidates * sizeof(Candidate); }
 
-// Triangles in a buffer of their own.
+// Triangles in one buffer.
 struct Part {
   std::size_t begin = 0;
   std::size_t count = 0;
@@ -63,7 +64,7 @@ void bind_points(const gl::Program& program, const GpuPoints::State& points) {
   }
 }
 
-// The first that the ray meets, and where it first leaves.
+// Returns the first candidate that the ray meets, and where the ray first leaves.
 std::optional<GpuHit> nearest_of(std::span<const Candidate> candidates, const TriangleRay& ray) {
   const Candidate* nearest = nullptr;
   double t = kInfinity;
@@ -107,7 +108,7 @@ struct GpuSurface::State {
     if (of.size < points) throw InvalidInput("a triangle refers to a point that does not exist");
   }
 
-  // Sends all triangles through the program that is in use.
+  // Runs the program in use over all triangles.
   template <class Before>
   void dispatch(const gl::Program& program, Before before) const {
     for (const Part& part : parts) {
@@ -127,9 +128,9 @@ struct GpuSurface::State {
 void GpuSurface::State::open(std::span<const Triangle> triangles) {
   for (const Triangle& t : triangles) points = std::max<std::size_t>(points, std::max({t[0], t[1], t[2]}) + 1ULL);
   const gl::CurrentContext current(gpu.context);
-  constexpr std::size_t most_groups = 65535;  // that every driver takes in a call
-  const std::size_t groups = gpu.most_bytes / sizeof(Triangle) / kTrianglesToAWorkGroup;
-  const std::size_t most = std::clamp<std::size_t>(groups, 1, most_groups) * kTrianglesToAWorkGroup;
+  constexpr std::size_t max_groups = 65535;  // that every driver accepts in a call
+  const std::size_t groups = gpu.max_bytes / sizeof(Triangle) / kTrianglesToAWorkGroup;
+  const std::size_t most = std::clamp<std::size_t>(groups, 1, max_groups) * kTrianglesToAWorkGroup;
   for (std::size_t begin = 0; begin < triangles.size(); begin += most) {
     const auto own = triangles.subspan(begin, std::min(most, triangles.size() - begin));
     parts.push_back({begin, own.size(), gl::make_storage(own.data(), own.size_bytes())});
@@ -150,7 +151,7 @@ GpuSurface::State::~State() {
     parts.clear();
     for (gl::Program* program : {&volume, &sum, &candidates}) *program = {};
     for (gl::Buffer* buffer : {&group_sums, &result, &found}) *buffer = {};
-  } catch (const GpuError&) {  // of a lost GPU nothing is left to be freed
+  } catch (const GpuError&) {  // a lost GPU has freed everything
     for (Part& part : parts) part.triangles.forget();
     for (gl::Program* program : {&volume, &sum, &candidates}) program->forget();
     for (gl::Buffer* buffer : {&group_sums, &result, &found}) buffer->forget();
@@ -204,7 +205,7 @@ void GpuSurface::State::find_candidates(const GpuPoints::State& of, const Vec3d&
   dispatch(candidates, [&](const Part& part) { set(candidates, "first_triangle", part.begin); });
 }
 
-// Nothing where there was no room for all; there is then.
+// Returns nothing if there was no room for all, and makes room.
 std::vector<Candidate> GpuSurface::State::read_candidates() {
   struct Block {
     std::uint32_t count = 0;
@@ -232,7 +233,7 @@ std::optional<GpuHit> GpuSurface::first_hit(const GpuPoints& points, const Vec3d
   if (state_->parts.empty()) return std::nullopt;
   const gl::CurrentContext current(state_->gpu.context);
   std::vector<Candidate> candidates;
-  for (std::size_t room = 0; room != state_->capacity;) {  // once more where there was not enough
+  for (std::size_t room = 0; room != state_->capacity;) {  // again with more room
     room = state_->capacity;
     state_->find_candidates(*points.state_, origin, direction);
     candidates = state_->read_candidates();

@@ -1,4 +1,4 @@
-// The backend where OpenGL has no compute shaders: its constructor throws, so that nothing else is reached.
+// The backend for systems whose OpenGL has no compute shaders: constructors throw.
 #include "knead/gpu.h"
 
 namespace knead::gpu {

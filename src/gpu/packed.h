@@ -1,4 +1,4 @@
-// Where fields can be felt, as the numbers that the shaders read.
+// Segments packed into the numbers that the shaders read. Internal to gpu.
 #pragma once
 
 #include <cstddef>
@@ -16,20 +16,17 @@ namespace knead::gpu {
 void put(std::vector<double>& to, std::size_t at, const Vec3d& v);
 void put(std::vector<double>& to, std::size_t at, const Mat3d& m);
 
-// Writes layout::kFieldBounds numbers from `at` on: where the support of a field of the segment lies at all times from
-// its begin to its end.
+// Writes layout::kFieldBounds numbers from `at` on: a bound of the support of a field from the segment's begin to its
+// end.
 void put_bounds(std::vector<double>& places, std::size_t at, const Field& field, const Segment& segment);
 
-// Segments as the numbers that the shaders read.
-
-// Throws InvalidInput, saying which, where a field is one of the caller's own functions, of which a shader knows
-// nothing.
+// Throws InvalidInput for segments that shaders cannot evaluate: with custom functions, masks or growth, and sums.
 ShaderKind kind_of(const Segment& segment, const AdvectOptions& options);
 
-// What a point moves less than this part of the width of a field's transition, it does not move at all.
+// A point whose motion is below this part of the width of a field's transition keeps its bits.
 inline constexpr double kMinMotion = 1e-14;
 
-// Segments of one kind, one after the other.
+// The numbers of segments of one kind.
 struct PackedSegments {
   int count = 0;
   std::vector<double> numbers;      // n[], to be rounded to float unless the kind is in double
@@ -37,45 +34,30 @@ struct PackedSegments {
   std::vector<std::int32_t> table;  // table[]
 };
 
-// Packs segments of one kind, as many as pack_length returns. Returns the packs of one shader's calls: several where
-// the first segment has pins, none where options.progress->cancel was set. Throws InvalidInput where the equations of
-// pins cannot be solved.
+// Packs the first pack_length() segments. Returns the packs of one shader's calls: several if the first segment has
+// pins, none if options.progress->cancel was set. Throws InvalidInput if the equations of pins cannot be solved.
 std::vector<PackedSegments> pack(std::span<const Segment> segments, const AdvectOptions& options);
 
-// Returns how many of the segments, from the first on, are packed together: those of the first's kind, as far as one
-// call of the shader should take, or one segment with pins.
+// Returns the number of segments, from the first on, that are packed together: those of the first's kind, within the
+// limits of a shader's call, or one segment with pins.
 std::size_t pack_length(std::span<const Segment> segments, const AdvectOptions& options);
 
-// Segments with pins as the numbers that the shaders read.
-
-// Solves the equations of a segment's pins and packs the pieces of its time, in the order in which path lines pass
-// them. Returns a pack for each call of a shader; none where options.progress->cancel is set. Throws InvalidInput where
-// the equations cannot be solved.
+// Solves the equations of a segment's pins and packs the pieces of its time, in the order of path lines. Returns and
+// throws as pack().
 std::vector<PackedSegments> pack_pins(const Segment& segment, const AdvectOptions& options);
 
-// A set's tree of clusters as the numbers that the shaders read.
-
-// Whether pack_tree may be asked: of many points alone that move with a swept translation, as sets.h has it.
+// Returns whether pack_tree() accepts the field: a swept translation of many points without curves.
 bool may_have_tree(const Field& field, const Segment& segment);
 
 struct PackedTree {
-  std::int32_t nodes = 0;             // 0: to add up all points takes no longer
+  std::int32_t nodes = 0;             // 0: adding all points is as fast
   std::vector<Vec3d> points;          // in the tree's order
-  double error_of_one = 0;            // what one point may take of the sum's relative error
+  double error_of_one = 0;            // the part of the sum's relative error that one point may cause
   std::vector<double> numbers;        // kNodeNumbers a node
-  std::vector<std::int32_t> entries;  // kNodeEntries a node; points by where they are beyond the set's first in n[]
+  std::vector<std::int32_t> entries;  // kNodeEntries a node; points relative to the set's first one in n[]
 };
 
-// Of the field's set.
+// Packs the tree of clusters of the field's set.
 PackedTree pack_tree(const Field& field, const Segment& segment, const AdvectOptions& options);
-
-// Segments whose field is a grid of potentials as the numbers that the shaders read.
-
-// Packs segments with grids.
-PackedSegments pack_grids(std::span<const Segment> segments, const AdvectOptions& options);
-
-// Returns how many of the segments with grids, from the first on, are packed together: as far as one call of the
-// shader should take, or one segment.
-std::size_t count_packed_grids(std::span<const Segment> segments);
 
 }  // namespace knead::gpu

@@ -1,3 +1,4 @@
+// Packs segments into the numbers that the shaders read: fields, and grids of potentials.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -19,11 +20,12 @@ namespace {
 using namespace layout;
 using detail::GridCells;
 
-// Segments to a call of a shader: some drivers stop loops after 65535 rounds, and an evaluation takes 20.
+// The limits of one call of a shader. Some drivers stop loops after 65535 rounds, of which an evaluation takes 20; a
+// node takes 24 bytes, also the empty ones around a grid; and drivers stop calls that take seconds.
 constexpr std::size_t kMaxGrids = 16;
-
-// Nodes to a call, with the empty ones around the grids: their numbers take 24 bytes each.
 constexpr std::size_t kMaxNodes = std::size_t{1} << 21;
+constexpr std::size_t kMaxSegments = 64;
+constexpr std::size_t kMaxSetPoints = 4096;
 
 std::size_t padded_nodes(const PotentialGrid& grid) {
   std::size_t nodes = grid.end_coefficients.empty() ? 1 : 2;
@@ -31,7 +33,7 @@ std::size_t padded_nodes(const PotentialGrid& grid) {
   return nodes;
 }
 
-// Fills one pack.
+// Fills one pack with grids.
 class GridPacker {
  public:
   GridPacker(std::span<const Segment> segments, const AdvectOptions& options) : segments_(segments), options_(options) {
@@ -102,7 +104,7 @@ class GridPacker {
     return begin;
   }
 
-  // 32 cells to an entry.
+  // Packs 32 cells into an entry.
   std::size_t put_used(const std::vector<std::uint8_t>& used) {
     const std::size_t begin = packed_.table.size();
     std::vector<std::uint32_t> words((used.size() + 31) / 32);
@@ -113,7 +115,7 @@ class GridPacker {
     return begin;
   }
 
-  // Of the cells in use. Of an empty box nothing is within reach.
+  // Writes the box of the cells in use; an empty one misses every point.
   void put_box(std::size_t at, const Box& nodes, double spacing) {
     const double size = nodes.empty() ? 0 : norm(nodes.min) + norm(nodes.max);
     const Vec3d margin = Vec3d{1, 1, 1} * ((2 + 1e-6) * spacing + 1e-12 * size);
@@ -125,31 +127,6 @@ class GridPacker {
   const AdvectOptions& options_;
   PackedSegments packed_;
 };
-
-}  // namespace
-
-PackedSegments pack_grids(std::span<const Segment> segments, const AdvectOptions& options) {
-  return GridPacker(segments, options).run();
-}
-
-std::size_t count_packed_grids(std::span<const Segment> segments) {
-  std::size_t nodes = 0;
-  std::size_t length = 0;
-  while (length < std::min(segments.size(), kMaxGrids)) {
-    nodes += padded_nodes(segments[length].grid);
-    if (length > 0 && nodes > kMaxNodes) break;
-    ++length;
-  }
-  return length;
-}
-
-namespace {
-
-using namespace layout;
-
-// Segments to a call of a shader, and points of their sets: graphics drivers stop what takes seconds.
-constexpr std::size_t kMaxSegments = 64;
-constexpr std::size_t kMaxSetPoints = 4096;
 
 std::size_t points_of(const PointSet<double>& set) {
   std::size_t count = set.points.size();
@@ -174,7 +151,7 @@ bool is_symmetric(const Mat3d& m) { return m.row0.y == m.row1.x && m.row0.z == m
 
 bool is_parallel(const Vec3d& a, const Vec3d& b) { return norm2(cross(a, b)) <= 1e-24; }
 
-// As closed_form.cpp chooses. A translation carries its points and needs none.
+// The choice of closed_form.cpp. A translation carries its points and needs none.
 template <class Other>
 ClosedForm form_of(const Other& /*motion*/, const Field& /*field*/, const Segment& /*segment*/) {
   return kNoClosedForm;
@@ -208,7 +185,7 @@ ClosedForm form_of(const Segment& segment) {
   return std::visit([&](const auto& motion) { return form_of(motion, field, segment); }, field.motion);
 }
 
-// The twelve numbers of an inner motion; field.h says what they are for.
+// The twelve numbers of an inner motion, for the formulas of field.h.
 void put_motion(std::vector<double>& to, std::size_t at, const Translation<double>& motion) {
   const Vec3d parallel = motion.axis * dot(motion.axis, motion.velocity);
   const Vec3d perpendicular = motion.velocity - parallel;
@@ -241,7 +218,7 @@ void put_motion(std::vector<double>& to, std::size_t at, const Strain<double>& m
 
 void put_motion(std::vector<double>& /*to*/, std::size_t /*at*/, const CustomMotion& /*motion*/) {}
 
-// Fills one pack.
+// Fills one pack with fields.
 class Packer {
  public:
   Packer(std::span<const Segment> segments, const AdvectOptions& options) : segments_(segments), options_(options) {
@@ -388,6 +365,21 @@ class Packer {
 };
 
 }  // namespace
+
+PackedSegments pack_grids(std::span<const Segment> segments, const AdvectOptions& options) {
+  return GridPacker(segments, options).run();
+}
+
+std::size_t count_packed_grids(std::span<const Segment> segments) {
+  std::size_t nodes = 0;
+  std::size_t length = 0;
+  while (length < std::min(segments.size(), kMaxGrids)) {
+    nodes += padded_nodes(segments[length].grid);
+    if (length > 0 && nodes > kMaxNodes) break;
+    ++length;
+  }
+  return length;
+}
 
 ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
   if (!segment.parts.empty()) {

@@ -1,3 +1,4 @@
+// Packs the bounds of fields, the pins of segments, and the trees of point sets into the numbers that the shaders read.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,19 +18,27 @@ namespace knead::gpu {
 
 namespace {
 
-// Reaches everything.
-constexpr double kEverywhere = 1e300;
+using namespace layout;
+using detail::OwnedPins;
+using detail::PinPiece;
+using detail::PointTree;
 
-// Where a resting field's region, or a moving one's on its whole way, can be felt.
+constexpr double kUnbounded = 1e300;
+constexpr std::size_t kMaxPins = 4096;  // in a call of a shader, times pieces: graphics drivers stop calls of seconds
+constexpr std::size_t kMinTreePoints = 1000;
+constexpr double kRounding = 1e-6;    // several times that of float, so that a node's ball contains its points
+constexpr std::size_t kSamples = 16;  // places at which the cost of a tree is estimated
+
+// The support of a field during a segment.
 struct FieldBounds {
   Vec3d from;
-  Vec3d way;          // or a normal
-  double reach = 0;   // of the distance from the way, or along the normal
-  double along = -1;  // 1 / |way|^2, 0 for no way; -1: a normal
+  Vec3d path;             // or a normal
+  double radius = 0;      // around the path, or the position along the normal
+  double per_path2 = -1;  // 1 / |path|^2, 0 for no path; -1: a normal
 };
 
-FieldBounds along_the_way(const Vec3d& from, const Vec3d& way, double reach) {
-  return {from, way, reach, norm2(way) > 0 ? 1 / norm2(way) : 0.0};
+FieldBounds around_path(const Vec3d& from, const Vec3d& path, double radius) {
+  return {from, path, radius, norm2(path) > 0 ? 1 / norm2(path) : 0.0};
 }
 
 FieldBounds bounds_of(const Field& field, const Segment& segment) {
@@ -38,53 +47,22 @@ FieldBounds bounds_of(const Field& field, const Segment& segment) {
   const double end = blended ? 1 : segment.end;
   const Vec3d displacement = displacement_of(segment, field);
   const Vec3d from = field.center + displacement * begin;
-  const Vec3d way = displacement * (end - begin);
+  const Vec3d path = displacement * (end - begin);
   const double outer = field.thresholds.outer;
-  const double slack = 1e-6 * std::abs(outer) + 1e-12 * (norm(from) + norm(way));
-  if (std::holds_alternative<Ball<double>>(field.region)) return along_the_way(from, way, outer + slack);
+  const double slack = 1e-6 * std::abs(outer) + 1e-12 * (norm(from) + norm(path));
+  if (std::holds_alternative<Ball<double>>(field.region)) return around_path(from, path, outer + slack);
   if (const auto* capsule = std::get_if<Capsule<double>>(&field.region)) {
-    return along_the_way(from, way, outer + norm(capsule->half_axis) * (1 + 1e-6) + slack);
+    return around_path(from, path, outer + norm(capsule->half_axis) * (1 + 1e-6) + slack);
   }
   if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
     const detail::Surround ball = detail::surround_of(*set);
-    const double reach = ball.radius * (1 + 1e-6) + detail::support_reach(*set, outer) * (1 + 1e-4);
-    return along_the_way(from + ball.center, way, reach + slack);
+    const double radius = ball.radius * (1 + 1e-6) + detail::support_radius(*set, outer) * (1 + 1e-4);
+    return around_path(from + ball.center, path, radius + slack);
   }
   const auto* space = std::get_if<HalfSpace<double>>(&field.region);
-  if (space == nullptr || space->turn_angle != 0) return {from, {}, kEverywhere, 0};
-  return {dot(space->normal, way) > 0 ? from + way : from, space->normal, outer + slack, -1};
+  if (space == nullptr || space->turn_angle != 0) return {from, {}, kUnbounded, 0};
+  return {dot(space->normal, path) > 0 ? from + path : from, space->normal, outer + slack, -1};
 }
-
-}  // namespace
-
-void put(std::vector<double>& to, std::size_t at, const Vec3d& v) {
-  to[at] = v.x;
-  to[at + 1] = v.y;
-  to[at + 2] = v.z;
-}
-
-void put(std::vector<double>& to, std::size_t at, const Mat3d& m) {
-  put(to, at, m.row0);
-  put(to, at + 3, m.row1);
-  put(to, at + 6, m.row2);
-}
-
-void put_bounds(std::vector<double>& places, std::size_t at, const Field& field, const Segment& segment) {
-  const FieldBounds bounds = bounds_of(field, segment);
-  put(places, at, bounds.from);
-  put(places, at + 3, bounds.way);
-  places[at + 6] = bounds.reach;
-  places[at + 7] = bounds.along;
-}
-
-namespace {
-
-using namespace layout;
-using detail::OwnedPins;
-using detail::PinPiece;
-
-// Pins to a call of a shader, each counted for every piece of time: graphics drivers stop what takes seconds.
-constexpr std::size_t kMaxPins = 4096;
 
 Vec3d middle_of(const Segment& segment) {
   Box box;
@@ -139,7 +117,7 @@ class PinPacker {
     entries[3] = static_cast<std::int32_t>(i * kSegmentNumbers);
   }
 
-  // The pins' numbers, then those of the turns.
+  // Writes the pins' numbers, then those of the turns.
   void put_pins(const Segment& part, const OwnedPins<double>& pins, std::size_t table, std::size_t bounds) {
     const std::size_t begin = packed_.numbers.size();
     packed_.numbers.insert(packed_.numbers.end(), pins.numbers.begin(), pins.numbers.end());
@@ -164,50 +142,23 @@ class PinPacker {
   PackedSegments packed_;
 };
 
-}  // namespace
-
-std::vector<PackedSegments> pack_pins(const Segment& segment, const AdvectOptions& options) {
-  std::vector<PinPiece> pieces = detail::solve_pins(segment, options.tolerance, options.progress);
-  if (segment.end < segment.begin) std::reverse(pieces.begin(), pieces.end());
-  PinPacker packer(segment, options);
-  const std::size_t length = std::max<std::size_t>(kMaxPins / segment.fields.size(), 1);
-  std::vector<PackedSegments> packs;
-  for (std::span<const PinPiece> rest = pieces; !rest.empty();) {
-    const std::span<const PinPiece> next = rest.first(std::min(length, rest.size()));
-    packs.push_back(packer.run(next));
-    rest = rest.subspan(next.size());
-  }
-  return packs;
-}
-
-namespace {
-
-using detail::PointTree;
-
-// Fewer points than this are as soon added up as a tree is walked.
-constexpr std::size_t kTreePoints = 1000;
-// Of float, several times: a node's ball holds its points whatever is rounded.
-constexpr double kRounding = 1e-6;
-// How many places tell whether a tree pays.
-constexpr std::size_t kSamples = 16;
-
-// The relative error of a sum that is allowed wherever r < outer.
+// Returns the allowed relative error of a sum where r < outer.
 double error_allowed(const Field& field, const Segment& segment, const AdvectOptions& options) {
   const auto& set = std::get<PointSet<double>>(field.region);
   const double inner = field.thresholds.inner;
   const double outer = field.thresholds.outer;
   const detail::Surround ball = detail::surround_of(set);
-  const double arm = norm(ball.center) + ball.radius + detail::support_reach(set, outer);
+  const double arm = norm(ball.center) + ball.radius + detail::support_radius(set, outer);
   const double duration = segment.limit_cylinder ? 1 : std::abs(segment.end - segment.begin);
-  const double way = norm(std::get<Translation<double>>(field.motion).velocity) * duration;
+  const double length = norm(std::get<Translation<double>>(field.motion).velocity) * duration;
   const double error =
-      detail::kSumsShareOfTolerance * options.tolerance / static_cast<double>(segment.fields.size()) / way;
+      detail::kSumsShareOfTolerance * options.tolerance / static_cast<double>(segment.fields.size()) / length;
   const double epsilon = options.precision == Precision::float32 ? std::numeric_limits<float>::epsilon()
                                                                  : std::numeric_limits<double>::epsilon();
   return detail::sum_error_allowed({field.thresholds, set.exponent, inner, outer, arm}, error, epsilon);
 }
 
-// The node that follows each one's own.
+// Returns the node after the subtree of each node.
 std::vector<std::uint32_t> nodes_after(const PointTree& tree) {
   std::vector<std::uint32_t> after(tree.nodes().size());
   after[0] = static_cast<std::uint32_t>(after.size());
@@ -220,7 +171,7 @@ std::vector<std::uint32_t> nodes_after(const PointTree& tree) {
   return after;
 }
 
-// How many nodes the shader's walk comes to at d, where r is about `scale`, and fours of points.
+// Returns the number of nodes and of groups of four points that the shader visits at d, where r is about `scale`.
 std::size_t rounds_at(const PointTree& tree, const std::vector<std::uint32_t>& after, const Vec3d& d, double scale,
                       double error_of_one, int exponent) {
   std::size_t rounds = 0;
@@ -236,7 +187,7 @@ std::size_t rounds_at(const PointTree& tree, const std::vector<std::uint32_t>& a
   return rounds;
 }
 
-// Of places half the reach away from points of the set.
+// Returns whether the tree is faster than all points, at places with r of about half of outer.
 bool pays(const PointTree& tree, const std::vector<std::uint32_t>& after, double error_of_one, double outer,
           int exponent) {
   std::size_t rounds = 0;
@@ -251,9 +202,43 @@ bool pays(const PointTree& tree, const std::vector<std::uint32_t>& after, double
 
 }  // namespace
 
+void put(std::vector<double>& to, std::size_t at, const Vec3d& v) {
+  to[at] = v.x;
+  to[at + 1] = v.y;
+  to[at + 2] = v.z;
+}
+
+void put(std::vector<double>& to, std::size_t at, const Mat3d& m) {
+  put(to, at, m.row0);
+  put(to, at + 3, m.row1);
+  put(to, at + 6, m.row2);
+}
+
+void put_bounds(std::vector<double>& places, std::size_t at, const Field& field, const Segment& segment) {
+  const FieldBounds bounds = bounds_of(field, segment);
+  put(places, at, bounds.from);
+  put(places, at + 3, bounds.path);
+  places[at + 6] = bounds.radius;
+  places[at + 7] = bounds.per_path2;
+}
+
+std::vector<PackedSegments> pack_pins(const Segment& segment, const AdvectOptions& options) {
+  std::vector<PinPiece> pieces = detail::solve_pins(segment, options.tolerance, options.progress);
+  if (segment.end < segment.begin) std::reverse(pieces.begin(), pieces.end());
+  PinPacker packer(segment, options);
+  const std::size_t length = std::max<std::size_t>(kMaxPins / segment.fields.size(), 1);
+  std::vector<PackedSegments> packs;
+  for (std::span<const PinPiece> rest = pieces; !rest.empty();) {
+    const std::span<const PinPiece> next = rest.first(std::min(length, rest.size()));
+    packs.push_back(packer.run(next));
+    rest = rest.subspan(next.size());
+  }
+  return packs;
+}
+
 bool may_have_tree(const Field& field, const Segment& segment) {
   const auto* set = std::get_if<PointSet<double>>(&field.region);
-  return set != nullptr && set->curves.empty() && set->points.size() >= kTreePoints &&
+  return set != nullptr && set->curves.empty() && set->points.size() >= kMinTreePoints &&
          segment.time_law == TimeLaw::swept && std::holds_alternative<Translation<double>>(field.motion);
 }
 

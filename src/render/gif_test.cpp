@@ -1,3 +1,4 @@
+// Animated GIFs, decoded again.
 #include "knead/render.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// PNG, JPEG and rows of images, by stb's code.
 #include "knead/render.h"
 
 #include <algorithm>
@@ -12,8 +13,8 @@
 
 #include <cstdlib>
 
-// stb calls it, and frees the bytes. The lowest level is faster than stb's own code, and its files are smaller.
-// Returns null where memory ends.
+// Called by stb, which frees the bytes. The lowest level is faster than stb's own code, and its files are smaller.
+// Returns null if there is no memory.
 static unsigned char* deflate_with_zlib(unsigned char* data, int size, int* written, int) {
   uLongf room = compressBound(static_cast<uLong>(size));
   auto* const bytes = static_cast<unsigned char*>(std::malloc(room));  // NOLINT(cppcoreguidelines-no-malloc)
@@ -27,7 +28,7 @@ static unsigned char* deflate_with_zlib(unsigned char* data, int size, int* writ
 #define STBIW_ZLIB_COMPRESS deflate_with_zlib
 #endif
 
-// The one translation unit that holds stb's code, which is not written to our warnings.
+// The only translation unit with stb's code, which does not pass our warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 #define STB_IMAGE_WRITE_IMPLEMENTATION

@@ -1,3 +1,4 @@
+// LiveMesh: normals and changed ranges.
 #include "render/live/live.h"
 
 #include <gtest/gtest.h>

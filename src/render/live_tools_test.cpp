@@ -1,3 +1,4 @@
+// Tools in the interactive picture.
 #include <gtest/gtest.h>
 
 #include <algorithm>

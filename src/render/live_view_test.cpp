@@ -1,3 +1,4 @@
+// The interactive view: moves, uploads, masks and errors.
 #include "knead/render.h"
 
 #include <epoxy/gl.h>

@@ -1,3 +1,4 @@
+// The pictures of balls that matcaps are, lit by formulas.
 #include "render/surface.h"
 
 #include <algorithm>
@@ -38,7 +39,7 @@ double smooth(double from, double to, double x) {
   return t * t * (3 - 2 * t);
 }
 
-// A shine round the direction halfway between lamp and viewer.
+// A highlight around the direction halfway between lamp and viewer.
 double shine(const Vec3d& n, const Vec3d& lamp, double power) {
   return std::pow(std::max(0.0, dot(n, normalized(lamp + Vec3d{0, 0, 1}))), power);
 }
@@ -48,8 +49,7 @@ double edge(const Vec3d& n, double power) { return std::pow(1 - std::clamp(n.z, 
 
 Vec3d times(const Vec3d& a, const Vec3d& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
-// A body that scatters light. softness: how far light creeps past the terminator, 0 to 1; `within` is the colour that
-// it takes on there.
+// A body that scatters light. softness: the extent of light beyond the terminator, 0 to 1; `within`: its colour there.
 struct Body {
   Vec3d color;
   Vec3d within;
@@ -76,7 +76,7 @@ Vec3d body_at(const Body& body, const Vec3d& n) {
   return color + Vec3d{0.75, 0.85, 1.0} * (body.rim * edge(n, 3.5) * (0.55 + 0.45 * n.y));
 }
 
-// What a mirror sees in a direction: a studio with a bright ceiling, two windows and a dark floor. blur: 0 is sharp.
+// The light from a direction of a studio with a bright ceiling, two windows and a dark floor. blur: 0 is sharp.
 Vec3d studio_at(const Vec3d& d, double blur) {
   const double horizon = smooth(-0.05 - blur, 0.10 + blur, d.y);
   const Vec3d floor = Vec3d{0.16, 0.14, 0.12} * (0.35 + 0.65 * smooth(0, -1, d.y));
@@ -169,7 +169,7 @@ std::vector<Bytes4> matcap_picture(Matcap matcap, int size) {
   std::vector<Bytes4> picture;
   for (int row = 0; row < size; ++row) {
     for (int column = 0; column < size; ++column) {
-      // The shaders look between 0.01 and 0.99 of each side.
+      // The shaders read between 0.01 and 0.99 of each side.
       const double x = (2 * (column + 0.5) / size - 1) / 0.98;
       const double y = (2 * (row + 0.5) / size - 1) / 0.98;
       picture.push_back(color_at(matcap, ball_normal(x, y)));

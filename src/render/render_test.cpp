@@ -1,3 +1,4 @@
+// Pictures of the offline renderer.
 #include <gtest/gtest.h>
 
 #include <algorithm>

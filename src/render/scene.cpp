@@ -1,3 +1,4 @@
+// Cameras that fit shapes, views, the extent of scenes, and colours as text.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -31,6 +32,106 @@ void for_each_corner(const Box& box, const CameraFrame& frame, F&& visit) {
     const Vec3d corner{(i & 1) != 0 ? half.x : -half.x, (i & 2) != 0 ? half.y : -half.y,
                        (i & 4) != 0 ? half.z : -half.z};
     visit(Vec3d{dot(corner, frame.right), dot(corner, frame.up), dot(corner, frame.forward)});
+  }
+}
+
+// The range of a number over all points.
+struct Range {
+  double least = kInfinity;
+  double greatest = -kInfinity;
+
+  void extend(double x) {
+    least = std::min(least, x);
+    greatest = std::max(greatest, x);
+  }
+  double middle() const { return 0.5 * (least + greatest); }
+  double extent() const { return greatest - least; }
+};
+
+// Returns the camera's displacement to the right, up and back from the box's centre. slope_x, slope_y: half the
+// picture's sides at distance 1. From distance d behind the centre, a point is within the picture's right side if x -
+// aside <= (d + z) slope_x, and so on: each side requires a distance, and opposite sides share it evenly.
+Vec3d perspective_place(std::span<const Vec3d> points, const Vec3d& center, const CameraFrame& frame, double slope_x,
+                        double slope_y) {
+  double right = -kInfinity;
+  double left = -kInfinity;
+  double above = -kInfinity;
+  double below = -kInfinity;
+  double nearest = kInfinity;
+  for (const Vec3d& p : points) {
+    const Vec3d q = p - center;
+    const double x = dot(q, frame.right) / slope_x;
+    const double y = dot(q, frame.up) / slope_y;
+    const double z = dot(q, frame.forward);
+    right = std::max(right, x - z);
+    left = std::max(left, -x - z);
+    above = std::max(above, y - z);
+    below = std::max(below, -y - z);
+    nearest = std::min(nearest, z);
+  }
+  const double distance = std::max({0.5 * (right + left), 0.5 * (above + below), -nearest});
+  return {0.5 * (right - left) * slope_x, 0.5 * (above - below) * slope_y, distance};
+}
+
+void check(const Camera& camera) {
+  const bool finite = is_finite(camera.eye) && is_finite(camera.target) && is_finite(camera.up);
+  if (!finite || !(norm(camera.target - camera.eye) > 0) || !(norm(camera.up) > 0)) {
+    throw InvalidInput("render: the camera has no direction; give different points for eye and target, and an up");
+  }
+  if (!(camera.height > 0) || !std::isfinite(camera.height)) {
+    throw InvalidInput("render: the camera's height is not positive; give the height that the picture shows");
+  }
+  if (!std::isfinite(camera.shift_x) || !std::isfinite(camera.shift_y)) {
+    throw InvalidInput("render: the camera's shift is not finite; give a part of the picture");
+  }
+}
+
+Mat4f clip_matrix(const View& view) {
+  // Rows of the matrix on (p - eye): x and y by the frame, z and w by the depth range.
+  const double depth = view.far - view.near;
+  const Vec3d shift = view.perspective ? view.frame.forward : Vec3d{};
+  const Vec3d rows[4] = {view.frame.right * (1 / norm(view.side)) + shift * view.shift_x,
+                         view.frame.up * (1 / norm(view.top)) + shift * view.shift_y,
+                         view.frame.forward * (view.perspective ? (view.far + view.near) / depth : 2 / depth),
+                         view.perspective ? view.frame.forward : Vec3d{}};
+  const double constants[4] = {view.perspective ? 0 : view.shift_x, view.perspective ? 0 : view.shift_y,
+                               view.perspective ? -2 * view.far * view.near / depth : -(view.far + view.near) / depth,
+                               view.perspective ? 0.0 : 1.0};
+  Mat4f matrix{};
+  for (std::size_t row = 0; row < 4; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) matrix[4 * column + row] = static_cast<float>(rows[row][column]);
+    matrix[12 + row] = static_cast<float>(constants[row] - dot(rows[row], view.eye));
+  }
+  return matrix;
+}
+
+// Calls visit(p) for the finite positions of a mesh without outliers (see shape_box).
+template <class Visit>
+void visit_seen(const Mesh& mesh, const Visit& visit) {
+  const bool all_finite = std::all_of(mesh.positions.begin(), mesh.positions.end(), is_finite);
+  std::optional<Box> box;
+  if (all_finite) box = shape_box(mesh);
+  for (const Vec3d& p : mesh.positions) {
+    if (is_finite(p) && (!box || contains(*box, p))) visit(p);
+  }
+}
+
+// Calls visit(p) for the finite points of all that a scene shows.
+template <class Visit>
+void visit_seen(const Scene& scene, const Visit& visit) {
+  const auto visit_finite = [&](const Vec3d& p) {
+    if (is_finite(p)) visit(p);
+  };
+  for (const Shape& shape : scene.shapes) {
+    if (shape.mesh != nullptr) visit_seen(*shape.mesh, visit);
+  }
+  for (const TranslucentSurface& surface : scene.surfaces) {
+    std::for_each(surface.mesh.positions.begin(), surface.mesh.positions.end(), visit_finite);
+  }
+  for (const Line& line : scene.lines) std::for_each(line.points.begin(), line.points.end(), visit_finite);
+  for (const Arrow& arrow : scene.arrows) {
+    visit_finite(arrow.from);
+    visit_finite(arrow.to);
   }
 }
 
@@ -68,48 +169,6 @@ Camera fit_camera(const Box& box, const Vec3d& direction, const Vec3d& up, doubl
   return camera;
 }
 
-namespace {
-
-// The range of a number over all points.
-struct Range {
-  double least = kInfinity;
-  double greatest = -kInfinity;
-
-  void extend(double x) {
-    least = std::min(least, x);
-    greatest = std::max(greatest, x);
-  }
-  double middle() const { return 0.5 * (least + greatest); }
-  double extent() const { return greatest - least; }
-};
-
-// How far the camera goes aside, up and back from the box's centre. slope_x, slope_y: half the picture's sides at
-// distance 1. From distance d behind the centre, a point is within the picture's right side if x - aside <= (d + z)
-// slope_x, and so on: each side asks for a distance, and opposite sides share it evenly.
-Vec3d perspective_place(std::span<const Vec3d> points, const Vec3d& center, const CameraFrame& frame, double slope_x,
-                        double slope_y) {
-  double right = -kInfinity;
-  double left = -kInfinity;
-  double above = -kInfinity;
-  double below = -kInfinity;
-  double nearest = kInfinity;
-  for (const Vec3d& p : points) {
-    const Vec3d q = p - center;
-    const double x = dot(q, frame.right) / slope_x;
-    const double y = dot(q, frame.up) / slope_y;
-    const double z = dot(q, frame.forward);
-    right = std::max(right, x - z);
-    left = std::max(left, -x - z);
-    above = std::max(above, y - z);
-    below = std::max(below, -y - z);
-    nearest = std::min(nearest, z);
-  }
-  const double distance = std::max({0.5 * (right + left), 0.5 * (above + below), -nearest});
-  return {0.5 * (right - left) * slope_x, 0.5 * (above - below) * slope_y, distance};
-}
-
-}  // namespace
-
 Camera fit_points(std::span<const Vec3d> points, const Vec3d& direction, const Vec3d& up, double aspect,
                   const FitOptions& options) {
   Box box;
@@ -144,42 +203,6 @@ Camera fit_points(std::span<const Vec3d> points, const Vec3d& direction, const V
   return camera;
 }
 
-namespace {
-
-void check(const Camera& camera) {
-  const bool finite = is_finite(camera.eye) && is_finite(camera.target) && is_finite(camera.up);
-  if (!finite || !(norm(camera.target - camera.eye) > 0) || !(norm(camera.up) > 0)) {
-    throw InvalidInput("render: the camera has no direction; give different points for eye and target, and an up");
-  }
-  if (!(camera.height > 0) || !std::isfinite(camera.height)) {
-    throw InvalidInput("render: the camera's height is not positive; give the height that the picture shows");
-  }
-  if (!std::isfinite(camera.shift_x) || !std::isfinite(camera.shift_y)) {
-    throw InvalidInput("render: the camera's shift is not finite; give a part of the picture");
-  }
-}
-
-Mat4f clip_matrix(const View& view) {
-  // Rows of the matrix on (p - eye): x and y by the frame, z and w by the depth range.
-  const double depth = view.far - view.near;
-  const Vec3d shift = view.perspective ? view.frame.forward : Vec3d{};
-  const Vec3d rows[4] = {view.frame.right * (1 / norm(view.side)) + shift * view.shift_x,
-                         view.frame.up * (1 / norm(view.top)) + shift * view.shift_y,
-                         view.frame.forward * (view.perspective ? (view.far + view.near) / depth : 2 / depth),
-                         view.perspective ? view.frame.forward : Vec3d{}};
-  const double constants[4] = {view.perspective ? 0 : view.shift_x, view.perspective ? 0 : view.shift_y,
-                               view.perspective ? -2 * view.far * view.near / depth : -(view.far + view.near) / depth,
-                               view.perspective ? 0.0 : 1.0};
-  Mat4f matrix{};
-  for (std::size_t row = 0; row < 4; ++row) {
-    for (std::size_t column = 0; column < 3; ++column) matrix[4 * column + row] = static_cast<float>(rows[row][column]);
-    matrix[12 + row] = static_cast<float>(constants[row] - dot(rows[row], view.eye));
-  }
-  return matrix;
-}
-
-}  // namespace
-
 Placement make_placement(const Box& box) {
   const double radius = 0.5 * box.diagonal();
   return {box.empty() ? Vec3d{} : box.center(), radius > 0 && std::isfinite(radius) ? 1 / radius : 1};
@@ -213,44 +236,9 @@ View make_view(const Camera& camera, const Placement& placement, const BoundingB
 }
 
 View make_view(const Scene& scene, double aspect, int samples_high) {
-  // Rods have a thickness beyond the box that was measured.
-  constexpr double reach = 1.1;
-  return make_view(scene.camera, make_placement(scene_box(scene)), {{}, reach}, aspect, samples_high);
+  constexpr double radius = 1.1;  // rods are thicker than the box
+  return make_view(scene.camera, make_placement(scene_box(scene)), {{}, radius}, aspect, samples_high);
 }
-
-namespace {
-
-// Calls visit(p) for the finite positions of a mesh but those that lie astray (see shape_box).
-template <class Visit>
-void visit_seen(const Mesh& mesh, const Visit& visit) {
-  const bool all_finite = std::all_of(mesh.positions.begin(), mesh.positions.end(), is_finite);
-  std::optional<Box> box;
-  if (all_finite) box = shape_box(mesh);
-  for (const Vec3d& p : mesh.positions) {
-    if (is_finite(p) && (!box || contains(*box, p))) visit(p);
-  }
-}
-
-// Calls visit(p) for the finite points of all that a scene shows.
-template <class Visit>
-void visit_seen(const Scene& scene, const Visit& visit) {
-  const auto visit_finite = [&](const Vec3d& p) {
-    if (is_finite(p)) visit(p);
-  };
-  for (const Shape& shape : scene.shapes) {
-    if (shape.mesh != nullptr) visit_seen(*shape.mesh, visit);
-  }
-  for (const TranslucentSurface& surface : scene.surfaces) {
-    std::for_each(surface.mesh.positions.begin(), surface.mesh.positions.end(), visit_finite);
-  }
-  for (const Line& line : scene.lines) std::for_each(line.points.begin(), line.points.end(), visit_finite);
-  for (const Arrow& arrow : scene.arrows) {
-    visit_finite(arrow.from);
-    visit_finite(arrow.to);
-  }
-}
-
-}  // namespace
 
 std::vector<Vec3d> ring(const Vec3d& center, const Vec3d& axis, double radius, int points) {
   const Vec3d a = any_orthogonal(axis);

@@ -1,3 +1,4 @@
+// Meshes as triangles for the GPU: smooth groups, normals, colours, wires.
 #include "render/surface.h"
 
 #include <algorithm>
@@ -72,8 +73,8 @@ void visit_corners(const Mesh& mesh, const PlacedFaces& faces, const Visit& visi
   }
 }
 
-// For each vertex round which no two faces bend by more than the angle, one of its corners; else kNoVertex. Most
-// vertices are like this, and need no look at their edges.
+// Returns one corner of each vertex around which no two faces bend by more than the angle; kNoVertex for others. Most
+// vertices are like this, and their edges need not be tested.
 std::vector<std::uint32_t> corners_of_even_vertices(const Mesh& mesh, const PlacedFaces& faces, double crease_angle) {
   std::vector<std::uint32_t> corners(mesh.vertex_count(), kNoVertex);
   if (crease_angle < 0) return corners;
@@ -112,7 +113,7 @@ Incidence incidence(const Mesh& mesh, const PlacedFaces& faces, const std::vecto
   return result;
 }
 
-// Sorts the corners round single vertices into smooth groups; keeps its scratch memory.
+// Sorts the corners around single vertices into smooth groups; keeps its scratch memory.
 class CreaseSplitter {
  public:
   CreaseSplitter(const Mesh& mesh, const PlacedFaces& data, double crease_angle)
@@ -158,39 +159,6 @@ class CreaseSplitter {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbors_;
 };
 
-}  // namespace
-
-SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double crease_angle) {
-  const std::vector<std::uint32_t> even = corners_of_even_vertices(mesh, faces, crease_angle);
-  const Incidence at = incidence(mesh, faces, even);
-  CreaseSplitter splitter(mesh, faces, crease_angle);
-  SmoothGroups result;
-  result.corner_vertex.assign(mesh.corner_vertex.size(), kNoVertex);
-  result.begin.assign(1, 0);
-  result.begin.reserve(mesh.vertex_count() + 1);
-  result.corner.reserve(mesh.vertex_count());
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    if (even[v] != kNoVertex) result.corner.push_back(even[v]);
-    const std::span<const std::uint32_t> corners(at.list.data() + at.begin[v], at.begin[v + 1] - at.begin[v]);
-    const auto& groups = splitter.groups(corners);
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      if (groups[i] != i) continue;
-      result.corner_vertex[corners[i]] = static_cast<std::uint32_t>(result.corner.size());
-      result.corner.push_back(corners[i]);
-    }
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      result.corner_vertex[corners[i]] = result.corner_vertex[corners[groups[i]]];
-    }
-    result.begin.push_back(static_cast<std::uint32_t>(result.corner.size()));
-  }
-  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3f&) {
-    if (even[v] != kNoVertex) result.corner_vertex[corner] = result.begin[v];
-  });
-  return result;
-}
-
-namespace {
-
 // The angle of (x, y), where y is not negative, within 1e-5: Abramowitz and Stegun, "Handbook of mathematical
 // functions" (1964), 4.4.49.
 double angle_of(double y, double x) {
@@ -234,7 +202,7 @@ void add_vertices(const Mesh& mesh, const PlacedFaces& faces, const std::vector<
   }
 }
 
-// A triangle with vertices of its own that know how far the polygon's edges are.
+// Adds a triangle with its own vertices, which have the distances from the polygon's edges.
 void add_wire_triangle(const std::array<std::uint32_t, 3>& local, const std::array<std::uint32_t, 3>& drawn,
                        std::size_t face_size, DrawSurface& surface) {
   const auto real = [&](std::uint32_t a, std::uint32_t b) {
@@ -265,7 +233,8 @@ void add_triangles(const Mesh& mesh, const PlacedFaces& faces, const std::vector
   }
 }
 
-// A number that no two edges share but by a chance of 1 in 2^64: the finalizer of SplitMix64 (Steele and others 2014).
+// Returns a number that two edges share with a probability of 2^-64: the finalizer of SplitMix64 (Steele and others
+// 2014).
 std::uint64_t edge_number(std::uint32_t a, std::uint32_t b) {
   std::uint64_t x = (std::uint64_t{a} << 32 | b) + 0x9e3779b97f4a7c15;
   x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
@@ -273,8 +242,9 @@ std::uint64_t edge_number(std::uint32_t a, std::uint32_t b) {
   return x ^ x >> 31;
 }
 
-// Closed: each edge is passed as often in one direction as in the other, so that the sum of numbers, with the sign of
-// the direction, is 0. Turned outwards: the volume of every connected part is positive.
+// Returns whether the mesh is closed and turned outwards. Closed: each edge occurs equally often in both directions, so
+// that the sum of edge numbers, with the sign of the direction, is 0. Turned outwards: the volume of every connected
+// part is positive.
 bool is_solid(const Mesh& mesh, const std::vector<Vec3d>& positions) {
   std::vector<std::uint32_t> parent(positions.size());
   std::iota(parent.begin(), parent.end(), 0u);
@@ -318,6 +288,35 @@ std::uint8_t to_byte(double value) {
 }
 
 }  // namespace
+
+SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double crease_angle) {
+  const std::vector<std::uint32_t> even = corners_of_even_vertices(mesh, faces, crease_angle);
+  const Incidence at = incidence(mesh, faces, even);
+  CreaseSplitter splitter(mesh, faces, crease_angle);
+  SmoothGroups result;
+  result.corner_vertex.assign(mesh.corner_vertex.size(), kNoVertex);
+  result.begin.assign(1, 0);
+  result.begin.reserve(mesh.vertex_count() + 1);
+  result.corner.reserve(mesh.vertex_count());
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (even[v] != kNoVertex) result.corner.push_back(even[v]);
+    const std::span<const std::uint32_t> corners(at.list.data() + at.begin[v], at.begin[v + 1] - at.begin[v]);
+    const auto& groups = splitter.groups(corners);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      if (groups[i] != i) continue;
+      result.corner_vertex[corners[i]] = static_cast<std::uint32_t>(result.corner.size());
+      result.corner.push_back(corners[i]);
+    }
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      result.corner_vertex[corners[i]] = result.corner_vertex[corners[groups[i]]];
+    }
+    result.begin.push_back(static_cast<std::uint32_t>(result.corner.size()));
+  }
+  visit_corners(mesh, faces, [&](std::uint32_t corner, std::uint32_t v, const Vec3f&) {
+    if (even[v] != kNoVertex) result.corner_vertex[corner] = result.begin[v];
+  });
+  return result;
+}
 
 Bytes4 to_bytes(const Color& color) {
   return {to_byte(color.red), to_byte(color.green), to_byte(color.blue), to_byte(color.alpha)};

@@ -1,4 +1,5 @@
-// GLSL that several programs share: 3.30, and the part of it that pages have too (GLSL ES 3.00).
+// The parts that both renderers share: GLSL (3.30, and its common subset with GLSL ES 3.00 of pages), the view, and the
+// triangles of meshes, rods and matcaps. Internal to render.
 #pragma once
 
 #include <array>
@@ -11,8 +12,8 @@
 
 namespace knead::render {
 
-// What begins every shader; and what clips: clip_by(d) in a vertex shader and clip_away() in the fragment shader after
-// it take away what has d < 0.
+// The first lines of every shader, and clipping: clip_by(d) in a vertex shader and clip_away() in its fragment shader
+// remove everything with d < 0.
 #if defined(__EMSCRIPTEN__)
 inline constexpr const char* kVersion =
     "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\n";
@@ -24,7 +25,7 @@ inline constexpr const char* kClipVertex = "void clip_by(float d) { gl_ClipDista
 inline constexpr const char* kClipFragment = "void clip_away() {}\n";
 #endif
 
-// How a sample of the picture becomes a ray, and a depth becomes a point on it (surface.h).
+// Converts samples of the picture to rays, and depths to points on them (View).
 inline constexpr const char* kView = R"(
 uniform vec3 eye, forward, side, top;
 uniform vec2 shift;        // of the lens
@@ -59,13 +60,13 @@ void main() {
 }
 )";
 
-// What the neighbourhood in the picture says about a sample of a shape. depth_map and normal_map are of all samples;
-// normals have w = 1 where a shape is. Both functions look at the plane through the sample, p with the unit normal n;
-// size: of a sample there.
+// The relief of a sample of a shape, from its neighbourhood in the picture. depth_map and normal_map are of all
+// samples; normals have w = 1 where a shape is. Both functions use the plane through the sample p with the unit normal
+// n; size: of a sample there.
 //
-// cavity: how much the normals on both sides lean apart, from groove (< 0) to ridge (> 0), at two distances; what lies
-// off the plane is another surface, and no cavity is seen beside one. occlusion: the share of light that gets through,
-// 1 for a plane; McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
+// cavity: the divergence of the normals, from groove (< 0) to ridge (> 0), at two distances; a neighbour off the plane
+// is another surface, and there is no cavity beside one. occlusion: the part of the light that arrives, 1 for a plane;
+// McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
 inline constexpr const char* kRelief = R"(
 uniform sampler2D depth_map, normal_map;
 uniform float sample_size;      // at distance 1 in perspective (surface.h)
@@ -75,7 +76,7 @@ uniform float occlusion_reach;  // in renderer units
 vec3 place_of(vec2 at, float depth) { return ray_origin(at) + distance_at(depth) * ray_direction(at); }
 float size_at(float depth) { return sample_size * mix(1.0, distance_at(depth), perspective); }
 
-// How the normal beside a sample leans along an axis; and 1 if it is of the same surface, else 0.
+// The component of a neighbour's normal along an axis; and 1 if it belongs to the same surface, else 0.
 vec2 lean(ivec2 texel, ivec2 away, vec3 axis, vec3 p, vec3 n, float size) {
   ivec2 at = clamp(texel + away, ivec2(0), ivec2(samples) - 1);
   vec4 other = texelFetch(normal_map, at, 0);
@@ -125,9 +126,8 @@ float diffuse(vec3 n) { return 0.52 + 0.18 * dot(n, sky_up) + 0.5 * max(dot(n, k
 float shine(vec3 n, vec3 v, float power) { return pow(max(dot(n, normalize(key + v)), 0.0), power); }
 )";
 
-// From scene coordinates to the renderer's own: the scene's middle at the origin, everything within the unit ball. All
-// differences are taken in double, so that tiny shapes and shapes far from the origin keep their digits in float.
-
+// The map from scene coordinates to renderer units: the scene's middle at the origin, everything within the unit ball.
+// Differences are computed in double, so that tiny shapes and shapes far from the origin keep their digits in float.
 struct Placement {
   Vec3d center;
   double scale = 1;  // renderer units per scene unit
@@ -138,7 +138,7 @@ struct Placement {
 // The middle of the box at the origin, its corners on the unit sphere; a box without extent keeps its size.
 Placement make_placement(const Box& box);
 
-using Mat4f = std::array<float, 16>;  // by columns, as OpenGL wants it
+using Mat4f = std::array<float, 16>;  // by columns, as in OpenGL
 
 // The camera in renderer units. A point of the picture (x, y in -1..1, less the shift) at distance t in front of the
 // eye is origin + direction * t, where origin = eye + (x * side + y * top) * (1 - perspective) and direction = forward
@@ -165,16 +165,13 @@ struct BoundingBall {
   double radius = 1;
 };
 
-// The view by which everything in the ball is seen. samples_high: the rows of samples in the picture. Throws
+// Returns the view that shows everything in the ball. samples_high: the rows of samples in the picture. Throws
 // InvalidInput for a camera outside its range.
 View make_view(const Camera& camera, const Placement& placement, const BoundingBall& shown, double aspect,
                int samples_high);
 
-// Of a scene, which it also places. samples_high: the rows of samples in the picture. Throws InvalidInput for a camera
-// outside its range.
+// The same for a scene and its placement.
 View make_view(const Scene& scene, double aspect, int samples_high);
-
-// What the GPU is given of a mesh: triangles with one normal per smooth group of faces round a vertex.
 
 using Bytes4 = std::array<std::uint8_t, 4>;
 
@@ -185,7 +182,8 @@ struct DrawVertex {
   Bytes4 edge{255, 255, 255, 255};  // barycentric; held at 255 across an edge not to be drawn
 };
 
-// Three indices per triangle; without indices the vertices are points.
+// A mesh for the GPU, with one normal per smooth group of faces around a vertex. Three indices per triangle; without
+// indices the vertices are points.
 struct DrawSurface {
   std::vector<DrawVertex> vertices;
   std::vector<std::uint32_t> indices;
@@ -202,15 +200,14 @@ struct SurfaceOptions {
 DrawSurface make_surface(const Mesh& mesh, const std::vector<Bytes4>& vertex_colors, const Placement& placement,
                          const SurfaceOptions& options);
 
-// The colour of every vertex of a shape by vertex_colors, the mesh's attribute or shape.color, in this order.
+// Returns the colour of every vertex of a shape: its vertex_colors, the mesh's attribute or shape.color, in this order.
 std::vector<Bytes4> colors_of(const Shape& shape);
 
 Bytes4 to_bytes(const Color& color);
 
-// The faces of a mesh in renderer units, and where shading is smooth over them.
-
 inline constexpr std::uint32_t kNoVertex = 0xffffffff;
 
+// The faces of a mesh in renderer units.
 struct PlacedFaces {
   std::vector<Vec3d> positions;            // per vertex, renderer units
   std::vector<Vec3f> normals;              // per face, unit; zero: the face is left out
@@ -236,17 +233,13 @@ struct SmoothGroups {
 // crease_angle: in radians; faces meet smoothly where they bend by at most this; negative: nowhere.
 SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double crease_angle);
 
-// Solid rods and arrows as triangles.
-
-// Appends the arrow or line to the surface. Parts of no length or radius, or not finite, are left out. sides: of
-// the prisms that stand for round things, at least 3.
+// Appends the arrow or line to the surface as triangles. Omits parts without length or radius, or that are not finite.
+// sides: of the prisms for round parts, at least 3.
 void add_arrow(const Arrow& arrow, const Placement& placement, DrawSurface& surface, int sides = 48);
 void add_line(const Line& line, const Placement& placement, DrawSurface& surface, int sides = 48);
 
-// The pictures of balls that matcaps are.
-
-// Returns size * size pixels, rows from the bottom up: what a ball that fills this square looks like from the front.
-// Beyond its outline stand the colours of the outline. Valid: size >= 2.
+// Returns the picture of a matcap's ball that fills size * size pixels, seen from the front, rows from the bottom up.
+// The outline's colours continue beyond it. Valid: size >= 2.
 std::vector<Bytes4> matcap_picture(Matcap matcap, int size);
 
 }  // namespace knead::render

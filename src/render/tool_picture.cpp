@@ -1,3 +1,4 @@
+// Draws tools in scenes: rods and arrows as triangles, and the regions, motions and paths of strokes.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -11,11 +12,11 @@
 namespace knead::render {
 namespace {
 
-// A circle of vertices to be joined to others: where, how wide, and how far the normals lean along the axis.
+// A circle of vertices to be joined to others.
 struct Circle {
   Vec3d center;
   double radius = 0;
-  double lean = 0;  // of the unit normal along the axis: 0 for a cylinder, -1 for a cap that faces back
+  double lean = 0;  // the normal's component along the axis: 0 for a cylinder, -1 for a cap that faces back
 };
 
 struct Frame {
@@ -69,63 +70,22 @@ void add_ball(const Vec3d& center, double radius, const Frame& frame, Bytes4 col
   }
 }
 
-}  // namespace
-
-void add_arrow(const Arrow& arrow, const Placement& placement, DrawSurface& surface, int sides) {
-  const Vec3d from = placement.apply(arrow.from);
-  const Vec3d to = placement.apply(arrow.to);
-  const double length = norm(to - from);
-  const double radius = arrow.radius * placement.scale;
-  if (!(length > 0) || !(radius > 0) || !std::isfinite(length + radius)) return;
-  const Frame frame = frame_along(to - from, sides);
-  const Bytes4 color = to_bytes(arrow.color);
-  const double head = std::min(0.6 * length, 6 * radius);
-  const double head_radius = 2.4 * radius * head / (6 * radius);
-  const double shaft_radius = std::min(radius, head_radius / 1.8);
-  const Vec3d neck = to - frame.axis * head;
-  const double lean = head_radius / std::hypot(head, head_radius);
-  add_band({from, 0, -1}, {from, shaft_radius, -1}, frame, color, surface);
-  add_band({from, shaft_radius, 0}, {neck, shaft_radius, 0}, frame, color, surface);
-  add_band({neck, shaft_radius, -1}, {neck, head_radius, -1}, frame, color, surface);
-  add_band({neck, head_radius, lean}, {to, 0, lean}, frame, color, surface);
-}
-
-void add_line(const Line& line, const Placement& placement, DrawSurface& surface, int sides) {
-  const double radius = line.radius * placement.scale;
-  const std::size_t count = line.points.size();
-  if (!(radius > 0) || !std::isfinite(radius) || count < 2) return;
-  const Bytes4 color = to_bytes(line.color);
-  const std::size_t pieces = line.closed ? count : count - 1;
-  for (std::size_t i = 0; i < pieces; ++i) {
-    const Vec3d from = placement.apply(line.points[i]);
-    const Vec3d to = placement.apply(line.points[(i + 1) % count]);
-    const double length = norm(to - from);
-    if (!(length > 0) || !std::isfinite(length)) continue;
-    const Frame frame = frame_along(to - from, sides);
-    add_band({from, radius, 0}, {to, radius, 0}, frame, color, surface);
-    add_ball(from, radius, frame, color, surface);
-    if (!line.closed && i + 1 == pieces) add_ball(to, radius, frame, color, surface);
-  }
-}
-
-namespace {
-
 constexpr Color kCylinderGrey{0.45f, 0.47f, 0.50f, 0.12f};
 constexpr Color kGridGrey{0.45f, 0.47f, 0.50f, 1};
 constexpr Color kStampBlue{0.25f, 0.42f, 0.72f, 0.42f};
 constexpr Color kPinRed{0.80f, 0.16f, 0.12f, 0.9f};
 constexpr Color kHeldBlue{0.25f, 0.42f, 0.72f, 0.9f};
-constexpr double kPinSize = 0.016;  // of the shape's
-constexpr double kFaint = 0.45;     // opacity of the tool at the end of its way, of that at the start
+constexpr double kPinSize = 0.016;    // of the shape's
+constexpr double kEndOpacity = 0.45;  // of the tool at the end of its path, relative to that at the start
 
-// What tools are drawn on.
+// The scene, and the options of drawing.
 struct Canvas {
   Scene& scene;
   const Box& around;
   const ToolDrawing& how;
 };
 
-// What the arrows of one field are drawn with.
+// Draws the arrows of one field.
 struct Sketch {
   Scene& scene;
   const Field& field;
@@ -139,7 +99,7 @@ struct Sketch {
     scene.lines.push_back({.points = std::move(points), .radius = 0.5 * radius});
   }
 
-  // The axis, and an arc with an arrow head that goes round it by the angle, at most once.
+  // Draws the axis, and an arc around it by the angle, at most once, with an arrow head.
   void turn(const Vec3d& axis, double angle, double height) const {
     const Vec3d middle = field.center + axis * height;
     line({field.center - axis * (1.2 * size), field.center + axis * (1.2 * size)});
@@ -157,7 +117,7 @@ struct Sketch {
     if (norm(along) > 0) arrow(tip, tip + normalized(along) * (6 * radius));
   }
 
-  // Where the arc begins: on the inner side of a half-space, which is what turns.
+  // Returns the beginning of the arc: on the inner side of a half-space, which turns.
   Vec3d arc_start(const Vec3d& axis) const {
     if (const auto* region = std::get_if<HalfSpace<double>>(&field.region)) {
       const Vec3d across = region->normal - axis * dot(axis, region->normal);
@@ -197,8 +157,7 @@ struct Sketch {
   void operator()(const CustomMotion& /*motion*/) const {}
 };
 
-// A half-space has no size of its own: its zone's width, but nothing that would dwarf the shape. Nor have marked
-// regions.
+// Returns a size for arrows. That of a half-space is its zone's width, limited by the shape's size.
 double tool_size(const Field& field, const std::optional<LimitCylinder>& limit_cylinder, const Box& around) {
   if (limit_cylinder) return limit_cylinder->radius;
   if (std::holds_alternative<Handles<double>>(field.region)) return 0.1 * around.diagonal();
@@ -221,7 +180,7 @@ Mesh surface_of(const Field& field, double level, const std::optional<LimitCylin
   return region_surface(field, field.center, level, canvas.around, limit_cylinder, how.detail);
 }
 
-// The balls of pins overlap everywhere: small ones show where the pins are.
+// Draws small balls at the pins, because their supports overlap.
 void draw_pins(const Segment& segment, double opacity, const Canvas& canvas) {
   const double radius = kPinSize * canvas.around.diagonal();
   for (const Field& pin : segment.fields) {
@@ -231,7 +190,7 @@ void draw_pins(const Segment& segment, double opacity, const Canvas& canvas) {
   }
 }
 
-// The box of a grid's nodes in use, thinly: it has no regions.
+// Draws the box of a grid's nodes in use, with thin lines.
 void draw_grid(const PotentialGrid& grid, const Canvas& canvas) {
   const Box box = detail::box_in_use(grid);
   if (box.empty()) return;
@@ -246,7 +205,7 @@ void draw_grid(const PotentialGrid& grid, const Canvas& canvas) {
   }
 }
 
-// The regions of all fields as they stand at the segment's beginning.
+// Draws the regions of all fields at the segment's beginning.
 void draw_regions(const Segment& segment, double opacity, const Canvas& canvas) {
   for (const Segment& part : segment.parts) draw_regions(part, opacity, canvas);
   if (segment.time_law == TimeLaw::pinned) return draw_pins(segment, opacity, canvas);
@@ -269,14 +228,14 @@ void draw_start(const Segment& segment, const Canvas& canvas) {
       canvas.scene.surfaces.push_back(
           {limit_cylinder_surface(*segment.limit_cylinder, field, canvas.around, canvas.how.detail), kCylinderGrey});
     }
-    const bool is_pin = segment.time_law == TimeLaw::pinned;  // whose arrow ends where it goes
+    const bool is_pin = segment.time_law == TimeLaw::pinned;  // whose arrow ends at its target
     const Sketch sketch{canvas.scene, field, is_pin ? 0 : tool_size(field, segment.limit_cylinder, canvas.around),
                         0.006 * canvas.around.diagonal()};
     std::visit(sketch, field.motion);
   }
 }
 
-// Through the places of each field in turn, as long as the segments have the same fields.
+// Draws a line through the places of each field, if all segments have the same fields.
 void draw_path(const Flow& stroke, const Canvas& canvas) {
   const std::size_t count = stroke.segments.front().fields.size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -298,7 +257,7 @@ void move_sets(Handles<double>& region, double t) {
   for (Vec3d& p : region.zero.points) p = p - region.sweep * t;
 }
 
-// The segment's fields as they stand at its time t; what a tool that travels has left of its way is its motion.
+// Returns the segment's fields at its time t. The motion of a tool that travels is the rest of its path.
 Segment at_time(const Segment& segment, double t) {
   Segment now = segment;
   for (Segment& part : now.parts) part = at_time(part, t);
@@ -320,36 +279,36 @@ bool moves(const Flow& stroke) {
          });
 }
 
-void draw_whole_way(const Flow& stroke, const Canvas& canvas) {
+void draw_whole_path(const Flow& stroke, const Canvas& canvas) {
   draw_start(stroke.segments.front(), canvas);
-  if (!moves(stroke) || stroke.segments.back().time_law == TimeLaw::pinned) return;  // arrows show where pins go
-  draw_regions(at_time(stroke.segments.back(), 1), kFaint, canvas);
+  if (!moves(stroke) || stroke.segments.back().time_law == TimeLaw::pinned) return;  // pins have arrows
+  draw_regions(at_time(stroke.segments.back(), 1), kEndOpacity, canvas);
   draw_path(stroke, canvas);
 }
 
-// Returns the segment at that moment, with its fields where they are then.
+// Returns the segment at that moment, with its fields at their places.
 Segment segment_at(const Flow& stroke, double moment) {
   const auto index = std::min(static_cast<std::size_t>(moment), stroke.segments.size() - 1);
   return at_time(stroke.segments[index], std::min(moment - static_cast<double>(index), 1.0));
 }
 
-// What is left of the way after the moment. Of a stamp, steps without contact are not in its flow: they are taken to
-// come first.
-Vec3d way_from(const Flow& stroke, double moment) {
-  Vec3d way{};
+// Returns the displacement after the moment. The steps of a stamp without contact are not in its flow, and count as its
+// first ones.
+Vec3d displacement_after(const Flow& stroke, double moment) {
+  Vec3d sum{};
   for (std::size_t i = 0; i < stroke.segments.size(); ++i) {
     const double done = std::clamp(moment - static_cast<double>(i), 0.0, 1.0);
     const Segment& segment = stroke.segments[i];
-    way += (segment.parts.empty() ? segment : segment.parts.front()).displacement * (1 - done);
+    sum += (segment.parts.empty() ? segment : segment.parts.front()).displacement * (1 - done);
   }
-  return way;
+  return sum;
 }
 
 void draw_stamp(const DrawnTool& tool, const Canvas& canvas) {
   const StampTool& stamp = *tool.stamp;
   const double moment = tool.moment.value_or(0);
   Vec3d place = stamp.path.front();
-  if (moment > 0) place = stamp.path.back() - way_from(tool.stroke, moment);
+  if (moment > 0) place = stamp.path.back() - displacement_after(tool.stroke, moment);
   TranslucentSurface surface{stamp.mesh, kStampBlue};
   for (Vec3d& p : surface.mesh.positions) p += place;
   canvas.scene.surfaces.push_back(std::move(surface));
@@ -363,7 +322,7 @@ void draw_stamp(const DrawnTool& tool, const Canvas& canvas) {
   canvas.scene.arrows.push_back({.from = last, .to = stamp.path.back(), .radius = radius});
 }
 
-// The flow of the stroke alone and of each of its images, where these are the parts of sums.
+// Returns the flows of the stroke and of each of its images, which are the parts of sums.
 std::vector<Flow> images_of(const Flow& stroke) {
   std::size_t count = 1;
   for (const Segment& segment : stroke.segments) count = std::max(count, segment.parts.size());
@@ -379,6 +338,43 @@ std::vector<Flow> images_of(const Flow& stroke) {
 
 }  // namespace
 
+void add_arrow(const Arrow& arrow, const Placement& placement, DrawSurface& surface, int sides) {
+  const Vec3d from = placement.apply(arrow.from);
+  const Vec3d to = placement.apply(arrow.to);
+  const double length = norm(to - from);
+  const double radius = arrow.radius * placement.scale;
+  if (!(length > 0) || !(radius > 0) || !std::isfinite(length + radius)) return;
+  const Frame frame = frame_along(to - from, sides);
+  const Bytes4 color = to_bytes(arrow.color);
+  const double head = std::min(0.6 * length, 6 * radius);
+  const double head_radius = 2.4 * radius * head / (6 * radius);
+  const double shaft_radius = std::min(radius, head_radius / 1.8);
+  const Vec3d neck = to - frame.axis * head;
+  const double lean = head_radius / std::hypot(head, head_radius);
+  add_band({from, 0, -1}, {from, shaft_radius, -1}, frame, color, surface);
+  add_band({from, shaft_radius, 0}, {neck, shaft_radius, 0}, frame, color, surface);
+  add_band({neck, shaft_radius, -1}, {neck, head_radius, -1}, frame, color, surface);
+  add_band({neck, head_radius, lean}, {to, 0, lean}, frame, color, surface);
+}
+
+void add_line(const Line& line, const Placement& placement, DrawSurface& surface, int sides) {
+  const double radius = line.radius * placement.scale;
+  const std::size_t count = line.points.size();
+  if (!(radius > 0) || !std::isfinite(radius) || count < 2) return;
+  const Bytes4 color = to_bytes(line.color);
+  const std::size_t pieces = line.closed ? count : count - 1;
+  for (std::size_t i = 0; i < pieces; ++i) {
+    const Vec3d from = placement.apply(line.points[i]);
+    const Vec3d to = placement.apply(line.points[(i + 1) % count]);
+    const double length = norm(to - from);
+    if (!(length > 0) || !std::isfinite(length)) continue;
+    const Frame frame = frame_along(to - from, sides);
+    add_band({from, radius, 0}, {to, radius, 0}, frame, color, surface);
+    add_ball(from, radius, frame, color, surface);
+    if (!line.closed && i + 1 == pieces) add_ball(to, radius, frame, color, surface);
+  }
+}
+
 void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene, const ToolDrawing& how) {
   const Canvas canvas{scene, around, how};
   if (tool.stamp) return draw_stamp(tool, canvas);
@@ -387,7 +383,7 @@ void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene, const Too
     for (const Flow& image : images) draw_tool({image, std::nullopt, tool.moment}, around, scene, how);
     return;
   }
-  if (!tool.moment) return draw_whole_way(tool.stroke, canvas);
+  if (!tool.moment) return draw_whole_path(tool.stroke, canvas);
   draw_start(segment_at(tool.stroke, *tool.moment), canvas);
   if (moves(tool.stroke)) draw_path(tool.stroke, canvas);
 }

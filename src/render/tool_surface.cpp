@@ -1,3 +1,4 @@
+// Meshes of the surfaces r = level of regions, and the cache of those of point sets.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,7 +15,7 @@
 namespace knead::render {
 namespace {
 
-constexpr std::size_t kMaxEntries = 32;  // two levels, both ends of the way, and mirror images of these
+constexpr std::size_t kMaxEntries = 32;  // two levels, both ends of the path, and their mirror images
 
 const Vec3d* first_point(const PointSet<double>& set) {
   if (!set.points.empty()) return &set.points.front();
@@ -29,7 +30,7 @@ bool is_shifted(const std::vector<Vec3d>& from, const std::vector<Vec3d>& to, co
                     [&](const Vec3d& a, const Vec3d& b) { return norm(b - a - shift) <= tolerance; });
 }
 
-// What takes the first set to the second, if a shift does.
+// Returns the translation from the first set to the second, if there is one.
 std::optional<Vec3d> shift_between(const PointSet<double>& from, const PointSet<double>& to, double tolerance) {
   const Vec3d* const a = first_point(from);
   const Vec3d* const b = first_point(to);
@@ -42,28 +43,6 @@ std::optional<Vec3d> shift_between(const PointSet<double>& from, const PointSet<
   }
   return shift;
 }
-
-}  // namespace
-
-Mesh SurfaceCache::surface(const Field& field, double level, const SurfaceDetail& detail) {
-  const auto& set = std::get<PointSet<double>>(field.region);
-  for (auto entry = entries_.begin(); entry != entries_.end(); ++entry) {
-    if (entry->level != level || entry->detail != detail) continue;
-    const std::optional<Vec3d> shift = shift_between(entry->set, set, 1e-6 * level);
-    if (!shift) continue;
-    std::rotate(entry, entry + 1, entries_.end());
-    Mesh mesh = entries_.back().mesh;
-    const Vec3d way = *shift + (field.center - entries_.back().center);
-    for (Vec3d& p : mesh.positions) p += way;
-    return mesh;
-  }
-  ++made_;
-  if (entries_.size() == kMaxEntries) entries_.erase(entries_.begin());
-  entries_.push_back({set, field.center, level, detail, region_surface(field, field.center, level, {}, {}, detail)});
-  return entries_.back().mesh;
-}
-
-namespace {
 
 constexpr double kDot = 0.04;          // of the outer threshold: the radius of the balls that stand for r = 0
 constexpr double kMarkDot = 0.011;     // of the box's diagonal: the radius of those that stand for marked points
@@ -81,7 +60,7 @@ struct Line3 {
   Vec3d direction;  // a unit vector
 };
 
-// The profile turned about the line, without lids.
+// Returns the profile turned about the line, without lids.
 Mesh revolve(const std::vector<ProfilePoint>& profile, const Line3& axis, int side_count) {
   const auto sides = static_cast<std::uint32_t>(side_count);
   const Vec3d u = any_orthogonal(axis.direction);
@@ -111,7 +90,7 @@ Mesh revolve(const std::vector<ProfilePoint>& profile, const Line3& axis, int si
   return mesh;
 }
 
-// A ball, drawn out along half_axis into a capsule.
+// Returns a capsule; a ball if half_axis is zero.
 Mesh capsule(const Vec3d& center, const Vec3d& half_axis, double radius, int sides) {
   const int bands = 2 * std::max(3, 3 * sides / 16);
   const double half = norm(half_axis);
@@ -145,7 +124,7 @@ std::array<Vec3d, 8> corners(const Box& box) {
   return result;
 }
 
-// The smallest and largest of dot(direction, corner - origin), a little widened.
+// Returns the smallest and largest dot(direction, corner - origin), with a margin.
 std::pair<double, double> extent_along(const Box& box, const Vec3d& origin, const Vec3d& direction) {
   double low = kInfinity;
   double high = -kInfinity;
@@ -157,7 +136,7 @@ std::pair<double, double> extent_along(const Box& box, const Vec3d& origin, cons
   return {low - margin, high + margin};
 }
 
-// The part of the plane about the box, its sides along `u` as far as that goes.
+// Returns the part of the plane around the box, with sides along the projection of `along`.
 Mesh plane_patch(const Vec3d& point, const Vec3d& normal, const Vec3d& along, const Box& around) {
   const Vec3d flat = along - normal * dot(normal, along);
   const Vec3d u = norm(flat) > 1e-6 ? normalized(flat) : any_orthogonal(normal);
@@ -171,8 +150,7 @@ Mesh plane_patch(const Vec3d& point, const Vec3d& normal, const Vec3d& along, co
   return mesh;
 }
 
-// The part of the plane within the limit cylinder: an ellipse. The limit cylinder's direction does not lie in the
-// plane.
+// Returns the part of the plane within the limit cylinder, an ellipse. The axis must not lie in the plane.
 Mesh disc(const Vec3d& point, const Vec3d& normal, const LimitCylinder& limit_cylinder, int sides) {
   Mesh mesh = revolve({{0, 0}, {0, limit_cylinder.radius}}, {limit_cylinder.center, limit_cylinder.axis}, sides);
   for (Vec3d& p : mesh.positions) {
@@ -185,16 +163,16 @@ bool crosses(const LimitCylinder& limit_cylinder, const Vec3d& normal) {
   return std::abs(dot(limit_cylinder.axis, normal)) > 0.05;
 }
 
-// How far the surface r = level of the set can reach from its elements: n of them read up to n^(1/m) too near.
+// Returns a box around the surface r = level of the set: n elements reduce r by a factor of up to n^(1/m).
 Box point_set_box(const PointSet<double>& set, double level) {
   Box box = bounding_box(set.points);
   for (const auto& curve : set.curves) {
     for (const Vec3d& p : curve) box.extend(p);
   }
   const auto count = static_cast<double>(set.points.size() + set.curves.size());
-  const double reach = 1.3 * level * std::pow(count, 1.0 / set.exponent);
-  box.min -= Vec3d{reach, reach, reach};
-  box.max += Vec3d{reach, reach, reach};
+  const double radius = 1.3 * level * std::pow(count, 1.0 / set.exponent);
+  box.min -= Vec3d{radius, radius, radius};
+  box.max += Vec3d{radius, radius, radius};
   return box;
 }
 
@@ -204,10 +182,10 @@ double length_of(const std::vector<Vec3d>& curve) {
   return length;
 }
 
-// Bounds |grad r| within the box and half its size beyond. Of a point's distance it is 1. Of a curve, with r^-4 = 3/4 S
-// and S the integral of |x - y|^-5: |grad S| <= 5 S / d, d being the distance from the curve, so that |grad r| <= 5/4
-// r/d; and S is least where the curve leads straight away, where r/d = (16/3 / (1 - (1 + length/d)^-4))^(1/4). A sum of
-// elements is at most as steep as they are.
+// Returns a bound of |grad r| within the box and half its size beyond: 1 for points. For a curve r^-4 = 3/4 S with S
+// the integral of |x - y|^-5. |grad S| <= 5 S / d at the distance d, so that |grad r| <= 5/4 r/d; and S is least if the
+// curve leads straight away, where r/d = (16/3 / (1 - (1 + length/d)^-4))^(1/4). A sum of elements is at most as steep
+// as they are.
 double steepest(const PointSet<double>& set, const Box& box) {
   double bound = 1;
   for (const auto& curve : set.curves) {
@@ -217,7 +195,7 @@ double steepest(const PointSet<double>& set, const Box& box) {
   return bound;
 }
 
-// Some of the curve's points, so that no other is farther than the tolerance from the straight way between them
+// Returns some of the curve's points, such that the others are within the tolerance of the polyline through them
 // (Douglas and Peucker 1973).
 std::vector<Vec3d> straightened(const std::vector<Vec3d>& curve, double tolerance) {
   std::vector<bool> kept(curve.size(), false);
@@ -261,7 +239,7 @@ Mesh point_set_surface(PointSet<double> set, const Vec3d& center, double level, 
   return mesh;
 }
 
-// Of many points some, evenly through the list.
+// Returns the set with at most kMaxMarks points, at equal distances in its list.
 PointSet<double> some_points(const PointSet<double>& set) {
   PointSet<double> some = set;
   const std::size_t stride = std::max<std::size_t>(1, (set.points.size() + kMaxMarks - 1) / kMaxMarks);
@@ -270,7 +248,7 @@ PointSet<double> some_points(const PointSet<double>& set) {
   return some;
 }
 
-// Where r < kNearFull, or r > 1 - kNearFull.
+// Returns the surface r = kNearFull, or r = 1 - kNearFull.
 Mesh handles_surface(const Handles<double>& region, const Vec3d& center, bool is_zero, const SurfaceDetail& detail) {
   Box box = bounding_box(region.full.points);
   for (const Vec3d& p : region.zero.points) box.extend(p);
@@ -292,7 +270,7 @@ Mesh handles_surface(const Handles<double>& region, const Vec3d& center, bool is
   return mesh;
 }
 
-// One overload per region; `field` gives the scale of what has none of its own.
+// One overload per region; `field` gives the scale of regions without one.
 struct SurfaceOf {
   const Field& field;
   Vec3d center;
@@ -342,6 +320,24 @@ struct SurfaceOf {
 };
 
 }  // namespace
+
+Mesh SurfaceCache::surface(const Field& field, double level, const SurfaceDetail& detail) {
+  const auto& set = std::get<PointSet<double>>(field.region);
+  for (auto entry = entries_.begin(); entry != entries_.end(); ++entry) {
+    if (entry->level != level || entry->detail != detail) continue;
+    const std::optional<Vec3d> shift = shift_between(entry->set, set, 1e-6 * level);
+    if (!shift) continue;
+    std::rotate(entry, entry + 1, entries_.end());
+    Mesh mesh = entries_.back().mesh;
+    const Vec3d by = *shift + (field.center - entries_.back().center);
+    for (Vec3d& p : mesh.positions) p += by;
+    return mesh;
+  }
+  ++made_;
+  if (entries_.size() == kMaxEntries) entries_.erase(entries_.begin());
+  entries_.push_back({set, field.center, level, detail, region_surface(field, field.center, level, {}, {}, detail)});
+  return entries_.back().mesh;
+}
 
 Mesh region_surface(const Field& field, const Vec3d& center, double level, const Box& around,
                     const std::optional<LimitCylinder>& limit_cylinder, const SurfaceDetail& detail) {

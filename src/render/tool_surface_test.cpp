@@ -1,3 +1,4 @@
+// Surfaces of tools, and their cache.
 #include "knead/render.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Fused multiply-adds of WebAssembly, composed of its operations with the bits of those of other machines.
+// Fused multiply-adds of WebAssembly, composed of its other operations, with the bits of other machines.
 #include <emscripten.h>
 #include <wasm_simd128.h>
 
@@ -26,7 +26,7 @@ inline v128_t sum_to_odd(v128_t a, v128_t b) {
 
 inline v128_t upper_as_doubles(v128_t a) { return wasm_f64x2_promote_low_f32x4(wasm_i64x2_shuffle(a, a, 1, 0)); }
 
-// Where rounding a double to float is not the end of it: exactly between two floats, or below the normal ones.
+// Doubles whose rounding to float is doubtful: exactly between two floats, or below the normal ones.
 inline v128_t is_doubtful_as_float(v128_t a) {
   const v128_t size = wasm_f64x2_abs(a);
   const v128_t is_between = wasm_i64x2_eq(wasm_v128_and(a, wasm_i64x2_splat(0x1fffffff)), wasm_i64x2_splat(0x10000000));
@@ -41,7 +41,7 @@ inline v128_t upper_digits(v128_t a) {
   return wasm_f64x2_sub(shifted, wasm_f64x2_sub(shifted, a));
 }
 
-// What is wrong with a b as it was rounded (Dekker); exact within is_splittable.
+// The rounding error of the product a b (Dekker); exact within is_splittable.
 inline v128_t product_error(v128_t a, v128_t b, v128_t product) {
   const v128_t ah = upper_digits(a);
   const v128_t bh = upper_digits(b);
@@ -67,8 +67,7 @@ using namespace knead::detail;
 // Both are exported so that bindings/web/list_fused.mjs finds their calls.
 extern "C" {
 
-// Products of floats are exact in double, and sums rounded to double round once more to the same float, but for the
-// doubtful ones.
+// Products of floats are exact in double, and sums rounded to double round to the same float, except doubtful ones.
 EMSCRIPTEN_KEEPALIVE v128_t knead_fused_floats(v128_t a, v128_t b, v128_t c) noexcept {
   const v128_t low = wasm_f64x2_mul(wasm_f64x2_promote_low_f32x4(a), wasm_f64x2_promote_low_f32x4(b));
   const v128_t high = wasm_f64x2_mul(upper_as_doubles(a), upper_as_doubles(b));

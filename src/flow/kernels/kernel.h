@@ -1,6 +1,6 @@
-// The inner loops of advect: path lines of one field, side by side, for the instruction set of the machine.  The
-// functions that this header declares are written once (kernel_*.h), as templates over the type of a pack of numbers,
-// and compiled for every instruction set; a path line's bits depend neither on that nor on its neighbours.
+// The inner loops of advect: path lines of one field, side by side, for the instruction set of the machine. The kernels
+// are written once (kernel_*.h), as templates over the type of a pack of numbers, and compiled for every instruction
+// set. A path line's bits depend neither on that nor on its neighbours.
 #pragma once
 
 #include <cstddef>
@@ -18,11 +18,11 @@ namespace knead::detail {
 inline constexpr std::size_t kBlock = 64;
 inline constexpr std::size_t kBlocksPerGroup = 64;
 inline constexpr std::size_t kGroup = kBlock * kBlocksPerGroup;
-// So many path lines are integrated side by side: their numbers stay in the fastest cache, and there are enough of them
-// that one's latency is filled with the others' work.
+// The number of path lines that are integrated side by side: their numbers fit into the fastest cache, and there are
+// enough of them to hide latencies.
 inline constexpr std::size_t kBundle = 128;
 
-// One coordinate after the other, so that neighbours lie side by side.
+// The coordinates of points, as three arrays.
 struct Coordinates {
   double* x = nullptr;
   double* y = nullptr;
@@ -75,7 +75,7 @@ class LaneSet {
   std::uint64_t words_[2] = {0, 0};
 };
 
-// Where a path line of a lane kernel begins, and what the field has found out about where it is now.
+// The beginning of a lane kernel's path line, and the cell in which it is now.
 struct Origin {
   Vec3d x0;
   const void* cell = nullptr;
@@ -88,8 +88,8 @@ struct Piece {
   std::uint16_t count = 0;
 };
 
-// Path lines side by side. Their state is the displacement since the beginning, so that rounding is relative to how far
-// a point has moved; positions are relative to the field's centre at t = 0.
+// Path lines side by side. Their state is the displacement since the beginning, so that rounding is relative to a
+// point's displacement. Positions are relative to the field's centre at t = 0.
 template <class S>
 struct alignas(64) Bundle {
   Lanes3<S> base{};   // x0 - c
@@ -101,22 +101,22 @@ struct alignas(64) Bundle {
   S shortest[kBundle]{};
   S steps[kBundle]{};                  // accepted
   Lanes3<S> result{};                  // of all path lines that the bundle began with
-  S result_steps[kBundle]{};           // theirs
-  std::uint16_t slot[kBundle]{};       // where a path line's result belongs
-  std::uint8_t at_contact[kBundle]{};  // v is known to be 0 there, at the moment when the tool arrives
+  S result_steps[kBundle]{};           // of the same
+  std::uint16_t slot[kBundle]{};       // the place of a path line's result
+  std::uint8_t at_contact[kBundle]{};  // the tool is just arriving, so v is 0
   Piece pieces[kBundle]{};
   int piece_count = 0;
   int count = 0;
-  LaneSet asked;  // the lanes whose slopes are of interest
+  LaneSet asked;  // the lanes whose slopes are needed
   // Of lane kernels.
   Origin origins[kBundle]{};
-  S width[kBundle]{};       // which some fields find where k_0 is
-  S last_width[kBundle]{};  // and where the last other slope is
-  Bundle* own = nullptr;    // of sums: where each part is evaluated
+  S width[kBundle]{};       // that some fields find at k_0
+  S last_width[kBundle]{};  // and at the last other slope
+  Bundle* own = nullptr;    // of sums: for the evaluation of each part
 };
 
-// v at t + c h and base + moved + h sum_j weights_j k_(slopes_j) - t displacement, into k_out. From the start: moved is
-// 0 and not looked at.
+// A stage of a step: v at t + c h and base + moved + h sum_j weights_j k_(slopes_j) - t displacement, into k_out.
+// from_start: moved is 0 and is not read.
 template <class S>
 struct Stage {
   S weights[Tableau::kMaxStages]{};
@@ -127,12 +127,12 @@ struct Stage {
   bool from_start = false;
 };
 
-// What a segment asks of a block of points at its beginning.
+// A block of points at the beginning of a segment, to be classified.
 struct BlockTask {
   Coordinates points;         // kBlock of each
-  std::uint64_t members = 0;  // which of them the segment is about
+  std::uint64_t members = 0;  // the points to classify
   double* start = nullptr;    // kBlock
-  bool moves = true;          // those whose motion is known in closed form; else none is
+  bool moves = true;          // whether classify moves points whose motion is known in closed form
 };
 
 // Points whose path lines are to be integrated: from the segment's beginning, or from the time in BlockTask::start. All
@@ -140,36 +140,35 @@ struct BlockTask {
 struct Classified {
   std::uint64_t inside = 0;
   std::uint64_t later = 0;
-  std::uint64_t pending = 0;  // to be asked for one by one
-  double moved = 0;           // how far one of those moved has come along an axis, at most
+  std::uint64_t pending = 0;  // to be decided one by one
+  double moved = 0;           // the greatest motion of a moved point along an axis
 };
 
-// What limits the steps of a bundle's path lines where they are.
+// The limits of the steps of a bundle's path lines at their places.
 template <class S>
 struct StepLimits {
-  S speed[kBundle];  // at which r may change besides that of the point relative to the tool, by turning for example
-  S reach[kBundle];  // how far a step may pass, a length > 0
-  S time[kBundle];   // how long a step may be
+  S speed[kBundle];  // at which r may change apart from the point's motion relative to the tool, such as by turning
+  S reach[kBundle];  // the length > 0 that a step may pass
+  S time[kBundle];   // the longest step
 };
 
 // The functions for one kind of field. Pack kernels evaluate the lanes of a bundle in packs; `field` is a KernelField
-// of that kind. Lane kernels (lane_kernel.h) evaluate them one by one.
+// of that kind. Lane kernels (lane_kernel.cpp) evaluate them one by one.
 template <class S>
 struct FieldKernel {
-  // Evaluates v for the lanes that are asked for, at least.
+  // Evaluates v at least for the asked lanes.
   void (*stage)(const void* field, Bundle<S>& bundle, const Stage<S>& stage) = nullptr;
-  // Raises the numbers that depend on the place above what they are everywhere. Null: none does. From the start: as
-  // Stage has it.
+  // Finds the limits that depend on the place. Null: none does. from_start: as in Stage.
   void (*limit)(const void* field, const Bundle<S>& bundle, bool from_start, StepLimits<S>& limits) = nullptr;
   Classified (*classify)(const void* field, const BlockTask& task) = nullptr;
-  // After a step: follows the path lines into other cells, and evaluates k_0 anew where that makes a difference.
-  // Returns for how many. Null: the field has no cells.
+  // After a step: follows the path lines into other cells, and evaluates k_0 of those that have changed their cell.
+  // Returns their number. Null: the field has no cells.
   int (*follow)(const void* field, Bundle<S>& bundle) = nullptr;
   bool by_lanes = false;
-  bool limits_place = false;  // `limit` gives lengths and times too, not speeds alone
+  bool limits_place = false;  // `limit` finds lengths and times too, not only speeds
 };
 
-// A segment's field with its numbers in the scalar of the evaluation, and in double for what is known exactly.
+// A segment's field with its numbers in the scalar of the evaluation, and in double for closed forms.
 template <class S, template <class> class M, template <class> class R>
 struct KernelField {
   using Plain = KernelField;
@@ -195,14 +194,14 @@ struct MaskedKernelField : KernelField<S, M, R> {
   Vec3<S> offset;    // of the potential
 };
 
-// A pin for what is known exactly: its place relative to the field's centre at t = 0, and its displacement.
+// A pin in double: its place relative to the field's centre at t = 0, and its displacement.
 struct ExactPin {
   Vec3d place;
   Vec3d by;
   double speed = 0;  // |by|
 };
 
-// Of each pin its place at t = 0, its displacement, and the powers of what its kernel is multiplied with.
+// For each pin its place at t = 0, its displacement, and the coefficients of its kernel's strengths.
 template <class S>
 struct PinNumbers {
   const S* first = nullptr;
@@ -214,7 +213,7 @@ struct PinNumbers {
   }
 };
 
-// Pins over a part of a segment's time (pins.h), owned by whoever made the field. Lengths are in units of the radius.
+// Pins over a part of a segment's time; OwnedPins (pins.h) owns the numbers. Lengths are in units of the radius.
 template <class S>
 struct PinKernelField {
   PinNumbers<S> pins;   // powers of three numbers: the velocity
@@ -231,7 +230,7 @@ struct PinKernelField {
   double end = 1;
 };
 
-// A potential grid, owned by whoever made the field. Positions are relative to the grid's middle node.
+// A potential grid, whose numbers are not owned. Positions are relative to the grid's middle node.
 template <class S>
 struct GridKernelField {
   GridView<S> grid;
@@ -241,25 +240,24 @@ struct GridKernelField {
   S end{1};  // of the segment
 };
 
-// A part of a sum, evaluated by the kernel that it has alone. Places are relative to the centre of the sum.
+// A part of a sum, evaluated by its own kernel. Places are relative to the centre of the sum.
 template <class S>
 struct SumPart {
   FieldKernel<S> kernel;
   const void* field = nullptr;
-  Vec3<S> center;  // what the kernel's positions are relative to
+  Vec3<S> center;  // the origin of the kernel's positions
   Vec3<S> tool_velocity;
   S tool_speed{0};
-  S reach{0};                 // how far a step may pass
-  bool leaves_width = false;  // the stage leaves the width to the limits
-  // Beyond it v is exactly 0: a ball that moves along, or a half-space.
+  S reach{0};                // the length that a step may pass
+  bool finds_width = false;  // the stage finds the width, which `limit` reads
+  // A bound of the support: a ball that moves along, or a half-space.
   bool in_space = false;
   Vec3<S> middle;  // of the ball; the normal of the half-space
   Vec3<S> by;
-  S extent{0};  // the radius; of the half-space how far along its normal it goes
+  S extent{0};  // the radius of the ball; the position of the half-space along its normal
 };
 
-// At most so many parts, kMaxParts of a segment.
-inline constexpr int kMaxSummed = 8;
+inline constexpr int kMaxSummed = 8;  // kMaxParts of a segment
 
 template <class S>
 struct SumKernelField {
@@ -267,22 +265,22 @@ struct SumKernelField {
   int count = 0;
 };
 
-// The points of a set, one coordinate after the other, owned by whoever made the field.
+// The points of a set, whose numbers are not owned.
 template <class S>
 struct SetPoints {
   const S* numbers = nullptr;  // x of all points, y of all, z of all
   int count = 0;
   int exponent = 8;
-  S scale{1};  // what distances are measured by
-  // The ball around `middle`, relative to the field's centre at the segment's beginning, with the radius `reach` that
-  // follows the tool passes over every resting point that the support reaches.
+  S scale{1};  // the unit of distances
+  // A ball that contains the support and moves along `path` with the tool; `middle` is relative to the field's centre
+  // at the segment's beginning.
   Vec3d middle;
-  double reach = 0;
+  double radius = 0;
   Vec3d path;
-  double per_path2 = 0;  // 1 / |path|^2, or 0 where the tool rests
+  double per_path2 = 0;  // 1 / |path|^2, or 0 if the tool rests
 };
 
-// How a method steps, in the scalar S.
+// A Runge-Kutta method in the scalar S.
 template <class S>
 struct Method {
   Stage<S> stages[Tableau::kMaxStages];
@@ -290,7 +288,7 @@ struct Method {
   Stage<S> error;
   int stage_count = 0;
   int error_order = 0;
-  bool extrapolates = false;  // whether the estimate is that of a lower order than the step's
+  bool extrapolates = false;  // the estimate has a lower order than the step
   bool first_same_as_last = false;
 };
 
@@ -303,20 +301,21 @@ struct SegmentTask {
   Vec3d displacement;     // of the tool over the unit of time
   Vec3<S> tool_velocity;  // the same
   S tool_speed{0};
-  S reach{0};           // how far a step may pass, a length > 0; infinity where that depends on the place
+  S reach{0};           // the length > 0 that a step may pass; infinity if that depends on the place
   S tolerance{0};       // of a slope
-  S expected_error{0};  // of the third order, by the speed, of a step that passes the reach; in tolerances of a slope
+  S expected_error{0};  // of a third-order step that passes `reach`, by the speed; in tolerances of a slope
   S begin{0};
   S end{1};
-  bool carries = false;  // whether the inner region moves with the tool
-  // The earliest time from t on at which the resting point can be inside the support; over 1: never. `cell`: as Origin.
+  bool carries = false;  // the inner region moves with the tool
+  // Returns the earliest time from t on at which the resting point can be inside the support; over 1: never. `cell`:
+  // that of Origin.
   double (*next_contact)(const void* contact_data, const Vec3d& x, double t, const void*& cell) = nullptr;
   const void* contact_data = nullptr;
 };
 
-// Asked after every round of steps: whether the result is no longer wanted after so many evaluations of the group.
+// Called after every round of steps with the group's evaluations so far; tells whether to stop.
 struct CancelCheck {
-  bool (*ask)(const void* asked, std::uint64_t evaluations) = nullptr;  // null: it is wanted
+  bool (*ask)(const void* asked, std::uint64_t evaluations) = nullptr;  // null: never stops
   const void* asked = nullptr;
   std::uint64_t before = 0;  // evaluations of the group for earlier pieces of the segment
 
@@ -325,29 +324,32 @@ struct CancelCheck {
   }
 };
 
-template <class S>
-struct GroupTask {
+// The live blocks of a group.
+struct LiveGroup {
   Coordinates points;                      // kGroup of each
-  const std::uint64_t* members = nullptr;  // by block
-  const std::uint16_t* blocks = nullptr;   // the live ones
+  const std::uint64_t* members = nullptr;  // by block: the lanes that hold points
+  const std::uint16_t* blocks = nullptr;
   int block_count = 0;
-  std::uint64_t between = 0;       // by block: whether all points are known to be between the inner and outer region
+  std::uint64_t between = 0;       // by block: all points are known to be in the intermediate region
   std::uint32_t* steps = nullptr;  // kGroup, to which accepted steps are added
-  double* moved = nullptr;         // by block: raised to how far a point of it moves along an axis, at most
-  Bundle<S>* bundle = nullptr;     // to work in
-  CancelCheck stop;                // the path lines under way are given up then, and the counts are not complete
+  double* moved = nullptr;         // by block: raised to the greatest motion of a point along an axis
+  CancelCheck stop;                // ends the integration, and leaves the counts incomplete
 };
 
-// So many path lines are integrated side by side with their Jacobians.
-inline constexpr std::size_t kJacobianLanes = 16;
+template <class S>
+struct GroupTask : LiveGroup {
+  Bundle<S>* bundle = nullptr;  // to work in
+};
 
-// A vector and a matrix by rows for each of them: x and J, v and grad v, or their rates.
+inline constexpr std::size_t kJacobianLanes = 16;  // path lines that are integrated side by side with their Jacobians
+
+// A vector and a matrix by rows for each lane: x and J, v and grad v, or their rates.
 inline constexpr std::size_t kJacobianNumbers = 12;
 struct alignas(64) JacobianBundle {
   double of[kJacobianNumbers][kJacobianLanes]{};
 };
 
-// Evaluates v and its gradient at the vectors of `places` in the lanes that are asked for, at least.
+// Evaluates v and its gradient at the vectors of `places`, at least in the asked lanes.
 using FindGradients = void (*)(const void* field, const JacobianBundle& places, const double* times,
                                std::uint32_t asked, JacobianBundle& slopes);
 
@@ -363,7 +365,7 @@ struct JacobianTask {
   FindGradients find_gradients = nullptr;
   const void* field = nullptr;
   double longest_step = 0;
-  double turning = 0;  // by how many radians the regions turn about turning_center
+  double turning = 0;  // the radians by which the regions turn about turning_center
   Vec3d turning_center;
   const JacobianStart* starts = nullptr;
   std::size_t count = 0;
@@ -377,8 +379,17 @@ struct GroupCounts {
   std::uint64_t rejected = 0;
   std::uint64_t evaluations = 0;
   bool complete = true;
+
+  GroupCounts& operator+=(const GroupCounts& other) {
+    accepted += other.accepted;
+    rejected += other.rejected;
+    evaluations += other.evaluations;
+    complete = complete && other.complete;
+    return *this;
+  }
 };
 
+// In the order of the variants Motion and Region.
 enum MotionKind { kTranslation, kRotation, kTwist, kStrain, kMotionKinds };
 enum RegionKind { kBall, kCapsule, kHalfSpace, kSet, kRegionKinds };
 
@@ -390,7 +401,7 @@ struct Kernels {
   FieldKernel<S> masked_pins;
   FieldKernel<S> grid;  // of a GridKernelField
   FieldKernel<S> masked_grid;
-  FieldKernel<S> sum;  // of a SumKernelField; without a function that classifies
+  FieldKernel<S> sum;  // of a SumKernelField; without `classify`
   GroupCounts (*move)(const SegmentTask<S>& segment, const GroupTask<S>& group) = nullptr;
 };
 
@@ -400,7 +411,7 @@ struct JacobianKernels {
   void (*move)(const JacobianTask& task) = nullptr;
 };
 
-// Of one instruction set.
+// The kernels of one instruction set.
 struct KernelTable {
   const char* name = nullptr;
   Kernels<float> in_float;
@@ -423,15 +434,7 @@ KernelTable avx512_kernels();
 KernelTable neon_kernels();
 KernelTable wasm_kernels();
 
-JacobianKernels scalar_jacobian_kernels();
-JacobianKernels avx2_jacobian_kernels();
-JacobianKernels avx512_jacobian_kernels();
-JacobianKernels neon_jacobian_kernels();
-JacobianKernels wasm_jacobian_kernels();
-
-// The kernels that this machine runs.
-
-// As simd_name says; asked for anew at every call, so that tests can compare them.
+// Returns the kernels that simd_name() names. Reads the environment at every call, so that tests can compare kernels.
 const KernelTable& kernels_in_use();
 
 }  // namespace knead::detail

@@ -1,14 +1,11 @@
-#include "flow/kernels/kernel_jacobian.h"
+// The kernels for AVX2 and FMA.
 #include "flow/kernels/kernel_source.h"
 
 namespace knead::detail {
 
 KernelTable avx2_kernels() {
-  using Float = Pack<float, xsimd::fma3<xsimd::avx2>>;
-  using Double = Pack<double, xsimd::fma3<xsimd::avx2>>;
-  return {"avx2", kernels_of<Float, Double>(), kernels_of<Double, Double>(), avx2_jacobian_kernels()};
+  using Arch = xsimd::fma3<xsimd::avx2>;
+  return table_of<Pack<float, Arch>, Pack<double, Arch>>("avx2");
 }
-
-JacobianKernels avx2_jacobian_kernels() { return jacobian_kernels_of<Pack<double, xsimd::fma3<xsimd::avx2>>>(); }
 
 }  // namespace knead::detail

@@ -1,9 +1,12 @@
-// Potential grids: path lines side by side in v = curl A (field/grid.h). Internal: part of the
-// one source of all kernels.
+// Kernels of potential grids (field/grid.h) and of sums of segments. Internal: part of the one source of all kernels.
 //
-// The lanes of a pack that lie in one cell read its numbers once, in every lane the same. Where there are several
-// cells, all lanes are summed for each of them, and each lane keeps the sums of its own: what is done for a lane does
-// not depend on its neighbours.
+// Grids: the lanes of a pack that lie in one cell read its numbers once, the same in every lane. If there are several
+// cells, all lanes are summed for each cell, and each lane keeps the sums of its own cell, so that the operations of a
+// lane do not depend on its neighbours.
+//
+// Sums: a part evaluates to the bits that it has alone, and to exactly 0 beyond its support. Neighbours decide whether
+// it is evaluated there, but not the sum. The additions form a butterfly, so that v at the mirror image of a point is
+// the mirror image of v, bit for bit, if this is true of the parts.
 #pragma once
 
 #include <limits>
@@ -12,7 +15,7 @@
 
 namespace knead::detail {
 
-// Calls body(node, mask) for each used cell that lanes of a pack lie in: its first node, and the lanes in it.
+// Calls body(node, mask) for each used cell of a pack's lanes: its first node, and the lanes in it.
 template <class P, class S, class Body>
 KNEAD_INLINE void for_each_cell(const GridView<S>& grid, const Vec3<P>& cell, std::uint32_t lanes, const Body& body) {
   using L = typename P::Scalar;
@@ -32,12 +35,7 @@ KNEAD_INLINE void for_each_cell(const GridView<S>& grid, const Vec3<P>& cell, st
   }
 }
 
-template <class P>
-KNEAD_INLINE Vec3<P> select_vector(const typename P::Mask& mask, const Vec3<P>& a, const Vec3<P>& b) {
-  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
-}
-
-// v, and A under a mask, of the lanes.
+// Returns v of the lanes, and A if requested.
 template <bool with_potential, class P, class S>
 KNEAD_INLINE GridValue<P> evaluate_grid(const GridView<S>& grid, const Vec3<P>& y, const P& t, std::uint32_t lanes) {
   const GridPlace<P> place = place_in(grid, y);
@@ -51,8 +49,8 @@ KNEAD_INLINE GridValue<P> evaluate_grid(const GridView<S>& grid, const Vec3<P>& 
       if constexpr (with_potential) sum.potential = mul_add(end.potential - sum.potential, t, sum.potential);
     }
     if (grid.growth != nullptr) add_growth(grid, grid.growth + node, weights, sum);
-    result.velocity = select_vector(here, sum.velocity, result.velocity);
-    if constexpr (with_potential) result.potential = select_vector(here, sum.potential, result.potential);
+    result.velocity = select(here, sum.velocity, result.velocity);
+    if constexpr (with_potential) result.potential = select(here, sum.potential, result.potential);
   });
   if constexpr (with_potential) result.potential = result.potential * P(grid.spacing);
   return result;
@@ -75,7 +73,7 @@ template <class P, bool masked, class S>
   }
 }
 
-// Where v depends on the time it may still grow: up to what it is at the segment's end.
+// v that depends on the time may grow, up to v at the segment's end.
 template <class P, bool masked, class S>
 [[gnu::flatten]] void limit_grid(const void* data, const Bundle<S>& bundle, bool from_start, StepLimits<S>& limits) {
   const GridKernelField<S> field = *static_cast<const GridKernelField<S>*>(data);
@@ -89,7 +87,7 @@ template <class P, bool masked, class S>
   }
 }
 
-// Points in used cells; all others rest, and are never reached.
+// Points in used cells are inside; all others rest and never move.
 template <class P, class S>
 [[gnu::flatten]] Classified classify_by_grid(const void* data, const BlockTask& task) {
   const auto& field = *static_cast<const GridKernelField<S>*>(data);
@@ -97,8 +95,7 @@ template <class P, class S>
   for (std::size_t i = 0; i < kBlock; i += P::kSize) {
     const std::uint32_t members = static_cast<std::uint32_t>(task.members >> i) & ((std::uint64_t{1} << P::kSize) - 1);
     if (members == 0) continue;
-    const Vec3<P> x{P::load(task.points.x + i), P::load(task.points.y + i), P::load(task.points.z + i)};
-    const GridPlace<P> place = place_in(field.exact_grid, x - Vec3<P>(field.center));
+    const GridPlace<P> place = place_in(field.exact_grid, load<P>(task.points, i) - Vec3<P>(field.center));
     std::uint32_t inside = 0;
     for_each_cell(field.exact_grid, place.cell, members,
                   [&](std::ptrdiff_t /*node*/, const auto& here) { inside |= bits(here); });
@@ -118,14 +115,7 @@ FieldKernel<typename P::Scalar> grid_kernel() {
   return kernel;
 }
 
-// Sums of segments: path lines side by side in the sum of the parts' velocities. Internal: part of the
-// one source of all kernels.
-//
-// A part evaluates to the bits that it has alone, and to exactly 0 beyond its support: whether it is evaluated there
-// depends on the neighbours of a lane, its sum does not. The order of the additions is that of a butterfly, so that v
-// at the mirror image of a point is the mirror image of v, bit for bit, where that is so of the parts.
-
-// How far a place is beyond a part's support.
+// Returns the distance of a place from a part's support; negative inside.
 template <class P, class S>
 KNEAD_INLINE P gap_from(const SumPart<S>& part, const Vec3<P>& y, const P& t) {
   if (part.in_space) return dot(Vec3<P>(part.middle), y) - P(part.extent);
@@ -133,7 +123,7 @@ KNEAD_INLINE P gap_from(const SumPart<S>& part, const Vec3<P>& y, const P& t) {
   return sqrt(norm2(d)) - P(part.extent);
 }
 
-// Into bundle.own how far the lanes have moved in a stage, and when that is.
+// Writes the motion and the time of the lanes in a stage to bundle.own.
 template <class P, class S>
 KNEAD_INLINE void place_lanes(const Bundle<S>& bundle, const Stage<S>& stage) {
   Bundle<S>& own = *bundle.own;
@@ -152,7 +142,7 @@ KNEAD_INLINE void place_lanes(const Bundle<S>& bundle, const Stage<S>& stage) {
   }
 }
 
-// Makes bundle.own ready for a part, and asks for the lanes that it may move. Returns whether there are any.
+// Prepares bundle.own for a part, and asks for the lanes that it may move. Returns whether there are any.
 template <class P, class S>
 KNEAD_INLINE bool ask_part(const SumPart<S>& part, const Bundle<S>& bundle) {
   Bundle<S>& own = *bundle.own;
@@ -172,7 +162,7 @@ KNEAD_INLINE bool ask_part(const SumPart<S>& part, const Bundle<S>& bundle) {
   return true;
 }
 
-// Into own.k[0] the part's v in the lanes that are asked for.
+// Writes the part's v in the asked lanes to own.k[0].
 template <class S>
 KNEAD_INLINE void evaluate_part(const SumPart<S>& part, Bundle<S>& own) {
   if (part.kernel.follow != nullptr) {
@@ -192,8 +182,8 @@ template <class P, class S>
     if (ask_part<P>(field.parts[k], bundle)) evaluate_part(field.parts[k], *bundle.own);
     for (std::size_t i = 0; i < lanes; i += P::kSize) store(load<P>(bundle.own->k[0], i), slopes[k], i);
   }
-  // Neighbours first, then pairs of them, and so on, as images in one plane, two and three follow each other. At the
-  // end 0 is added: a part that was not evaluated leaves 0, one that was perhaps -0.
+  // Adds neighbours, then pairs of them, and so on, the order of images in one, two and three planes. Finally adds 0,
+  // because a part that was not evaluated leaves 0, and one that was evaluated may leave -0.
   for (std::size_t i = 0; i < lanes; i += P::kSize) {
     for (int stride = 1; stride < field.count; stride *= 2) {
       for (int k = 0; k + stride < field.count; k += 2 * stride) {
@@ -215,13 +205,13 @@ KNEAD_INLINE void limit_part(const SumPart<S>& part, const Bundle<S>& bundle, St
   }
   if (part.kernel.limit == nullptr || !ask_part<P>(part, bundle)) return;
   Bundle<S>& own = *bundle.own;
-  if (part.leaves_width) part.kernel.stage(part.field, own, Stage<S>{});
+  if (part.finds_width) part.kernel.stage(part.field, own, Stage<S>{});
   for (std::size_t i = 0; i < lanes; i += P::kSize) store(load<P>(bundle.k[0], i), own.k[0], i);
   part.kernel.limit(part.field, own, false, limits);
 }
 
-// A step is as long as the strictest part allows; a part at a distance allows that distance more. The mover divides the
-// speed by the reach: it gets a speed with which that is the greatest rate of a part.
+// The strictest part limits a step; a part at a distance allows a step that is longer by the distance. The mover
+// divides the speed by the reach, so `speed` is chosen such that this is the greatest rate of a part.
 template <class P, class S>
 [[gnu::flatten]] void limit_sum(const void* data, const Bundle<S>& bundle, bool from_start, StepLimits<S>& limits) {
   const auto& field = *static_cast<const SumKernelField<S>*>(data);

@@ -1,5 +1,5 @@
-// Path lines with their Jacobians: dx/dt = v and dJ/dt = grad v J. Internal: included once for every
-// instruction set, by a source of its own.
+// Kernels of path lines with their Jacobians: dx/dt = v and dJ/dt = grad v J. Internal: part of the one source of all
+// kernels.
 #pragma once
 
 #include "field/dual.h"
@@ -9,7 +9,7 @@
 
 namespace knead::detail {
 
-// Three numbers of each lane of a pack: the vector, or from 3, 6 or 9 on a row of the matrix.
+// Loads three numbers of each lane of a pack: the vector, or from 3, 6 or 9 on a row of the matrix.
 template <class P>
 KNEAD_INLINE Vec3<P> load_three(const JacobianBundle& from, std::size_t first, std::size_t i) {
   return {P::load(from.of[first] + i), P::load(from.of[first + 1] + i), P::load(from.of[first + 2] + i)};
@@ -51,8 +51,8 @@ void find_grid_gradients(const void* data, const JacobianBundle& places, const d
     GridSlope<P> slope;
     for_each_cell(grid, place.cell, lanes, [&](std::ptrdiff_t node, const auto& here) {
       const GridSlope<P> sum = slope_in_cell(grid, node, place.within, t);
-      slope.velocity = select_vector(here, sum.velocity, slope.velocity);
-      for (std::size_t row = 0; row < 3; ++row) slope.rows[row] = select_vector(here, sum.rows[row], slope.rows[row]);
+      slope.velocity = select(here, sum.velocity, slope.velocity);
+      for (std::size_t row = 0; row < 3; ++row) slope.rows[row] = select(here, sum.rows[row], slope.rows[row]);
     });
     store_three(slope.velocity, slopes, 0, i);
     for (std::size_t row = 0; row < 3; ++row) store_three(slope.rows[row], slopes, 3 + 3 * row, i);
@@ -82,7 +82,7 @@ class JacobianMover {
  private:
   static constexpr int kMaxSteps = 10'000;
 
-  // Writes finished lanes back, and fills them with path lines that have not begun yet.
+  // Writes finished lanes back, and refills them with path lines that have not begun.
   void settle() {
     unknown_ = 0;
     for (std::size_t lane = 0; lane < kJacobianLanes; ++lane) {
@@ -127,7 +127,7 @@ class JacobianMover {
     }
   }
 
-  // After a step. A point that rests waits for the tool to meet it again.
+  // Returns whether the path line continues after a step. A resting point waits until the tool meets it again.
   bool goes_on(std::size_t lane) {
     const double rest = segment_.end - t_[lane];
     if (!(segment_.end >= segment_.begin ? rest > 0 : rest < 0) || ++steps_[lane] == kMaxSteps) return false;
@@ -161,7 +161,7 @@ class JacobianMover {
     return sum;
   }
 
-  // The rates of x and J in a stage.
+  // Finds the rates of x and J in a stage.
   void evaluate(const Stage<double>& stage, std::uint32_t lanes, JacobianBundle& rates) {
     for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
       const P h = P::load(h_ + i);
@@ -187,8 +187,8 @@ class JacobianMover {
   KNEAD_INLINE P longest_step(std::size_t i) const {
     const Vec3<P> v = load_three<P>(k_[0], 0, i);
     const Vec3<P> arm = load_three<P>(state_, 0, i) - Vec3<P>(task_.turning_center);
-    const P speed = maximum(norm_of(v - Vec3<P>(segment_.tool_velocity)), P(segment_.tool_speed));
-    const P with_turning = mul_add(norm_of(arm), P(task_.turning), speed);
+    const P speed = maximum(norm(v - Vec3<P>(segment_.tool_velocity)), P(segment_.tool_speed));
+    const P with_turning = mul_add(norm(arm), P(task_.turning), speed);
     return minimum(step_rule::longest_step(with_turning, P(segment_.reach)), P(task_.longest_step));
   }
 
@@ -230,8 +230,8 @@ class JacobianMover {
   const Method<double>& method_;
   std::size_t next_ = 0;
   std::uint32_t busy_ = 0;      // lanes that hold a path line
-  std::uint32_t unknown_ = 0;   // those whose k_0 is to be evaluated
-  std::uint32_t accepted_ = 0;  // those whose last step was
+  std::uint32_t unknown_ = 0;   // lanes whose k_0 is to be evaluated
+  std::uint32_t accepted_ = 0;  // lanes whose last step was accepted
   std::size_t point_[kJacobianLanes]{};
   int steps_[kJacobianLanes]{};
   alignas(64) double t_[kJacobianLanes]{};

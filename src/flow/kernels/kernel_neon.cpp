@@ -1,14 +1,11 @@
-#include "flow/kernels/kernel_jacobian.h"
+// The kernels for NEON of 64-bit ARM.
 #include "flow/kernels/kernel_source.h"
 
 namespace knead::detail {
 
 KernelTable neon_kernels() {
-  using Float = Pack<float, xsimd::neon64>;
-  using Double = Pack<double, xsimd::neon64>;
-  return {"neon", kernels_of<Float, Double>(), kernels_of<Double, Double>(), neon_jacobian_kernels()};
+  using Arch = xsimd::neon64;
+  return table_of<Pack<float, Arch>, Pack<double, Arch>>("neon");
 }
-
-JacobianKernels neon_jacobian_kernels() { return jacobian_kernels_of<Pack<double, xsimd::neon64>>(); }
 
 }  // namespace knead::detail

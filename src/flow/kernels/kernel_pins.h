@@ -1,15 +1,14 @@
-// Pins (method, section 9): path lines side by side in the sum of the pins' kernels. Internal: part of
-// the one source of all kernels.
+// Kernels of pins (method, section 9): path lines side by side in the sum of the pins' kernels. Internal: part of the
+// one source of all kernels.
 #pragma once
 
 #include "flow/kernels/kernel_stage.h"
 
 namespace knead::detail {
 
-// So many pins are chosen at a time from those that may reach a bundle.
-inline constexpr int kPinsAtOnce = 128;
+inline constexpr int kPinsAtOnce = 128;  // from which those that may reach a bundle are chosen
 
-// Where the path lines of a bundle are in a stage, in units of the radius, and the velocities found so far.
+// The places of a bundle's path lines in a stage, in units of the radius, and the velocities found so far.
 template <class S>
 struct alignas(64) PinPlaces {
   Lanes3<S> at;
@@ -18,8 +17,8 @@ struct alignas(64) PinPlaces {
   Lanes3<S> potential;  // under a mask only
 };
 
-// The pins of a list that reach the box of all path lines. A path line's sum does not depend on its neighbours: a pin
-// that does not reach it adds 0.
+// Chooses the pins of a list that reach the box of all path lines. A path line's sum does not depend on its neighbours,
+// because a pin that does not reach it adds 0.
 template <class S>
 class PinsNear {
  public:
@@ -28,11 +27,11 @@ class PinsNear {
     find_range(places.t, count, first_, last_);
   }
 
-  // Whether all path lines are at one time, and which.
+  // Returns whether all path lines are at the same time().
   KNEAD_INLINE bool is_one_time() const { return first_ == last_; }
   KNEAD_INLINE S time() const { return first_; }
 
-  // Returns how many of the pins from `begin` on there are; writes their numbers.
+  // Writes the numbers of the pins from `begin` to `end` that reach the box, and returns their count.
   KNEAD_INLINE int choose(const PinNumbers<S>& pins, int begin, int end, int* numbers) const {
     int count = 0;
     for (int i = begin; i < end; ++i) {
@@ -51,7 +50,7 @@ class PinsNear {
     }
   }
 
-  // Whether the pin's box, with the radius and some rounding, meets the path lines'.
+  // Returns whether the pin's box, with the radius and a margin for rounding, meets that of the path lines.
   KNEAD_INLINE bool reaches(const S* pin) const {
     const S reach = S(1.0001);
     for (int axis = 0; axis < 3; ++axis) {
@@ -74,7 +73,7 @@ KNEAD_INLINE Vec3<P> each_lane(const S* v) {
   return {P(v[0]), P(v[1]), P(v[2])};
 }
 
-// Where and when points are: x in units of the radius, t, and t within the polynomials' interval, from -1 to 1.
+// The places of points in units of the radius, their times, and the times in the polynomials' interval [-1, 1].
 template <class P>
 struct PinPlace {
   Vec3<P> x;
@@ -90,7 +89,7 @@ struct PinStrength {
   int degree;
 };
 
-// What pins add up to; the potential only under a mask.
+// The sum of the pins; the potential only under a mask.
 template <class P>
 struct PinSum {
   Vec3<P> velocity;
@@ -159,8 +158,7 @@ KNEAD_INLINE void add_turn(const PinStrength<S>& of, const PinPlace<P>& place, P
   }
 }
 
-// Writes the values of `width` polynomials as add_pin() and add_turn() evaluate them: by packs, which round as theirs
-// do.
+// Evaluates `width` polynomials as add_pin() and add_turn() do: in packs, with the same rounding.
 template <class P, int width, class S>
 KNEAD_INLINE void evaluate_powers(const S* powers, int degree, S s, S* values) {
   for (int i = 0; i < width; ++i) {
@@ -172,8 +170,8 @@ KNEAD_INLINE void evaluate_powers(const S* powers, int degree, S s, S* values) {
   }
 }
 
-// Adds the pins of a list, or the turns of one, that may reach a path line. Path lines that are at one time, as most
-// are in their first step, share the polynomials' values.
+// Adds the pins, or the turns, of a list that may reach a path line. Path lines at the same time, such as most in their
+// first step, share the polynomials' values.
 template <class P, bool masked, bool turns, class S>
 KNEAD_INLINE void add_near(const PinKernelField<S>& field, const PinNumbers<S>& pins, const PinsNear<S>& near,
                            PinPlaces<S>& places, std::size_t lanes) {
@@ -230,7 +228,7 @@ template <class P, bool masked, class S>
   }
 }
 
-// Points that a pin reaches at the segment's beginning; undecided are those that one may reach later.
+// Points that a pin reaches at the segment's beginning are inside; those that one may reach later are pending.
 template <class P, class S>
 [[gnu::flatten]] Classified classify_by_pins(const void* data, const BlockTask& task) {
   const auto& field = *static_cast<const PinKernelField<S>*>(data);
@@ -238,8 +236,7 @@ template <class P, class S>
   Classified result;
   for (std::size_t i = 0; i < kBlock; i += P::kSize) {
     const std::uint32_t members = static_cast<std::uint32_t>(task.members >> i) & ((std::uint64_t{1} << P::kSize) - 1);
-    const Vec3<P> x = Vec3<P>(P::load(task.points.x + i), P::load(task.points.y + i), P::load(task.points.z + i)) -
-                      Vec3<P>(field.center);
+    const Vec3<P> x = load<P>(task.points, i) - Vec3<P>(field.center);
     std::uint32_t inside = 0;
     std::uint32_t near = 0;
     for (int k = 0; k < field.pins.count && (members & ~inside) != 0; ++k) {

@@ -1,5 +1,5 @@
-// The points of a group's blocks, into a bundle and back. Internal: part of the one source of all
-// kernels.
+// Bundles of path lines: filled with points and written back, evaluated, and moved through a whole segment in one step.
+// Internal: part of the one source of all kernels.
 #pragma once
 
 #include <algorithm>
@@ -76,7 +76,7 @@ class BundlePoints {
     return bundle_.pieces[k].point + slot - bundle_.pieces[k].lane;
   }
 
-  // Adds the results to the points. What has not moved has moved by -0, which changes no bits.
+  // Adds the results to the points. The result of a point that has not moved is -0, which changes no bits.
   void scatter(bool in_one_step) {
     const double most = greatest_result();
     for (int k = 0; k < bundle_.piece_count; ++k) {
@@ -121,7 +121,7 @@ class BundlePoints {
     bundle_.count += static_cast<int>(count);
   }
 
-  // Calls body with the count, for whole blocks as a constant: loops without a beginning and an end of their own.
+  // Calls body with the count; as a constant for whole blocks, whose loops then need no remainder.
   template <class Body>
   KNEAD_INLINE static void with_count(std::size_t count, const Body& body) {
     count == kBlock ? body(kBlock) : body(count);
@@ -135,7 +135,7 @@ class BundlePoints {
     for (std::size_t i = 0; i < count; ++i) to[i] += static_cast<double>(by[i]);
   }
 
-  // The greatest coordinate of a result so far: a bound for each block of the group.
+  // Returns the greatest coordinate of a result so far, a bound for each block of the group.
   double greatest_result() {
     P greatest(most_);
     const Piece& last = bundle_.pieces[bundle_.piece_count - 1];
@@ -163,25 +163,12 @@ class BundlePoints {
   S most_{0};
 };
 
-// A bundle's path lines with the field that they follow. Internal: part of the one source of all
-// kernels.
-
-template <class P>
-KNEAD_INLINE P norm_of(const Vec3<P>& a) {
-  return sqrt(norm2(a));
-}
-
 template <class P>
 KNEAD_INLINE auto equal(const Vec3<P>& a, const Vec3<P>& b) {
   return (a.x == b.x) & (a.y == b.y) & (a.z == b.z);
 }
 
-template <class P>
-KNEAD_INLINE Vec3<P> select_each(const typename P::Mask& mask, const Vec3<P>& a, const Vec3<P>& b) {
-  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
-}
-
-// The lanes of the pack that begins at lane i which are in use.
+// Returns the used lanes of the pack at lane i.
 template <class P>
 KNEAD_INLINE std::uint32_t lanes_in_use(std::size_t i, int count) {
   const std::size_t rest = static_cast<std::size_t>(count) - i;
@@ -189,6 +176,7 @@ KNEAD_INLINE std::uint32_t lanes_in_use(std::size_t i, int count) {
   return rest >= P::kSize ? all : (std::uint32_t{1} << rest) - 1;
 }
 
+// The evaluation of a bundle's field, and the limits of its steps.
 template <class P>
 class BundleField {
   using S = typename P::Scalar;
@@ -204,7 +192,7 @@ class BundleField {
 
   std::uint64_t evaluations() const { return evaluations_; }
 
-  // Counts only the lanes that are asked for: how many a path line takes depends on it alone.
+  // Counts the asked lanes only, so that the count of a path line depends on it alone.
   void evaluate(const Stage<S>& stage) {
     segment_.kernel.stage(segment_.field, bundle_, stage);
     evaluations_ += static_cast<std::uint64_t>(bundle_.asked.count());
@@ -230,17 +218,17 @@ class BundleField {
     return is_limited_by_place() ? P(1) / P::load(limits_.reach + i) : P(S(1) / segment_.reach);
   }
 
-  // From the slope k_0.
+  // Returns the longest step, from the slope k_0.
   KNEAD_INLINE P longest_step(std::size_t i) const {
     const Vec3<P> relative = load<P>(bundle_.k[0], i) - Vec3<P>(segment_.tool_velocity);
-    P speed = maximum(norm_of(relative), P(segment_.tool_speed));
+    P speed = maximum(norm(relative), P(segment_.tool_speed));
     if (!is_limited()) return step_rule::longest_step(speed, P(segment_.reach));
     speed = speed + hidden_speed(i);
     if (!is_limited_by_place()) return step_rule::longest_step(speed, P(segment_.reach));
     return minimum(step_rule::longest_step(speed, reach(i)), longest_time(i));
   }
 
-  // Lanes where v is 0 for another reason than that a tool is just arriving.
+  // Returns the lanes where v is 0, except those at which a tool is just arriving.
   KNEAD_INLINE std::uint32_t resting(std::size_t i) const {
     std::uint32_t rests = bits(equal(load<P>(bundle_.k[0], i), Vec3<P>{P(0), P(0), P(0)}));
     for (std::size_t k = 0; rests != 0 && k < P::kSize; ++k) {
@@ -249,7 +237,7 @@ class BundleField {
     return rests;
   }
 
-  // Lanes that rest in the rigid core of the tool.
+  // Returns the lanes that rest in the inner region of the tool.
   KNEAD_INLINE std::uint32_t carried(std::size_t i) const {
     if (!segment_.carries) return 0;
     return bits(equal(load<P>(bundle_.k[0], i), Vec3<P>(segment_.tool_velocity)));
@@ -262,8 +250,7 @@ class BundleField {
   alignas(64) StepLimits<S> limits_;
 };
 
-// A whole segment as one step, for the path lines of a bundle for which that is accurate (step_rule.h).
-
+// Moves the path lines of a bundle through a whole segment in one step, where that is accurate (step_rule.h).
 template <class P>
 class WholeSegment {
   using S = typename P::Scalar;
@@ -272,8 +259,8 @@ class WholeSegment {
   WholeSegment(const SegmentTask<S>& segment, Bundle<S>& bundle, BundleField<P>& field)
       : segment_(segment), bundle_(bundle), field_(field) {}
 
-  // Tries one step of Heun's method, then one of third order that begins with the same two slopes (Shu and Osher 1988).
-  // Writes the results of the lanes for which one of them is accurate, and returns these lanes. Leaves k_0 to the
+  // Tries one step of Heun's method, then one of third order with the same first two slopes (Shu and Osher 1988).
+  // Writes the results of the lanes for which one of them is accurate, and returns these lanes. Keeps k_0 for the
   // others.
   LaneSet run() {
     done_.clear();
@@ -307,9 +294,9 @@ class WholeSegment {
  private:
   std::size_t lanes() const { return static_cast<std::size_t>(bundle_.count); }
 
-  // Into h the rest of the segment, and into `trial` the square of which part of the longest step that is: a great
-  // number where one step is not worth trying, or the slope does not tell, the point being at rest in space or in the
-  // tool's frame. Asks for the lanes that are worth trying.
+  // Writes the rest of the segment to h, and the square of its ratio to the longest step to `trial`: a great number
+  // where one step is not worth trying, or where the point rests in space or in the tool's frame, so that the slope
+  // tells nothing. Asks for the lanes that are worth trying.
   KNEAD_INLINE void measure(std::size_t i) {
     const P h = P(segment_.end) - P::load(bundle_.t + i);
     h.store(bundle_.h + i);
@@ -342,8 +329,8 @@ class WholeSegment {
     bundle_.asked.add(i, bits(part2 <= P(kThirdOrderReach * kThirdOrderReach)) & ~rests & used);
   }
 
-  // Which lanes are accurate in the second order and, if k_2 is known, in the third. Asks for those which are not in
-  // the second, and for which k_2 is worth an evaluation.
+  // Finds the lanes that are accurate in the second order and, if k_2 is known, in the third. Asks for those that are
+  // not accurate in the second and for which k_2 is worth an evaluation.
   template <bool with_second, bool with_third>
   void judge() {
     done_.clear();
@@ -352,7 +339,7 @@ class WholeSegment {
     for (std::size_t i = 0; i < lanes(); i += P::kSize) {
       const Vec3<P> k0 = load<P>(bundle_.k[0], i);
       const Vec3<P> k1 = load<P>(bundle_.k[1], i);
-      // The part by the speed at the end of Euler's step, too: at the beginning a turning tool may be all but at rest.
+      // Also uses the speed at the end of Euler's step, because a turning tool may be almost at rest at the beginning.
       const P h = P::load(bundle_.h + i);
       const P speed2_there = norm2((k1 - Vec3<P>(segment_.tool_velocity)) * field_.by_reach(i));
       const P part2 = maximum(P::load(bundle_.trial + i), h * h * speed2_there);
@@ -372,7 +359,7 @@ class WholeSegment {
         const Vec3<P> third = slope + change;
         const P excess = step_rule::third_order_excess(norm2(change * by_tolerance), part2);
         done |= bits(promising & (excess <= one) & (norm2(third) > zero));
-        slope = with_second ? select_each(good, slope, third) : third;
+        slope = with_second ? select(good, slope, third) : third;
       }
       store(slope * h, bundle_.result, i);
       done_.add(i, done & used);
@@ -383,7 +370,7 @@ class WholeSegment {
   Bundle<S>& bundle_;
   BundleField<P>& field_;
   LaneSet done_;
-  bool skips_second_order_ = false;  // whether the second order need not be judged before the third is evaluated
+  bool skips_second_order_ = false;  // evaluates the third order without judging the second
 };
 
 }  // namespace knead::detail

@@ -1,10 +1,12 @@
-// Path lines of a group's points, a bundle at a time. Internal: part of the one source of all kernels.
+// The integration of a group's path lines, a bundle at a time, and the table of all kernels. Included once by the
+// source of every instruction set.
 #pragma once
 
 #include <algorithm>
 #include <limits>
 
 #include "flow/kernels/kernel_grid.h"
+#include "flow/kernels/kernel_jacobian.h"
 #include "flow/kernels/kernel_pins.h"
 #include "flow/kernels/kernel_points.h"
 
@@ -27,8 +29,7 @@ class GroupMover {
   }
 
  private:
-  // A bundle has begun before the points of the next are looked at.
-  static constexpr int kBlocksAhead = kBundle / kBlock;
+  static constexpr int kBlocksAhead = kBundle / kBlock;  // that are prefetched: those of the next bundle
 
   Coordinates points_from(std::size_t first) const {
     return {group_.points.x + first, group_.points.y + first, group_.points.z + first};
@@ -67,20 +68,20 @@ class GroupMover {
   std::size_t lanes() const { return static_cast<std::size_t>(bundle_.count); }
 
   // Moves the path lines for which the whole segment is one accurate step, and leaves the others in the bundle. Returns
-  // whether there are none.
+  // whether none are left.
   bool cross_in_one_step() {
     done_ = WholeSegment<P>(segment_, bundle_, field_).run();
     const int done = done_.count();
     counts_.accepted += static_cast<std::uint64_t>(done);
     if (done == bundle_.count) return true;
-    fill(bundle_.result_steps, S(1), lanes());  // of the others they are overwritten
+    fill(bundle_.result_steps, S(1), lanes());  // those of the others are overwritten later
     slots_are_lanes_ = true;
     if (done > 0) drop_done();
     fill(bundle_.steps, S(0), lanes());
     return false;
   }
 
-  // Takes what is done out of the bundle.
+  // Removes the finished lanes from the bundle.
   void drop_done() {
     std::uint16_t kept[kBundle];
     const std::size_t count = done_.list_others(lanes(), kept);
@@ -112,7 +113,7 @@ class GroupMover {
     for (std::size_t to = 0; to < count; ++to) numbers[to] = numbers[lanes[to]];
   }
 
-  // Does so for all lanes that are not done, which are given.
+  // The same for all lanes that are not done; `kept` lists them.
   KNEAD_INLINE void squeeze(S* numbers, const std::uint16_t* kept, std::size_t count) const {
     if constexpr (requires(P pack) { store_lanes(pack, 0U, numbers); }) {
       std::size_t to = 0;
@@ -125,7 +126,7 @@ class GroupMover {
     }
   }
 
-  // All that is left of the bundle, by steps whose error is estimated.
+  // Moves all that is left of the bundle, by steps whose error is estimated.
   void integrate() {
     for (int axis = 0; axis < 3; ++axis) fill(bundle_.moved[axis], S(-0.0), kBundle);
     for (std::size_t i = 0; i < lanes(); i += P::kSize) {
@@ -150,8 +151,8 @@ class GroupMover {
     }
   }
 
-  // Deals with the lanes that no step is needed for, and takes finished ones out when they are many. Asks for those
-  // that have not arrived yet.
+  // Finishes the lanes that need no step, and removes finished ones when they are many. Asks for those that have not
+  // arrived yet.
   void settle() {
     done_.clear();
     bundle_.asked.clear();
@@ -175,8 +176,8 @@ class GroupMover {
     }
   }
 
-  // Of a lane that rests, in space or in the tool's frame: whether it will be moved by the tool again, and from when
-  // on. What it is carried along with the tool is added exactly.
+  // Returns whether the tool will move a resting lane again, and sets its time to when. A lane that rests in the tool's
+  // frame is moved with the tool exactly.
   bool goes_on(std::size_t lane) {
     const std::size_t point = points_.point_of(slots_are_lanes_ ? lane : bundle_.slot[lane]);
     double* const to[3] = {group_.points.x + point, group_.points.y + point, group_.points.z + point};
@@ -205,7 +206,7 @@ class GroupMover {
     return bundle_.t[lane] != segment_.end;
   }
 
-  // The length of the lanes' next step, 0 for finished ones.
+  // Finds the lanes' next step; 0 for finished ones.
   KNEAD_INLINE void choose_step(std::size_t i) {
     const P time = P(segment_.end) - P::load(bundle_.t + i);
     const P longest = field_.longest_step(i);
@@ -233,17 +234,17 @@ class GroupMover {
     const auto accept = ((error2 <= P(1) + noise2) | (h <= shortest)) & active;
     const auto arrived = accept & (h >= remaining);
     const Vec3<P> moved = load<P>(bundle_.moved, i);
-    store(select_each(accept, mul_add(slope, signed_h, moved), moved), bundle_.moved, i);
+    store(select(accept, mul_add(slope, signed_h, moved), moved), bundle_.moved, i);
     select(arrived, end, select(accept, t + signed_h, t)).store(bundle_.t + i);
     (P::load(bundle_.steps + i) + select(accept, P(1), P(0))).store(bundle_.steps + i);
     const std::uint32_t used = lanes_in_use<P>(i, bundle_.count) & bits(active);
     count_steps(used, bits(accept));
     if ((bits(error2 < P(std::numeric_limits<S>::max())) & used) != used) counts_.complete = false;
-    if ((bits(arrived) & used) == used) return;  // nothing goes on from here
+    if ((bits(arrived) & used) == used) return;  // all are finished
     (h * step_rule::step_factor(error2, method.error_order)).store(bundle_.trial + i);
     if (method.first_same_as_last) {
       const Vec3<P> last = load<P>(bundle_.k[method.stage_count - 1], i);
-      store(select_each(accept, last, load<P>(bundle_.k[0], i)), bundle_.k[0], i);
+      store(select(accept, last, load<P>(bundle_.k[0], i)), bundle_.k[0], i);
       select(accept, P::load(bundle_.last_width + i), P::load(bundle_.width + i)).store(bundle_.width + i);
     }
   }
@@ -254,9 +255,9 @@ class GroupMover {
     counts_.rejected += static_cast<std::uint64_t>(__builtin_popcount(active) - taken);
   }
 
-  // Of the lanes that are done.
+  // Writes the results of the lanes that are done.
   void keep_results() {
-    if (slots_are_lanes_) {  // what is not done will be overwritten
+    if (slots_are_lanes_) {  // those of the others are overwritten later
       for (int axis = 0; axis < 3; ++axis) copy_numbers(bundle_.moved[axis], bundle_.result[axis]);
       copy_numbers(bundle_.steps, bundle_.result_steps);
       return;
@@ -285,14 +286,11 @@ class GroupMover {
   bool slots_are_lanes_ = true;
 };
 
-// The table of all kernels for one type of pack in float and one in double. Internal: included once by
-// the source of every instruction set.
-
-// So many packs at a time fill the processor best: four with AVX-512's 32 registers, else two. Sets ask for the bits of
-// all lanes, and have two.
+// The number of packs that a stage evaluates together: four with the 32 registers of AVX-512, otherwise two. Sets need
+// the bits of all lanes, and have two.
 #if defined(__wasm__)
 template <class P, template <class> class R>
-using StagePack = P;  // whose operations fill the registers already
+using StagePack = P;  // one fills the registers
 #else
 template <class P, template <class> class R>
 using StagePack = std::conditional_t<sizeof(P) == 64 && !std::is_same_v<R<float>, SetPoints<float>>,
@@ -340,7 +338,7 @@ GroupCounts move_group(const SegmentTask<typename P::Scalar>& segment, const Gro
   return GroupMover<P>(segment, group).run();
 }
 
-// PD: the pack of doubles that points are classified in.
+// PD: the pack of doubles in which points are classified.
 template <class P, class PD>
 Kernels<typename P::Scalar> kernels_of() {
   Kernels<typename P::Scalar> kernels;
@@ -355,6 +353,11 @@ Kernels<typename P::Scalar> kernels_of() {
   kernels.sum = sum_kernel<P>();
   kernels.move = &move_group<P>;
   return kernels;
+}
+
+template <class Float, class Double>
+KernelTable table_of(const char* name) {
+  return {name, kernels_of<Float, Double>(), kernels_of<Double, Double>(), jacobian_kernels_of<Double>()};
 }
 
 }  // namespace knead::detail

@@ -1,4 +1,5 @@
-// The fields of path lines that lie side by side. Internal: part of the one source of all kernels.
+// Kernels of fields: v, the limits of steps, and the classification of points by closed forms and times of arrival.
+// Internal: part of the one source of all kernels.
 #pragma once
 
 #include <limits>
@@ -12,7 +13,7 @@
 
 namespace knead::detail {
 
-// S^(-1/m), as inverse_root of one number (knead/region.h); every lane stops by itself.
+// S^(-1/m), as inverse_root of one number (knead/region.h); every lane stops on its own.
 template <class P>
 requires requires { typename P::Mask; }
 KNEAD_INLINE P inverse_root(const P& sum, int m) {
@@ -57,20 +58,18 @@ KNEAD_INLINE RegionValue<P> region_of(const SetPoints<S>& set, const PowerSums<P
   return {scale * root, sums.gradient * (root / (sums.value * scale))};
 }
 
-// r and grad r where lengths are measured by the least of the distances, so that nothing overflows.
+// r and grad r in the unit of the least distance, with which nothing overflows.
 template <class P, class S>
 KNEAD_INLINE RegionValue<P> evaluate_near(const SetPoints<S>& set, const Vec3<P>& d) {
   P scale2 = norm2(offset_from(set, 0, d));
   for (int i = 1; i < set.count; ++i) scale2 = minimum(scale2, norm2(offset_from(set, i, d)));
-  const auto off = scale2 > P(0);
-  scale2 = select(off, scale2, P(1));
+  const auto is_apart = scale2 > P(0);
+  scale2 = select(is_apart, scale2, P(1));
   const RegionValue<P> r = region_of(set, power_sums(set, d, scale2), sqrt(scale2));
-  const P zero(0);
-  return {select(off, r.value, zero),
-          {select(off, r.gradient.x, zero), select(off, r.gradient.y, zero), select(off, r.gradient.z, zero)}};
+  return {select(is_apart, r.value, P(0)), select(is_apart, r.gradient, Vec3<P>{P(0), P(0), P(0)})};
 }
 
-// r and grad r of a set of few points, by the thresholds' length; as above for lanes where that does not do.
+// r and grad r of a set of few points, in the unit of the thresholds; as above for lanes where that overflows.
 template <class P, class S>
 KNEAD_INLINE RegionValue<P> evaluate(const SetPoints<S>& set, const Vec3<P>& d, const P& /*t*/) {
   const PowerSums<P> sums = power_sums(set, d, P(set.scale * set.scale));
@@ -79,9 +78,7 @@ KNEAD_INLINE RegionValue<P> evaluate(const SetPoints<S>& set, const Vec3<P>& d, 
   const RegionValue<P> r = region_of(set, sums, P(set.scale));
   if (bits(!good) == 0) return r;
   const RegionValue<P> near = evaluate_near(set, d);
-  return {select(good, r.value, near.value),
-          {select(good, r.gradient.x, near.gradient.x), select(good, r.gradient.y, near.gradient.y),
-           select(good, r.gradient.z, near.gradient.z)}};
+  return {select(good, r.value, near.value), select(good, r.gradient, near.gradient)};
 }
 
 template <class P>
@@ -106,7 +103,7 @@ KNEAD_INLINE Vec3<P> combine(const Bundle<S>& bundle, const Stage<S>& stage, std
   return sum;
 }
 
-// Where the lanes of a pack are in a stage, and when.
+// The places and times of a pack's lanes in a stage.
 template <class P>
 struct StagePlace {
   Vec3<P> at;  // from the field's centre at t = 0
@@ -124,14 +121,14 @@ KNEAD_INLINE StagePlace<P> place_in(const Bundle<S>& bundle, const Stage<S>& sta
   return place;
 }
 
-// What is known of a stage before its loop over the lanes: its number of slopes where it begins at the start, or
-// kAnySlopes. Only brushes have loops for the attempts to cross a whole segment: 5% to 10% of the time in float.
+// The number of slopes of a stage from the start, if its loop over the lanes is compiled for it. Only translations have
+// such loops, for the attempts to cross a whole segment, which saves 5% to 10% of the time in float.
 inline constexpr int kAnySlopes = -1;
 
-// A stage for the default falloff, or for any. Told apart before the loop, the default costs nothing.
+// A stage for the default falloff, or for any; chosen before the loop, so that the default costs nothing.
 template <class P, class Field, bool by_default, int slopes, class S>
 [[gnu::flatten]] void stage_of(const void* data, Bundle<S>& bundle, const Stage<S>& given) {
-  Field field = *static_cast<const Field*>(data);  // copies: what is stored below does not change them
+  Field field = *static_cast<const Field*>(data);  // copies, which the stores below cannot change
   Stage<S> stage = given;
   if constexpr (by_default) field.thresholds.falloff = kDefaultFalloff;
   if constexpr (slopes != kAnySlopes) {
@@ -180,7 +177,7 @@ void masked_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
              : masked_stage_of<P, Field, false>(data, bundle, stage);
 }
 
-// How long a step may be so that it passes no more of the mask's border than kMaskReach of its width.
+// Returns the longest step that passes at most kMaskReach of the width of the mask's border.
 template <class P, class S>
 KNEAD_INLINE P longest_time_under(const MaskView<S>& mask, const Vec3<P>& y, const Vec3<P>& slope) {
   const P reach = maximum(clearance(mask, y), P(S(kMaskReach)) * P(mask.width));
@@ -221,20 +218,11 @@ void limit_by_mask_and_turning(const void* data, const Bundle<S>& bundle, bool f
   limit_by_turning<P, Field, S>(data, bundle, from_start, limits);
 }
 
-// Which points of a block a segment moves, and those whose motion is known in closed form moved (method, section 3,
-// "Exact facts"). In double whatever the evaluation is in. Internal: part of the one source of all
-// kernels.
+// The classification of a block's points, in double (method, section 3, "Exact facts").
 
 template <class P>
 KNEAD_INLINE Vec3<P> load(const Coordinates& from, std::size_t i) {
   return {P::load(from.x + i), P::load(from.y + i), P::load(from.z + i)};
-}
-
-template <class P>
-KNEAD_INLINE void store(const Vec3<P>& v, const Coordinates& to, std::size_t i) {
-  v.x.store(to.x + i);
-  v.y.store(to.y + i);
-  v.z.store(to.z + i);
 }
 
 // d turned about the unit axis by the angle, minus d; without cancellation for small angles.
@@ -242,15 +230,14 @@ template <class P>
 KNEAD_INLINE Vec3<P> turn_displacement(const Vec3<P>& d, const Vec3<P>& axis, const P& given_angle) {
   const P turns = round_to_integer(given_angle * P(0.15915494309189535));
   const P reduced = neg_mul_add(turns, P(6.283185307179586), given_angle);
-  const P most(1e4);  // for sincos; far up a twist there may be more
+  const P most(1e4);  // for sincos; far up a twist angles are greater
   const P angle = select(given_angle > most, reduced, select(given_angle < -most, reduced, given_angle));
   const P half_sine = sincos(angle * P(0.5)).sin;
   const Vec3<P> d_perp = neg_mul_add(axis, dot(axis, d), d);
   return neg_mul_add(d_perp, half_sine * half_sine * P(2), cross(axis, d) * sincos(angle).sin);
 }
 
-// The greatest value over the angles from phi0 to phi1 of n(phi).d, n turning about the unit axis; as in
-// closed_form.cpp.
+// The maximum over the angles from phi0 to phi1 of n(phi).d, n turning about the unit axis; as in closed_form.cpp.
 template <class P>
 KNEAD_INLINE P greatest_over_turn(const Vec3<P>& n, const Vec3<P>& axis, const Vec3<P>& d, const P& phi0,
                                   const P& phi1) {
@@ -268,7 +255,7 @@ KNEAD_INLINE P greatest_over_turn(const Vec3<P>& n, const Vec3<P>& axis, const V
   return level + select(span >= P(3.14159265358979), amplitude, inner);
 }
 
-// What points are classified by: r; for a ball and a capsule its square, which is had sooner.
+// The number by which points are classified: r, or its square for a ball and a capsule, which is faster.
 template <class P, template <class> class M, template <class> class R, class S>
 KNEAD_INLINE P measure(const KernelField<S, M, R>& field, const Vec3<P>& d, const P& t) {
   return evaluate(field.exact_region, d, t).value;
@@ -284,17 +271,17 @@ KNEAD_INLINE P measure(const KernelField<S, M, Capsule>& field, const Vec3<P>& d
   return norm2(from_axis(field.exact_region, d));
 }
 
-// Of a set r would take long; less than outer wherever it may be felt during the segment.
+// Instead of r of a set, which is slow: a number below outer where the support may be during the segment.
 template <class P, template <class> class M, class S>
 KNEAD_INLINE P measure(const KernelField<S, M, SetPoints>& field, const Vec3<P>& d, const P& /*t*/) {
   const SetPoints<double>& set = field.exact_region;
   const Vec3<P> from = d - Vec3<P>(set.middle);
   const Vec3<P> path(set.path);
   const P along = minimum(maximum(dot(from, path) * P(set.per_path2), P(0)), P(1));
-  return select(norm2(neg_mul_add(path, along, from)) < P(set.reach * set.reach), P(-1e300), P(1e300));
+  return select(norm2(neg_mul_add(path, along, from)) < P(set.radius * set.radius), P(-1e300), P(1e300));
 }
 
-// The measure of a value of r.
+// The measure() of a value of r.
 template <class P, class F>
 KNEAD_INLINE P bound_of(const F& /*field*/, double r) {
   return P(r);
@@ -315,7 +302,7 @@ KNEAD_INLINE P bound_of(const KernelField<S, M, Capsule>& /*field*/, double r) {
   return square_of_bound<P>(r);
 }
 
-// The displacement of points in closed form, and the lanes for which there is one.
+// The displacement of points in closed form, and the lanes for which it is known.
 template <class P>
 struct Known {
   Vec3<P> displacement;
@@ -353,8 +340,8 @@ KNEAD_INLINE Known<P> closed_form(const KernelField<S, Rotation, Ball>& field, c
   return {turn_displacement(d, axis, angle), ~0U};
 }
 
-// Of points that turn about the axis by `angle` over the unit of time: which stay in the inner region. In such a
-// point's frame n turns by turn_angle - angle, about the same axis.
+// Returns which of the points that turn about the axis by `angle` over the unit of time stay in the inner region. In
+// the frame of such a point n turns by turn_angle - angle, about the same axis.
 template <class P, class F>
 KNEAD_INLINE std::uint32_t stay_inside(const F& field, const Vec3<P>& d, const P& angle) {
   const HalfSpace<double>& region = field.exact_region;
@@ -419,11 +406,11 @@ KNEAD_INLINE Known<P> closed_form(const F& /*field*/, const Vec3<P>& /*d*/, cons
   return {{}, 0};
 }
 
-// When a resting point that is outside at the segment's beginning is reached; beyond the segment's end: never.
+// The time at which the support reaches a resting point that is outside at the segment's beginning.
 template <class P>
 struct Arrival {
-  P after;                    // how long after the beginning
-  std::uint32_t pending = 0;  // lanes of which only so much is known that they may be
+  P after;                    // since the segment's beginning; beyond its end: never
+  std::uint32_t pending = 0;  // lanes that the support may reach at an unknown time
 };
 
 template <class P, template <class> class M, class S>
@@ -440,7 +427,7 @@ KNEAD_INLINE Arrival<P> arrival(const KernelField<S, M, Ball>& field, const Vec3
   return {select(b > P(0), select(discriminant >= P(0), after, never), never), 0};
 }
 
-// r falls at most as fast as the distance to where the tool has been.
+// r falls at most as fast as the point moves in the tool's frame.
 template <class P, class F>
 KNEAD_INLINE Arrival<P> arrival(const F& field, const Vec3<P>& d, const P& measure) {
   const bool is_square = std::is_same_v<decltype(F::exact_region), Capsule<double>>;
@@ -457,7 +444,7 @@ KNEAD_INLINE Arrival<P> arrival(const F& field, const Vec3<P>& d, const P& measu
   return {P(4), bits(r - most < P(field.exact_thresholds.outer))};
 }
 
-// Adds the displacement to the points of a pack that begins at i, where the lane's bit is set.
+// Adds the displacement to the points of the pack at i whose lane's bit is set.
 template <class P>
 KNEAD_INLINE void add_where(std::uint32_t lanes, const Vec3<P>& displacement, const BlockTask& task, std::size_t i,
                             double& most) {
@@ -479,7 +466,7 @@ KNEAD_INLINE void add_where(std::uint32_t lanes, const Vec3<P>& displacement, co
 // Under a mask no motion is known in closed form.
 template <class P, class Field, bool masked>
 [[gnu::flatten]] Classified classify(const void* data, const BlockTask& task) {
-  const typename Field::Plain& field = *static_cast<const Field*>(data);  // what overloads are for
+  const typename Field::Plain& field = *static_cast<const Field*>(data);  // the overloads take this type
   const P begin(field.begin);
   const double duration = field.end >= field.begin ? field.end - field.begin : field.begin - field.end;
   Classified result;

@@ -1,5 +1,5 @@
-// v of some fields (knead/field.h) in fewer operations than by their parts. Internal: part of the one source of all
-// kernels.
+// v of some fields (knead/field.h) in fewer operations than by the general formula. Internal: part of the one source of
+// all kernels.
 #pragma once
 
 #include <type_traits>
@@ -9,8 +9,8 @@
 
 namespace knead::detail {
 
-// What a motion about an axis a is made of: with h = a.d and d_perp = d - h a, v = (p a + q n) x d_perp + s (n x a)
-// where n = grad r. w: of the region.
+// The coefficients of a motion about an axis a: with h = a.d, d_perp = d - h a and n = grad r,
+// v = (p a + q n) x d_perp + s (n x a).
 template <class P>
 struct TurnParts {
   P p;
@@ -52,7 +52,7 @@ requires kTurns<M, S> Vec3<P> velocity(const M& motion, const HalfSpace<S>& regi
   return mul_add(across, parts.s, cross(mul_add(n, parts.q, a * parts.p), d_perp));
 }
 
-// d from the nearest point of the capsule's axis.
+// Returns d relative to the nearest point of the capsule's axis.
 template <class P, class S>
 KNEAD_INLINE Vec3<P> from_axis(const Capsule<S>& region, const Vec3<P>& d) {
   const S length2 = norm2(region.half_axis);

@@ -1,13 +1,8 @@
-#include "flow/kernels/kernel_jacobian.h"
+// The kernels for WebAssembly.
 #include "flow/kernels/kernel_source.h"
 
 namespace knead::detail {
 
-KernelTable wasm_kernels() {
-  return {"wasm", kernels_of<Pack<float>, Pack<double>>(), kernels_of<Pack<double>, Pack<double>>(),
-          wasm_jacobian_kernels()};
-}
-
-JacobianKernels wasm_jacobian_kernels() { return jacobian_kernels_of<Pack<double>>(); }
+KernelTable wasm_kernels() { return table_of<Pack<float>, Pack<double>>("wasm"); }
 
 }  // namespace knead::detail

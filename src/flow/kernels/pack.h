@@ -1,5 +1,5 @@
-// Several numbers in one register, for one instruction set; and one number alone that rounds as they do. Internal to
-// the module flow: included by the sources of kernels only, which are compiled for that instruction set.
+// Packs: several numbers in one register of an instruction set, two such packs as one, and a single number that rounds
+// as they do. Internal to flow: only the sources of kernels, which are compiled for that instruction set, include it.
 #pragma once
 
 #include <cmath>
@@ -24,7 +24,7 @@ struct LaneMask {
   KNEAD_INLINE friend std::uint32_t bits(LaneMask a) { return a.v ? 1 : 0; }
 };
 
-// One number, with the multiply-adds of packs: what a machine without wide registers computes with.
+// One number with the multiply-adds of packs, for machines without wide registers.
 template <class S>
 struct ScalarPack {
   using Scalar = S;
@@ -84,7 +84,7 @@ struct PackPairMask {
   KNEAD_INLINE friend std::uint32_t bits(const PackPairMask& x) { return bits(x.a) | bits(x.b) << size; }
 };
 
-// Two packs as one: each operation is done for both in turn, so that one's latency is filled with the other's work.
+// Two packs as one. Each operation is done for both in turn, which hides its latency.
 template <class P>
 struct PackPair {
   using Scalar = typename P::Scalar;

@@ -1,4 +1,4 @@
-// Several numbers in one register of WebAssembly. Internal: pack.h includes it.
+// Packs in the registers of WebAssembly. Internal: pack.h includes it.
 #pragma once
 
 #include <cstddef>
@@ -16,9 +16,8 @@
 
 #if defined(__wasm_simd128__)
 
-// Fused multiply-adds of four floats and of two doubles, composed of other operations (fused_wasm.cpp). Where the
-// browser has them as single instructions, the page's script puts these in the place of the calls
-// (bindings/web/npm/fused.js).
+// Fused multiply-adds of four floats and of two doubles, composed of other operations (fused_wasm.cpp). If the browser
+// has them as single instructions, the page's script replaces the calls (bindings/web/npm/fused.js).
 extern "C" {
 [[gnu::const]] v128_t knead_fused_floats(v128_t a, v128_t b, v128_t c) noexcept;
 [[gnu::const]] v128_t knead_fused_doubles(v128_t a, v128_t b, v128_t c) noexcept;
@@ -62,7 +61,7 @@ struct PackMask {
   KNEAD_INLINE friend std::uint32_t bits(const PackMask& a) { return WasmLanes<S>::bits(a.v); }
 };
 
-// The operations that fields are evaluated with (knead/vec.h).
+// The operations that the evaluation of fields needs (knead/vec.h).
 template <class S>
 struct Pack {
   using Scalar = S;

@@ -1,4 +1,4 @@
-// Several numbers in one register of the processors that xsimd knows. Internal: pack.h includes it.
+// Packs in the registers of the processors that xsimd supports. Internal: pack.h includes it.
 #pragma once
 
 #include <xsimd/xsimd.hpp>
@@ -39,7 +39,7 @@ KNEAD_INLINE std::uint32_t bits_of(const xsimd::batch_bool<S, Arch>& mask) {
 #endif
 }
 
-// Rounded once. For AVX-512 xsimd 8.1 has a product and a sum, rounded twice, and the same for some of NEON's.
+// Rounded once. xsimd 8.1 rounds twice, by a product and a sum, for AVX-512 and in part for NEON.
 template <class Batch>
 KNEAD_INLINE Batch fused(const Batch& a, const Batch& b, const Batch& c) {
 #if defined(__AVX512F__)
@@ -97,7 +97,7 @@ KNEAD_INLINE Batch neg_fused(const Batch& a, const Batch& b, const Batch& c) {
 #endif
 }
 
-// Rounded as division and square root of one number are. xsimd 8.1 has approximations of them for NEON's float.
+// Rounded correctly. xsimd 8.1 approximates division and square root for NEON's float.
 template <class Batch>
 KNEAD_INLINE Batch divided(const Batch& a, const Batch& b) {
 #if defined(__aarch64__)
@@ -179,7 +179,7 @@ struct PackMask {
   KNEAD_INLINE friend std::uint32_t bits(const PackMask& a) { return bits_of(a.v); }
 };
 
-// Arch: of xsimd. The operations that fields are evaluated with (knead/vec.h).
+// The operations that the evaluation of fields needs (knead/vec.h). Arch: an architecture of xsimd.
 template <class S, class Arch>
 struct Pack {
   using Scalar = S;
@@ -234,7 +234,7 @@ struct Pack {
     return Pack(neg_fused(a.v, b.v, c.v));
   }
 #if defined(__x86_64__)
-  // x86's own take their second operand where the two are unordered, as knead/vec.h's do their first.
+  // With NaN, those of x86 return the second operand, those of knead/vec.h the first.
   KNEAD_INLINE friend Pack minimum(const Pack& a, const Pack& b) { return Pack(xsimd::min(b.v, a.v)); }
   KNEAD_INLINE friend Pack maximum(const Pack& a, const Pack& b) { return Pack(xsimd::max(b.v, a.v)); }
 #endif
@@ -245,8 +245,8 @@ struct Pack {
 };
 
 #if defined(__AVX512F__)
-// Stores the lanes whose bits are set one after the other, and others behind them, a pack in all. Returns how many bits
-// are set. Other instruction sets have no instruction for it.
+// Stores the lanes whose bits are set contiguously, followed by others, a pack in all. Returns the number of set bits.
+// Other instruction sets have no instruction for it.
 template <class S, class Arch>
 KNEAD_INLINE std::size_t store_lanes(const Pack<S, Arch>& a, std::uint32_t lanes, S* to) {
   if constexpr (sizeof(S) == 4) {

@@ -1,3 +1,4 @@
+// Chooses the kernels of this machine.
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -12,7 +13,7 @@ namespace knead {
 namespace detail {
 namespace {
 
-// Those that this machine can run, the widest last.
+// Returns the tables that this machine can run, the widest last.
 std::vector<KernelTable> tables() {
   std::vector<KernelTable> result{scalar_kernels()};
 #if defined(KNEAD_X86_KERNELS)

@@ -1,4 +1,5 @@
-// The GLSL 3.30 sources of the live view's programs. They write colours as the screen wants them.
+// The parts of the live view: shaders, meshes that follow a deformation, buffers and targets on the GPU, and the steps
+// of a picture. Internal to render.
 #pragma once
 
 #include <array>
@@ -30,10 +31,8 @@ ShaderSource live_occlusion_source();  // of every second sample each way
 ShaderSource live_smooth_source();     // the same over 4 x 4 of them
 ShaderSource live_relief_source();     // half the factor of brightness
 
-// What LiveMesh knows of a mesh's topology.
-
-// The vertices round every drawn vertex d: list[begin[d]] to list[begin[d + 1]], so that every two that follow each
-// other are those after and before one corner of the group; kNoVertex parts chains that do not hang together.
+// The vertices around every drawn vertex d: list[begin[d]] to list[begin[d + 1]]. Two consecutive ones are those after
+// and before one corner of the group; kNoVertex separates unconnected chains.
 struct Rings {
   std::vector<std::uint32_t> begin;
   std::vector<std::uint32_t> list;
@@ -48,16 +47,14 @@ struct PolygonEdges {
 
 PolygonEdges polygon_edges(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups);
 
-// Normals of many drawn vertices at once.
-
 struct LiveVertex {
   Vec3f position;  // renderer units
   Vec3f normal;    // unit; zero in a point cloud
 };
 
-// Fills in the normals of the drawn vertices in the range, whose positions are there already: the mean of the normals
-// of the faces round each, weighted by about the corners' angles (within a tenth up to 120 degrees); (0, 0, 1) where
-// there is none. points: of all vertices of the mesh. The same bits whatever the range.
+// Finds the normals of the drawn vertices in the range, whose positions are set: the mean of the normals of the faces
+// around each, weighted by about the corners' angles (within a tenth up to 120 degrees); (0, 0, 1) if there are none.
+// points: of all vertices of the mesh. The bits do not depend on the range.
 void set_ring_normals(const Rings& rings, std::span<const Vec3f> points, const VertexRange& drawn,
                       std::vector<LiveVertex>& vertices);
 
@@ -69,12 +66,10 @@ struct IndexSpan {
 
 void extend(Box& box, const Box& other);
 
-// A mesh as the GPU is given it while it deforms: what changes when vertices move, and no more.
-
-// Drawn vertices are one per vertex and smooth group of faces, as in make_surface, in the order of the mesh's vertices.
-// The groups, the triangles and the edges are those of the mesh that it was made of; only places change. Normals are
-// those of set_ring_normals; the same bits for any number of threads, and
-// for a vertex that moved at once or in many steps.
+// A mesh for the GPU that follows a deformation. There is one drawn vertex per vertex and smooth group of faces, as in
+// make_surface, in the order of the mesh's vertices. The groups, triangles and edges are those of the original mesh;
+// only positions change. Normals are those of set_ring_normals, with the same bits for any number of threads and of
+// moves.
 class LiveMesh {
  public:
   LiveMesh() = default;
@@ -82,13 +77,13 @@ class LiveMesh {
   // crease_angle: as for make_surface. The mesh need not outlive the call. Cost: about 1 us per vertex.
   LiveMesh(const Mesh& mesh, const Placement& placement, double crease_angle);
 
-  // Takes over the places of the vertices in `changed`; positions has all vertices of the mesh. Returns the ranges of
-  // drawn vertices that are new: those that moved and the one ring around them; ascending, apart, at most a few
-  // hundred, with short gaps closed. Throws InvalidInput for another number of positions or a range beyond it.
+  // Moves the vertices in `changed`; positions has all vertices of the mesh. Returns the ascending ranges of changed
+  // drawn vertices: those that moved and the one-ring around them, at most a few hundred ranges, with short gaps
+  // closed. Throws InvalidInput for another number of positions or a range beyond it.
   std::vector<VertexRange> move(std::span<const Vec3d> positions, std::span<const VertexRange> changed, int threads);
 
   const std::vector<LiveVertex>& vertices() const { return vertices_; }
-  // Three drawn vertices each. Those that follow each other are near each other.
+  // Three drawn vertices each; consecutive triangles are close to each other.
   std::span<const std::uint32_t> triangles() const { return triangles_; }
   std::span<const std::uint32_t> edges() const { return edges_; }  // two drawn vertices each; of the polygons
   double mean_edge() const { return mean_edge_; }                  // when it was made; renderer units
@@ -97,11 +92,11 @@ class LiveMesh {
   bool is_solid() const { return solid_; }  // when it was made: closed, and its faces turned outwards
   Box box() const;                          // of the finite vertices, renderer units
 
-  // A box around all triangles that look different since the last call, where they were and where they are.
+  // Returns a box around all triangles that have changed since the last call, before and after.
   Box take_changes() { return std::exchange(changes_, {}); }
   bool has_changes() const { return !changes_.empty(); }
 
-  // The indices of triangles(), less those of triangles in boxes for which is_seen(box) is false.
+  // Returns the indices of triangles() without those in boxes for which is_seen(box) is false.
   template <class IsSeen>
   std::vector<IndexSpan> seen(IsSeen is_seen) const {
     std::vector<IndexSpan> spans;
@@ -144,21 +139,17 @@ class LiveMesh {
   std::vector<LiveVertex> vertices_;
   std::vector<std::uint32_t> triangles_;
   std::vector<std::uint32_t> edges_;
-  Rings rings_;  // empty in a cloud
-  std::vector<std::uint32_t>
-      run_first_;  // the triangles of run r: triangles_[run_first_[r]] to triangles_[run_first_[r + 1]]
+  Rings rings_;                           // empty in a cloud
+  std::vector<std::uint32_t> run_first_;  // the triangles of run r begin at triangles_[run_first_[r]]
   std::vector<Box> run_boxes_;
-  std::vector<std::uint8_t> run_marks_;  // runs that look different; zero between calls
-  std::vector<std::uint32_t>
-      run_begin_;  // the runs at drawn vertex d: runs_[run_begin_[d]] to runs_[run_begin_[d + 1]]
+  std::vector<std::uint8_t> run_marks_;   // runs that have changed; zero between calls
+  std::vector<std::uint32_t> run_begin_;  // the runs at drawn vertex d begin at runs_[run_begin_[d]]
   std::vector<std::uint16_t> runs_;
   Box changes_;
   std::vector<std::uint8_t> marks_;  // per vertex, zero between calls
   double mean_edge_ = 0;
   bool solid_ = false;
 };
-
-// What the live view keeps on the GPU.
 
 struct LivePrograms {
   std::array<gl::Program, 3> shape;  // by Material
@@ -209,28 +200,28 @@ struct LiveRect {
   int top = 0;
 };
 
-// What a picture's targets must fit.
+// The properties of a picture's targets.
 struct LiveTargetSize {
   int width = 0;
   int height = 0;
   int samples = 0;      // the driver may give others
-  bool relief = false;  // with what LiveScene::relief needs
+  bool relief = false;  // with targets for LiveScene::relief
 
   friend bool operator==(const LiveTargetSize&, const LiveTargetSize&) = default;
 };
 
-// For the relief: normals of the shape, and the light that gets through, of every second sample each way.
+// For the relief: normals of the shape, and the occlusion of every second sample each way.
 struct LiveReliefTargets {
-  gl::Renderbuffer normal_of_many;  // the second colour of LiveTargets::many; of a single sample that is `normal`
+  gl::Renderbuffer normal_of_many;  // the second colour of LiveTargets::many; `normal` if there is a single sample
   gl::Texture normal;
   gl::Framebuffer gathered;
-  gl::Framebuffer shaded;  // of a single sample: the colour alone
+  gl::Framebuffer shaded;  // the colour alone, if there is a single sample
   std::array<gl::Texture, 2> occlusion;
   std::array<gl::Framebuffer, 2> occlusion_target;
 };
 
-// Where the picture is made: several samples per pixel, and the same after they are put together. With one
-// sample per pixel colours and normals are drawn where they are needed, and nothing is put together.
+// The targets of a picture: several samples per pixel, and the resolved picture. With one sample per pixel colours and
+// normals are drawn directly into the resolved one.
 struct LiveTargets {
   LiveTargetSize size;
   bool is_single = false;
@@ -243,10 +234,10 @@ struct LiveTargets {
   LiveReliefTargets relief;  // if size.relief
 };
 
-// Throws InvalidInput where the driver has no memory for them, or no pictures of this size.
+// Throws InvalidInput if the driver has no memory for them, or allows no pictures of this size.
 LiveTargets make_live_targets(const LiveTargetSize& size);
 
-// Puts the samples of each pixel together: of the colour, the depth or both. Leaves `many` bound.
+// Resolves the samples of each pixel: of the colour, the depth or both. Leaves `many` bound.
 void gather(const LiveTargets& targets, const LiveRect& rect, GLbitfield what);
 
 // The same for the normals.
@@ -258,15 +249,14 @@ gl::Texture make_image_texture(const Image& image);
 // Returns the picture of a ball of the material for Material::matcap.
 gl::Texture make_matcap_texture(Matcap matcap);
 
-// Places and normals of drawn vertices made on the GPU, of points that are there.
-
-// What LiveMesh::move does, by compute shaders; for one mesh. Normals are those of set_ring_normals up to rounding.
+// Does the work of LiveMesh::move by compute shaders, for points that are on the GPU. Normals are those of
+// set_ring_normals up to rounding.
 class LiveCompute {
  public:
-  // Throws std::runtime_error, one line, where the driver has no OpenGL 4.3 or no room for a mesh of this size.
+  // Throws GpuError if the driver has no OpenGL 4.3 or no room for a mesh of this size.
   explicit LiveCompute(const LiveMesh& mesh);
 
-  // Takes the places of all vertices, and fills in the drawn ones.
+  // Moves all vertices to these points, and updates the drawn ones.
   void move(std::span<const PointBuffer> points, const Placement& placement, const LiveBuffers& drawn) const;
 
  private:
@@ -277,18 +267,17 @@ class LiveCompute {
   gl::Buffer ring_begin_;  // as Rings
   gl::Buffer ring_list_;
   std::uint32_t drawn_count_ = 0;
-  bool has_rings_ = false;  // else a cloud
+  bool has_rings_ = false;  // false for a cloud
 };
 
-// The steps of the interactive picture, each drawing into the bound framebuffer over what is there.
-
-// In renderer units: dot(normal, p) > offset is taken away.
+// In renderer units: dot(normal, p) > offset is clipped.
 struct LiveCut {
   Vec3d normal;  // unit
   double offset = 0;
   Color color;
 };
 
+// The steps of a picture get its frame; each draws over the content of the bound framebuffer.
 struct LiveFrame {
   const LivePrograms& programs;
   const View& view;
@@ -296,7 +285,7 @@ struct LiveFrame {
   BoundingBall bounds;  // of the shape
   int width = 0;
   int height = 0;
-  LiveRect rect;  // what is drawn; the rest stays
+  LiveRect rect;  // the part that is drawn
   std::optional<LiveCut> cut;
   const gl::Texture* matcap = nullptr;  // of Material::matcap
   bool has_normals = false;             // the shape's normals are drawn too, for its relief
@@ -313,13 +302,13 @@ struct LiveShape {
   std::vector<IndexSpan> seen;  // of the mesh's triangles
 };
 
-// Clears the targets and gets the state ready.
+// Clears the targets and sets the state.
 void begin_live_picture(const LiveFrame& frame, const LiveTargets& targets);
 
-// The shape, its edges, and the flat face of the cut.
+// Draws the shape, its edges, and the flat face of the cut.
 void draw_live_shape(const LiveFrame& frame, const LiveShape& shape);
 
-// Where nothing is yet.
+// Draws where nothing is yet.
 void draw_live_background(const LiveFrame& frame);
 
 struct LiveImage {
@@ -327,10 +316,10 @@ struct LiveImage {
   const PlacedImage& placed;
 };
 
-// Over the background, each over those before it.
+// Draws over the background, each over those before it.
 void draw_live_images(const LiveFrame& frame, std::span<const LiveImage> images);
 
-// Faintly where they are hidden.
+// Draws rods, faintly where they are hidden.
 void draw_live_rods(const LiveFrame& frame, const LiveBuffers& rods);
 
 struct LiveGlass {
@@ -340,13 +329,11 @@ struct LiveGlass {
   double far = 0;
 };
 
-// Backs and fronts from far to near. depths: of what is solid.
+// Draws backs and fronts from far to near. depths: of everything solid.
 void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces, const gl::Texture& depths);
 
-// Copies the picture into the bound framebuffer, as large as is said. Leaves the depth test and blending off.
+// Copies the picture into the bound framebuffer in this size. Leaves the depth test and blending off.
 void present_live(const LiveTargets& targets, int width, int height, int left, int bottom);
-
-// Cavity and occlusion of the interactive picture, over the shape that is drawn.
 
 struct LiveReliefPrograms {
   gl::Program occlusion;
@@ -356,8 +343,8 @@ struct LiveReliefPrograms {
   LiveReliefPrograms();
 };
 
-// Darkens and brightens the shape by LiveScene::relief. The shape was drawn into targets that were made for relief;
-// what is drawn later has no normals any more.
+// Darkens and brightens the shape by LiveScene::relief. The shape must have been drawn into targets for relief; later
+// drawing has no normals.
 void draw_live_relief(const LiveFrame& frame, const LiveTargets& targets, const LiveReliefPrograms& programs);
 
 }  // namespace knead::render

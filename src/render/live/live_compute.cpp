@@ -1,3 +1,4 @@
+// LiveCompute: positions and normals of drawn vertices by compute shaders.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -10,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t kGroup = 256;
 
-// One call for each of `count` things, in as many groups as the driver takes in a row.
+// One call for each thing, in rows of as many groups as drivers accept.
 constexpr const char* kThings = R"(#version 430 core
 layout(local_size_x = 256) in;
 uint thing() { return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 256u + gl_LocalInvocationID.x; }
@@ -108,7 +109,7 @@ LiveCompute::LiveCompute(const LiveMesh& mesh)
   source_ = make_storage(sources_of(mesh));
   ring_begin_ = make_storage(mesh.rings().begin);
   ring_list_ = make_storage(mesh.rings().list);
-  gl::make_storage(nullptr, drawn_count_ * sizeof(LiveVertex));  // whether the driver takes as much for the drawn ones
+  gl::make_storage(nullptr, drawn_count_ * sizeof(LiveVertex));  // fails if the driver allows no buffer of this size
 }
 
 void LiveCompute::move(std::span<const PointBuffer> points, const Placement& placement,

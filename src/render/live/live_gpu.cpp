@@ -1,3 +1,4 @@
+// The buffers, programs, textures and framebuffers of the live view.
 #include <algorithm>
 #include <cstddef>
 #include <string>
@@ -42,6 +43,64 @@ LiveBuffers make_buffers(std::span<const LiveVertex> vertices, std::span<const B
   return buffers;
 }
 
+gl::Renderbuffer make_renderbuffer(int width, int height, int samples, GLenum format) {
+  GLuint name = 0;
+  glGenRenderbuffers(1, &name);
+  gl::Renderbuffer buffer(name);
+  glBindRenderbuffer(GL_RENDERBUFFER, name);
+  glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width, height);
+  return buffer;
+}
+
+gl::Texture make_depth_texture(int width, int height) {
+  GLuint name = 0;
+  glGenTextures(1, &name);
+  gl::Texture texture(name);
+  glBindTexture(GL_TEXTURE_2D, name);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH24_STENCIL8, width, height, 0, GL_DEPTH_STENCIL, GL_UNSIGNED_INT_24_8,
+               nullptr);
+  return texture;
+}
+
+void require_complete() {
+  if (glGetError() != GL_OUT_OF_MEMORY && glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
+  throw InvalidInput("live view: the graphics driver has no room for a picture of this size; make the window smaller");
+}
+
+GLint limit(GLenum name) {
+  GLint value = 0;
+  glGetIntegerv(name, &value);
+  return value;
+}
+
+// Adds the normals to the bound framebuffer, and binds it again.
+LiveReliefTargets make_relief_targets(int width, int height, int samples) {
+  GLint many = 0;
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &many);
+  LiveReliefTargets targets;
+  targets.normal = gl::make_texture(width, height, GL_RGBA16F);
+  if (samples == 1) {
+    gl::attach(GL_COLOR_ATTACHMENT1, targets.normal.get());
+  } else {
+    targets.normal_of_many = make_renderbuffer(width, height, samples, GL_RGBA16F);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_RENDERBUFFER, targets.normal_of_many.get());
+    targets.gathered = gl::make_framebuffer({&targets.normal}, nullptr);
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    targets.occlusion[i] = gl::make_texture((width + 1) / 2, (height + 1) / 2, GL_RGBA8);
+    targets.occlusion_target[i] = gl::make_framebuffer({&targets.occlusion[i]}, nullptr);
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(many));
+  return targets;
+}
+
+void copy(const LiveRect& r, GLbitfield what) {
+  glBlitFramebuffer(r.left, r.bottom, r.right, r.top, r.left, r.bottom, r.right, r.top, what, GL_NEAREST);
+}
+
 }  // namespace
 
 LivePrograms::LivePrograms()
@@ -78,7 +137,7 @@ UploadCounts update(const LiveBuffers& buffers, const LiveMesh& mesh, std::span<
   glBindBuffer(GL_ARRAY_BUFFER, buffers.vertices.get());
   for (const VertexRange& range : drawn) {
     const std::size_t bytes = (range.end - range.begin) * sizeof(LiveVertex);
-    // All of it: into fresh memory, so that the GPU may still draw from the old.
+    // Uses fresh memory for all vertices, so that the GPU may still draw from the old.
     if (bytes == vertices.size() * sizeof(LiveVertex)) {
       glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes), vertices.data(), GL_STREAM_DRAW);
     } else {
@@ -127,64 +186,6 @@ void draw_points(const LiveBuffers& buffers) {
   glBindVertexArray(buffers.layout.get());
   glDrawArrays(GL_POINTS, 0, buffers.vertex_count);
 }
-
-namespace {
-
-gl::Renderbuffer make_renderbuffer(int width, int height, int samples, GLenum format) {
-  GLuint name = 0;
-  glGenRenderbuffers(1, &name);
-  gl::Renderbuffer buffer(name);
-  glBindRenderbuffer(GL_RENDERBUFFER, name);
-  glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width, height);
-  return buffer;
-}
-
-gl::Texture make_depth_texture(int width, int height) {
-  GLuint name = 0;
-  glGenTextures(1, &name);
-  gl::Texture texture(name);
-  glBindTexture(GL_TEXTURE_2D, name);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH24_STENCIL8, width, height, 0, GL_DEPTH_STENCIL, GL_UNSIGNED_INT_24_8,
-               nullptr);
-  return texture;
-}
-
-void require_complete() {
-  if (glGetError() != GL_OUT_OF_MEMORY && glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
-  throw InvalidInput("live view: the graphics driver has no room for a picture of this size; make the window smaller");
-}
-
-GLint limit(GLenum name) {
-  GLint value = 0;
-  glGetIntegerv(name, &value);
-  return value;
-}
-
-// Adds the normals to the framebuffer that is bound, and binds it again.
-LiveReliefTargets make_relief_targets(int width, int height, int samples) {
-  GLint many = 0;
-  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &many);
-  LiveReliefTargets targets;
-  targets.normal = gl::make_texture(width, height, GL_RGBA16F);
-  if (samples == 1) {
-    gl::attach(GL_COLOR_ATTACHMENT1, targets.normal.get());
-  } else {
-    targets.normal_of_many = make_renderbuffer(width, height, samples, GL_RGBA16F);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_RENDERBUFFER, targets.normal_of_many.get());
-    targets.gathered = gl::make_framebuffer({&targets.normal}, nullptr);
-  }
-  for (std::size_t i = 0; i < 2; ++i) {
-    targets.occlusion[i] = gl::make_texture((width + 1) / 2, (height + 1) / 2, GL_RGBA8);
-    targets.occlusion_target[i] = gl::make_framebuffer({&targets.occlusion[i]}, nullptr);
-  }
-  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(many));
-  return targets;
-}
-
-}  // namespace
 
 LiveTargets make_live_targets(const LiveTargetSize& size) {
   const auto [width, height, samples, relief] = size;
@@ -245,14 +246,6 @@ gl::Texture make_matcap_texture(Matcap matcap) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   return texture;
 }
-
-namespace {
-
-void copy(const LiveRect& r, GLbitfield what) {
-  glBlitFramebuffer(r.left, r.bottom, r.right, r.top, r.left, r.bottom, r.right, r.top, what, GL_NEAREST);
-}
-
-}  // namespace
 
 void gather(const LiveTargets& targets, const LiveRect& rect, GLbitfield what) {
   if (targets.is_single && what == GL_COLOR_BUFFER_BIT) return;

@@ -1,3 +1,4 @@
+// LiveMesh: updates the drawn vertices that move, and the boxes of what has changed.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -14,18 +15,18 @@
 namespace knead::render {
 namespace {
 
-constexpr std::uint32_t kBlock = 4096;       // vertices
-constexpr std::size_t kMaxRuns = 256;        // of drawn vertices to upload
-constexpr std::uint32_t kCells = 32;         // along each axis; triangles are sorted by the cell they lie in
-constexpr std::size_t kWorthRuns = 64;       // of triangles, the same
-constexpr std::size_t kWorthThreads = 4096;  // vertices; below, starting threads costs more than they save
+constexpr std::uint32_t kBlock = 4096;              // vertices
+constexpr std::size_t kMaxRuns = 256;               // of drawn vertices to upload
+constexpr std::uint32_t kCells = 32;                // along each axis; triangles are sorted by their cells
+constexpr std::size_t kRunsAtOnce = 64;             // of triangles, for a thread
+constexpr std::size_t kMinParallelVertices = 4096;  // fewer take less time than starting threads
 
-// Runs body(begin, end) over parts of all ranges, on several threads where that is worth it.
+// Runs body(range) over parts of all ranges, on several threads if they are many.
 template <class Body>
 void for_parts(std::span<const VertexRange> ranges, int threads, Body body) {
   std::size_t total = 0;
   for (const VertexRange& range : ranges) total += range.end - range.begin;
-  if (total < kWorthThreads) {
+  if (total < kMinParallelVertices) {
     for (const VertexRange& range : ranges) body(range);
     return;
   }
@@ -41,7 +42,7 @@ void for_parts(std::span<const VertexRange> ranges, int threads, Body body) {
   });
 }
 
-// Several threads may set the same mark. Atomic references come with libc++ 19 only.
+// Several threads may set the same mark. libc++ has atomic references from 19 on.
 void set_mark(std::uint8_t& mark) {
   if (__atomic_load_n(&mark, __ATOMIC_RELAXED) == 0) __atomic_store_n(&mark, std::uint8_t{1}, __ATOMIC_RELAXED);
 }
@@ -106,7 +107,7 @@ void LiveMesh::place(std::span<const Vec3d> positions, const VertexRange& range)
   for (std::uint32_t v = range.begin; v < range.end; ++v) points_[v] = Vec3f(placement_.apply(positions[v]));
 }
 
-// The boxes of the blocks with a flag.
+// Finds the boxes of the blocks with a flag.
 void LiveMesh::measure(const std::vector<std::uint8_t>& blocks, int threads) {
   std::vector<VertexRange> ranges;
   for (std::uint32_t block = 0; block < blocks.size(); ++block) {
@@ -152,7 +153,7 @@ void LiveMesh::mark(const VertexRange& range) {
   }
 }
 
-// The runs of marked vertices, with gaps closed until they are few; clears the marks.
+// Returns the runs of marked vertices, with gaps closed until they are few; clears the marks.
 std::vector<VertexRange> LiveMesh::marked_runs() {
   std::vector<VertexRange> runs;
   const std::size_t count = marks_.size();
@@ -190,7 +191,7 @@ std::vector<VertexRange> LiveMesh::marked_runs() {
   return runs;
 }
 
-// Sorts the triangles by the cell of a grid that their middles lie in. Those of a cell are a run.
+// Sorts the triangles by the grid cell of their middles. Those of a cell form a run.
 void LiveMesh::group_triangles() {
   std::vector<std::uint32_t> vertex_of(drawn_begin_.back());
   for_each_drawn({0, static_cast<std::uint32_t>(points_.size())},
@@ -217,7 +218,7 @@ void LiveMesh::group_triangles() {
   run_marks_.resize(run_boxes_.size());
 }
 
-// The runs at every drawn vertex.
+// Finds the runs at every drawn vertex.
 void LiveMesh::find_runs() {
   constexpr std::uint32_t none = 0xffffffff;
   // Calls visit(d, run) once for each run at a drawn vertex.
@@ -241,7 +242,7 @@ std::span<const std::uint32_t> LiveMesh::indices_of(std::uint32_t run) const {
   return std::span(triangles_).subspan(run_first_[run], run_first_[run + 1] - run_first_[run]);
 }
 
-// The boxes of the runs with a mark; clears the marks.
+// Finds the boxes of the runs with a mark; clears the marks.
 void LiveMesh::measure_runs(int threads) {
   std::vector<std::uint32_t> changed;
   for (std::uint32_t run = 0; run < run_marks_.size(); ++run) {
@@ -251,7 +252,7 @@ void LiveMesh::measure_runs(int threads) {
     for (const std::uint32_t run : changed) extend(changes_, run_boxes_[run]);
   };
   extend_by_all();
-  parallel_for(changed.size(), kWorthRuns, threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(changed.size(), kRunsAtOnce, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Box box;
       for (const std::uint32_t d : indices_of(changed[i])) {

@@ -1,3 +1,4 @@
+// The normals of many drawn vertices at once, in loops that compilers vectorise.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -7,9 +8,9 @@
 namespace knead::render {
 namespace {
 
-constexpr std::size_t kBatch = 1024;  // entries of rings at once: few enough for the nearest cache
+constexpr std::size_t kBatch = 1024;  // entries of rings, which fit into the fastest cache
 
-// Vectors by their components, so that compilers work on several at once.
+// Vectors by their components.
 struct Vectors {
   std::vector<float> x;
   std::vector<float> y;
@@ -27,7 +28,7 @@ struct Vectors {
   }
 };
 
-// From each vertex to those round it; zero between chains, so that nothing comes of the corners that are not there.
+// Finds the edges from each vertex to those around it; zero between chains, so that missing corners add nothing.
 void gather_edges(const Rings& rings, std::span<const Vec3f> points, const VertexRange& drawn,
                   const std::vector<LiveVertex>& vertices, Vectors& edges) {
   const std::size_t first = rings.begin[drawn.begin];
@@ -39,7 +40,7 @@ void gather_edges(const Rings& rings, std::span<const Vec3f> points, const Verte
   }
 }
 
-// To length 1; what is about zero becomes zero.
+// Scales all vectors to length 1; those of almost zero to zero.
 void normalize_all(Vectors& v, std::size_t count) {
   float* const x = v.x.data();
   float* const y = v.y.data();
@@ -52,8 +53,8 @@ void normalize_all(Vectors& v, std::size_t count) {
   }
 }
 
-// The cross product of each edge with the next, made about as long as the angle between them: what is sin(angle) long
-// is multiplied by a polynomial in the cosine.
+// Finds the cross product of each edge with the next, scaled from sin(angle) to about the angle by a polynomial in the
+// cosine.
 void make_corners(const Vectors& edges, std::size_t count, Vectors& corners) {
   const float* const ex = edges.x.data();
   const float* const ey = edges.y.data();

@@ -1,3 +1,4 @@
+// The steps of the interactive picture, its relief, and the topology of live meshes.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -13,7 +14,7 @@
 namespace knead::render {
 namespace {
 
-// For the frame's part of the picture.
+// Resets the state for the frame's part of the picture.
 void reset_state(const LiveFrame& frame) {
   render::reset_state(frame.width, frame.height);
   const LiveRect& r = frame.rect;
@@ -40,51 +41,14 @@ void draw_occlusion(const LiveFrame& frame, const LiveTargets& targets, const Li
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-}  // namespace
-
-LiveReliefPrograms::LiveReliefPrograms()
-    : occlusion(compile(live_occlusion_source())),
-      smooth(compile(live_smooth_source())),
-      relief(compile(live_relief_source())) {}
-
-void draw_live_relief(const LiveFrame& frame, const LiveTargets& targets, const LiveReliefPrograms& programs) {
-  const Relief& wanted = frame.scene.relief;
-  gather(targets, frame.rect, GL_DEPTH_BUFFER_BIT);
-  gather_normals(targets, frame.rect);
-  gl::draw_into_one();
-  if (wanted.occlusion) draw_occlusion(frame, targets, programs);
-  glBindFramebuffer(GL_FRAMEBUFFER, targets.is_single ? targets.relief.shaded.get() : targets.many.get());
-  reset_state(frame);
-  const gl::Program& program = programs.relief;
-  use_relief(program, frame, targets);
-  bind_texture(program, "occlusion_map", 2, GL_TEXTURE_2D, targets.relief.occlusion[1]);
-  set(program, "with_cavity", wanted.cavity ? 1.0 : 0.0);
-  set(program, "with_occlusion", wanted.occlusion ? 1.0 : 0.0);
-  // At the far end of the depth range, so that it changes the samples that the shape covers. Of a single sample the
-  // program itself knows.
-  if (!targets.is_single) glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_GREATER);
-  glDepthMask(GL_FALSE);
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_DST_COLOR, GL_SRC_COLOR);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  glDisable(GL_BLEND);
-  glDepthMask(GL_TRUE);
-  glDepthFunc(GL_LESS);
-  glEnable(GL_DEPTH_TEST);
-  glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
-}
-
-namespace {
-
 // The vertices after and before a corner.
 using Sides = std::pair<std::uint32_t, std::uint32_t>;
 
-// Longer lists are left as they come, every corner a chain of its own: ordering takes the square of their length.
+// Longer lists are not ordered, so that every corner is a chain of its own: ordering takes the square of their length.
 constexpr std::size_t kMaxOrdered = 256;
 
-// Reorders the corners into chains in which the vertex before one is the vertex after the next. A chain that is open
-// begins at its end.
+// Reorders the corners into chains in which the vertex before one is the vertex after the next. An open chain begins at
+// its end.
 void order_chains(std::span<Sides> corners) {
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const bool follows = i > 0 && corners[i].first == corners[i - 1].second;
@@ -110,83 +74,7 @@ void append_chains(std::span<const Sides> corners, std::vector<std::uint32_t>& l
   }
 }
 
-}  // namespace
-
-Rings make_rings(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups) {
-  const std::size_t drawn_count = groups.corner.size();
-  std::vector<std::uint32_t> begin(drawn_count + 1, 0);
-  for (const std::uint32_t d : groups.corner_vertex) {
-    if (d != kNoVertex) ++begin[d + 1];
-  }
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<Sides> sides(begin.back());
-  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-  for (std::uint32_t c = 0; c < groups.corner_vertex.size(); ++c) {
-    if (groups.corner_vertex[c] == kNoVertex) continue;
-    const auto [before, after] = around(mesh, faces, c);
-    sides[next[groups.corner_vertex[c]]++] = {after, before};
-  }
-  Rings rings;
-  rings.begin.reserve(drawn_count + 1);
-  rings.list.reserve(sides.size() + drawn_count);
-  rings.begin.push_back(0);
-  for (std::size_t d = 0; d < drawn_count; ++d) {
-    const std::span<Sides> corners(sides.data() + begin[d], begin[d + 1] - begin[d]);
-    if (corners.size() <= kMaxOrdered) order_chains(corners);
-    append_chains(corners, rings.list);
-    rings.begin.push_back(static_cast<std::uint32_t>(rings.list.size()));
-  }
-  return rings;
-}
-
-PolygonEdges polygon_edges(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups) {
-  // Under the smaller vertex of each edge: the larger, and the corner that the edge begins at. Counted, then filled.
-  std::vector<std::uint32_t> begin(mesh.vertex_count() + 1, 0);
-  const auto for_each_edge = [&](auto visit) {
-    for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-      if (faces.normals[f] == Vec3f{}) continue;
-      for (std::uint32_t c = mesh.face_begin[f]; c < mesh.face_begin[f + 1]; ++c) {
-        const std::uint32_t next = c + 1 == mesh.face_begin[f + 1] ? mesh.face_begin[f] : c + 1;
-        visit(c, next);
-      }
-    }
-  };
-  const auto smaller = [&](std::uint32_t a, std::uint32_t b) {
-    return std::min(mesh.corner_vertex[a], mesh.corner_vertex[b]);
-  };
-  for_each_edge([&](std::uint32_t a, std::uint32_t b) { ++begin[smaller(a, b) + 1]; });
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  struct Edge {
-    std::uint32_t larger = 0;
-    std::uint32_t from = 0;  // corners
-    std::uint32_t to = 0;
-  };
-  std::vector<Edge> edges(begin.back());
-  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-  for_each_edge([&](std::uint32_t a, std::uint32_t b) {
-    edges[next[smaller(a, b)]++] = {std::max(mesh.corner_vertex[a], mesh.corner_vertex[b]), a, b};
-  });
-  PolygonEdges result;
-  result.list.reserve(edges.size());
-  for (std::size_t v = 0; v + 1 < begin.size(); ++v) {
-    const std::span<Edge> here(edges.data() + begin[v], begin[v + 1] - begin[v]);
-    std::stable_sort(here.begin(), here.end(), [](const Edge& a, const Edge& b) { return a.larger < b.larger; });
-    for (std::size_t i = 0; i < here.size();) {
-      std::size_t end = i + 1;
-      while (end < here.size() && here[end].larger == here[i].larger) ++end;
-      result.list.push_back(groups.corner_vertex[here[i].from]);
-      result.list.push_back(groups.corner_vertex[here[i].to]);
-      const bool two_ways = end - i == 2 && mesh.corner_vertex[here[i].from] == mesh.corner_vertex[here[i + 1].to];
-      result.closed = result.closed && two_ways;
-      i = end;
-    }
-  }
-  return result;
-}
-
-namespace {
-
-constexpr double kLineWidth = 1.3;  // in pixels, to either side, of the line where glass meets a shape
+constexpr double kLineWidth = 1.3;  // in pixels to either side: the line where glass meets a shape
 constexpr Color kBackColor{0.50f, 0.56f, 0.64f, 1};
 
 void use_live(const gl::Program& program, const LiveFrame& frame) {
@@ -213,8 +101,8 @@ void blend_premultiplied() {
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
 }
 
-// Without a GPU half of a picture's time goes into the backs of faces, which of a solid seen from outside
-// are all hidden.
+// Returns whether the backs of faces are all hidden: those of a solid seen from outside. Without a GPU they take half
+// of a picture's time.
 bool only_fronts_show(const LiveFrame& frame, const LiveShape& shape) {
   const Box& box = shape.box;
   const Vec3d& eye = frame.view.eye;
@@ -281,8 +169,8 @@ void draw_cloud(const LiveFrame& frame, const LiveShape& shape) {
   draw_points(shape.buffers);
 }
 
-// Counts, for every sample, how many more backs than fronts are left behind the cut: where that is not zero, the ray
-// went in through the cut.
+// Counts the backs minus the fronts behind the cut in every sample: where that is not zero, the ray entered through the
+// cut.
 void count_openings(const LiveFrame& frame, const LiveShape& shape) {
   use_live_clipped(frame.programs.depth, frame);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
@@ -318,6 +206,111 @@ void draw_cut_face(const LiveFrame& frame) {
 }
 
 }  // namespace
+
+LiveReliefPrograms::LiveReliefPrograms()
+    : occlusion(compile(live_occlusion_source())),
+      smooth(compile(live_smooth_source())),
+      relief(compile(live_relief_source())) {}
+
+void draw_live_relief(const LiveFrame& frame, const LiveTargets& targets, const LiveReliefPrograms& programs) {
+  const Relief& wanted = frame.scene.relief;
+  gather(targets, frame.rect, GL_DEPTH_BUFFER_BIT);
+  gather_normals(targets, frame.rect);
+  gl::draw_into_one();
+  if (wanted.occlusion) draw_occlusion(frame, targets, programs);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.is_single ? targets.relief.shaded.get() : targets.many.get());
+  reset_state(frame);
+  const gl::Program& program = programs.relief;
+  use_relief(program, frame, targets);
+  bind_texture(program, "occlusion_map", 2, GL_TEXTURE_2D, targets.relief.occlusion[1]);
+  set(program, "with_cavity", wanted.cavity ? 1.0 : 0.0);
+  set(program, "with_occlusion", wanted.occlusion ? 1.0 : 0.0);
+  // At the far end of the depth range, so that it changes the samples that the shape covers. With a single sample the
+  // program tests this itself.
+  if (!targets.is_single) glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_GREATER);
+  glDepthMask(GL_FALSE);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_DST_COLOR, GL_SRC_COLOR);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDisable(GL_BLEND);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LESS);
+  glEnable(GL_DEPTH_TEST);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
+}
+
+Rings make_rings(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups) {
+  const std::size_t drawn_count = groups.corner.size();
+  std::vector<std::uint32_t> begin(drawn_count + 1, 0);
+  for (const std::uint32_t d : groups.corner_vertex) {
+    if (d != kNoVertex) ++begin[d + 1];
+  }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Sides> sides(begin.back());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  for (std::uint32_t c = 0; c < groups.corner_vertex.size(); ++c) {
+    if (groups.corner_vertex[c] == kNoVertex) continue;
+    const auto [before, after] = around(mesh, faces, c);
+    sides[next[groups.corner_vertex[c]]++] = {after, before};
+  }
+  Rings rings;
+  rings.begin.reserve(drawn_count + 1);
+  rings.list.reserve(sides.size() + drawn_count);
+  rings.begin.push_back(0);
+  for (std::size_t d = 0; d < drawn_count; ++d) {
+    const std::span<Sides> corners(sides.data() + begin[d], begin[d + 1] - begin[d]);
+    if (corners.size() <= kMaxOrdered) order_chains(corners);
+    append_chains(corners, rings.list);
+    rings.begin.push_back(static_cast<std::uint32_t>(rings.list.size()));
+  }
+  return rings;
+}
+
+PolygonEdges polygon_edges(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups) {
+  // Stores each edge at its smaller vertex, with the larger and its two corners. Counts first, then fills.
+  std::vector<std::uint32_t> begin(mesh.vertex_count() + 1, 0);
+  const auto for_each_edge = [&](auto visit) {
+    for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+      if (faces.normals[f] == Vec3f{}) continue;
+      for (std::uint32_t c = mesh.face_begin[f]; c < mesh.face_begin[f + 1]; ++c) {
+        const std::uint32_t next = c + 1 == mesh.face_begin[f + 1] ? mesh.face_begin[f] : c + 1;
+        visit(c, next);
+      }
+    }
+  };
+  const auto smaller = [&](std::uint32_t a, std::uint32_t b) {
+    return std::min(mesh.corner_vertex[a], mesh.corner_vertex[b]);
+  };
+  for_each_edge([&](std::uint32_t a, std::uint32_t b) { ++begin[smaller(a, b) + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  struct Edge {
+    std::uint32_t larger = 0;
+    std::uint32_t from = 0;  // corners
+    std::uint32_t to = 0;
+  };
+  std::vector<Edge> edges(begin.back());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  for_each_edge([&](std::uint32_t a, std::uint32_t b) {
+    edges[next[smaller(a, b)]++] = {std::max(mesh.corner_vertex[a], mesh.corner_vertex[b]), a, b};
+  });
+  PolygonEdges result;
+  result.list.reserve(edges.size());
+  for (std::size_t v = 0; v + 1 < begin.size(); ++v) {
+    const std::span<Edge> here(edges.data() + begin[v], begin[v + 1] - begin[v]);
+    std::stable_sort(here.begin(), here.end(), [](const Edge& a, const Edge& b) { return a.larger < b.larger; });
+    for (std::size_t i = 0; i < here.size();) {
+      std::size_t end = i + 1;
+      while (end < here.size() && here[end].larger == here[i].larger) ++end;
+      result.list.push_back(groups.corner_vertex[here[i].from]);
+      result.list.push_back(groups.corner_vertex[here[i].to]);
+      const bool two_ways = end - i == 2 && mesh.corner_vertex[here[i].from] == mesh.corner_vertex[here[i + 1].to];
+      result.closed = result.closed && two_ways;
+      i = end;
+    }
+  }
+  return result;
+}
 
 LiveCut live_cut(const Clip& clip, const Placement& placement) {
   const double length = norm(clip.normal);
@@ -401,7 +394,7 @@ void draw_live_rods(const LiveFrame& frame, const LiveBuffers& rods) {
   use_live(program, frame);
   glEnable(GL_CULL_FACE);
   glCullFace(GL_BACK);
-  // What is hidden, once in each sample.
+  // First the hidden parts, once in each sample.
   glClear(GL_STENCIL_BUFFER_BIT);
   glEnable(GL_STENCIL_TEST);
   glStencilFunc(GL_EQUAL, 0, 0xff);
@@ -455,7 +448,7 @@ void present_live(const LiveTargets& targets, int width, int height, int left, i
   glDisable(GL_BLEND);
   const auto [wide, high, samples, relief] = targets.size;
   const bool is_enlarged = wide != width || high != height;
-  // Chromium clears a canvas before what is first drawn into it, and does not count a copy.
+  // Chromium clears a canvas before the first drawing into it, and does not count a copy as one.
   glEnable(GL_SCISSOR_TEST);
   glScissor(left, bottom, width, height);
   glClear(GL_COLOR_BUFFER_BIT);

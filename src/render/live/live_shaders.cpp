@@ -1,3 +1,4 @@
+// The GLSL 3.30 sources of the live view's programs. They write colours in sRGB.
 #include <string>
 
 #include "render/live/live.h"
@@ -11,7 +12,7 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 color;
 uniform mat4 matrix;
-uniform vec4 clip;  // dot(clip.xyz, p) > clip.w is taken away
+uniform vec4 clip;  // dot(clip.xyz, p) > clip.w is clipped
 invariant gl_Position;
 void place() {
   gl_Position = matrix * vec4(position, 1.0);
@@ -33,7 +34,7 @@ void main() {
 }
 )";
 
-// Colours are multiplied by light as squares, which is near enough to what the screen does, and cheap.
+// Colours are multiplied by light as squares, a cheap approximation of the screen's transfer function.
 const char* const kClayLight = R"(
 uniform float influence;  // 1: shown; 2: as a stretch
 uniform vec3 stretch[5];

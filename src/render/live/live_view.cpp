@@ -1,3 +1,4 @@
+// LiveView: the state of an interactive picture, and the order of its steps.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -14,12 +15,11 @@
 namespace knead::render {
 namespace {
 
-constexpr float kMaskShade = 0.62f;  // how much darker a masked vertex is
-
+constexpr float kMaskShade = 0.62f;  // by which a masked vertex is darker
 constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 constexpr int kRodSides = 16;
 
-// A translucent surface as it was last drawn; while its faces stay the same only its places are sent.
+// A translucent surface that was drawn; while its faces stay the same, only its positions are sent.
 struct Glass {
   Mesh mesh;
   Color color;
@@ -54,13 +54,12 @@ BoundingBall ball_of(const Box& box) {
   return {box.center(), 0.5 * box.diagonal() + 1e-3};
 }
 
-// The ball by which a view of the box is made. It takes steps, so that depths stay what they are while a shape is
-// deformed.
+// The ball for a view of the box. Its radius grows in steps, so that depths do not change during a small deformation.
 BoundingBall seen_ball(const Box& box) {
   constexpr double least = 1.1;
   constexpr double step = 1.25;
-  const double reach = box.empty() ? least : std::max({least, norm(box.center()) + 0.5 * box.diagonal()});
-  return {{}, least * std::pow(step, std::ceil(std::log(reach / least) / std::log(step)))};
+  const double radius = box.empty() ? least : std::max({least, norm(box.center()) + 0.5 * box.diagonal()});
+  return {{}, least * std::pow(step, std::ceil(std::log(radius / least) / std::log(step)))};
 }
 
 // The least and greatest of dot(direction, corner).
@@ -76,7 +75,7 @@ struct ShownImage {
   gl::Texture texture;
 };
 
-// What the targets show, so that it, or most of it, need not be drawn again.
+// The picture in the targets, which need not be drawn again, or only in parts.
 struct Drawn {
   LiveScene scene;
   int width = 0;
@@ -84,7 +83,7 @@ struct Drawn {
   double near = 0;
   double far = 0;
 
-  // Whether all is as in another picture but the tools, which moves them here.
+  // Returns whether another picture differs by its tools at most.
   bool differs_by_tools(Drawn other) const {
     other.scene.surfaces = scene.surfaces;
     other.scene.arrows = scene.arrows;
@@ -120,7 +119,7 @@ void add_differences(const std::vector<Rod>& before, const std::vector<Rod>& aft
   }
 }
 
-// Arrows and lines with what they look like.
+// Arrows and lines, and their buffers.
 struct Rods {
   std::vector<Arrow> arrows;
   std::vector<Line> lines;
@@ -141,15 +140,70 @@ struct Rods {
   }
 };
 
+// Binds the caller's framebuffer again at the end.
+struct FramebufferGuard {
+  GLint draw = 0;
+  GLint read = 0;
+  FramebufferGuard() {
+    glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw);
+    glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &read);
+  }
+  FramebufferGuard(const FramebufferGuard&) = delete;
+  FramebufferGuard& operator=(const FramebufferGuard&) = delete;
+  ~FramebufferGuard() { bind(); }
+
+  void bind() const {
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(draw));
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(read));
+  }
+};
+
+// Returns the samples that the box may cover, with a margin; all if it extends behind the eye.
+LiveRect rect_of(const Box& box, const View& view, int width, int height, int margin) {
+  LiveRect rect{width, height, 0, 0};
+  for (int i = 0; i < 8 && !box.empty(); ++i) {
+    const Vec3d p{(i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
+                  (i & 4) != 0 ? box.max.z : box.min.z};
+    const auto row = [&](std::size_t r) {
+      return view.matrix[r] * p.x + view.matrix[4 + r] * p.y + view.matrix[8 + r] * p.z + view.matrix[12 + r];
+    };
+    const double w = row(3);
+    if (!(w > 1e-3)) return {0, 0, width, height};
+    const double x = std::clamp(0.5 * (row(0) / w + 1), -1.0, 2.0) * width;
+    const double y = std::clamp(0.5 * (row(1) / w + 1), -1.0, 2.0) * height;
+    rect.left = std::min(rect.left, static_cast<int>(std::floor(x)) - margin);
+    rect.bottom = std::min(rect.bottom, static_cast<int>(std::floor(y)) - margin);
+    rect.right = std::max(rect.right, static_cast<int>(std::ceil(x)) + margin);
+    rect.top = std::max(rect.top, static_cast<int>(std::ceil(y)) + margin);
+  }
+  return {std::max(rect.left, 0), std::max(rect.bottom, 0), std::min(rect.right, width), std::min(rect.top, height)};
+}
+
+void extend(LiveRect& rect, const LiveRect& other) {
+  if (other.left >= other.right || other.bottom >= other.top) return;
+  rect = {std::min(rect.left, other.left), std::min(rect.bottom, other.bottom), std::max(rect.right, other.right),
+          std::max(rect.top, other.top)};
+}
+
+bool overlap(const LiveRect& a, const LiveRect& b) {
+  return a.left < b.right && b.left < a.right && a.bottom < b.top && b.bottom < a.top;
+}
+
+// Returns the number of samples around a sample that its relief reads, and the width of lines.
+int margin_of(const LiveScene& scene, int height) {
+  constexpr int line = 4;
+  return line + (scene.relief.cavity ? 3 * std::max(1, static_cast<int>(std::lround(kFinestCavity * height))) : 0);
+}
+
 }  // namespace
 
 struct LiveView::State {
   LivePrograms programs;
-  std::optional<LiveReliefPrograms> relief_programs;  // from the first picture that has a relief
+  std::optional<LiveReliefPrograms> relief_programs;  // since the first picture with a relief
   std::optional<Matcap> matcap;                       // in matcap_texture
   gl::Texture matcap_texture;
-  std::optional<LiveCompute> compute;  // of the shape, from the first places that are on the GPU
-  std::optional<Box> box_on_gpu;       // renderer units; while the shape's places are those on the GPU
+  std::optional<LiveCompute> compute;  // of the shape, since its positions were first on the GPU
+  std::optional<Box> box_on_gpu;       // renderer units; while the shape's positions are on the GPU
   int samples = 1;
   bool reports_loss = false;
   Placement placement;
@@ -163,9 +217,33 @@ struct LiveView::State {
   LiveTargets targets;
   LiveTargets other_targets;
   UploadCounts counts;
-  std::optional<Drawn> drawn;  // none where the shape's colours have changed since
+  std::optional<Drawn> drawn;  // none if the shape's colours have changed since
 
-  // Of the scene's images; those that it does not have any more are forgotten.
+  // Draws the scene into the targets' single samples. If they show a similar picture, draws only the parts that may
+  // differ.
+  void make_picture(const LiveScene& scene, int width, int height);
+
+  // Sets the colour of each drawn vertex d to color_of(d, value), where its vertex's value is limited to [0, 1].
+  template <class ColorOf>
+  void set_colors(std::span<const float> per_vertex, const char* what, const ColorOf& color_of) {
+    const std::size_t count = mesh.vertex_count();
+    if (!per_vertex.empty() && per_vertex.size() != count) {
+      throw InvalidInput("live view: " + std::to_string(per_vertex.size()) + " values of " + what + " for a shape of " +
+                         std::to_string(count) + " vertices; give one per vertex");
+    }
+    VertexRange different{static_cast<std::uint32_t>(colors.size()), 0};
+    mesh.for_each_drawn({0, static_cast<std::uint32_t>(count)}, [&](std::uint32_t v, std::uint32_t d) {
+      const float value = per_vertex.empty() || !(per_vertex[v] > 0) ? 0.0f : std::min(per_vertex[v], 1.0f);
+      const Bytes4 color = color_of(d, value);
+      if (color == colors[d]) return;
+      colors[d] = color;
+      different = {std::min(different.begin, d), std::max(different.end, d + 1)};
+    });
+    if (different.begin < different.end) drawn.reset();
+    update_colors(buffers, colors, different);
+  }
+
+  // Returns the scene's images on the GPU, and drops all others.
   std::vector<LiveImage> show_images(const LiveScene& scene) {
     std::vector<ShownImage> kept;
     for (const PlacedImage& placed : scene.images) {
@@ -185,8 +263,7 @@ struct LiveView::State {
     return shown;
   }
 
-  // What the scene has besides the shape, on the GPU; surfaces without faces are left out. Adds boxes around what has
-  // changed.
+  // Returns the scene's surfaces with faces on the GPU, and updates the rods. Adds boxes around all changes.
   std::vector<LiveGlass> show(const LiveScene& scene, const Vec3d& forward, std::vector<Box>& changes) {
     rods.show(scene, placement, changes);
     std::vector<LiveGlass> shown;
@@ -215,7 +292,7 @@ struct LiveView::State {
     return shown;
   }
 
-  // Those of the size before, with other samples, are kept: views change between few and many.
+  // Keeps the targets of the same size with other samples, because views alternate between few and many.
   void make_targets(const LiveTargetSize& size) {
     if (targets.size == size) return;
     std::swap(targets, other_targets);
@@ -241,28 +318,6 @@ struct LiveView::State {
     return box;
   }
 };
-
-namespace {
-
-// Binds the caller's framebuffer again, whatever happens.
-struct FramebufferGuard {
-  GLint draw = 0;
-  GLint read = 0;
-  FramebufferGuard() {
-    glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw);
-    glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &read);
-  }
-  FramebufferGuard(const FramebufferGuard&) = delete;
-  FramebufferGuard& operator=(const FramebufferGuard&) = delete;
-  ~FramebufferGuard() { bind(); }
-
-  void bind() const {
-    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(draw));
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(read));
-  }
-};
-
-}  // namespace
 
 LiveView::LiveView(int samples) {
   gl::require_version(33);
@@ -328,140 +383,75 @@ void LiveView::move_on_gpu(std::span<const PointBuffer> points, const Box& box) 
 }
 
 void LiveView::set_influence(std::span<const float> per_vertex) {
-  State& s = *state_;
-  const std::size_t count = s.mesh.vertex_count();
-  if (!per_vertex.empty() && per_vertex.size() != count) {
-    throw InvalidInput("live view: " + std::to_string(per_vertex.size()) + " values of influence for a shape of " +
-                       std::to_string(count) + " vertices; give one per vertex");
-  }
-  VertexRange different{static_cast<std::uint32_t>(s.colors.size()), 0};
-  s.mesh.for_each_drawn({0, static_cast<std::uint32_t>(count)}, [&](std::uint32_t v, std::uint32_t d) {
-    const float value = per_vertex.empty() || !(per_vertex[v] > 0) ? 0.0f : std::min(per_vertex[v], 1.0f);
-    const auto byte = static_cast<std::uint8_t>(std::lround(255 * value));
-    if (s.colors[d][3] == byte) return;
-    s.colors[d][3] = byte;
-    different = {std::min(different.begin, d), std::max(different.end, d + 1)};
+  state_->set_colors(per_vertex, "influence", [&](std::uint32_t d, float value) {
+    Bytes4 color = state_->colors[d];
+    color[3] = static_cast<std::uint8_t>(std::lround(255 * value));
+    return color;
   });
-  if (different.begin < different.end) s.drawn.reset();
-  update_colors(s.buffers, s.colors, different);
 }
 
 void LiveView::set_mask(std::span<const float> per_vertex) {
-  State& s = *state_;
-  const std::size_t count = s.mesh.vertex_count();
-  if (!per_vertex.empty() && per_vertex.size() != count) {
-    throw InvalidInput("live view: " + std::to_string(per_vertex.size()) + " values of a mask for a shape of " +
-                       std::to_string(count) + " vertices; give one per vertex");
-  }
-  VertexRange different{static_cast<std::uint32_t>(s.colors.size()), 0};
-  s.mesh.for_each_drawn({0, static_cast<std::uint32_t>(count)}, [&](std::uint32_t v, std::uint32_t d) {
-    const float value = per_vertex.empty() || !(per_vertex[v] > 0) ? 0.0f : std::min(per_vertex[v], 1.0f);
-    Bytes4 color = s.colors[d];
+  state_->set_colors(per_vertex, "a mask", [&](std::uint32_t d, float value) {
+    Bytes4 color = state_->colors[d];
     for (std::size_t i = 0; i < 3; ++i) {
-      const float lit = static_cast<float>(s.plain_colors[d][i]) * (1 - kMaskShade * value);
+      const float lit = static_cast<float>(state_->plain_colors[d][i]) * (1 - kMaskShade * value);
       color[i] = static_cast<std::uint8_t>(std::lround(lit));
     }
-    if (color == s.colors[d]) return;
-    s.colors[d] = color;
-    different = {std::min(different.begin, d), std::max(different.end, d + 1)};
+    return color;
   });
-  if (different.begin < different.end) s.drawn.reset();
-  update_colors(s.buffers, s.colors, different);
 }
 
-namespace {
-
-// The samples that the box may cover, and those up to a margin away; all where it reaches behind the eye.
-LiveRect rect_of(const Box& box, const View& view, int width, int height, int margin) {
-  LiveRect rect{width, height, 0, 0};
-  for (int i = 0; i < 8 && !box.empty(); ++i) {
-    const Vec3d p{(i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
-                  (i & 4) != 0 ? box.max.z : box.min.z};
-    const auto row = [&](std::size_t r) {
-      return view.matrix[r] * p.x + view.matrix[4 + r] * p.y + view.matrix[8 + r] * p.z + view.matrix[12 + r];
-    };
-    const double w = row(3);
-    if (!(w > 1e-3)) return {0, 0, width, height};
-    const double x = std::clamp(0.5 * (row(0) / w + 1), -1.0, 2.0) * width;
-    const double y = std::clamp(0.5 * (row(1) / w + 1), -1.0, 2.0) * height;
-    rect.left = std::min(rect.left, static_cast<int>(std::floor(x)) - margin);
-    rect.bottom = std::min(rect.bottom, static_cast<int>(std::floor(y)) - margin);
-    rect.right = std::max(rect.right, static_cast<int>(std::ceil(x)) + margin);
-    rect.top = std::max(rect.top, static_cast<int>(std::ceil(y)) + margin);
-  }
-  return {std::max(rect.left, 0), std::max(rect.bottom, 0), std::min(rect.right, width), std::min(rect.top, height)};
-}
-
-void extend(LiveRect& rect, const LiveRect& other) {
-  if (other.left >= other.right || other.bottom >= other.top) return;
-  rect = {std::min(rect.left, other.left), std::min(rect.bottom, other.bottom), std::max(rect.right, other.right),
-          std::max(rect.top, other.top)};
-}
-
-bool overlap(const LiveRect& a, const LiveRect& b) {
-  return a.left < b.right && b.left < a.right && a.bottom < b.top && b.bottom < a.top;
-}
-
-// A relief looks that many samples around, a line is not much wider.
-int margin_of(const LiveScene& scene, int height) {
-  constexpr int line = 4;
-  return line + (scene.relief.cavity ? 3 * std::max(1, static_cast<int>(std::lround(kFinestCavity * height))) : 0);
-}
-
-// Draws the scene into the targets' single samples; of a picture that is there already only what may differ.
-void make_picture(LiveView::State& s, const LiveScene& scene, int width, int height) {
+void LiveView::State::make_picture(const LiveScene& scene, int width, int height) {
   std::optional<LiveCut> cut;
-  if (scene.clip) cut = live_cut(*scene.clip, s.placement);
+  if (scene.clip) cut = live_cut(*scene.clip, placement);
   if (scene.sections.size() > kMaxSections) throw InvalidInput("live view: too many sections; give at most three");
   std::vector<LiveCut> sections;
-  for (const Clip& plane : scene.sections) sections.push_back(live_cut(plane, s.placement));
+  for (const Clip& plane : scene.sections) sections.push_back(live_cut(plane, placement));
   const double aspect = static_cast<double>(width) / height;
-  const View rough = make_view(scene.camera, s.placement, {}, aspect, height);
-  std::vector<Box> changes{s.mesh.take_changes()};
-  const std::optional<Drawn> before = std::exchange(s.drawn, {});
-  const std::vector<LiveGlass> glass = s.show(scene, rough.frame.forward, changes);
-  const View view = make_view(scene.camera, s.placement, seen_ball(s.shown_box()), aspect, height);
+  const View rough = make_view(scene.camera, placement, {}, aspect, height);
+  std::vector<Box> changes{mesh.take_changes()};
+  const std::optional<Drawn> before = std::exchange(drawn, {});
+  const std::vector<LiveGlass> shown_glass = show(scene, rough.frame.forward, changes);
+  const View view = make_view(scene.camera, placement, seen_ball(shown_box()), aspect, height);
   const bool is_matcap = scene.material == Material::matcap;
-  const bool relief = scene.relief != Relief{} && !s.mesh.is_cloud();
-  Drawn drawn{scene, width, height, view.near, view.far};
+  const bool relief = scene.relief != Relief{} && !mesh.is_cloud();
+  Drawn now{scene, width, height, view.near, view.far};
   LiveRect rect{0, 0, width, height};
-  const bool is_local = !s.mesh.is_cloud() && !s.box_on_gpu && !cut && !scene.relief.occlusion;
-  if (is_local && before && before->differs_by_tools(drawn)) {
+  const bool is_local = !mesh.is_cloud() && !box_on_gpu && !cut && !scene.relief.occlusion;
+  if (is_local && before && before->differs_by_tools(now)) {
     rect = {width, height, 0, 0};
     for (const Box& box : changes) extend(rect, rect_of(box, view, width, height, margin_of(scene, height)));
   }
-  const LiveFrame frame{s.programs,
+  const LiveFrame frame{programs,
                         view,
                         scene,
-                        ball_of(s.shape_box()),
+                        ball_of(shape_box()),
                         width,
                         height,
                         rect,
                         cut,
-                        is_matcap ? &s.texture_of(scene.matcap) : nullptr,
+                        is_matcap ? &texture_of(scene.matcap) : nullptr,
                         relief,
                         std::move(sections)};
-  if (relief && !s.relief_programs) s.relief_programs.emplace();
-  s.make_targets({width, height, scene.samples > 0 ? scene.samples : s.samples, relief});
+  if (relief && !relief_programs) relief_programs.emplace();
+  make_targets({width, height, scene.samples > 0 ? scene.samples : samples, relief});
   if (rect.left < rect.right && rect.bottom < rect.top) {
     const auto is_seen = [&](const Box& box) {
-      return s.box_on_gpu || box.empty() || overlap(rect_of(box, view, width, height, 1), rect);
+      return box_on_gpu || box.empty() || overlap(rect_of(box, view, width, height, 1), rect);
     };
-    begin_live_picture(frame, s.targets);
-    draw_live_shape(frame, {s.mesh, s.buffers, s.shape_box(), s.mesh.seen(is_seen)});
-    if (relief) draw_live_relief(frame, s.targets, *s.relief_programs);
+    begin_live_picture(frame, targets);
+    draw_live_shape(frame, {mesh, buffers, shape_box(), mesh.seen(is_seen)});
+    if (relief) draw_live_relief(frame, targets, *relief_programs);
     draw_live_background(frame);
-    draw_live_images(frame, s.show_images(scene));
-    if (!glass.empty()) gather(s.targets, rect, GL_DEPTH_BUFFER_BIT);
-    draw_live_rods(frame, s.rods.buffers);
-    if (!glass.empty()) draw_live_glass(frame, glass, s.targets.one_depth);
-    gather(s.targets, rect, GL_COLOR_BUFFER_BIT);
+    draw_live_images(frame, show_images(scene));
+    if (!shown_glass.empty()) gather(targets, rect, GL_DEPTH_BUFFER_BIT);
+    draw_live_rods(frame, rods.buffers);
+    if (!shown_glass.empty()) draw_live_glass(frame, shown_glass, targets.one_depth);
+    gather(targets, rect, GL_COLOR_BUFFER_BIT);
     glDisable(GL_SCISSOR_TEST);
   }
-  s.drawn = std::move(drawn);
+  drawn = std::move(now);
 }
-
-}  // namespace
 
 bool LiveView::draw(const LiveScene& scene, int width, int height, int left, int bottom) {
   if (width < 1 || height < 1) return false;
@@ -472,7 +462,7 @@ bool LiveView::draw(const LiveScene& scene, int width, int height, int left, int
   const std::optional<Drawn>& drawn = state_->drawn;
   const bool is_there =
       drawn && drawn->width == wide && drawn->height == high && drawn->scene == scene && !state_->mesh.has_changes();
-  if (!is_there) make_picture(*state_, scene, wide, high);
+  if (!is_there) state_->make_picture(scene, wide, high);
   caller.bind();
   present_live(state_->targets, width, height, left, bottom);
   return !is_there;
@@ -482,7 +472,7 @@ Image LiveView::picture(const LiveScene& scene, int width, int height) {
   if (width < 1 || height < 1) throw InvalidInput("live view: a picture without pixels; give a width and a height");
   const FramebufferGuard caller;
   state_->drawn.reset();
-  make_picture(*state_, scene, width, height);
+  state_->make_picture(scene, width, height);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, state_->targets.one.get());
   const std::size_t row = 4 * static_cast<std::size_t>(width);
   std::vector<std::uint8_t> upside_down(row * static_cast<std::size_t>(height));

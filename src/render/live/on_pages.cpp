@@ -1,4 +1,4 @@
-// What pages do not have: compute shaders, and the offline renderer.
+// Stands in for compute shaders and the offline renderer, which pages do not have: both throw.
 #include "knead/gl.h"
 #include "render/live/live.h"
 
@@ -6,7 +6,7 @@ namespace knead::render {
 
 LiveCompute::LiveCompute(const LiveMesh&) { throw GpuError("this build has no compute shaders; use the CPU"); }
 
-// Not reached: there is no object to call it for.
+// Never called, because the constructor throws.
 void LiveCompute::move(std::span<const PointBuffer>, const Placement&, const LiveBuffers&) const {}
 
 Image render(const Scene&, const Options&) {

@@ -1,3 +1,4 @@
+// The shapes that cast shadows, and the lights of the studio.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -46,7 +47,7 @@ void merge_cells(Occluder& occluder, double cell) {
   std::vector<double> counts;
   std::vector<std::uint32_t> merged;
   merged.reserve(occluder.positions.size());
-  // Shifted to where nothing is negative, so that casts round down.
+  // Shifted to positive numbers, so that casts round down.
   const auto index = [&](float x) { return static_cast<std::uint64_t>(x / cell + 1048576) & 0x1fffff; };
   for (const Vec3f& p : occluder.positions) {
     const std::uint64_t key = index(p.x) | index(p.y) << 21 | index(p.z) << 42;
@@ -71,27 +72,11 @@ void merge_cells(Occluder& occluder, double cell) {
   occluder.indices = std::move(kept);
 }
 
-}  // namespace
-
-Occluder make_occluder(const std::vector<DrawSurface>& surfaces, const Vec3d& up, double cell,
-                       std::size_t max_triangles, double point_radius) {
-  Occluder occluder;
-  for (const DrawSurface& surface : surfaces) append(surface, occluder);
-  occluder.is_solid = std::all_of(surfaces.begin(), surfaces.end(), [](const DrawSurface& surface) {
-    return surface.is_solid || surface.indices.empty();
-  });
-  measure(occluder, up, point_radius);
-  if (occluder.indices.size() > 3 * max_triangles) merge_cells(occluder, cell * occluder.radius);
-  return occluder;
-}
-
-namespace {
-
 double beyond(const std::array<float, 4>& plane, const Vec3f& p) {
   return double{plane[0]} * p.x + double{plane[1]} * p.y + double{plane[2]} * p.z - double{plane[3]};
 }
 
-// The corners of what the plane leaves of a triangle, at most four.
+// Returns the corners of the rest of a triangle, at most four.
 std::vector<Vec3f> clipped(const std::array<Vec3f, 3>& triangle, const std::array<float, 4>& plane) {
   std::vector<Vec3f> kept;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -105,32 +90,7 @@ std::vector<Vec3f> clipped(const std::array<Vec3f, 3>& triangle, const std::arra
   return kept;
 }
 
-}  // namespace
-
-void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane) {
-  std::erase_if(occluder.points, [&](const Vec3f& p) { return beyond(plane, p) > 0; });
-  std::vector<std::uint32_t> indices;
-  for (std::size_t i = 0; i < occluder.indices.size(); i += 3) {
-    std::array<Vec3f, 3> triangle;
-    for (std::size_t k = 0; k < 3; ++k) triangle[k] = occluder.positions[occluder.indices[i + k]];
-    const auto is_beyond = [&](const Vec3f& p) { return beyond(plane, p) > 0; };
-    const auto count = std::count_if(triangle.begin(), triangle.end(), is_beyond);
-    if (count > 0) occluder.is_solid = false;
-    if (count == 0) {
-      for (std::size_t k = 0; k < 3; ++k) indices.push_back(occluder.indices[i + k]);
-    } else if (count < 3) {
-      const auto first = static_cast<std::uint32_t>(occluder.positions.size());
-      const std::vector<Vec3f> kept = clipped(triangle, plane);
-      occluder.positions.insert(occluder.positions.end(), kept.begin(), kept.end());
-      for (std::uint32_t k = 2; k < kept.size(); ++k) indices.insert(indices.end(), {first, first + k - 1, first + k});
-    }
-  }
-  occluder.indices = std::move(indices);
-}
-
-namespace {
-
-// The studio stands still relative to the camera: up is the ground's, `back` points from the scene to the viewer.
+// The studio, which is fixed relative to the camera: up is the ground's, `back` points from the scene to the viewer.
 struct Studio {
   Vec3d up;
   Vec3d right;
@@ -204,6 +164,39 @@ Light sky_light(const Studio& studio, Point2 p, double share) {
 }
 
 }  // namespace
+
+Occluder make_occluder(const std::vector<DrawSurface>& surfaces, const Vec3d& up, double cell,
+                       std::size_t max_triangles, double point_radius) {
+  Occluder occluder;
+  for (const DrawSurface& surface : surfaces) append(surface, occluder);
+  occluder.is_solid = std::all_of(surfaces.begin(), surfaces.end(), [](const DrawSurface& surface) {
+    return surface.is_solid || surface.indices.empty();
+  });
+  measure(occluder, up, point_radius);
+  if (occluder.indices.size() > 3 * max_triangles) merge_cells(occluder, cell * occluder.radius);
+  return occluder;
+}
+
+void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane) {
+  std::erase_if(occluder.points, [&](const Vec3f& p) { return beyond(plane, p) > 0; });
+  std::vector<std::uint32_t> indices;
+  for (std::size_t i = 0; i < occluder.indices.size(); i += 3) {
+    std::array<Vec3f, 3> triangle;
+    for (std::size_t k = 0; k < 3; ++k) triangle[k] = occluder.positions[occluder.indices[i + k]];
+    const auto is_beyond = [&](const Vec3f& p) { return beyond(plane, p) > 0; };
+    const auto count = std::count_if(triangle.begin(), triangle.end(), is_beyond);
+    if (count > 0) occluder.is_solid = false;
+    if (count == 0) {
+      for (std::size_t k = 0; k < 3; ++k) indices.push_back(occluder.indices[i + k]);
+    } else if (count < 3) {
+      const auto first = static_cast<std::uint32_t>(occluder.positions.size());
+      const std::vector<Vec3f> kept = clipped(triangle, plane);
+      occluder.positions.insert(occluder.positions.end(), kept.begin(), kept.end());
+      for (std::uint32_t k = 2; k < kept.size(); ++k) indices.insert(indices.end(), {first, first + k - 1, first + k});
+    }
+  }
+  occluder.indices = std::move(indices);
+}
 
 std::vector<Light> studio_lights(const View& view, int count) {
   const Studio studio = make_studio(view);

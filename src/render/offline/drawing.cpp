@@ -1,3 +1,4 @@
+// Small steps that the passes share: uniforms, state, and buffers of surfaces.
 #include <cstddef>
 
 #include "render/offline/passes.h"

@@ -1,3 +1,4 @@
+// Animated GIFs: palettes by median cut, LZW, and the parts of a picture that change.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +11,7 @@
 namespace knead::render {
 namespace {
 
-constexpr std::size_t kMaxColors = 255;  // one more is for pixels that stay
+constexpr std::size_t kMaxColors = 255;  // and one for pixels that stay
 constexpr std::uint8_t kStays = 255;
 
 using Rgb = std::array<std::uint8_t, 3>;
@@ -24,7 +25,7 @@ std::uint32_t key_of(const Rgb& c) {
   return static_cast<std::uint32_t>(c[0]) << 16 | static_cast<std::uint32_t>(c[1]) << 8 | c[2];
 }
 
-// On white.
+// Returns the colour of a pixel on white.
 Rgb color_at(const Image& image, std::size_t pixel) {
   const std::uint8_t* const p = &image.pixels[4 * pixel];
   Rgb color{};
@@ -34,7 +35,7 @@ Rgb color_at(const Image& image, std::size_t pixel) {
   return color;
 }
 
-// Some of the colours, one after the other, and how far apart they are.
+// A range of the colours, and its extent.
 struct ColorBox {
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -64,7 +65,7 @@ ColorBox measured(const std::vector<CountedColor>& colors, std::size_t begin, st
   return box;
 }
 
-// Cuts a box where half of its pixels are on either side.
+// Returns where to cut a box, with half of its pixels on either side.
 std::size_t cut(std::vector<CountedColor>& colors, const ColorBox& box) {
   const auto begin = colors.begin() + static_cast<std::ptrdiff_t>(box.begin);
   const auto end = colors.begin() + static_cast<std::ptrdiff_t>(box.end);
@@ -215,7 +216,7 @@ void append_compressed(std::string& bytes, const std::vector<std::uint8_t>& numb
   writer.finish();
 }
 
-// What differs from the picture before; one pixel where nothing does.
+// Returns the rectangle that differs from the picture before; one pixel if nothing does.
 Rectangle changed(const Image& image, const Image* before) {
   if (before == nullptr) return {0, 0, image.width, image.height};
   int left = image.width;

@@ -1,3 +1,4 @@
+// The soft shadow on the ground.
 #include <array>
 
 #include "knead/error.h"
@@ -28,7 +29,7 @@ std::optional<Vec3f> Ground::ground_at(int x, int y) const {
   return origin + ray * t;
 }
 
-// Texels that are lit together, and what they lack.
+// Texels that are lit together, and the light that they lack.
 struct Ground::Batch {
   MapPlaces places{};
   std::array<std::size_t, kLanes> texels{};
@@ -160,7 +161,7 @@ Ground::Ground(const Drawn& drawn)
       width_((drawn.pass.width + step_ - 1) / step_),
       height_((drawn.pass.height + step_ - 1) / step_) {
   for (const Light& light : drawn_.lighting.lights) {
-    // Grazing light counts for less than it should: its shadows are long and tell little.
+    // Grazing light has a smaller weight, because its shadows are long and tell little.
     const float nl = std::max(dot(up_, light.direction) - kGrazingCosine, 0.0F);
     weights_.push_back(nl * nl * dot(light.radiance, Vec3f{0.3F, 0.6F, 0.1F}));
     light_ += weights_.back();
@@ -189,7 +190,7 @@ Ground::Ground(const Drawn& drawn)
   });
 }
 
-// Towards the picture's sides the shadow fades, so that none is cut off.
+// Fades the shadow towards the picture's sides, so that none is cut off.
 void Ground::darken_row(int y) {
   const auto fade = [&](int at, int size) {
     return smooth_step(0, 0.12F * static_cast<float>(height_), center(std::min(at, size - 1 - at)));

@@ -1,3 +1,4 @@
+// Rods, glass in layers, and shadow maps.
 #include <algorithm>
 #include <cmath>
 
@@ -11,36 +12,7 @@ namespace {
 constexpr std::size_t kMaxLayers = 16;
 constexpr double kLineWidth = 1.6;  // in pixels, of the line where glass meets a shape
 
-}  // namespace
-
-void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color, const SurfaceBuffers& rods) {
-  if (rods.count == 0) return;
-  const gl::Framebuffer target = gl::make_framebuffer({&color, &buffer.normal}, &buffer.depth);
-  reset_state(pass);
-  const gl::Program& program = pass.programs.rod;
-  use(program, pass);
-  set_simple_light(program, pass.view);
-  glEnable(GL_DEPTH_TEST);
-  glEnable(GL_CULL_FACE);
-  // First what a shape hides, as a shine; then what is in plain sight.
-  glDepthFunc(GL_GREATER);
-  glDepthMask(GL_FALSE);
-  glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  set(program, "opacity", 0.4);
-  draw(rods);
-  glDisable(GL_BLEND);
-  glDepthFunc(GL_LESS);
-  glDepthMask(GL_TRUE);
-  glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  set(program, "opacity", 1.0);
-  draw(rods);
-}
-
-namespace {
-
-// Draws the layer behind `before` into the bound framebuffer; tells whether there was one.
+// Draws the layer behind `before` into the bound framebuffer; returns whether there was one.
 bool draw_layer(const Pass& pass, const GBuffer& buffer, const std::vector<SurfaceBuffers>& surfaces,
                 const gl::Texture& before) {
   const gl::Program& program = pass.programs.glass;
@@ -74,40 +46,6 @@ void copy(const Pass& pass, const gl::Texture& texture) {
   draw_full_screen(pass);
 }
 
-}  // namespace
-
-void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& color,
-                const std::vector<SurfaceBuffers>& surfaces) {
-  if (surfaces.empty()) return;
-  const gl::Texture over = make_texture(pass, GL_RGBA16F);
-  const gl::Framebuffer over_target = gl::make_framebuffer({&over}, nullptr);
-  clear(0, 0, 0, 0);
-  const gl::Texture layer = make_texture(pass, GL_RGBA16F);
-  const gl::Texture depths[2] = {make_texture(pass, GL_DEPTH_COMPONENT32F), make_texture(pass, GL_DEPTH_COMPONENT32F)};
-  const gl::Framebuffer targets[2] = {gl::make_framebuffer({&layer}, &depths[0]),
-                                      gl::make_framebuffer({&layer}, &depths[1])};
-  reset_state(pass);
-  glClearDepth(0);
-  glClear(GL_DEPTH_BUFFER_BIT);  // depths[1]: nothing is drawn yet
-  for (std::size_t i = 0; i < kMaxLayers; ++i) {
-    glBindFramebuffer(GL_FRAMEBUFFER, targets[i % 2].get());
-    reset_state(pass);
-    if (!draw_layer(pass, buffer, surfaces, depths[1 - i % 2])) break;
-    glBindFramebuffer(GL_FRAMEBUFFER, over_target.get());
-    reset_state(pass);
-    glEnable(GL_BLEND);
-    glBlendFunc(GL_ONE_MINUS_DST_ALPHA, GL_ONE);
-    copy(pass, layer);
-  }
-  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
-  reset_state(pass);
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  copy(pass, over);
-}
-
-namespace {
-
 constexpr float kFarthest = 65535;
 constexpr float kSlopeShift = 1.5f;
 
@@ -118,8 +56,7 @@ struct MapPoint {
   float z;
 };
 
-// Rows are longer than the map by what a run of texels may reach beyond it.
-constexpr int kRun = 4;
+constexpr int kRun = 4;  // texels that are tested together; rows are longer than the map by them
 
 struct Map {
   int size;
@@ -154,14 +91,14 @@ struct Plane {
   float operator()(float x, float y) const { return at + dx * x + dy * y; }
 };
 
-// At least 0 on the left of the way from a to b.
+// At least 0 on the left of the line from a to b.
 Plane left_of(const MapPoint& a, const MapPoint& b) {
   const float dx = b.x - a.x;
   const float dy = b.y - a.y;
   return {dy * a.x - dx * a.y, -dy, dx};
 }
 
-// Most triangles are a few texels large: each texel of the box around them is tried, a run of them at once.
+// Tests each texel of the box around a triangle, a run of them at once: most triangles are a few texels large.
 void draw_triangle(const Map& map, const MapPoint& a, const MapPoint& b, const MapPoint& c, bool has_back) {
   // From a, so that the numbers are small.
   const MapPoint origin{0, 0, 0};
@@ -187,7 +124,7 @@ void draw_triangle(const Map& map, const MapPoint& a, const MapPoint& b, const M
     float* const depths = map.row(row) + left;
     for (int k = 0; k < columns; ++k) {
       const float x = static_cast<float>(left + k) + 0.5f - a.x;
-      // No branches: nothing foretells which texels lie inside.
+      // No branches, because they would be unpredictable.
       const float inside = std::min(std::min(first(x, y), second(x, y)), third(x, y));
       const float z = std::max(std::max(depth(x, y), nearest) + shift, 0.0f);
       const float drawn = std::min(depths[k], z);
@@ -224,6 +161,61 @@ KNEAD_CLONES void round_all(const float* depths, std::span<std::uint16_t> rounde
 }
 
 }  // namespace
+
+void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color, const SurfaceBuffers& rods) {
+  if (rods.count == 0) return;
+  const gl::Framebuffer target = gl::make_framebuffer({&color, &buffer.normal}, &buffer.depth);
+  reset_state(pass);
+  const gl::Program& program = pass.programs.rod;
+  use(program, pass);
+  set_simple_light(program, pass.view);
+  glEnable(GL_DEPTH_TEST);
+  glEnable(GL_CULL_FACE);
+  // First the hidden parts, faintly; then the visible ones.
+  glDepthFunc(GL_GREATER);
+  glDepthMask(GL_FALSE);
+  glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  set(program, "opacity", 0.4);
+  draw(rods);
+  glDisable(GL_BLEND);
+  glDepthFunc(GL_LESS);
+  glDepthMask(GL_TRUE);
+  glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  set(program, "opacity", 1.0);
+  draw(rods);
+}
+
+void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& color,
+                const std::vector<SurfaceBuffers>& surfaces) {
+  if (surfaces.empty()) return;
+  const gl::Texture over = make_texture(pass, GL_RGBA16F);
+  const gl::Framebuffer over_target = gl::make_framebuffer({&over}, nullptr);
+  clear(0, 0, 0, 0);
+  const gl::Texture layer = make_texture(pass, GL_RGBA16F);
+  const gl::Texture depths[2] = {make_texture(pass, GL_DEPTH_COMPONENT32F), make_texture(pass, GL_DEPTH_COMPONENT32F)};
+  const gl::Framebuffer targets[2] = {gl::make_framebuffer({&layer}, &depths[0]),
+                                      gl::make_framebuffer({&layer}, &depths[1])};
+  reset_state(pass);
+  glClearDepth(0);
+  glClear(GL_DEPTH_BUFFER_BIT);  // depths[1]: nothing is drawn yet
+  for (std::size_t i = 0; i < kMaxLayers; ++i) {
+    glBindFramebuffer(GL_FRAMEBUFFER, targets[i % 2].get());
+    reset_state(pass);
+    if (!draw_layer(pass, buffer, surfaces, depths[1 - i % 2])) break;
+    glBindFramebuffer(GL_FRAMEBUFFER, over_target.get());
+    reset_state(pass);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE_MINUS_DST_ALPHA, GL_ONE);
+    copy(pass, layer);
+  }
+  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
+  reset_state(pass);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  copy(pass, over);
+}
 
 void draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size, double point_radius,
                       std::span<std::uint16_t> maps) {

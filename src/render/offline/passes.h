@@ -1,4 +1,5 @@
-// The GLSL 3.30 sources of the renderer's programs.
+// The parts of the offline renderer: shaders, occluders and shadow maps, lights, and the passes of a picture. Internal
+// to render.
 #pragma once
 
 #include <array>
@@ -17,9 +18,9 @@ namespace knead::render {
 // Light whose direction makes a smaller cosine with the ground's normal casts no shadow on the ground.
 inline constexpr float kGrazingCosine = 0.15F;
 
-// What relief looks at (kRelief in surface.h).
-inline constexpr double kFinestCavity = 0.0016;  // of the picture's height, that cavities are looked for with
-inline constexpr double kOcclusionReach = 0.16;  // of the scene's radius, within which things darken each other
+// The sizes of relief (kRelief in surface.h).
+inline constexpr double kFinestCavity = 0.0016;  // of the picture's height: the step of cavities
+inline constexpr double kOcclusionReach = 0.16;  // of the scene's radius, within which surfaces darken each other
 
 struct ShaderSource {
   std::string vertex;
@@ -40,8 +41,7 @@ ShaderSource rod_source();    // solid things that are lit without shadows
 ShaderSource glass_source();  // one layer of translucent surfaces
 ShaderSource copy_source();   // a layer under those before it
 
-// What casts shadows: the shapes, in a coarser copy where they are finer than a shadow map.
-
+// The shapes that cast shadows, in a coarser copy if they are finer than a shadow map.
 struct Occluder {
   std::vector<Vec3f> positions;
   std::vector<std::uint32_t> indices;  // three per triangle
@@ -52,27 +52,23 @@ struct Occluder {
   double ground = 0;                   // the lowest dot(up, p)
 };
 
-// cell: vertices that lie in one cell of this size become one where there are more than max_triangles triangles, as in
-// Rossignac and Borrel, "Multi-resolution 3D approximations for rendering complex scenes" (1993). Deterministic.
+// Merges the vertices in each cell of this size if there are more than max_triangles triangles (Rossignac and Borrel,
+// "Multi-resolution 3D approximations for rendering complex scenes", 1993). Deterministic.
 Occluder make_occluder(const std::vector<DrawSurface>& surfaces, const Vec3d& up, double cell,
                        std::size_t max_triangles, double point_radius);
 
-// Removes what lies beyond the plane: dot(plane xyz, p) > plane w. Triangles across it are cut.
+// Removes everything beyond the plane: dot(plane xyz, p) > plane w. Cuts triangles across it.
 void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane);
-
-// Depth maps of what casts shadows, as directional lights see it. Drawn on the CPU: the triangles are about as small as
-// a texel, and a software driver takes twenty times as long for them.
 
 // From renderer units to 0..1 in a light's map, by columns (four of three numbers); the third is the depth, 0 nearest
 // to the light.
 using LightMatrix = std::array<float, 12>;
 
-// Fills one map of size * size depths for each light, by rows: 0 to 65535, which is also where there is nothing.
-// Triangles are pushed back by one and a half times their slope over a texel. Points are squares with this half side.
+// Fills one shadow map of size * size depths for each light, by rows: from 0 to 65535, which also means nothing. On the
+// CPU: triangles are about as small as a texel, and a software driver takes twenty times as long. Triangles are pushed
+// back by one and a half times their slope over a texel. Points are squares with this half side.
 void draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size, double point_radius,
                       std::span<std::uint16_t> maps);
-
-// The studio's light: a soft sky, a large key light, a fill and a rim, as many directional lights.
 
 // Light arriving from a direction. The irradiance of all lights on a plane facing up, with nothing in between, is
 // about 1.
@@ -81,10 +77,8 @@ struct Light {
   Vec3f radiance;   // linear red, green, blue; the share of this light included
 };
 
-// Returns `count` lights, at least 2, that are an even sample of the studio.
+// Returns `count` lights, at least 2, that sample a studio evenly: a soft sky, a large key light, a fill and a rim.
 std::vector<Light> studio_lights(const View& view, int count);
-
-// The steps of a picture, each a full drawing into textures of width * height samples.
 
 inline constexpr int kShadowMapSize = 512;
 inline constexpr int kMaxSupersampling = 4;
@@ -125,15 +119,15 @@ struct Part {
   bool contains(int x, int y) const { return x >= left && x < left + width && y >= bottom && y < bottom + height; }
 };
 
-// What the passes have in common.
+// The common data of the passes, each of which draws into textures of width * height samples.
 struct Pass {
   Programs& programs;
   const View& view;
   const Options& options;
   int width = 0;  // in samples
   int height = 0;
-  Part part;                              // whole pixels, outside which nothing is drawn: all textures are of this part
-  std::array<float, 4> clip{0, 0, 0, 1};  // dot(xyz, p) > w is taken away, in renderer units
+  Part part;                              // of whole pixels; the textures contain only this part
+  std::array<float, 4> clip{0, 0, 0, 1};  // dot(xyz, p) > w is clipped, in renderer units
   bool clipped = false;
   Color cut{};
   double* reported = nullptr;  // the part that was reported last
@@ -147,7 +141,7 @@ struct GBuffer {
 
 GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes);
 
-// What lights the scene, and what keeps the light off.
+// The lights and the shapes that block them.
 struct Lighting {
   std::vector<Light> lights;
   Occluder occluder;
@@ -177,24 +171,22 @@ struct Samples {
 // Lights the shapes, draws background and ground shadow behind them, and makes pixels of the samples.
 Image shade(const Pass& pass, const Samples& samples, const Lighting& lighting);
 
-// Tells how much of the picture is done, after the GPU has done it.
+// Reports the finished part of the picture, after the GPU has finished it.
 void report(const Pass& pass, double part);
-
-// Small steps that the passes share: uniforms, state, drawing what is on the GPU.
 
 void set(const gl::Program& program, const char* name, const Vec3d& v);
 void set(const gl::Program& program, const char* name, double x);
 void set(const gl::Program& program, const char* name, const Color& c);
 void set_with_alpha(const gl::Program& program, const char* name, const Color& c);
 
-// Makes the program current and tells it of the camera; the last also of the clipping plane, if there is one.
+// Makes the program current and sets the camera; the last also the clipping plane, if there is one.
 void use(const gl::Program& program, const View& view, int width, int height);
 void use(const gl::Program& program, const Pass& pass);
 void use_clipped(const gl::Program& program, const Pass& pass);
 
-// The light of things that neither cast nor catch shadows.
+// Sets the light of things that neither cast nor receive shadows.
 void set_simple_light(const gl::Program& program, const View& view);
-// What the functions of kRelief need besides the maps. samples_high: of the picture.
+// Sets the uniforms of kRelief without the maps. samples_high: of the picture.
 void set_relief(const gl::Program& program, const View& view, int samples_high);
 
 void draw(const SurfaceBuffers& surface);
@@ -202,13 +194,13 @@ void draw(const SurfaceBuffers& surface);
 void draw(const SurfaceBuffers& surface, GLsizei first, GLsizei count);
 void draw_full_screen(const Pass& pass);
 
-// Everything off, depth test by GL_LESS once it is enabled.
+// Turns everything off; the depth test will be GL_LESS.
 void reset_state(int width, int height);
 void reset_state(const Pass& pass);
 
 gl::Texture make_texture(const Pass& pass, GLenum internal_format);
 
-// The bound framebuffer.
+// Clear the bound framebuffer.
 void clear(float red, float green, float blue, float alpha);
 void clear_depth();
 

@@ -1,3 +1,4 @@
+// The offline renderer: the order of its passes, and the part of the picture that they draw.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,7 +15,7 @@ namespace knead::render {
 
 namespace {
 
-// Closes the shapes that are already drawn where the clipping plane has opened them.
+// Closes the drawn shapes where the clipping plane has opened them.
 void draw_cuts(const Pass& pass, const std::vector<SurfaceBuffers>& shapes, const gl::Framebuffer& target) {
   const gl::Texture nearest = make_texture(pass, GL_DEPTH_COMPONENT32F);
   const gl::Framebuffer copy = gl::make_framebuffer({}, &nearest);
@@ -31,7 +32,7 @@ void draw_cuts(const Pass& pass, const std::vector<SurfaceBuffers>& shapes, cons
   }
 }
 
-// So that a large picture that is watched can be stopped soon.
+// Draws a large picture in parts, so that its progress function can stop it soon.
 void draw_in_parts(const Pass& pass, const SurfaceBuffers& surface) {
   constexpr GLsizei corners = 3 << 17;
   const bool in_parts = pass.options.progress && pass.width * pass.height > 1 << 23;
@@ -42,7 +43,7 @@ void draw_in_parts(const Pass& pass, const SurfaceBuffers& surface) {
   }
 }
 
-// Most backs are hidden by fronts that are drawn before them, and are not shaded, which takes long without a GPU.
+// Draws fronts first, which hide most backs, so that these are not shaded, which is slow without a GPU.
 void draw_faces(const Pass& pass, const SurfaceBuffers& surface) {
   glEnable(GL_CULL_FACE);
   glCullFace(GL_BACK);
@@ -51,31 +52,6 @@ void draw_faces(const Pass& pass, const SurfaceBuffers& surface) {
   draw_in_parts(pass, surface);
   glDisable(GL_CULL_FACE);
 }
-
-}  // namespace
-
-GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes) {
-  GBuffer buffer{make_texture(pass, GL_DEPTH_COMPONENT32F), make_texture(pass, GL_RGBA8),
-                 make_texture(pass, GL_RGBA16)};
-  const gl::Framebuffer target = gl::make_framebuffer({&buffer.reflectance, &buffer.normal}, &buffer.depth);
-  reset_state(pass);
-  glEnable(GL_DEPTH_TEST);
-  clear(0, 0, 0, 0);
-  clear_depth();
-  for (const SurfaceBuffers& shape : shapes) {
-    const gl::Program& clay = pass.options.wireframe ? pass.programs.wired : pass.programs.clay;
-    const gl::Program& program = shape.points ? pass.programs.disc : clay;
-    use_clipped(program, pass);
-    set(program, "back_srgb", shape.color);
-    set(program, "wire_width", 1.1 * pass.options.supersampling);
-    set(program, "point_size", 2 * shape.point_radius / pass.view.pixel);
-    shape.points ? draw_in_parts(pass, shape) : draw_faces(pass, shape);
-  }
-  if (pass.clipped) draw_cuts(pass, shapes, target);
-  return buffer;
-}
-
-namespace {
 
 template <class T>
 std::unique_ptr<T[]> read_back(const Pass& pass, GLenum attachment, GLenum format, GLenum type) {
@@ -94,7 +70,7 @@ Samples read_samples(const Pass& pass, const GBuffer& buffer) {
           read_back<Shorts4>(pass, GL_COLOR_ATTACHMENT1, GL_RGBA, GL_UNSIGNED_SHORT), nullptr};
 }
 
-// Returns rods and glass: what stands in front of the shapes.
+// Returns rods and glass, which are in front of the shapes.
 std::unique_ptr<Shorts4[]> draw_front(const Pass& pass, const GBuffer& buffer, const SurfaceBuffers& rods,
                                       const std::vector<SurfaceBuffers>& glass) {
   if (rods.count == 0 && glass.empty()) return nullptr;
@@ -107,10 +83,6 @@ std::unique_ptr<Shorts4[]> draw_front(const Pass& pass, const GBuffer& buffer, c
   glBindFramebuffer(GL_FRAMEBUFFER, target.get());
   return read_back<Shorts4>(pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_UNSIGNED_SHORT);
 }
-
-}  // namespace
-
-namespace {
 
 void check(const Options& options) {
   if (options.supersampling < 1 || options.supersampling > kMaxSupersampling || options.light_samples < 16 ||
@@ -243,7 +215,7 @@ void set_clip(const Scene& scene, Pass& pass) {
   pass.cut = scene.clip->color;
 }
 
-// Leaves the default framebuffer bound, whatever happens.
+// Binds the default framebuffer at the end.
 struct FramebufferGuard {
   FramebufferGuard() = default;
   FramebufferGuard(const FramebufferGuard&) = delete;
@@ -252,6 +224,27 @@ struct FramebufferGuard {
 };
 
 }  // namespace
+
+GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes) {
+  GBuffer buffer{make_texture(pass, GL_DEPTH_COMPONENT32F), make_texture(pass, GL_RGBA8),
+                 make_texture(pass, GL_RGBA16)};
+  const gl::Framebuffer target = gl::make_framebuffer({&buffer.reflectance, &buffer.normal}, &buffer.depth);
+  reset_state(pass);
+  glEnable(GL_DEPTH_TEST);
+  clear(0, 0, 0, 0);
+  clear_depth();
+  for (const SurfaceBuffers& shape : shapes) {
+    const gl::Program& clay = pass.options.wireframe ? pass.programs.wired : pass.programs.clay;
+    const gl::Program& program = shape.points ? pass.programs.disc : clay;
+    use_clipped(program, pass);
+    set(program, "back_srgb", shape.color);
+    set(program, "wire_width", 1.1 * pass.options.supersampling);
+    set(program, "point_size", 2 * shape.point_radius / pass.view.pixel);
+    shape.points ? draw_in_parts(pass, shape) : draw_faces(pass, shape);
+  }
+  if (pass.clipped) draw_cuts(pass, shapes, target);
+  return buffer;
+}
 
 Renderer::Renderer() {
   gl::require_version(33);
@@ -263,7 +256,7 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 Image Renderer::render(const Scene& scene, const Options& options) {
   // Occluders finer than this are drawn coarser; the cell is four texels of a shadow map.
-  constexpr std::size_t most_occluders = 150'000;
+  constexpr std::size_t max_occluders = 150'000;
   check(options);
   const int width = options.width * options.supersampling;
   const int height = options.height * options.supersampling;
@@ -284,7 +277,7 @@ Image Renderer::render(const Scene& scene, const Options& options) {
   finder.add(rods);
   pass.part = finder.part();
   Lighting lighting{studio_lights(view, options.light_samples),
-                    make_occluder(surfaces, view.ground_up, 8.0 / kShadowMapSize, most_occluders, point_radius),
+                    make_occluder(surfaces, view.ground_up, 8.0 / kShadowMapSize, max_occluders, point_radius),
                     point_radius};
   if (pass.clipped) clip_occluder(lighting.occluder, pass.clip);
   report(pass, 0.15);

@@ -1,5 +1,5 @@
-// Lights what the GPU has drawn and makes pixels of it, on the CPU: OpenGL in software takes five times as long for it,
-// and with a GPU it is not what one waits for.
+// Lights the samples that the GPU has drawn, on the CPU: OpenGL in software is five times slower, and with a GPU other
+// steps take longer.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -72,7 +72,7 @@ struct Point {
   Vec3f color;   // linear
 };
 
-// What the lights' loops need of some points, and the light that they collect: loops that compilers turn into lanes.
+// The data of some points for the lights' loops, which compilers vectorise, and the light that they collect.
 struct Lanes {
   MapPlaces places;  // lifted off the surface
   std::array<Lane, 3> n;
@@ -118,7 +118,7 @@ KNEAD_CLONES void shine(const Light& light, Lanes& lanes) {
   }
 }
 
-// Rows of pixels are lit a few at once, in blocks: points that are near each other find their texels in the caches.
+// A few rows of pixels are lit together, in blocks, so that the texels of neighbouring points are in the caches.
 constexpr int kRowsLit = 4;
 constexpr int kBlock = 16;  // pixels
 
@@ -169,7 +169,7 @@ Shader::Shader(const Drawn& drawn) : drawn_(drawn), options_(drawn.pass.options)
   report(drawn.pass, 0.55);
 }
 
-// Returns true if the pixel lies within one surface that hardly bends: its samples share one look at the lights.
+// Returns true if the pixel lies within one almost flat surface: its samples share one evaluation of the lights.
 bool Shader::is_even(int x, int y) const {
   const int middle_x = x * factor_ + factor_ / 2;
   const int middle_y = y * factor_ + factor_ / 2;
@@ -209,7 +209,7 @@ Point Shader::point_at(int x, int y) const {
   return point;
 }
 
-// Appends those of a row's pixels from left to right.
+// Appends the points of a row's pixels from left to right.
 void Shader::find_points(int y, int left, int right, std::vector<Point>& points) const {
   for (int x = left; x < right; ++x) {
     if (is_even(x, y)) {
@@ -336,7 +336,7 @@ float Shader::occlusion(const Point& point) const {
   return std::max(1 - 2.2F * reach * sum / taps, 0.0F);
 }
 
-// Returns true if no sample of the pixel shows a shape: they share one look at the ground's shadow.
+// Returns true if no sample of the pixel shows a shape: they share one evaluation of the ground's shadow.
 bool Shader::is_empty(int x, int y) const {
   for (int j = y * factor_; j < (y + 1) * factor_; ++j) {
     for (int i = x * factor_; i < (x + 1) * factor_; ++i) {
@@ -390,7 +390,7 @@ void Shader::add_front(int y, std::vector<Rgba>& row) const {
   }
 }
 
-// Writes what is seen of at most kLanes points into the samples that they stand for.
+// Writes the colours of at most kLanes points into their samples.
 void Shader::light_points(std::span<const Point> points, Rows& rows) const {
   std::array<Vec3f, kLanes> light;
   if (!options_.matcap) add_lamps(points, light.data());

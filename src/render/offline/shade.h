@@ -1,4 +1,4 @@
-// What the lighting of a picture works with, on the CPU.
+// The data of the lighting on the CPU: rays, shadow maps, and the shadow on the ground. Internal to render.
 #pragma once
 
 #include <algorithm>
@@ -60,11 +60,11 @@ struct Rays {
   bool perspective;
 };
 
-// What the GPU has drawn, and the lights' maps of it. Rows are counted from the bottom up, as OpenGL does.
+// The samples that the GPU has drawn, and the lights' maps. Rows are counted from the bottom up, as in OpenGL.
 struct Drawn {
   Drawn(const Pass& of, const Samples& samples_of, const Lighting& lights);
 
-  // Of a sample in the part that is drawn. Outside of it, as where no shape is, the depth is 1.
+  // The index of a sample in the part that is drawn. Outside of it the depth is 1, as without a shape.
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y - pass.part.bottom) * pass.part.width + (x - pass.part.left);
   }
@@ -83,7 +83,7 @@ struct Drawn {
   std::unique_ptr<std::uint16_t[]> maps;  // one light after the other; null: no shadows
 };
 
-// Places that are looked up in a light's map together, in lanes.
+// Places that are looked up in a light's map together.
 inline constexpr std::size_t kLanes = 64;
 using Lane = std::array<float, kLanes>;
 struct MapPlaces {
@@ -92,7 +92,7 @@ struct MapPlaces {
   std::array<int, kLanes> nearest;  // the map's depth there
 };
 
-// Sets the depths. What lies beside the map gets a texel of its border, where there is nothing.
+// Sets the depths. A place beside the map gets a texel of its border, which is empty.
 void look_up(const LightMatrix& light, const std::uint16_t* map, MapPlaces& places);
 
 // The shadow on the ground, with one texel for 2 x 2 pixels or more: it is smooth.
@@ -104,7 +104,7 @@ class Ground {
   float darkness_at(float x, float y) const;
 
  private:
-  static constexpr float kUnseen = -1;  // where shapes hide the ground, and round the picture
+  static constexpr float kUnseen = -1;  // where shapes hide the ground, and around the picture
 
   // Of a texel; x and y may lie one beyond the picture.
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y + 1) * (width_ + 2) + (x + 1); }

@@ -1,3 +1,4 @@
+// The GLSL 3.30 sources of the offline renderer's programs.
 #include "render/offline/passes.h"
 #include "render/surface.h"
 
