@@ -81,27 +81,25 @@ struct Check {
   void operator()(const T& /*by the tool itself*/) const {}
 };
 
-// What to do where a key names vertices; empty: it names none.
+// What to do where a key names vertices; empty: it names none. (Pointers to const would lose against the template.)
 struct InsteadOfVertices {
   std::string_view key;
 
-  std::string operator()(const std::vector<std::uint32_t>* vertices) const {
+  std::string operator()(std::vector<std::uint32_t>* vertices) const {
     if (vertices->empty()) return "";
     return fmt::format("name points instead, with \"{}\"", key.substr(0, key.find('_')));
   }
-  std::string operator()(const std::vector<VertexRange>* ranges) const {
+  std::string operator()(std::vector<VertexRange>* ranges) const {
     return ranges->empty() ? "" : "name points instead, with \"points\"";
   }
-  std::string operator()(const std::vector<PoseItem>* items) const {
+  std::string operator()(std::vector<PoseItem>* items) const {
     const bool has_some = std::any_of(items->begin(), items->end(), [](const PoseItem& item) {
       const auto* part = std::get_if<PosePart>(&item);
       return part != nullptr ? !part->vertices.empty() : std::get<PosePin>(item).vertex.has_value();
     });
     return has_some ? "name points instead, with \"points\" and \"pin_point\"" : "";
   }
-  std::string operator()(const std::vector<PoseStiffness>* regions) const {
-    return regions->empty() ? "" : "leave it out";
-  }
+  std::string operator()(std::vector<PoseStiffness>* regions) const { return regions->empty() ? "" : "leave it out"; }
   template <class T>
   std::string operator()(const T& /*names no vertices*/) const {
     return "";

@@ -267,9 +267,8 @@ struct GizmoGesture {
   std::optional<Amount> number() const;
 };
 
-// Every kind has move(); it has end(), which follows the last move, strokes(), the strokes so far in as few as say it,
-// and number(), what amount_of() returns, where these mean something. kHasImages: its strokes do what their images do,
-// too.
+// Every kind has move(). Where they mean something it also has end(), which is called after the last move; strokes(),
+// the strokes so far; and number(), what amount_of() returns. kHasImages: the strokes do what their images do, too.
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, LassoGesture,
                PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PartGesture, PartPaintGesture>
