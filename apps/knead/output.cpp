@@ -1,3 +1,4 @@
+// What the command writes: results, messages, and files that are checked before the work begins.
 #include "output.h"
 
 #include <fmt/format.h>

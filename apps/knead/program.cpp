@@ -1,3 +1,4 @@
+// What the command asks of the system: signals, the terminal, other programs.
 #include "program.h"
 
 #include <fcntl.h>

@@ -1,3 +1,4 @@
+// The loop of the window: events, panels, the picture.
 #include "application.h"
 
 #include <fmt/format.h>

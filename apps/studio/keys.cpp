@@ -1,3 +1,4 @@
+// The table of actions and their keys.
 #include "keys.h"
 
 #include <fmt/format.h>

@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "knead/io.h"
+#include "json/json.h"
 #include "knead/vec.h"
 
 namespace knead::studio {

@@ -1,3 +1,4 @@
+// Events of the pointer and keys, and the gesture that they make.
 #include "studio.h"
 
 #include <algorithm>

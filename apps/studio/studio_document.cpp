@@ -1,3 +1,4 @@
+// The document's state for the window's thread, and jobs for the worker's.
 #include "studio_document.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// A fit: pairs of points in two views, distances, and the result as one entry.
 #include "studio_fit.h"
 
 #include <fmt/format.h>

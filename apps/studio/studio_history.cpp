@@ -1,3 +1,4 @@
+// Undo, redo, and the entry that is selected and edited.
 #include "studio_history.h"
 
 #include <utility>

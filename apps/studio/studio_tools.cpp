@@ -1,3 +1,4 @@
+// Choosing tools, and placing what they need.
 #include "studio_tools.h"
 
 #include <algorithm>

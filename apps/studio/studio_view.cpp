@@ -1,3 +1,4 @@
+// The view of a document: framing, settings, references, turntables.
 #include "studio_view.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// Walls on a mesh: putting points back, periodic pairs, layers.
 #include "session/mesh_walls.h"
 
 #include <fmt/format.h>

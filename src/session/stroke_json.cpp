@@ -1,3 +1,4 @@
+// One line of a session as a strict JSON object: keys, types, messages.
 #include "session/stroke_json.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// Planes, cylinders, spheres and faces that points of walls are kept on.
 #include "session/wall_surface.h"
 
 #include <algorithm>

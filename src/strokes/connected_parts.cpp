@@ -1,3 +1,4 @@
+// Connected parts of points and polylines, by a hierarchy of boxes.
 #include "strokes/connected_parts.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The limb that a point of a surface belongs to: its vertices, root and neck.
 #include "knead/tools.h"
 
 #include <algorithm>

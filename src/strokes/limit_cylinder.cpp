@@ -1,3 +1,4 @@
+// Limit cylinders: which radius separates a part from the rest, and whether a surface is torn.
 #include "strokes/limit_cylinder.h"
 
 #include <fmt/format.h>

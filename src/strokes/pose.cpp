@@ -1,3 +1,4 @@
+// The tool "pose" as grids, one for each step of its motion.
 #include "strokes/pose.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// Cuts of triangles by a plane, joined into loops.
 #include "strokes/slice.h"
 
 #include <algorithm>

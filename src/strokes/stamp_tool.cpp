@@ -1,3 +1,4 @@
+// The tool of a stamp: its contact with a surface, and the points that lead it.
 #include <fmt/format.h>
 
 #include <algorithm>

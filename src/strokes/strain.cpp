@@ -1,3 +1,4 @@
+// How far a flow stretches a surface or the space about points.
 #include "knead/tools.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// What continues a stroke, and pieces joined to one.
 #include "strokes/suffix.h"
 
 #include "strokes/describe.h"

@@ -1,3 +1,4 @@
+// The closest point and normal of triangles or a cloud that moves.
 #include "strokes/surface_finder.h"
 
 #include <algorithm>

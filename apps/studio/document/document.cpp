@@ -1,3 +1,4 @@
+// The document at work: opening, strokes, undo, remeshing, checks.
 #include "document/document.h"
 
 #include <fmt/format.h>

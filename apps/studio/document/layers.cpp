@@ -1,3 +1,4 @@
+// Entries of the history: their names, words, paths and numbers, and changes of them.
 #include "document/layers.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// Objects of a document: which faces are whose, and which are shown.
 #include "document/objects.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// The camera: turntable, pan, zoom, standard views.
 #include "gestures/navigation.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Pixels and rays, and where a ray meets the shape.
 #include "gestures/picker.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Studio's own file dialog: the list of a folder, the name, and what the formats are.
 #include "panels/file_dialog.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// Which events go to panels, dialogs or the shape, and what panels may ask for.
 #include "panels/interface.h"
 
 #include <imgui.h>

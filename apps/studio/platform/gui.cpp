@@ -1,3 +1,4 @@
+// Dear ImGui: fonts, colours, and events.
 #include "platform/gui.h"
 
 #include <imgui.h>

@@ -1,3 +1,4 @@
+// Folders, processes and dialogs of Linux, macOS and Windows.
 #include "platform/system.h"
 
 #include <algorithm>

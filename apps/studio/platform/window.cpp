@@ -1,3 +1,4 @@
+// The window by GLFW: events in, pictures out.
 #include "platform/window.h"
 
 #include <imgui.h>

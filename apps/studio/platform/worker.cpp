@@ -1,3 +1,4 @@
+// The worker's thread and its queue of jobs.
 #include "platform/worker.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Lines and colours over the shape: regions of tools, gizmo, pins, parts, masks.
 #include "view/overlay.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The shape on the GPU, and the flow of the current gesture there.
 #include "view/shown_shape.h"
 
 #include <algorithm>

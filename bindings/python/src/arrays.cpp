@@ -1,3 +1,4 @@
+// Arrays of numpy as points, faces and numbers of the library, and back.
 #include "arrays.h"
 
 #include <fmt/format.h>

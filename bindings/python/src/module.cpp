@@ -1,3 +1,4 @@
+// The module: exceptions, and what the other files add.
 #include "module.h"
 
 #include <cstring>

@@ -1,3 +1,4 @@
+// Work without the GIL that calls a progress function and can be interrupted.
 #include "work.h"
 
 #include <algorithm>
