@@ -278,8 +278,6 @@ std::optional<DrawGesture> begin_draw(const Pointer& pointer, const GestureConte
   return DrawGesture{{hit->point}, around.settings.tool->use == ToolUse::curve};
 }
 
-}
-
 void extend_line(const Pointer& pointer, std::vector<Pixel>& line) {
   const Pixel here{pointer.x, pointer.y};
   const Pixel& last = line.back();
