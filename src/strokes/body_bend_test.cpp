@@ -102,7 +102,7 @@ TEST_P(ABarBends, AsItsLengthAllows) {
 }
 
 INSTANTIATE_TEST_SUITE_P(BodyBend, ABarBends, testing::Values(172, -180, 270), [](const auto& test) {
-  return (test.param < 0 ? "minus_" : "") + std::to_string(std::abs(test.param));
+  return (test.param < 0 ? "minus_" : "") + std::to_string(std::lround(std::abs(test.param)));
 });
 
 TEST(BodyBend, TheBitsDependNotOnThreads) {
