@@ -15,7 +15,7 @@
 
 namespace knead {
 
-// Returns the same bytes as a value of another type: std::bit_cast, which some standard libraries lack.
+// Returns the same bytes as a value of another type, as the bit_cast that some standard libraries lack.
 template <class To, class From>
 constexpr To bit_cast(const From& from) {
   return __builtin_bit_cast(To, from);

@@ -425,7 +425,8 @@ TEST_F(GpuTest, ABackendIsTheGpuAndDoesWhatItCannotOnTheCpu) {
   found = points;
   EXPECT_EQ(backend(grid, found, default_options(1)).status, AdvectStatus::done);
   EXPECT_EQ(bits(found), bits(moved(grid, points, default_options(1))));
-  const Handles<double> sets = test::random_handles(random, {0.5, 0, 0});
+  Handles<double> sets = test::random_handles(random, {0.5, 0, 0});
+  sets.sweep = {0.1, 0, 0};
   const Flow handles{{test::translating(sets, {0, 0, 0}, {0.1, 0, 0}, {0, 1})}};
   found = points;
   EXPECT_EQ(backend(handles, found, default_options(1)).status, AdvectStatus::done);
