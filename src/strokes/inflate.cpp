@@ -175,9 +175,9 @@ double greatest_norm(const std::vector<Vec3d>& vectors) {
 // which of them are in it.
 class Inflation {
  public:
-  Inflation(InflateStroke stroke, const LiveSurface& surface, int threads)
+  Inflation(const InflateStroke& stroke, const LiveSurface& surface, int threads)
       : origin_(stroke.points.front()),
-        stroke_(relative(std::move(stroke))),
+        stroke_(relative(stroke)),
         tool_{stroke_.points, stroke_.radius},
         surface_(surface),
         threads_(threads),
