@@ -6,6 +6,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "knead/vec.h"
+
 namespace knead::json_test {
 namespace {
 

@@ -93,7 +93,7 @@ part_of_tests() {
 
 write_row() {
   local file=$here/docs/packaging.md row
-  row="| $suite | $(inside "$compiler --version" | sed -n 1p) | $1 | $2 | $3 | $(git -C "$here" rev-parse --short=8 HEAD) |"
+  row="| $suite | $(inside "$compiler --version" | sed -n 1p) | $1 | $2 | $3 | $(git -c safe.directory="$root/knead" -C "$root/knead" rev-parse --short=8 HEAD) |"
   row=$row awk '
     function key(text, cells) { split(text, cells, " [|] "); sub(/ .*/, "", cells[2]); return cells[1] cells[2] }
     /<!-- sources -->/ { within = 1 }
