@@ -10,9 +10,9 @@
 
 namespace knead {
 
-// Returns whether the mesh holds splats: no faces, and the vertex attributes scale_0 to scale_2 (logarithms of the
-// standard deviations) and rot_0 to rot_3 (the quaternion w, x, y, z of their axes), as the files of Kerbl et al.
-// (2023) have them.
+// Returns whether the mesh holds splats: no faces, and the vertex attributes of real numbers scale_0 to scale_2
+// (logarithms of the standard deviations) and rot_0 to rot_3 (the quaternion w, x, y, z of their axes), as the files of
+// Kerbl et al. (2023) have them.
 bool are_splats(const Mesh& mesh);
 
 // Returns the attributes of splats after a deformation, those that scale_*, rot_* and f_rest_* replace, in their order.

@@ -58,7 +58,7 @@ std::shared_ptr<const Mesh> checked(std::shared_ptr<const Mesh> mesh) {
 
 constexpr std::size_t kChunksAtOnce = 16;
 
-// To the bit: 0 and -0 differ.
+// Compares bits: 0 and -0 differ.
 bool are_same(const Vec3d* a, const Vec3d* b, std::size_t count) {
   return std::memcmp(static_cast<const void*>(a), static_cast<const void*>(b), count * sizeof(Vec3d)) == 0;
 }

@@ -11,6 +11,7 @@
 
 #include "knead/error.h"
 #include "knead/replay.h"
+#include "knead/splats.h"
 #include "knead/tools.h"
 #include "session/deformed_shape_detail.h"
 
@@ -171,6 +172,7 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
   if (!differs_from_standard(mesh, session, options)) plan.strokes_on_reference = 0;
   const auto carried = std::count_if(options.normals.begin(), options.normals.end(), has_direction);
   plan.points = mesh.vertex_count() + 4 * static_cast<std::uint64_t>(carried);
+  if (are_splats(mesh)) plan.points += mesh.vertex_count();  // for their Jacobians
   if (plan.strokes_on_reference > 0) plan.points *= 2;
   const std::vector<double> moments = frame_moments(options, strokes, until);
   auto moment = moments.begin();

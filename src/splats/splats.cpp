@@ -276,7 +276,8 @@ void deform(SplatColumns& columns, std::size_t splat, const Mat3d& j) {
 bool are_splats(const Mesh& mesh) {
   const auto has = [&](const std::string& name) {
     const Attribute* attribute = mesh.find_attribute(name);
-    return attribute != nullptr && attribute->domain == Domain::vertex && attribute->components == 1;
+    return attribute != nullptr && attribute->domain == Domain::vertex && attribute->components == 1 &&
+           attribute->type >= NumberType::float32;
   };
   if (mesh.face_count() > 0) return false;
   for (int i = 0; i < 3; ++i) {

@@ -208,7 +208,12 @@ TEST(Splats, AReplayChangesThemAsItsFlowDoes) {
   options.frames.count = 3;
   std::vector<std::vector<Attribute>> frames;
   options.frames.deliver = [&](const ReplayFrame& frame) { frames.push_back(frame.shape.splats()); };
-  const ReplayResult result = replay(borrow(before), session, options);
+  Progress progress;
+  options.progress = &progress;
+  Replay run(borrow(before), session, options);
+  const std::uint64_t work = run.work();
+  const ReplayResult result = run.run();
+  EXPECT_EQ(progress.done, work);
   const AdvectOptions exact{.tolerance = 1e-10, .precision = Precision::float64};
   const std::vector<Mat3d> all = jacobians(flow_of(session), before.positions, exact);
   const std::vector<Attribute> expected = deformed_splats(before, all);

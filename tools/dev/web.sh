@@ -21,7 +21,7 @@ make_site() {
   cp bindings/web/page/* bindings/web/npm/fused.js build/web/page/knead_studio.{mjs,wasm} LICENSE "$site"
   cp build/web_threads/page/knead_studio_threads.* "$site"
   cp share/knead-studio.svg "$site/icon.svg"
-  files=$(cd "$site" && printf "'%s', " knead_studio_threads.*) # with or without a worker.js, as emscripten's version has it
+  files=$(cd "$site" && printf "'%s', " knead_studio_threads.*) # some versions of emscripten write a worker.js, others do not
   sed -i -e "s|KNEAD_THREADED|${files%, }|" "$site/studio.js"
   files=$(cd "$site" && printf "'%s', " ./ index.html ./*.css ./*.js ./*.mjs ./*.wasm ./*.svg ./*.webmanifest | sed "s/'[^']*sw.js', //; s/'[^']*knead_studio[^']*', //g")
   sed -i -e "s|KNEAD_FILES|${files%, }|" \
