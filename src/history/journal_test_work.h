@@ -1,11 +1,8 @@
 // For tests of the journal: a random sequence of what Studio does to it, and the strokes in effect after each of them.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
 #include <random>
 #include <span>
 #include <string>
@@ -14,30 +11,9 @@
 #include "knead/mesh.h"
 #include "knead/session.h"
 #include "knead/workbench.h"
-#include "math/system.h"
+#include "support/scratch.h"
 
 namespace knead::test {
-
-// A folder of its own, removed at the end.
-class Scratch {
- public:
-  explicit Scratch(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() / fmt::format("knead_{}_{}", name, ::getpid())) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  ~Scratch() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 inline ShapeFile sphere() {
   ShapeFile shape;

@@ -9,6 +9,7 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
+#include "support/scratch.h"
 
 namespace knead::workbench_test {
 namespace {
@@ -291,8 +292,8 @@ TEST(Workbench, RemeshesWhenAGestureIsFinishedAsAReplayDoes) {
 }
 
 TEST(Workbench, StampsAndPaintingAlongAPathAreDoneAsAReplayDoesThem) {
-  const auto folder = std::filesystem::temp_directory_path() / "knead_workbench_test";
-  std::filesystem::create_directories(folder);
+  const test::Scratch scratch("workbench");
+  const std::filesystem::path& folder = scratch.path();
   write_mesh(folder / "tool.ply", make_shape(ShapeKind::sphere, 162), {true, {}});
   const Mesh mesh = ball();
   Workbench bench(mesh, folder);
@@ -309,7 +310,6 @@ TEST(Workbench, StampsAndPaintingAlongAPathAreDoneAsAReplayDoesThem) {
     expect_as_replayed(bench, mesh, folder);
   }
   EXPECT_FALSE(bench.state().positions.changes_since(bench.base().positions).empty());
-  std::filesystem::remove_all(folder);
 }
 
 TEST(Workbench, StatesThatWereDroppedAreFoundAgain) {

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "knead/error.h"
+#include "support/scratch.h"
 
 namespace knead::session_test {
 namespace {
@@ -350,7 +351,8 @@ TEST(Session, SurvivesDeepNestingAndLongLines) {
 }
 
 TEST(Session, IsReadFromAFile) {
-  const std::filesystem::path path = std::filesystem::temp_directory_path() / "knead_session_test.knead";
+  const test::Scratch scratch("session");
+  const std::filesystem::path path = scratch.path() / "s.knead";
   std::ofstream(path, std::ios::binary) << kHeader << "{\"undo\": 1}\n";
   try {
     read_session(path);

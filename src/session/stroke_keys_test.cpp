@@ -11,6 +11,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 #include "knead/workbench.h"
+#include "support/scratch.h"
 
 namespace knead::stroke_keys_test {
 namespace {
@@ -49,8 +50,7 @@ std::string name_of(const testing::TestParamInfo<ToolLine>& test) { return test.
 
 class StrokeKeys : public testing::TestWithParam<ToolLine> {
  protected:
-  StrokeKeys() : folder_(std::filesystem::path(testing::TempDir()) / "knead_stroke_keys") {
-    std::filesystem::create_directories(folder_);
+  StrokeKeys() {
     Mesh stamp = make_shape(ShapeKind::sphere, 400);
     for (Vec3d& p : stamp.positions) p = p * 0.3;
     write_mesh(folder_ / "ball.ply", stamp);
@@ -93,7 +93,8 @@ class StrokeKeys : public testing::TestWithParam<ToolLine> {
       R"({"tool": "implicit", "inner": 0.2, "outer": 0.7, "path": [[0, 1, 0], [0, 1.2, 0]]})"
       "\n";
 
-  std::filesystem::path folder_;
+  test::Scratch scratch_{"stroke_keys"};
+  const std::filesystem::path& folder_ = scratch_.path();
 };
 
 TEST_P(StrokeKeys, StrengthOneIsNoStrength) {

@@ -12,6 +12,7 @@
 #include "knead/replay.h"
 #include "knead/vec.h"
 #include "support/dual.h"
+#include "support/scratch.h"
 #include "support/unwelded.h"
 
 namespace knead::surface_stroke_test {
@@ -20,8 +21,7 @@ namespace {
 // A folder for the tool's file, and sessions beside it.
 class SurfaceStroke : public testing::Test {
  protected:
-  SurfaceStroke() : folder_(std::filesystem::path(testing::TempDir()) / "knead_surface_stroke") {
-    std::filesystem::create_directories(folder_);
+  SurfaceStroke() {
     Mesh ball = make_shape(ShapeKind::sphere, 400);
     for (Vec3d& p : ball.positions) p = p * 0.3;
     write_mesh(folder_ / "ball.ply", ball);
@@ -59,7 +59,8 @@ class SurfaceStroke : public testing::Test {
            "\n";
   }
 
-  std::filesystem::path folder_;
+  test::Scratch scratch_{"surface_stroke"};
+  const std::filesystem::path& folder_ = scratch_.path();
 };
 
 const std::vector<std::string> kKinds{"paint", "handles", "stamp", "slip", "twist"};

@@ -9,6 +9,7 @@
 
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "support/scratch.h"
 #include "support/test_meshes.h"
 
 namespace knead::tutorial_test {
@@ -28,9 +29,8 @@ std::string output_in_page() {
 }
 
 TEST(Tutorial, PrintsWhatThePageSays) {
-  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "knead_tutorial";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
+  const test::Scratch scratch("tutorial");
+  const std::filesystem::path& folder = scratch.path();
   write_mesh(folder / "sphere.ply", make_shape(ShapeKind::sphere, 10000));
   write_mesh(folder / "fine.ply", make_shape(ShapeKind::sphere, 40000));
   const std::string command = "cd '" + folder.string() + "' && '" TUTORIAL_PROGRAM "' > output.txt";
@@ -41,7 +41,6 @@ TEST(Tutorial, PrintsWhatThePageSays) {
     EXPECT_TRUE(after.closed()) << name;
     EXPECT_GT(after.box.max.x, 1.3) << name;
   }
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace
