@@ -68,7 +68,7 @@ TEST(LayerWords, AnEntrySaysWhatItDoes) {
       words(PointsStroke{.points = {{0, 0, 0}}, .curves = {}, .outer = 1, .displacements = {{0.1, 0, 0}, {0.1, 0, 0}}}),
       "Move points 0.2");
   EXPECT_EQ(words(PinsStroke{{{0, 0, 0}, {1, 0, 0}}, {{0, 0, 0.5}, {1, 0, 0}}}), "Pose 0.5");
-  EXPECT_EQ(words(RelaxStroke{.points = {{0, 0, 0}}}), "Relax 1 place");
+  EXPECT_EQ(words(RelaxStroke{.points = {{0, 0, 0}}}), "Smooth 1 place");
   EXPECT_EQ(words(GridStroke{}), "Pose");
 }
 

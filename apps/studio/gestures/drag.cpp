@@ -159,7 +159,7 @@ Vec3d Drag::at(const Pointer& pointer, const GestureContext& around) const {
 }
 
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around) {
-  Drag drag{drag_mode(around.settings), start, forward_of(around)};
+  Drag drag{around.settings.drag, start, forward_of(around)};
   drag.from = {pointer.x, pointer.y};
   if (drag.mode == DragMode::normal) drag.direction = normalized(normal);
   if (drag.mode == DragMode::axis) drag.direction = normalized(around.settings.axis);
@@ -290,6 +290,7 @@ std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureCon
   RelaxGesture gesture;
   gesture.stroke.points = {hit->point};
   gesture.stroke.radius = around.settings.radius;
+  gesture.stroke.amount = around.settings.smoothing;
   if (pointer.modifiers.ctrl) gesture.stroke.surface = 0;
   gesture.last_point = hit->point;
   return gesture;

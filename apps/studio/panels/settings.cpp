@@ -28,7 +28,8 @@ constexpr float kAroundNumbers = 5.2F;
 const ImVec4 kSelected{0.95F, 0.55F, 0.10F, 1};  // pins
 
 bool goes_along_a_drag(ToolUse use) {
-  return use != ToolUse::paint && use != ToolUse::inflate && use != ToolUse::turn && use != ToolUse::mask;
+  return use != ToolUse::paint && use != ToolUse::inflate && use != ToolUse::smooth && use != ToolUse::turn &&
+         use != ToolUse::mask;
 }
 
 // The three axes, side by side.
@@ -45,7 +46,7 @@ void choose_axis(const char* name, Vec3d& chosen) {
 
 void draw_drag(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
-  if (drag_mode(settings) == DragMode::axis) choose_axis("axis", settings.axis);
+  if (settings.drag == DragMode::axis) choose_axis("axis", settings.axis);
   if (settings.tool->use == ToolUse::pull) draw_tool_setting(studio, "start");
 }
 

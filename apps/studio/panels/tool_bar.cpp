@@ -251,6 +251,9 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   for (const std::string_view slider : tool.sliders) {
     all.push_back({kSliderWidth, [&studio, slider](float width) { draw_hand_amount(studio, slider, width); }});
   }
+  if (tool.use == ToolUse::smooth) {
+    all.push_back({kSliderWidth, [&](float width) { draw_tool_setting(studio, "smoothing", width); }});
+  }
   if (tool.has_inner) all.push_back({110, [&](float width) { draw_hand_inner(studio, width); }});
   if (blends(settings)) {
     all.push_back({110, [&](float width) { draw_tool_setting(studio, "falloff", width); }});
@@ -354,7 +357,7 @@ void draw_strength_of_tool(Studio& studio, float width) {
   if (!tool.sliders.empty() && tool.use != ToolUse::pull) return draw_hand_amount(studio, tool.sliders.front(), width);
   if (tool.has_inner) return draw_hand_inner(studio, width);
   if (has_mode(studio)) return draw_mode(studio, width);
-  draw_tool_setting(studio, "falloff", width);
+  draw_tool_setting(studio, tool.use == ToolUse::smooth ? "smoothing" : "falloff", width);
 }
 
 bool draw_touch_button(const char* label, float width, float height, bool is_on = false) {
