@@ -207,7 +207,7 @@ std::vector<Setting> settings_of(ToolSettings& to) {
   return {
       {"radius", &to.radius, kAboveZero},
       {"auto_radius", &to.auto_radius},
-      {"inner_ratio", &to.inner_ratio, {0.01, 0.95, true}, "Inner", "which part of the radius moves rigidly (Shift+F)"},
+      {"inner_ratio", &to.inner_ratio, {0.01, 0.95, true}, "Inner ratio", "which part of the radius moves rigidly (Shift+F)"},
       {"falloff",
        &to.falloff,
        {kMinFalloff, kGreatestFalloff},
@@ -257,7 +257,7 @@ std::vector<Setting> settings_of(ToolSettings& to) {
       {"lasso_selects",
        &to.lasso_selects,
        {},
-       "Lasso",
+       "Select pins by a line",
        "Draw a line round pins to select them (Shift+click selects one). Selected pins move together."},
       {"mask_mode",
        choice_of(to.mask_mode, {"paint", "lasso", "box"}, {"Paint", "Lasso", "Box"}),

@@ -222,7 +222,7 @@ void draw_hand_inner(Studio& studio, float width) {
   ToolSettings& settings = studio.tools().settings();
   const double before = 100 * settings.inner_ratio;
   double percent = before;
-  slide("Inner", percent, {1, 95}, "which part of the radius moves rigidly (Shift+F)", {"%", width});
+  slide("Inner ratio", percent, {1, 95}, "which part of the radius moves rigidly (Shift+F)", {"%", width});
   if (percent != before) settings.inner_ratio = std::clamp(percent / 100, 0.01, 0.95);
 }
 
