@@ -52,6 +52,7 @@ enum class Quantity {
   displacement,  // a difference of two places: any finite vector
   outer,         // a distance from the tool beyond which nothing moves; checked by the tool itself
   falloff,       // a whole number from 3 to 7
+  wide_falloff,  // the same, or "wide": kWideFalloff; decides which other keys apply
   other,         // checked by the tool itself
 };
 
@@ -292,10 +293,9 @@ std::vector<Stroke> symmetric_strokes(std::span<const Stroke> strokes, std::span
 
 // Painting along a path on the surface, and under a pointer (paper, section 4.2).
 
-// Returns the fraction of `outer` over which a path spreads one dab of full depth: the integral of the blend's weight
-// over its own range, 17/35 for the default falloff. Along a straight path the dabs' displacements then add up to the
-// depth. The falloff is from 3 to 7.
-double dab_length(int falloff);
+// Returns the length over which a path spreads one dab of full depth: the integral of the blend's weight over its own
+// range, 17/35 outer for the default falloff. Along a straight path the dabs' displacements then add up to the depth.
+double dab_length(const PaintStroke& stroke);
 
 // The dabs of a stroke with a path: their places before they are moved to the surface, and the depth of each.
 struct PaintDabs {
@@ -304,8 +304,8 @@ struct PaintDabs {
 };
 
 // Returns the dabs of a stroke with a path. A smooth curve (centripetal, third order) goes through the path's points;
-// the dabs lie evenly along it, close enough that the result does not depend on their number. Every dab_length * outer
-// of the path gets one dab of full depth in all; a shorter path also gets one. Throws InvalidInput for a path that
+// the dabs lie evenly along it, close enough that the result does not depend on their number. Every dab_length() of
+// the path gets one dab of full depth in all; a shorter path also gets one. Throws InvalidInput for a path that
 // needs more than a million dabs.
 PaintDabs paint_dabs(const PaintStroke& stroke);
 
@@ -317,7 +317,7 @@ void paint_on(const PaintStroke& stroke, const LiveSurface& surface);
 // What a pointer touches while it paints.
 struct PaintTouch {
   PaintSample at;       // of the surface as it was before the painting began
-  double radius = 0;    // outer threshold of a dab here, above 0
+  double radius = 0;    // outer threshold of a dab here, or its bump if it is wide; above 0
   double pressure = 1;  // how much each length of the way counts, above 0
 };
 

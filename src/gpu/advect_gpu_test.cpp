@@ -97,7 +97,8 @@ TEST_F(GpuTest, EveryFalloffIsThatOfTheReference) {
   Random random(812);
   for (const int falloff : test::kOtherFalloffs) {
     for (const NamedSegment& named : test::random_segments(random, falloff)) {
-      const bool chosen = named.name == "ball" || named.name == "rotate" || named.name == "points";
+      const bool chosen = named.name == "ball" || named.name == "painting ball" || named.name == "rotate" ||
+                          named.name == "points";
       if (!chosen) continue;
       SCOPED_TRACE(named.name + ", falloff " + std::to_string(falloff));
       const auto points = test::random_points(random, 300);

@@ -73,6 +73,15 @@ std::map<std::string, Lines> sessions_for(const Subject& s) {
   result["implicit blended"] = {
       fmt::format(R"({{"tool":"implicit","inner":{},"outer":{},"time":"blended","path":[{},{},{}]}})", 0.05 * d,
                   0.2 * d, text(p[2]), text(p[2] + n[2] * (0.04 * d)), text(p[2] + n[2] * (0.08 * d)))};
+  result["wide ball"] = {fmt::format(R"({{"tool":"implicit","falloff":"wide","bump":{},"outer":{},"path":[{},{},{}]}})",
+                                     0.07 * d, 0.25 * d, text(p[0]), text(p[0] + n[0] * (0.1 * d)),
+                                     text(p[0] + n[0] * (0.15 * d) + Vec3d{0.05 * d, 0.05 * d, 0}))};
+  result["wide blended"] = {
+      fmt::format(R"({{"tool":"implicit","falloff":"wide","bump":{},"time":"blended","path":[{},{}]}})", 0.06 * d,
+                  text(p[2]), text(p[2] + n[2] * (0.05 * d)))};
+  result["wide paint"] = {
+      fmt::format(R"({{"tool":"paint","falloff":"wide","bump":{},"depth":{},"samples":[{{"point":{},"normal":{}}}]}})",
+                  0.05 * d, -0.03 * d, text(p[1]), text(n[1]))};
   Lines paint;
   for (std::size_t i = 0; i < p.size(); ++i) {
     paint.push_back(fmt::format(R"({{"tool":"paint","outer":{},"depth":{},"samples":[{{"point":{},"normal":{}}}]}})",
