@@ -138,6 +138,10 @@ TEST_P(StrokeKeys, BeyondOneTheStrokeGoesOn) {
   const double little = distance(result_of(line(", \"strength\": 1.000001"), exact()), at_one);
   EXPECT_LT(little, 1e-4 * moved);
   const double more = distance(result_of(line(", \"strength\": 1.5"), exact()), at_one);
+  if (std::string_view(GetParam().name) == "tapered") {
+    EXPECT_EQ(more, 0) << "it ends at its tip";
+    return;
+  }
   EXPECT_GT(more, 0.1 * moved);
   EXPECT_LT(more, 1.5 * moved);
 }

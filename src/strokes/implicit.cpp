@@ -24,11 +24,11 @@ std::vector<StrokeKey> keys(ImplicitStroke& s) {
            kOuterHelp},
           {"bump", Quantity::positive, wide ? &s.bump : nullptr, Presence::required, kBumpHelp, kWide},
           {"core", Quantity::other, wide ? &s.core : nullptr, Presence::optional, {}, kWide},
-          {"taper", Quantity::other, &s.taper, Presence::optional, "how much thinner the tool is at the path's end"},
           {"region", Quantity::other, choice(s.region, {"ball", "capsule"}), Presence::optional},
           {"half_axis", Quantity::direction, capsule ? &s.half_axis : nullptr, Presence::required, {}, kCapsule},
           {"gauge", Quantity::finite, capsule ? &s.gauge : nullptr, Presence::optional, {}, kCapsule},
-          {"time", Quantity::other, choice(s.time, {"swept", "blended"}), Presence::optional}};
+          {"time", Quantity::other, choice(s.time, {"swept", "blended"}), Presence::optional},
+          {"taper", Quantity::other, &s.taper, Presence::optional, "how much thinner the tool is at the path's end"}};
 }
 
 void validate(const ImplicitStroke& stroke) {
