@@ -21,7 +21,7 @@ json:     math |
 io:       math mesh cells json | io animation
 remesh:   math mesh cells | remesh
 splats:   math mesh | splats
-pose:     math field flow |
+pose:     math field flow mesh |
 strokes:  math field flow mesh pose | stroke tools
 session:  math field flow mesh cells splats json io remesh pose strokes | session shape_state replay derivatives
 certify:  math field flow mesh cells json io remesh strokes session fit | certify

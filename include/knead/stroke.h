@@ -304,8 +304,10 @@ struct PoseStiffness {
 // keeps the volume can (docs/mathematics.md). It reads the surface, and becomes grid strokes.
 struct PoseStroke {
   // Greatest spacing of the field's grid, as a fraction of the shape's diagonal; from 0.01 to 0.5. It is smaller, down
-  // to 0.025, where a part moves close past one that holds.
-  double detail = 0.075;
+  // to 0.025, where a part moves close past one that holds. 0: a quarter of the thickness of the thinnest part that
+  // moves, from 0.02 to 0.075.
+  double detail = 0;
+  double tolerance = 0.005;  // of parts and pins: their greatest distance from their places, of the diagonal
   std::vector<PoseItem> parts;
   std::vector<PoseStiffness> stiffness{};
   bool exact = false;  // a last stroke of pins takes parts and pins exactly to their places

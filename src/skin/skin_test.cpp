@@ -208,6 +208,16 @@ TEST(Skin, FleshIsFreeOnlyWhereTheStageTurns) {
   }
 }
 
+// The halves of an arm that bends back onto itself meet: the pose is sound, and says that it fell short.
+TEST(Skin, APoseThatCannotBeComesAsFarAsItIsSound) {
+  const Arm arm;
+  const SkinReport report = pose_skin(arm.mesh, arm.skin, arm.bent(179), {}, false).report;
+  EXPECT_EQ(report.flow.crossings_new, 0U);
+  EXPECT_LE(std::max(report.flow.greatest_stretch, 1 / report.flow.least_stretch), kMaxPosedStretch);
+  EXPECT_FALSE(report.shortfall.empty());
+  EXPECT_NE(complaint_about(report).find(report.shortfall), std::string::npos);
+}
+
 TEST(Skin, AtRestNothingMoves) {
   const Arm arm;
   const SkinResult result = pose_skin(arm.mesh, arm.skin, arm.skin.rest);

@@ -77,6 +77,7 @@ struct SurfaceRun {
   const Mesh* mesh = nullptr;  // of a stamp's tool
   int threads = 0;
   std::vector<std::string> remarks{};   // for the user
+  std::string shortfall{};              // says where the stroke fell short of what was asked; empty if it did not
   std::optional<double> penetration{};  // how deep a stamp leaves the surface in its tool
 };
 
