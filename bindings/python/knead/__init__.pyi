@@ -327,6 +327,7 @@ class Pins(Stroke):
 
 class Pose(Stroke):
     detail: float | None
+    tolerance: float | None
     parts: Sequence[Mapping[str, Any]]
     stiffness: Sequence[Mapping[str, Any]] | None
     exact: bool | None
@@ -335,6 +336,7 @@ class Pose(Stroke):
         *,
         parts: Sequence[Mapping[str, Any]],
         detail: float | None = None,
+        tolerance: float | None = None,
         stiffness: Sequence[Mapping[str, Any]] | None = None,
         exact: bool | None = None,
         name: str | None = None,
