@@ -12,7 +12,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # Tests (*_test.cpp) may include any module and tests/support. Everything outside src may include public headers only;
 # apps, bindings and benchmarks also json, which is not installed.
 readonly table='
-math:     | vec error
+math:     | vec error version
 field:    math | field region
 flow:     math field | flow
 mesh:     math | mesh

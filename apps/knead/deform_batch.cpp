@@ -21,6 +21,7 @@
 #include "knead/io.h"
 #include "knead/replay.h"
 #include "knead/tools.h"
+#include "knead/version.h"
 #include "output.h"
 
 namespace knead::command {

@@ -525,6 +525,24 @@ std::optional<std::size_t> Joints::rigid_limb(std::size_t vertex, double weight)
   return std::nullopt;
 }
 
+std::vector<std::size_t> Joints::bodies(std::size_t stage) const {
+  std::vector<std::size_t> result(limbs.size(), 0);
+  for (std::size_t i = 1; i < limbs.size(); ++i) result[i] = limbs[i].stage == stage ? i : result[*limbs[i].before];
+  return result;
+}
+
+std::optional<std::size_t> Joints::rigid_body(std::span<const std::size_t> bodies, std::size_t vertex,
+                                              double weight) const {
+  for (std::size_t i = begin[vertex]; i < begin[vertex + 1]; ++i) {
+    double sum = 0;
+    for (std::size_t k = begin[vertex]; k < begin[vertex + 1]; ++k) {
+      if (bodies[weights[k].bone] == bodies[weights[i].bone]) sum += weights[k].weight;
+    }
+    if (sum > weight) return bodies[weights[i].bone];
+  }
+  return std::nullopt;
+}
+
 std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices) {
   if (!skin.parents.empty()) return skin.parents;
   // Builds the tree with the most shared weight (Prim).

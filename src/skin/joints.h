@@ -51,6 +51,13 @@ struct Joints {
   // Returns the limb with the greatest weight at a vertex; the base for a vertex without weights.
   std::size_t main_limb(std::size_t vertex) const;
 
+  // Returns for each limb the limb with which it moves as one rigid body in a stage: itself if its joint turns then, or
+  // else that of the limb before it. With `stages` as the stage, which no joint turns in, that is the base.
+  std::vector<std::size_t> bodies(std::size_t stage) const;
+
+  // Returns the body of which the limbs have together more than this weight at a vertex. `bodies`: of each limb.
+  std::optional<std::size_t> rigid_body(std::span<const std::size_t> bodies, std::size_t vertex, double weight) const;
+
   // Returns the limb with more than this weight at a vertex.
   std::optional<std::size_t> rigid_limb(std::size_t vertex, double weight) const;
 };

@@ -106,6 +106,7 @@ class Poser {
  private:
   void run_stage(std::size_t stage) {
     stop_if_cancelled(options_.progress);
+    bodies_ = joints_.bodies(stage);
     const std::vector<bool> moving = moving_limbs(stage);
     StageProblem problem;
     problem.spacing = joints_.spacing[stage];
@@ -146,7 +147,7 @@ class Poser {
     std::vector<Triangle> bending;
     std::vector<Vec3d> middles;
     for (const Triangle& t : near) {
-      const auto is_rigid = [&](std::uint32_t v) { return joints_.rigid_limb(v, options_.rigid_weight).has_value(); };
+      const auto is_rigid = [&](std::uint32_t v) { return rigid_body(v).has_value(); };
       if (!is_closed_[t[0]] || std::all_of(t.begin(), t.end(), is_rigid)) continue;
       bending.push_back(t);
       for (std::size_t k = 0; k < 3; ++k) middles.push_back((positions_[t[k]] + positions_[t[(k + 1) % 3]]) * 0.5);
@@ -258,6 +259,12 @@ class Poser {
     return moving;
   }
 
+  // Returns the body that a vertex moves rigidly with in the present stage. Flesh at a joint that turns in another
+  // stage is rigid, too: free flesh on a grid for thinner joints would flow.
+  std::optional<std::size_t> rigid_body(std::size_t v) const {
+    return joints_.rigid_body(bodies_, v, options_.rigid_weight);
+  }
+
   // Returns the weight of moving limbs at a vertex.
   double moving_weight(const std::vector<bool>& moving, std::size_t v) const {
     double sum = 0;
@@ -306,8 +313,8 @@ class Poser {
     }
     std::vector<std::vector<Vec3d>> points(joints_.limbs.size());
     for (std::size_t v = 0; v < positions_.size(); ++v) {
-      const std::optional<std::size_t> limb = joints_.rigid_limb(v, options_.rigid_weight);
-      if (used[v] && limb && !bends(stage, moving, v)) points[moving[*limb] ? *limb : 0].push_back(positions_[v]);
+      const std::optional<std::size_t> body = rigid_body(v);
+      if (used[v] && body && !bends(stage, moving, v)) points[*body].push_back(positions_[v]);
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (points[i].empty()) continue;
@@ -350,8 +357,8 @@ class Poser {
   void mark_held(const std::vector<bool>& moving, BodySamples& body) const {
     const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(positions_, body.points);
     for (const std::uint32_t v : nearest) {
-      const std::optional<std::size_t> limb = joints_.rigid_limb(v, options_.rigid_weight);
-      body.held.push_back(limb && !moving[*limb]);
+      const std::optional<std::size_t> own = rigid_body(v);
+      body.held.push_back(own && !moving[*own]);
     }
   }
 
@@ -359,8 +366,8 @@ class Poser {
   void stiffen_bones(const std::vector<bool>& moving, BodySamples& body) const {
     const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(positions_, body.points);
     for (std::size_t i = 0; i < nearest.size(); ++i) {
-      const std::optional<std::size_t> limb = joints_.rigid_limb(nearest[i], options_.rigid_weight);
-      if (limb && moving[*limb]) body.stiffness[i] *= kBoneStiffness;
+      const std::optional<std::size_t> own = rigid_body(nearest[i]);
+      if (own && moving[*own]) body.stiffness[i] *= kBoneStiffness;
     }
   }
 
@@ -433,6 +440,7 @@ class Poser {
   bool has_volume_ = false;       // a piece is closed
   double diagonal_ = 0;
   Joints joints_;
+  std::vector<std::size_t> bodies_;  // of the limbs in the present stage
   SkinResult result_;
 };
 
