@@ -141,12 +141,12 @@ Weight<T> wide_weight(const T& square, const Thresholds<S>& thresholds) {
   const T y = square * T(per_square);
   const T inverse = T(1) / maximum(y, T(1));
   const T rest = maximum(neg_mul_add(y, T(k * rounded_up<S>() * rounded_up<S>()), T(1)), T(0));
-  const T base = rest * rest * inverse * T(S(1.0 / 3) / (S(1) - k));
+  const T part = rest * inverse;
+  const T base = part * rest * T(S(1.0 / 3) / (S(1) - k));
   const auto inside = y < T(1);
-  const T value = select(inside, mul_add(y, mul_add(y, T(quadratic), T(-linear)), T(1)), base * rest);
-  const T slope = select(inside, mul_add(y, T(S(4) * quadratic), T(S(-2) * linear)),
-                         base * mul_add(rest, inverse, T(S(3) * k)) * T(-2));
-  return {value, slope * T(per_square)};
+  return {select(inside, mul_add(y, mul_add(y, T(quadratic), T(-linear)), T(1)), base * rest),
+          select(inside, mul_add(y, T(S(4) * quadratic * per_square), T(S(-2) * linear * per_square)),
+                 base * mul_add(part, T(S(-2) * per_square), T(S(-6) * k * per_square)))};
 }
 
 // Returns w and dw/dr at r of a falloff other than 4, from the rest q = 1 - s and inverse = -dq/dr. For n from 4 on,

@@ -125,7 +125,8 @@ KNEAD_INLINE StagePlace<P> place_in(const Bundle<S>& bundle, const Stage<S>& sta
 // such loops, for the attempts to cross a whole segment, which saves 5% to 10% of the time in float.
 inline constexpr int kAnySlopes = -1;
 
-// A stage for the default falloff, the wide one, or any; chosen before the loop, so that the choice costs nothing.
+// A stage for the default falloff, the wide one without a core, or any; chosen before the loop, so that the choice
+// costs nothing.
 inline constexpr int kAnyFalloff = -1;
 
 template <class P, class Field, int falloff, int slopes, class S>
@@ -133,6 +134,7 @@ template <class P, class Field, int falloff, int slopes, class S>
   Field field = *static_cast<const Field*>(data);  // copies, which the stores below cannot change
   Stage<S> stage = given;
   if constexpr (falloff != kAnyFalloff) field.thresholds.falloff = falloff;
+  if constexpr (falloff == kWideFalloff) field.thresholds.inner = S(0);
   if constexpr (slopes != kAnySlopes) {
     stage.count = slopes;
     stage.from_start = true;
@@ -157,10 +159,11 @@ void stage_with(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
 
 template <class P, class Field, class S>
 void stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
-  const int falloff = static_cast<const Field*>(data)->thresholds.falloff;
-  if (falloff == kDefaultFalloff) return stage_with<P, Field, kDefaultFalloff>(data, bundle, stage);
+  const auto& thresholds = static_cast<const Field*>(data)->thresholds;
+  if (thresholds.falloff == kDefaultFalloff) return stage_with<P, Field, kDefaultFalloff>(data, bundle, stage);
   if constexpr (std::is_same_v<decltype(Field::region), Ball<S>>) {
-    if (falloff == kWideFalloff) return stage_with<P, Field, kWideFalloff>(data, bundle, stage);
+    const bool is_wide = thresholds.falloff == kWideFalloff && thresholds.inner == S(0);
+    if (is_wide) return stage_with<P, Field, kWideFalloff>(data, bundle, stage);
   }
   stage_of<P, Field, kAnyFalloff, kAnySlopes>(data, bundle, stage);
 }
