@@ -18,9 +18,9 @@ flow:     math field | flow
 mesh:     math | mesh
 cells:    math mesh | cells
 json:     math |
-io:       math mesh cells json | io animation
-remesh:   math mesh cells | remesh
 splats:   math mesh | splats
+io:       math mesh cells splats json | io animation
+remesh:   math mesh cells | remesh
 pose:     math field flow mesh |
 strokes:  math field flow mesh pose | stroke tools
 session:  math field flow mesh cells splats json io remesh pose strokes | session shape_state replay derivatives
@@ -30,7 +30,7 @@ skin:     math field flow mesh json io pose strokes | skin
 history:  math flow mesh io remesh strokes session | workbench
 gl:       math | gl
 gpu:      math field flow gl | gpu
-render:   math field flow mesh gl | render
+render:   math field flow mesh splats gl | render
 '
 
 # file: the internal headers it may include, because it measures what they hold, or needs the same bits everywhere.

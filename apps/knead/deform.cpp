@@ -37,21 +37,25 @@ WriteOptions write_options_for(const DeformOptions& options, const Digits& digit
   return result;
 }
 
-void write_frame(const std::string& path, const StreamFormat& format, const Inputs& inputs, const DeformedShape& shape,
-                 WriteOptions options) {
-  const ShapeFile& source = inputs.shape;
-  if (shape.is_remeshed()) {
-    write_remeshed_or_stream(path, format, source, shape.to_mesh(), shape.provenance()->face_source, options);
-  } else {
-    const std::vector<Vec3d> normals = shape.normals();
-    options.normals = normals;
-    const std::vector<Attribute> splats = shape.splats();
-    options.attributes = splats;
-    if (!inputs.quiet && shape.put_back() > kToldDistance * shape_box(source.mesh).diagonal()) {
-      print_message(fmt::format("note: {}: points were put back onto walls by up to {:.2g}", path, shape.put_back()));
-    }
-    write_shape_or_stream(path, format, source, shape.positions(), options);
+void split_long_splats(const DeformOptions& options, const ReplayOptions& replay, const std::string& path,
+                       const Session& session, ShapeFile& shape) {
+  std::optional<ShapeFile> split = split_splats(shape, session, replay, options.max_splats);
+  if (!split) return;
+  if (!options.common.quiet) {
+    print_message(fmt::format("note: {}: long splats are split, so that they can bend: {} are now {}", path,
+                              shape.mesh.vertex_count(), split->mesh.vertex_count()));
   }
+  shape = std::move(*split);
+}
+
+void write_frame(const std::string& path, const StreamFormat& format, const Inputs& inputs, const DeformedShape& shape,
+                 const WriteOptions& options) {
+  const ShapeFile& source = inputs.shape;
+  if (!inputs.quiet && shape.put_back() > kToldDistance * shape_box(source.mesh).diagonal()) {
+    print_message(fmt::format("note: {}: points were put back onto walls by up to {:.2g}", path, shape.put_back()));
+  }
+  if (!is_stream(path)) return write_deformed(path, source, shape, options);
+  print(serialize_deformed(format_of(format_path(path, format)), source, shape, options));
 }
 
 namespace {
@@ -170,6 +174,7 @@ Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& rep
     losses = animation_losses(path, inputs.shape);
   }
   if (!quiet) print_notes(losses);
+  split_long_splats(options, replay, options.shape, inputs.session, inputs.shape);
   return inputs;
 }
 

@@ -90,6 +90,7 @@ struct DeformOptions {
   FrameFlags frames;
   std::string report;
   std::string digits = "auto";
+  std::optional<std::size_t> max_splats;
   bool stream = false;
   double piece_mb = 32;
   StreamFormat format;
@@ -125,9 +126,13 @@ ReplayOptions replay_options(const DeformOptions& options);
 WriteOptions write_options_for(const DeformOptions& options, const Digits& digits, const ShapeFile& shape,
                                const std::string& output);
 
+// Splits the long splats of the shape at that path, with a note.
+void split_long_splats(const DeformOptions& options, const ReplayOptions& replay, const std::string& path,
+                       const Session& session, ShapeFile& shape);
+
 // Writes one deformed shape.
 void write_frame(const std::string& path, const StreamFormat& format, const Inputs& inputs, const DeformedShape& shape,
-                 WriteOptions options);
+                 const WriteOptions& options);
 
 // --- what deforming one shape and several together share
 

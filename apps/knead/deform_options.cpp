@@ -98,6 +98,10 @@ std::vector<Option> describe_motion(DeformOptions& options) {
        "no surface. By itself where the file is larger than half of the memory"},
       {"--piece-mb", &options.piece_mb, "Size of a piece of --stream in megabytes; does not change the result", "MB",
        OptionKind::with_default, from_to(0.001, 1e5), "give megabytes, from 0.001 to 100000"},
+      {"--max-splats", &options.max_splats,
+       "The most splats that there are after long ones were split, so that they can bend (default: twice as many as "
+       "before); 0 splits none",
+       "N"},
       {"--integrator",
        WordTarget{{"rk4", "tsit5", "runge-kutta", "tsitouras"},
                   static_cast<std::size_t>(options.integrator),

@@ -143,7 +143,7 @@ class Stream {
     output_->write(cloud_.tail());
   }
 
-  void write(const ShapeFile& piece, WriteOptions options) {
+  void write(const ShapeFile& piece, const WriteOptions& options) {
     ++pieces_;
     replay_.normals = vertex_normals_of(piece);
     const ReplayResult result = replay(borrow(piece.mesh), session_, replay_);
@@ -155,11 +155,7 @@ class Stream {
     replay_.strokes_warn = false;  // they are the same for every piece
     const std::span<const Vec3d> positions = result.shape.positions();
     for (std::size_t i = 0; i < positions.size(); ++i) moved_ += positions[i] != piece.mesh.positions[i] ? 1 : 0;
-    const std::vector<Vec3d> normals = result.shape.normals();
-    options.normals = normals;
-    const std::vector<Attribute> splats = result.shape.splats();
-    options.attributes = splats;
-    output_->write(cloud_.rows(piece, positions, options));
+    output_->write(cloud_.rows(piece, serialize_deformed(piece.format, piece, result.shape, options)));
   }
 
   Clock clock_;

@@ -20,11 +20,17 @@
 
 namespace knead::command {
 
-void join(Inputs& inputs) {
+namespace {
+
+std::vector<const Mesh*> meshes_of(const Inputs& inputs) {
   std::vector<const Mesh*> meshes{&inputs.shape.mesh};
   for (const ShapeFile& shape : inputs.also) meshes.push_back(&shape.mesh);
-  inputs.joined.emplace(meshes);
+  return meshes;
 }
+
+}  // namespace
+
+void join(Inputs& inputs) { inputs.joined.emplace(meshes_of(inputs)); }
 
 std::vector<Vec3d> normals_of_clouds(const Inputs& inputs) {
   std::vector<Vec3d> all;
@@ -152,6 +158,10 @@ Inputs read_together(const DeformOptions& options, const ReplayOptions& replay) 
   } else {
     resolve_on_first(inputs, replay, quiet);
   }
+  for (std::size_t i = 0; i < inputs.also.size(); ++i) {
+    split_long_splats(options, replay, options.also[i], inputs.session, inputs.also[i]);
+  }
+  split_long_splats(options, replay, options.shape, inputs.session, inputs.shape);
   join(inputs);
   inputs.remeshes = Replay(borrow(inputs.mesh()), inputs.session, replay).remeshes();
   return inputs;
@@ -294,6 +304,7 @@ void run_together(const DeformOptions& options) {
   const Inputs inputs = read_together(options, replay);
   seconds.read = total.seconds();
   replay.normals = normals_of_clouds(inputs);
+  replay.splats = splats_among(meshes_of(inputs));
   replay.remesh.face_labels = labels_together(inputs);
   // What was made on several shapes is as it was made.
   if (inputs.session.also.empty()) replay.motion.diagonal = reference_length(inputs.shape.mesh);

@@ -114,12 +114,6 @@ void end_after_last_shape(const std::string& path, bool more_to_say) {
   if (format != "gltf" && format != "glb" && format != "obj") end_after_last_output(more_to_say);
 }
 
-void write_shape_or_stream(const std::string& path, const StreamFormat& format, const ShapeFile& source,
-                           std::span<const Vec3d> positions, const WriteOptions& options) {
-  if (!is_stream(path)) return write_shape(path, source, positions, options);
-  print(serialize_shape(format_of(format_path(path, format)), source, positions, options));
-}
-
 void write_remeshed_or_stream(const std::string& path, const StreamFormat& format, const ShapeFile& source,
                               const Mesh& mesh, std::span<const std::uint32_t> face_source,
                               const WriteOptions& options) {

@@ -56,8 +56,6 @@ void add_set_option(std::vector<Option>& options, std::vector<std::string>& set)
 Session read_session_with(const std::string& path, const std::vector<std::string>& set);
 
 // Writes to the file, or to standard output.
-void write_shape_or_stream(const std::string& path, const StreamFormat& format, const ShapeFile& source,
-                           std::span<const Vec3d> positions, const WriteOptions& options);
 void write_remeshed_or_stream(const std::string& path, const StreamFormat& format, const ShapeFile& source,
                               const Mesh& mesh, std::span<const std::uint32_t> face_source,
                               const WriteOptions& options = {});

@@ -11,6 +11,7 @@
 #include "deform.h"
 #include "knead/io.h"
 #include "knead/render.h"
+#include "knead/splats.h"
 #include "knead/vec.h"
 #include "output.h"
 #include "program.h"
@@ -144,7 +145,10 @@ render::Image draw_image(const PictureRequest& request, const std::function<void
   for (int i = 0; i < count; ++i) {
     options.width = width + (i < request.width % count ? 1 : 0);
     options.progress = [&, i](double part) { progress((i + part) / count); };
-    images.push_back(render::render(scenes[static_cast<std::size_t>(i)], options));
+    const Scene& scene = scenes[static_cast<std::size_t>(i)];
+    const bool is_splats = are_splats(*scene.shapes.front().mesh);
+    images.push_back(is_splats ? render::render_splats(*scene.shapes.front().mesh, scene.camera, options)
+                               : render::render(scene, options));
   }
   return render::side_by_side(images);
 }

@@ -85,9 +85,10 @@ struct WriteOptions {
   bool double_coordinates = false;
   // The new normals of a shape without faces (DeformedShape::normals), one per vertex; empty: they stay as they are.
   std::span<const Vec3d> normals{};
-  // Vertex attributes of one component with other values than the source's of the same names (DeformedShape::splats).
-  // PLY files get them; other formats keep theirs.
+  // Vertex attributes of one component with other values than the source's of the same names, for the vertices that
+  // `changed` names in ascending order: one value for each of these (ChangedSplats).
   std::span<const Attribute> attributes{};
+  std::span<const std::uint32_t> changed{};
   // The digits after the point of coordinates that differ, in text files: 0 to 17. A coordinate that rounds to the old
   // one keeps its spelling; components of normals have at least six digits. Empty: the shortest form that reads back as
   // the same number.
@@ -141,9 +142,9 @@ class CloudPieces {
   // What stands before the first row of the file, and after the last one.
   const std::string& head() const;
   const std::string& tail() const;
-  // Returns the rows of a piece as serialize_shape() writes them. Throws as it does, and InvalidInput where the type of
-  // coordinates would change, which the header states for all rows.
-  std::string rows(const ShapeFile& piece, std::span<const Vec3d> positions, const WriteOptions& options) const;
+  // Returns the rows of a piece that serialize_shape() has written: what is left of `bytes`. Throws InvalidInput where
+  // the type of coordinates would change, which the header states for all rows.
+  std::string rows(const ShapeFile& piece, std::string bytes) const;
 
  private:
   struct Reader;

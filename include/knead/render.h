@@ -299,6 +299,12 @@ struct Options {
 // shapes light_samples times, and looks up width * height * light_samples texels.
 Image render(const Scene& scene, const Options& options);
 
+// Returns a picture of Gaussian splats (splats.h) as they are drawn by Kerbl et al. (2023): sorted by depth, and
+// blended from front to back, each with the colour that its spherical harmonics have in the direction from the eye to
+// its centre. Drawn by the CPU; the same bits for every number of threads. Uses width, height, background and progress
+// of the options. Throws InvalidInput as splat_degree().
+Image render_splats(const Mesh& splats, const Camera& camera, const Options& options);
+
 // Renders many pictures in the OpenGL context that is current; keeps its compiled shaders. A call leaves OpenGL's
 // default framebuffer bound and other OpenGL state unspecified.
 class Renderer {

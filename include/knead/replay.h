@@ -7,7 +7,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "knead/animation.h"
@@ -73,6 +75,7 @@ struct ReplayOptions {
   SessionPart part{};
   FrameOptions frames{};
   std::vector<Vec3d> normals{};                           // DeformedShape's
+  std::vector<IndexRange> splats{};                       // of several meshes, see splats_among(); of one its own
   std::function<void(const AppliedStroke&)> on_stroke{};  // called when a stroke is complete
   Progress* progress = nullptr;                           // counts up to Replay::work(), its total
   // Keeps the result of a stroke after which triangles cross that did not before, although the mesh followed it. False:
@@ -179,6 +182,28 @@ bool needs_faces(const Session& session);
 // and no other attributes. The source must outlive the function. Throws as AnimationFile.
 std::function<void(const ReplayFrame&)> animation_writer(const std::filesystem::path& path, const ShapeFile& source,
                                                          bool is_remeshed, const AnimationOptions& options);
+
+// Returns the vertices that are splats (splats.h), by their numbers in JoinedMeshes of these meshes. Throws
+// InvalidInput for splats with another number of harmonics than there can be.
+std::vector<IndexRange> splats_among(std::span<const Mesh* const> meshes);
+
+// Returns the source with its long splats split; nothing if the session bends none. A splat is split where the second
+// difference of the flow over a standard deviation is above 0.1 of the splat after it: into pieces along that axis, of
+// the same covariance, which together are as opaque as it was. Again until it holds, the worst first, and only as long
+// as there are at most `max_splats` (by default twice as many as before). The pieces are copies of the splat's row with
+// other centres, sizes and opacities: the first in its place, the others after all. Options: motion, part and what
+// replay() needs for strokes that read the surface. Throws as replay() and flow_of().
+std::optional<ShapeFile> split_splats(const ShapeFile& source, const Session& session, const ReplayOptions& options,
+                                      std::optional<std::size_t> max_splats = {});
+
+// Writes what the source has become with all else that it has, as write_shape or write_remeshed: also the normals of
+// points, and splats. Throws as these.
+void write_deformed(const std::filesystem::path& path, const ShapeFile& source, const DeformedShape& shape,
+                    const WriteOptions& options = {});
+
+// Returns the bytes that write_deformed writes; `format` is the name of a format.
+std::string serialize_deformed(std::string_view format, const ShapeFile& source, const DeformedShape& shape,
+                               const WriteOptions& options = {});
 
 // One of several shapes that are deformed as one, and its file.
 struct ShapePart {

@@ -20,6 +20,8 @@
 
 namespace knead {
 
+struct SplatJacobians;  // splats.h
+
 // How strokes move vertices.
 struct MotionOptions {
   // Position error of one path line over one segment, as a fraction of the diagonal of the shape's box; above 0.
@@ -123,9 +125,10 @@ class Snapshot {
 struct ShapeState {
   std::shared_ptr<const Mesh> mesh;  // faces and attributes, with the positions from when the faces were made
   Snapshot positions;
-  std::vector<Vec3d> normals{};                  // as many as the shape carries
-  std::shared_ptr<const Provenance> provenance;  // null: the faces are those at the start
-  Mask mask{};                                   // of the strokes that follow
+  std::vector<Vec3d> normals{};                    // as many as the shape carries
+  std::shared_ptr<const Provenance> provenance;    // null: the faces are those at the start
+  Mask mask{};                                     // of the strokes that follow
+  std::shared_ptr<const SplatJacobians> splats{};  // DeformedShape::splats()
 
   // Returns the mesh with the positions.
   Mesh to_mesh() const;
@@ -158,6 +161,7 @@ namespace session_detail {
 
 class MeshFollower;  // which remeshes a shape
 struct RelaxMesh;    // what relaxing needs to know of the faces
+struct MovedSplats;  // what a move makes of splats
 
 // Normals of points, carried by the Jacobian of the flow. Four points around each point that has a normal, in the plane
 // across it, show how the flow turns that plane: a map with the Jacobian J takes the normal t1 x t2 to J t1 x J t2.
@@ -190,17 +194,17 @@ class DeformedShape {
   const std::vector<Vec3d>& positions() const& { return positions_; }
   std::vector<Vec3d> positions() && { return std::move(positions_); }
   const Mesh& mesh() const { return *mesh_; }  // faces and attributes, with positions from when the faces were made
-  Mesh to_mesh() const;                        // the mesh with the positions
+  Mesh to_mesh() const;                        // the mesh with the positions, and splats as they are now
   std::vector<Vec3d> normals() const;          // as many as were given; for a remeshed shape one for each vertex
   // Returns one of them, without computing the others. The shape must carry normals.
   Vec3d normal(std::uint32_t vertex) const;
   // Returns whether the shape carries normals.
   bool has_normals() const { return normals_.has_value(); }
-  // From now on, what moves splats (splats.h) also changes their sizes, turns and colours, with an error of about 1e-6.
-  // For a shape that holds splats; meant for moves only, not for states that are restored.
-  void carry_splats();
-  // Returns what deformed_splats() returns for the moves since carry_splats(); nothing without that.
-  std::vector<Attribute> splats() const;
+  // From now on, moves change the splats (splats.h) among the vertices, too: those in these ranges, which ascend, by
+  // their numbers at the start. Their centres then follow path lines as exact as the Jacobians: 1e-7 of the size.
+  void carry_splats(std::vector<IndexRange> splats);
+  // Returns the Jacobians of all moves since carry_splats(), by the splats' numbers at the start; null without that.
+  const std::shared_ptr<const SplatJacobians>& splats() const { return splats_; }
   // Returns the triangles of the faces; a polygon is always cut in the same way. They name the first vertex at each
   // place, as WeldedMesh does.
   std::span<const Triangle> triangles() const;
@@ -281,7 +285,10 @@ class DeformedShape {
 
   void start_normals(std::vector<Vec3d> normals);
   void lay_out(bool sorted);
-  void carry_jacobians(const Flow& flow, AdvectOptions options);
+  std::vector<std::uint32_t> splats_in_reach(const Flow& flow) const;
+  session_detail::MovedSplats moved_splats(const Flow& flow, AdvectOptions options) const;
+  void put(const session_detail::MovedSplats& moved);
+  void take_splats(const std::vector<bool>& vertices, const DeformedShape& from);
   AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
   AdvectResult move_on_walls(const Flow& flow, const AdvectOptions& options);
   const session_detail::RelaxMesh& relax_mesh() const;
@@ -301,7 +308,8 @@ class DeformedShape {
   std::size_t segments_ = 0;                  // that have moved the vertices since the start or a restore
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
   std::optional<session_detail::TransportedNormals> normals_;
-  std::vector<Mat3d> jacobians_;  // of all moves at each splat; empty: not carried
+  std::vector<IndexRange> splat_ranges_;
+  std::shared_ptr<const SplatJacobians> splats_;  // null: not carried
   Mask mask_;
   std::shared_ptr<const MeshWalls> walls_;
   double put_back_ = 0;

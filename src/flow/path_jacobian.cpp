@@ -96,7 +96,10 @@ Slope slope_of(const detail::GridNodes<double>& nodes, const Segment& segment, c
 }
 
 // The requested result. The determinant of a motion in closed form is 1.
-enum class Wanted { determinant, jacobian };
+struct Wanted {
+  bool is_determinant = false;
+  double jacobian_tolerance = 0;  // of the Jacobian over one segment; 0: the error of the points alone counts
+};
 
 // Path lines through one segment, and their Jacobians. The segment must outlive it.
 class SegmentJacobians {
@@ -177,13 +180,13 @@ class SegmentJacobians {
     const Field& field = segment_.fields.front();
     const bool is_rigid = std::holds_alternative<Translation<double>>(field.motion) ||
                           std::holds_alternative<Handles<double>>(field.region);
-    const bool is_wanted = wanted_ == Wanted::determinant || is_rigid;
+    const bool is_wanted = wanted_.is_determinant || is_rigid;
     return mask_.acts || !is_wanted ? std::nullopt : closed_form(segment_, x);
   }
 
   Mat3d known_gradient(const Vec3d& displacement) const {
     const auto* turn = std::get_if<Rotation<double>>(&segment_.fields.front().motion);
-    if (wanted_ == Wanted::determinant || turn == nullptr || displacement == Vec3d{}) return {};
+    if (wanted_.is_determinant || turn == nullptr || displacement == Vec3d{}) return {};
     const Vec3d w = turn->axis * (turn->rate * (segment_.end - segment_.begin));
     return exp(Mat3d{{0, -w.z, w.y}, {w.z, 0, -w.x}, {-w.y, w.x, 0}});
   }
@@ -236,6 +239,7 @@ class SegmentJacobians {
     task.segment = &task_;
     task.find_gradients = bound_.find != nullptr ? bound_.find : &find_gradients;
     task.field = bound_.find != nullptr ? bound_.field.get() : this;
+    task.jacobian_tolerance = wanted_.jacobian_tolerance;
     task.longest_step = std::isfinite(task_.reach) ? 1.0 : 1.0 / 16;
     if (segment_.time_law == TimeLaw::blended) task.longest_step = detail::kMinBlendedStep;
     if (!segment_.grid.end_coefficients.empty()) task.longest_step = kMaxUnsteadyStep;
@@ -337,15 +341,20 @@ std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const Advect
 
 std::vector<double> volume_drifts(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
   std::vector<double> drifts;
-  for (const Mat3d& jacobian : carry(flow, points, options, Wanted::determinant)) {
+  for (const Mat3d& jacobian : carry(flow, points, options, {.is_determinant = true})) {
     drifts.push_back(determinant(jacobian) - 1);
   }
   return drifts;
 }
 
+std::vector<Mat3d> move_with_jacobians(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
+                                       double jacobian_tolerance) {
+  return carry(flow, points, options, {.jacobian_tolerance = jacobian_tolerance});
+}
+
 std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options) {
   std::vector<Vec3d> moved(points.begin(), points.end());
-  return carry(flow, moved, options, Wanted::jacobian);
+  return carry(flow, moved, options, {});
 }
 
 std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, double time) {
@@ -362,7 +371,7 @@ std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, d
   const Segment& segment = flow.segments[i];
   AdvectOptions options;
   options.tolerance = segment.time_law != TimeLaw::pinned ? 1 : kPinTolerance * segment.fields.front().thresholds.outer;
-  const SegmentJacobians line(segment, options, Wanted::jacobian);
+  const SegmentJacobians line(segment, options, Wanted{});
   const double rate = segment.end - segment.begin;
   const double t = segment.begin + (time - static_cast<double>(i)) * rate;
   parallel_for(points.size(), kPointsAtATime, 0, [&](std::size_t begin, std::size_t end) {

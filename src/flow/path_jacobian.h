@@ -14,4 +14,9 @@ namespace knead {
 // Cancelled.
 std::vector<double> volume_drifts(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
+// Moves the points along their path lines, and returns their Jacobians as jacobians() does, but also keeps the error of
+// each over one segment below `jacobian_tolerance`, above 0. Throws as jacobians().
+std::vector<Mat3d> move_with_jacobians(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
+                                       double jacobian_tolerance);
+
 }  // namespace knead

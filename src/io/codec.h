@@ -152,6 +152,9 @@ struct Codec {
   void (*rewrite_in_pieces)(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                             const WriteOptions& options, const ByteSink& out) = nullptr;
 
+  // Returns the file of the source with copies of these vertices after its last one. Null: it cannot.
+  std::string (*with_copies)(const ShapeFile& source, std::span<const std::uint32_t> vertices) = nullptr;
+
   // Returns a new file, and what it leaves out of the mesh. Null: files are only written from files of their own.
   std::string (*generate)(const Mesh& mesh, const WriteOptions& options) = nullptr;
   std::vector<std::string> (*losses)(const Mesh& mesh) = nullptr;
@@ -174,6 +177,7 @@ struct Codec {
   bool (*stores_floats)(const ShapeFile& source) = nullptr;
   bool can_widen = false;         // a source with floats is rewritten with doubles if the options say so
   bool generates_floats = false;  // new files have floats, whatever the options say
+  bool is_for_splats = false;     // new files hold splats (splats.h) and nothing else
 
   // Calls visit for the word of each coordinate of a text file; not called for binary files. Null: there is no text.
   void (*visit_coordinates)(const ShapeFile& source, const WordVisitor& visit) = nullptr;
@@ -202,6 +206,9 @@ const Codec& codec_with_extension(std::string_view extension, const std::string&
 // by another name. `head`: its first bytes, of so many. Empty: nothing is known.
 std::optional<std::string> other_kind(std::string_view head, std::size_t size, std::string_view format);
 
+// Returns what a user should know of splats (splats.h).
+std::string splat_note(const Mesh& splats);
+
 // Returns whether all whole lines of a text are those of an OBJ file with vertices.
 bool looks_like_obj(std::string_view head);
 
@@ -227,6 +234,7 @@ std::string zipped(std::string_view bytes, const std::string& name);
 
 // The codecs, each defined in its format's folder.
 extern const Codec ply_codec, obj_codec, glb_codec, gltf_codec, stl_codec, off_codec, xyz_codec, pcd_codec, ptx_codec;
+extern const Codec splat_codec, spz_codec;
 extern const Codec su2_codec, gmsh_codec, foam_codec, nastran_codec, abaqus_codec, unv_codec;
 
 }  // namespace knead::io_detail

@@ -248,6 +248,11 @@ std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d>
 Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options) {
   Mesh mesh = source.mesh;
   mesh.positions.assign(positions.begin(), positions.end());
+  for (const Attribute& changed : options.attributes) {
+    const auto found = std::ranges::find(mesh.attributes, changed.name, &Attribute::name);
+    if (found == mesh.attributes.end()) continue;
+    for (std::size_t k = 0; k < changed.values.size(); ++k) found->values[options.changed[k]] = changed.values[k];
+  }
   const std::vector<Vec3d> normals = moved_normals(source, positions, options);
   if (normals.empty()) return mesh;
   turn_tangents(source.mesh, positions, normals, mesh);

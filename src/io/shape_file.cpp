@@ -14,6 +14,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/splats.h"
 #include "knead/vec.h"
 #include "math/system.h"
 
@@ -107,8 +108,8 @@ void check(const ShapeFile& source, std::span<const Vec3d> positions, const Writ
   check_positions(source, positions);
   check_decimals(options);
   for (const Attribute& attribute : options.attributes) {
-    if (attribute.values.size() != positions.size()) {
-      throw InvalidInput("the attribute \"" + attribute.name + "\" has other than one value for each vertex");
+    if (attribute.values.size() != options.changed.size()) {
+      throw InvalidInput("the attribute \"" + attribute.name + "\" has other than one value for each changed vertex");
     }
   }
   if (options.normals.empty() || options.normals.size() == positions.size()) return;
@@ -116,10 +117,14 @@ void check(const ShapeFile& source, std::span<const Vec3d> positions, const Writ
                      " vertices; give one for each, or none");
 }
 
+bool are_unchanged(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options) {
+  return options.changed.empty() && std::equal(positions.begin(), positions.end(), source.mesh.positions.begin());
+}
+
 // Passes on the bytes of the source with other positions. The arguments have been checked.
 void rewrite_in_pieces(const Codec& codec, const ShapeFile& source, std::span<const Vec3d> positions,
                        const WriteOptions& options, const ByteSink& out) {
-  if (std::equal(positions.begin(), positions.end(), source.mesh.positions.begin())) {
+  if (are_unchanged(source, positions, options)) {
     SourceBytes bytes(source);
     return bytes.copy(0, bytes.size(), out);
   }
@@ -164,11 +169,7 @@ std::string spacing_note(const Mesh& mesh) {
 
 // Adds what a user of the shape should know about what it is.
 void add_notes(const Mesh& mesh, std::vector<std::string>& notes) {
-  if (mesh.find_attribute("rot_0") != nullptr && mesh.find_attribute("scale_0") != nullptr) {
-    notes.emplace_back(
-        "splats: knead deform changes their sizes, turns and colours with their places; with --also, and in other "
-        "programs of Knead, only their places move");
-  }
+  if (are_splats(mesh)) notes.push_back(io_detail::splat_note(mesh));
   if (std::string note = stray_note(mesh); !note.empty()) notes.push_back(std::move(note));
 }
 
@@ -201,14 +202,16 @@ ShapeFile with_notes(const Codec& codec, ShapeFile shape) {
 // Throws InvalidInput for a mesh of which no new file of a format can be made.
 void require_held(const Codec& codec, const Mesh& mesh, const std::string& file) {
   const bool has_faces = mesh.face_count() > 0;
+  if (codec.is_for_splats && are_splats(mesh)) return;
   const std::vector<std::string_view> extensions = written_extensions(has_faces);
   if (std::find(extensions.begin(), extensions.end(), codec.name) != extensions.end()) return;
-  if (has_faces && codec.generate != nullptr) return;  // its points alone
+  if (has_faces && codec.generate != nullptr && !codec.is_for_splats) return;  // its points alone
   std::string others;
   for (const std::string_view extension : extensions) {
     others += (others.empty() ? "." : extension == extensions.back() ? " or ." : ", .") + std::string(extension);
   }
   const std::string what = codec.generate == nullptr ? "can only be written from a shape that was read from such a file"
+                           : codec.is_for_splats     ? "holds Gaussian splats, and this shape has none"
                                                      : "holds faces, and this shape has none";
   throw InvalidInput(Place{file}, "a file ." + std::string(codec.name) + " " + what + "; write " + others);
 }
@@ -318,6 +321,14 @@ bool is_unchanged(const NewMesh& shape) {
 
 }  // namespace
 
+std::string io_detail::splat_note(const Mesh& splats) {
+  try {
+    return "Gaussian splats with spherical harmonics of degree " + std::to_string(splat_degree(splats));
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+}
+
 std::string io_detail::bytes_of_file(const std::filesystem::path& path) { return read_bytes(path); }
 
 void io_detail::write_new_file(const std::filesystem::path& path, const std::string& bytes) {
@@ -332,7 +343,8 @@ std::filesystem::path io_detail::folder_of(const std::filesystem::path& path) {
 std::vector<std::string_view> written_extensions(bool has_faces) {
   std::vector<std::string_view> extensions;
   for (const Codec* codec : io_detail::codecs()) {
-    const bool is_held = codec->generate != nullptr && (has_faces ? codec->remeshed != nullptr : codec->name != "stl");
+    const bool is_held = codec->generate != nullptr && !codec->is_for_splats &&
+                         (has_faces ? codec->remeshed != nullptr : codec->name != "stl");
     if (is_held) extensions.push_back(codec->name);
   }
   return extensions;
@@ -424,7 +436,7 @@ std::string serialize_shape(std::string_view format, const ShapeFile& source, st
     rewrite_in_pieces(codec, source, positions, options, [&](std::string_view piece) { bytes += piece; });
     return bytes;
   }
-  if (std::equal(positions.begin(), positions.end(), source.mesh.positions.begin())) return source.bytes;
+  if (are_unchanged(source, positions, options)) return source.bytes;
   return codec.rewrite(source, positions, moved_normals(source, positions, options), options);
 }
 
@@ -474,6 +486,9 @@ std::vector<std::string> conversion_losses(const std::filesystem::path& path, co
 std::vector<Vec3d> vertex_normals_of(const ShapeFile& source) {
   const Attribute* normal = source.mesh.find_attribute("normal");
   if (normal == nullptr || normal->domain != Domain::vertex || normal->components != 3) return {};
+  // Files of splats have room for normals and leave it empty.
+  const bool is_cloud = source.mesh.face_count() == 0;
+  if (is_cloud && std::ranges::all_of(normal->values, [](double x) { return x == 0; })) return {};
   std::vector<Vec3d> normals(source.mesh.vertex_count());
   for (std::size_t i = 0; i < normals.size(); ++i) {
     normals[i] = {normal->values[3 * i], normal->values[3 * i + 1], normal->values[3 * i + 2]};

@@ -24,6 +24,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/text_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/wild_files_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/cloud/clouds_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/cloud/splat_files_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/cloud/xyz_test.cpp
   SLOW *OfEveryByte*)
 if(NOT WIN32)  # they use processes, signals and limits of POSIX

@@ -476,7 +476,7 @@ class MeshFollower {
 
   RemeshOutcome remesh_halves(const Part& part) {
     const auto [first, second] = halves_of(part.flow);
-    if (shape_.has_normals()) {
+    if (shape_.has_normals() || shape_.splats()) {
       const AdvectStatus status = move_uncounted(inverse(part.flow));
       if (status != AdvectStatus::done) return {status, std::nullopt};
     }

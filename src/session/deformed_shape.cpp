@@ -38,7 +38,6 @@ using session_detail::TransportedNormals;
 // Of the diagonal: the error of the path lines around a point with a normal, and the distance at which they begin. That
 // leaves about 1e-5 of a normal's direction to the rounding of the path lines, and less to the curvature of the flow.
 constexpr double kNormalTolerance = 1e-9;
-constexpr double kJacobianTolerance = 1e-7;  // of the path lines at which splats have Jacobians
 constexpr double kNormalReach = 1e-4;
 
 // Squares of lengths beyond these limits overflow or vanish in single precision. Of all tools paint fails first: not
@@ -266,24 +265,15 @@ std::vector<Vec3d> DeformedShape::normals() const {
 
 Vec3d DeformedShape::normal(std::uint32_t vertex) const { return turned_normal(*normals_, vertex); }
 
-void DeformedShape::carry_splats() { jacobians_.assign(positions_.size(), Mat3d{}); }
-
-std::vector<Attribute> DeformedShape::splats() const {
-  return jacobians_.empty() ? std::vector<Attribute>{} : deformed_splats(*mesh_, jacobians_, motion_.threads);
-}
-
-// The vertices are where the flow begins.
-void DeformedShape::carry_jacobians(const Flow& flow, AdvectOptions options) {
-  options.tolerance = std::min(options.tolerance, kJacobianTolerance * reference_length_);
-  const std::vector<Mat3d> more = jacobians(flow, positions_, options);
-  for (std::size_t i = 0; i < more.size(); ++i) {
-    if (more[i] != Mat3d{}) jacobians_[i] = more[i] * jacobians_[i];
-  }
-}
-
 Mesh DeformedShape::to_mesh() const {
   Mesh result = *mesh_;
   result.positions = positions_;
+  if (!splats_ || !are_splats(result)) return result;
+  const ChangedSplats changed = deformed_splats(result, *splats_, motion_.threads);
+  for (const Attribute& attribute : changed.attributes) {
+    const auto found = std::ranges::find(result.attributes, attribute.name, &Attribute::name);
+    for (std::size_t k = 0; k < changed.splats.size(); ++k) found->values[changed.splats[k]] = attribute.values[k];
+  }
   return result;
 }
 
@@ -311,8 +301,14 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   if (flow.segments.empty()) return AdvectStatus::done;
   AdvectOptions options = advect_options(motion_, reference_length_);
   options.progress = progress;
-  if (!jacobians_.empty()) carry_jacobians(flow, options);
+  session_detail::MovedSplats splats;
+  try {
+    if (splats_) splats = moved_splats(flow, options);
+  } catch (const Cancelled&) {
+    return AdvectStatus::cancelled;
+  }
   AdvectResult result = walls_ ? move_on_walls(flow, options) : move_vertices(flow, options);
+  if (result.status == AdvectStatus::done) put(splats);
   if (result.status == AdvectStatus::done && normals_ && !normals_->vertex.empty()) {
     options.tolerance = kNormalTolerance * reference_length_;
     options.integrator = Integrator::tsitouras;
@@ -388,9 +384,7 @@ void DeformedShape::take(const std::vector<bool>& vertices, const DeformedShape&
     }
     normals_->blocks.reset();
   }
-  for (std::size_t i = 0; i < jacobians_.size(); ++i) {
-    if (vertices[i]) jacobians_[i] = from.jacobians_[i];
-  }
+  if (splats_) take_splats(vertices, from);
   work_ = from.work_;
   earlier_steps_ = from.steps();
   blocks_.reset();
@@ -402,7 +396,7 @@ void DeformedShape::set_positions(std::vector<Vec3d> positions) {
 }
 
 ShapeState DeformedShape::state(const ShapeState& before) const {
-  return {mesh_, Snapshot(positions_, before.positions, motion_.threads), normals(), provenance_, mask_};
+  return {mesh_, Snapshot(positions_, before.positions, motion_.threads), normals(), provenance_, mask_, splats_};
 }
 
 void DeformedShape::restore(const ShapeState& state) {
@@ -410,6 +404,7 @@ void DeformedShape::restore(const ShapeState& state) {
   mesh_ = state.mesh;
   provenance_ = state.provenance;
   mask_ = state.mask;
+  splats_ = state.splats;
   positions_ = state.positions.copy();
   start_normals(state.normals);
   blocks_.reset();

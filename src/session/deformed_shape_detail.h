@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "knead/error.h"
 #include "knead/vec.h"
@@ -55,6 +56,13 @@ class KeptCount {
   Progress* progress_;
   std::uint64_t done_ = 0;
   std::uint64_t total_ = 0;
+};
+
+// Splats that a flow may reach, their centres after it, and its Jacobian at each.
+struct MovedSplats {
+  std::vector<std::uint32_t> vertices;
+  std::vector<Vec3d> centers;
+  std::vector<Mat3d> jacobians;
 };
 
 // Returns whether a normal is neither zero nor too long to be normalised.

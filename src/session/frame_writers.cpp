@@ -1,4 +1,4 @@
-// Writes the frames of a replay to one file, those of one of several shapes to a file of its own.
+// Writes what a replay makes of shapes: one, one of several, or its frames in one file.
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -11,6 +11,7 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
+#include "knead/splats.h"
 
 namespace knead {
 
@@ -18,6 +19,44 @@ namespace {
 
 MeshPart part_in(const ShapePart& part, const Mesh& mesh, const Provenance& from) {
   return part.joined.part_of(part.number, mesh, from.face_source, from.vertex_source);
+}
+
+// What a deformation changes of points besides their places.
+struct PointNumbers {
+  std::vector<Vec3d> normals{};
+  ChangedSplats splats{};
+
+  // Valid as long as this.
+  WriteOptions with(WriteOptions options) const {
+    if (!normals.empty()) options.normals = normals;
+    options.attributes = splats.attributes;
+    options.changed = splats.splats;
+    return options;
+  }
+};
+
+ChangedSplats changed(const ShapeFile& source, const SplatJacobians& splats, int threads = 0) {
+  return are_splats(source.mesh) ? deformed_splats(source.mesh, splats, threads) : ChangedSplats{};
+}
+
+PointNumbers numbers_of(const ShapeFile& source, const DeformedShape& shape) {
+  PointNumbers numbers{shape.normals(), {}};
+  if (shape.splats()) numbers.splats = changed(source, *shape.splats(), shape.motion().threads);
+  return numbers;
+}
+
+// Returns the splats of one part, by their numbers in it.
+SplatJacobians splats_in(const ShapePart& part, const SplatJacobians& all) {
+  const std::span<const Vec3d> whole = part.joined.mesh().positions;
+  const std::span<const Vec3d> own = part.joined.vertices_of(part.number, whole);
+  const auto begin = static_cast<std::uint32_t>(own.data() - whole.data());
+  SplatJacobians result;
+  for (std::size_t k = 0; k < all.splats.size(); ++k) {
+    if (all.splats[k] < begin || all.splats[k] >= begin + own.size()) continue;
+    result.splats.push_back(all.splats[k] - begin);
+    result.jacobians.push_back(all.jacobians[k]);
+  }
+  return result;
 }
 
 // Writes the frames of a shape, or of one part of several. Remeshed ones have the vertices and faces of the first
@@ -32,7 +71,7 @@ struct Output {
 
   void add_remeshed(const Mesh& mesh) {
     if (!file) {
-      remeshed = parse_shape(serialize_mesh("ply", mesh, {true, {}, {}}), "ply", path.string());
+      remeshed = parse_shape(serialize_mesh("ply", mesh, {.double_coordinates = true}), "ply", path.string());
       file.emplace(path, remeshed, options);
     }
     file->add(mesh.positions);
@@ -69,20 +108,55 @@ std::function<void(const ReplayFrame&)> part_animation_writer(const std::filesys
   return [output](const ReplayFrame& frame) { output->add(frame); };
 }
 
+std::vector<IndexRange> splats_among(std::span<const Mesh* const> meshes) {
+  std::vector<IndexRange> ranges;
+  std::uint32_t begin = 0;
+  for (const Mesh* mesh : meshes) {
+    const std::uint32_t end = begin + static_cast<std::uint32_t>(mesh->vertex_count());
+    if (are_splats(*mesh)) {
+      splat_degree(*mesh);
+      ranges.push_back({begin, end});
+    }
+    begin = end;
+  }
+  return ranges;
+}
+
+void write_deformed(const std::filesystem::path& path, const ShapeFile& source, const DeformedShape& shape,
+                    const WriteOptions& options) {
+  if (shape.is_remeshed()) {
+    return write_remeshed(path, source, shape.to_mesh(), shape.provenance()->face_source, options);
+  }
+  const PointNumbers numbers = numbers_of(source, shape);
+  write_shape(path, source, shape.positions(), numbers.with(options));
+}
+
+std::string serialize_deformed(std::string_view format, const ShapeFile& source, const DeformedShape& shape,
+                               const WriteOptions& options) {
+  if (shape.is_remeshed()) {
+    return serialize_remeshed(format, source, shape.to_mesh(), shape.provenance()->face_source, options);
+  }
+  const PointNumbers numbers = numbers_of(source, shape);
+  return serialize_shape(format, source, shape.positions(), numbers.with(options));
+}
+
 void write_part(const std::filesystem::path& path, const ShapePart& part, const ShapeState& state,
                 const WriteOptions& options) {
   const bool is_cloud = part.source.mesh.face_count() == 0;
+  PointNumbers numbers;
+  if (state.splats) numbers.splats = changed(part.source, splats_in(part, *state.splats));
   if (state.provenance != nullptr) {
     const MeshPart found = part_in(part, state.to_mesh(), *state.provenance);
     if (!is_cloud) return write_remeshed(path, part.source, found.mesh, found.face_source, options);
-    return write_shape(path, part.source, found.mesh.positions, options);
+    return write_shape(path, part.source, found.mesh.positions, numbers.with(options));
   }
   const std::vector<Vec3d> positions = state.positions.copy();
-  WriteOptions with_normals = options;
   if (is_cloud && !state.normals.empty()) {
-    with_normals.normals = part.joined.vertices_of(part.number, std::span<const Vec3d>(state.normals));
+    const std::span<const Vec3d> normals = part.joined.vertices_of(part.number, std::span<const Vec3d>(state.normals));
+    numbers.normals.assign(normals.begin(), normals.end());
   }
-  write_shape(path, part.source, part.joined.vertices_of(part.number, std::span<const Vec3d>(positions)), with_normals);
+  write_shape(path, part.source, part.joined.vertices_of(part.number, std::span<const Vec3d>(positions)),
+              numbers.with(options));
 }
 
 }  // namespace knead

@@ -12,7 +12,6 @@
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 #include "knead/tools.h"
 #include "session/deformed_shape_detail.h"
 #include "session/mesh_walls.h"
@@ -95,7 +94,9 @@ class PlanRun {
         plan_(std::move(plan)),
         shape_(mesh, options.motion, options.remesh, options.normals),
         image_(mesh) {
-    if (are_splats(*mesh)) shape_.carry_splats();
+    if (const std::vector<IndexRange> splats = session_detail::splats_of(*mesh, options); !splats.empty()) {
+      shape_.carry_splats(splats);
+    }
     if (plan_.strokes_on_reference > 0) reference_ = reference_shape(mesh, options);
     if (session.mesh_walls) set_walls(*mesh);
     for (const PlannedStroke& planned : plan_.strokes) {
@@ -391,6 +392,7 @@ ReplayResult run_with_same_faces(const std::shared_ptr<const Mesh>& mesh, const 
   ReplayOptions plain = options;
   plain.remesh = {};
   plain.normals = {};
+  plain.splats = {};
   plain.on_stroke = {};
   plain.frames = {};
   plain.part.direction = Direction::backwards;

@@ -35,6 +35,9 @@ struct Plan {
   std::uint64_t work() const;
 };
 
+// Returns the vertices that a replay treats as splats.
+std::vector<IndexRange> splats_of(const Mesh& mesh, const ReplayOptions& options);
+
 // Reads the files of stamps. Throws InvalidInput for options out of range, and with the session's line for a stroke
 // that cannot be applied: one that reads the surface, backwards; a stamp whose tool cannot be used.
 Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& options);

@@ -146,6 +146,11 @@ void require_flow_alone(const Session& session) {
                      "which is no flow: it has no inverse, no certificate, and cannot be resolved");
 }
 
+std::vector<IndexRange> splats_of(const Mesh& mesh, const ReplayOptions& options) {
+  const Mesh* const meshes[] = {&mesh};
+  return options.splats.empty() ? splats_among(meshes) : options.splats;
+}
+
 Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   advect_options(options.motion, 1);
   if (!session.walls.empty() && !session.mesh_walls) {
@@ -172,7 +177,7 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
   if (!differs_from_standard(mesh, session, options)) plan.strokes_on_reference = 0;
   const auto carried = std::count_if(options.normals.begin(), options.normals.end(), has_direction);
   plan.points = mesh.vertex_count() + 4 * static_cast<std::uint64_t>(carried);
-  if (are_splats(mesh)) plan.points += mesh.vertex_count();  // for their Jacobians
+  for (const IndexRange& splats : splats_of(mesh, options)) plan.points += splats.end - splats.begin;
   if (plan.strokes_on_reference > 0) plan.points *= 2;
   const std::vector<double> moments = frame_moments(options, strokes, until);
   auto moment = moments.begin();

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,12 +23,17 @@ constexpr std::size_t kMaxDegree = 3;
 constexpr std::size_t kChannels = 3;
 constexpr std::size_t kGrain = 4096;
 
+constexpr std::size_t harmonics_of(std::size_t degree) { return kChannels * degree * (degree + 2); }
+
 // The columns of a matrix.
 using Columns = std::array<Vec3d, 3>;
 
+// The coefficients of the harmonics of degrees 1 to 3, of red, green and blue.
+using Channels = std::array<std::array<double, 15>, kChannels>;
+
 // Rotates the columns, in pairs, until they are orthogonal to each other: M V = U S for M given. Turns by at most 45
-// degrees each time, so that columns stay near those that they were. Does the same with the columns of `also`.
-void orthogonalise(Columns& m, Columns& also) {
+// degrees each time, so that columns stay near those that they were.
+void orthogonalise(Columns& m) {
   constexpr int kMaxSweeps = 30;
   constexpr double kOrthogonal = 1e-15;  // of the lengths' product
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
@@ -41,12 +47,10 @@ void orthogonalise(Columns& m, Columns& also) {
       const double zeta = (b - a) / (2 * c);
       const double t = (zeta < 0 ? -1 : 1) / (std::abs(zeta) + std::sqrt(1 + zeta * zeta));
       const double cosine = 1 / std::sqrt(1 + t * t);
-      for (Columns* columns : {&m, &also}) {
-        const Vec3d x = (*columns)[i];
-        const Vec3d y = (*columns)[k];
-        (*columns)[i] = (x - y * t) * cosine;
-        (*columns)[k] = (y + x * t) * cosine;
-      }
+      const Vec3d x = m[i];
+      const Vec3d y = m[k];
+      m[i] = (x - y * t) * cosine;
+      m[k] = (y + x * t) * cosine;
     }
     if (is_done) return;
   }
@@ -54,17 +58,32 @@ void orthogonalise(Columns& m, Columns& also) {
 
 Columns columns_of(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
 
-// Returns the rotation of the matrix's polar factors.
+// Returns the rotation of the polar factors of a matrix with a determinant above 0, by Newton's iteration (Higham
+// 1986).
 Mat3d rotation_of(const Mat3d& j) {
-  Columns m = columns_of(j);
-  Columns v = columns_of(Mat3d{});
-  orthogonalise(m, v);
-  Mat3d rotation{{}, {}, {}};
-  for (std::size_t i = 0; i < 3; ++i) rotation = rotation + outer_product(normalized(m[i]), v[i]);
-  return rotation;
+  constexpr int kMaxIterations = 40;
+  constexpr double kClose = 1e-30;  // the square of a change, after which the next one is beyond rounding
+  Mat3d r = j;
+  for (int i = 0; i < kMaxIterations; ++i) {
+    const Mat3d cofactors{cross(r.row1, r.row2), cross(r.row2, r.row0), cross(r.row0, r.row1)};
+    const Mat3d next = (r + cofactors * (1 / dot(r.row0, cofactors.row0))) * 0.5;
+    const double change = norm2(next.row0 - r.row0) + norm2(next.row1 - r.row1) + norm2(next.row2 - r.row2);
+    r = next;
+    if (!(change > kClose)) break;
+  }
+  return r;
 }
 
 using Quaternion = std::array<double, 4>;  // w, x, y, z
+
+// The identity for one without direction.
+Quaternion unit_of(Quaternion q) {
+  double size2 = 0;
+  for (const double number : q) size2 += number * number;
+  if (!(size2 > 0) || !std::isfinite(size2)) return {1, 0, 0, 0};
+  for (double& number : q) number /= std::sqrt(size2);
+  return q;
+}
 
 Columns axes_of(const Quaternion& unit) {
   const auto [w, x, y, z] = unit;
@@ -93,34 +112,6 @@ Quaternion quaternion_of(const Columns& axes, const Quaternion& near) {
   return q;
 }
 
-// The real spherical harmonics of degrees 1 to 3 at a unit vector, with the signs and factors of those files.
-std::array<double, 15> harmonics_at(const Vec3d& d) {
-  const auto [x, y, z] = d;
-  const double xx = x * x;
-  const double yy = y * y;
-  const double zz = z * z;
-  constexpr double c1 = 0.4886025119029199;  // sqrt(3 / (4 pi))
-  constexpr double c2 = 1.0925484305920792;  // sqrt(15 / (4 pi))
-  constexpr double c3 = 0.5900435899266435;  // sqrt(35 / (32 pi))
-  constexpr double c4 = 0.4570457994644658;  // sqrt(21 / (32 pi))
-  constexpr double c5 = 2.890611442640554;   // sqrt(105 / (4 pi))
-  return {-c1 * y,
-          c1 * z,
-          -c1 * x,
-          c2 * x * y,
-          -c2 * y * z,
-          0.31539156525252005 * (2 * zz - xx - yy),  // sqrt(5 / (16 pi))
-          -c2 * x * z,
-          c2 / 2 * (xx - yy),
-          -c3 * y * (3 * xx - yy),
-          c5 * x * y * z,
-          -c4 * y * (4 * zz - xx - yy),
-          0.3731763325901154 * z * (2 * zz - 3 * xx - 3 * yy),  // sqrt(7 / (16 pi))
-          -c4 * x * (4 * zz - xx - yy),
-          c5 / 2 * z * (xx - yy),
-          -c3 * x * (xx - 3 * yy)};
-}
-
 // Turns the harmonics of one degree l: they are read in 2 l + 1 directions, which determine them.
 class DegreeTurner {
  public:
@@ -135,19 +126,23 @@ class DegreeTurner {
     invert();
   }
 
-  // Sets the coefficients to those of the function that has in R d the value that it has in d now.
-  void turn(const Mat3d& rotation, std::array<double, 15>& coefficients) const {
-    std::array<double, 7> values{};
+  // Sets the coefficients to those of the functions that have in R d the values that they have in d now.
+  void turn(const Mat3d& rotation, Channels& channels) const {
+    std::array<std::array<double, 7>, kChannels> values{};
     const Columns columns = columns_of(rotation);
     for (std::size_t i = 0; i < count_; ++i) {
       const Vec3d& d = directions_[i];
-      const std::array<double, 15> y = harmonics_at({dot(columns[0], d), dot(columns[1], d), dot(columns[2], d)});
-      for (std::size_t k = 0; k < count_; ++k) values[i] += coefficients[first_ + k] * y[first_ + k];
+      const std::array<double, 15> y = splat_harmonics({dot(columns[0], d), dot(columns[1], d), dot(columns[2], d)});
+      for (std::size_t c = 0; c < kChannels; ++c) {
+        for (std::size_t k = 0; k < count_; ++k) values[c][i] += channels[c][first_ + k] * y[first_ + k];
+      }
     }
-    for (std::size_t k = 0; k < count_; ++k) {
-      double sum = 0;
-      for (std::size_t i = 0; i < count_; ++i) sum += inverse_[k * count_ + i] * values[i];
-      coefficients[first_ + k] = sum;
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      for (std::size_t k = 0; k < count_; ++k) {
+        double sum = 0;
+        for (std::size_t i = 0; i < count_; ++i) sum += inverse_[k * count_ + i] * values[c][i];
+        channels[c][first_ + k] = sum;
+      }
     }
   }
 
@@ -157,7 +152,7 @@ class DegreeTurner {
     const std::size_t n = count_;
     std::vector<double> rows(2 * n * n, 0.0);
     for (std::size_t i = 0; i < n; ++i) {
-      const std::array<double, 15> y = harmonics_at(directions_[i]);
+      const std::array<double, 15> y = splat_harmonics(directions_[i]);
       for (std::size_t k = 0; k < n; ++k) rows[i * 2 * n + k] = y[first_ + k];
       rows[i * 2 * n + n + i] = 1;
     }
@@ -186,40 +181,27 @@ class DegreeTurner {
   std::vector<double> inverse_;
 };
 
-// The attributes of splats.
+// The attributes of splats of this degree.
 class SplatColumns {
  public:
-  explicit SplatColumns(std::vector<Attribute>& attributes) {
-    std::size_t rest = 0;
-    while (find(attributes, fmt::format("f_rest_{}", rest)) != nullptr) ++rest;
-    for (degree_ = 0; kChannels * (degree_ * (degree_ + 2)) < rest; ++degree_) {
-    }
-    if (degree_ > kMaxDegree || kChannels * (degree_ * (degree_ + 2)) != rest) {
-      throw InvalidInput(fmt::format("splats have 0, 9, 24 or 45 harmonics f_rest_*, not {}", rest));
-    }
-    for (std::size_t i = 0; i < 3; ++i) scales_[i] = find(attributes, fmt::format("scale_{}", i));
-    for (std::size_t i = 0; i < 4; ++i) turns_[i] = find(attributes, fmt::format("rot_{}", i));
-    for (std::size_t i = 0; i < rest; ++i) harmonics_.push_back(find(attributes, fmt::format("f_rest_{}", i)));
+  SplatColumns(std::vector<Attribute>& attributes, std::size_t degree) : degree_(degree) {
+    const auto find = [&](const std::string& name) {
+      return &std::ranges::find(attributes, name, &Attribute::name)->values;
+    };
+    for (std::size_t i = 0; i < 3; ++i) scales_[i] = find(fmt::format("scale_{}", i));
+    for (std::size_t i = 0; i < 4; ++i) turns_[i] = find(fmt::format("rot_{}", i));
+    for (std::size_t i = 0; i < harmonics_of(degree); ++i) harmonics_.push_back(find(fmt::format("f_rest_{}", i)));
   }
-
-  std::size_t degree() const { return degree_; }
 
   std::array<double, 3> scales(std::size_t splat) const {
     return {(*scales_[0])[splat], (*scales_[1])[splat], (*scales_[2])[splat]};
   }
   void set_scale(std::size_t splat, std::size_t axis, double value) { (*scales_[axis])[splat] = value; }
 
-  // Returns the unit quaternion; the identity for one without direction.
   Quaternion turn(std::size_t splat) const {
     Quaternion q{};
-    double size2 = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      q[i] = (*turns_[i])[splat];
-      size2 += q[i] * q[i];
-    }
-    if (!(size2 > 0) || !std::isfinite(size2)) return {1, 0, 0, 0};
-    for (double& number : q) number /= std::sqrt(size2);
-    return q;
+    for (std::size_t i = 0; i < 4; ++i) q[i] = (*turns_[i])[splat];
+    return unit_of(q);
   }
   void set_turn(std::size_t splat, const Quaternion& q) {
     for (std::size_t i = 0; i < 4; ++i) (*turns_[i])[splat] = q[i];
@@ -227,86 +209,160 @@ class SplatColumns {
 
   void turn_harmonics(std::size_t splat, const Mat3d& rotation, std::span<const DegreeTurner> turners) {
     const std::size_t count = harmonics_.size() / kChannels;
-    for (std::size_t channel = 0; channel < kChannels; ++channel) {
-      std::array<double, 15> coefficients{};
-      for (std::size_t k = 0; k < count; ++k) coefficients[k] = (*harmonics_[channel * count + k])[splat];
-      for (std::size_t degree = 1; degree <= degree_; ++degree) turners[degree - 1].turn(rotation, coefficients);
-      for (std::size_t k = 0; k < count; ++k) (*harmonics_[channel * count + k])[splat] = coefficients[k];
-    }
+    Channels channels{};
+    for (std::size_t i = 0; i < harmonics_.size(); ++i) channels[i / count][i % count] = (*harmonics_[i])[splat];
+    for (std::size_t degree = 1; degree <= degree_; ++degree) turners[degree - 1].turn(rotation, channels);
+    for (std::size_t i = 0; i < harmonics_.size(); ++i) (*harmonics_[i])[splat] = channels[i / count][i % count];
   }
 
  private:
-  static std::vector<double>* find(std::vector<Attribute>& attributes, const std::string& name) {
-    for (Attribute& attribute : attributes) {
-      const bool is_it = attribute.name == name && attribute.domain == Domain::vertex && attribute.components == 1;
-      if (is_it) return &attribute.values;
-    }
-    return nullptr;
-  }
-
-  std::size_t degree_ = 0;
+  std::size_t degree_;
   std::array<std::vector<double>*, 3> scales_{};
   std::array<std::vector<double>*, 4> turns_{};
   std::vector<std::vector<double>*> harmonics_;
 };
 
-// Sets sizes and turn to those of J S J^T.
-void deform(SplatColumns& columns, std::size_t splat, const Mat3d& j) {
+// Returns the order in which the axes are nearest to others, and turns each to its side. A flow never mirrors: where
+// the sides would, the axis that is across its own changes sides.
+Columns in_order(const Columns& axes, const Columns& wanted, std::array<std::size_t, 3>& order) {
+  constexpr std::array<std::array<std::size_t, 3>, 6> orders{
+      {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+  double most = -1;
+  for (const auto& each : orders) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) sum += std::abs(dot(axes[each[k]], wanted[k]));
+    if (sum > most) order = each;
+    most = std::max(most, sum);
+  }
+  Columns result;
+  std::array<double, 3> along{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    along[k] = dot(axes[order[k]], wanted[k]);
+    result[k] = along[k] < 0 ? -axes[order[k]] : axes[order[k]];
+    along[k] = std::abs(along[k]);
+  }
+  const auto across = static_cast<std::size_t>(std::min_element(along.begin(), along.end()) - along.begin());
+  if (dot(result[0], cross(result[1], result[2])) < 0) result[across] = -result[across];
+  return result;
+}
+
+// Sets sizes and turn to those of J S J^T. rotation: that of J's polar factors. The axes are ordered as those that it
+// turns, so that the inverse gives back what was.
+void deform(SplatColumns& columns, std::size_t splat, const Mat3d& j, const Mat3d& rotation) {
   const Quaternion before = columns.turn(splat);
   Columns axes = axes_of(before);
+  const Columns turned{rotation * axes[0], rotation * axes[1], rotation * axes[2]};
   const std::array<double, 3> scales = columns.scales(splat);
   // Relative to the largest size, so that no square overflows or vanishes.
   const double largest = *std::max_element(scales.begin(), scales.end());
   for (std::size_t i = 0; i < 3; ++i) {
     axes[i] = j * axes[i] * elementary::exp(std::max(scales[i] - largest, -300.0));
   }
-  Columns unused{};
-  orthogonalise(axes, unused);
+  orthogonalise(axes);
+  std::array<double, 3> lengths{};
   for (std::size_t i = 0; i < 3; ++i) {
-    const double length = norm(axes[i]);
-    columns.set_scale(splat, i, largest + elementary::log(length));
-    axes[i] = axes[i] / length;
+    lengths[i] = norm(axes[i]);
+    axes[i] = axes[i] / lengths[i];
   }
-  if (dot(axes[0], cross(axes[1], axes[2])) < 0) axes[2] = -axes[2];  // a flow never mirrors; rounding may
+  std::array<std::size_t, 3> order{};
+  axes = in_order(axes, turned, order);
+  for (std::size_t i = 0; i < 3; ++i) {
+    columns.set_scale(splat, i, largest + elementary::log(lengths[order[i]]));
+  }
   columns.set_turn(splat, quaternion_of(axes, before));
+}
+
+bool is_column(const Attribute& attribute) {
+  return attribute.domain == Domain::vertex && attribute.components == 1 && attribute.type >= NumberType::float32;
+}
+
+bool has(const Mesh& mesh, const std::string& name) {
+  const Attribute* const attribute = mesh.find_attribute(name);
+  return attribute != nullptr && is_column(*attribute);
+}
+
+// Returns what deformed_splats() changes, at the chosen splats.
+std::vector<Attribute> changing_attributes(const Mesh& mesh, std::span<const std::uint32_t> splats) {
+  std::vector<Attribute> result;
+  for (const Attribute& attribute : mesh.attributes) {
+    const auto begins = [&](const char* with) { return attribute.name.starts_with(with); };
+    if (!is_column(attribute) || !(begins("scale_") || begins("rot_") || begins("f_rest_"))) continue;
+    Attribute& chosen = result.emplace_back(Attribute{attribute.name, attribute.domain, attribute.type, 1, {}});
+    chosen.values.reserve(splats.size());
+    for (const std::uint32_t splat : splats) chosen.values.push_back(attribute.values[splat]);
+  }
+  return result;
 }
 
 }  // namespace
 
 bool are_splats(const Mesh& mesh) {
-  const auto has = [&](const std::string& name) {
-    const Attribute* attribute = mesh.find_attribute(name);
-    return attribute != nullptr && attribute->domain == Domain::vertex && attribute->components == 1 &&
-           attribute->type >= NumberType::float32;
-  };
   if (mesh.face_count() > 0) return false;
   for (int i = 0; i < 3; ++i) {
-    if (!has(fmt::format("scale_{}", i))) return false;
+    if (!has(mesh, fmt::format("scale_{}", i))) return false;
   }
   for (int i = 0; i < 4; ++i) {
-    if (!has(fmt::format("rot_{}", i))) return false;
+    if (!has(mesh, fmt::format("rot_{}", i))) return false;
   }
   return true;
 }
 
-std::vector<Attribute> deformed_splats(const Mesh& splats, std::span<const Mat3d> jacobians, int threads,
-                                       const Progress* progress) {
+std::array<double, 15> splat_harmonics(const Vec3d& direction) {
+  const auto [x, y, z] = direction;
+  const double xx = x * x;
+  const double yy = y * y;
+  const double zz = z * z;
+  constexpr double c1 = 0.4886025119029199;  // sqrt(3 / (4 pi))
+  constexpr double c2 = 1.0925484305920792;  // sqrt(15 / (4 pi))
+  constexpr double c3 = 0.5900435899266435;  // sqrt(35 / (32 pi))
+  constexpr double c4 = 0.4570457994644658;  // sqrt(21 / (32 pi))
+  constexpr double c5 = 2.890611442640554;   // sqrt(105 / (4 pi))
+  return {-c1 * y,
+          c1 * z,
+          -c1 * x,
+          c2 * x * y,
+          -c2 * y * z,
+          0.31539156525252005 * (2 * zz - xx - yy),  // sqrt(5 / (16 pi))
+          -c2 * x * z,
+          c2 / 2 * (xx - yy),
+          -c3 * y * (3 * xx - yy),
+          c5 * x * y * z,
+          -c4 * y * (4 * zz - xx - yy),
+          0.3731763325901154 * z * (2 * zz - 3 * xx - 3 * yy),  // sqrt(7 / (16 pi))
+          -c4 * x * (4 * zz - xx - yy),
+          c5 / 2 * z * (xx - yy),
+          -c3 * x * (xx - 3 * yy)};
+}
+
+std::array<Vec3d, 3> splat_axes(std::array<double, 4> turn) { return axes_of(unit_of(turn)); }
+
+std::size_t splat_degree(const Mesh& splats) {
   if (!are_splats(splats)) throw InvalidInput("splats need scale_0 to scale_2 and rot_0 to rot_3, and no faces");
-  if (jacobians.size() != splats.vertex_count()) throw InvalidInput("give a Jacobian for each splat");
-  std::vector<Attribute> result;
-  for (const Attribute& attribute : splats.attributes) {
-    const auto begins = [&](const char* with) { return attribute.name.starts_with(with); };
-    if (begins("scale_") || begins("rot_") || begins("f_rest_")) result.push_back(attribute);
+  std::size_t count = 0;
+  while (has(splats, fmt::format("f_rest_{}", count))) ++count;
+  for (std::size_t degree = 0; degree <= kMaxDegree; ++degree) {
+    if (harmonics_of(degree) == count) return degree;
   }
-  SplatColumns columns(result);
+  throw InvalidInput(fmt::format("splats have 0, 9, 24 or 45 harmonics f_rest_*, not {}", count));
+}
+
+ChangedSplats deformed_splats(const Mesh& splats, const SplatJacobians& jacobians, int threads,
+                              const Progress* progress) {
+  const std::size_t degree = splat_degree(splats);
+  const std::vector<Mat3d>& all = jacobians.jacobians;
+  const bool fits =
+      all.size() == jacobians.splats.size() && (all.empty() || jacobians.splats.back() < splats.vertex_count());
+  if (!fits) throw InvalidInput("give a Jacobian for each splat, and splats that are there");
+  ChangedSplats result{jacobians.splats, changing_attributes(splats, jacobians.splats)};
+  SplatColumns columns(result.attributes, degree);
   std::vector<DegreeTurner> turners;
-  for (std::size_t degree = 1; degree <= columns.degree(); ++degree) turners.emplace_back(degree);
-  parallel_for(jacobians.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+  for (std::size_t i = 1; i <= degree; ++i) turners.emplace_back(i);
+  parallel_for(all.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(progress);
     for (std::size_t i = begin; i < end; ++i) {
-      if (jacobians[i] == Mat3d{}) continue;
-      deform(columns, i, jacobians[i]);
-      if (!turners.empty()) columns.turn_harmonics(i, rotation_of(jacobians[i]), turners);
+      const Mat3d rotation = rotation_of(all[i]);
+      deform(columns, i, all[i], rotation);
+      if (!turners.empty()) columns.turn_harmonics(i, rotation, turners);
     }
   });
   return result;

@@ -220,7 +220,7 @@ class Document {
   Session history_session() const;
   std::shared_ptr<const Mesh> base_mesh() const;
   std::filesystem::path shape_for(const std::filesystem::path& session, std::size_t number) const;
-  std::vector<Vec3d> exported_normals(Progress& progress) const;
+  std::optional<DeformedShape> exported_cloud(Progress& progress) const;
   void write_objects(const std::filesystem::path& path, const ShapeState& state, const WriteOptions& options) const;
   std::function<void(const ReplayFrame&)> animation_of(const std::filesystem::path& file,
                                                        const AnimationOptions& animation, bool is_remeshed) const;

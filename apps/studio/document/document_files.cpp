@@ -213,17 +213,27 @@ void Document::save(const std::filesystem::path& path) {
   });
 }
 
-// The normals that a single cloud is to be exported with; none for other shapes.
-std::vector<Vec3d> Document::exported_normals(Progress& progress) const {
-  const ShapeFile& source = *shown_.objects.list.front().source;
-  std::vector<Vec3d> normals;
-  if (source.mesh.face_count() == 0) normals = vertex_normals_of(source);
-  if (normals.empty()) return normals;
+// The shape with what its moves do to normals of points and to splats; nothing if it has neither.
+std::optional<DeformedShape> Document::exported_cloud(Progress& progress) const {
   ReplayOptions options;
+  std::vector<const Mesh*> meshes;
+  bool has_normals = false;
+  for (const DocumentObject& object : shown_.objects.list) {
+    meshes.push_back(&object.source->mesh);
+    const bool is_cloud = meshes.back()->face_count() == 0;
+    std::vector<Vec3d> normals = is_cloud ? vertex_normals_of(*object.source) : std::vector<Vec3d>{};
+    has_normals = has_normals || !normals.empty();
+    normals.resize(meshes.back()->vertex_count());
+    options.normals.insert(options.normals.end(), normals.begin(), normals.end());
+  }
+  if (!has_normals) options.normals.clear();
+  options.splats = splats_among(meshes);
+  if (!has_normals && options.splats.empty()) return std::nullopt;
   options.may_cross = true;
-  options.normals = std::move(normals);
   options.progress = &progress;
-  return replay(base_mesh(), history_session(), options).shape.normals();
+  ReplayResult result = replay(base_mesh(), history_session(), options);
+  if (result.status != AdvectStatus::done) throw Cancelled();
+  return std::move(result.shape);
 }
 
 // Writes the shape, or each of several objects.
@@ -255,10 +265,15 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double, P
       const auto losses = is_remeshed ? remesh_losses(path, *object.source) : conversion_losses(path, *object.source);
       for (const std::string& loss : losses) options_.tell({false, loss});
     }
-    const std::vector<Vec3d> normals = is_remeshed ? std::vector<Vec3d>{} : exported_normals(progress);
+    const std::optional<DeformedShape> cloud = is_remeshed ? std::nullopt : exported_cloud(progress);
     stop_if_cancelled(&progress);
     FilesTogether files;
-    write_objects(path, state, {as_double, normals});
+    const WriteOptions options{.double_coordinates = as_double};
+    if (cloud && objects.joined == nullptr) {
+      write_deformed(path, *objects.list.front().source, *cloud, options);
+    } else {
+      write_objects(path, cloud ? cloud->state() : state, options);
+    }
     for (std::size_t i = 0; i < objects.list.size() && format_of(path) == "obj"; ++i) {
       const DocumentObject& object = objects.list[i];
       if (!object.path.empty()) copy_material_files(*object.source, object.path, path_of_object(objects, i, path));

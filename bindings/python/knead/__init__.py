@@ -22,6 +22,7 @@ from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
 from ._session import Session
 from ._skin import Corrective, Posed, correctives, skin
 from ._shapes import Shape, check, check_cells, crossings, read, write
+from ._splats import Splats
 from ._strokes import Stroke, stroke
 
 globals().update({cls.__name__: cls for cls in _strokes._classes.values()})
@@ -42,6 +43,7 @@ __all__ = [
     "Remeshed",
     "Session",
     "Shape",
+    "Splats",
     "Stroke",
     "Surface",
     "Unavailable",

@@ -8,6 +8,7 @@ from ._deform import _accuracy, deform
 from ._knead import InvalidInput
 from ._session import native_session
 from ._shapes import Shape, cell_blocks, solid_blocks
+from ._splats import Splats, deform_arrays, deform_shape
 
 
 def deform_cells(
@@ -110,12 +111,18 @@ def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **opt
     """Returns a mesh of the same kind with its vertices deformed; the given one stays as it is.
 
     mesh: of trimesh, meshio, open3d or pyvista, or anything with .vertices and .faces, .points and .cells, or .points and
-    .faces. options: those of deform, but `faces` and `out`. Stored normals of a surface are computed anew.
+    .faces. options: those of deform, but `faces` and `out`. Stored normals of a surface are computed anew. Of Splats, and
+    of a Shape that holds splats, also sizes, turns and colours change; long splats are split, so that there are more of them
+    after it: at most `max_splats` (an option; by default twice as many, 0: none are split).
     least_scaled_jacobian: for a volume mesh of meshio, interior points move until its cells reach it where they can, as
     deform_cells says. report: a dict that receives the report of deform_cells.
     """
     import numpy as np
 
+    if isinstance(mesh, Splats):
+        return deform_arrays(mesh, session, **options)
+    if isinstance(mesh, Shape) and mesh._native.are_splats():
+        return deform_shape(mesh, session, **options)
     faces = faces_for(mesh)
     if hasattr(mesh, "cast_to_structured_grid"):  # pyvista's images and rectilinear grids, whose points follow from a rule
         mesh = mesh.cast_to_structured_grid()

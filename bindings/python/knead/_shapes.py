@@ -86,6 +86,13 @@ class Shape:
         """
         return self._mesh_parts().patches()
 
+    @property
+    def splats(self):
+        """The Gaussian splats that the file holds, as new arrays: Splats. deform_mesh() deforms a Shape that holds some."""
+        from ._splats import splats_of
+
+        return splats_of(self)
+
     def _mesh_parts(self):
         if self._parts is None:
             self._parts = _knead.parts_of_file(self._path, self._native)
@@ -118,6 +125,8 @@ class Shape:
         point of coordinates that changed, in text files; None: as many as they need. Raises FileError; InvalidInput for
         an unknown extension.
         """
+        if self._native.are_splats() and (self._vertices != self._native.vertices()).any():
+            warnings.warn("only the places of these splats have moved; deform_mesh() also changes their sizes, turns and colours", stacklevel=2)
         self._native.write(os.fspath(path), self._vertices, double, decimals)
 
     def _repr_png_(self):

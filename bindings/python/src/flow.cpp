@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -10,6 +11,8 @@
 #include "knead/derivatives.h"
 #include "knead/error.h"
 #include "knead/flow.h"
+#include "knead/io.h"
+#include "knead/replay.h"
 #include "knead/tools.h"
 #include "module.h"
 #include "options.h"
@@ -150,6 +153,29 @@ py::object deform(const Given& given, const Session& session, const py::object& 
   if (!faces.is_none() && needs_faces(session)) return replay_on(request, session, faces, options);
   const auto make_flow = [&] { return flow_of(session, options.part, accuracy.threads); };
   return move(request, accuracy, make_flow, session, options);
+}
+
+// Applies a session to a file of points, with their normals and splats; returns the file that it becomes.
+std::optional<ShapeFile> deform_file(const Given& given, const ShapeFile& file, const Session& session,
+                                     const Accuracy& accuracy, std::optional<std::size_t> max_splats) {
+  const Points points = points_from(given.vertices, "vertices");
+  ReplayOptions options;
+  options.motion = motion_options(accuracy);
+  options.part = given.part;
+  ShapeFile whole = file;
+  whole.mesh.positions.assign(points.span().begin(), points.span().end());
+  if (whole.mesh.positions != file.mesh.positions) {
+    whole = parse_shape(serialize_shape(file.format, file, points.span()), file.format, "shape." + file.format);
+  }
+  Progress progress;
+  run_watched(py::none(), progress, [&] {
+    if (auto split = split_splats(whole, session, options, max_splats)) whole = *std::move(split);
+  });
+  options.normals = vertex_normals_of(whole);
+  const std::optional<ReplayResult> replayed = replay_watched(given.progress, whole.mesh, session, options);
+  if (!replayed) return std::nullopt;
+  const py::gil_scoped_release released;
+  return parse_shape(serialize_deformed(file.format, whole, replayed->shape), file.format, "shape." + file.format);
 }
 
 // Applies a session with walls to the points of a volume mesh.
@@ -305,6 +331,12 @@ void add_flow(py::module_& module) {
                 bool inverse, std::optional<double> until, const py::object& progress, const py::object& out) {
                return deform({vertices, part_from(inverse, until), progress, out}, session, faces, accuracy);
              });
+  module.def("deform_file", [](const py::object& vertices, const ShapeFile& file, const Session& session,
+                               const Accuracy& accuracy, bool inverse, std::optional<double> until,
+                               const py::object& progress, std::optional<std::size_t> max_splats) {
+    return deform_file({vertices, part_from(inverse, until), progress, py::none()}, file, session, accuracy,
+                       max_splats);
+  });
   module.def("deform_on_walls",
              [](const py::object& vertices, const Session& session, const MeshParts& parts, const Accuracy& accuracy,
                 bool inverse, std::optional<double> until, const py::object& progress, const py::object& out) {

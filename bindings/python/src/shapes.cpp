@@ -9,12 +9,14 @@
 #include <filesystem>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "arrays.h"
 #include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/splats.h"
 #include "module.h"
 #include "work.h"
 
@@ -139,6 +141,20 @@ ShapeFile shape_from(const py::object& vertices, const py::object& faces) {
   return parse_shape(serialize_mesh("ply", mesh, options), "ply", "shape.ply");
 }
 
+// Points with these columns of numbers, in the types of their arrays, as the PLY file that they would be.
+ShapeFile cloud_from(const py::object& points, const std::vector<std::pair<std::string, py::array>>& columns) {
+  const Points given = points_from(points, "means");
+  Mesh mesh = mesh_from(given, py::none());
+  for (const auto& [name, numbers] : columns) {
+    Attribute& attribute = mesh.attributes.emplace_back(new_attribute(numbers, name, mesh));
+    set_values(numbers, attribute, mesh.vertex_count());
+  }
+  const py::gil_scoped_release released;
+  WriteOptions options;
+  options.double_coordinates = !given.is_float32;
+  return parse_shape(serialize_mesh("ply", mesh, options), "ply", "shape.ply");
+}
+
 ShapeFile parse(const py::bytes& bytes, const std::string& format) {
   std::string text = bytes;
   const py::gil_scoped_release released;
@@ -200,9 +216,11 @@ void add_shapes(py::module_& module) {
       .def("with_attribute", &with_attribute)
       .def("bytes", [](const ShapeFile& file) { return py::bytes(file.bytes); })
       .def("decimals", &decimals_of)
+      .def("are_splats", [](const ShapeFile& file) { return are_splats(file.mesh); })
       .def("write", &write);
   module.def("read_shape", &read);
   module.def("shape_from", &shape_from);
+  module.def("cloud_from", &cloud_from);
   module.def("parse_shape", &parse);
   module.def("check", &check);
   module.def("crossings", &crossings);

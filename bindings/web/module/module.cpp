@@ -124,7 +124,8 @@ void deform_arrays(Task& task) {
 void deform_file(Task& task) {
   Options options = options_of(task.options);
   const Session session = without_off(parse_session(task.session, "session"));
-  const ShapeFile source = parse_shape(std::move(task.file), format_of(task.name), task.name);
+  ShapeFile source = parse_shape(std::move(task.file), format_of(task.name), task.name);
+  if (std::optional<ShapeFile> split = split_splats(source, session, options.replay)) source = *std::move(split);
   if (source.mesh.face_count() == 0) options.replay.normals = vertex_normals_of(source);
   options.replay.remesh.face_labels = face_labels(source);
   WriteOptions write;
@@ -132,14 +133,7 @@ void deform_file(Task& task) {
   const auto mesh = std::make_shared<const Mesh>(source.mesh);
   const ReplayResult result = replay_or_throw(mesh, session, options);
   if (options.has_report) task.report = to_json(make_report(*mesh, result, options.replay, {}));
-  const std::vector<Vec3d> normals = result.shape.normals();
-  if (result.shape.is_remeshed()) {
-    task.file = serialize_remeshed(source.format, source, result.shape.to_mesh(),
-                                   result.shape.provenance()->face_source, write);
-  } else {
-    write.normals = normals;
-    task.file = serialize_shape(source.format, source, result.shape.positions(), write);
-  }
+  task.file = serialize_deformed(source.format, source, result.shape, write);
 }
 
 void read_file(Task& task) {

@@ -371,6 +371,7 @@ struct JacobianTask {
   std::size_t count = 0;
   Vec3d* points = nullptr;
   Mat3d* jacobians = nullptr;
+  double jacobian_tolerance = 0;  // of the error of a Jacobian; 0: the error of the point alone counts
   CancelCheck stop;
 };
 

@@ -201,15 +201,27 @@ class JacobianMover {
     (segment_.end >= segment_.begin ? h : -h).store(h_ + i);
   }
 
-  // Accepts the step where the error of x is small enough.
+  // Returns the square of the error of a step, by the tolerances.
+  KNEAD_INLINE P error_of_step(std::size_t i) const {
+    const Vec3<P> error{combine(method_.error, 0, i), combine(method_.error, 1, i), combine(method_.error, 2, i)};
+    const P of_point = norm2(error * P(1 / segment_.tolerance));
+    if (!(task_.jacobian_tolerance > 0)) return of_point;
+    P sum(0.0);
+    for (std::size_t n = 3; n < kJacobianNumbers; ++n) {
+      const P number = combine(method_.error, n, i) * P(1 / task_.jacobian_tolerance);
+      sum = mul_add(number, number, sum);
+    }
+    return maximum(of_point, sum);
+  }
+
+  // Accepts the step where its error is small enough.
   KNEAD_INLINE void finish_step(std::size_t i) {
     const P signed_h = P::load(h_ + i);
     const P h = maximum(signed_h, -signed_h);
     const P t = P::load(t_ + i);
     const P end(segment_.end);
     const P remaining = maximum(end - t, t - end);
-    const Vec3<P> error{combine(method_.error, 0, i), combine(method_.error, 1, i), combine(method_.error, 2, i)};
-    const P error2 = norm2(error * P(1 / segment_.tolerance));
+    const P error2 = error_of_step(i);
     const auto refused = (error2 > P(1)) & (h > P::load(shortest_ + i));
     const auto accept = (!refused) & (remaining > P(0));
     const auto arrived = accept & (h >= remaining);

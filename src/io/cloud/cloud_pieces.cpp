@@ -213,9 +213,7 @@ std::uintmax_t CloudPieces::size() const { return reader_->size; }
 const std::string& CloudPieces::head() const { return reader_->head; }
 const std::string& CloudPieces::tail() const { return reader_->tail; }
 
-std::string CloudPieces::rows(const ShapeFile& piece, std::span<const Vec3d> positions,
-                              const WriteOptions& options) const {
-  std::string bytes = serialize_shape(reader_->format, piece, positions, options);
+std::string CloudPieces::rows(const ShapeFile& piece, std::string bytes) const {
   if (reader_->format == "ply" && bytes.size() != piece.bytes.size()) {
     reader_->refuse("its coordinates would be written with another type");
   }

@@ -285,7 +285,7 @@ void expect_the_whole(const std::string& name, const std::string& bytes, std::si
         const std::vector<Vec3d> own(first, normals.empty() ? first : first + std::ssize(piece->mesh.positions));
         options.normals = own;
         points.insert(points.end(), piece->mesh.positions.begin(), piece->mesh.positions.end());
-        written += cloud.rows(*piece, turned(piece->mesh.positions), options);
+        written += cloud.rows(*piece, serialize_shape(piece->format, *piece, turned(piece->mesh.positions), options));
       }
       EXPECT_EQ(points, whole.mesh.positions) << name << " " << size;
       written += cloud.tail();

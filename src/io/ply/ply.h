@@ -67,6 +67,7 @@ bool read_in_pieces(ShapeFile& shape, const std::string& name);
 std::optional<ShapeSummary> summarize(const ShapeFile& source, const std::string& name);
 void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
              const WriteOptions& options, const ByteSink& out);
+std::string with_copies(const ShapeFile& source, std::span<const std::uint32_t> vertices);
 bool stores_floats(const ShapeFile& source);
 void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
 

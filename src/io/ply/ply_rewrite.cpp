@@ -21,10 +21,10 @@ enum class Role { none, position, normal, value };
 struct NewColumn {
   Role role = Role::none;
   std::size_t axis = 0;
-  const std::vector<double>* before = nullptr;  // of a value
-  const std::vector<double>* after = nullptr;
-  StoredType type = StoredType::float32;  // that it is written with
-  bool widened = false;                   // another type than in the source
+  const std::vector<double>* before = nullptr;  // of a value: for each vertex
+  const std::vector<double>* after = nullptr;   // for each changed vertex
+  StoredType type = StoredType::float32;        // that it is written with
+  bool widened = false;                         // another type than in the source
 };
 
 class Rewriter {
@@ -41,7 +41,8 @@ class Rewriter {
         old_positions_(source.mesh.positions),
         positions_(positions),
         normals_(normals),
-        decimals_(options.decimals) {
+        decimals_(options.decimals),
+        changed_(options.changed.begin(), options.changed.end()) {
     if (!layout_.unplaced.empty()) take_rows();
     for (const Property& property : element_.properties) {
       columns_.push_back(column_for(property, options.double_coordinates));
@@ -73,6 +74,29 @@ class Rewriter {
       }
       position = row_end(position);
     }
+  }
+
+  // Returns the file with copies of these vertices after the last one.
+  std::string with_copies(std::span<const std::uint32_t> vertices) {
+    bytes_ = source_.all();
+    std::vector<std::size_t> begins{layout_.vertex_begin};
+    for (std::size_t i = 0; i < element_.count; ++i) begins.push_back(row_begin(begins.back()));
+    copy_until(element_.count_begin);
+    result_ += std::to_string(element_.count + vertices.size());
+    copied_ = element_.count_end;
+    copy_until(begins.back());
+    const std::string_view line_end = bytes_.substr(0, layout_.body_begin).ends_with("\r\n") ? "\r\n" : "\n";
+    for (const std::uint32_t vertex : vertices) {
+      const std::size_t row = rows_.empty() ? vertex : rows_[vertex];
+      std::size_t begin = begins[row];
+      if (ascii_) {
+        begin = token_begin(begin);
+        result_ += line_end;
+      }
+      result_.append(bytes_, begin, begins[row + 1] - begin);
+    }
+    copy_until(bytes_.size());
+    return std::move(result_);
   }
 
   // Passes the bytes to `out`. Throws InvalidInput before the first of them only.
@@ -116,7 +140,6 @@ class Rewriter {
     column.before = &source_mesh_.find_attribute(property.name)->values;
     column.after = &after->values;
     column.role = Role::value;
-    has_values_ = true;
   }
 
   // From now on, values are those of the file's rows; rows without a place have the same before and after.
@@ -129,6 +152,10 @@ class Rewriter {
     positions_ = expand(positions_, expanded_[1]);
     if (!normals_.empty()) normals_ = expand(normals_, expanded_[2]);
     next_unplaced_ = layout_.unplaced.begin();
+    for (std::uint32_t row = 0; row < element_.count; ++row) {
+      if (!std::ranges::binary_search(layout_.unplaced, row)) rows_.push_back(row);
+    }
+    for (std::uint32_t& row : changed_) row = rows_[row];
   }
 
   Vec3d old_normal(std::size_t i) const {
@@ -140,7 +167,7 @@ class Rewriter {
   }
 
   bool is_changed(std::size_t i) const {
-    return has_values_ || !(positions_[i] == old_positions_[i]) ||
+    return std::binary_search(changed_.begin(), changed_.end(), i) || !(positions_[i] == old_positions_[i]) ||
            (!normals_.empty() && !(normals_[i] == old_normal(i)));
   }
 
@@ -185,12 +212,24 @@ class Rewriter {
         patch_column(
             to, column, rows, [&](std::size_t i) { return positions_[i][column.axis]; },
             [&](std::size_t i) { return old_positions_[i][column.axis]; });
-      } else if (column.role != Role::none) {
+      } else if (column.role == Role::normal) {
         patch_column(
-            to, column, rows, [&](std::size_t i) { return value(i, column); },
-            [&](std::size_t i) { return old_value(i, column); });
+            to, column, rows, [&](std::size_t i) { return normals_[i][column.axis]; },
+            [&](std::size_t i) { return old_normal(i)[column.axis]; });
+      } else if (column.role == Role::value) {
+        patch_values(to, column, rows);
       }
       to += size_of(column.type);
+    }
+  }
+
+  void patch_values(char* to, const NewColumn& column, Rows rows) const {
+    const auto first = std::lower_bound(changed_.begin(), changed_.end(), rows.first);
+    const auto last = std::lower_bound(first, changed_.end(), rows.last);
+    for (auto row = first; row != last; ++row) {
+      const auto old = [&](std::size_t i) { return (*column.before)[vertex_of(i)]; };
+      const auto after = [&](std::size_t) { return (*column.after)[static_cast<std::size_t>(row - changed_.begin())]; };
+      patch_column(to + (*row - rows.first) * stride_, column, {*row, *row + std::size_t{1}}, after, old);
     }
   }
 
@@ -224,7 +263,11 @@ class Rewriter {
   }
 
   double value(std::size_t i, const NewColumn& column) const {
-    if (column.role == Role::value) return (*column.after)[vertex_of(i)];
+    if (column.role == Role::value) {
+      const auto row = std::lower_bound(changed_.begin(), changed_.end(), i);
+      const bool is_changed = row != changed_.end() && *row == i;
+      return is_changed ? (*column.after)[static_cast<std::size_t>(row - changed_.begin())] : old_value(i, column);
+    }
     return (column.role == Role::position ? positions_ : normals_)[i][column.axis];
   }
 
@@ -237,6 +280,18 @@ class Rewriter {
     if (column.type != StoredType::float32 || fits_float(value(i, column))) return;
     throw InvalidInput("vertex " + std::to_string(i) +
                        " has moved to coordinates beyond the range of float; use double precision");
+  }
+
+  // Returns the byte after a row, at which the next one begins.
+  std::size_t row_begin(std::size_t position) const {
+    for (const Property& property : element_.properties) {
+      if (property.is_list) {
+        position = skip_list(position, property);
+      } else {
+        position = ascii_ ? token_end(bytes_, token_begin(position)) : position + size_of(property.type);
+      }
+    }
+    return row_end(position);
   }
 
   // Returns the byte after the row.
@@ -348,8 +403,9 @@ class Rewriter {
   std::string number_text_;
   std::vector<NewColumn> columns_;
   bool widened_ = false;
-  bool has_values_ = false;  // of attributes
-  std::size_t stride_ = 0;   // bytes of a row; 0: rows have lists
+  std::vector<std::uint32_t> rows_;     // of each vertex; empty: the same
+  std::vector<std::uint32_t> changed_;  // rows with other values of attributes
+  std::size_t stride_ = 0;              // bytes of a row; 0: rows have lists
   std::string result_;
   std::size_t copied_ = 0;
 };
@@ -359,6 +415,10 @@ class Rewriter {
 void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
              const WriteOptions& options, const ByteSink& out) {
   Rewriter(source, positions, normals, options).run(out);
+}
+
+std::string with_copies(const ShapeFile& source, std::span<const std::uint32_t> vertices) {
+  return Rewriter(source, source.mesh.positions, {}, {}).with_copies(vertices);
 }
 
 void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {

@@ -10,6 +10,7 @@
 #include "io/ply/ply.h"
 #include "io/text.h"
 #include "knead/error.h"
+#include "knead/splats.h"
 
 namespace knead::io_detail::ply {
 namespace {
@@ -338,9 +339,7 @@ std::optional<ShapeSummary> summarize(const ShapeFile& source, const std::string
   const bool is_cloud = target.faces().faces() == 0;
   const bool has_stray =
       is_cloud ? target.box().box().diagonal() != box.diagonal() : target.faces().used_vertices() != vertices;
-  const bool has_splats = std::any_of(block.attributes.begin(), block.attributes.end(),
-                                      [](const Attribute& a) { return a.name == "rot_0"; });
-  if (has_stray || has_splats) return std::nullopt;
+  if (has_stray) return std::nullopt;
   ShapeSummary summary;
   summary.format = "ply";
   summary.vertices = vertices;
@@ -349,6 +348,7 @@ std::optional<ShapeSummary> summarize(const ShapeFile& source, const std::string
   summary.box = box;
   add_notes(body, layout, plan, target, summary.notes);
   for (const Attribute& attribute : block.attributes) summary.attributes.push_back(attribute.name);
+  if (is_cloud && are_splats(block)) summary.notes.push_back(splat_note(block));
   return summary;
 }
 

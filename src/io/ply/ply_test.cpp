@@ -295,32 +295,30 @@ TEST(Ply, SplatsGetOtherSizesAndTurnsInPlace) {
            turn + "\nend_header\n0 0 0 0.5 0.25\n1 0 0 0.75 1\n";
   };
   const ShapeFile shape = parse_shape(splats("rot_0"), "ply", "s.ply");
-  const auto says_so = [](const ShapeFile& read) {
-    return std::any_of(read.notes.begin(), read.notes.end(), [](const std::string& note) {
-      return note.starts_with("splats: knead deform changes their sizes");
-    });
-  };
-  EXPECT_TRUE(says_so(shape));
-  EXPECT_FALSE(says_so(parse_shape(splats("quality"), "ply", "s.ply")));
   const std::vector<Vec3d> moved{{0, 2, 0}, {1, 2, 0}};
   const ShapeFile written = parse_shape(serialize_shape("ply", shape, moved), "ply", "t.ply");
   EXPECT_EQ(written.mesh.positions, moved);
   for (const char* name : {"scale_0", "rot_0"}) {
     EXPECT_EQ(written.mesh.find_attribute(name)->values, shape.mesh.find_attribute(name)->values) << name;
   }
-  const std::vector<Attribute> other{{"rot_0", Domain::vertex, NumberType::float32, 1, {0.25, 0.125}}};
-  const std::string bytes = serialize_shape("ply", shape, moved, {.attributes = other});
+  const std::vector<Attribute> other{{"rot_0", Domain::vertex, NumberType::float32, 1, {0.125}}};
+  const std::vector<std::uint32_t> second{1};
+  const std::string bytes = serialize_shape("ply", shape, moved, {.attributes = other, .changed = second});
   std::string expected = splats("rot_0");
   expected.replace(expected.find("0 0 0 0.5 0.25"), std::string::npos, "0 2 0 0.5 0.25\n1 2 0 0.75 0.125\n");
   EXPECT_EQ(bytes, expected);
+  const std::vector<Vec3d>& rest = shape.mesh.positions;  // where a splat turns and none moves
+  expected.replace(expected.find("0 2 0"), std::string::npos, "0 0 0 0.5 0.25\n1 0 0 0.75 0.125\n");
+  EXPECT_EQ(serialize_shape("ply", shape, rest, {.attributes = other, .changed = second}), expected);
   // In binary, where only these numbers change.
   Mesh mesh = shape.mesh;
   const ShapeFile binary = parse_shape(serialize_mesh("ply", mesh), "ply", "b.ply");
   mesh.positions = moved;
-  mesh.attributes.back() = other[0];
-  EXPECT_EQ(serialize_shape("ply", binary, moved, {.attributes = other}), serialize_mesh("ply", mesh));
-  const std::vector<Attribute> short_one{{"rot_0", Domain::vertex, NumberType::float32, 1, {1}}};
-  EXPECT_THROW(serialize_shape("ply", shape, moved, {.attributes = short_one}), InvalidInput);
+  mesh.attributes.back().values[1] = 0.125;
+  EXPECT_EQ(serialize_shape("ply", binary, moved, {.attributes = other, .changed = second}),
+            serialize_mesh("ply", mesh));
+  const std::vector<Attribute> short_one{{"rot_0", Domain::vertex, NumberType::float32, 1, {}}};
+  EXPECT_THROW(serialize_shape("ply", shape, moved, {.attributes = short_one, .changed = second}), InvalidInput);
 }
 
 }  // namespace

@@ -1,0 +1,239 @@
+// Pictures of splats, and that deformed splats look like splats of the deformed mesh.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "knead/io.h"
+#include "knead/mesh.h"
+#include "knead/render.h"
+#include "knead/replay.h"
+#include "knead/splats.h"
+
+namespace knead::render::splats_test {
+namespace {
+
+constexpr std::size_t kSplats = 50'000;
+constexpr double kWrong = 31;  // dB
+
+void add(Mesh& mesh, const std::string& name, std::vector<double> values) {
+  mesh.attributes.push_back({name, Domain::vertex, NumberType::float32, 1, std::move(values)});
+}
+
+// The mean of the squared differences of pixels.
+double error_of(const Image& a, const Image& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) sum += std::pow(a.pixels[i] - b.pixels[i], 2);
+  return sum / static_cast<double>(a.pixels.size());
+}
+
+double psnr(double error) { return 10 * std::log10(255.0 * 255 / error); }
+
+Options square(int size) {
+  Options options;
+  options.width = size;
+  options.height = size;
+  return options;
+}
+
+// One splat at the target of a camera that sees 2 units in 100 pixels.
+Mesh one_splat(const std::array<double, 3>& sizes) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}};
+  for (int i = 0; i < 3; ++i) add(mesh, fmt::format("scale_{}", i), {std::log(sizes[static_cast<std::size_t>(i)])});
+  for (int i = 0; i < 4; ++i) add(mesh, fmt::format("rot_{}", i), {i == 0 ? 1.0 : 0.0});
+  for (int i = 0; i < 3; ++i) add(mesh, fmt::format("f_dc_{}", i), {i == 0 ? 1.772 : -1.772});  // red
+  add(mesh, "opacity", {0.0});
+  return mesh;
+}
+
+TEST(SplatPicture, ASplatIsAGaussian) {
+  const Mesh mesh = one_splat({0.2, 0.1, 0.05});
+  const Camera camera{.projection = Projection::orthographic, .height = 2};
+  Options options = square(100);
+  options.background = {0, 0, 0, 1};
+  const Image image = render_splats(mesh, camera, options);
+  const auto red = [&](int x, int y) { return image.pixels[static_cast<std::size_t>(4 * (100 * y + x))] / 255.0; };
+  for (const int d : {0, 5, 12, 20}) {  // pixels: a deviation is 10 or 5 of them, and 0.3 of a pixel's variance more
+    const double across = (d + 0.5) * (d + 0.5) / 100.3 + 0.25 / 25.3;
+    const double down = (d + 0.5) * (d + 0.5) / 25.3 + 0.25 / 100.3;
+    EXPECT_NEAR(red(50 + d, 50), 0.5 * std::exp(-across / 2), 0.01) << d;
+    EXPECT_NEAR(red(50, 50 + d), 0.5 * std::exp(-down / 2), 0.01) << d;
+  }
+}
+
+TEST(SplatPicture, ASplitSplatLooksAsBefore) {
+  for (const double logit : {-2.0, 0.0, 3.0, 6.0}) {
+    Mesh mesh = one_splat({0.3, 0.1, 0.1});
+    mesh.attributes.back().values = {logit};
+    const ShapeFile source = parse_shape(serialize_mesh("ply", mesh), "ply", "one.ply");
+    const Session session = parse_session(
+        "{\"knead\": 1}\n{\"tool\": \"bend\", \"center\": [0, 0, 0], \"axis\": [0, 1, 0], \"normal\": [1, 0, 0], "
+        "\"width\": 0.5, \"angle_deg\": 90}\n",
+        "s.knead");
+    const std::optional<ShapeFile> split = split_splats(source, session, {}, 100);
+    ASSERT_TRUE(split);
+    ASSERT_GT(split->mesh.vertex_count(), 4U);
+    const Camera camera{.projection = Projection::orthographic, .height = 2};
+    const Options options = square(200);
+    EXPECT_GT(psnr(error_of(render_splats(split->mesh, camera, options), render_splats(source.mesh, camera, options))),
+              29)
+        << logit;
+  }
+}
+
+// A point of a triangle.
+struct Sample {
+  std::uint32_t triangle = 0;
+  double u = 0;
+  double v = 0;
+};
+
+std::vector<Sample> samples_of(const Mesh& mesh, std::span<const Triangle> triangles) {
+  std::vector<double> areas;
+  for (const Triangle& t : triangles) {
+    const Vec3d& a = mesh.positions[t[0]];
+    areas.push_back(norm(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a)));
+  }
+  std::mt19937 random(1);
+  std::discrete_distribution<std::uint32_t> triangle(areas.begin(), areas.end());
+  std::uniform_real_distribution<double> part(0, 1);
+  std::vector<Sample> samples;
+  for (std::size_t i = 0; i < kSplats; ++i) {
+    Sample sample{triangle(random), part(random), part(random)};
+    if (sample.u + sample.v > 1) sample = {sample.triangle, 1 - sample.u, 1 - sample.v};
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+// A triangle's edges, and its normal with the length that keeps the volume.
+std::array<Vec3d, 3> frame_of(const Mesh& mesh, const Triangle& t) {
+  const Vec3d a = mesh.positions[t[1]] - mesh.positions[t[0]];
+  const Vec3d b = mesh.positions[t[2]] - mesh.positions[t[0]];
+  const Vec3d n = cross(a, b);
+  return {a, b, n / norm2(n)};
+}
+
+Vec3d place_of(const Mesh& mesh, const Triangle& t, const Sample& sample) {
+  const std::array<Vec3d, 3> frame = frame_of(mesh, t);
+  return mesh.positions[t[0]] + frame[0] * sample.u + frame[1] * sample.v;
+}
+
+Mat3d with_columns(const std::array<Vec3d, 3>& c) {
+  return {{c[0].x, c[1].x, c[2].x}, {c[0].y, c[1].y, c[2].y}, {c[0].z, c[1].z, c[2].z}};
+}
+
+Mat3d inverse_of(const Mat3d& m) {
+  const Vec3d a = m.column(0);
+  const Vec3d b = m.column(1);
+  const Vec3d c = m.column(2);
+  const double d = dot(a, cross(b, c));
+  return {cross(b, c) / d, cross(c, a) / d, cross(a, b) / d};
+}
+
+// Thin discs on the surface, with a texture of stripes and a colour that depends on the direction.
+Mesh cover(const Mesh& mesh, std::span<const Triangle> triangles, std::span<const Sample> samples) {
+  const Box box = shape_box(mesh);
+  Mesh splats;
+  std::array<std::vector<double>, 4> turns;
+  std::array<std::vector<double>, 3> colors;
+  for (const Sample& sample : samples) {
+    const Triangle& t = triangles[sample.triangle];
+    const Vec3d p = place_of(mesh, t, sample);
+    const Vec3d n = normalized(frame_of(mesh, t)[2]);
+    std::array<double, 4> q{1 + n.z, -n.y, n.x, 0};  // takes z to the normal
+    if (q[0] < 1e-6) q = {0, 1, 0, 0};
+    const double size = std::hypot(q[0], q[1], q[2]);
+    for (std::size_t k = 0; k < 4; ++k) turns[k].push_back(q[k] / size);
+    for (std::size_t k = 0; k < 3; ++k) colors[k].push_back(1.5 * std::sin(40 * (p[k] - box.min[k]) / box.diagonal()));
+    splats.positions.push_back(p);
+  }
+  double area = 0;
+  for (const Triangle& t : triangles) area += 0.5 / norm(frame_of(mesh, t)[2]);
+  const double size = std::sqrt(area / static_cast<double>(samples.size()));
+  const std::size_t count = samples.size();
+  for (int i = 0; i < 3; ++i) {
+    add(splats, fmt::format("scale_{}", i), std::vector<double>(count, std::log(size * (i == 2 ? 0.1 : 1))));
+  }
+  for (std::size_t i = 0; i < 4; ++i) add(splats, fmt::format("rot_{}", i), turns[i]);
+  for (std::size_t i = 0; i < 3; ++i) add(splats, fmt::format("f_dc_{}", i), colors[i]);
+  for (int i = 0; i < 9; ++i) add(splats, fmt::format("f_rest_{}", i), std::vector<double>(count, 0.3 - 0.07 * i));
+  add(splats, "opacity", std::vector<double>(count, 3));
+  return splats;
+}
+
+void apply(Mesh& mesh, const ChangedSplats& changed) {
+  for (const Attribute& attribute : changed.attributes) {
+    std::vector<double>& values = std::ranges::find(mesh.attributes, attribute.name, &Attribute::name)->values;
+    for (std::size_t k = 0; k < changed.splats.size(); ++k) values[changed.splats[k]] = attribute.values[k];
+  }
+}
+
+// The splats as the triangles take them: what a capture of the deformed mesh would hold.
+Mesh cover_deformed(const Mesh& splats, const Mesh& before, const Mesh& after, std::span<const Triangle> triangles,
+                    std::span<const Sample> samples) {
+  Mesh result = splats;
+  SplatJacobians jacobians;
+  for (std::uint32_t i = 0; i < samples.size(); ++i) {
+    const Triangle& t = triangles[samples[i].triangle];
+    result.positions[i] = place_of(after, t, samples[i]);
+    jacobians.splats.push_back(i);
+    jacobians.jacobians.push_back(with_columns(frame_of(after, t)) * inverse_of(with_columns(frame_of(before, t))));
+  }
+  apply(result, deformed_splats(splats, jacobians));
+  return result;
+}
+
+struct Made {
+  const char* name;
+  ShapeKind kind;
+  const char* session;
+};
+
+class SplatScene : public testing::TestWithParam<Made> {};
+
+TEST_P(SplatScene, LooksLikeSplatsOfTheDeformedMesh) {
+  const Mesh mesh = make_shape(GetParam().kind, 60'000);
+  const std::vector<Triangle> triangles = triangulate(mesh);
+  const std::vector<Sample> samples = samples_of(mesh, triangles);
+  const Mesh splats = cover(mesh, triangles, samples);
+  const Session session = parse_session(std::string("{\"knead\": 1}\n") + GetParam().session + "\n", "s.knead");
+  const Mesh after = replay(borrow(mesh), session).shape.to_mesh();
+  const Mesh deformed = replay(borrow(splats), session).shape.to_mesh();
+  const Mesh expected = cover_deformed(splats, mesh, after, triangles, samples);
+  Mesh centers_only = splats;
+  centers_only.positions = deformed.positions;
+  double error = 0;  // of ten views
+  double error_of_centers = 0;
+  for (int view = 0; view < 10; ++view) {
+    const ViewDirection direction = view_direction(36 * view, view % 2 == 0 ? 20 : -30, false);
+    const Camera camera = fit_points(expected.positions, direction.direction, direction.up, 1);
+    const Options options = square(300);
+    const Image picture = render_splats(expected, camera, options);
+    error += error_of(render_splats(deformed, camera, options), picture) / 10;
+    error_of_centers += error_of(render_splats(centers_only, camera, options), picture) / 10;
+  }
+  EXPECT_GT(psnr(error), 40);
+  EXPECT_LT(psnr(error_of_centers), kWrong);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Made, SplatScene,
+    testing::Values(
+        Made{
+            "sphere", ShapeKind::sphere,
+            R"({"tool": "rotate", "center": [0.8, 0, 0], "axis": [1, 1, 0], "angle_deg": 60, "inner": 0.2, "outer": 1.4})"},
+        Made{
+            "bar", ShapeKind::box,
+            R"({"tool": "bend", "center": [0, 0, 0], "axis": [0, 1, 0], "normal": [1, 0, 0], "width": 2, "angle_deg": 90})"},
+        Made{
+            "hand", ShapeKind::hand,
+            R"({"tool": "twist", "center": [0, 0, 0], "axis": [0, 1, 0], "rate_deg": 90, "inner": -0.5, "outer": 0.5})"}),
+    [](const auto& scene) { return std::string(scene.param.name); });
+
+}  // namespace
+}  // namespace knead::render::splats_test

@@ -1,0 +1,113 @@
+// The splats of a deformed shape: what its moves do to them.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "flow/path_jacobian.h"
+#include "knead/error.h"
+#include "knead/shape_state.h"
+#include "knead/splats.h"
+#include "session/deformed_shape_detail.h"
+
+namespace knead {
+
+namespace {
+
+using session_detail::MovedSplats;
+
+constexpr double kSplatTolerance = 3e-8;     // of the path lines of splats, by the size of the shape
+constexpr double kJacobianTolerance = 3e-7;  // of a segment
+constexpr std::size_t kBlock = 4096;
+
+// The Jacobian of one splat.
+using Entry = std::pair<std::uint32_t, Mat3d>;
+
+// Returns the Jacobians of one deformation after another. Both ascend.
+SplatJacobians composed(const SplatJacobians& first, const std::vector<Entry>& second) {
+  SplatJacobians result;
+  const auto add = [&](std::uint32_t splat, const Mat3d& jacobian) {
+    if (jacobian == Mat3d{}) return;
+    result.splats.push_back(splat);
+    result.jacobians.push_back(jacobian);
+  };
+  std::size_t i = 0;
+  for (const auto& [splat, jacobian] : second) {
+    for (; i < first.splats.size() && first.splats[i] < splat; ++i) add(first.splats[i], first.jacobians[i]);
+    const bool is_in_both = i < first.splats.size() && first.splats[i] == splat;
+    add(splat, is_in_both ? jacobian * first.jacobians[i++] : jacobian);
+  }
+  for (; i < first.splats.size(); ++i) add(first.splats[i], first.jacobians[i]);
+  return result;
+}
+
+}  // namespace
+
+void DeformedShape::carry_splats(std::vector<IndexRange> splats) {
+  splat_ranges_ = std::move(splats);
+  splats_ = std::make_shared<const SplatJacobians>();
+}
+
+std::vector<std::uint32_t> DeformedShape::splats_in_reach(const Flow& flow) const {
+  const FlowReach reach(flow);
+  const auto is_splat = [&](std::uint32_t vertex) {
+    if (provenance_) vertex = provenance_->vertex_source[vertex];
+    return std::ranges::any_of(splat_ranges_, [&](const IndexRange& r) { return r.begin <= vertex && vertex < r.end; });
+  };
+  std::vector<std::vector<std::uint32_t>> found((positions_.size() + kBlock - 1) / kBlock);
+  parallel_for(found.size(), 1, motion_.threads, [&](std::size_t first, std::size_t last) {
+    for (std::size_t block = first; block < last; ++block) {
+      const std::size_t end = std::min(positions_.size(), (block + 1) * kBlock);
+      for (std::size_t i = block * kBlock; i < end; ++i) {
+        const auto vertex = static_cast<std::uint32_t>(i);
+        if (is_splat(vertex) && reach.may_move(positions_[i], 0)) found[block].push_back(vertex);
+      }
+    }
+  });
+  std::vector<std::uint32_t> all;
+  for (const std::vector<std::uint32_t>& block : found) all.insert(all.end(), block.begin(), block.end());
+  return all;
+}
+
+MovedSplats DeformedShape::moved_splats(const Flow& flow, AdvectOptions options) const {
+  options.tolerance = std::min(options.tolerance, kSplatTolerance * reference_length_);
+  MovedSplats moved{splats_in_reach(flow), {}, {}};
+  moved.centers.reserve(moved.vertices.size());
+  for (const std::uint32_t vertex : moved.vertices) moved.centers.push_back(positions_[vertex]);
+  moved.jacobians =
+      move_with_jacobians(flow, moved.centers, options, std::min(kJacobianTolerance, motion_.relative_tolerance));
+  return moved;
+}
+
+// Points on walls are no splats.
+void DeformedShape::put(const MovedSplats& moved) {
+  if (moved.vertices.empty()) return;
+  std::vector<Entry> entries;
+  entries.reserve(moved.vertices.size());
+  for (std::size_t k = 0; k < moved.vertices.size(); ++k) {
+    const std::uint32_t vertex = moved.vertices[k];
+    if (!walls_) positions_[vertex] = moved.centers[k];
+    entries.emplace_back(provenance_ ? provenance_->vertex_source[vertex] : vertex, moved.jacobians[k]);
+  }
+  free_layout();  // it has the places without that
+  if (provenance_) std::ranges::sort(entries, {}, &Entry::first);
+  splats_ = std::make_shared<const SplatJacobians>(composed(*splats_, entries));
+}
+
+void DeformedShape::take_splats(const std::vector<bool>& vertices, const DeformedShape& from) {
+  std::vector<Entry> entries;
+  const auto add = [&](const SplatJacobians& splats, bool are_taken) {
+    for (std::size_t k = 0; k < splats.splats.size(); ++k) {
+      if (vertices[splats.splats[k]] == are_taken) entries.emplace_back(splats.splats[k], splats.jacobians[k]);
+    }
+  };
+  add(*splats_, false);
+  add(*from.splats_, true);
+  std::ranges::sort(entries, {}, &Entry::first);
+  splats_ = std::make_shared<const SplatJacobians>(composed({}, entries));
+}
+
+}  // namespace knead

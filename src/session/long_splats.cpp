@@ -1,0 +1,297 @@
+// Splits splats that reach farther than the flow about them is uniform: copies of their rows, with centres, sizes and
+// opacities of their own.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/codec.h"
+#include "knead/error.h"
+#include "knead/replay.h"
+#include "knead/splats.h"
+#include "math/elementary.h"
+
+namespace knead {
+
+namespace {
+
+constexpr double kMaxBend = 0.1;     // the second difference over one standard deviation, by the largest after the flow
+constexpr double kAim = 0.8;         // of that, after a split: the flow does not bend all pieces alike
+constexpr double kSmallest = 0.004;  // standard deviation that can bend so much, by the smallest feature of the flow
+constexpr double kPathTolerance = 1e-5;  // by the same
+constexpr double kLargestPart = 0.8;     // of a standard deviation, after one split
+constexpr double kSmallestPart = 1.0 / 16;
+constexpr int kMaxRounds = 8;
+constexpr int kOpacityRounds = 30;
+constexpr double kMinOpacity = 1e-4;  // less is not seen
+constexpr double kMaxOpacity = 0.9999;
+
+// A splat, or a piece of one.
+struct SplatPiece {
+  std::uint32_t source = 0;
+  Vec3d center;
+  std::array<double, 3> sizes{};  // standard deviations
+  double opacity = 0;             // from 0 to 1
+  bool is_split = false;
+};
+
+// How one axis of a piece bends.
+struct Bend {
+  std::size_t piece = 0;
+  std::size_t axis = 0;
+  double amount = 0;
+  double other = 0;  // the largest deviation of the other axes, by that of this axis
+};
+
+// The numbers of splats that splitting changes.
+class Columns {
+ public:
+  explicit Columns(const Mesh& mesh) : mesh_(mesh), opacity_(mesh.find_attribute("opacity")) {
+    for (std::size_t k = 0; k < 3; ++k) scales_[k] = mesh.find_attribute(fmt::format("scale_{}", k));
+    for (std::size_t k = 0; k < 4; ++k) turns_[k] = mesh.find_attribute(fmt::format("rot_{}", k));
+  }
+
+  bool has_opacity() const { return opacity_ != nullptr; }
+
+  double largest_scale(std::uint32_t splat) const {
+    return std::max({scales_[0]->values[splat], scales_[1]->values[splat], scales_[2]->values[splat]});
+  }
+
+  SplatPiece piece(std::uint32_t splat) const {
+    SplatPiece piece{splat, mesh_.positions[splat]};
+    piece.opacity = 1 / (1 + elementary::exp(-opacity_->values[splat]));
+    for (std::size_t k = 0; k < 3; ++k) piece.sizes[k] = elementary::exp(scales_[k]->values[splat]);
+    return piece;
+  }
+
+  Vec3d axis(std::uint32_t splat, std::size_t k) const {
+    std::array<double, 4> turn{};
+    for (std::size_t i = 0; i < 4; ++i) turn[i] = turns_[i]->values[splat];
+    return splat_axes(turn)[k];
+  }
+
+ private:
+  const Mesh& mesh_;
+  const Attribute* opacity_;
+  std::array<const Attribute*, 3> scales_{};
+  std::array<const Attribute*, 4> turns_{};
+};
+
+// The pieces of a Gaussian of deviation 1: their centres, and the deviation and opacity that together cover it.
+struct Division {
+  std::vector<double> centers;
+  std::vector<double> opacities;
+};
+
+double gaussian(double x) { return elementary::exp(-x * x / 2); }
+
+// Returns opacities with which pieces of this deviation let through at each centre as much light as the one did.
+std::vector<double> opacities_of(std::span<const double> centers, double deviation, double opacity) {
+  std::vector<double> result(centers.size(), 0.0);
+  for (int round = 0; round < kOpacityRounds; ++round) {
+    for (std::size_t k = 0; k < centers.size(); ++k) {
+      double through = 1;  // the others
+      for (std::size_t j = 0; j < centers.size(); ++j) {
+        if (j != k) through *= 1 - result[j] * gaussian((centers[k] - centers[j]) / deviation);
+      }
+      result[k] = std::clamp(1 - (1 - opacity * gaussian(centers[k])) / through, kMinOpacity * opacity, kMaxOpacity);
+    }
+  }
+  return result;
+}
+
+// Evenly spaced, two deviations apart at most, with the weights of a Gaussian and the whole's variance.
+Division division_of(double deviation, double opacity) {
+  const double variance = 1 - deviation * deviation;
+  const auto count = static_cast<std::size_t>(std::ceil(2 * std::sqrt(variance) / deviation)) + 1;
+  Division division;
+  double weights = 0;
+  double sum = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double x = 2 * std::sqrt(variance) * (2 * static_cast<double>(k) / static_cast<double>(count - 1) - 1);
+    const double weight = elementary::exp(-x * x / (2 * variance));
+    division.centers.push_back(x);
+    weights += weight;
+    sum += weight * x * x;
+  }
+  for (double& x : division.centers) x *= std::sqrt(variance * weights / sum);
+  division.opacities = opacities_of(division.centers, deviation, opacity);
+  return division;
+}
+
+// Splits the splats of a mesh for a flow.
+class Splitter {
+ public:
+  Splitter(const Mesh& mesh, const Flow& flow, std::size_t max_splats, const MotionOptions& motion)
+      : flow_(flow), columns_(mesh), count_(mesh.vertex_count()), max_splats_(max_splats) {
+    const FlowReach reach(flow);
+    const double feature = std::min(reach.smallest_feature(), reference_length(mesh));
+    motion_ = {.tolerance = kPathTolerance * feature, .precision = Precision::float64, .threads = motion.threads};
+    if (!columns_.has_opacity()) return;
+    const double smallest = elementary::log(kSmallest * feature);
+    for (std::uint32_t splat = 0; splat < count_; ++splat) {
+      if (!(columns_.largest_scale(splat) > smallest)) continue;
+      const SplatPiece piece = columns_.piece(splat);
+      const double largest = *std::ranges::max_element(piece.sizes);
+      const bool may_bend = piece.opacity > kMinOpacity && std::isfinite(largest);
+      if (may_bend && reach.may_move(piece.center, largest)) pieces_.push_back(piece);
+    }
+  }
+
+  void run() {
+    std::vector<std::size_t> open(pieces_.size());
+    std::iota(open.begin(), open.end(), std::size_t{0});
+    for (int round = 0; round < kMaxRounds && !open.empty(); ++round) {
+      std::vector<std::size_t> next;
+      for (const Bend& bend : bends_of(open)) split(bend, next);
+      open = std::move(next);
+    }
+    std::vector<Vec3d> centers;
+    for (const SplatPiece& piece : pieces_) centers.push_back(piece.center);
+    // A piece may lie where path lines run away, and the splat may not: then all stay whole.
+    if (advect(flow_, centers, motion_).status != AdvectStatus::done) pieces_.clear();
+  }
+
+  // The pieces, of each splat the first one first.
+  std::span<const SplatPiece> pieces() const { return pieces_; }
+
+ private:
+  // Returns those that bend too much, the worst first.
+  std::vector<Bend> bends_of(std::span<const std::size_t> open) const {
+    std::vector<Vec3d> points;
+    for (const std::size_t i : open) {
+      const SplatPiece& piece = pieces_[i];
+      points.push_back(piece.center);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d arm = columns_.axis(piece.source, k) * piece.sizes[k];
+        points.insert(points.end(), {piece.center + arm, piece.center - arm});
+      }
+    }
+    if (advect(flow_, points, motion_).status != AdvectStatus::done) return {};  // the replay says why
+    std::vector<Bend> bends;
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      const Bend bend = bend_of(open[i], std::span(points).subspan(7 * i, 7));
+      if (bend.amount > kMaxBend) bends.push_back(bend);
+    }
+    std::ranges::stable_sort(bends, std::greater{}, &Bend::amount);
+    return bends;
+  }
+
+  // `points`: where the flow takes the centre and the ends of the axes.
+  static Bend bend_of(std::size_t piece, std::span<const Vec3d> points) {
+    std::array<double, 3> sizes{};  // after the flow
+    for (std::size_t k = 0; k < 3; ++k) sizes[k] = norm(points[1 + 2 * k] - points[2 + 2 * k]) / 2;
+    Bend worst{piece};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double bend = norm(points[1 + 2 * k] + points[2 + 2 * k] - points[0] * 2.0);
+      const double amount = bend / *std::ranges::max_element(sizes);
+      if (amount > worst.amount) {
+        worst = {piece, k, amount, std::max(sizes[(k + 1) % 3], sizes[(k + 2) % 3]) / sizes[k]};
+      }
+    }
+    return worst;
+  }
+
+  // The second difference falls with the square of the deviation, which also is the largest one or not.
+  void split(const Bend& bend, std::vector<std::size_t>& next) {
+    const double aim = kAim * kMaxBend / (bend.amount * std::max(1.0, bend.other));
+    const double part = std::max(aim, std::sqrt(aim * bend.other));
+    const double deviation = std::clamp(part, kSmallestPart, kLargestPart);
+    const SplatPiece whole = pieces_[bend.piece];
+    const Division division = division_of(deviation, whole.opacity);
+    if (count_ + division.centers.size() - 1 > max_splats_) return;
+    count_ += division.centers.size() - 1;
+    const Vec3d arm = columns_.axis(whole.source, bend.axis) * whole.sizes[bend.axis];
+    for (std::size_t k = 0; k < division.centers.size(); ++k) {
+      SplatPiece piece = whole;
+      piece.center += arm * division.centers[k];
+      piece.sizes[bend.axis] *= deviation;
+      piece.opacity = division.opacities[k];
+      piece.is_split = true;
+      next.push_back(k == 0 ? bend.piece : pieces_.size());
+      if (k > 0) pieces_.emplace_back();
+      pieces_[next.back()] = piece;
+    }
+  }
+
+  const Flow& flow_;
+  Columns columns_;
+  AdvectOptions motion_;
+  std::vector<SplatPiece> pieces_;
+  std::size_t count_;  // of all splats
+  std::size_t max_splats_;
+};
+
+double logit(double x) { return elementary::log(x / (1 - x)); }
+
+// The pieces of what was split as rows of a file: the first of a splat in its own, the others after all.
+ShapeFile with_pieces(const ShapeFile& source, std::span<const SplatPiece> pieces) {
+  std::vector<std::uint32_t> copied;
+  std::vector<std::pair<std::uint32_t, const SplatPiece*>> rows;
+  const auto count = static_cast<std::uint32_t>(source.mesh.vertex_count());
+  std::vector<bool> has_row(count);
+  for (const SplatPiece& piece : pieces) {
+    if (!piece.is_split) continue;
+    const bool is_first = !has_row[piece.source];
+    has_row[piece.source] = true;
+    rows.emplace_back(is_first ? piece.source : count + static_cast<std::uint32_t>(copied.size()), &piece);
+    if (!is_first) copied.push_back(piece.source);
+  }
+  std::ranges::sort(rows, {}, [](const auto& row) { return row.first; });
+  const io_detail::Codec& codec = io_detail::codec_named(source.format, "source");
+  const std::string name = "split." + source.format;
+  std::string bytes;
+  {
+    const ShapeFile whole = parse_shape(codec.with_copies(source, copied), source.format, name);
+    std::vector<Vec3d> positions = whole.mesh.positions;
+    ChangedSplats changed;
+    for (const char* column : {"scale_0", "scale_1", "scale_2", "opacity"}) {
+      changed.attributes.push_back({column, Domain::vertex, NumberType::float32, 1, {}});
+    }
+    for (const auto& [row, piece] : rows) {
+      positions[row] = piece->center;
+      changed.splats.push_back(row);
+      for (std::size_t k = 0; k < 3; ++k) changed.attributes[k].values.push_back(elementary::log(piece->sizes[k]));
+      changed.attributes[3].values.push_back(logit(piece->opacity));
+    }
+    const WriteOptions options{.attributes = changed.attributes, .changed = changed.splats};
+    bytes = serialize_shape(source.format, whole, positions, options);
+  }
+  return parse_shape(std::move(bytes), source.format, name);
+}
+
+}  // namespace
+
+std::optional<ShapeFile> split_splats(const ShapeFile& source, const Session& session, const ReplayOptions& options,
+                                      std::optional<std::size_t> max_splats) {
+  const bool can_split = io_detail::codec_named(source.format, "source").with_copies != nullptr;
+  if (!can_split || !are_splats(source.mesh)) return std::nullopt;
+  splat_degree(source.mesh);
+  const std::size_t most = max_splats.value_or(2 * source.mesh.vertex_count());
+  if (most <= source.mesh.vertex_count()) return std::nullopt;
+  Session resolved = session;
+  const auto reads = [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); };
+  if (std::ranges::any_of(session.strokes, reads)) {
+    ReplayOptions plain = options;
+    plain.frames = {};
+    plain.on_stroke = {};
+    resolved.strokes = replay(borrow(source.mesh), session, plain).resolved;
+  }
+  const Flow flow = flow_of(resolved, options.part, options.motion.threads);
+  Splitter splitter(source.mesh, flow, most, options.motion);
+  splitter.run();
+  if (std::ranges::none_of(splitter.pieces(), &SplatPiece::is_split)) return std::nullopt;
+  return with_pieces(source, splitter.pieces());
+}
+
+}  // namespace knead
