@@ -11,7 +11,7 @@
 namespace knead::tool_detail {
 
 // The number of intervals of the splines of an arc or twist of a straight line.
-inline constexpr int kArcIntervals = 32;
+inline constexpr int kArcIntervals = 64;
 // The number of these at each end in which the curvature rises from 0 to its value.
 inline constexpr int kArcRamp = 3;
 

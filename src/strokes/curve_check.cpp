@@ -153,6 +153,7 @@ class Body {
         if (a && b) add_between(*a, *b);
       }
     }
+    fill_ends();
   }
 
   Trouble at(double time) const {
@@ -227,6 +228,20 @@ class Body {
     lay(0, curve_.length, kSlices);
     lay(curve_.length, last, beyond(last - curve_.length));
     slices_.emplace_back().s = last;
+  }
+
+  // Where the curve is longer than the shape, the inverse of the motion still looks for points about it.
+  void fill_ends() {
+    const auto has_shape = [](const Slice& slice) { return !slice.is_empty; };
+    const auto first = std::find_if(slices_.begin(), slices_.end(), has_shape);
+    const auto last = std::find_if(slices_.rbegin(), slices_.rend(), has_shape);
+    if (first == slices_.end()) return;
+    const auto fill = [](Slice& slice, const Slice& from) {
+      slice.reach = from.reach;
+      slice.is_empty = false;
+    };
+    for (auto i = slices_.begin(); i != first; ++i) fill(*i, *first);
+    for (auto i = slices_.rbegin(); i != last; ++i) fill(*i, *last);
   }
 
   std::size_t slice_after(double s) const {
