@@ -104,6 +104,7 @@ Vec3d unit_vector(std::size_t axis) {
 // its curvature; a cylinder touches the shape from outside.
 CurveStroke placed(CurveStroke stroke, const Box& box) {
   const Vec3d extent = box.max - box.min;
+  const bool has_radius = stroke.radius || stroke.radius_auto;
   std::array<std::size_t, 3> order = by_extent(extent);
   if (stroke.axis) {
     const Vec3d a = unit(*stroke.axis);
@@ -122,13 +123,16 @@ CurveStroke placed(CurveStroke stroke, const Box& box) {
     for (std::size_t axis = 0; axis < 3; ++axis) center[axis] += 0.5 * extent[axis] * inwards[axis];
   }
   if (stroke.to.empty()) {
-    const double longer = static_cast<double>(kArcIntervals) / (kArcIntervals - 2 * kArcRamp);
-    const double turned = static_cast<double>(kArcIntervals - 3) / (kArcIntervals - 2 * kArcRamp);
+    // A line of three points has short ramps. With a radius it must have two.
+    const int intervals = has_radius ? kArcIntervals : kPathIntervals;
+    const double longer = static_cast<double>(intervals) / (intervals - 2 * kArcRamp);
+    const double turned = static_cast<double>(intervals - 3) / (intervals - 2 * kArcRamp);
     half *= longer;
     stroke.twist_deg *= turned;
     if (stroke.angle_deg) *stroke.angle_deg *= turned;
   }
   stroke.from = {center - along * half, center + along * half};
+  if (stroke.to.empty() && !has_radius) stroke.from.insert(stroke.from.begin() + 1, center);
   return stroke;
 }
 

@@ -13,8 +13,7 @@ namespace knead::tool_detail {
 
 namespace {
 
-constexpr std::size_t kSteps = 16;   // of a piece between two points
-constexpr int kPathIntervals = 128;  // of the splines of a curve that is not straight
+constexpr std::size_t kSteps = 16;  // of a piece between two points
 constexpr int kSamplesPerInterval = 4;
 constexpr int kInversionSteps = 4;
 
