@@ -106,6 +106,9 @@ struct Interrupted {};
 struct ClosedPipe {};
 
 Subcommand deform_command();
+Subcommand bend_command();
+Subcommand twist_command();
+Subcommand wrap_command();
 Subcommand resolve_command();
 Subcommand fit_command();
 Subcommand skin_command();

@@ -19,6 +19,7 @@
 #include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "knead/tools.h"
 #include "output.h"
 
 namespace knead::command {
@@ -104,7 +105,10 @@ void check_outputs(const DeformOptions& options, const Target& target) {
   } else {
     for (int i = 0; i < target.count(); ++i) require_shape_output(target.path(i));
   }
-  require_different(options.session, target.path(0));
+  for (const std::string& file : {options.session, options.session_output}) {
+    if (!file.empty()) require_different(file, target.path(0));
+  }
+  if (!options.session_output.empty()) require_writable(options.session_output);
   check_report(options, target.path(0));
 }
 
@@ -148,6 +152,20 @@ std::string summary(const std::string& output, const std::string& frames, const 
                             seconds.total, seconds.read, seconds.deform, seconds.write, seconds.measure);
 }
 
+// What was done, in one line.
+std::string brief(const std::string& output, const Session& session, const Report& report) {
+  std::string text = output + ": ";
+  for (const SessionStroke& stroke : session.strokes) text += words_of(stroke.stroke, "") + ", ";
+  text += fmt::format("{} vertices", report.vertices);
+  if (report.volume_error) text += fmt::format(", volume changed by a fraction of {:.1g}", *report.volume_error);
+  if (report.certificate) {
+    text += fmt::format(", {} crossing, {}", counted(report.certificate->crossings_after, "pair"),
+                        report.certificate->closed_after ? "closed" : "open");
+  }
+  if (report.greatest_stretch) text += fmt::format(", stretched up to {:.3g} times", *report.greatest_stretch);
+  return text + fmt::format(", {:.2f} s\n", report.seconds.total);
+}
+
 std::string frames_line(const DeformOptions& options, const Target& target) {
   if (!options.frames.frames) return {};
   return target.is_animation() ? fmt::format("frames   {}\n", target.count())
@@ -156,8 +174,7 @@ std::string frames_line(const DeformOptions& options, const Target& target) {
 
 Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
   const bool quiet = options.common.quiet;
-  Inputs inputs =
-      read_inputs(options.shape, options.format, options.session, quiet, options.set, replay.motion.threads);
+  Inputs inputs = read_inputs(options.shape, options.format, source_of(options), quiet, replay.motion.threads);
   check_until(options, inputs.session);
   inputs.remeshes = Replay(borrow(inputs.shape.mesh), inputs.session, replay).remeshes();
   if (!quiet && options.remesh.seconds && !inputs.remeshes) {
@@ -177,6 +194,54 @@ Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& rep
   split_long_splats(options, replay, options.shape, inputs.session, inputs.shape);
   return inputs;
 }
+
+// --- knead resolve SHAPE SESSION -o OUT.knead: the session as strokes that need no mesh ------------------------------
+
+struct ResolveOptions {
+  std::string shape;
+  std::string session;
+  std::string output;
+  std::vector<std::string> set;
+  StreamFormat format;
+  CommonOptions common;
+};
+
+void run_resolve(const ResolveOptions& options) {
+  const bool to_output = is_stream(options.output);
+  require_free_output(options.output, options.common.json, "--json");
+  if (!to_output) {
+    constexpr std::string_view extensions[] = {"knead"};
+    require_extension(options.output, extensions);
+    require_writable(options.output);
+  }
+  check_streams({options.shape}, options.format);
+  const Inputs inputs =
+      read_inputs(options.shape, options.format, {options.session, options.set}, options.common.quiet);
+  require_flows(inputs.session);
+  ReplayOptions replay;
+  replay.may_cross = true;  // the shape is not kept
+  const ReplayResult result =
+      replay_watched(inputs.shape.mesh, without_cells(inputs.session), replay, options.common.quiet);
+  Session resolved;
+  resolved.note = inputs.session.note;
+  resolved.strokes = result.resolved;
+  if (to_output) {
+    print(serialize_session(resolved));
+    return require_reached(result);
+  }
+  end_after_last_output(options.common.json);
+  write_file_atomically(options.output, serialize_session(resolved));
+  if (options.common.json) {
+    const Json json{{"strokes", resolved.strokes.size()}, {"segments", result.segments}};
+    print(to_indented_text(json));
+  } else if (!options.common.quiet) {
+    print(fmt::format("{}: {} ({})\n", options.output, counted(resolved.strokes.size(), "stroke"),
+                      counted(result.segments, "segment")));
+  }
+  require_reached(result);
+}
+
+}  // namespace
 
 void run_deform(const DeformOptions& options) {
   if (!options.table.empty()) return run_batch(options);
@@ -229,67 +294,30 @@ void run_deform(const DeformOptions& options) {
   if (!target.is_animation() && !is_stream(target.path(0))) {
     copy_materials(inputs.shape, options.shape, target.path(0), options.common.quiet);
   }
+  if (!options.session_output.empty()) {
+    write_file_atomically(options.session_output, serialize_session(inputs.session));
+  }
   if (!is_reported(options)) return require_reached(certified.result);
   const Clock measuring;
   Report report = report_of(inputs.shape.mesh, certified, seconds);
   report.seconds.measure = measuring.seconds();
   report.seconds.total = total.seconds();
   report.backend = backend.name();
-  print_report(options, target.last_path(), frames_line(options, target), report);
+  const bool is_plain = !options.common.quiet && !options.common.json && options.report.empty();
+  if (options.is_brief && is_plain) {
+    print(brief(target.last_path(), inputs.session, report));
+  } else {
+    print_report(options, target.last_path(), frames_line(options, target), report);
+  }
   require_reached(certified.result);
 }
-
-// --- knead resolve SHAPE SESSION -o OUT.knead: the session as strokes that need no mesh ------------------------------
-
-struct ResolveOptions {
-  std::string shape;
-  std::string session;
-  std::string output;
-  std::vector<std::string> set;
-  StreamFormat format;
-  CommonOptions common;
-};
-
-void run_resolve(const ResolveOptions& options) {
-  const bool to_output = is_stream(options.output);
-  require_free_output(options.output, options.common.json, "--json");
-  if (!to_output) {
-    constexpr std::string_view extensions[] = {"knead"};
-    require_extension(options.output, extensions);
-    require_writable(options.output);
-  }
-  check_streams({options.shape}, options.format);
-  const Inputs inputs = read_inputs(options.shape, options.format, options.session, options.common.quiet, options.set);
-  require_flows(inputs.session);
-  ReplayOptions replay;
-  replay.may_cross = true;  // the shape is not kept
-  const ReplayResult result =
-      replay_watched(inputs.shape.mesh, without_cells(inputs.session), replay, options.common.quiet);
-  Session resolved;
-  resolved.note = inputs.session.note;
-  resolved.strokes = result.resolved;
-  if (to_output) {
-    print(serialize_session(resolved));
-    return require_reached(result);
-  }
-  end_after_last_output(options.common.json);
-  write_file_atomically(options.output, serialize_session(resolved));
-  if (options.common.json) {
-    const Json json{{"strokes", resolved.strokes.size()}, {"segments", result.segments}};
-    print(to_indented_text(json));
-  } else if (!options.common.quiet) {
-    print(fmt::format("{}: {} ({})\n", options.output, counted(resolved.strokes.size(), "stroke"),
-                      counted(result.segments, "segment")));
-  }
-  require_reached(result);
-}
-
-}  // namespace
 
 void check_report(const DeformOptions& options, const std::string& output) {
   require_free_output(output, options.report == "-", "--report -");
   if (options.report.empty() || options.report == "-") return;
-  for (const std::string& other : {options.shape, options.session, output}) require_different(other, options.report);
+  for (const std::string& other : {options.shape, options.session, output}) {
+    if (!other.empty()) require_different(other, options.report);
+  }
   require_writable(options.report);
 }
 
@@ -308,6 +336,8 @@ bool is_reported(const DeformOptions& options) {
   const bool is_printed = !options.common.quiet && !is_stream(options.output);
   return is_printed || options.common.json || !options.report.empty();
 }
+
+SessionSource source_of(const DeformOptions& options) { return {options.session, options.set, options.strokes}; }
 
 bool says_more(const DeformOptions& options) { return options.common.json || !options.report.empty(); }
 
@@ -369,6 +399,7 @@ Subcommand deform_command() {
           "  knead deform body.ply bend.knead --also clothes.obj --also eyes.ply -o posed\n"
           "  knead deform wing.stl wing.knead --set sweep=12 -o wing_12.stl\n"
           "  knead deform wing.stl wing.knead --table values.csv -o variants\n"
+          "  knead deform ball.stl --stroke 'stretch center=0,0,0 axis=0,0,1 factor=1.5 inner=2 outer=9' -o egg.stl\n"
           "  knead deform scan.ply bend.knead --precision double --tolerance 1e-9 --report - -o exact.ply\n"
           "  knead deform - bend.knead --format ply -o - < hand.ply > bent.ply\n"
           "If the name of a file begins with -, put it after --: knead deform -o out.ply -- -a.ply b.knead",

@@ -72,9 +72,12 @@ std::string frame_path(const FramePattern& pattern, int index);
 struct DeformOptions {
   std::string shape;
   std::string session;
-  std::vector<std::string> set;   // values of the session's parameters
-  std::string table;              // of values, one variant a row; then `output` is a folder or an animation
-  std::vector<std::string> also;  // further shapes; then `output` is a folder
+  std::vector<std::string> strokes;  // in the place of a session
+  std::string session_output;        // the file for the session; empty: none
+  bool is_brief = false;             // says in one line what was done
+  std::vector<std::string> set;      // values of the session's parameters
+  std::string table;                 // of values, one variant a row; then `output` is a folder or an animation
+  std::vector<std::string> also;     // further shapes; then `output` is a folder
   std::string output;
   double tolerance = 1e-5;
   Integrator integrator = Integrator::tsitouras;
@@ -144,6 +147,12 @@ bool is_reported(const DeformOptions& options);
 
 // Returns whether the report that follows the shape is asked for, so that it is worth an interruption.
 bool says_more(const DeformOptions& options);
+
+// Returns where the session comes from.
+SessionSource source_of(const DeformOptions& options);
+
+// Deforms the shape as the options say.
+void run_deform(const DeformOptions& options);
 
 // Returns the report of a result.
 Report report_of(const Mesh& mesh, const Certified& certified, const ReportSeconds& seconds);

@@ -99,8 +99,7 @@ class Batch {
         digits_(digits_of(options)),
         table_(read_table(options.table)) {
     check_output();
-    inputs_ =
-        read_inputs(options.shape, {}, options.session, options.common.quiet, options.set, replay_.motion.threads);
+    inputs_ = read_inputs(options.shape, {}, source_of(options), options.common.quiet, replay_.motion.threads);
     check_until(options, inputs_.session);
     find_columns();
     prepare();

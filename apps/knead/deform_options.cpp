@@ -77,7 +77,12 @@ std::vector<Option> describe_motion(DeformOptions& options) {
   return {
       {"SHAPE", &options.shape, "A mesh or point cloud, such as a PLY, OBJ, STL, OFF, glTF or XYZ file", "",
        OptionKind::required},
-      {"SESSION", &options.session, "The strokes: a .knead file", "", OptionKind::required},
+      {"SESSION", &options.session, "The strokes: a .knead file; or give them with --stroke"},
+      {"--stroke", &options.strokes,
+       "A stroke in the place of a SESSION, in words as 'rotate center=0,0,0 axis=0,0,1 angle_deg=30 inner=1 outer=2' "
+       "or as a line of a session; may be repeated",
+       "STROKE"},
+      {"--session", &options.session_output, "Write the session to this .knead file, to go on with it", "FILE"},
       {"-o,--output", &options.output,
        "The file to write, in the format of its extension; may be SHAPE itself. With --also a folder", "FILE",
        OptionKind::required},

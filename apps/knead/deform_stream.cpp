@@ -59,7 +59,7 @@ class Stream {
         digits_(digits_of(options)),
         replay_(replay_options(options)),
         cloud_(options.shape, static_cast<std::size_t>(options.piece_mb * 1e6)),
-        session_(without_off(read_session_with(options.session, options.set))) {}
+        session_(without_off(read_session_with(source_of(options)))) {}
 
   void run() {
     check_until(options_, session_);
@@ -185,7 +185,7 @@ bool is_streamed(const DeformOptions& options) {
   if (obstacle || !is_larger_than_half_the_memory(options.shape)) return false;
   try {
     const CloudPieces cloud(options.shape, 1);
-    return format_of(options.output) == format_of(options.shape) && !needs_faces(read_session(options.session));
+    return format_of(options.output) == format_of(options.shape) && !needs_faces(read_session_with(source_of(options)));
   } catch (const std::exception&) {
     return false;  // what is wrong is said where it is read as a whole
   }

@@ -143,7 +143,7 @@ std::vector<std::uint32_t> labels_together(const Inputs& inputs) {
 
 Inputs read_together(const DeformOptions& options, const ReplayOptions& replay) {
   const bool quiet = options.common.quiet;
-  Inputs inputs = read_inputs(options.shape, {}, options.session, quiet, options.set);
+  Inputs inputs = read_inputs(options.shape, {}, source_of(options), quiet);
   if (!inputs.session.walls.empty()) {
     throw InvalidInput(Place{options.session, 1}, "walls are those of one mesh; deform it alone");
   }

@@ -133,9 +133,9 @@ void add_set_option(std::vector<Option>& options, std::vector<std::string>& set)
       {"--set", &set, "Give a parameter of the session this value, as in length=0.3; may be repeated", "NAME=NUMBER"});
 }
 
-Session read_session_with(const std::string& path, const std::vector<std::string>& set) {
+Session read_session_with(const SessionSource& source) {
   ParameterValues values;
-  for (const std::string& text : set) {
+  for (const std::string& text : source.set) {
     const std::size_t equals = std::min(text.find('='), text.size());
     const std::string name = text.substr(0, equals);
     const char* const end = text.data() + text.size();
@@ -146,12 +146,21 @@ Session read_session_with(const std::string& path, const std::vector<std::string
     }
     if (!values.emplace(name, value).second) throw UsageError(fmt::format("--set {}: {} is given twice", text, name));
   }
-  Session session = read_session(path);
+  Session session;
+  if (source.path.empty() == source.strokes.empty()) {
+    throw UsageError("name a SESSION, or give the strokes with --stroke");
+  }
+  if (source.strokes.empty()) session = read_session(source.path);
+  for (const std::string& text : source.strokes) {
+    session.name = "--stroke";
+    session.strokes.push_back(parse_stroke(text, session.name));
+  }
   return values.empty() ? session : with_values(std::move(session), values);
 }
 
-Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet,
-                   const std::vector<std::string>& set, int threads) {
+Inputs read_inputs(const std::string& shape, const StreamFormat& format, const SessionSource& source, bool quiet,
+                   int threads) {
+  const std::string& session = source.path;
   Inputs inputs;
   inputs.quiet = quiet;
   if (is_shape_file(session) && !is_shape_file(shape) && !is_stream(shape)) {
@@ -162,8 +171,7 @@ Inputs read_inputs(const std::string& shape, const StreamFormat& format, const s
     if (extension != fmt::format(".{}", mesh)) continue;
     throw UsageError(fmt::format("{}: a shape stands where the session belongs; name a .knead file", session));
   }
-  inputs.session =
-      without_off(read_session_with(session, set));  // first: it is the shorter, and the one that people mistype
+  inputs.session = without_off(read_session_with(source));  // first: it is the shorter, and the one that people mistype
   inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});
   if (!inputs.session.walls.empty() || !is_stream(shape)) put_on_walls_watched(inputs, shape, threads);
   if (!quiet) {

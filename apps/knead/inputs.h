@@ -51,9 +51,15 @@ void end_after_last_shape(const std::string& path, bool more_to_say);
 // The option --set, which `deform` and `resolve` have.
 void add_set_option(std::vector<Option>& options, std::vector<std::string>& set);
 
-// Returns read_session(path) with the values of --set, each NAME=NUMBER. Throws UsageError for one that is none, or
-// whose name is given twice.
-Session read_session_with(const std::string& path, const std::vector<std::string>& set);
+// A session that a command line names: a file, or strokes as JSON or in words (parse_stroke).
+struct SessionSource {
+  std::string path;
+  std::vector<std::string> set{};      // values of parameters, each NAME=NUMBER
+  std::vector<std::string> strokes{};  // in the place of a file
+};
+
+// Reads the session, with the values of --set. Throws UsageError for one that is none, or whose name is given twice.
+Session read_session_with(const SessionSource& source);
 
 // Writes to the file, or to standard output.
 void write_remeshed_or_stream(const std::string& path, const StreamFormat& format, const ShapeFile& source,
@@ -78,8 +84,8 @@ struct Inputs {
   // Returns what is deformed.
   const Mesh& mesh() const { return joined ? joined->mesh() : shape.mesh; }
 };
-Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet,
-                   const std::vector<std::string>& set = {}, int threads = 0);
+Inputs read_inputs(const std::string& shape, const StreamFormat& format, const SessionSource& source, bool quiet,
+                   int threads = 0);
 
 // Returns the session for what keeps no points, so that no cell need be judged.
 Session without_cells(Session session);

@@ -194,8 +194,8 @@ std::string draw_watched(const PictureRequest& request, bool quiet) {
 
 // All pictures are drawn by one camera, which shows every frame.
 FilmRequest film_of_session(const RenderOptions& options, PictureRequest& request) {
-  const auto inputs = std::make_shared<Inputs>(
-      read_inputs(options.panels.shapes.front(), options.panels.format, options.panels.session, options.common.quiet));
+  const auto inputs = std::make_shared<Inputs>(read_inputs(options.panels.shapes.front(), options.panels.format,
+                                                           {options.panels.session}, options.common.quiet));
   ReplayOptions replay;
   replay.may_cross = true;  // a picture shows it
   replay.frames = frame_options(options.frames);

@@ -44,6 +44,39 @@ struct PinTurn {
   friend bool operator==(const PinTurn&, const PinTurn&) = default;
 };
 
+// A node of the splines of a curve, by the length along the curve at t = 0.
+struct CurveNode {
+  std::array<double, 2> rest{};  // curvature vector at t = 0, in the curve's frame
+  std::array<double, 2> bent{};  // the same at t = 1; per length at t = 0, as all of these
+  double twist = 0;              // radians per length by which the surroundings turn about the curve
+  double stretch = 0;            // by which a unit of length grows; above -1
+
+  friend bool operator==(const CurveNode&, const CurveNode&) = default;
+};
+
+// A curve that becomes another curve, and its surroundings, which follow it and keep their volume exactly: a map in
+// closed form (docs/mathematics.md, "Curves"). The values of the nodes are the coefficients of uniform cubic B-splines
+// that are 0 at both ends: node i lies at (i + 2) spacing(). All of them go linearly from t = 0 to t = 1. The frame of
+// the curve turns about its tangent nowhere (rotation minimising); beyond both ends the curve is straight.
+struct CurveMotion {
+  double length = 0;               // of the curve at t = 0, above 0
+  SharedList<CurveNode> nodes;     // at least 1
+  int anchor = 0;                  // the multiple of spacing() along the curve where these are given:
+  Vec3d place;                     // of the curve at t = 0
+  Vec3d shift{0, 0, 0};            // and its displacement until t = 1
+  Mat3d frame{};                   // rows: tangent and two unit vectors across, right-handed, at t = 0
+  Vec3d turn{0, 0, 0};             // the frame turns about this axis, by its length in radians, until t = 1
+  std::optional<double> radius{};  // only what is nearer to the curve moves; else everything
+
+  // Returns whether there are no nodes, so that nothing moves.
+  bool is_empty() const { return nodes.empty(); }
+  // Returns the number of the splines' intervals, and the length of one.
+  int intervals() const { return static_cast<int>(nodes.size()) + 3; }
+  double spacing() const { return length / intervals(); }
+
+  friend bool operator==(const CurveMotion&, const CurveMotion&) = default;
+};
+
 inline constexpr std::size_t kMaxParts = 8;  // of a sum
 
 // The sum of one or more fields over one unit of time, or v of a grid instead. Path lines run from t = begin to t =
@@ -57,6 +90,7 @@ struct Segment {
   double begin = 0;
   double end = 1;
   PotentialGrid grid{};          // not empty: there are no fields, no displacement, no limit cylinder and no turns
+  CurveMotion curve{};           // not empty: the same, and no grid; where it moves anything, there is no mask
   std::vector<PinTurn> turns{};  // of a pinned segment, by ascending pin; other pins prescribe no rotation
   // Not empty: v is the sum of the velocities of these 2 to kMaxParts segments, which act at the same time, such as a
   // stroke and its mirror images. The sum itself has only the mask, `begin` and `end`, which all parts share. A limit
@@ -107,8 +141,11 @@ Flow flow_between(const Flow& flow, double from, double to);
 //     or has a displacement or limit cylinder,
 //   - a grid's spacing is not above 0, its counts are not those of its coefficients, or there are fields, a
 //     displacement, a limit cylinder or turns besides,
+//   - a curve's length is not above 0, its stretch not above -1, its frame not of unit vectors at right angles, its
+//     anchor beyond its ends, or there is a field, a grid, a displacement, a limit cylinder or turns besides,
 //   - a turn is none of a pin's, or the pins of turns do not ascend,
-//   - a sum has 1 part, or more than kMaxParts, or a field of its own, or a part that is pinned, a sum, masked or cut,
+//   - a sum has 1 part, or more than kMaxParts, or a field of its own, or a part that is pinned, a curve, a sum, masked
+//   or cut,
 //   - begin or end lies outside [0, 1].
 void validate(const Flow& flow);
 
@@ -267,7 +304,8 @@ struct AdvectResult {
 // set. A point that no tool reaches keeps its bits. Cost: a few ns for each evaluation of a field; a point that no tool
 // reaches costs a distance. Throws InvalidInput where validate(flow) or validate(options) does, and with its number
 // for a point that is not finite. Leaves the points as they were if the status is `cancelled`, or `step_limit`: a path
-// line needed over a million steps, for example because it runs to infinity far out in the slab of a bend.
+// line needed over a million steps, for example because it runs to infinity far out in the slab of a bend, or a point
+// is farther from a curve than half the curve's radius of curvature, where nothing can follow it.
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
 // Does the same for points that are moved many times: a group of 4096 points that a tool does not reach costs one test.

@@ -151,8 +151,9 @@ Session read_session(const std::filesystem::path& path);
 // Reads a session from text; `name` stands for the file in messages.
 Session parse_session(std::string_view text, const std::string& name);
 
-// Reads one stroke, as a line of a session file with these parameters holds it. Throws InvalidInput as parse_session,
-// with `name` in the place of file and line.
+// Reads one stroke, as a line of a session file with these parameters holds it, or in words: "TOOL key=value
+// key=value", where a value is a number, numbers between commas, such lists between semicolons, or a text. Throws
+// InvalidInput as parse_session, with `name` in the place of file and line.
 SessionStroke parse_stroke(std::string_view text, const std::string& name, std::span<const Parameter> parameters = {});
 
 // Returns a session file with the header and the strokes in effect, and a remesh event before every stroke whose

@@ -189,6 +189,7 @@ struct TwistStroke {
   std::optional<double> radius = std::nullopt;
   bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/tools.h)
   int falloff = kDefaultFalloff;
+  std::optional<double> angle_deg = std::nullopt;  // from outer to inner, in the place of the rate
 
   static const tool_detail::ToolRow<TwistStroke> tool;
   friend bool operator==(const TwistStroke&, const TwistStroke&) = default;
@@ -231,6 +232,35 @@ struct BendStroke {
 
   static const tool_detail::ToolRow<BendStroke> tool;
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
+};
+
+// What becomes of the length of a shape along a curve. keep: the shape keeps it, and lies on a part of the curve, or
+// goes straight on beyond its ends. fit: the shape is stretched to the ends of the curve, and grows thinner by the
+// square root, or thicker.
+enum class CurveLength { keep, fit };
+
+// The place of a curve that stays, or goes to the same place of the other curve.
+enum class CurveFixed { middle, start, end };
+
+// Curve: a line through the shape becomes another curve, and the shape follows; the volume is kept exactly
+// (docs/mathematics.md, "Curves"). The line is straight or smooth through its points, and straight beyond its ends. It
+// becomes the curve through the points of `to`; or an arc: bent by an angle about an axis, or around a cylinder; and it
+// is twisted.
+struct CurveStroke {
+  std::vector<Vec3d> from;                         // 2 or more points; empty: the longest axis of the shape's box
+  std::vector<Vec3d> to;                           // 2 or more points; or empty
+  std::optional<double> angle_deg = std::nullopt;  // of the arc, counterclockwise seen from the tip of the axis
+  std::optional<double> around = std::nullopt;     // the arc's radius; below 0: clockwise
+  std::optional<Vec3d> axis = std::nullopt;        // of both: any length but 0; across the line
+  double twist_deg = 0;                            // by which the end turns, seen from the start, counterclockwise
+                                                   // seen from the end
+  CurveLength length = CurveLength::keep;          // of `to`
+  CurveFixed fixed = CurveFixed::middle;
+  std::optional<double> radius = std::nullopt;  // only what is nearer to the line moves; else everything
+  bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/tools.h)
+
+  static const tool_detail::ToolRow<CurveStroke> tool;
+  friend bool operator==(const CurveStroke&, const CurveStroke&) = default;
 };
 
 // A rotation about an axis through a pin; with the angle 0 the pin holds the shape's orientation.
@@ -369,9 +399,9 @@ inline bool is_empty(const MaskStroke& stroke) { return stroke.points.empty() &&
 Mask mask_of(const MaskStroke& stroke, int threads = 0);
 
 // A stroke of any tool.
-using Stroke =
-    std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke, StretchStroke,
-                 TwistStroke, BendStroke, PinsStroke, PoseStroke, GridStroke, InflateStroke, RelaxStroke, MaskStroke>;
+using Stroke = std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke,
+                            StretchStroke, TwistStroke, BendStroke, CurveStroke, PinsStroke, PoseStroke, GridStroke,
+                            InflateStroke, RelaxStroke, MaskStroke>;
 
 // Returns the tool's name in session files: "implicit", "paint", "points", ...
 std::string tool_name(const Stroke& stroke);

@@ -77,6 +77,15 @@ bool is_beyond(const LimitCylinder& limit_cylinder, const Vec3d& center, double 
   return norm(d - limit_cylinder.axis * dot(limit_cylinder.axis, d)) > (limit_cylinder.radius + radius) * (1 + 1e-12);
 }
 
+// The least radius of curvature, or an eighth of the length if that is less.
+double feature_of(const CurveMotion& curve) {
+  double most = 8 / curve.length;
+  for (const CurveNode& node : curve.nodes) {
+    for (const auto& [x, y] : {node.rest, node.bent}) most = std::max(most, std::sqrt(x * x + y * y));
+  }
+  return 1 / most;
+}
+
 double feature_of(const Field& field) {
   if (std::holds_alternative<HalfSpace<double>>(field.region)) return field.thresholds.outer - field.thresholds.inner;
   if (field.thresholds.falloff == kWideFalloff) return field.thresholds.bump;
@@ -133,6 +142,7 @@ Box support_of(const Segment& segment) {
     const Vec3d by = Vec3d{1, 1, 1} * (2 * segment.grid.spacing);
     return {used.min - by, used.max + by};
   }
+  if (!segment.curve.is_empty()) return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
   Box box;
   for (const Field& field : segment.fields) {
     const Box own = support_of(field, displacement_of(segment, field));
@@ -149,6 +159,7 @@ Culling::Culling(const Segment& segment) {
 
 void Culling::add(const Segment& segment, double from, double to) {
   if (!segment.grid.is_empty()) grids_.push_back(std::make_shared<const GridSupport>(segment.grid));
+  if (!segment.curve.is_empty()) curve_.emplace(segment);
   const bool blended = segment.time_law == TimeLaw::blended;  // both of its fields act all the time
   const double begin = blended ? 0 : from;
   const double end = blended ? 1 : to;
@@ -192,6 +203,7 @@ bool Culling::covers(const Surround& ball, bool or_inside) const {
 }
 
 bool Culling::misses(const Surround& ball) const {
+  if (curve_ && !curve_->misses(ball.center, ball.radius)) return false;
   const Vec3d half = Vec3d{1, 1, 1} * ball.radius;
   const Box box{ball.center - half, ball.center + half};
   const auto misses_box = [&](const auto& grid) { return grid->misses(box); };
@@ -233,6 +245,7 @@ double FlowReach::smallest_feature() const {
   double smallest = kInfinity;
   for (const Segment& segment : parts_->flow.segments) {
     if (!segment.grid.is_empty()) smallest = std::min(smallest, 2 * segment.grid.spacing);
+    if (!segment.curve.is_empty()) smallest = std::min(smallest, detail::feature_of(segment.curve));
     for (const Field& field : segment.fields) smallest = std::min(smallest, detail::feature_of(field));
   }
   return smallest;

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "field/grid.h"
+#include "flow/curve_map.h"
 #include "knead/flow.h"
 #include "knead/vec.h"
 
@@ -65,6 +67,7 @@ class Culling {
 
   std::vector<Sweep> sweeps_;
   std::vector<std::shared_ptr<const GridSupport>> grids_;
+  std::optional<CurveReach> curve_;
 };
 
 }  // namespace knead::detail

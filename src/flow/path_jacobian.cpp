@@ -15,6 +15,7 @@
 #include "field/grid.h"
 #include "field/mask_grid.h"
 #include "flow/closed_form.h"
+#include "flow/curve_map.h"
 #include "flow/masked.h"
 #include "flow/pins.h"
 #include "flow/segment_mover.h"
@@ -324,6 +325,21 @@ void carry_through_limit_cylinders(const Segment& sum, std::span<Vec3d> points, 
   }
 }
 
+// The same about a curve, in closed form.
+void carry_along_curve(const Segment& segment, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                       const AdvectOptions& options) {
+  const detail::CurveMap map(detail::without_acting_mask(segment));
+  parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !is_cancelled(options); ++i) {
+      Mat3d jacobian;
+      map.move(points[i], jacobian);
+      jacobians[i] = jacobian * jacobians[i];
+    }
+    if (options.progress != nullptr) options.progress->done += end - begin;
+  });
+  stop_if_cancelled(options.progress);
+}
+
 // Moves the points, and returns the Jacobians.
 std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options, Wanted wanted) {
   validate(flow);
@@ -331,6 +347,10 @@ std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const Advect
   require_finite(points);
   std::vector<Mat3d> result(points.size());
   for (const Segment& segment : flow.segments) {
+    if (!segment.curve.is_empty()) {
+      carry_along_curve(segment, points, result, options);
+      continue;
+    }
     detail::has_limit_cylinders(segment) ? carry_through_limit_cylinders(segment, points, result, options, wanted)
                                          : carry_through(segment, points, result, options, wanted);
   }
@@ -371,9 +391,14 @@ std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, d
   const Segment& segment = flow.segments[i];
   AdvectOptions options;
   options.tolerance = segment.time_law != TimeLaw::pinned ? 1 : kPinTolerance * segment.fields.front().thresholds.outer;
-  const SegmentJacobians line(segment, options, Wanted{});
   const double rate = segment.end - segment.begin;
   const double t = segment.begin + (time - static_cast<double>(i)) * rate;
+  if (!segment.curve.is_empty()) {
+    result = detail::curve_velocities(segment.curve, points, t);
+    for (Vec3d& v : result) v = v * rate;
+    return result;
+  }
+  const SegmentJacobians line(segment, options, Wanted{});
   parallel_for(points.size(), kPointsAtATime, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) result[k] = line.velocity_at(points[k], t) * rate;
   });

@@ -133,6 +133,24 @@ void check(const PotentialGrid& grid) {
           "a grid has a coefficient that is not finite");
 }
 
+void check(const CurveMotion& curve) {
+  const Mat3d& frame = curve.frame;
+  const bool is_right = is_unit(frame.row0) && is_unit(frame.row1) && std::abs(determinant(frame) - 1) < kUnitTolerance;
+  require(curve.length > 0 && std::isfinite(curve.length), "a curve's length must be greater than 0");
+  require(curve.anchor >= 0 && curve.anchor <= curve.intervals(), "a curve's anchor must lie on it");
+  require(is_finite(curve.place) && is_finite(curve.shift) && is_finite(curve.turn),
+          "a curve has a number that is not finite");
+  require(is_right && norm(cross(frame.row0, frame.row1) - frame.row2) < kUnitTolerance,
+          "a curve's frame must be right-handed, of unit vectors at right angles");
+  require(!curve.radius || *curve.radius > 0, "a curve's radius must be greater than 0");
+  for (const CurveNode& node : curve.nodes) {
+    const std::array<double, 5> numbers{node.rest[0], node.rest[1], node.bent[0], node.bent[1], node.twist};
+    require(std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }),
+            "a curve has a number that is not finite");
+    require(node.stretch > -1 && std::isfinite(node.stretch), "a curve's stretch must be above -1");
+  }
+}
+
 void check_turns(const Segment& segment) {
   require(segment.turns.empty() || segment.time_law == TimeLaw::pinned, "only a segment of pins has turns");
   for (std::size_t i = 0; i < segment.turns.size(); ++i) {
@@ -143,22 +161,27 @@ void check_turns(const Segment& segment) {
   }
 }
 
-void check_grid(const Segment& segment) {
-  check(segment.grid);
-  require(segment.fields.empty() && segment.displacement == Vec3d{} && segment.time_law == TimeLaw::swept &&
-              !segment.limit_cylinder && segment.turns.empty(),
-          "a segment with a grid of potentials has no fields, no displacement, no limit cylinder and no turns");
+void check_grid_or_curve(const Segment& segment) {
+  if (!segment.curve.is_empty()) check(segment.curve);
+  if (!segment.grid.is_empty()) check(segment.grid);
+  require(segment.curve.is_empty() || segment.grid.is_empty(), "a segment with a curve has no grid");
+  require(
+      segment.fields.empty() && segment.displacement == Vec3d{} && segment.time_law == TimeLaw::swept &&
+          !segment.limit_cylinder && segment.turns.empty(),
+      "a segment with a grid of potentials or a curve has no fields, no displacement, no limit cylinder and no turns");
 }
 
 void check(const Segment& segment);
 
 void check_parts(const Segment& segment) {
   require(segment.parts.size() >= 2 && segment.parts.size() <= kMaxParts, "a sum has 2 to 8 parts");
-  require(segment.fields.empty() && segment.grid.is_empty() && segment.displacement == Vec3d{} &&
-              !segment.limit_cylinder && segment.time_law == TimeLaw::swept && segment.turns.empty(),
+  require(segment.fields.empty() && segment.grid.is_empty() && segment.curve.is_empty() &&
+              segment.displacement == Vec3d{} && !segment.limit_cylinder && segment.time_law == TimeLaw::swept &&
+              segment.turns.empty(),
           "a sum has no fields, no grid, no displacement, no limit cylinder and no turns of its own");
   for (const Segment& part : segment.parts) {
-    require(part.parts.empty() && part.time_law != TimeLaw::pinned, "a part of a sum is neither a sum nor pinned");
+    require(part.parts.empty() && part.time_law != TimeLaw::pinned && part.curve.is_empty(),
+            "a part of a sum is neither a sum nor pinned nor a curve");
     require(part.mask.is_empty() && part.begin == 0 && part.end == 1,
             "a part of a sum has the mask, the beginning and the end of the whole");
     check(part);
@@ -171,8 +194,9 @@ void check(const Segment& segment) {
     require(!at || (std::isfinite(*at) && (!segment.parts.empty() || segment.time_law == TimeLaw::pinned)),
             "only a sum and pins are mirrored, at a finite coordinate");
   }
-  if (!segment.grid.is_empty()) check_grid(segment);
-  require(!segment.fields.empty() || !segment.grid.is_empty() || !segment.parts.empty(), "it has no field");
+  const bool is_whole = !segment.grid.is_empty() || !segment.curve.is_empty();
+  if (is_whole) check_grid_or_curve(segment);
+  require(is_whole || !segment.fields.empty() || !segment.parts.empty(), "it has no field");
   require(is_finite(segment.displacement), "its displacement is not finite");
   const auto in_unit = [](double t) { return t >= 0 && t <= 1; };
   require(in_unit(segment.begin) && in_unit(segment.end), "begin and end must lie in [0, 1]");

@@ -10,6 +10,7 @@
 #include "field/grid.h"
 #include "field/mask_grid.h"
 #include "flow/closed_form.h"
+#include "flow/curve_map.h"
 #include "flow/masked.h"
 #include "flow/pins.h"
 #include "flow/segment_mover.h"
@@ -49,7 +50,8 @@ bool is_alike(const Segment& a, const Segment& b) {
   const auto parts = [](const Segment& one, const Segment& other) { return is_alike(one, other); };
   return std::equal(a.fields.begin(), a.fields.end(), b.fields.begin(), b.fields.end(), fields) &&
          a.time_law == b.time_law && a.limit_cylinder.has_value() == b.limit_cylinder.has_value() && a.mask == b.mask &&
-         a.grid == b.grid && std::equal(a.turns.begin(), a.turns.end(), b.turns.begin(), b.turns.end(), has_same_pin) &&
+         a.grid == b.grid && a.curve == b.curve &&
+         std::equal(a.turns.begin(), a.turns.end(), b.turns.begin(), b.turns.end(), has_same_pin) &&
          std::equal(a.parts.begin(), a.parts.end(), b.parts.begin(), b.parts.end(), parts);
 }
 
@@ -506,8 +508,40 @@ std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) co
   return numbers;
 }
 
+namespace {
+
+// About a curve only the begin and the end may vary.
+void carry_along_curve(const Segment& segment, const SegmentRates& rates, const TangentPoints& points,
+                       const TangentOptions& options) {
+  const CurveMap map(without_acting_mask(segment));
+  std::array<std::vector<Vec3d>, 2> velocities;
+  const auto shift = [&](std::size_t end, double t, double sign) {
+    velocities[end] = curve_velocities(segment.curve, points.points, t);
+    for (std::size_t k = 0; k < kTangents; ++k) {
+      if (rates[k].empty()) continue;
+      for (std::size_t i = 0; i < points.points.size(); ++i) {
+        points.tangents[k][i] += velocities[end][i] * (sign * rates[k][end]);
+      }
+    }
+  };
+  shift(0, segment.begin, -1);
+  parallel_for(points.points.size(), kPointsOfTask, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Mat3d jacobian;
+      map.move(points.points[i], jacobian);
+      for (const std::span<Vec3d> tangents : points.tangents) tangents[i] = jacobian * tangents[i];
+    }
+    if (options.progress != nullptr) options.progress->done += end - begin;
+  });
+  stop_if_cancelled(options.progress);
+  shift(1, segment.end, 1);
+}
+
+}  // namespace
+
 void advect_tangents(const Segment& segment, const SegmentRates& rates, const TangentPoints& points,
                      const TangentOptions& options) {
+  if (!segment.curve.is_empty()) return carry_along_curve(segment, rates, points, options);
   const TangentLine line(segment, rates, options);
   parallel_for(points.points.size(), kPointsOfTask, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

@@ -4,6 +4,7 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/advect_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/closed_form_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/contact_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/curve_map_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/golden_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/grid_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/invariants_test.cpp

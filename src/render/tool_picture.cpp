@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "field/grid.h"
+#include "flow/curve_map.h"
 #include "knead/render.h"
 #include "render/surface.h"
 
@@ -206,11 +207,28 @@ void draw_grid(const PotentialGrid& grid, const Canvas& canvas) {
   }
 }
 
+// Draws a curve before and after.
+void draw_curve(const CurveMotion& curve, const Canvas& canvas) {
+  constexpr int kPieces = 200;
+  for (const double time : {0.0, 1.0}) {
+    const detail::CurveTable<double> table(curve, time);
+    std::vector<Vec3d> points;
+    for (int i = 0; i <= kPieces; ++i) {
+      Vec3d x;
+      table.place({curve.length * i / kPieces, {0, 0}}, x);
+      points.push_back(curve.place + x);
+    }
+    canvas.scene.lines.push_back(
+        {std::move(points), 0.003 * canvas.around.diagonal(), false, time == 0 ? kGridGrey : kOuterGreen});
+  }
+}
+
 // Draws the regions of all fields at the segment's beginning.
 void draw_regions(const Segment& segment, double opacity, const Canvas& canvas) {
   for (const Segment& part : segment.parts) draw_regions(part, opacity, canvas);
   if (segment.time_law == TimeLaw::pinned) return draw_pins(segment, opacity, canvas);
   if (!segment.grid.is_empty()) return draw_grid(segment.grid, canvas);
+  if (!segment.curve.is_empty()) return draw_curve(segment.curve, canvas);
   for (const Field& field : segment.fields) {
     const auto add = [&](double level, const Color& color) {
       canvas.scene.surfaces.push_back(

@@ -43,7 +43,7 @@ double cost_of(const Flow& flow) {
   };
   const Flow parts = detail::each_part(flow);
   for (const Segment& segment : parts.segments) {
-    if (!segment.grid.is_empty()) elements += kElementsOfGrid;
+    if (!segment.grid.is_empty() || !segment.curve.is_empty()) elements += kElementsOfGrid;
     if (segment.time_law == TimeLaw::pinned) elements += segment.fields.size();
     for (const Field& field : segment.fields) {
       if (const auto* set = std::get_if<PointSet<double>>(&field.region)) add(*set);

@@ -239,13 +239,54 @@ class SessionReader {
   std::optional<RemeshSettings> remesh_;  // of the strokes that follow
 };
 
+// A number, numbers between commas, such lists between semicolons, JSON in brackets, or a text.
+Json value_of_word(std::string_view word) {
+  if (word.starts_with('[') || word.starts_with('{')) return parse_json(word);
+  for (const char between : {';', ','}) {
+    if (word.find(between) == std::string_view::npos) continue;
+    Json list = Json::array();
+    for (std::size_t at = 0; at < word.size();) {
+      const std::size_t end = std::min(word.find(between, at), word.size());
+      list.push_back(value_of_word(word.substr(at, end - at)));
+      at = end + 1;
+    }
+    return list;
+  }
+  try {
+    return parse_json(word);
+  } catch (const JsonError&) {
+    return word;
+  }
+}
+
+// The stroke "TOOL key=value key=value" as JSON.
+Json stroke_of_words(std::string_view words, const Place& place) {
+  Json stroke = Json::object();
+  for (std::size_t at = words.find_first_not_of(kBlanks); at < words.size();) {
+    const std::size_t end = std::min(words.find_first_of(kBlanks, at), words.size());
+    const std::string_view word = words.substr(at, end - at);
+    const std::size_t equals = word.find('=');
+    const bool is_tool = stroke.members().empty();
+    if (is_tool ? equals != std::string_view::npos : equals == std::string_view::npos || equals == 0) {
+      throw InvalidInput(place, fmt::format("\"{}\": a stroke is TOOL key=value key=value, as in \"rotate center=0,0,0 "
+                                            "axis=0,0,1 angle_deg=30 inner=1 outer=2\", or a JSON object",
+                                            word));
+    }
+    is_tool ? stroke.set("tool", word) : stroke.set(word.substr(0, equals), value_of_word(word.substr(equals + 1)));
+    at = words.find_first_not_of(kBlanks, end);
+  }
+  return stroke;
+}
+
 }  // namespace
 
 Session parse_session(std::string_view text, const std::string& name) { return SessionReader(name).read(text); }
 
 SessionStroke parse_stroke(std::string_view text, const std::string& name, std::span<const Parameter> parameters) {
   const Place place{name, 0};
-  const std::optional<Json> json = session_detail::parse_line(text, place);
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  const bool is_words = first != std::string_view::npos && std::isalpha(static_cast<unsigned char>(text[first])) != 0;
+  const std::optional<Json> json = is_words ? std::optional(stroke_of_words(text, place)) : session_detail::parse_line(text, place);
   if (!json || !json->is_object()) throw InvalidInput(place, "a stroke must be a JSON object {...}");
   return read_stroke_line(*json, parameters, place);
 }

@@ -260,6 +260,7 @@ void StrokeRun::begin() {
   read();
   warn_of_cpu();
   if (status() != AdvectStatus::done || options_.backwards) return;
+  check_shape();
   check_limit_cylinder();
   warn_of_border();
   warn_of_images();
@@ -299,6 +300,17 @@ void StrokeRun::read() {
   if (stroke_.limit_cylinders.empty()) at_ = end();
 }
 
+void StrokeRun::check_shape() {
+  with_row(stroke_.stroke(), [&](const auto& row, const auto& own) {
+    const bool was_checked = row.reads_surface != nullptr && row.reads_surface(own);  // when it was resolved
+    if (row.check == nullptr || was_checked || stroke_.flow.segments.empty()) return;
+    LiveSurface surface;
+    surface.positions = shape_.positions();
+    surface.triangles = shape_.triangles();
+    row.check(own, surface);
+  });
+}
+
 void StrokeRun::check_limit_cylinder() {
   for (const StrokeCylinder& limit_cylinder : stroke_.limit_cylinders) {
     const CylinderCheck found = knead::check_limit_cylinder(limit_cylinder, shape_.positions(), shape_.triangles());
@@ -315,10 +327,14 @@ void StrokeRun::warn_of_cpu() {
   const std::vector<Segment>& segments = stroke_.flow.segments;
   const auto is_sum = [](const Segment& segment) { return !segment.parts.empty(); };
   const bool is_handles = std::holds_alternative<HandlesStroke>(stroke_.source->stroke);
-  if (!shape_.motion().backend || !(is_handles || std::any_of(segments.begin(), segments.end(), is_sum))) return;
-  stroke_.outcome.warnings.push_back(
-      fmt::format("the GPU cannot evaluate {}: the CPU moves the vertices in this stroke",
-                  is_handles ? "handles" : "mirror images at the same time"));
+  const bool is_curve = std::holds_alternative<CurveStroke>(stroke_.source->stroke);
+  const bool is_known = is_handles || is_curve || std::any_of(segments.begin(), segments.end(), is_sum);
+  if (!shape_.motion().backend || !is_known) return;
+  stroke_.outcome.warnings.push_back(fmt::format(
+      "the GPU cannot evaluate {}: the CPU moves the vertices in this stroke", is_handles ? "handles"
+                                                                               : is_curve
+                                                                                   ? "a curve"
+                                                                                   : "mirror images at the same time"));
 }
 
 // Where the flow along the mask's border is much faster than the tool, it distorts the shape there.

@@ -80,6 +80,7 @@ class StrokeRun {
 
   double length() const;  // as far as its strength applies the stroke, in segments or points to relax at
   double end() const { return options_.part * length(); }
+  void check_shape();
   void check_limit_cylinder();
   void warn_of_cpu();
   void warn_of_border();

@@ -141,7 +141,9 @@ struct ToolRow {
   void (*validate)(const S&) = nullptr;              // throws for values that the tool cannot use
   bool (*reads_surface)(const S&) = nullptr;         // null: if there is no `flow`
   void (*resolve)(const S&, SurfaceRun&) = nullptr;  // applies a valid stroke that reads the surface
-  Flow (*flow)(const S&) = nullptr;                  // of a valid stroke that does not
+  // Throws for a shape to which a valid stroke that does not read it cannot be applied.
+  void (*check)(const S&, const LiveSurface&) = nullptr;
+  Flow (*flow)(const S&) = nullptr;  // of a valid stroke that does not
   // Returns about how many segments the stroke becomes; with the mesh of a stamp's tool, at most. Null: one.
   std::size_t (*segments)(const S&, const Mesh* mesh) = nullptr;
   void (*warn)(const S&, Warnings&) = nullptr;                        // adds sentences about a valid stroke

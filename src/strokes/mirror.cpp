@@ -268,6 +268,10 @@ Flow flow_of(const Stroke& stroke, const Mirror& mirror) {
     return flow;
   }
   std::vector<Flow> flows{flow_of(stroke)};
+  const auto is_curve = [](const Segment& segment) { return !segment.curve.is_empty(); };
+  if (std::any_of(flows[0].segments.begin(), flows[0].segments.end(), is_curve)) {
+    throw InvalidInput("\"mirror\": a curve and its image cannot act at the same time; make two strokes of them");
+  }
   for (const SymmetryImage& image : images_in(mirror)) {
     flows.push_back(flow_of(image_of(stroke, image, {})));
     if (flows.back().segments.size() != flows.front().segments.size()) {

@@ -51,6 +51,9 @@ struct EachPart {
   void operator()(double* number) const {
     if (quantity == Quantity::angle || quantity == Quantity::rate) with.angle(*number);
   }
+  void operator()(std::optional<double>* number) const {
+    if (*number) (*this)(&**number);
+  }
   void operator()(Mat3d* pose) const { with.pose(*pose); }
   void operator()(HandlesMotion* motion) const {
     if (auto* translation = std::get_if<HandlesTranslation>(motion)) with.direction(translation->by);

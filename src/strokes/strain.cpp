@@ -99,6 +99,7 @@ bool is_deformed(const Segment& segment, const Vec3d& p) {
     return std::any_of(segment.parts.begin(), segment.parts.end(),
                        [&](const Segment& part) { return is_deformed(part, p); });
   }
+  if (!segment.curve.is_empty()) return true;
   if (!segment.grid.is_empty()) return detail::is_used(segment.grid, p);
   if (segment.limit_cylinder && !is_within(*segment.limit_cylinder, p)) return false;
   return std::any_of(segment.fields.begin(), segment.fields.end(),

@@ -181,6 +181,19 @@ Stroke pins(const Draw& draw) {
   return stroke;
 }
 
+// The line is longer than the shape is wide, and bends little, so that no part reaches its centre.
+Stroke curve(const Draw& draw) {
+  CurveStroke stroke;
+  const Vec3d along = draw.direction() * (0.5 * draw.size);
+  const Vec3d center = draw.mesh.positions[draw.vertex()];
+  stroke.from = {center - along, center + along};
+  stroke.angle_deg = draw.sign() * draw.uniform(3, 8);
+  stroke.axis = any_orthogonal(along);
+  stroke.twist_deg = draw.sign() * draw.uniform(0, 10);
+  stroke.fixed = static_cast<CurveFixed>(draw.uniform(0, 2.99));
+  return stroke;
+}
+
 // A cap turns, or a pin goes its way; pins far from there hold.
 Stroke pose(const Draw& draw) {
   PoseStroke stroke;
@@ -265,9 +278,10 @@ Stroke mask(const Draw& draw) {
 }
 
 const std::vector<std::pair<std::string, Stroke (*)(const Draw&)>> kTools{
-    {"implicit", implicit}, {"paint", paint},     {"points", points},   {"handles", handles}, {"stamp", stamp},
-    {"rotate", turn},       {"stretch", stretch}, {"twist", twist},     {"bend", bend},       {"pins", pins},
-    {"pose", pose},         {"grid", grid},       {"inflate", inflate}, {"relax", relax},     {"mask", mask}};
+    {"implicit", implicit}, {"paint", paint}, {"points", points},   {"handles", handles},
+    {"stamp", stamp},       {"rotate", turn}, {"stretch", stretch}, {"twist", twist},
+    {"bend", bend},         {"pins", pins},   {"pose", pose},       {"grid", grid},
+    {"inflate", inflate},   {"relax", relax}, {"mask", mask},       {"curve", curve}};
 
 }  // namespace
 

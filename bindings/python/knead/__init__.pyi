@@ -244,7 +244,8 @@ class Stretch(Stroke):
 class Twist(Stroke):
     center: Vector
     axis: Vector
-    rate_deg: float
+    rate_deg: float | None
+    angle_deg: float | None
     inner: float
     outer: float
     normal: Vector | None
@@ -256,9 +257,10 @@ class Twist(Stroke):
         *,
         center: Vector,
         axis: Vector,
-        rate_deg: float,
         inner: float,
         outer: float,
+        rate_deg: float | None = None,
+        angle_deg: float | None = None,
         normal: Vector | None = None,
         gauge: float | None = None,
         radius: float | Literal['auto'] | None = None,
@@ -297,6 +299,36 @@ class Bend(Stroke):
         gauge: float | None = None,
         radius: float | Literal['auto'] | None = None,
         falloff: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+        duration: float | None = None,
+        new_entry: bool | None = None,
+        mirror: Mirror | None = None,
+    ) -> None: ...
+
+class Curve(Stroke):
+    from_: Points3 | None
+    to: Points3 | None
+    twist_deg: float | None
+    angle_deg: float | None
+    around: float | None
+    axis: Vector | None
+    length: Literal['keep', 'fit'] | None
+    fixed: Literal['middle', 'start', 'end'] | None
+    radius: float | Literal['auto'] | None
+    def __init__(
+        self,
+        *,
+        from_: Points3 | None = None,
+        to: Points3 | None = None,
+        twist_deg: float | None = None,
+        angle_deg: float | None = None,
+        around: float | None = None,
+        axis: Vector | None = None,
+        length: Literal['keep', 'fit'] | None = None,
+        fixed: Literal['middle', 'start', 'end'] | None = None,
+        radius: float | Literal['auto'] | None = None,
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,

@@ -3,6 +3,7 @@
 import base64
 import inspect
 import json
+import keyword
 import textwrap
 
 import numpy as np
@@ -76,6 +77,15 @@ def _to_json(name, keys):
         raise
 
 
+# A key that is a word of Python's own, as "from", has an underscore after it there.
+def _python_name(key):
+    return key + "_" if keyword.iskeyword(key) else key
+
+
+def _json_name(name):
+    return name[:-1] if name.endswith("_") and keyword.iskeyword(name[:-1]) else name
+
+
 class Stroke:
     """One stroke of a session; a value that does not change. Its keys are attributes."""
 
@@ -85,7 +95,7 @@ class Stroke:
     _described = ()
 
     def __init__(self, **keys):
-        own = {key: value for key, value in keys.items() if value is not None}
+        own = {_json_name(key): value for key, value in keys.items() if value is not None}
         line = {self.tool: own or None} if self._is_event else {"tool": self.tool, **own}
         native = _knead.Stroke(_to_json(type(self).__name__, line), type(self).__name__)
         object.__setattr__(self, "_native", native)
@@ -101,7 +111,7 @@ class Stroke:
 
     def replace(self, **keys):
         """Returns a stroke with other values of some keys. None takes a key away."""
-        return _wrap(type(self)(**{**self._keys(), **keys})._native.with_remesh(self._native.remesh()))
+        return _wrap(type(self)(**{**self._keys(), **{_json_name(k): v for k, v in keys.items()}})._native.with_remesh(self._native.remesh()))
 
     def _keys(self):
         keys = self.to_dict()
@@ -115,8 +125,8 @@ class Stroke:
         except AttributeError:
             values = json.loads(self._native.values())
             object.__setattr__(self, "_values", values)
-        if key in values:
-            return values[key]
+        if _json_name(key) in values:
+            return values[_json_name(key)]
         if key in type(self)._names:
             return None
         raise AttributeError(f"a stroke of the tool {self.tool} has no key {key!r}")
@@ -134,7 +144,7 @@ class Stroke:
         return hash(self._native.line())
 
     def __repr__(self):
-        return f"knead.{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self._keys().items())})"
+        return f"knead.{type(self).__name__}({', '.join(f'{_python_name(k)}={v!r}' for k, v in self._keys().items())})"
 
     def __reduce__(self):
         return _restore, (self._native.line(), self._native.remesh())
@@ -225,6 +235,13 @@ _DETAILS = {
         end_coefficients: the same at the stroke's end, if they change linearly in time
         growth: an array of one number for each node, or base64 of it: p of v = curl A + grad p, which changes volumes
 """,
+    "curve": """
+    A line through the shape becomes another line, or an arc, and the shape follows; volume is kept exactly. Without `from_`
+    the line is the longest axis of the shape's box, so deform() reads the vertices.
+
+        ring = knead.deform(vertices, knead.Curve(angle_deg=270, axis=[0, 1, 0]), faces)
+        hose = knead.deform(vertices, knead.Curve(to=path), faces)
+""",
     "inflate": """
     The shape gains (or with a negative `volume` loses) exactly this volume, most along the path through `points`, and its
     surface moves outwards there. Nothing farther than `radius` from the path moves at all. It reads the surface, so
@@ -236,6 +253,7 @@ _DETAILS = {
 
 
 def _make_class(tool, is_event, keys):
+    keys = tuple((_python_name(key), *rest) for key, *rest in keys)
     keys = (*keys, *_COMMON) if is_event else (*keys, *_COMMON, _MIRROR)
     doc = [f"A stroke of the tool {tool}. The keys, as in a session file (lengths in the shape's units, angles in degrees):", ""]
     for key, required, text, kind in keys:

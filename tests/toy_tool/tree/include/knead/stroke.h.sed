@@ -10,4 +10,4 @@ struct ToyStroke {\
   friend bool operator==(const ToyStroke&, const ToyStroke&) = default;\
 };\
 
-s/^\( .*BendStroke[^>]*\)>;/\1, ToyStroke>;/
+s/^\( .*MaskStroke\)>;/\1, ToyStroke>;/

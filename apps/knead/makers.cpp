@@ -1,0 +1,162 @@
+// knead bend, twist and wrap: one stroke of the tool "curve" for a whole solid, from a few numbers. They take the
+// options of `knead deform`, too.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "command.h"
+#include "deform.h"
+#include "inputs.h"
+#include "knead/session.h"
+#include "knead/stroke.h"
+
+namespace knead::command {
+
+namespace {
+
+constexpr double kChord = 1e-4;  // of the shape's size: the error of faces that are refined
+
+// The words of the three commands; what is not given is placed by the shape's box.
+struct MakerOptions {
+  DeformOptions deform;
+  std::optional<double> angle;
+  std::optional<double> around;
+  std::optional<double> twist;
+  std::optional<std::string> axis;
+  std::optional<std::string> along;  // a table of points
+  std::optional<std::string> from;
+  bool fits = false;
+  bool keeps_faces = false;
+  std::string fixed;
+};
+
+std::vector<Vec3d> path_points(const std::string& path) {
+  const Table table = read_table(path);
+  std::vector<Vec3d> points;
+  for (const Table::Row& row : table.rows) {
+    Vec3d& point = points.emplace_back();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto number = axis < row.fields.size() ? number_in(row.fields[axis], table.separator) : std::nullopt;
+      if (!number) throw InvalidInput(table.place(row), "each line has the three coordinates of a point");
+      point[axis] = *number;
+    }
+  }
+  return points;
+}
+
+// "x" is 1,0,0; "-z" is 0,0,-1; else the numbers.
+std::string axis_numbers(std::string text) {
+  const std::string sign = text.starts_with('-') ? "-1" : "1";
+  const std::string name = text.substr(sign.size() - 1);
+  if (name == "x") return sign + ",0,0";
+  if (name == "y") return "0," + sign + ",0";
+  if (name == "z") return "0,0," + sign;
+  return text;
+}
+
+void run_maker(MakerOptions& options) {
+  std::string words = "curve";
+  const auto add = [&](std::string_view key, const auto& value) { words += fmt::format(" {}={}", key, value); };
+  if (options.angle) add("angle_deg", *options.angle);
+  if (options.around) add("around", *options.around);
+  if (options.twist) add("twist_deg", *options.twist);
+  if (options.axis) add("axis", axis_numbers(*options.axis));
+  if (options.from) add("from", *options.from);
+  if (options.fits) add("length", "fit");
+  if (!options.fixed.empty()) add("fixed", options.fixed);
+  if (options.along) {
+    std::string to;
+    for (const Vec3d& p : path_points(*options.along)) to += fmt::format("{},{},{};", p.x, p.y, p.z);
+    add("to", to);
+  }
+  options.deform.strokes = {words};
+  options.deform.is_brief = true;
+  options.deform.check = true;
+  options.deform.remesh.remesh = !options.keeps_faces;
+  if (!options.keeps_faces && !options.deform.remesh.max_chord) options.deform.remesh.max_chord = kChord;
+  run_deform(options.deform);
+}
+
+// The options of one command, and what all have in common.
+std::vector<Option> with_common(MakerOptions& options, std::vector<Option> own) {
+  own.insert(own.begin(), {"SHAPE", &options.deform.shape, "A solid, such as an STL, OBJ, PLY or OFF file", "",
+                           OptionKind::required});
+  own.push_back({"--from", &options.from,
+                 "The line through the shape, as two or more points x,y,z;x,y,z (default: the longest axis of its box)",
+                 "POINTS"});
+  own.push_back({"--fixed",
+                 WordTarget{{"start", "middle", "end"},
+                            1,
+                            [&options](std::size_t word) {
+                              options.fixed = std::vector<std::string>{"start", "middle", "end"}[word];
+                            }},
+                 "The place of the line that stays (default: middle)", "start|middle|end"});
+  own.push_back({"--keep-faces", &options.keeps_faces, "Do not refine faces that are too coarse for the motion"});
+  for (Option& option : describe(options.deform)) {
+    const bool is_ours = option.name == "SHAPE" || option.name == "SESSION" || option.name == "--stroke" ||
+                         option.name == "--remesh" || option.name == "--check" || option.name == "--table" ||
+                         option.name == "--set" || option.name == "--also" || option.name == "--stream" ||
+                         option.name == "--piece-mb";
+    if (!is_ours) own.push_back(std::move(option));
+  }
+  return own;
+}
+
+Option axis_option(MakerOptions& options, std::string help) {
+  return {"--axis", &options.axis, std::move(help), "x|y|z|X,Y,Z"};
+}
+
+}  // namespace
+
+Subcommand bend_command() {
+  const auto options = std::make_shared<MakerOptions>();
+  std::vector<Option> own{
+      {"--angle", &options->angle,
+       "Bend into an arc of this angle in degrees, counterclockwise seen from the tip of the axis", "DEGREES"},
+      {"--along", &options->along, "Or bend along the curve through the points of this table: x,y,z a line", "FILE"},
+      axis_option(*options, "Of the arc (default: across the shape, so that it bends where it is thinnest)"),
+      {"--twist", &options->twist, "Also twist the end against the start, in degrees", "DEGREES"},
+      {"--fit", &options->fits, "With --along: stretch the shape to the ends of the curve"}};
+  return {"bend", "Bend a whole solid into an arc or along a curve; volume stays",
+          with_common(*options, std::move(own)),
+          "  knead bend bar.stl --angle 270 -o ring.stl\n"
+          "  knead bend plate.stl --angle -90 --axis y --fixed start -o angle.stl\n"
+          "  knead bend hose.stl --along path.csv -o bent_hose.stl",
+          [options] {
+            if (options->angle.has_value() == options->along.has_value()) {
+              throw UsageError("give --angle DEGREES or --along FILE");
+            }
+            run_maker(*options);
+          }};
+}
+
+Subcommand twist_command() {
+  const auto options = std::make_shared<MakerOptions>();
+  std::vector<Option> own{{"--angle", &options->twist,
+                           "Degrees by which the end turns against the start, counterclockwise seen from the end",
+                           "DEGREES", OptionKind::required}};
+  return {"twist", "Twist a whole solid about its length; volume stays", with_common(*options, std::move(own)),
+          "  knead twist bar.stl --angle 180 -o twisted.stl\n"
+          "  knead twist vase.stl --angle 60 --from '0,0,0;0,0,120' --fixed start -o turned.stl",
+          [options] { run_maker(*options); }};
+}
+
+Subcommand wrap_command() {
+  const auto options = std::make_shared<MakerOptions>();
+  std::vector<Option> own{
+      {"--radius", &options->around, "Of the cylinder that the shape touches from outside, in the shape's unit", "R",
+       OptionKind::required},
+      axis_option(*options, "Of the cylinder (default: across the shape's length and thickness)")};
+  return {"wrap", "Wrap a flat solid, such as text, round a cylinder; volume stays",
+          with_common(*options, std::move(own)),
+          "  knead wrap text.stl --radius 30 -o band.stl\n"
+          "  knead wrap text.stl --radius 30 --axis z --session band.knead -o band.stl",
+          [options] { run_maker(*options); }};
+}
+
+}  // namespace knead::command

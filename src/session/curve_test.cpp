@@ -1,0 +1,210 @@
+// Tests of the tool "curve": arcs, paths, twists, placing by the box, what is refused, and numbers that work.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/session.h"
+
+namespace knead::curve_test {
+
+namespace {
+
+constexpr std::uint32_t kRings = 193;
+
+// A closed bar along x from -length / 2 on, in rings of four corners: (-y, -z), (y, -z), (y, z), (-y, z).
+void add_bar(Mesh& mesh, double length, double y, double z, const Vec3d& at = {0, 0, 0}) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (std::uint32_t i = 0; i < kRings; ++i) {
+    const double x = length * (i / (kRings - 1.0) - 0.5);
+    for (const auto& [v, w] : {std::pair(-y, -z), std::pair(y, -z), std::pair(y, z), std::pair(-y, z)})
+      mesh.positions.push_back(at + Vec3d{x, v, w});
+  }
+  for (std::uint32_t i = 0; i + 1 < kRings; ++i) {
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      const std::uint32_t a = first + 4 * i + k;
+      const std::uint32_t b = first + 4 * i + (k + 1) % 4;
+      mesh.add_face(std::array{a, b, a + 4});
+      mesh.add_face(std::array{b, b + 4, a + 4});
+    }
+  }
+  const std::uint32_t end = first + 4 * (kRings - 1);
+  for (const auto& face : {std::array{0U, 1U, 2U}, std::array{0U, 2U, 3U}}) {
+    mesh.add_face(std::array{first + face[2], first + face[1], first + face[0]});
+    mesh.add_face(std::array{end + face[0], end + face[1], end + face[2]});
+  }
+}
+
+Mesh bar(double length, double y, double z) {
+  Mesh mesh;
+  add_bar(mesh, length, y, z);
+  return mesh;
+}
+
+// The positions after a stroke.
+std::vector<Vec3d> after(const Mesh& mesh, const std::string& stroke) {
+  Session session;
+  session.strokes = {parse_stroke(stroke, "stroke")};
+  const ReplayResult result = Replay(borrow(mesh), session, {}).run();
+  EXPECT_EQ(result.status, AdvectStatus::done);
+  const auto& positions = result.shape.positions();
+  return {positions.begin(), positions.end()};
+}
+
+std::string refusal_of(const Mesh& mesh, const std::string& stroke) {
+  try {
+    after(mesh, stroke);
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "not refused";
+}
+
+// What a message says after these words.
+std::string named(const std::string& message, const std::string& words) {
+  std::smatch match;
+  const bool is_there = std::regex_search(message, match, std::regex(words + " (-?[0-9.]+)"));
+  EXPECT_TRUE(is_there) << message;
+  return is_there ? match[1].str() : "0";
+}
+
+}  // namespace
+
+// The whole bar is an arc: its end has turned by exactly the angle.
+TEST(Curve, ABarBecomesAnArc) {
+  const Mesh mesh = bar(12, 0.5, 0.5);
+  for (const double angle : {90.0, 270.0, -120.0, 310.0}) {
+    const std::vector<Vec3d> moved = after(mesh, "curve axis=0,0,1 angle_deg=" + std::to_string(angle));
+    const double volume = measure_volume_and_area(mesh, moved).volume;
+    EXPECT_NEAR(volume / 12, 1, 1e-3) << "of straight edges";
+    const Vec3d from = moved[1] - moved[0];
+    const Vec3d to = moved[4 * (kRings - 1) + 1] - moved[4 * (kRings - 1)];
+    const double radians = angle * std::numbers::pi / 180;
+    EXPECT_NEAR(dot(from, to) / norm2(from), std::cos(radians), 1e-9);
+    EXPECT_NEAR(cross(from, to).z / norm2(from), std::sin(radians), 1e-9);
+  }
+}
+
+// The face towards the cylinder lies on it, the other one where the volume takes it.
+TEST(Curve, AFlatSolidIsWrappedRoundACylinder) {
+  const Mesh mesh = bar(40, 3, 1);
+  const std::vector<Vec3d> moved = after(mesh, "curve around=30");
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    const double radius = std::hypot(moved[i].x, moved[i].z + 1 + 30);
+    const bool is_below = mesh.positions[i].z < 0;
+    EXPECT_NEAR(radius, is_below ? 30 : 30 * std::sqrt(1 + 4.0 / 30), 1e-9);
+    EXPECT_NEAR(moved[i].y, mesh.positions[i].y, 1e-9);
+  }
+}
+
+TEST(Curve, TheLineGoesThroughThePointsOfAPath) {
+  const std::vector<Vec3d> path{{0, 0, 0}, {3, 0, 1}, {5, 2, 3}, {7, 2, 6}, {7, -1, 9}};
+  CurveStroke stroke;
+  stroke.from = {{10, 0, 0}, {22, 0, 0}};
+  stroke.to = path;
+  stroke.length = CurveLength::fit;
+  std::vector<Vec3d> line;
+  for (int i = 0; i <= 12'000; ++i) line.push_back({10 + 0.001 * i, 0, 0});
+  AdvectOptions options;
+  options.tolerance = 1e-5;
+  ASSERT_EQ(advect(flow_of(stroke), line, options).status, AdvectStatus::done);
+  EXPECT_LE(norm(line.front() - path.front()), 0.02);
+  EXPECT_LE(norm(line.back() - path.back()), 0.02);
+  for (const Vec3d& p : path) {
+    double nearest = 1e9;
+    for (const Vec3d& x : line) nearest = std::min(nearest, norm(x - p));
+    EXPECT_LE(nearest, 0.02);
+  }
+  double length = 0;
+  for (std::size_t i = 1; i < line.size(); ++i) length += norm(line[i] - line[i - 1]);
+  stroke.length = CurveLength::keep;
+  stroke.fixed = CurveFixed::start;
+  std::vector<Vec3d> kept{{10, 0, 0}, {22, 0, 0}};
+  ASSERT_EQ(advect(flow_of(stroke), kept, options).status, AdvectStatus::done);
+  EXPECT_LE(norm(kept[0] - path[0]), 0.02);
+  EXPECT_GT(length, 13) << "the path is longer, so that the shape ends on its way";
+  EXPECT_GT(norm(kept[1] - path.back()), length - 12 - 0.2 - 2);
+}
+
+// A curve that goes back to the line from which it came is the inverse.
+TEST(Curve, ABentLineBecomesStraightAgain) {
+  CurveStroke there;
+  there.from = {{0, 0, 0}, {12, 0, 0}};
+  there.to = {{0, 0, 0}, {4, 0, 1}, {8, 1, 3}, {10, 2, 6}};
+  there.fixed = CurveFixed::start;
+  CurveStroke back = there;
+  std::swap(back.from, back.to);
+  std::vector<Vec3d> points;
+  for (int i = 0; i < 100; ++i) points.push_back({0.12 * i, 0.3 * std::sin(i), 0.3 * std::cos(3 * i)});
+  const std::vector<Vec3d> before = points;
+  AdvectOptions options;
+  options.tolerance = 1e-5;
+  ASSERT_EQ(advect(flow_of(there), points, options).status, AdvectStatus::done);
+  ASSERT_EQ(advect(flow_of(back), points, options).status, AdvectStatus::done);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(points[i].x, before[i].x, 0.03);
+    EXPECT_NEAR(std::hypot(points[i].y, points[i].z), std::hypot(before[i].y, before[i].z), 0.03);
+  }
+}
+
+TEST(Curve, ATwistTurnsTheEndAndLeavesTheFixedOne) {
+  const Mesh mesh = bar(12, 0.5, 0.5);
+  const std::vector<Vec3d> moved = after(mesh, "curve from=-5,0,0;5,0,0 twist_deg=90 fixed=start");
+  EXPECT_EQ(moved[0], mesh.positions[0]);
+  const std::size_t last = moved.size() - 4;
+  EXPECT_NEAR(norm(moved[last] - Vec3d{6, 0.5, -0.5}), 0, 1e-9) << "(-y, -z) goes to (y, -z)";
+}
+
+TEST(Curve, WhatIsTooThickIsRefusedWithAnAngleThatWorks) {
+  const Mesh mesh = bar(12, 2, 0.5);
+  const std::string message = refusal_of(mesh, "curve axis=0,0,1 angle_deg=270");
+  EXPECT_NE(message.find("inner side"), std::string::npos) << message;
+  const std::string angle = named(message, "at most");
+  EXPECT_GT(std::stod(angle), 140);
+  after(mesh, "curve axis=0,0,1 angle_deg=" + angle);
+}
+
+TEST(Curve, WhatMeetsItselfIsRefusedWithAnAngleThatWorks) {
+  const Mesh mesh = bar(12, 0.5, 0.5);
+  const std::string message = refusal_of(mesh, "curve axis=0,0,1 angle_deg=450");
+  EXPECT_NE(message.find("meet itself"), std::string::npos) << message;
+  const std::string angle = named(message, "at most");
+  EXPECT_GT(std::stod(angle), 300);
+  EXPECT_LE(std::stod(angle), 360);
+  after(mesh, "curve axis=0,0,1 angle_deg=" + angle);
+  EXPECT_NE(refusal_of(mesh, "curve from=-6,0,0;6,0,0 to=-6,0,0;0,0,0;1,3,0;0,4,0;-1,3,0;0,0.2,0;6,0.3,0 fixed=start")
+                .find("strength"),
+            std::string::npos);
+}
+
+TEST(Curve, OnlyWhatIsWithinTheRadiusMoves) {
+  Mesh mesh = bar(12, 0.5, 0.5);
+  const std::size_t first = mesh.positions.size();
+  add_bar(mesh, 12, 0.5, 0.5, {0, 4, 0});
+  const std::vector<Vec3d> moved = after(mesh, "curve from=-6,0,0;6,0,0 axis=0,0,1 angle_deg=-90 radius=auto");
+  EXPECT_NE(moved[0], mesh.positions[0]);
+  for (std::size_t i = first; i < moved.size(); ++i) EXPECT_EQ(moved[i], mesh.positions[i]);
+  const std::string message = refusal_of(mesh, "curve from=-6,0,0;6,0,0 axis=0,0,1 angle_deg=-90 radius=0.6");
+  EXPECT_NE(message.find("would tear"), std::string::npos) << message;
+  after(mesh, "curve from=-6,0,0;6,0,0 axis=0,0,1 angle_deg=-90 radius=" + named(message, "triangles;"));
+}
+
+TEST(Curve, WrongKeysAreRefusedInOneLine) {
+  const Mesh mesh = bar(12, 0.5, 0.5);
+  EXPECT_NE(refusal_of(mesh, "curve from=0,0,0;1,0,0").find("\"to\" is missing"), std::string::npos);
+  EXPECT_NE(refusal_of(mesh, "curve angle_deg=10 around=3").find("exclude"), std::string::npos);
+  EXPECT_NE(refusal_of(mesh, "curve from=0,0,0;1,0,0 angle_deg=10").find("\"axis\" is missing"), std::string::npos);
+  EXPECT_NE(refusal_of(mesh, "curve from=0,0,0;1,0,0 angle_deg=10 axis=1,0,0").find("across"), std::string::npos);
+  EXPECT_NE(refusal_of(mesh, "curve twist_deg=10 mirror=x").find("\"mirror\""), std::string::npos);
+  EXPECT_NE(refusal_of(mesh, "curve from=0,0,0;0,0,0 twist_deg=10").find("repeats"), std::string::npos);
+}
+
+}  // namespace knead::curve_test

@@ -1,0 +1,176 @@
+// The tool "curve": takes a line through a shape to another curve, and the shape with it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "knead/error.h"
+#include "knead/vec.h"
+#include "strokes/curve.h"
+#include "strokes/describe.h"
+
+namespace knead {
+
+namespace {
+
+using namespace tool_detail;
+
+std::vector<StrokeKey> keys(CurveStroke& s) {
+  return {{"from", Quantity::other, &s.from, Presence::optional, "a line through the shape"},
+          {"to", Quantity::other, &s.to, Presence::optional, "where the line goes"},
+          {"twist_deg", Quantity::rate, &s.twist_deg, Presence::optional, "of the end against the start"},
+          {"angle_deg", Quantity::angle, &s.angle_deg, Presence::optional, "of the arc that the line becomes"},
+          {"around", Quantity::rate, &s.around, Presence::optional, "the arc's radius; below 0: clockwise"},
+          {"axis", Quantity::direction, &s.axis, Presence::optional, "of the arc"},
+          {"length", Quantity::other, choice(s.length, {"keep", "fit"}), Presence::optional},
+          {"fixed", Quantity::other, choice(s.fixed, {"middle", "start", "end"}), Presence::optional},
+          {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional,
+           "only what is nearer to the line moves"}};
+}
+
+bool is_arc(const CurveStroke& stroke) { return stroke.angle_deg || stroke.around; }
+
+void require_line(std::string_view key, const std::vector<Vec3d>& points) {
+  if (points.empty()) return;
+  require_finite(key, points);
+  require_count(key, points.size(), 2, "points");
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+    if (points[i] == points[i + 1]) {
+      throw InvalidInput(fmt::format("\"{}\" repeats the point [{:g}, {:g}, {:g}]; give each once", key, points[i].x,
+                                     points[i].y, points[i].z));
+    }
+  }
+}
+
+void require_one_aim(const CurveStroke& stroke) {
+  const int aims = (stroke.to.empty() ? 0 : 1) + (stroke.angle_deg ? 1 : 0) + (stroke.around ? 1 : 0);
+  if (aims > 1) throw InvalidInput(R"("to", "angle_deg" and "around" exclude each other; give one of them)");
+  if (aims == 0 && stroke.twist_deg == 0) {
+    throw InvalidInput(R"("to" is missing; give it, or "angle_deg", "around" or "twist_deg")");
+  }
+  if (stroke.length == CurveLength::fit && stroke.to.empty()) {
+    throw InvalidInput(R"("length" "fit" needs a curve "to", to whose ends the shape is stretched)");
+  }
+  if (stroke.radius && stroke.from.size() > 2) {
+    throw InvalidInput(R"("radius" needs a straight line "from" of two points)");
+  }
+  if (stroke.axis && !is_arc(stroke)) throw InvalidInput(R"("axis" needs "angle_deg" or "around")");
+}
+
+void validate(const CurveStroke& stroke) {
+  require_line("from", stroke.from);
+  require_line("to", stroke.to);
+  require_one_aim(stroke);
+  require_angle("twist_deg", stroke.twist_deg);
+  if (stroke.angle_deg) require_angle("angle_deg", *stroke.angle_deg);
+  if (stroke.around && *stroke.around == 0) throw InvalidInput("\"around\" must be a radius other than 0, got 0");
+  if (!is_arc(stroke) || stroke.from.empty()) return;
+  if (!stroke.axis) throw InvalidInput(R"("axis" is missing; the arc of a given line "from" turns about it)");
+  const Vec3d axis = unit(*stroke.axis);
+  const Vec3d along = unit(stroke.from.back() - stroke.from.front());
+  constexpr double kParallel = 1e-3;
+  if (norm(cross(axis, along)) < kParallel) {
+    throw InvalidInput(R"("axis" must lie across the line "from", not along it)");
+  }
+}
+
+bool reads_surface(const CurveStroke& stroke) { return stroke.from.empty() || stroke.radius_auto; }
+
+Flow flow_of(const CurveStroke& stroke) {
+  Segment segment;
+  segment.curve = motion_of(stroke);
+  return {{std::move(segment)}};
+}
+
+// The directions of the coordinate axes along the shape's box, the longest first; the first of equal ones.
+std::array<std::size_t, 3> by_extent(const Vec3d& extent) {
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return extent[a] > extent[b]; });
+  return order;
+}
+
+Vec3d unit_vector(std::size_t axis) {
+  Vec3d v{0, 0, 0};
+  v[axis] = 1;
+  return v;
+}
+
+// Places a stroke without "from" by the shape's box. The line is its longest axis across the arc's axis; the arc turns
+// towards the side on which the shape is thinnest. An arc or twist begins beyond the box, so that all of the shape has
+// its curvature; a cylinder touches the shape from outside.
+CurveStroke placed(CurveStroke stroke, const Box& box) {
+  const Vec3d extent = box.max - box.min;
+  const bool has_radius = stroke.radius || stroke.radius_auto;
+  std::array<std::size_t, 3> order = by_extent(extent);
+  if (stroke.axis) {
+    const Vec3d a = unit(*stroke.axis);
+    if (std::abs(a[order[0]]) > 0.9) std::swap(order[0], order[1]);
+  }
+  const Vec3d along = unit_vector(order[0]);
+  if (!(extent[order[0]] > 0)) throw InvalidInput(R"("from" is missing; this shape has no length, so give the line)");
+  if (is_arc(stroke) && !stroke.axis) {
+    const Vec3d thin = unit_vector(order[2]);
+    stroke.axis = stroke.around ? cross(thin, along) : cross(along, thin);
+  }
+  Vec3d center = box.center();
+  double half = 0.5 * extent[order[0]];
+  if (stroke.around) {
+    const Vec3d inwards = normalized(cross(unit(*stroke.axis), along)) * (*stroke.around > 0 ? 1.0 : -1.0);
+    for (std::size_t axis = 0; axis < 3; ++axis) center[axis] += 0.5 * extent[axis] * inwards[axis];
+  }
+  if (stroke.to.empty()) {
+    // A line of three points has short ramps. With a radius it must have two.
+    const int intervals = has_radius ? kArcIntervals : kPathIntervals;
+    const double longer = static_cast<double>(intervals) / (intervals - 2 * kArcRamp);
+    const double turned = static_cast<double>(intervals - 3) / (intervals - 2 * kArcRamp);
+    half *= longer;
+    stroke.twist_deg *= turned;
+    if (stroke.angle_deg) *stroke.angle_deg *= turned;
+  }
+  stroke.from = {center - along * half, center + along * half};
+  if (stroke.to.empty() && !has_radius) stroke.from.insert(stroke.from.begin() + 1, center);
+  return stroke;
+}
+
+void resolve(const CurveStroke& stroke, SurfaceRun& run) {
+  CurveStroke own = stroke;
+  if (own.from.empty()) own = placed(std::move(own), bounding_box(run.surface.positions));
+  if (own.radius_auto) find_radius(own, run.surface, run.remarks);
+  check_curve(own, stroke, run.surface);
+  run.surface.apply(own);
+}
+
+void check(const CurveStroke& stroke, const LiveSurface& surface) { check_curve(stroke, stroke, surface); }
+
+void prolong(CurveStroke& stroke, double strength) {
+  if (!stroke.to.empty()) {
+    throw InvalidInput(fmt::format("\"strength\" must be from 0 to 1 for a curve with \"to\", got {}", strength));
+  }
+  stroke.twist_deg *= strength;
+  if (stroke.angle_deg) *stroke.angle_deg *= strength;
+  if (stroke.around) *stroke.around /= strength;
+}
+
+std::string words(const CurveStroke& stroke, const std::string& unit) {
+  if (stroke.angle_deg) return "Bend " + degrees_text(*stroke.angle_deg);
+  if (stroke.around) return "Wrap round " + length_text(std::abs(*stroke.around), unit);
+  return stroke.to.empty() ? "Twist " + degrees_text(stroke.twist_deg) : "Bend along a curve";
+}
+
+}  // namespace
+
+constinit const tool_detail::ToolRow<CurveStroke> CurveStroke::tool{.name = "curve",
+                                                                    .keys = keys,
+                                                                    .validate = validate,
+                                                                    .reads_surface = reads_surface,
+                                                                    .resolve = resolve,
+                                                                    .check = check,
+                                                                    .flow = flow_of,
+                                                                    .words = words,
+                                                                    .prolong = prolong};
+
+}  // namespace knead

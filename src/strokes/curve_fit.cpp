@@ -1,0 +1,273 @@
+// Curves through points, their frames, and the splines of a curve stroke.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "math/elementary.h"
+#include "strokes/curve.h"
+#include "strokes/describe.h"
+
+namespace knead::tool_detail {
+
+namespace {
+
+constexpr std::size_t kSteps = 16;  // of a piece between two points
+constexpr int kSamplesPerInterval = 4;
+constexpr int kInversionSteps = 4;
+
+// A smooth curve through points, by its length: the natural cubic spline over the lengths of its chords, whose
+// curvature is 0 at both ends. Straight beyond them.
+class SmoothCurve {
+ public:
+  // Two or more points, of which no two neighbours are equal.
+  explicit SmoothCurve(const std::vector<Vec3d>& points);
+
+  struct Place {
+    Vec3d point;
+    Vec3d tangent;    // a unit vector
+    Vec3d curvature;  // dT/ds
+  };
+
+  double length() const { return lengths_.back(); }
+  Place at(double s) const;
+
+ private:
+  double speed(std::size_t piece, double u) const { return norm(derivative(piece, u)); }
+  Vec3d point(std::size_t piece, double u) const;
+  Vec3d derivative(std::size_t piece, double u) const;
+  double length_between(std::size_t piece, double from, double to) const;
+
+  std::vector<Vec3d> points_;
+  std::vector<Vec3d> second_;    // derivatives at the points
+  std::vector<double> chords_;   // of the pieces
+  std::vector<double> lengths_;  // from the beginning to the steps of the pieces
+};
+
+SmoothCurve::SmoothCurve(const std::vector<Vec3d>& points) : points_(points), second_(points.size()) {
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) chords_.push_back(norm(points[i + 1] - points[i]));
+  // Thomas' algorithm for the second derivatives, which are 0 at both ends.
+  std::vector<double> above(points.size());
+  for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+    const double a = chords_[i - 1];
+    const double c = chords_[i];
+    const double pivot = 2 * (a + c) - a * above[i - 1];
+    above[i] = c / pivot;
+    const Vec3d right = ((points[i + 1] - points[i]) / c - (points[i] - points[i - 1]) / a) * 6.0;
+    second_[i] = (right - second_[i - 1] * a) / pivot;
+  }
+  for (std::size_t i = points.size() - 1; i-- > 1;) second_[i] = second_[i] - second_[i + 1] * above[i];
+  lengths_.push_back(0);
+  for (std::size_t piece = 0; piece < chords_.size(); ++piece) {
+    const double step = chords_[piece] / kSteps;
+    for (std::size_t k = 0; k < kSteps; ++k) {
+      const double from = static_cast<double>(k) * step;
+      lengths_.push_back(lengths_.back() + length_between(piece, from, from + step));
+    }
+  }
+}
+
+Vec3d SmoothCurve::point(std::size_t piece, double u) const {
+  const double h = chords_[piece];
+  const double a = (h - u) / h;
+  const double b = u / h;
+  return points_[piece] * a + points_[piece + 1] * b +
+         (second_[piece] * (a * a * a - a) + second_[piece + 1] * (b * b * b - b)) * (h * h / 6);
+}
+
+Vec3d SmoothCurve::derivative(std::size_t piece, double u) const {
+  const double h = chords_[piece];
+  const double a = (h - u) / h;
+  const double b = u / h;
+  return (points_[piece + 1] - points_[piece]) / h +
+         (second_[piece + 1] * (3 * b * b - 1) - second_[piece] * (3 * a * a - 1)) * (h / 6);
+}
+
+// By Gauss' rule with three places.
+double SmoothCurve::length_between(std::size_t piece, double from, double to) const {
+  const double half = 0.5 * (to - from);
+  const double middle = from + half;
+  const double by = half * 0.7745966692414834;
+  return half * (5 * (speed(piece, middle - by) + speed(piece, middle + by)) + 8 * speed(piece, middle)) / 9;
+}
+
+SmoothCurve::Place SmoothCurve::at(double s) const {
+  const double inside = std::clamp(s, 0.0, length());
+  const auto above = std::upper_bound(lengths_.begin() + 1, lengths_.end() - 1, inside);
+  const auto step = static_cast<std::size_t>(above - lengths_.begin()) - 1;
+  const std::size_t piece = step / kSteps;
+  const double begin = static_cast<double>(step % kSteps) * chords_[piece] / kSteps;
+  double u = begin;
+  for (int i = 0; i < kInversionSteps; ++i) {
+    u += (inside - lengths_[step] - length_between(piece, begin, u)) / std::max(speed(piece, u), 1e-300);
+  }
+  const Vec3d along = derivative(piece, u);
+  const double b = u / chords_[piece];
+  const Vec3d second = second_[piece] * (1 - b) + second_[piece + 1] * b;
+  Place place{point(piece, u), normalized(along), {}};
+  place.point += place.tangent * (s - inside);
+  if (s == inside) place.curvature = (second - place.tangent * dot(place.tangent, second)) / norm2(along);
+  return place;
+}
+
+// A frame: tangent, and two vectors across.
+struct Frame {
+  Vec3d tangent;
+  Vec3d first;
+  Vec3d second;
+};
+
+// Takes a frame along a curve without turning it about the tangent: the double reflection (Wang et al. 2008), whose
+// error falls with the fourth power of the step.
+Frame carried(const Frame& frame, const Vec3d& by, const Vec3d& tangent) {
+  const auto reflected = [](const Vec3d& v, const Vec3d& normal) {
+    const double square = norm2(normal);
+    return square > 0 ? v - normal * (2 * dot(normal, v) / square) : v;
+  };
+  const Vec3d first = reflected(frame.first, by);
+  const Vec3d mirrored = reflected(frame.tangent, by);
+  const Vec3d turned = reflected(first, tangent - mirrored);
+  const Vec3d across = normalized(turned - tangent * dot(tangent, turned));
+  return {tangent, across, cross(tangent, across)};
+}
+
+// A place of a curve with the length that a unit of the other curve's length becomes there.
+struct Sample {
+  SmoothCurve::Place place;
+  double stretch = 1;
+  std::array<double, 2> bend{};  // the curvature in the frame, by the other curve's length
+};
+
+// Finds the curvature in the frame that is given at one sample.
+void find_bends(std::vector<Sample>& samples, std::size_t anchor, const Frame& frame) {
+  for (const bool forwards : {true, false}) {
+    Frame at = frame;
+    for (std::size_t i = anchor;;) {
+      Sample& sample = samples[i];
+      sample.bend = {dot(sample.place.curvature, at.first) * sample.stretch,
+                     dot(sample.place.curvature, at.second) * sample.stretch};
+      if (forwards ? i + 1 == samples.size() : i == 0) break;
+      i += forwards ? 1 : std::size_t(-1);
+      at = carried(at, samples[i].place.point - sample.place.point, samples[i].place.tangent);
+    }
+  }
+}
+
+// The coefficient of a spline's node by quasi-interpolation, exact for cubic functions.
+std::array<double, 2> node_of(const std::vector<Sample>& samples, int interval) {
+  const auto at = [&](int i) { return samples[static_cast<std::size_t>(i * kSamplesPerInterval)].bend; };
+  const auto [before, here, after] = std::array{at(interval - 1), at(interval), at(interval + 1)};
+  return {(8 * here[0] - before[0] - after[0]) / 6, (8 * here[1] - before[1] - after[1]) / 6};
+}
+
+// The least rotation that takes one unit vector to another, as an axis of the length of its angle.
+Vec3d least_turn(const Frame& from, const Vec3d& to) {
+  const Vec3d axis = cross(from.tangent, to);
+  const double sine = norm(axis);
+  const double angle = elementary::atan2(sine, dot(from.tangent, to));
+  if (sine > 0) return axis * (angle / sine);
+  return from.second * angle;  // 0, or half a turn
+}
+
+// Returns sigma(s) at all samples, where sigma' is 1 but for a spline with equal coefficients: by Simpson's rule, which
+// is exact.
+std::vector<double> stretched_lengths(int intervals, double spacing, double coefficient, std::vector<double>& stretch) {
+  const int count = intervals * kSamplesPerInterval;
+  const auto sigma = [&](double at) {  // in intervals
+    double sum = 1;
+    for (int node = 2; node <= intervals - 2; ++node) {
+      const double d = std::abs(at - node);
+      if (d >= 2) continue;
+      const double rest = 2 - d;
+      sum += coefficient * (d >= 1 ? rest * rest * rest / 6 : (4 - 3 * d * d * rest) / 6);
+    }
+    return sum;
+  };
+  std::vector<double> lengths{0};
+  for (int i = 0; i <= count; ++i) {
+    const double at = static_cast<double>(i) / kSamplesPerInterval;
+    stretch.push_back(sigma(at));
+    if (i == count) break;
+    const double step = 1.0 / kSamplesPerInterval;
+    lengths.push_back(lengths.back() +
+                      spacing * step / 6 * (sigma(at) + 4 * sigma(at + 0.5 * step) + sigma(at + step)));
+  }
+  return lengths;
+}
+
+int anchor_of(CurveFixed fixed, int intervals) {
+  return fixed == CurveFixed::start ? 0 : fixed == CurveFixed::end ? intervals : intervals / 2;
+}
+
+// The place on the other curve of the first curve's begin, if both keep their lengths.
+double offset_of(CurveFixed fixed, double by) {
+  return fixed == CurveFixed::start ? 0 : fixed == CurveFixed::end ? by : 0.5 * by;
+}
+
+// Returns the samples of the curve `to` where those of the motion's curve go, whose frame at the anchor is given. Finds
+// the motion of the anchor, and the coefficients of the stretch.
+std::vector<Sample> on_path(const CurveStroke& stroke, const Frame& frame, CurveMotion& motion, double& stretch) {
+  const SmoothCurve to(stroke.to);
+  const double spacing = motion.length / kPathIntervals;
+  const double longer = to.length() - motion.length;
+  const bool fits = stroke.length == CurveLength::fit;
+  if (fits) stretch = longer / ((kPathIntervals - 3) * spacing);
+  std::vector<double> growth;
+  const std::vector<double> lengths = stretched_lengths(kPathIntervals, spacing, stretch, growth);
+  std::vector<Sample> samples;
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    samples.push_back({to.at(lengths[i] + (fits ? 0 : offset_of(stroke.fixed, longer))), growth[i]});
+  }
+  const auto anchor = static_cast<std::size_t>(motion.anchor * kSamplesPerInterval);
+  const auto& [place, tangent, curvature] = samples[anchor].place;
+  motion.shift = place - motion.place;
+  motion.turn = least_turn(frame, tangent);
+  const double angle = norm(motion.turn);
+  const Vec3d first = angle > 0 ? rotate(frame.first, motion.turn / angle, sincos(angle)) : frame.first;
+  find_bends(samples, anchor, {tangent, first, cross(tangent, first)});
+  return samples;
+}
+
+}  // namespace
+
+CurveMotion motion_of(const CurveStroke& stroke) {
+  const SmoothCurve from(stroke.from);
+  const bool is_path = stroke.from.size() > 2 || !stroke.to.empty();
+  const int intervals = is_path ? kPathIntervals : kArcIntervals;
+  const int nodes = intervals - 3;
+  CurveMotion motion;
+  motion.length = from.length();
+  motion.radius = stroke.radius;
+  motion.anchor = anchor_of(stroke.fixed, intervals);
+  const double spacing = motion.length / intervals;
+  const auto anchor = static_cast<std::size_t>(motion.anchor * kSamplesPerInterval);
+  std::vector<Sample> rest(static_cast<std::size_t>(intervals * kSamplesPerInterval) + 1);
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    rest[i].place = from.at(static_cast<double>(i) * spacing / kSamplesPerInterval);
+  }
+  const auto& [place, tangent, curvature] = rest[anchor].place;
+  const Vec3d across = stroke.axis ? normalized(cross(unit(*stroke.axis), tangent)) : any_orthogonal(tangent);
+  const Frame frame{tangent, across, cross(tangent, across)};
+  find_bends(rest, anchor, frame);
+  motion.place = place;
+  motion.frame = {frame.tangent, frame.first, frame.second};
+
+  double stretch = 0;
+  const std::vector<Sample> bent = stroke.to.empty() ? rest : on_path(stroke, frame, motion, stretch);
+  double more = stroke.around ? 1 / *stroke.around : 0;  // curvature
+  if (stroke.angle_deg) more = *stroke.angle_deg * kRadiansPerDegree / (nodes * spacing);
+  std::vector<CurveNode> list;
+  for (int i = 0; i < nodes; ++i) {
+    CurveNode& node = list.emplace_back();
+    node.rest = node_of(rest, i + 2);
+    node.bent = node_of(bent, i + 2);
+    node.bent[0] += more;
+    node.twist = stroke.twist_deg * kRadiansPerDegree / (nodes * spacing);
+    node.stretch = stretch;
+  }
+  motion.nodes = SharedList<CurveNode>(std::move(list));
+  return motion;
+}
+
+}  // namespace knead::tool_detail
