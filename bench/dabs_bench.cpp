@@ -9,9 +9,9 @@
 #include <numbers>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/tools.h"
 
 namespace {
 

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/gl.h"
+#include "knead/editor/render.h"
 #include "knead/error.h"
-#include "knead/gl.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 
 namespace {
 

@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <vector>
 
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/workbench.h"
 
 namespace {
 

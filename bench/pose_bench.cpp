@@ -14,12 +14,12 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
 #include "knead/vec.h"
-#include "knead/workbench.h"
 #include "pose_scenes.h"
 
 namespace {

@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "knead/gl.h"
+#include "knead/editor/gl.h"
+#include "knead/editor/render.h"
+#include "knead/editor/workbench.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 #include "knead/replay.h"
-#include "knead/workbench.h"
 #include "view/shown_shape.h"
 
 namespace {

@@ -9,9 +9,9 @@
 #include <numbers>
 #include <vector>
 
+#include "knead/editor/workbench.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/workbench.h"
 
 namespace {
 

@@ -3,8 +3,8 @@
 // Writes height fields of p over the plane (y up), fig03a.ply in the inner and outer region only and fig03b.ply in all,
 // coloured by region, and fig03c.jpg, v as line integral convolution (Cabral and Leedom, "Imaging vector fields using
 // line integral convolution", SIGGRAPH 1993): white noise, averaged along the stream lines.
+#include <knead/editor/render.h>
 #include <knead/io.h>
-#include <knead/render.h>
 
 #include <algorithm>
 #include <array>

@@ -8,9 +8,9 @@
 
 #include "byte_choices.h"
 #include "flow/block_mover.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/replay.h"
-#include "knead/tools.h"
 #include "support/shape_promises.h"
 
 namespace {

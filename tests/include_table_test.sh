@@ -8,7 +8,8 @@ set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
-# module: the modules it may include besides itself | its public headers in include/knead. knead.h includes them all.
+# module: the modules it may include besides itself | its public headers in include/knead and include/knead/editor (where names
+# differ from those above). knead.h includes them all.
 # Tests (*_test.cpp) may include any module and tests/support. Everything outside src may include public headers only;
 # apps, bindings and benchmarks also json, which is not installed.
 readonly table='
@@ -79,7 +80,7 @@ BEGIN {
 FNR == 1 {
   split(FILENAME, part, "/")
   is_public = part[1] == "include"
-  header = part[3]
+  header = part[3] == "editor" ? part[4] : part[3]
   sub(/\.h$/, "", header)
   module = part[1] == "src" ? part[2] : is_public && (header in owner) ? owner[header] : ""
   app = part[1] == "apps" ? part[2] : ""
@@ -95,7 +96,11 @@ FNR == 1 {
   is_own_style = $0 ~ /include[ \t]*"/
   split(path, part, "/")
   if (path ~ /(^|\/)\.\.\//) complain("\"" path "\": write the path from src/ or the own folder, not with ..")
-  else if (part[1] == "knead" && part[2] ~ /\.h$/ && part[3] == "") { sub(/\.h$/, "", part[2]); check_public(part[2]) }
+  else if (path ~ /^knead\/(editor\/)?[a-z_]+\.h$/) {
+    header = part[2] == "editor" ? part[3] : part[2]
+    sub(/\.h$/, "", header)
+    check_public(header)
+  }
   else if (part[1] in modules && part[2] != "") check_internal()
   else if (part[1] == "apps" && !is_bench) check_app(part[2])
   else if (part[1] == "bench" && app != "") complain("an application must not include \"" path "\"")

@@ -17,9 +17,9 @@
 #include "json/json.h"
 #include "knead/animation.h"
 #include "knead/certify.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
-#include "knead/tools.h"
 #include "output.h"
 
 namespace knead::command {

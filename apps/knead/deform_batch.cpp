@@ -17,10 +17,10 @@
 #include "json/json.h"
 #include "knead/animation.h"
 #include "knead/certify.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/replay.h"
-#include "knead/tools.h"
 #include "knead/version.h"
 #include "output.h"
 

@@ -19,7 +19,7 @@
 #include "output.h"
 
 #ifdef KNEAD_HAS_GPU
-#include "knead/gpu.h"
+#include "knead/editor/gpu.h"
 #endif
 
 namespace knead::command {

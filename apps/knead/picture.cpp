@@ -9,8 +9,8 @@
 
 #include "command.h"
 #include "deform.h"
+#include "knead/editor/render.h"
 #include "knead/io.h"
-#include "knead/render.h"
 #include "knead/splats.h"
 #include "knead/vec.h"
 #include "output.h"

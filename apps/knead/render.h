@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "inputs.h"
+#include "knead/editor/render.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 #include "knead/vec.h"
 
 namespace knead::command {

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "knead/editor/render.h"
 #include "knead/io.h"
-#include "knead/render.h"
 #include "panels/interface.h"
 #include "platform/gui.h"
 #include "platform/window.h"

@@ -10,7 +10,7 @@
 
 #include "gestures/navigation.h"
 #include "keys.h"
-#include "knead/render.h"
+#include "knead/editor/render.h"
 #include "platform/window.h"
 
 namespace knead::studio {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "application.h"
+#include "knead/editor/gl.h"
+#include "knead/editor/render.h"
 #include "knead/error.h"
-#include "knead/gl.h"
 #include "knead/io.h"
-#include "knead/render.h"
 #include "script.h"
 #include "setting.h"
 #include "view/overlay.h"

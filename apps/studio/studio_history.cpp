@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "knead/render.h"
+#include "knead/editor/render.h"
 
 namespace knead::studio {
 

@@ -8,7 +8,7 @@
 
 #include "gestures/navigation.h"
 #include "keys.h"
-#include "knead/render.h"
+#include "knead/editor/render.h"
 #include "platform/window.h"
 #include "preferences.h"
 #include "studio_document.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "keys.h"
-#include "knead/render.h"
+#include "knead/editor/render.h"
 
 namespace knead::studio::words_test {
 namespace {

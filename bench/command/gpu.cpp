@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "knead/editor/gpu.h"
 #include "knead/error.h"
-#include "knead/gpu.h"
 #include "output.h"
 #include "scenes.h"
 #include "yardsticks.h"

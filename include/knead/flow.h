@@ -251,7 +251,8 @@ class FlowReach {
   bool may_move(const Vec3d& center, double radius) const;
 
   // Returns the size of the smallest part of a surface that the flow may move or bend: the least `outer` of balls,
-  // capsules and point sets, the least bump of wide balls, and the least width of the intermediate regions of half-spaces. Infinity without these.
+  // capsules and point sets, the least bump of wide balls, and the least width of the intermediate regions of
+  // half-spaces. Infinity without these.
   double smallest_feature() const;
 
  private:
@@ -326,9 +327,9 @@ std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, d
 // Throws as velocities() and advect(), and Cancelled.
 std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options);
 
-// Moves points as advect(flow, points, options) does, for example on a GPU (knead/gpu.h). Points that no tool reaches
-// keep their bits; the others agree with advect up to the tolerance, not bit for bit. An empty function stands for
-// advect.
+// Moves points as advect(flow, points, options) does, for example on a GPU (knead/editor/gpu.h). Points that no tool
+// reaches keep their bits; the others agree with advect up to the tolerance, not bit for bit. An empty function stands
+// for advect.
 using Backend = std::function<AdvectResult(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options)>;
 
 // Returns the instruction set that advect() uses, "scalar", "avx2", "avx512", "neon" or "wasm": the one that the

@@ -14,8 +14,8 @@
 //   write_shape("out.ply", shape, points);
 //
 // docs/tutorial.md goes on from here. You may include each header by itself; none needs an earlier one. The libraries
-// knead::gpu (advect on a GPU, knead/gpu.h) and knead::render (pictures, knead/render.h) are optional and not included
-// here.
+// knead::gpu (advect on a GPU, knead/editor/gpu.h) and knead::render (pictures, knead/editor/render.h) are optional and
+// not included here.
 #pragma once
 
 // Vectors, matrices and boxes; the two exceptions that the library throws, progress and threads; the version.
@@ -49,8 +49,8 @@
 #include "knead/skin.h"
 
 // Strokes: one plain struct per tool, and the flow that each becomes; what tools want of a surface.
+#include "knead/editor/tools.h"
 #include "knead/stroke.h"
-#include "knead/tools.h"
 
 // Sessions: the .knead file, replay, derivatives, report and certificate.
 #include "knead/certify.h"
@@ -59,5 +59,5 @@
 #include "knead/session.h"
 
 // Editors: a shape that strokes deform and its states, and the workbench with undo.
-#include "knead/shape_state.h"
-#include "knead/workbench.h"
+#include "knead/editor/shape_state.h"
+#include "knead/editor/workbench.h"

@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "knead/animation.h"
+#include "knead/editor/shape_state.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/session.h"
-#include "knead/shape_state.h"
 
 namespace knead {
 

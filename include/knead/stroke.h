@@ -1,5 +1,5 @@
 // Strokes: one plain struct for each tool, and the flow that a stroke becomes (method, section 4). `tool` is the
-// library's own description of the tool (others: knead/tools.h).
+// library's own description of the tool (others: knead/editor/tools.h).
 //
 // A stroke holds exactly the numbers of its line in a session file: lengths in the mesh's own units, angles in degrees,
 // axes and normals as given (any length but zero). It contains no mesh. `falloff` is the shape of the blend
@@ -57,7 +57,7 @@ struct PaintSample {
 };
 
 // Painting (paper, section 4.2): moves the surface at each sample by depth against the normal; a negative depth pulls
-// it out. Has either samples or a path of 1 or more points, which reads the surface (knead/tools.h).
+// it out. Has either samples or a path of 1 or more points, which reads the surface (knead/editor/tools.h).
 struct PaintStroke {
   double outer = 0;
   double depth = 0;
@@ -187,7 +187,7 @@ struct TwistStroke {
   double gauge = 0;
   // Of the limit cylinder about {center + s normal} that moves; without it everything below outer moves.
   std::optional<double> radius = std::nullopt;
-  bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/tools.h)
+  bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/editor/tools.h)
   int falloff = kDefaultFalloff;
   std::optional<double> angle_deg = std::nullopt;  // from outer to inner, in the place of the rate
 
@@ -227,7 +227,7 @@ struct BendStroke {
   double gauge = 1;
   // Of the limit cylinder about {center + s normal} that moves; without it everything below outer moves.
   std::optional<double> radius = std::nullopt;
-  bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/tools.h)
+  bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/editor/tools.h)
   int falloff = kDefaultFalloff;
 
   static const tool_detail::ToolRow<BendStroke> tool;
@@ -257,7 +257,7 @@ struct CurveStroke {
   CurveLength length = CurveLength::keep;          // of `to`
   CurveFixed fixed = CurveFixed::middle;
   std::optional<double> radius = std::nullopt;  // only what is nearer to the line moves; else everything
-  bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/tools.h)
+  bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/editor/tools.h)
 
   static const tool_detail::ToolRow<CurveStroke> tool;
   friend bool operator==(const CurveStroke&, const CurveStroke&) = default;

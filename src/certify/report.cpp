@@ -11,11 +11,11 @@
 #include "certify/stroke_certificate.h"
 #include "json/json.h"
 #include "knead/certify.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "mesh/edges.h"
 

@@ -17,9 +17,9 @@
 #include "fit/fit_report.h"
 #include "fit/fit_tips.h"
 #include "fit/surface_matches.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 #include "math/elementary.h"
 #include "mesh/body_points.h"
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
-#include "knead/tools.h"
 #include "mesh/body_points.h"
 
 namespace knead::fit_detail {

@@ -1,7 +1,7 @@
 // Contexts of desktop OpenGL: the parts that do not depend on the system.
 #include <epoxy/gl.h>
 
-#include "knead/gl.h"
+#include "knead/editor/gl.h"
 
 namespace knead::gl {
 

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "knead/gl.h"
+#include "knead/editor/gl.h"
 
 namespace knead::gl {
 

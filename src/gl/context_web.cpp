@@ -2,7 +2,7 @@
 #include <GLES3/gl3.h>
 #include <emscripten/html5.h>
 
-#include "knead/gl.h"
+#include "knead/editor/gl.h"
 
 namespace knead::gl {
 

@@ -5,7 +5,7 @@
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
 
-#include "knead/gl.h"
+#include "knead/editor/gl.h"
 
 namespace knead::gl {
 

@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "knead/editor/gl.h"
 #include "knead/error.h"
-#include "knead/gl.h"
 
 namespace knead::gl {
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "gl/objects.h"
-#include "knead/gl.h"
+#include "knead/editor/gl.h"
 
 namespace knead::gl {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "gpu/gpu_state.h"
+#include "knead/editor/gpu.h"
 #include "knead/error.h"
-#include "knead/gpu.h"
 #include "knead/vec.h"
 
 namespace knead::gpu {

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "gl/objects.h"
-#include "knead/gl.h"
-#include "knead/gpu.h"
+#include "knead/editor/gl.h"
+#include "knead/editor/gpu.h"
 #include "support/gpu_fixture.h"
 #include "support/provoked_failures.h"
 #include "support/random_segments.h"

@@ -9,8 +9,8 @@
 
 #include "gl/objects.h"
 #include "gpu/packed.h"
-#include "knead/gl.h"
-#include "knead/gpu.h"
+#include "knead/editor/gl.h"
+#include "knead/editor/gpu.h"
 
 namespace knead::gpu {
 

@@ -1,5 +1,5 @@
 // Volumes and rays of a surface whose points are on a GPU.
-#include "knead/gpu.h"
+#include "knead/editor/gpu.h"
 
 #include <algorithm>
 #include <array>

@@ -1,12 +1,12 @@
 // Volumes and rays on the GPU against the mesh's.
-#include "knead/gpu.h"
+#include "knead/editor/gpu.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "knead/editor/gl.h"
 #include "knead/error.h"
-#include "knead/gl.h"
 #include "knead/mesh.h"
 #include "mesh/test_shapes.h"
 #include "support/gpu_fixture.h"

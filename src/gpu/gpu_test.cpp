@@ -1,12 +1,12 @@
 // What is done with points that stay on the GPU.
-#include "knead/gpu.h"
+#include "knead/editor/gpu.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "knead/editor/gl.h"
 #include "knead/error.h"
-#include "knead/gl.h"
 #include "support/gpu_fixture.h"
 #include "support/random_segments.h"
 

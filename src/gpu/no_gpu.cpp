@@ -1,5 +1,5 @@
 // The backend for systems whose OpenGL has no compute shaders: constructors throw.
-#include "knead/gpu.h"
+#include "knead/editor/gpu.h"
 
 namespace knead::gpu {
 

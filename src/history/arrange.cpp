@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "knead/workbench.h"
+#include "knead/editor/workbench.h"
 
 namespace knead {
 

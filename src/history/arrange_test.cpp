@@ -1,9 +1,9 @@
 // The history as a list of entries that are rearranged.
 #include <gtest/gtest.h>
 
+#include "knead/editor/workbench.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/workbench.h"
 
 namespace knead::arrange_test {
 namespace {

@@ -1,9 +1,9 @@
 // The strength of gestures, and which strokes are one.
 #include <gtest/gtest.h>
 
+#include "knead/editor/workbench.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/workbench.h"
 
 namespace knead::gesture_strength_test {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "history/history.h"
-#include "knead/workbench.h"
+#include "knead/editor/workbench.h"
 #include "strokes/describe.h"
 #include "strokes/suffix.h"
 

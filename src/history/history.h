@@ -9,8 +9,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "knead/editor/shape_state.h"
 #include "knead/session.h"
-#include "knead/shape_state.h"
 
 namespace knead::session_detail {
 

@@ -13,11 +13,11 @@
 
 #include "history/history.h"
 #include "io/append_file.h"
+#include "knead/editor/shape_state.h"
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/session.h"
-#include "knead/shape_state.h"
-#include "knead/workbench.h"
 #include "math/system.h"
 
 namespace knead {

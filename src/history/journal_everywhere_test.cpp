@@ -3,8 +3,8 @@
 
 #include <string>
 
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
-#include "knead/workbench.h"
 #include "support/journal_work.h"
 
 namespace knead::journal_everywhere_test {

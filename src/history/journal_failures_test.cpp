@@ -13,8 +13,8 @@
 #include <cerrno>
 #include <thread>
 
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
-#include "knead/workbench.h"
 #include "support/journal_work.h"
 #include "support/test_meshes.h"
 

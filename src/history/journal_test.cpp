@@ -1,5 +1,5 @@
 // Journals: batches, recovery, saved and abandoned work.
-#include "knead/workbench.h"
+#include "knead/editor/workbench.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "history/history.h"
+#include "knead/editor/tools.h"
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
-#include "knead/tools.h"
-#include "knead/workbench.h"
 #include "session/deformed_shape_detail.h"
 #include "strokes/describe.h"
 #include "strokes/pose.h"

@@ -6,9 +6,9 @@
 #include <string>
 #include <thread>
 
+#include "knead/editor/workbench.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/workbench.h"
 
 namespace knead::workbench_memory_test {
 namespace {

@@ -1,5 +1,5 @@
 // Compares the shape of a workbench with a replay of its session.
-#include "knead/workbench.h"
+#include "knead/editor/workbench.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Animated GIFs, decoded again.
-#include "knead/render.h"
+#include "knead/editor/render.h"
 
 #include <gtest/gtest.h>
 

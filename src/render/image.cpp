@@ -1,5 +1,5 @@
 // PNG, JPEG and rows of images, by stb's code.
-#include "knead/render.h"
+#include "knead/editor/render.h"
 
 #include <algorithm>
 #include <cstddef>

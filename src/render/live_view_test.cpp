@@ -1,5 +1,5 @@
 // The interactive view: moves, uploads, masks and errors.
-#include "knead/render.h"
+#include "knead/editor/render.h"
 
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "knead/render.h"
+#include "knead/editor/render.h"
 #include "render/offline/passes.h"
 #include "support/pictures.h"
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "knead/editor/render.h"
 #include "knead/error.h"
-#include "knead/render.h"
 
 namespace knead::render {
 namespace {

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "knead/editor/gl.h"
+#include "knead/editor/render.h"
 #include "knead/error.h"
-#include "knead/gl.h"
-#include "knead/render.h"
 #include "support/pictures.h"
 
 #pragma GCC diagnostic push

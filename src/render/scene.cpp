@@ -7,9 +7,9 @@
 #include <numbers>
 #include <optional>
 
+#include "knead/editor/render.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 #include "render/surface.h"
 
 namespace knead::render {

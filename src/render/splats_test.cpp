@@ -7,9 +7,9 @@
 #include <cmath>
 #include <random>
 
+#include "knead/editor/render.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 #include "knead/replay.h"
 #include "knead/splats.h"
 

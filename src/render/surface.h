@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "knead/editor/render.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 
 namespace knead::render {
 

@@ -7,7 +7,7 @@
 
 #include "field/grid.h"
 #include "flow/curve_map.h"
-#include "knead/render.h"
+#include "knead/editor/render.h"
 #include "render/surface.h"
 
 namespace knead::render {

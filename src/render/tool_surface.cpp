@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "knead/render.h"
+#include "knead/editor/render.h"
 #include "mesh/polygonise.h"
 
 namespace knead::render {

@@ -1,5 +1,5 @@
 // Surfaces of tools, and their cache.
-#include "knead/render.h"
+#include "knead/editor/render.h"
 
 #include <gtest/gtest.h>
 

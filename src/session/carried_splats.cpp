@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "flow/path_jacobian.h"
+#include "knead/editor/shape_state.h"
 #include "knead/error.h"
-#include "knead/shape_state.h"
 #include "knead/splats.h"
 #include "session/deformed_shape_detail.h"
 

@@ -11,8 +11,8 @@
 #include "flow/block_mover.h"
 #include "flow/masked.h"
 #include "flow/segment_mover.h"
+#include "knead/editor/shape_state.h"
 #include "knead/flow.h"
-#include "knead/shape_state.h"
 #include "remesh/patch.h"
 #include "session/deformed_shape_detail.h"
 

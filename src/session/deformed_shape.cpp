@@ -6,9 +6,9 @@
 #include <cstring>
 #include <utility>
 
+#include "knead/editor/shape_state.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/shape_state.h"
 #include "knead/splats.h"
 #include "knead/vec.h"
 #include "math/system.h"

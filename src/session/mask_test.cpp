@@ -5,11 +5,11 @@
 #include <bit>
 
 #include "knead/certify.h"
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
 #include "knead/session.h"
-#include "knead/workbench.h"
 #include "support/journal_work.h"
 
 namespace knead::mask_test {

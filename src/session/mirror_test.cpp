@@ -5,11 +5,11 @@
 #include <cmath>
 #include <filesystem>
 
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/workbench.h"
 #include "support/random_segments.h"
 
 namespace knead::mirror_test {

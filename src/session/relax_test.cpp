@@ -7,11 +7,11 @@
 #include <string>
 
 #include "knead/certify.h"
+#include "knead/editor/tools.h"
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/tools.h"
-#include "knead/workbench.h"
 
 namespace knead::relax_test {
 namespace {

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/replay.h"
-#include "knead/tools.h"
 #include "session/deformed_shape_detail.h"
 #include "session/mesh_walls.h"
 #include "session/replay_detail.h"

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/replay.h"
 #include "knead/splats.h"
-#include "knead/tools.h"
 #include "session/deformed_shape_detail.h"
 
 namespace knead::session_detail {

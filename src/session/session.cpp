@@ -7,9 +7,9 @@
 
 #include "io/numbers.h"
 #include "io/text.h"
+#include "knead/editor/tools.h"
 #include "knead/io.h"
 #include "knead/session.h"
-#include "knead/tools.h"
 #include "session/stroke_json.h"
 #include "strokes/mirror.h"
 
@@ -286,7 +286,8 @@ SessionStroke parse_stroke(std::string_view text, const std::string& name, std::
   const Place place{name, 0};
   const std::size_t first = text.find_first_not_of(kBlanks);
   const bool is_words = first != std::string_view::npos && std::isalpha(static_cast<unsigned char>(text[first])) != 0;
-  const std::optional<Json> json = is_words ? std::optional(stroke_of_words(text, place)) : session_detail::parse_line(text, place);
+  const std::optional<Json> json =
+      is_words ? std::optional(stroke_of_words(text, place)) : session_detail::parse_line(text, place);
   if (!json || !json->is_object()) throw InvalidInput(place, "a stroke must be a JSON object {...}");
   return read_stroke_line(*json, parameters, place);
 }

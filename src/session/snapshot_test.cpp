@@ -3,7 +3,7 @@
 
 #include <set>
 
-#include "knead/shape_state.h"
+#include "knead/editor/shape_state.h"
 
 namespace knead::snapshot_test {
 namespace {

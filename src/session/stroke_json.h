@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "json/json.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/remesh.h"
 #include "knead/session.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 
 namespace knead::session_detail {

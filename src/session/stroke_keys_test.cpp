@@ -6,11 +6,11 @@
 #include <filesystem>
 
 #include "knead/certify.h"
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
-#include "knead/workbench.h"
 #include "support/scratch.h"
 
 namespace knead::stroke_keys_test {

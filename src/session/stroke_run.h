@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/shape_state.h"
-#include "knead/tools.h"
+#include "knead/editor/shape_state.h"
+#include "knead/editor/tools.h"
 
 namespace knead::session_detail {
 

@@ -14,10 +14,10 @@
 #include <utility>
 
 #include "json/json.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/io.h"
-#include "knead/tools.h"
 #include "mesh/body_points.h"
 #include "mesh/edges.h"
 #include "skin/joints.h"

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "mesh/edges.h"
 #include "strokes/describe.h"

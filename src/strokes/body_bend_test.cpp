@@ -8,9 +8,9 @@
 #include <regex>
 #include <string>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 #include "support/surface.h"
 
 namespace knead::body_bend_test {

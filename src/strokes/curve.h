@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/flow.h"
 #include "knead/stroke.h"
-#include "knead/tools.h"
 
 namespace knead::tool_detail {
 

@@ -2,11 +2,11 @@
 
 #include <cmath>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "support/surface.h"
 #include "support/test_meshes.h"

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "knead/tools.h"
+#include "knead/editor/tools.h"
 #include "knead/vec.h"
 
 namespace knead::tool_detail {

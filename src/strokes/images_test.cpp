@@ -3,7 +3,7 @@
 #include <bit>
 #include <vector>
 
-#include "knead/tools.h"
+#include "knead/editor/tools.h"
 #include "strokes/mirror.h"
 
 namespace knead::images_test {

@@ -8,10 +8,10 @@
 #include <span>
 #include <utility>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "mesh/body_points.h"
 #include "pose/near_rigid.h"

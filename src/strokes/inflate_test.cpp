@@ -4,9 +4,9 @@
 #include <cmath>
 #include <string>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 #include "mesh/body_points.h"
 #include "strokes/pose.h"
 #include "support/surface.h"

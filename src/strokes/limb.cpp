@@ -1,5 +1,5 @@
 // The limb that a point of a surface belongs to: its vertices, root and neck.
-#include "knead/tools.h"
+#include "knead/editor/tools.h"
 
 #include <algorithm>
 #include <array>

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/region.h"
-#include "knead/tools.h"
 #include "mesh/edges.h"
 #include "strokes/describe.h"
 #include "strokes/slice.h"

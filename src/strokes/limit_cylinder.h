@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 
 namespace knead {
 

@@ -11,9 +11,9 @@
 
 #include "field/grid.h"
 #include "flow/culling.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "strokes/describe.h"
 

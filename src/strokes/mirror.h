@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/flow.h"
 #include "knead/stroke.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 
 namespace knead {

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "strokes/describe.h"
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <iterator>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
-#include "knead/tools.h"
 #include "strokes/describe.h"
 #include "strokes/suffix.h"
 #include "strokes/surface_finder.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
-#include "knead/tools.h"
 #include "strokes/describe.h"
 #include "strokes/mirror.h"
 

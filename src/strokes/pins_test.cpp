@@ -1,10 +1,10 @@
 // Strokes of pins. Their flow has tests of its own (flow/pins_test.cpp).
 #include <gtest/gtest.h>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/stroke.h"
-#include "knead/tools.h"
 #include "support/random_segments.h"
 
 namespace knead::pins_test {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
-#include "knead/tools.h"
 #include "strokes/describe.h"
 #include "strokes/limit_cylinder.h"
 

@@ -8,10 +8,10 @@
 #include <unordered_map>
 #include <utility>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "math/elementary.h"
 #include "mesh/body_points.h"

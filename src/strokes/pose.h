@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/flow.h"
-#include "knead/tools.h"
 #include "pose/pose_motion.h"
 
 namespace knead {

@@ -8,9 +8,9 @@
 #include <numeric>
 #include <random>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 #include "mesh/body_points.h"
 #include "support/surface.h"
 

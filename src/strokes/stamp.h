@@ -9,8 +9,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 
 namespace knead::tool_detail {

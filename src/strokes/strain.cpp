@@ -1,5 +1,5 @@
 // How far a flow stretches a surface or the space about points.
-#include "knead/tools.h"
+#include "knead/editor/tools.h"
 
 #include <algorithm>
 #include <array>

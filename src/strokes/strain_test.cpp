@@ -1,4 +1,4 @@
-#include "knead/tools.h"
+#include "knead/editor/tools.h"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 
 namespace knead::tool_detail {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
-#include "knead/tools.h"
 
 namespace knead::widest_outer_test {
 namespace {

@@ -10,9 +10,9 @@
 #include <variant>
 #include "math/elementary.h"
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "strokes/describe.h"
 

@@ -8,12 +8,12 @@
 
 #include "knead/animation.h"
 #include "knead/certify.h"
+#include "knead/editor/tools.h"
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/remesh.h"
-#include "knead/tools.h"
-#include "knead/workbench.h"
 
 namespace knead::invalid_mesh_test {
 namespace {

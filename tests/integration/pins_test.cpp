@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/flow.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/stroke.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "support/test_meshes.h"
 

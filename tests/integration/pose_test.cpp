@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "support/test_meshes.h"
 

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/tools.h"
 #include "surveys/random_strokes.h"
 
 namespace knead::scale_test {

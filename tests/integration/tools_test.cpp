@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/session.h"
-#include "knead/tools.h"
 #include "support/test_meshes.h"
 #include "support/tool_docs.h"
 #include "surveys/random_strokes.h"

@@ -20,12 +20,12 @@
 #include <memory>
 #include <string_view>
 
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
 #include "knead/session.h"
-#include "knead/workbench.h"
 #include "surveys/random_strokes.h"
 
 namespace knead {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/gpu.h"
+#include "knead/editor/gpu.h"
 #include "knead/vec.h"
 #include "support/outcome.h"
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/workbench.h"
 #include "knead/mesh.h"
 #include "knead/session.h"
-#include "knead/workbench.h"
 #include "support/scratch.h"
 
 namespace knead::test {

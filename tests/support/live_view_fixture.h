@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "knead/gl.h"
-#include "knead/render.h"
+#include "knead/editor/gl.h"
+#include "knead/editor/render.h"
 #include "knead/vec.h"
 #include "support/pictures.h"
 

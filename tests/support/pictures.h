@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "knead/gl.h"
+#include "knead/editor/gl.h"
+#include "knead/editor/render.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 
 namespace knead::render {
 

@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 
 namespace knead::test {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/tools.h"
+#include "knead/editor/tools.h"
 
 namespace knead::test {
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "knead/tools.h"
+#include "knead/editor/tools.h"
 #include "knead/vec.h"
 
 namespace knead::surveys {

@@ -7,9 +7,9 @@
 
 #include "gestures/tools.h"
 #include "keys.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/session.h"
-#include "knead/tools.h"
 #include "support/tool_docs.h"
 #include "surveys/random_strokes.h"
 

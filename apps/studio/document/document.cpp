@@ -15,10 +15,10 @@
 #include <utility>
 
 #include "gestures/gesture.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 
 namespace knead::studio {
 

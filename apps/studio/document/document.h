@@ -16,11 +16,11 @@
 #include "document/objects.h"
 #include "gestures/picker.h"
 #include "gestures/tools.h"
+#include "knead/editor/render.h"
+#include "knead/editor/workbench.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 #include "knead/replay.h"
-#include "knead/workbench.h"
 
 namespace knead::studio {
 

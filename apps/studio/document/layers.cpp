@@ -11,9 +11,9 @@
 #include <utility>
 #include <variant>
 
+#include "knead/editor/tools.h"
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
-#include "knead/tools.h"
-#include "knead/workbench.h"
 
 namespace knead::studio {
 

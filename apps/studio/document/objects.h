@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/shape_state.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/shape_state.h"
 
 namespace knead::studio {
 

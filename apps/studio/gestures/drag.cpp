@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "gestures/gesture_kinds.h"
-#include "knead/tools.h"
+#include "knead/editor/tools.h"
 
 namespace knead::studio {
 

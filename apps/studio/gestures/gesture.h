@@ -10,9 +10,9 @@
 
 #include "gestures/picker.h"
 #include "gestures/tools.h"
-#include "knead/render.h"
+#include "knead/editor/render.h"
+#include "knead/editor/tools.h"
 #include "knead/session.h"
-#include "knead/tools.h"
 #include "platform/window.h"
 
 namespace knead::studio {

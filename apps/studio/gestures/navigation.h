@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "knead/render.h"
+#include "knead/editor/render.h"
 #include "knead/vec.h"
 #include "platform/window.h"
 

@@ -17,7 +17,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kWidth = 800;
 constexpr double kHeight = 600;
 
-// Where a point is seen, in pixels: the perspective of knead/render.h, written down once more.
+// Where a point is seen, in pixels: the perspective of knead/editor/render.h, written down once more.
 std::array<double, 2> seen(const View& view, const Vec3d& p) {
   const render::Camera camera = camera_of(view);
   const render::CameraFrame frame = render::camera_frame(camera);

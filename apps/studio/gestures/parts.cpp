@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "gestures/gesture_kinds.h"
+#include "knead/editor/tools.h"
 #include "knead/remesh.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 
 namespace knead::studio {

@@ -9,10 +9,10 @@
 #include <span>
 #include <vector>
 
+#include "knead/editor/render.h"
+#include "knead/editor/workbench.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 #include "knead/vec.h"
-#include "knead/workbench.h"
 
 namespace knead::studio {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "gestures/gesture_kinds.h"
+#include "knead/editor/tools.h"
 #include "knead/mesh.h"
-#include "knead/tools.h"
 
 namespace knead::studio {
 

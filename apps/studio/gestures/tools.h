@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/mesh.h"
 #include "knead/remesh.h"
 #include "knead/replay.h"
 #include "knead/stroke.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 
 namespace knead::studio {

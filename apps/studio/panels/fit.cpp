@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "knead/render.h"
+#include "knead/editor/render.h"
 #include "panels/panels.h"
 #include "panels/widgets.h"
 #include "view/overlay.h"

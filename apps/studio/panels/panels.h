@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "gestures/navigation.h"
-#include "knead/tools.h"
+#include "knead/editor/tools.h"
 #include "platform/gui.h"
 #include "setting.h"
 #include "studio.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "document/layers.h"
-#include "knead/workbench.h"
+#include "knead/editor/workbench.h"
 #include "panels/interface.h"
 #include "panels/interface_fixture.h"
 

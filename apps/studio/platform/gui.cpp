@@ -12,7 +12,7 @@
 #include <utility>
 #include <variant>
 
-#include "knead/render.h"
+#include "knead/editor/render.h"
 
 namespace knead::studio {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/render.h"
+#include "knead/editor/render.h"
 #include "platform/window.h"
 
 namespace knead::studio {

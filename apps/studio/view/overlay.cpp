@@ -8,9 +8,9 @@
 #include "gestures/gesture.h"
 #include "gestures/gesture_kinds.h"
 #include "gestures/tools.h"
+#include "knead/editor/render.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 #include "knead/vec.h"
 
 namespace knead::studio {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "gestures/picker.h"
+#include "knead/editor/render.h"
+#include "knead/editor/shape_state.h"
+#include "knead/editor/tools.h"
 #include "knead/flow.h"
-#include "knead/render.h"
-#include "knead/shape_state.h"
-#include "knead/tools.h"
 #include "studio.h"
 
 namespace knead::studio {

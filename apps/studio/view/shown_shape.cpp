@@ -5,10 +5,10 @@
 #include <cmath>
 #include <variant>
 
+#include "knead/editor/shape_state.h"
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/shape_state.h"
-#include "knead/workbench.h"
 
 namespace knead::studio {
 

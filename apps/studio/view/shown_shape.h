@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/gpu.h"
-#include "knead/render.h"
+#include "knead/editor/gpu.h"
+#include "knead/editor/render.h"
 #include "studio.h"
 
 namespace knead::studio {

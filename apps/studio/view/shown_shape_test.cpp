@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "knead/gl.h"
+#include "knead/editor/gl.h"
 #include "studio_fixture.h"
 #include "view/shown_shape.h"
 

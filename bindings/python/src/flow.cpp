@@ -9,11 +9,11 @@
 
 #include "arrays.h"
 #include "knead/derivatives.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/io.h"
 #include "knead/replay.h"
-#include "knead/tools.h"
 #include "module.h"
 #include "options.h"
 #include "work.h"

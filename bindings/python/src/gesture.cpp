@@ -10,10 +10,10 @@
 #include <optional>
 
 #include "arrays.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/session.h"
-#include "knead/tools.h"
 #include "knead/vec.h"
 #include "module.h"
 

@@ -11,9 +11,9 @@
 #include <numbers>
 
 #include "arrays.h"
+#include "knead/editor/gl.h"
+#include "knead/editor/render.h"
 #include "knead/error.h"
-#include "knead/gl.h"
-#include "knead/render.h"
 #endif
 
 namespace knead::python {

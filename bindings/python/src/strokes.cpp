@@ -6,10 +6,10 @@
 #include <array>
 #include <filesystem>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/session.h"
-#include "knead/tools.h"
 #include "module.h"
 #include "work.h"
 

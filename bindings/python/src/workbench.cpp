@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "arrays.h"
+#include "knead/editor/workbench.h"
 #include "knead/error.h"
-#include "knead/workbench.h"
 #include "module.h"
 #include "work.h"
 

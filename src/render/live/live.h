@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "gl/objects.h"
+#include "knead/editor/render.h"
 #include "knead/mesh.h"
-#include "knead/render.h"
 #include "knead/vec.h"
 #include "render/offline/passes.h"
 #include "render/surface.h"

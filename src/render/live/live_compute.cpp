@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/gl.h"
+#include "knead/editor/gl.h"
 #include "render/live/live.h"
 
 namespace knead::render {

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <string>
 
+#include "knead/editor/gl.h"
 #include "knead/error.h"
-#include "knead/gl.h"
 #include "render/live/live.h"
 #include "render/surface.h"
 

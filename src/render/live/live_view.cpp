@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
+#include "knead/editor/gl.h"
+#include "knead/editor/render.h"
 #include "knead/error.h"
-#include "knead/gl.h"
-#include "knead/render.h"
 #include "render/live/live.h"
 #include "render/offline/passes.h"
 #include "render/surface.h"

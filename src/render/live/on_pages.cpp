@@ -1,5 +1,5 @@
 // Stands in for compute shaders and the offline renderer, which pages do not have: both throw.
-#include "knead/gl.h"
+#include "knead/editor/gl.h"
 #include "render/live/live.h"
 
 namespace knead::render {

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "knead/editor/render.h"
 #include "knead/error.h"
-#include "knead/render.h"
 
 namespace knead::render {
 namespace {

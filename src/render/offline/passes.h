@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "gl/objects.h"
-#include "knead/render.h"
+#include "knead/editor/render.h"
 #include "render/surface.h"
 
 namespace knead::render {

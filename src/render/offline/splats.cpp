@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/render.h"
 #include "knead/error.h"
-#include "knead/render.h"
 #include "knead/splats.h"
 #include "math/elementary.h"
 

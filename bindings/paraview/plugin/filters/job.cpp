@@ -11,9 +11,9 @@
 #include <optional>
 
 #include "knead/certify.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
-#include "knead/tools.h"
 
 namespace knead::paraview {
 namespace {

@@ -15,11 +15,11 @@
 #include <string_view>
 #include <vector>
 
+#include "knead/editor/shape_state.h"
 #include "knead/flow.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/session.h"
-#include "knead/shape_state.h"
 
 namespace knead {
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/gl.h"
 #include "knead/flow.h"
-#include "knead/gl.h"
 
 namespace knead::gpu {
 
