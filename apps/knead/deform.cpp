@@ -172,6 +172,18 @@ std::string frames_line(const DeformOptions& options, const Target& target) {
                                : fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
 }
 
+void say(const DeformOptions& options, const Target& target, const Session& session, const Report& report) {
+  const bool is_plain = !options.common.quiet && !options.common.json && options.report.empty();
+  if (options.is_brief && is_plain) return print(brief(target.last_path(), session, report));
+  print_report(options, target.last_path(), frames_line(options, target), report);
+}
+
+void write_session(const DeformOptions& options, const Session& session) {
+  if (!options.session_output.empty()) {
+    write_file_atomically(options.session_output, serialize_session(session));
+  }
+}
+
 Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
   const bool quiet = options.common.quiet;
   Inputs inputs = read_inputs(options.shape, options.format, source_of(options), quiet, replay.motion.threads);
@@ -294,21 +306,14 @@ void run_deform(const DeformOptions& options) {
   if (!target.is_animation() && !is_stream(target.path(0))) {
     copy_materials(inputs.shape, options.shape, target.path(0), options.common.quiet);
   }
-  if (!options.session_output.empty()) {
-    write_file_atomically(options.session_output, serialize_session(inputs.session));
-  }
+  write_session(options, inputs.session);
   if (!is_reported(options)) return require_reached(certified.result);
   const Clock measuring;
   Report report = report_of(inputs.shape.mesh, certified, seconds);
   report.seconds.measure = measuring.seconds();
   report.seconds.total = total.seconds();
   report.backend = backend.name();
-  const bool is_plain = !options.common.quiet && !options.common.json && options.report.empty();
-  if (options.is_brief && is_plain) {
-    print(brief(target.last_path(), inputs.session, report));
-  } else {
-    print_report(options, target.last_path(), frames_line(options, target), report);
-  }
+  say(options, target, inputs.session, report);
   require_reached(certified.result);
 }
 
