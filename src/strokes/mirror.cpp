@@ -169,19 +169,52 @@ Segment sum_of(const std::vector<Segment>& images, const Mirror& mirror) {
   return sum;
 }
 
-// Places in the tool at a time, the same ones of each image in the same order.
+// Places in and about the tool at a time, the same ones of each image in the same order.
 std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
   std::vector<Vec3d> places;
   for (std::size_t i = 0; i < segment.fields.size(); i += segment.fields.size() / kMaxAnchors + 1) {
     const Field& field = segment.fields[i];
     std::vector<Vec3d> anchors;
-    find_anchors(field, anchors);
+    const double size = find_anchors(field, anchors);
     for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMaxAnchors + 1) {
       const Vec3d place = anchors[k] + displacement_of(segment, field) * time;
       places.push_back(place);
       add_places(place, field.thresholds.inner, places);
+      add_places(place, size, places);
     }
   }
+  return places;
+}
+
+// Places all over where the first part overlaps another one, if it reaches only so far: elsewhere it acts alone.
+void add_overlaps(const Segment& sum, std::vector<Vec3d>& places) {
+  constexpr int along = 10;
+  const Box first = detail::support_of(sum.parts.front());
+  for (std::size_t i = 1; i < sum.parts.size(); ++i) {
+    Box both = detail::support_of(sum.parts[i]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      both.min[axis] = std::max(both.min[axis], first.min[axis]);
+      both.max[axis] = std::min(both.max[axis], first.max[axis]);
+    }
+    if (both.empty() || !std::isfinite(both.diagonal())) continue;
+    const Vec3d cell = (both.max - both.min) / along;
+    for (int k = 0; k < along * along * along; ++k) {
+      const Vec3d at{k % along + 0.5, k / along % along + 0.5, k / (along * along) + 0.5};
+      places.push_back(both.min + Vec3d{at.x * cell.x, at.y * cell.y, at.z * cell.z});
+    }
+  }
+}
+
+// Places in the tools of all parts, and between them.
+std::vector<Vec3d> places_in_tools(const Segment& sum, double time) {
+  std::vector<Vec3d> places;
+  for (const Segment& part : sum.parts) {
+    const std::vector<Vec3d> own = places_in_tool(part, time);
+    const std::size_t count = std::min(own.size(), places.size());
+    for (std::size_t i = 0; i < count; ++i) places.push_back((own[i] + places[i]) * 0.5);
+    places.insert(places.begin(), own.begin(), own.end());
+  }
+  add_overlaps(sum, places);
   return places;
 }
 
@@ -196,10 +229,37 @@ bool do_overlap(std::span<const Segment> parts) {
   return false;
 }
 
-double greatest_speed(const Segment& segment, std::span<const Vec3d> places, double time) {
+// The greatest speed at the places; for `step` > 0 at the place, too, to which steps uphill lead from the best one.
+double greatest_speed(const Segment& segment, std::span<const Vec3d> places, double time, double step) {
+  constexpr int rounds = 16;
+  const Flow flow{{segment}};
   double greatest = 0;
-  for (const Vec3d& v : velocities(Flow{{segment}}, places, time)) greatest = std::max(greatest, norm(v));
+  Vec3d best{0, 0, 0};
+  const auto look = [&](std::span<const Vec3d> at) {
+    const std::vector<Vec3d> found = velocities(flow, at, time);
+    bool is_better = false;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      if (!(norm(found[i]) > greatest)) continue;
+      greatest = norm(found[i]);
+      best = at[i];
+      is_better = true;
+    }
+    return is_better;
+  };
+  look(places);
+  for (int round = 0; step > 0 && round < rounds; ++round) {
+    const Vec3d x{step, 0, 0};
+    const Vec3d y{0, step, 0};
+    const Vec3d z{0, 0, step};
+    if (!look(std::array{best - x, best + x, best - y, best + y, best - z, best + z})) step *= 0.5;
+  }
   return greatest;
+}
+
+// How far the search for the greatest speed steps at first: 0 for tools that reach everywhere.
+double step_in(const Segment& sum) {
+  const double size = detail::support_of(sum.parts.front()).diagonal();
+  return std::isfinite(size) ? size / 32 : 0;
 }
 
 }  // namespace
@@ -297,18 +357,13 @@ std::optional<Stroke> with_images(const Stroke& stroke, const Mirror& mirror, st
 
 double speed_of_images(const Segment& segment) {
   if (!do_overlap(segment.parts)) return 1;
+  const double step = step_in(segment);
   double of_sum = 0;
   double of_one = 0;
   for (const double time : {0.0, 0.5, 1.0}) {
-    std::vector<Vec3d> places;
-    for (const Segment& part : segment.parts) {
-      const std::vector<Vec3d> own = places_in_tool(part, time);
-      const std::size_t count = std::min(own.size(), places.size());
-      for (std::size_t i = 0; i < count; ++i) places.push_back((own[i] + places[i]) * 0.5);
-      places.insert(places.begin(), own.begin(), own.end());
-    }
-    of_sum = std::max(of_sum, greatest_speed(segment, places, time));
-    for (const Segment& part : segment.parts) of_one = std::max(of_one, greatest_speed(part, places, time));
+    const std::vector<Vec3d> places = places_in_tools(segment, time);
+    of_sum = std::max(of_sum, greatest_speed(segment, places, time, step));
+    of_one = std::max(of_one, greatest_speed(segment.parts.front(), places, time, step));
   }
   return of_one > 0 ? of_sum / of_one : 1;
 }
