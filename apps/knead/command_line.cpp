@@ -18,6 +18,7 @@
 #include "command.h"
 #include "knead/error.h"
 #include "knead/remesh.h"
+#include "knead/version.h"
 #include "output.h"
 #include "program.h"
 

@@ -229,13 +229,14 @@ void run_deform(const DeformOptions& options) {
   if (!target.is_animation() && !is_stream(target.path(0))) {
     copy_materials(inputs.shape, options.shape, target.path(0), options.common.quiet);
   }
-  if (!is_reported(options)) return;
+  if (!is_reported(options)) return require_reached(certified.result);
   const Clock measuring;
   Report report = report_of(inputs.shape.mesh, certified, seconds);
   report.seconds.measure = measuring.seconds();
   report.seconds.total = total.seconds();
   report.backend = backend.name();
   print_report(options, target.last_path(), frames_line(options, target), report);
+  require_reached(certified.result);
 }
 
 // --- knead resolve SHAPE SESSION -o OUT.knead: the session as strokes that need no mesh ------------------------------
@@ -267,7 +268,10 @@ void run_resolve(const ResolveOptions& options) {
   Session resolved;
   resolved.note = inputs.session.note;
   resolved.strokes = result.resolved;
-  if (to_output) return print(serialize_session(resolved));
+  if (to_output) {
+    print(serialize_session(resolved));
+    return require_reached(result);
+  }
   end_after_last_output(options.common.json);
   write_file_atomically(options.output, serialize_session(resolved));
   if (options.common.json) {
@@ -277,6 +281,7 @@ void run_resolve(const ResolveOptions& options) {
     print(fmt::format("{}: {} ({})\n", options.output, counted(resolved.strokes.size(), "stroke"),
                       counted(result.segments, "segment")));
   }
+  require_reached(result);
 }
 
 }  // namespace

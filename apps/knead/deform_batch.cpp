@@ -21,6 +21,7 @@
 #include "knead/io.h"
 #include "knead/replay.h"
 #include "knead/tools.h"
+#include "knead/version.h"
 #include "output.h"
 
 namespace knead::command {
@@ -269,6 +270,7 @@ class Batch {
     if (result.status == AdvectStatus::step_limit) {
       throw QualityError(to_string(Place{session.name, result.failed_line}) + ": " + kStepLimitAdvice);
     }
+    std::move(result.shortfalls.begin(), result.shortfalls.end(), std::back_inserter(result.warnings));
     const std::scoped_lock lock(mutex_);
     for (const std::string& warning : result.warnings) {
       const bool is_new = told_.insert(warning).second;

@@ -151,6 +151,7 @@ class Stream {
       throw QualityError(to_string(Place{session_.name, result.failed_line}) + ": " + kStepLimitAdvice);
     }
     notes_.insert(result.warnings.begin(), result.warnings.end());
+    notes_.insert(result.shortfalls.begin(), result.shortfalls.end());
     replay_.strokes_warn = false;  // they are the same for every piece
     const std::span<const Vec3d> positions = result.shape.positions();
     for (std::size_t i = 0; i < positions.size(); ++i) moved_ += positions[i] != piece.mesh.positions[i] ? 1 : 0;

@@ -117,7 +117,9 @@ void resolve_on_first(Inputs& inputs, ReplayOptions options, bool quiet) {
   options.must_follow = false;
   options.normals = inputs.shape.mesh.face_count() == 0 ? vertex_normals_of(inputs.shape) : std::vector<Vec3d>{};
   options.remesh.face_labels = face_labels(inputs.shape);
-  inputs.session.strokes = replay_watched(inputs.shape.mesh, without_cells(inputs.session), options, quiet).resolved;
+  ReplayResult first = replay_watched(inputs.shape.mesh, without_cells(inputs.session), options, quiet);
+  if (!quiet) print_notes(first.shortfalls);
+  inputs.session.strokes = std::move(first.resolved);
   if (inputs.session.strokes.size() != count && options.part.until) {
     throw UsageError(
         "--until: strokes of this session read a surface; with --also, make it whole by knead resolve first");
@@ -332,11 +334,12 @@ void run_together(const DeformOptions& options) {
   const Clock placing;
   output.finish();
   seconds.write += placing.seconds();
-  if (!is_reported(options)) return;
+  if (!is_reported(options)) return require_reached(certified.result);
   report.seconds = seconds;
   report.seconds.total = total.seconds();
   report.backend = backend.name();
   print_report(options, options.output, output.frames_line(), report);
+  require_reached(certified.result);
 }
 
 }  // namespace knead::command

@@ -208,6 +208,10 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
   return result;
 }
 
+void require_reached(const ReplayResult& result) {
+  if (!result.shortfalls.empty()) throw QualityError(result.shortfalls.front());
+}
+
 #ifdef KNEAD_HAS_GPU
 
 ChosenBackend choose_backend(const std::string& name, bool quiet) {

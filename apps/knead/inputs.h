@@ -89,6 +89,9 @@ Session without_cells(Session session);
 // result.
 ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet);
 
+// Throws QualityError if a stroke fell short of what was asked. What was made has been written.
+void require_reached(const ReplayResult& result);
+
 // --- what --backend chooses
 
 // What happened to a backend.

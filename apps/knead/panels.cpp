@@ -152,6 +152,7 @@ std::vector<Panel> panels_of_session(const PanelOptions& options, const Session&
     replay.may_cross = true;  // a picture shows it
     replay.part.until = remeshed ? moment : parts_at(played, moment);
     const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, replay, options.quiet);
+    if (!options.quiet) print_notes(result.shortfalls);
     Panel& panel = panels.emplace_back(Panel{result.shape.to_mesh(), {}});
     if (options.tools == ToolPanels::each) panel.tools = tools_at(options, played, moment);
   }

@@ -203,7 +203,8 @@ FilmRequest film_of_session(const RenderOptions& options, PictureRequest& reques
     const std::vector<Vec3d> points = outermost_points(frame.shape.positions());
     request.shown.insert(request.shown.end(), points.begin(), points.end());
   };
-  replay_watched(inputs->shape.mesh, inputs->session, replay, options.common.quiet);
+  const ReplayResult played = replay_watched(inputs->shape.mesh, inputs->session, replay, options.common.quiet);
+  if (!options.common.quiet) print_notes(played.shortfalls);
   FilmRequest film{options.output, frame_count(replay.frames), options.frames.frames_per_second()};
   film.play = [inputs, replay, &request](const auto& draw) mutable {
     request.panels.resize(1);

@@ -117,10 +117,10 @@ std::string summary(const SkinFlags& flags, const SkinReport& report) {
                      100 * report.part_distance, 100 * report.part_distance_95);
 }
 
-// Throws QualityError with the first complaint about results, each with its name. What was made has been written.
-void require_sound(const SkinFlags& flags, const std::vector<std::pair<std::string, SkinMeasures>>& results) {
-  for (const auto& [name, flow] : results) {
-    const std::string complaint = complaint_about(flow);
+// Throws QualityError with the first complaint about results: their names, each with its complaint. What was made has
+// been written.
+void require_sound(const SkinFlags& flags, const std::vector<std::pair<std::string, std::string>>& results) {
+  for (const auto& [name, complaint] : results) {
     if (!complaint.empty()) throw QualityError(fmt::format("{}: {}{}", flags.output, name, complaint));
   }
 }
@@ -164,7 +164,7 @@ void write_correctives(const SkinFlags& flags, const ShapeFile& source, const Sk
     print_message("note: no joint that moves a vertex turns by 5 degrees; the file gets no corrective shapes");
   }
   MorphTargets targets;
-  std::vector<std::pair<std::string, SkinMeasures>> results;
+  std::vector<std::pair<std::string, std::string>> results;
   for (const Corrective& corrective : correctives) {
     std::vector<Vec3d> shape = source.mesh.positions;
     for (std::size_t v = 0; v < shape.size(); ++v) shape[v] += corrective.offsets[v];
@@ -173,7 +173,7 @@ void write_correctives(const SkinFlags& flags, const ShapeFile& source, const Sk
     for (const std::uint32_t bone : corrective.bones) {
       name += " " + (file.skin.names[bone].empty() ? fmt::format("{}", bone) : file.skin.names[bone]);
     }
-    results.emplace_back(fmt::format("shape \"{}\": ", name), corrective.flow);
+    results.emplace_back(fmt::format("shape \"{}\": ", name), corrective.problem);
     targets.names.push_back(std::move(name));
   }
   targets.weights = corrective_weights(correctives, file.skin, file.pose);
@@ -203,12 +203,12 @@ void write_frames(const SkinFlags& flags, const ShapeFile& source, const SkinFil
   } else {
     animation.emplace(flags.output, source, AnimationOptions{static_cast<int>(times.size()), flags.fps.value_or(24)});
   }
-  std::vector<std::pair<std::string, SkinMeasures>> results;
+  std::vector<std::pair<std::string, std::string>> results;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const SkinResult result = watched(flags, options, [&](const SkinOptions& own) {
       return pose_skin(source.mesh, file.skin, file.at(times[i]), own, false);
     });
-    results.emplace_back(fmt::format("frame {}: ", i), result.report.flow);
+    results.emplace_back(fmt::format("frame {}: ", i), complaint_about(result.report));
     if (pattern) {
       write_shape(frame_path(*pattern, static_cast<int>(i)), source, result.positions);
     } else {
@@ -254,7 +254,7 @@ void run_skin(const SkinFlags& flags) {
   } else if (!flags.common.quiet) {
     print(summary(flags, result.report));
   }
-  require_sound(flags, {{"", result.report.flow}});
+  require_sound(flags, {{"", complaint_about(result.report)}});
 }
 
 }  // namespace

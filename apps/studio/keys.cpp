@@ -18,6 +18,7 @@ struct ActionInfo {
   std::string title;
   std::string_view group;
   std::array<std::string_view, 2> chords;  // empty: none
+  std::string_view also{};                 // other words by which a person may look for it
 };
 
 using enum Action;
@@ -29,7 +30,7 @@ const std::vector<ActionInfo> kFixedActions{
     {add_shape, "add_shape", "Add a shape...", "File", {"Ctrl+Alt+O"}},
     {save, "save", "Save", "File", {"Ctrl+S"}},
     {save_as, "save_as", "Save as...", "File", {"Ctrl+Shift+S"}},
-    {export_shape, "export", "Export...", "File", {"Ctrl+E"}},
+    {export_shape, "export", "Export...", "File", {"Ctrl+E"}, "stl obj ply glb print"},
     {export_frames, "export_frames", "Export frames...", "File", {"Ctrl+Shift+E"}},
     {picture, "picture", "Picture...", "File", {"F12"}},
     {poster, "poster", "Poster...", "File", {"Ctrl+F12"}},
@@ -42,7 +43,7 @@ const std::vector<ActionInfo> kFixedActions{
     {redo, "redo", "Redo", "Edit", {"Ctrl+Shift+Z", "Ctrl+Y"}},
     {cancel, "cancel", "Cancel", "Edit", {"Escape"}},
     {finish, "finish", "Finish a curve", "Edit", {"Enter", "Numpad Enter"}},
-    {radius, "radius", "Set the radius with the pointer", "Tools", {"F"}},
+    {radius, "radius", "Set the radius with the pointer", "Tools", {"F"}, "size resize brush"},
     {inner_ratio, "inner_ratio", "Set the inner ratio with the pointer", "Tools", {"Shift+F"}},
     {larger, "larger", "Larger radius", "Tools", {"]"}},
     {smaller, "smaller", "Smaller radius", "Tools", {"["}},
@@ -50,10 +51,10 @@ const std::vector<ActionInfo> kFixedActions{
     {sharper, "sharper", "Larger inner ratio", "Tools", {"Shift+]"}},
     {drag_mode, "drag_mode", "Next drag direction", "Tools", {"D"}},
     {paint_in, "paint_in", "Press in or pull out", "Tools", {"I"}},
-    {mirror_x, "mirror_x", "Mirror in x", "Tools", {"Alt+X"}},
-    {mirror_y, "mirror_y", "Mirror in y", "Tools", {"Alt+Y"}},
-    {mirror_z, "mirror_z", "Mirror in z", "Tools", {"Alt+Z"}},
-    {remesh, "remesh", "Remesh when a drag ends", "Tools", {"R"}},
+    {mirror_x, "mirror_x", "Mirror in x", "Tools", {"Alt+X"}, "symmetry"},
+    {mirror_y, "mirror_y", "Mirror in y", "Tools", {"Alt+Y"}, "symmetry"},
+    {mirror_z, "mirror_z", "Mirror in z", "Tools", {"Alt+Z"}, "symmetry"},
+    {remesh, "remesh", "Remesh when a drag ends", "Tools", {"R"}, "dyntopo subdivide resolution detail triangles"},
     {mask_fill, "mask_fill", "Mask everything", "Tools", {"Ctrl+M"}},
     {mask_clear, "mask_clear", "Clear the mask", "Tools", {"Alt+M"}},
     {mask_invert, "mask_invert", "Invert the mask", "Tools", {"Ctrl+I"}},
@@ -62,7 +63,7 @@ const std::vector<ActionInfo> kFixedActions{
     {mask_shrink, "mask_shrink", "Shrink the mask", "Tools", {"Ctrl+["}},
     {remesh_last, "remesh_last", "Remesh the last stroke", "Tools", {"Shift+R"}},
     {fit, "fit", "Fit to another shape...", "Tools", {"Ctrl+Shift+F"}},
-    {frame_all, "frame_all", "Frame all", "View", {"Home"}},
+    {frame_all, "frame_all", "Frame all", "View", {"Home"}, "zoom focus fit reset"},
     {frame_stroke, "frame_stroke", "Frame the last stroke", "View", {"Numpad .", "."}},
     {view_front, "view_front", "From the front", "View", {"Numpad 1", "Alt+1"}},
     {view_back, "view_back", "From the back", "View", {"Ctrl+Numpad 1", "Ctrl+Alt+1"}},
@@ -84,7 +85,7 @@ const std::vector<ActionInfo> kFixedActions{
     {cutting_plane, "cutting_plane", "Cutting plane", "View", {"C"}},
     {help, "help", "Help", "Window", {"H", "F1"}},
     {panels, "panels", "Panels", "Window", {"Tab"}},
-    {history, "history", "History", "Window", {"L"}},
+    {history, "history", "History", "Window", {"L"}, "layers undo"},
     {statistics, "statistics", "Statistics", "Window", {"T"}},
     {tool_labels, "tool_labels", "Names of the tools", "Window", {"Shift+T"}},
     {full_screen, "full_screen", "Full screen", "Window", {"F11"}},
@@ -98,7 +99,7 @@ const std::vector<ActionInfo>& actions() {
   static const std::vector<ActionInfo> kActions = [] {
     std::vector<ActionInfo> all = kFixedActions;
     for (const StudioTool& tool : studio_tools()) {
-      all.push_back({action_of(tool), "tool_" + word_of(tool), tool.name, "Tools", {tool.key}});
+      all.push_back({action_of(tool), "tool_" + word_of(tool), tool.name, "Tools", {tool.key}, tool.also});
     }
     return all;
   }();
@@ -279,7 +280,8 @@ std::vector<std::string> words_of(std::string_view text) {
 // 0 is best; 3: not found.
 int rank_of(Action action, const std::vector<std::string>& words) {
   const std::string title = lower(title_of(action));
-  const std::string all = title + " " + lower(group_of(action)) + " " + lower(name_of(action));
+  const std::string all =
+      title + " " + lower(group_of(action)) + " " + lower(name_of(action)) + " " + std::string(info(action).also);
   const bool has_all = std::all_of(words.begin(), words.end(),
                                    [&](const std::string& word) { return all.find(word) != std::string::npos; });
   if (!has_all) return 3;

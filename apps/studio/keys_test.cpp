@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "keys.h"
@@ -98,6 +99,26 @@ TEST(Search, WordsCountInAnyOrderAndCase) {
   EXPECT_EQ(found_actions("as save").front(), Action::save_as);
   EXPECT_TRUE(holds(found_actions("tools mirror"), Action::mirror_y)) << "by its group";
   EXPECT_TRUE(found_actions("save levitate").empty());
+}
+
+TEST(Search, KnowsTheWordsOfOtherPrograms) {
+  constexpr std::array<std::array<const char*, 2>, 14> words{{{"relax", "smooth"},
+                                                              {"blur", "smooth"},
+                                                              {"flatten", "smooth"},
+                                                              {"grab", "ball"},
+                                                              {"snakehook", "ball"},
+                                                              {"extrude", "ball"},
+                                                              {"clay", "paint"},
+                                                              {"layer", "paint"},
+                                                              {"crease", "curve"},
+                                                              {"pinch", "curve"},
+                                                              {"alpha", "stamp"},
+                                                              {"text", "stamp"},
+                                                              {"resize", "stretch"},
+                                                              {"armature", "pose"}}};
+  for (const auto& [word, tool] : words) {
+    EXPECT_TRUE(holds(found_actions(word), action_of(*studio_tool(tool)))) << word;
+  }
 }
 
 TEST(Search, TitlesThatBeginWithTheTextComeFirst) {

@@ -61,14 +61,14 @@ TEST(LayerWords, AnEntrySaysWhatItDoes) {
   EXPECT_EQ(words(PaintStroke{1, 0.1, {{}}}), "Press in, 1 dab");
   EXPECT_EQ(words(RotateStroke{{}, {0, 0, 1}, 45}), "Rotate 45\u00b0");
   EXPECT_EQ(words(BendStroke{{}, {0, 0, 1}, {0, 1, 0}, -30, BendWidth{1}}), "Bend -30\u00b0");
-  EXPECT_EQ(words(StretchStroke{{}, {0, 0, 1}, 1.5}), "Stretch 150%");
+  EXPECT_EQ(words(StretchStroke{{}, {0, 0, 1}, 1.5}), "Stretch +50.0%");
   EXPECT_EQ(words(TwistStroke{.center = {}, .axis = {0, 0, 1}, .rate_deg = -45, .inner = -1, .outer = 1}),
             "Twist 90\u00b0");
   EXPECT_EQ(
       words(PointsStroke{.points = {{0, 0, 0}}, .curves = {}, .outer = 1, .displacements = {{0.1, 0, 0}, {0.1, 0, 0}}}),
       "Move points 0.2");
   EXPECT_EQ(words(PinsStroke{{{0, 0, 0}, {1, 0, 0}}, {{0, 0, 0.5}, {1, 0, 0}}}), "Pose 0.5");
-  EXPECT_EQ(words(RelaxStroke{.points = {{0, 0, 0}}}), "Relax 1 place");
+  EXPECT_EQ(words(RelaxStroke{.points = {{0, 0, 0}}}), "Smooth 1 place");
   EXPECT_EQ(words(GridStroke{}), "Pose");
 }
 

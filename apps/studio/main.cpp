@@ -9,6 +9,7 @@
 
 #include "application.h"
 #include "knead/error.h"
+#include "knead/version.h"
 #include "platform/system.h"
 
 namespace {

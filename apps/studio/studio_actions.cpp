@@ -16,7 +16,7 @@ void Studio::press_key(const KeyChanged& key) {
 void Studio::choose(const StudioTool& tool) {
   if (gesture_) end(false);
   if (masks_.is_drawing()) masks_.end(false);
-  tools_.settings().tool = &tool;
+  choose_tool(tool, tools_.settings());
   if (tool.use == ToolUse::stamp && !tools_.placed().stamp) tools_.use_stamp(ShapeKind::sphere);
   tools_.find_limit_cylinder(false);
 }

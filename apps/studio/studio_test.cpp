@@ -158,11 +158,11 @@ TEST_F(StudioTest, WhatWasLeftBehindIsOfferedAndComesBackToTheBit) {
     Studio studio(options());
     run(studio, ball());
     run(studio, kTools[10].script);
-    run(studio, R"({"set": {"drag": "view", "falloff": 6, "mask_mode": "box", "widens_zone": false}}
+    run(studio, R"({"set": {"mask_mode": "box", "widens_zone": false}}
 {"set": {"mirror_plane": {"point": [0, 0, -9], "normal": [0, 0, 2]}}}
 {"view": {"field_of_view_deg": 40}}
 {"tool": "ball"}
-{"set": {"mirror_plane": null}}
+{"set": {"drag": "view", "falloff": 6, "mirror_plane": null}}
 {"move": [0, 0, 1]}
 {"press": [0, 0, 1]}
 {"move": [0.2, 0.2, 1]}

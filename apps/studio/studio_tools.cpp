@@ -70,7 +70,9 @@ bool StudioTools::perform(Action action) {
 void StudioTools::begin_document() {
   const std::optional<StampShape> stamp = placed_.stamp;
   placed_ = {};
-  settings_.radius = kFirstRadius * document_.shown().diagonal;
+  settings_.first_radius = kFirstRadius * document_.shown().diagonal;
+  settings_.radius = settings_.first_radius;
+  settings_.kept.clear();
   if (stamp) set_stamp([stamp](Document& document) { return document.add_stamp(stamp->name, *stamp->mesh); });
 }
 
@@ -133,7 +135,7 @@ void StudioTools::use_stamp(ShapeKind kind) {
 
 void StudioTools::use_stamp(const std::filesystem::path& file) {
   interrupt_();
-  settings_.tool = &studio_tool(ToolUse::stamp);
+  choose_tool(studio_tool(ToolUse::stamp), settings_);
   set_stamp([file](Document& document) { return document.add_stamp(file.stem().string(), read_shape(file).mesh); });
 }
 

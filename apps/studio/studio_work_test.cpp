@@ -38,6 +38,32 @@ class StudioWorkTest : public StudioTest {
   }
 };
 
+// --- what each tool keeps ---
+
+using OwnSettingsTest = StudioTest;
+
+TEST_F(OwnSettingsTest, AToolHasItsRadiusInnerRatioFalloffAndDrag) {
+  Studio studio(options());
+  run(studio, ball() + R"({"tool": "twist"}
+{"set": {"radius": 2, "inner_ratio": 0.7, "falloff": 6, "drag": "axis"}}
+{"tool": "ball"})");
+  const ToolSettings& settings = studio.tools().settings();
+  EXPECT_EQ(settings.radius, 0.5) << "as ball() has set it";
+  EXPECT_EQ(settings.falloff, kDefaultFalloff);
+  run(studio, R"({"tool": "stamp"})");
+  EXPECT_EQ(settings.radius, settings.first_radius);
+  EXPECT_EQ(settings.drag, DragMode::normal);
+  run(studio, R"({"set": {"radius": 0.9}}
+{"tool": "twist"})");
+  EXPECT_EQ(settings.radius, 2);
+  EXPECT_EQ(settings.inner_ratio, 0.7);
+  EXPECT_EQ(settings.falloff, 6);
+  EXPECT_EQ(settings.drag, DragMode::axis);
+  run(studio, ball());
+  run(studio, R"({"tool": "stamp"})");
+  EXPECT_EQ(settings.radius, settings.first_radius) << "another document has another size";
+}
+
 // --- Shift ---
 
 using RelaxTest = StudioTest;
@@ -65,6 +91,19 @@ TEST_F(RelaxTest, ShiftRelaxesWithEveryToolAndKeepsTheVolume) {
   }
 }
 
+TEST_F(RelaxTest, TheToolDoesSoByItsStrength) {
+  Studio studio(options());
+  run(studio, ball(10242) + R"({"tool": "smooth"}
+{"set": {"radius": 0.3, "smoothing": 0.8}}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]]})");
+  EXPECT_EQ(errors(studio), "");
+  ASSERT_EQ(studio.document().shown().history.size(), 1U);
+  const auto& relax = std::get<RelaxStroke>(studio.document().shown().history.front()->strokes.front().stroke);
+  EXPECT_EQ(relax.radius, 0.3);
+  EXPECT_EQ(relax.amount, 0.8);
+  EXPECT_GT(relax.points.size(), 8U);
+}
+
 TEST_F(RelaxTest, CtrlAndShiftRelaxTheTrianglesOnly) {
   Studio studio(options());
   run(studio, ball() + R"({"drag": [[0, 0, 1], [0.3, 0.3, 1]], "modifiers": ["ctrl", "shift"]})");
@@ -81,7 +120,7 @@ TEST_F(RelaxTest, BesideTheShapeAndOnAPointCloudNothingHappens) {
   write_mesh(folder_ / "cloud.xyz", cloud);
   run(studio, R"({"open": ")" + (folder_ / "cloud.xyz").string() + R"("}
 {"drag": [[0, 0, 0], [0.5, 0, 0]], "modifiers": ["shift"]})");
-  EXPECT_EQ(errors(studio), "A point cloud has no surface to relax.\n");
+  EXPECT_EQ(errors(studio), "A point cloud has no surface to smooth.\n");
   EXPECT_TRUE(studio.document().shown().history.empty());
 }
 

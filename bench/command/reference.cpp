@@ -36,11 +36,12 @@ Scalars scalars(const Twist<double>& motion, const Vec3d& d) {
   return {0.5 * motion.rate * height * height, 0.5 * norm2(d_perp), motion.axis * (motion.rate * height), d_perp};
 }
 
-// v = grad p x grad q, p = (1-b) e, q = (1-b) f (Eq. 2 to 5), where the motion has e and f; else from its potential.
+// v = grad p x grad q, p = (1-b) e, q = (1-b) f (Eq. 2 to 5), where the motion has e and f and the weight is that of the
+// paper; else from its potential.
 template <class M, class R>
 Vec3d field_velocity(const M& motion, const R& region, const Thresholds<double>& thresholds, const Vec3d& d, double t) {
   if constexpr (requires { scalars(motion, d); }) {
-    if (motion.gauge == 1) {
+    if (motion.gauge == 1 && thresholds.falloff == kDefaultFalloff) {
       const RegionValue<double> r = evaluate(region, d, t);
       const double width = thresholds.outer - thresholds.inner;
       const double s = std::clamp((r.value - thresholds.inner) / width, 0.0, 1.0);

@@ -48,6 +48,9 @@ std::vector<BenchScene> tool_scenes(const std::string& name, const std::vector<V
   ImplicitStroke capsule{path_of(c, 0.25 * d), 0.07 * d, 0.9 * d};
   capsule.region = ImplicitRegion::capsule;
   capsule.half_axis = Vec3d{0, 0.1, 0.1} * d;
+  ImplicitStroke wide{path_of(c, 0.25 * d), 0, 0.965 * d};
+  wide.falloff = kWideFalloff;
+  wide.bump = wide.outer / 4;
   PointsStroke set;
   for (const double dx : {-0.1, 0.1}) {
     for (const double dy : {-0.1, 0.1}) {
@@ -57,6 +60,7 @@ std::vector<BenchScene> tool_scenes(const std::string& name, const std::vector<V
   set.outer = 0.8 * d;
   set.displacements = {x * (0.05 * d), y * (0.05 * d)};
   const std::vector<std::pair<std::string, Stroke>> strokes{
+      {"wide ball", wide},
       {"capsule", capsule},
       {"rotate", RotateStroke{c, {1, 1, 0}, 60, 0.05 * d, 0.8 * d, 1}},
       {"stretch", StretchStroke{c, {1, 1, 0}, 1.5, 0.05 * d, 0.8 * d}},

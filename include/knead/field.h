@@ -37,6 +37,12 @@ inline constexpr int kPinFalloff = 0;
 inline constexpr int kPinRotationFalloff = 1;
 inline constexpr int kPinStrainFalloff = 2;
 
+// The wide falloff, of balls only: what a pushed ball displaces comes back from far around, and not from beside it
+// (docs/mathematics.md). `bump` = a is the radius of what moves, `outer` = R that of what flows back, inner < a < R:
+//   w = ((1 - r^2/R^2)^3 - (1 - r^2/a^2)^3) a^2 R^2 / (3 r^2 (R^2 - a^2)), each bracket 0 where it is negative.
+// That is for inner = 0; else w is 1 up to `inner`. w has two continuous derivatives, and is 0 from R on.
+inline constexpr int kWideFalloff = 8;
+
 // Constants of the weight of one falloff.
 struct FalloffFacts {
   double half;       // the s at which w = 1/2
@@ -62,10 +68,11 @@ struct Thresholds {
   S inner{0};
   S outer{1};
   int falloff = kDefaultFalloff;
+  S bump{0};  // of the wide falloff
 
   template <class U>
   explicit operator Thresholds<U>() const {
-    return {static_cast<U>(inner), static_cast<U>(outer), falloff};
+    return {static_cast<U>(inner), static_cast<U>(outer), falloff, static_cast<U>(bump)};
   }
   friend bool operator==(const Thresholds&, const Thresholds&) = default;
 };
@@ -77,12 +84,82 @@ struct Weight {
   T derivative{};  // dw/dr, exactly 0 in both
 };
 
-// Returns w and dw/dr of a falloff other than 4, from the rest q = 1 - s and inverse = -dq/dr. For n from 4 on,
+// A factor that outweighs rounding, so that a weight is exactly 1 up to `inner`, or exactly 0 from `outer` on.
+template <class S>
+constexpr S rounded_up() {
+  return S(1) + S(4) * std::numeric_limits<S>::epsilon();
+}
+
+// Returns w and (dw/dr) / r of the wide falloff with an inner region. All lengths are in units of `bump`; c is inner, g
+// the profile of v across the motion, G(s) = (1 - s^2)^2 with s = (r - c) / (1 - c) that of the bump and with
+// s = (r - c) / (outer - c) that of the flow back: g = alpha G - beta G', and w = 2/r^2 times the integral of g r dr.
+template <class T, class S>
+Weight<T> wide_weight_around_core(const T& square, const Thresholds<S>& thresholds) {
+  using std::sqrt;
+  const S c = thresholds.inner / thresholds.bump * rounded_up<S>();
+  const S outer = thresholds.outer / thresholds.bump / rounded_up<S>();
+  const S near = S(1) - c;
+  const S far = outer - c;
+  const auto flux = [c](S width) { return c * c + width * (c * S(16.0 / 15) + width * S(1.0 / 3)); };
+  const S beta = flux(near) / (flux(far) - flux(near));
+  const S alpha = S(1) + beta;
+  const S per_square = S(1) / (thresholds.bump * thresholds.bump);
+  const T y = square * T(per_square);
+  const T r = sqrt(y);
+  const T s = maximum((r - T(c)) * T(S(1) / near), T(0));
+  const T part = maximum((r - T(c)) * T(S(1) / far), T(0));
+  // The integral of 2 (1 - G) r dr up to s.
+  const auto deficit = [c](const T& at, S width) {
+    const T cubic = T(c) * (T(S(4.0 / 3)) - at * at * T(S(0.4)));
+    return at * at * at * T(width) * (cubic + at * T(width) * (T(1) - at * at * T(S(1.0 / 3))));
+  };
+  const auto loss = [](const T& at) { return at * at * (T(2) - at * at); };  // 1 - G
+  const T inverse = T(1) / maximum(y, T(c * c));
+  const T missing = (deficit(s, near) * T(alpha) - deficit(part, far) * T(beta)) * inverse;  // 1 - w
+  const T slope = missing - loss(s) * T(alpha) + loss(part) * T(beta);                       // g - w
+  const T rest = maximum((T(outer) - r) * T(S(1) / far), T(0));
+  const T chord = rest * (T(2) - rest);  // 1 - part^2
+  const T cubic = T(S(2) * c) * (T(S(4.0 / 3)) - rest + rest * rest * T(S(0.2)));
+  const T tail =
+      rest * rest * rest * T(far) * (cubic + T(far * S(1.0 / 3)) * (T(2) - rest) * (T(2) - rest) * (T(2) - rest));
+  const T value = tail * inverse * T(beta);
+  const auto inside = r < T(1);
+  return {select(inside, T(1) - missing, value),
+          select(inside, slope, -chord * chord * T(beta) - value) * inverse * T(S(2) * per_square)};
+}
+
+// Returns w and (dw/dr) / r of the wide falloff at r^2 = square: without an inner region polynomials of y = r^2/a^2,
+// within the bump without cancellation, and exactly 0 from `outer` on.
+template <class T, class S>
+Weight<T> wide_weight(const T& square, const Thresholds<S>& thresholds) {
+  if (thresholds.inner > S(0)) return wide_weight_around_core(square, thresholds);
+  const S per_square = S(1) / (thresholds.bump * thresholds.bump);
+  const S ratio = thresholds.bump / thresholds.outer;
+  const S k = ratio * ratio;
+  const S linear = S(1) + k;
+  const S quadratic = (S(1) + k * linear) * S(1.0 / 3);
+  const T y = square * T(per_square);
+  const T inverse = T(1) / maximum(y, T(1));
+  const T rest = maximum(neg_mul_add(y, T(k * rounded_up<S>() * rounded_up<S>()), T(1)), T(0));
+  const T base = rest * rest * inverse * T(S(1.0 / 3) / (S(1) - k));
+  const auto inside = y < T(1);
+  const T value = select(inside, mul_add(y, mul_add(y, T(quadratic), T(-linear)), T(1)), base * rest);
+  const T slope = select(inside, mul_add(y, T(S(4) * quadratic), T(S(-2) * linear)),
+                         base * mul_add(rest, inverse, T(S(3) * k)) * T(-2));
+  return {value, slope * T(per_square)};
+}
+
+// Returns w and dw/dr at r of a falloff other than 4, from the rest q = 1 - s and inverse = -dq/dr. For n from 4 on,
 // 1 - b = q^(n-2) (q^2 + n s q + n (n - 1) / 2 s^2), whose derivative by s is -n (n - 1) (n - 2) / 2 s^2 q^(n-3). Not
 // inlined, so that it hardly changes the code of the default.
 template <class T, class S>
-[[gnu::noinline]] Weight<T> weight_of_falloff(T rest, S inverse, int falloff) {
+[[gnu::noinline]] Weight<T> weight_of_falloff(T r, T rest, S inverse, const Thresholds<S>& thresholds) {
+  const int falloff = thresholds.falloff;
   const T s = T(1) - rest;
+  if (falloff == kWideFalloff) {
+    const Weight<T> w = wide_weight(r * r, thresholds);
+    return {w.value, w.derivative * r};
+  }
   if (falloff == kPinFalloff) {
     const T fourth = integer_power(rest, 4);
     return {fourth * rest * mul_add(T(5), s, T(1)), fourth * s * T(S(-30) * inverse)};
@@ -112,11 +189,10 @@ template <class T, class S>
 // 1 wherever r <= inner.
 template <class T, class S>
 Weight<T> blend_weight(const T& r, const Thresholds<S>& thresholds) {
-  const S up = S(1) + S(4) * std::numeric_limits<S>::epsilon();
-  const S inverse = up / (thresholds.outer - thresholds.inner);
+  const S inverse = rounded_up<S>() / (thresholds.outer - thresholds.inner);
   const T rest = minimum(maximum((T(thresholds.outer) - r) * T(inverse), T(0)), T(1));
   if (thresholds.falloff != kDefaultFalloff) [[unlikely]]
-    return weight_of_falloff(rest, inverse, thresholds.falloff);
+    return weight_of_falloff(r, rest, inverse, thresholds);
   const T s = T(1) - rest;
   const T complement = rest * rest * mul_add(rest, mul_add(T(3), rest, T(-8)), T(6));
   return {complement * complement, complement * (s * s * rest) * T(S(-24) * inverse)};
@@ -412,30 +488,38 @@ Vec3<T> masked_velocity_where(const RegionValue<T>& r, const M& motion, const Th
 template <class S>
 inline constexpr S kMinDistance = sizeof(S) == sizeof(float) ? S(1e-18) : S(1e-150);
 
+// Returns w and (dw/dr) / r of a ball at r^2 = square.
+template <class T, class S>
+Weight<T> ball_weight(const T& square, const Thresholds<S>& thresholds) {
+  using std::sqrt;
+  if (thresholds.falloff == kWideFalloff) [[unlikely]]
+    return wide_weight(square, thresholds);
+  const T r = sqrt(square);
+  const Weight<T> w = blend_weight(r, thresholds);
+  return {w.value, w.derivative / maximum(r, T(kMinDistance<S>))};
+}
+
 // Returns the same for a ball, where r = |d|: grad r x A = d x A / r, and for translations and strains
 // d x (u x d) = u |d|^2 - d (u.d).
 template <class T, class M, class S>
 Vec3<T> velocity(const M& motion, const Ball<S>& /*region*/, const Thresholds<S>& thresholds, const Vec3<T>& d,
                  const T& /*t*/) {
-  using std::sqrt;
   const T square = norm2(d);
-  const T r = sqrt(square);
-  const Weight<T> w = blend_weight(r, thresholds);
-  const T pull = w.derivative / maximum(r, T(kMinDistance<S>));
+  const auto [weight, pull] = ball_weight(square, thresholds);
   if constexpr (std::is_same_v<M, Translation<S>>) {
     if (motion.gauge == S(1)) {
       const Vec3<T> u(motion.velocity);
       const T half = pull * T(S(0.5));
-      return neg_mul_add(d, half * dot(u, d), u * mul_add(half, square, w.value));
+      return neg_mul_add(d, half * dot(u, d), u * mul_add(half, square, weight));
     }
   }
   const MotionValue<T> inner = evaluate(motion, d);
   if constexpr (std::is_same_v<M, Strain<S>>) {
     const Vec3<T>& u = inner.velocity;
     const T third = pull * T(S(1) / S(3));
-    return neg_mul_add(d, third * dot(u, d), u * mul_add(third, square, w.value));
+    return neg_mul_add(d, third * dot(u, d), u * mul_add(third, square, weight));
   }
-  return mul_add(cross(d, inner.potential), pull, inner.velocity * w.value);
+  return mul_add(cross(d, inner.potential), pull, inner.velocity * weight);
 }
 
 // Returns v at d = x - c(t) for any region.

@@ -214,7 +214,7 @@ class FlowReach {
   bool may_move(const Vec3d& center, double radius) const;
 
   // Returns the size of the smallest part of a surface that the flow may move or bend: the least `outer` of balls,
-  // capsules and point sets, and the least width of the intermediate regions of half-spaces. Infinity without these.
+  // capsules and point sets, the least bump of wide balls, and the least width of the intermediate regions of half-spaces. Infinity without these.
   double smallest_feature() const;
 
  private:

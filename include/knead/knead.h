@@ -18,9 +18,10 @@
 // here.
 #pragma once
 
-// Vectors, matrices and boxes; the two exceptions that the library throws, progress and threads.
+// Vectors, matrices and boxes; the two exceptions that the library throws, progress and threads; the version.
 #include "knead/error.h"
 #include "knead/vec.h"
+#include "knead/version.h"
 
 // The velocity field of one tool at one point: inner motion, region and blend.
 #include "knead/field.h"

@@ -465,6 +465,32 @@ class SurfaceTree {
   double slack_ = 0;            // larger than any rounding error between a box and its contents
 };
 
+// Stretches.
+
+// How the triangles of a surface are stretched: the singular values of their linear maps.
+struct SurfaceStretch {
+  double greatest = 1;
+  double least = 1;
+  double percentile_99 = 1;        // 99% of the triangles are neither stretched nor pressed by more
+  double rms_log = 0;              // root mean square of the logarithms
+  std::size_t worst_triangle = 0;  // the one stretched or pressed most
+
+  // Returns by how much a triangle is stretched or pressed at most.
+  double worst() const { return least > 0 ? std::max(greatest, 1 / least) : kInfinity; }
+};
+
+// Returns how triangles with an area are stretched from `rest` to `now`, which have a position for each vertex.
+SurfaceStretch surface_stretch(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
+                               std::span<const Vec3d> now);
+
+// Returns the greatest singular value of the linear map from one triangle to another; nothing if the first has no area.
+std::optional<double> triangle_stretch(const std::array<Vec3d, 3>& rest, const std::array<Vec3d, 3>& now);
+
+// Returns for each vertex the greatest stretch of its triangles from `rest` to `now`, which have a position for each
+// vertex; 1 for a vertex without triangles that have an area. Time: linear, about 20 ns a triangle.
+std::vector<float> vertex_stretches(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
+                                    std::span<const Vec3d> now);
+
 // Self-intersections.
 
 // How self_intersections() searches.

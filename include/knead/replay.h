@@ -104,6 +104,7 @@ struct ReplayResult {
   std::shared_ptr<const VolumeCells> cells{};  // of the session's mesh, see on_walls(); null: none
   std::vector<SessionStroke> resolved;  // the applied strokes as strokes that read no surface, in the session's order
   std::vector<std::string> warnings;    // each with the session's file and line
+  std::vector<std::string> shortfalls;  // the same: where a stroke fell short of what was asked; the result is sound
 };
 
 // Applies a session to a shape, which stays as it is. The result depends only on the mesh, the motion, the remesh

@@ -143,6 +143,7 @@ struct StrokeOutcome {
   std::vector<SessionStroke> parts;     // the stroke as strokes that read no surface
   std::optional<double> penetration{};  // of a stamp: how deep the surface is left in its tool
   std::vector<std::string> warnings;    // a sentence each
+  std::string shortfall{};              // where the stroke fell short of what was asked; empty if it did not
 };
 
 // The result of DeformedShape::remesh().

@@ -88,6 +88,8 @@ struct SkinReport {
   double part_distance = 0;        // the greatest distance of a rigid vertex from where its bone takes it
   double part_distance_95 = 0;     // 95% of these distances are at most this
   double seconds = 0;              // to compute the flow, without the measures
+  double reached = 1;              // the least part of a joint's turn that was sound, from 0 to 1
+  std::string shortfall;           // which joints came how far, and what was in the way; empty if all came to their end
   std::vector<std::string> notes;  // about the input, in sentences
 };
 
@@ -101,6 +103,9 @@ inline constexpr double kMaxPosedStretch = 5;
 // new crossings, and no triangle is stretched or compressed by more than kMaxPosedStretch.
 std::string complaint_about(const SkinMeasures& flow);
 
+// Returns the sentence that says where a pose fell short, or why its result is spoiled; empty if all is well.
+std::string complaint_about(const SkinReport& report);
+
 // A posed shape.
 struct SkinResult {
   std::vector<Stroke> strokes;   // take the shape at rest to the pose
@@ -113,6 +118,10 @@ struct SkinResult {
 // whole, also one stroke that turns and one that moves everything. They can be replayed, resolved and inverted. A
 // closed surface loses volume where flat triangles bend, although the flow keeps it; the last grid of a stage, with
 // `growth`, restores this volume.
+//
+// A step after which triangles would cross that did not at rest, or be stretched by more than kMaxPosedStretch, is
+// halved, or solved on other grids; where nothing helps, the joints of its stage stay where they came to, and the
+// report says so.
 //
 // `measured`: the report compares with linear blend and dual quaternions. Time: about 1 s for a body of 14,000 vertices
 // on two cores, besides the measures. Throws InvalidInput for an invalid mesh, skin, pose or option, and if the
@@ -147,6 +156,7 @@ struct Corrective {
   std::vector<double> angles_deg;    // of each bone: its turn at weight 1, against its parent; above 0
   std::vector<Vec3d> offsets;        // added to each vertex at rest
   SkinMeasures flow{};               // of the pose from which it was made
+  std::string problem{};             // as complaint_about() of that pose
 };
 
 // Returns the weight of each corrective in a pose. For one joint: the square of the fraction of its angle that it turns

@@ -3,7 +3,8 @@
 //
 // A stroke holds exactly the numbers of its line in a session file: lengths in the mesh's own units, angles in degrees,
 // axes and normals as given (any length but zero). It contains no mesh. `falloff` is the shape of the blend
-// (knead/field.h), a whole number from 3 to 7.
+// (knead/field.h), a whole number from 3 to 7; where a stroke has a `bump`, also kWideFalloff. With that `bump` is the
+// radius of what moves, `outer` that of what flows back, 4 times the bump where it is 0, and `inner` has no meaning.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,8 @@ struct ToolRow;
 enum class ImplicitRegion { ball, capsule };
 
 // The implicit tool (paper, section 4.1): moves a ball or capsule along a path, one segment for each piece. Pieces of
-// length zero are skipped. inner > 0.
+// length zero are skipped. inner > 0. With a taper the tool's radii fall evenly along the path, to (1 - taper) of
+// themselves but to no less than a twentieth; pieces are cut so that they change by about a tenth at a time.
 struct ImplicitStroke {
   std::vector<Vec3d> path;  // 2 or more points
   double inner = 0;
@@ -37,7 +39,10 @@ struct ImplicitStroke {
   Vec3d half_axis{0, 0, 0};  // capsule only: the segment is [c - half_axis, c + half_axis]
   double gauge = 0;          // capsule only
   TimeLaw time = TimeLaw::swept;
-  int falloff = kDefaultFalloff;
+  int falloff = kDefaultFalloff;  // wide: ball only
+  double bump = 0;
+  std::optional<double> core = std::nullopt;  // of the wide ball, as a part of the bump: moves rigidly; 0 to 0.8
+  double taper = 0;                           // 0 to 1
 
   static const tool_detail::ToolRow<ImplicitStroke> tool;
   friend bool operator==(const ImplicitStroke&, const ImplicitStroke&) = default;
@@ -59,6 +64,7 @@ struct PaintStroke {
   std::vector<PaintSample> samples;
   std::vector<Vec3d> path{};
   int falloff = kDefaultFalloff;
+  double bump = 0;
 
   static const tool_detail::ToolRow<PaintStroke> tool;
   friend bool operator==(const PaintStroke&, const PaintStroke&) = default;
@@ -298,8 +304,10 @@ struct PoseStiffness {
 // keeps the volume can (docs/mathematics.md). It reads the surface, and becomes grid strokes.
 struct PoseStroke {
   // Greatest spacing of the field's grid, as a fraction of the shape's diagonal; from 0.01 to 0.5. It is smaller, down
-  // to 0.025, where a part moves close past one that holds.
-  double detail = 0.075;
+  // to 0.025, where a part moves close past one that holds. 0: a quarter of the thickness of the thinnest part that
+  // moves, from 0.02 to 0.075.
+  double detail = 0;
+  double tolerance = 0.005;  // of parts and pins: their greatest distance from their places, of the diagonal
   std::vector<PoseItem> parts;
   std::vector<PoseStiffness> stiffness{};
   bool exact = false;  // a last stroke of pins takes parts and pins exactly to their places
@@ -410,8 +418,8 @@ Mirror coordinate_mirror(std::string_view names);
 // but whose targets are not.
 Flow flow_of(const Stroke& stroke, const Mirror& mirror);
 
-// Returns the falloff of a stroke; std::nullopt for one that blends nothing: relax, mask, and a stamp
-// that slips.
+// Returns the falloff of a stroke, from 3 to 7; std::nullopt for one that blends nothing: relax, mask, and a stamp
+// that slips; and for the wide falloff.
 std::optional<int> falloff_of(const Stroke& stroke);
 
 // Gives a stroke that blends another falloff. A bend between given thresholds keeps its zone, and its centre moves
@@ -423,7 +431,8 @@ void set_falloff(Stroke& stroke, int falloff);
 std::vector<std::string> warnings(const Stroke& stroke);
 
 // Returns the stroke that begins as `stroke` does and goes on to `strength` times what it does, strength >= 1:
-//   a path or a list of displacements goes on in its last direction until it is so many times as long;
+//   a path or a list of displacements goes on in its last direction until it is so many times as long; a tapered
+//   path ends where it does;
 //   an angle, a rate, a depth and the motion of handles are multiplied, and a factor is raised to that power;
 //   the amount of a relax is multiplied, up to 1.
 // Throws InvalidInput for a tool that cannot go on, and for values that its tool cannot use.

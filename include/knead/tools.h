@@ -52,6 +52,7 @@ enum class Quantity {
   displacement,  // a difference of two places: any finite vector
   outer,         // a distance from the tool beyond which nothing moves; checked by the tool itself
   falloff,       // a whole number from 3 to 7
+  wide_falloff,  // the same, or "wide": kWideFalloff; decides which other keys apply
   other,         // checked by the tool itself
 };
 
@@ -131,6 +132,11 @@ struct LiveSurface {
   std::function<bool(const Stroke&)> apply;  // applies a stroke that reads no surface; false: stop
   Progress* progress = nullptr;              // of long work between two calls of apply: says when to stop
 };
+
+// Returns the iterations of a relax whose effect is seen at once: with an amount of 1, ten dabs at one place remove
+// nine tenths of a bump that is half as wide as their radius. `vertices_within`: how many the radius holds; a surface
+// with more of them takes more iterations, up to 100 (at 80,000 vertices).
+int relax_iterations(std::size_t vertices_within);
 
 // Throws InvalidInput, with the key in quotes, unless the vertex is one of the shape's.
 void require_vertex(std::string_view key, std::span<const Vec3d> positions, std::uint32_t vertex);
@@ -287,10 +293,9 @@ std::vector<Stroke> symmetric_strokes(std::span<const Stroke> strokes, std::span
 
 // Painting along a path on the surface, and under a pointer (paper, section 4.2).
 
-// Returns the fraction of `outer` over which a path spreads one dab of full depth: the integral of the blend's weight
-// over its own range, 17/35 for the default falloff. Along a straight path the dabs' displacements then add up to the
-// depth. The falloff is from 3 to 7.
-double dab_length(int falloff);
+// Returns the length over which a path spreads one dab of full depth: the integral of the blend's weight over its own
+// range, 17/35 outer for the default falloff. Along a straight path the dabs' displacements then add up to the depth.
+double dab_length(const PaintStroke& stroke);
 
 // The dabs of a stroke with a path: their places before they are moved to the surface, and the depth of each.
 struct PaintDabs {
@@ -299,8 +304,8 @@ struct PaintDabs {
 };
 
 // Returns the dabs of a stroke with a path. A smooth curve (centripetal, third order) goes through the path's points;
-// the dabs lie evenly along it, close enough that the result does not depend on their number. Every dab_length * outer
-// of the path gets one dab of full depth in all; a shorter path also gets one. Throws InvalidInput for a path that
+// the dabs lie evenly along it, close enough that the result does not depend on their number. Every dab_length() of
+// the path gets one dab of full depth in all; a shorter path also gets one. Throws InvalidInput for a path that
 // needs more than a million dabs.
 PaintDabs paint_dabs(const PaintStroke& stroke);
 
@@ -312,7 +317,7 @@ void paint_on(const PaintStroke& stroke, const LiveSurface& surface);
 // What a pointer touches while it paints.
 struct PaintTouch {
   PaintSample at;       // of the surface as it was before the painting began
-  double radius = 0;    // outer threshold of a dab here, above 0
+  double radius = 0;    // outer threshold of a dab here, or its bump if it is wide; above 0
   double pressure = 1;  // how much each length of the way counts, above 0
 };
 
@@ -390,29 +395,6 @@ struct GreatestStretch {
 // threads. Cost: about a weight for each vertex and segment, at most 4 million of these (then only every n-th vertex is
 // a candidate), and seven path lines for each sample. Throws as stretches_of.
 GreatestStretch greatest_stretch(const Flow& flow, std::span<const Vec3d> positions, const StrainOptions& options);
-
-// How the triangles of a surface are stretched: the singular values of their linear maps.
-struct SurfaceStretch {
-  double greatest = 1;
-  double least = 1;
-  double percentile_99 = 1;  // 99% of the triangles are neither stretched nor pressed by more
-  double rms_log = 0;        // root mean square of the logarithms
-
-  // Returns by how much a triangle is stretched or pressed at most.
-  double worst() const { return least > 0 ? std::max(greatest, 1 / least) : kInfinity; }
-};
-
-// Returns how triangles with an area are stretched from `rest` to `now`, which have a position for each vertex.
-SurfaceStretch surface_stretch(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
-                               std::span<const Vec3d> now);
-
-// Returns the greatest singular value of the linear map from one triangle to another; nothing if the first has no area.
-std::optional<double> triangle_stretch(const std::array<Vec3d, 3>& rest, const std::array<Vec3d, 3>& now);
-
-// Returns for each vertex the greatest stretch of its triangles from `rest` to `now`, which have a position for each
-// vertex; 1 for a vertex without triangles that have an area. Time: linear, about 20 ns a triangle.
-std::vector<float> vertex_stretches(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
-                                    std::span<const Vec3d> now);
 
 // How far a shape reaches from the line {center + s normal} of a bend or twist, in slices of equal height.
 struct ZoneProfile {

@@ -6,4 +6,5 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/mask_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/packed_set_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/paper_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/region_test.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/region_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/wide_test.cpp)

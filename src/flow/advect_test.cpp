@@ -50,7 +50,7 @@ std::vector<double> stretches(const Flow& flow, const std::vector<Vec3d>& points
 
 TEST(Advect, ForwardsThenBackwardsReturns) {
   Random random(61);
-  for (const int falloff : {4, 4, 4, 4, 4, 4, 4, 4, 3, 5, 6, 7}) {
+  for (const int falloff : {4, 4, 4, 4, 4, 4, 4, 4, 3, 5, 6, 7, kWideFalloff, kWideFalloff}) {
     for (const NamedSegment& named : test::random_segments(random, falloff)) {
       const Flow flow{{named.segment}};
       const auto points = test::random_points(random, 200);
@@ -72,7 +72,7 @@ TEST(Advect, ForwardsThenBackwardsReturns) {
 // what is left of the flow, which the stretch over all of it stands for here.
 TEST(Advect, ErrorStaysWithinTheTolerance) {
   Random random(62);
-  for (const int falloff : {4, 4, 4, 3, 5, 6, 7}) {
+  for (const int falloff : {4, 4, 4, 3, 5, 6, 7, kWideFalloff, kWideFalloff}) {
     for (const NamedSegment& named : test::random_segments(random, falloff)) {
       const Flow flow{{named.segment}};
       const auto points = test::random_points(random, 200);

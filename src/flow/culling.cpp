@@ -79,6 +79,7 @@ bool is_beyond(const LimitCylinder& limit_cylinder, const Vec3d& center, double 
 
 double feature_of(const Field& field) {
   if (std::holds_alternative<HalfSpace<double>>(field.region)) return field.thresholds.outer - field.thresholds.inner;
+  if (field.thresholds.falloff == kWideFalloff) return field.thresholds.bump;
   const bool is_distance = std::holds_alternative<Ball<double>>(field.region) ||
                            std::holds_alternative<Capsule<double>>(field.region) ||
                            std::holds_alternative<PointSet<double>>(field.region);

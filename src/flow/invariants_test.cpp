@@ -38,7 +38,7 @@ TEST(Invariants, PsiIsConstantForEveryFalloff) {
   Random random(94);
   for (const int falloff : test::kOtherFalloffs) {
     Thresholds<double> thresholds = test::random_thresholds(random);
-    thresholds.falloff = falloff;
+    test::set_falloff(thresholds, falloff);
     const Vec3d by = random.in_box(1);
     const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, by, thresholds)}};
     const auto psi = [&](const Vec3d& d) {
@@ -82,7 +82,7 @@ TEST(Invariants, PAndQAreConstantAlongPathLinesOfAStaticField) {
 TEST(Invariants, TheFlowMapKeepsVolume) {
   Random random(93);
   int checked = 0;
-  for (const int falloff : {4, 4, 4, 4, 4, 4, 3, 5, 6, 7}) {
+  for (const int falloff : {4, 4, 4, 4, 4, 4, 3, 5, 6, 7, kWideFalloff}) {
     for (const auto& [name, segment] : test::random_segments(random, falloff)) {
       if (name.find("capsule") != std::string::npos) continue;  // v is only C0 on the planes through its ends
       for (const Vec3d& x : test::random_points(random, 12, 0.8)) {

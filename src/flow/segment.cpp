@@ -89,13 +89,21 @@ void check_pin(const Field& field, const Segment& segment) {
           "a segment of pins has no displacement and no limit cylinder");
 }
 
+void check_wide(const Field& field) {
+  const auto& [inner, outer, falloff, bump] = field.thresholds;
+  require(std::holds_alternative<Ball<double>>(field.region), "only a ball has the wide falloff");
+  require(inner >= 0 && inner < bump && bump < outer, "a wide ball needs 0 <= inner < bump < outer");
+}
+
 void check(const Field& field, const Segment& segment) {
   require(is_finite(field.center), "a field's centre is not finite");
   require(field.thresholds.inner < field.thresholds.outer, "a field's inner threshold must be below its outer one");
   const bool is_pin = segment.time_law == TimeLaw::pinned;
   if (is_pin) check_pin(field, segment);
-  require(is_pin || (field.thresholds.falloff >= kMinFalloff && field.thresholds.falloff <= kGreatestFalloff),
-          "a field's falloff must be a whole number from 3 to 7");
+  const int falloff = field.thresholds.falloff;
+  if (falloff == kWideFalloff) check_wide(field);
+  require(is_pin || falloff == kWideFalloff || (falloff >= kMinFalloff && falloff <= kGreatestFalloff),
+          "a field's falloff must be a whole number from 3 to 7, or wide");
   std::visit([](const auto& motion) { check(motion); }, field.motion);
   std::visit([](const auto& region) { check(region); }, field.region);
   if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {

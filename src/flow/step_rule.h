@@ -203,7 +203,7 @@ struct SumPlaces {
 // 0.1.
 inline double sum_error_allowed(const SumPlaces& at, double error, double epsilon) {
   constexpr double greatest = 0.1;
-  const auto& [inner, outer, falloff] = at.thresholds;
+  const auto& [inner, outer, falloff, bump] = at.thresholds;
   const double width = outer - inner;
   const double s = std::clamp((at.least - inner) / width, 0.0, 1.0);
   const double slope = greatest_slope(s, falloff) / width;

@@ -46,6 +46,7 @@ double longest_path(const Field& field, double duration) {
   const auto* motion = std::get_if<Translation<double>>(&field.motion);
   const Thresholds<double>& between = field.thresholds;
   if (motion == nullptr || motion->gauge != 1 || between.falloff < kMinFalloff) return kInfinity;
+  if (between.falloff == kWideFalloff) return norm(motion->velocity) * duration * (1 + kMargin);
   const double steepest = falloff_facts(between.falloff).slope / (between.outer - between.inner);
   return norm(motion->velocity) * duration * std::max(1.0, 0.5 * steepest * between.outer) * (1 + kMargin);
 }

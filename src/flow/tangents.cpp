@@ -221,8 +221,10 @@ class VaryingFields {
   }
 
   static void append_kinks_of(const Field& field, const Vec3d& d, double t, std::vector<Kinks>& to) {
-    const auto& [inner, outer, falloff] = field.thresholds;
-    to.push_back({(region_value(field, d, t).value - inner) / (outer - inner), true});
+    const auto& [inner, outer, falloff, bump] = field.thresholds;
+    const double r = region_value(field, d, t).value;
+    to.push_back({(r - inner) / (outer - inner), true});
+    if (falloff == kWideFalloff) to.push_back({r / bump, true});
     const auto* capsule = std::get_if<Capsule<double>>(&field.region);
     const double length2 = capsule != nullptr ? norm2(capsule->half_axis) : 0;
     if (length2 > 0) to.push_back({0.5 * (1 + dot(capsule->half_axis, d) / length2), true});

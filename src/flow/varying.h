@@ -117,6 +117,7 @@ class Varied {
     result.thresholds.inner = next_(field.thresholds.inner);
     result.thresholds.outer = next_(field.thresholds.outer);
     result.thresholds.falloff = field.thresholds.falloff;
+    result.thresholds.bump = next_(field.thresholds.bump);
     return result;
   }
 

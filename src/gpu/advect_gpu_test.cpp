@@ -97,7 +97,8 @@ TEST_F(GpuTest, EveryFalloffIsThatOfTheReference) {
   Random random(812);
   for (const int falloff : test::kOtherFalloffs) {
     for (const NamedSegment& named : test::random_segments(random, falloff)) {
-      const bool chosen = named.name == "ball" || named.name == "rotate" || named.name == "points";
+      const bool chosen = named.name == "ball" || named.name == "painting ball" || named.name == "rotate" ||
+                          named.name == "points";
       if (!chosen) continue;
       SCOPED_TRACE(named.name + ", falloff " + std::to_string(falloff));
       const auto points = test::random_points(random, 300);
@@ -388,16 +389,16 @@ TEST_F(GpuTest, SaysWhereAPathLineDoesNotEnd) {
   EXPECT_EQ(bits(points), bits(at));
 }
 
-// 100,000 steps: more rounds than Mesa on the CPU allows, which must not go unnoticed.
+// 100,000 steps: more rounds than some drivers allow (Mesa 22 on the CPU, not Mesa 25), which must not go unnoticed.
 TEST_F(GpuTest, LoopsThatTheDriverCutsShortAreNoticedAndTheCpuDoesThem) {
   const std::vector<Vec3d> at{{0, -40, 0}};
   auto found = at;
   std::string failure;
   const Backend backend = gpu::backend_or_cpu([&](const std::string& why) { failure = why; });
   EXPECT_EQ(backend(bend_without_end(), found, default_options(1)).status, AdvectStatus::done);
-  const double allowed = gpu().is_software() ? 1e-2 : 5e-2;  // a card goes all steps itself, and rounds otherwise
-  EXPECT_LT(test::greatest_distance(found, moved(bend_without_end(), at, default_options(1))), allowed);
-  EXPECT_EQ(failure.find("the graphics driver stops loops") == 0, gpu().is_software());
+  const double rounding = 5e-2;  // that of float
+  EXPECT_LT(test::greatest_distance(found, moved(bend_without_end(), at, default_options(1))), rounding);
+  EXPECT_TRUE(failure.empty() || failure.find("the graphics driver stops loops") == 0) << failure;
 }
 
 TEST_F(GpuTest, ABackendIsTheGpuAndDoesWhatItCannotOnTheCpu) {

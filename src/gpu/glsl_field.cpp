@@ -49,6 +49,23 @@ R3 turned(R3 v, R3 axis, SinCos by) {
   return v * by.c + cross(axis, v) * by.s + axis * (dot(axis, v) * (R(1) - by.c));
 }
 
+#ifdef FALLOFF
+// The wide falloff without an inner region (wide_weight of field.h).
+R2 wide_weight(int f, R r) {
+  R per_bump = NUMBER(f, kPerBump);
+  R ratio = NUMBER(f, kOuter) * per_bump;
+  R k = R(1) / (ratio * ratio);
+  R linear = R(1) + k;
+  R quadratic = (R(1) + k * linear) / R(3);
+  precise R y = (r * per_bump) * (r * per_bump);
+  R per_r = R(2) * r * per_bump * per_bump;
+  if (y < R(1)) return R2(y * (y * quadratic - linear) + R(1), per_r * (R(2) * y * quadratic - linear));
+  precise R rest = max((NUMBER(f, kOuter) - r) * per_bump, R(0)) * (ratio + r * per_bump) * k;
+  R base = rest * rest / (R(3) * (R(1) - k) * y);
+  return R2(base * rest, -per_r * base * (rest / y + R(3) * k));
+}
+#endif
+
 // w and dw/dr; exactly 1 and 0 inside, 0 and 0 outside.
 R2 blend_weight(int f, R r) {
   R outer = NUMBER(f, kOuter);
@@ -57,6 +74,7 @@ R2 blend_weight(int f, R r) {
   precise R s = R(1) - rest;
 #ifdef FALLOFF
   R degree = NUMBER(f, kFalloff);
+  if (degree == R(kWideFalloff)) return wide_weight(f, r);
   if (degree == R(3)) {
     precise R c = rest * (rest * (rest - R(3)) + R(3));
     return R2(c * c * c, c * c * (s * s) * (R(-9) * inverse));

@@ -293,6 +293,7 @@ class Packer {
     numbers[at + kOuter] = field.thresholds.outer;
     numbers[at + kInner] = field.thresholds.inner;
     numbers[at + kFalloff] = field.thresholds.falloff;
+    if (field.thresholds.falloff == kWideFalloff) numbers[at + kPerBump] = 1 / field.thresholds.bump;
     numbers[at + kInverseWidth] = (1 + 4 * epsilon) / width;  // rounded up, as in field.h
     std::visit([&](const auto& motion) { put_motion(numbers, at + kMotion, motion); }, field.motion);
     const std::size_t entry = table_of(index);
@@ -406,6 +407,10 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
     }
     if (std::holds_alternative<Handles<double>>(field.region)) {
       throw InvalidInput("it moves handles, which the GPU cannot evaluate; move the points with advect");
+    }
+    if (field.thresholds.falloff == kWideFalloff && field.thresholds.inner > 0) {
+      throw InvalidInput(
+          "it moves a wide ball with a core, which the GPU cannot evaluate; move the points with advect");
     }
     kind.motions |= 1U << field.motion.index();
     kind.regions |= 1U << field.region.index();

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "history/journal_test_work.h"
 #include "knead/error.h"
 #include "knead/workbench.h"
+#include "support/journal_work.h"
 
 namespace knead::journal_everywhere_test {
 namespace {

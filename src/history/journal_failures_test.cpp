@@ -13,9 +13,9 @@
 #include <cerrno>
 #include <thread>
 
-#include "history/journal_test_work.h"
 #include "knead/error.h"
 #include "knead/workbench.h"
+#include "support/journal_work.h"
 #include "support/test_meshes.h"
 
 namespace {

@@ -7,10 +7,10 @@
 
 #include <fstream>
 
-#include "history/journal_test_work.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/stroke.h"
+#include "support/journal_work.h"
 #include "support/outcome.h"
 #include "support/test_meshes.h"
 

@@ -114,6 +114,7 @@ WorkResult Workbench::compute(const ShapeState& from, bool again, const Work& wo
 AdvectStatus Workbench::apply(std::span<const SessionStroke> strokes, Progress* progress) {
   for (const SessionStroke& stroke : strokes) {
     StrokeOutcome outcome = shape_.apply(stroke, folder_, progress);
+    if (!outcome.shortfall.empty()) outcome.warnings.push_back(outcome.shortfall);
     for (std::string& warning : outcome.warnings) {  // each piece of a growing stroke may give the same
       if (std::find(warnings_.begin(), warnings_.end(), warning) == warnings_.end()) {
         warnings_.push_back(std::move(warning));

@@ -11,6 +11,7 @@
 #include "knead/flow.h"
 #include "knead/region.h"
 #include "knead/vec.h"
+#include "pose/sound_steps.h"
 
 namespace knead::detail {
 
@@ -30,11 +31,9 @@ constexpr double kMaxWeightUnknowns = 2000;
 constexpr double kAcrossWeight = 200;
 constexpr double kMargin = 0.25;  // around all points, in spacings
 constexpr int kMaxSegments = 2000;
-constexpr int kCorrections = 2;                   // of the wanted velocities, by where the points arrive
-constexpr double kMaxCorrection = 0.25;           // in spacings
-constexpr std::size_t kMaxFirstUnknowns = 9000;   // with more, the first step widens the spacing, if that is allowed
-constexpr std::size_t kMaxStepUnknowns = 12'000;  // with more, a later step does
-constexpr double kTolerance = 1e-6;               // of the diagonal, for the body's own points
+constexpr int kCorrections = 2;          // of the wanted velocities, by where the points arrive
+constexpr double kMaxCorrection = 0.25;  // in spacings
+constexpr double kTolerance = 1e-6;      // of the diagonal, for the body's own points
 
 double length_of(const std::vector<Vec3d>& path) {
   double length = 0;
@@ -259,7 +258,7 @@ class PoseRun::Motion {
                        std::vector<Vec3d>(count, *problem_.across), true});
     }
     for (std::size_t i = 0; i < problem_.parts.size(); ++i) rows_[i].rests = problem_.parts[i].holds();
-    limit_unknowns(kMaxFirstUnknowns);
+    limit_unknowns(problem_.max_unknowns);
   }
 
   PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply) {
@@ -268,9 +267,14 @@ class PoseRun::Motion {
     PoseOutcome begun;
     begun.unknowns = outcome_.unknowns;
     outcome_ = std::move(begun);
-    const std::vector<double>& times = schedule.times();
-    for (std::size_t k = 0; k + 1 < times.size() && !outcome_.stopped; ++k) step(times[k], times[k + 1], apply);
-    find_misses(times.back());
+    SteppedMotion motion;
+    motion.solve = [this](double from, double to) { return solve(from, to); };
+    motion.take = [&](const PotentialGrid& grid) { return take(grid, apply); };
+    motion.set_spacing = [this, first = problem_.spacing](double factor) { set_spacing(factor * first); };
+    const SoundReach reach = step_soundly(schedule.times(), motion);
+    outcome_.reached = schedule.part_at(reach.time);
+    outcome_.problem = outcome_.stopped ? std::string() : reach.problem;
+    settle(reach.time, motion);
     schedule_ = nullptr;
     return std::move(outcome_);
   }
@@ -281,11 +285,14 @@ class PoseRun::Motion {
   }
 
  private:
-  void step(double from, double to, const std::function<bool(const PotentialGrid&)>& apply) {
+  // Returns the grid of a step from the present state, which stays.
+  PotentialGrid solve(double from, double to) {
+    if (outcome_.stopped) return {};
     stop_if_cancelled(problem_.progress);
     for (std::size_t i = 0; i < rows_.size(); ++i) want(i, from, to);
-    find_surroundings(problem_.body, before_, rows_, problem_.spacing);
-    limit_unknowns(kMaxStepUnknowns);
+    std::vector<Vec3d> before = before_;
+    find_surroundings(problem_.body, before, rows_, problem_.spacing);
+    limit_unknowns(problem_.max_unknowns / 3 * 4);
     const NearRigidSystem system(lattice_, problem_.body, rows_, problem_.threads, problem_.progress);
     outcome_.unknowns = std::max(outcome_.unknowns, system.unknowns());
     PotentialGrid grid = system.solve(rows_);
@@ -293,11 +300,35 @@ class PoseRun::Motion {
       correct(grid, to);
       grid = system.solve(rows_);
     }
+    return grid;
+  }
+
+  std::string take(const PotentialGrid& grid, const std::function<bool(const PotentialGrid&)>& apply) {
+    if (outcome_.stopped) return {};
+    if (std::string problem = problem_.judge ? problem_.judge(grid) : std::string(); !problem.empty()) return problem;
     ++outcome_.segments;
     outcome_.stopped = !apply(grid);
+    before_ = problem_.body.points;
     move(grid, problem_.body.points);
     for (VelocityRows& list : rows_) move(grid, list.points);
     for (std::vector<Vec3d>& points : checked_) move(grid, points);
+    return {};
+  }
+
+  void set_spacing(double spacing) {
+    problem_.spacing = spacing;
+    problem_.most_spacing = std::max(problem_.most_spacing, spacing);
+    lattice_.spacing = spacing;
+  }
+
+  // Moves parts and pins that ended too far from their targets nearer to these.
+  void settle(double time, const SteppedMotion& motion) {
+    constexpr int kMaxRounds = 5;
+    find_misses(time);
+    for (int round = 0; round < kMaxRounds && problem_.tolerance > 0 && !outcome_.stopped; ++round) {
+      if (outcome_.part_distance <= problem_.tolerance || !motion.take(motion.solve(time, time)).empty()) return;
+      find_misses(time);
+    }
   }
 
   // Widens the spacing until there are at most `max_unknowns` unknowns.
@@ -379,6 +410,9 @@ class PoseRun::Motion {
 
   void find_misses(double time) {
     const double part = schedule_->part_at(time);
+    outcome_.part_distance = 0;
+    outcome_.reached_points.clear();
+    outcome_.places.clear();
     for (std::size_t i = 0; i < checked_.size(); ++i) {
       for (std::size_t k = 0; k < checked_[i].size(); ++k) {
         const Vec3d place = place_of(problem_.parts[i], problem_.parts[i].checked[k], part);
@@ -387,11 +421,11 @@ class PoseRun::Motion {
     }
     for (std::size_t i = 0; i < problem_.parts.size() + problem_.pins.size(); ++i) {
       for (std::size_t k = 0; k < (is_part(i) ? starts_[i].size() : 1); ++k) {
-        outcome_.reached.push_back(rows_[i].points[k]);
+        outcome_.reached_points.push_back(rows_[i].points[k]);
         outcome_.places.push_back(is_part(i) ? place_of(problem_.parts[i], starts_[i][k], schedule_->part_at(time))
                                              : schedule_->place_of(problem_.pins[i - problem_.parts.size()], time));
         outcome_.part_distance =
-            std::max(outcome_.part_distance, norm(outcome_.places.back() - outcome_.reached.back()));
+            std::max(outcome_.part_distance, norm(outcome_.places.back() - outcome_.reached_points.back()));
       }
     }
   }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "pose/near_rigid.h"
@@ -40,11 +41,15 @@ struct PoseProblem {
   BodySamples body;
   std::vector<PosedPart> parts;
   std::vector<PosedPin> pins;
-  std::optional<Vec3d> across{};  // a unit vector along which motion is resisted
-  double spacing = 0;             // of the grids
-  double most_spacing = 0;        // the widest spacing, if the unknowns would be too many
-  double diagonal = 0;            // of the shape: accuracy is relative to it
-  bool settles = true;            // a last step of no duration moves parts exactly to their targets
+  std::optional<Vec3d> across{};    // a unit vector along which motion is resisted
+  double spacing = 0;               // of the grids
+  double most_spacing = 0;          // the widest spacing, if the unknowns would be too many:
+  std::size_t max_unknowns = 9000;  // with more, the first step widens the spacing; later steps at a third more
+  double diagonal = 0;              // of the shape: accuracy is relative to it
+  bool settles = true;              // a last step of no duration moves parts exactly to their targets
+  double tolerance = 0;  // up to five more such steps while parts or pins miss their targets by more; 0: none
+  // Takes the result of a grid and returns an empty text, or says why it is not sound. Null: everything is.
+  std::function<std::string(const PotentialGrid&)> judge{};
   int threads = 0;
   Progress* progress = nullptr;
 };
@@ -52,11 +57,13 @@ struct PoseProblem {
 // The result of a pose.
 struct PoseOutcome {
   std::size_t segments = 0;
-  std::size_t unknowns = 0;    // of the segment with most
-  double part_distance = 0;    // the greatest distance of a part's point or of a pin from its target
-  bool stopped = false;        // apply returned false
-  std::vector<Vec3d> reached;  // the final positions of the points of parts and of the pins
-  std::vector<Vec3d> places;   // their targets
+  std::size_t unknowns = 0;           // of the segment with most
+  double part_distance = 0;           // the greatest distance of a part's point or of a pin from its target
+  bool stopped = false;               // apply returned false
+  double reached = 1;                 // the fraction of the pose that was sound; the targets are those of this moment
+  std::string problem{};              // what was not sound beyond it
+  std::vector<Vec3d> reached_points;  // the final positions of the points of parts and of the pins
+  std::vector<Vec3d> places;          // their targets
 };
 
 // Returns the number of grids of the pose: none turns a part by more than 8 degrees, or moves it by more than 0.03 of
@@ -73,9 +80,9 @@ class PoseRun {
   PoseRun& operator=(const PoseRun&) = delete;
   ~PoseRun();
 
-  // Moves all parts and pins to their targets: calls apply(grid) with each grid of the flow, in order, until it returns
-  // false. Throws InvalidInput if the equations cannot be solved, and Cancelled. Time: about 0.1 s for each grid of
-  // 2000 unknowns.
+  // Moves all parts and pins to their targets, or as far as the problem's judge lets them: calls apply(grid) with each
+  // grid of the flow, in order, until it returns false. Throws InvalidInput if the equations cannot be solved, and
+  // Cancelled. Time: about 0.1 s for each grid of 2000 unknowns.
   PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply);
 
   // Gives parts and pins new targets. The lists have the same lengths, and hold the points as they were at the start.

@@ -11,6 +11,7 @@
 #include "pose/lattice_nodes.h"
 #include "pose/near_rigid.h"
 #include "pose/pose_motion.h"
+#include "pose/sound_steps.h"
 
 namespace knead::detail::pose_test {
 namespace {
@@ -375,6 +376,82 @@ TEST(Pose, PinsArriveAndTurnAsTheyAreTold) {
       EXPECT_LT(across.y, 0.945);
     }
   }
+}
+
+// A motion on a line on which nothing beyond an end is sound, and no long step before it.
+struct LineMotion {
+  double end = 1;
+  double longest = 1;
+  double place = 0;
+  double wanted = 0;
+  std::vector<double> spacings{};
+
+  SoundReach go(const std::vector<double>& times) {
+    SteppedMotion motion;
+    motion.solve = [&](double from, double to) {
+      EXPECT_EQ(from, place);
+      wanted = to;
+      return PotentialGrid{};
+    };
+    motion.take = [&](const PotentialGrid&) -> std::string {
+      if (wanted > end || wanted - place > longest) return "there is a wall";
+      place = wanted;
+      return {};
+    };
+    motion.set_spacing = [&](double factor) { spacings.push_back(factor); };
+    return step_soundly(times, motion);
+  }
+};
+
+TEST(SoundSteps, AreHalvedUntilTheyAreSound) {
+  LineMotion motion{.longest = 0.2};
+  const SoundReach reach = motion.go({0, 0.5, 1, 1});
+  EXPECT_EQ(reach.time, 1);
+  EXPECT_TRUE(reach.problem.empty()) << reach.problem;
+  EXPECT_TRUE(motion.spacings.empty());
+}
+
+TEST(SoundSteps, EndAtTheLastSoundState) {
+  LineMotion motion{.end = 0.7};
+  const SoundReach reach = motion.go({0, 0.25, 0.5, 0.75, 1});
+  EXPECT_EQ(reach.time, motion.place);
+  EXPECT_LE(reach.time, 0.7);
+  EXPECT_GT(reach.time, 0.7 - 0.25 / 32);
+  EXPECT_EQ(reach.problem, "there is a wall");
+  EXPECT_EQ(motion.spacings, (std::vector<double>{1.5, 0.7}));
+}
+
+// Two tetrahedra in a flow that presses them by a third.
+TEST(SoundSteps, ASurfaceStaysWhereAGridWouldSpoilIt) {
+  std::vector<Vec3d> positions;
+  std::vector<Triangle> triangles;
+  for (std::uint32_t k = 0; k < 2; ++k) {
+    for (const Vec3d& p : {Vec3d{0, 0, 0}, Vec3d{0.2, 0, 0}, Vec3d{0, 0.2, 0}, Vec3d{0, 0, 0.2}}) {
+      positions.push_back(p + Vec3d{0.25 * k, 0, 0});
+    }
+    const std::uint32_t i = 4 * k;
+    for (const Triangle& t : {Triangle{i, i + 2, i + 1}, Triangle{i, i + 1, i + 3}, Triangle{i, i + 3, i + 2},
+                              Triangle{i + 1, i + 2, i + 3}}) {
+      triangles.push_back(t);
+    }
+  }
+  AdvectOptions options;
+  options.tolerance = 1e-6;
+  BodySamples body;
+  body.points = bar_points();
+  std::vector<VelocityRows> rows(1);
+  for (const Vec3d& p : body.points) {
+    rows[0].points.push_back(p);
+    rows[0].wanted.push_back({0.1 - 0.4 * p.x, 0.2 * p.y, 0.2 * p.z});
+  }
+  rows[0].weight = 100;
+  const PotentialGrid grid = NearRigidSystem({{0, 0, 0}, 0.3}, body, rows).solve(rows);
+  SoundSurface loose(positions, triangles, 10, options);
+  EXPECT_EQ(loose.take(grid), "");
+  EXPECT_NE(loose.positions(), positions);
+  SoundSurface tight(positions, triangles, 1.2, options);
+  EXPECT_NE(tight.take(grid).find("a triangle would be stretched or pressed"), std::string::npos);
+  EXPECT_EQ(tight.positions(), positions);
 }
 
 TEST(Pose, StopsWhereItIsCancelled) {

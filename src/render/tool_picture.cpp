@@ -162,6 +162,7 @@ double tool_size(const Field& field, const std::optional<LimitCylinder>& limit_c
   if (limit_cylinder) return limit_cylinder->radius;
   if (std::holds_alternative<Handles<double>>(field.region)) return 0.1 * around.diagonal();
   const Thresholds<double>& r = field.thresholds;
+  if (r.falloff == kWideFalloff) return r.bump;
   if (!std::holds_alternative<HalfSpace<double>>(field.region)) return r.outer;
   return std::min(r.outer - r.inner, 0.3 * around.diagonal());
 }
@@ -215,7 +216,8 @@ void draw_regions(const Segment& segment, double opacity, const Canvas& canvas) 
       canvas.scene.surfaces.push_back(
           {surface_of(field, level, segment.limit_cylinder, canvas), fainter(color, opacity)});
     };
-    add(field.thresholds.inner, kInnerRed);
+    const bool wide = field.thresholds.falloff == kWideFalloff;
+    add(wide ? field.thresholds.bump : field.thresholds.inner, kInnerRed);
     add(field.thresholds.outer, kOuterGreen);
   }
 }

@@ -100,7 +100,7 @@ TEST(StrokeValues, HoldTheDefaultsToo) {
   EXPECT_EQ(
       stroke_values(stroke),
       R"({"name": "", "off": false, "strength": 1, "duration": 1, "path": [[0, 1, 0], [0, 1.3, 0]], "inner": 0.1, "outer": 0.6, )"
-      R"("region": "ball", "time": "swept", "falloff": 4})");
+      R"("region": "ball", "time": "swept", "taper": 0, "falloff": 4})");
 }
 
 // The diagonal takes the place of the shape's own: a part of a shape moves as the whole of it does.

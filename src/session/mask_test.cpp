@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <bit>
 
-#include "history/journal_test_work.h"
 #include "knead/certify.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
 #include "knead/session.h"
 #include "knead/workbench.h"
+#include "support/journal_work.h"
 
 namespace knead::mask_test {
 namespace {

@@ -10,6 +10,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
+#include "knead/tools.h"
 #include "knead/workbench.h"
 
 namespace knead::relax_test {
@@ -52,6 +53,35 @@ Mesh rough_square(std::uint32_t n) {
     }
   }
   return mesh;
+}
+
+// How high the bumps of a square are within a third of the radius after ten dabs in its middle, of what they were.
+double left_of_bumps(std::uint32_t n, double radius) {
+  Mesh mesh = rough_square(n);
+  for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) {
+    const double x = static_cast<double>(i % (n + 1)) / n;
+    const double y = static_cast<double>(i / (n + 1)) / n;
+    const double turns = 4 * 3.14159265 / radius;
+    mesh.positions[i] = {x, y, 0.02 * radius * std::cos(turns * (x - 0.5)) * std::cos(turns * (y - 0.5))};
+  }
+  const Vec3d middle{0.5, 0.5, 0};
+  const auto within = [&](const Vec3d& p, double r) { return norm(Vec3d{p.x, p.y, 0} - middle) < r; };
+  const auto height = [&](std::span<const Vec3d> positions) {
+    double sum = 0;
+    for (const Vec3d& p : positions) sum += within(p, radius / 3) ? p.z * p.z : 0;
+    return std::sqrt(sum);
+  };
+  const std::vector<Vec3d>& all = mesh.positions;
+  const auto count = std::count_if(all.begin(), all.end(), [&](const Vec3d& p) { return within(p, radius); });
+  RelaxStroke stroke{.points = std::vector<Vec3d>(10, middle), .radius = radius, .amount = 1};
+  stroke.iterations = relax_iterations(static_cast<std::size_t>(count));
+  Session session;
+  session.strokes = {{stroke}};
+  return height(replay(mesh, session).shape.positions()) / height(mesh.positions);
+}
+
+TEST(Relax, TenDabsRemoveABumpWhateverTheMesh) {
+  for (const std::uint32_t n : {100U, 190U, 300U}) EXPECT_LT(left_of_bumps(n, 0.3), 0.1) << n;
 }
 
 RelaxStroke across(double radius, int points = 7) {

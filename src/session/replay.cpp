@@ -292,6 +292,9 @@ class PlanRun {
     if (options_.strokes_warn) add_warnings(session_, source, result_.warnings);
     StrokeOutcome outcome = run.take_outcome();
     for (const std::string& warning : outcome.warnings) warn(source.line, warning);
+    if (!outcome.shortfall.empty()) {
+      result_.shortfalls.push_back(to_string(Place{session_.name, source.line}) + ": " + outcome.shortfall);
+    }
     if (outcome.penetration) result_.penetration = std::max(*outcome.penetration, result_.penetration.value_or(0));
     const auto where = is_backwards(options_) ? result_.resolved.begin() : result_.resolved.end();
     result_.resolved.insert(where, std::make_move_iterator(outcome.parts.begin()),

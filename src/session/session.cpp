@@ -429,7 +429,10 @@ struct KeyText {
   }
 };
 
-std::string text_of(const StrokeKey& key) { return applies(key) ? std::visit(KeyText{}, key.value) : ""; }
+std::string text_of(const StrokeKey& key) {
+  if (key.quantity == Quantity::wide_falloff && *std::get<int*>(key.value) == kWideFalloff) return "\"wide\"";
+  return applies(key) ? std::visit(KeyText{}, key.value) : "";
+}
 
 // Returns the keys of `start` with the choices of the given keys, so that the same keys apply.
 std::vector<StrokeKey> defaults_for(const std::vector<StrokeKey>& keys, const Tool& tool, Stroke& start) {

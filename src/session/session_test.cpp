@@ -61,6 +61,15 @@ class RandomStrokes {
   Stroke implicit() {
     ImplicitStroke stroke{{vector(), vector(), vector()}, 1e-7, positive()};
     if (coin()) stroke.time = TimeLaw::blended;
+    if (coin()) stroke.taper = 0.3;
+    if (coin()) {
+      stroke.falloff = kWideFalloff;
+      stroke.inner = 0;
+      stroke.bump = positive();
+      stroke.outer = coin() ? 0 : 1.1 * stroke.bump;
+      if (coin()) stroke.core = coin() ? 0 : 0.7;
+      return stroke;
+    }
     if (coin()) return stroke;
     stroke.region = ImplicitRegion::capsule;
     stroke.half_axis = vector();

@@ -303,10 +303,25 @@ struct ReadValue {
   }
 };
 
+// The number of "wide" is no falloff of a line.
+int read_wide_falloff(const JsonValue& value) {
+  if (value.is_text() && value.text() == "wide") return kWideFalloff;
+  if (value.is_text()) value.fail("a whole number from 3 to 7, or \"wide\"");
+  const auto falloff = static_cast<int>(value.integer());
+  if (falloff == kWideFalloff) value.fail("a whole number from 3 to 7, or \"wide\"");
+  return falloff;
+}
+
+bool decides(const StrokeKey& key) {
+  return std::holds_alternative<Choice>(key.value) || key.quantity == Quantity::wide_falloff;
+}
+
 void read_key(const StrokeKey& key, const JsonObject& line, const Place& place) {
   const bool is_given = line.has(key.name);
   if (!applies(key)) {
     if (is_given) throw InvalidInput(place, fmt::format("\"{}\" needs {}", key.name, key.needs));
+  } else if (is_given && key.quantity == Quantity::wide_falloff) {
+    *std::get<int*>(key.value) = read_wide_falloff(line.at(key.name));
   } else if (is_given || key.presence == Presence::required) {
     std::visit(ReadValue{line.at(key.name), place, key.presence}, key.value);
   }
@@ -321,10 +336,10 @@ void read_keys(const Tool& tool, const JsonObject& line, const Place& place, Str
   line.allow(names);
   const auto has = [&](std::string_view key) { return line.has(key); };
   at_place(place, "", [&] { tool.prepare(stroke, has); });
-  // Choices first, for they decide which other keys apply.
-  for (const bool choices : {true, false}) {
+  // These first that decide which other keys apply.
+  for (const bool first : {true, false}) {
     for (const StrokeKey& key : tool.keys(stroke)) {
-      if (std::holds_alternative<Choice>(key.value) == choices) read_key(key, line, place);
+      if (decides(key) == first) read_key(key, line, place);
     }
   }
 }

@@ -23,11 +23,18 @@ struct ToolLine {
   const char* line;
 };
 
-// The first of these blend nothing.
-constexpr int kToolsWithoutFalloff = 1;
+// The first of these have no falloff from 3 to 7.
+constexpr int kToolsWithoutFalloff = 5;
 constexpr ToolLine kTools[] = {
     {"pose",
      R"({"tool": "pose", "detail": 0.1, "parts": [{"vertices": [[0, 5]], "hold": true}, {"pin_point": [0, 0, 1], "to": [0.2, 0, 1.2]}])"},
+    {"wide", R"({"tool": "implicit", "falloff": "wide", "bump": 0.2, "path": [[0,0,1], [0,0.2,1.1], [0.2,0.3,1.3]])"},
+    {"wide_core",
+     R"({"tool": "implicit", "falloff": "wide", "bump": 0.3, "outer": 0.8, "core": 0.4, "path": [[0,0,1], [0,0.2,1.1], [0,0.4,1.1]])"},
+    {"wide_paint",
+     R"({"tool": "paint", "falloff": "wide", "bump": 0.2, "depth": -0.1, "path": [[0.5,0,1], [0,0.2,1.2]])"},
+    {"tapered",
+     R"({"tool": "implicit", "inner": 0.2, "outer": 0.7, "taper": 0.6, "path": [[0,0,1], [0,0.2,1.1], [0.2,0.3,1.3]])"},
     {"implicit", R"({"tool": "implicit", "inner": 0.2, "outer": 0.7, "path": [[0,0,1], [0,0.2,1.1], [0.2,0.3,1.3]])"},
     {"paint",
      R"({"tool": "paint", "outer": 0.4, "depth": 0.05, "samples": [{"point": [0,0,1], "normal": [0,0,1]}, {"point": [0,0.2,0.96], "normal": [0,0.2,1]}])"},
@@ -131,6 +138,10 @@ TEST_P(StrokeKeys, BeyondOneTheStrokeGoesOn) {
   const double little = distance(result_of(line(", \"strength\": 1.000001"), exact()), at_one);
   EXPECT_LT(little, 1e-4 * moved);
   const double more = distance(result_of(line(", \"strength\": 1.5"), exact()), at_one);
+  if (std::string_view(GetParam().name) == "tapered") {
+    EXPECT_EQ(more, 0) << "it ends at its tip";
+    return;
+  }
   EXPECT_GT(more, 0.1 * moved);
   EXPECT_LT(more, 1.5 * moved);
 }
@@ -323,6 +334,33 @@ TEST(StrokeKeyErrors, NameTheKeyAndWhatWasExpected) {
   EXPECT_NE(error_of(R"("strength": 1.5)").find("\"strength\" asks for too much: \"angle_deg\" must be"),
             std::string::npos)
       << error_of(R"("strength": 1.5)");
+  const auto of_ball = [](const std::string& keys) {
+    try {
+      parse_session("{\"knead\": 1}\n{\"tool\": \"implicit\", \"path\": [[0,0,0], [1,0,0]], " + keys + "}\n",
+                    "s.knead");
+    } catch (const InvalidInput& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string wide = R"("falloff": "wide")";
+  EXPECT_EQ(of_ball(wide + R"(, "bump": 0.2, "core": 0.8)"), "");
+  EXPECT_NE(of_ball(wide).find("\"bump\" is missing"), std::string::npos) << of_ball(wide);
+  EXPECT_EQ(of_ball(wide + R"(, "bump": 0.2, "inner": 0.1)"), "s.knead:2: \"inner\" needs a \"falloff\" from 3 to 7");
+  EXPECT_EQ(of_ball(R"("inner": 0.1, "outer": 0.2, "bump": 0.1)"), "s.knead:2: \"bump\" needs \"falloff\": \"wide\"");
+  EXPECT_EQ(of_ball(wide + R"(, "bump": 0.2, "outer": 0.2)"),
+            "s.knead:2: \"outer\" must be a number greater than \"bump\" (0.2), got 0.2");
+  EXPECT_EQ(of_ball(wide + R"(, "bump": 0.2, "core": 0.9)"),
+            "s.knead:2: \"core\" must be a number from 0 to 0.8, got 0.9");
+  EXPECT_EQ(of_ball(wide + R"(, "bump": 0.2, "taper": 1.1)"),
+            "s.knead:2: \"taper\" must be a number from 0 to 1, got 1.1");
+  EXPECT_EQ(of_ball(wide + R"(, "bump": 0.2, "region": "capsule", "half_axis": [0,0,1])"),
+            "s.knead:2: \"falloff\": \"wide\" needs \"region\": \"ball\"");
+  for (const char* const falloff : {"8", "\"flat\""}) {
+    EXPECT_EQ(of_ball(std::string(R"("bump": 0.2, "falloff": )") + falloff),
+              "s.knead:2: \"falloff\" must be a whole number from 3 to 7, or \"wide\", got " + std::string(falloff));
+  }
+  EXPECT_EQ(error_of(R"("falloff": "wide")"), "s.knead:2: \"falloff\" must be a whole number, got \"wide\"");
   EXPECT_EQ(error_of(R"("falloff": 2)"), "s.knead:2: \"falloff\" must be a whole number from 3 to 7, got 2");
   EXPECT_EQ(error_of(R"("falloff": 8)"), "s.knead:2: \"falloff\" must be a whole number from 3 to 7, got 8");
   EXPECT_EQ(error_of(R"("falloff": 4.5)"),

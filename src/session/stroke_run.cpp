@@ -129,6 +129,7 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
     return;
   }
   stroke.outcome.penetration = run.penetration;
+  stroke.outcome.shortfall = std::move(run.shortfall);
   std::move(run.remarks.begin(), run.remarks.end(), std::back_inserter(stroke.outcome.warnings));
   cut(stroke.outcome.parts, stroke.part, stroke.flow.segments.size());
   share_duration(stroke.outcome.parts, stroke.source->duration);
@@ -272,10 +273,13 @@ void StrokeRun::warn_of_images() {
     fastest = std::max(fastest, speed_of_images(segments[i]));
   }
   if (!(fastest > kFastImages)) return;
-  stroke_.outcome.warnings.push_back(fmt::format(
-      "the tool and its mirror image overlap, and their motions add up: the shape moves up to {:.2g} times as far as "
-      "the tool; move the tool into the plane of the mirror or sliding wall, or farther away",
-      fastest));
+  stroke_.outcome.warnings.push_back(
+      fmt::format("the tool and its mirror image overlap: both move more slowly, so that together they move nothing "
+                  "farther than the "
+                  "tool goes, and what only one of them reaches moves {:.0f}% as far; move the tool into the plane of "
+                  "the mirror or "
+                  "sliding wall, or farther away",
+                  100 / fastest));
 }
 
 // The shape itself goes through a stroke that is applied as a whole; else a copy goes ahead of it.

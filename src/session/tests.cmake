@@ -20,6 +20,7 @@ knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stroke_keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/surface_stroke_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/wide_stroke_test.cpp
   LIBRARIES nlohmann_json::nlohmann_json
   SLOW ReplayRemeshed.WhatCrossesWithoutRemedyIsRefusedUnlessItIsAllowed
        RemeshLimits.ExtremeStrokesOfASphereEndOrAreRefusedSoon)

@@ -100,24 +100,38 @@ class Maker {
     return std::nullopt;
   }
 
-  // Returns the pose in which only these joints turn.
-  SkinPose pose_of(const std::vector<const TurningJoint*>& joints) const {
+  // Returns the pose in which only these joints turn, by a part of their motions.
+  SkinPose pose_of(const std::vector<const TurningJoint*>& joints, double part = 1) const {
     std::vector<BoneTransform> own(skin_.rest.size());
-    for (const TurningJoint* joint : joints) own[joint->bone] = joint->motion;
+    for (const TurningJoint* joint : joints) {
+      own[joint->bone] = part < 1 ? part_of(*joint, part) : joint->motion;
+    }
     return pose_by_joints(skin_, parents_, own);
+  }
+
+  BoneTransform part_of(const TurningJoint& joint, double part) const {
+    const Vec3d& center = skin_.rest[joint.bone].offset;
+    const Rigid motion = screw_of(rigid_part(joint.motion, center), center).at(part);
+    const Vec3d x = motion.turn * Vec3d{1, 0, 0};
+    const Vec3d y = motion.turn * Vec3d{0, 1, 0};
+    const Vec3d z = motion.turn * Vec3d{0, 0, 1};
+    return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}, motion.offset};
   }
 
   Corrective corrective_of(const std::vector<const TurningJoint*>& joints) const {
     const SkinPose pose = pose_of(joints);
     const SkinResult posed = pose_skin(mesh_, skin_, pose, options_, false);
-    const std::vector<Vec3d> shape = corrective_shape(mesh_.positions, posed.positions, skin_, pose);
+    const double part = posed.report.reached;  // a pose that fell short corrects the blend of where it came to
+    const std::vector<Vec3d> shape =
+        corrective_shape(mesh_.positions, posed.positions, skin_, part < 1 ? pose_of(joints, part) : pose);
     Corrective result;
     result.flow = posed.report.flow;
+    result.problem = complaint_about(posed.report);
     for (std::size_t v = 0; v < shape.size(); ++v) result.offsets.push_back(shape[v] - mesh_.positions[v]);
     for (const TurningJoint* joint : joints) {
       result.bones.push_back(static_cast<std::uint32_t>(joint->bone));
       result.axes.push_back(joint->axis);
-      result.angles_deg.push_back(joint->angle * 180 / std::numbers::pi);
+      result.angles_deg.push_back(part * joint->angle * 180 / std::numbers::pi);
     }
     return result;
   }

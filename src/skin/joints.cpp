@@ -316,12 +316,18 @@ class StageMotion {
     for (const Rigid& motion : first) back_.push_back(inverse(motion));
   }
 
-  Flow run(std::size_t& unknowns) {
+  Flow run(std::size_t& unknowns, detail::SoundReach& reach) {
+    std::vector<double> times;
     const auto count = static_cast<double>(problem_.steps);
-    for (std::size_t k = 0; k < problem_.steps; ++k) {
-      step(static_cast<double>(k) / count, static_cast<double>(k + 1) / count, unknowns);
-    }
-    step(1, 1, unknowns);
+    for (std::size_t k = 0; k <= problem_.steps; ++k) times.push_back(static_cast<double>(k) / count);
+    times.push_back(1);
+    detail::SteppedMotion motion;
+    motion.solve = [&](double from, double to) { return solve(from, to, unknowns); };
+    motion.take = [this](const PotentialGrid& grid) { return take(grid); };
+    motion.set_spacing = [this, first = problem_.spacing](double factor) {
+      problem_.spacing = lattice_.spacing = factor * first;
+    };
+    reach = detail::step_soundly(times, motion);
     problem_.body.strain.clear();
     problem_.body.stiffness = std::move(stiffness_);
     for (std::size_t i = 0; i < now_.size(); ++i) problem_.limbs[i].points = std::move(now_[i]);
@@ -329,22 +335,29 @@ class StageMotion {
   }
 
  private:
-  void step(double from, double to, std::size_t& unknowns) {
+  // Returns the grid of a step from the present state, which stays.
+  PotentialGrid solve(double from, double to, std::size_t& unknowns) {
     stop_if_cancelled(problem_.progress);
     const std::vector<VelocityRows> rows = rows_of(from, to);
-    detail::find_surroundings(problem_.body, before_, rows, problem_.spacing);
+    std::vector<Vec3d> before = before_;
+    detail::find_surroundings(problem_.body, before, rows, problem_.spacing);
     want_strain_undone();
     const NearRigidSystem system(lattice_, problem_.body, rows, problem_.threads, problem_.progress);
     unknowns = std::max(unknowns, system.unknowns());
-    Segment segment;
-    segment.grid = system.solve(rows);
+    return system.solve(rows);
+  }
+
+  std::string take(const PotentialGrid& grid) {
+    if (std::string problem = problem_.judge(grid); !problem.empty()) return problem;
     Flow one;
-    one.segments.push_back(segment);
-    flow_.segments.push_back(std::move(segment));
+    one.segments.emplace_back().grid = grid;
+    flow_.segments.push_back(one.segments.front());
+    before_ = problem_.body.points;
     deform(one);
     move(one, problem_.body.points);
     for (std::vector<Vec3d>& points : now_) move(one, points);
     if (problem_.progress != nullptr) problem_.progress->done += kWorkOfStage / (problem_.steps + 1);
+    return {};
   }
 
   // Makes the body elastic: each step wants to undo the strain of earlier steps, and strained flesh is stiffer. Without
@@ -502,7 +515,7 @@ std::vector<Rigid> Joints::motions(std::size_t stage, double part) const {
   for (std::size_t i = 1; i < limbs.size(); ++i) {
     const SkinLimb& limb = limbs[i];
     const double done = limb.stage < stage ? 1 : limb.stage == stage ? part : 0;
-    result[i] = result[*limb.before] * limb.screw.at(done);
+    result[i] = result[*limb.before] * limb.screw.at(done * limb.reached);
   }
   return result;
 }
@@ -521,6 +534,24 @@ std::size_t Joints::main_limb(std::size_t vertex) const {
 std::optional<std::size_t> Joints::rigid_limb(std::size_t vertex, double weight) const {
   for (std::size_t i = begin[vertex]; i < begin[vertex + 1]; ++i) {
     if (weights[i].weight > weight) return weights[i].bone;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::size_t> Joints::bodies(std::size_t stage) const {
+  std::vector<std::size_t> result(limbs.size(), 0);
+  for (std::size_t i = 1; i < limbs.size(); ++i) result[i] = limbs[i].stage == stage ? i : result[*limbs[i].before];
+  return result;
+}
+
+std::optional<std::size_t> Joints::rigid_body(std::span<const std::size_t> bodies, std::size_t vertex,
+                                              double weight) const {
+  for (std::size_t i = begin[vertex]; i < begin[vertex + 1]; ++i) {
+    double sum = 0;
+    for (std::size_t k = begin[vertex]; k < begin[vertex + 1]; ++k) {
+      if (bodies[weights[k].bone] == bodies[weights[i].bone]) sum += weights[k].weight;
+    }
+    if (sum > weight) return bodies[weights[i].bone];
   }
   return std::nullopt;
 }
@@ -562,7 +593,9 @@ std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices) {
   return parents;
 }
 
-Flow stage_flow(StageProblem& problem, std::size_t& unknowns) { return StageMotion(problem).run(unknowns); }
+Flow stage_flow(StageProblem& problem, std::size_t& unknowns, detail::SoundReach& reach) {
+  return StageMotion(problem).run(unknowns, reach);
+}
 
 PotentialGrid growing_grid(const StageProblem& problem, std::vector<double> growth) {
   std::vector<VelocityRows> rows;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "knead/error.h"
@@ -15,6 +16,7 @@
 #include "knead/mesh.h"
 #include "knead/skin.h"
 #include "pose/near_rigid.h"
+#include "pose/sound_steps.h"
 #include "skin/rigid.h"
 
 namespace knead::skin_detail {
@@ -28,6 +30,7 @@ struct SkinLimb {
   Vec3d direction{0, 0, 1};           // along the limb there: a unit vector
   double radius = 0;                  // of the limb there; 0: no flesh bends
   std::size_t stage = 0;              // in which it moves
+  double reached = 1;                 // the part of the screw that was sound
 
   // Returns the length along the limb over which the flesh must bend to keep at least 0.6 of its length.
   double bending_length() const;
@@ -50,6 +53,13 @@ struct Joints {
 
   // Returns the limb with the greatest weight at a vertex; the base for a vertex without weights.
   std::size_t main_limb(std::size_t vertex) const;
+
+  // Returns for each limb the limb with which it moves as one rigid body in a stage: itself if its joint turns then, or
+  // else that of the limb before it. With `stages` as the stage, which no joint turns in, that is the base.
+  std::vector<std::size_t> bodies(std::size_t stage) const;
+
+  // Returns the body of which the limbs have together more than this weight at a vertex. `bodies`: of each limb.
+  std::optional<std::size_t> rigid_body(std::span<const std::size_t> bodies, std::size_t vertex, double weight) const;
 
   // Returns the limb with more than this weight at a vertex.
   std::optional<std::size_t> rigid_limb(std::size_t vertex, double weight) const;
@@ -85,13 +95,15 @@ struct StageProblem {
   double diagonal = 0;
   int threads = 0;
   Progress* progress = nullptr;
+  std::function<std::string(const PotentialGrid&)> judge;  // as that of detail::PoseProblem
 };
 
-// Returns the flow of a stage: a grid for each step, and one in which the limbs settle. Points so near to another limb
+// Returns the flow of a stage: a grid for each step, and one in which the limbs settle; it ends where the judge lets no
+// step pass. Points so near to another limb
 // that no smooth field meets both have no wanted rate: the body is flattened between the limbs. Raises `unknowns` to
-// that of the largest grid. Moves the points of the body and the limbs. Throws InvalidInput if the equations cannot be
-// solved, and Cancelled.
-Flow stage_flow(StageProblem& problem, std::size_t& unknowns);
+// that of the largest grid; `reach` says how far the stage came, from 0 to 1. Moves the points of the body and the
+// limbs. Throws InvalidInput if the equations cannot be solved, and Cancelled.
+Flow stage_flow(StageProblem& problem, std::size_t& unknowns, detail::SoundReach& reach);
 
 // Returns the grid in which the body grows at these rates, one for each of its samples, while the limbs of the problem
 // rest. Throws as stage_flow().

@@ -2,6 +2,7 @@
 #include "knead/skin.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -67,6 +68,12 @@ std::vector<bool> closed_pieces(std::span<const Triangle> triangles, std::size_t
   return is_closed;
 }
 
+double extent_of(const Mesh& mesh) {
+  const double diagonal = shape_box(mesh).diagonal();
+  if (!(diagonal > 0)) throw InvalidInput("the shape has no extent, so that nothing can be posed");
+  return diagonal;
+}
+
 class Poser {
  public:
   Poser(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options)
@@ -75,10 +82,11 @@ class Poser {
         rest_(mesh.positions),
         positions_(mesh.positions),
         is_closed_(closed_pieces(triangles_, mesh.positions.size())),
+        names_(skin.names),
         has_volume_(
-            std::any_of(triangles_.begin(), triangles_.end(), [&](const Triangle& t) { return is_closed_[t[0]]; })) {
-    diagonal_ = shape_box(mesh).diagonal();
-    if (!(diagonal_ > 0)) throw InvalidInput("the shape has no extent, so that nothing can be posed");
+            std::any_of(triangles_.begin(), triangles_.end(), [&](const Triangle& t) { return is_closed_[t[0]]; })),
+        diagonal_(extent_of(mesh)),
+        sound_(rest_, triangles_, kMaxPosedStretch, motion_options()) {
     joints_ = find_joints(rest_, triangles_, skin, pose, options.detail);
   }
 
@@ -106,6 +114,7 @@ class Poser {
  private:
   void run_stage(std::size_t stage) {
     stop_if_cancelled(options_.progress);
+    bodies_ = joints_.bodies(stage);
     const std::vector<bool> moving = moving_limbs(stage);
     StageProblem problem;
     problem.spacing = joints_.spacing[stage];
@@ -125,12 +134,42 @@ class Poser {
     add_limbs(stage, moving, near, problem);
     problem.steps = steps_of(stage, problem);
     const double volume = enclosed_volume();
-    Flow flow = stage_flow(problem, result_.report.unknowns);
-    const std::vector<EdgeLoss> losses = has_volume_ ? move_with_edges(flow, near) : std::vector<EdgeLoss>{};
-    if (!has_volume_) move(flow);
+    problem.judge = [this](const PotentialGrid& grid) { return sound_.take(grid); };
+    detail::SoundReach reach;
+    Flow flow = stage_flow(problem, result_.report.unknowns, reach);
+    note_reach(stage, reach);
+    const std::vector<EdgeLoss> losses = has_volume_ ? lost_at_edges(flow, near) : std::vector<EdgeLoss>{};
+    positions_ = sound_.positions();
     result_.report.segments += flow.segments.size();
     for (Segment& segment : flow.segments) result_.strokes.emplace_back(GridStroke{std::move(segment.grid)});
     give_back(losses, volume - enclosed_volume(), moving, problem);
+  }
+
+  // Joints that fell short stay where they came to.
+  void note_reach(std::size_t stage, const detail::SoundReach& reach) {
+    if (reach.time >= 1) return;
+    for (SkinLimb& limb : joints_.limbs) {
+      if (limb.stage == stage) limb.reached = reach.time;
+    }
+    SkinReport& report = result_.report;
+    report.reached = std::min(report.reached, reach.time);
+    if (!report.shortfall.empty()) report.shortfall += "; ";
+    report.shortfall += fmt::format("{} came {:.0f}% of their way: beyond that {}", joints_in(stage),
+                                    std::floor(100 * reach.time), reach.problem);
+  }
+
+  // Returns the names of the bones whose joints turn in a stage, the first three of them.
+  std::string joints_in(std::size_t stage) const {
+    constexpr std::size_t kMaxNamed = 3;
+    std::vector<std::string> names;
+    for (std::size_t i = 1; i < joints_.limbs.size(); ++i) {
+      const SkinLimb& limb = joints_.limbs[i];
+      if (limb.stage == stage)
+        names.push_back(limb.bone < names_.size() ? names_[limb.bone] : fmt::format("bone {}", limb.bone));
+    }
+    const std::size_t more = names.size() - std::min(names.size(), kMaxNamed);
+    names.resize(names.size() - more);
+    return fmt::format("{}{}", fmt::join(names, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
   }
 
   // The volume between the flat triangles at an edge and the curved surface that the flow makes of them. The flow keeps
@@ -140,23 +179,23 @@ class Poser {
     double volume = 0;
   };
 
-  // Moves the vertices, and finds the volume lost at the edges of triangles that bend. The surface is a quadric through
-  // the images of the edges' middles.
-  std::vector<EdgeLoss> move_with_edges(const Flow& flow, const std::vector<Triangle>& near) {
+  // Returns the volume lost at the edges of triangles that bend in the flow of a stage, after which sound_ is. The
+  // surface is a quadric through the images of the edges' middles.
+  std::vector<EdgeLoss> lost_at_edges(const Flow& flow, const std::vector<Triangle>& near) {
     std::vector<Triangle> bending;
     std::vector<Vec3d> middles;
     for (const Triangle& t : near) {
-      const auto is_rigid = [&](std::uint32_t v) { return joints_.rigid_limb(v, options_.rigid_weight).has_value(); };
+      const auto is_rigid = [&](std::uint32_t v) { return rigid_body(v).has_value(); };
       if (!is_closed_[t[0]] || std::all_of(t.begin(), t.end(), is_rigid)) continue;
       bending.push_back(t);
       for (std::size_t k = 0; k < 3; ++k) middles.push_back((positions_[t[k]] + positions_[t[(k + 1) % 3]]) * 0.5);
     }
-    move(flow);
     move(flow, middles);
+    const std::vector<Vec3d>& now = sound_.positions();
     std::vector<EdgeLoss> losses;
     for (std::size_t i = 0; i < middles.size(); ++i) {
       const Triangle& t = bending[i / 3];
-      const std::array<Vec3d, 3> p{positions_[t[0]], positions_[t[1]], positions_[t[2]]};
+      const std::array<Vec3d, 3> p{now[t[0]], now[t[1]], now[t[2]]};
       const Vec3d area = cross(p[1] - p[0], p[2] - p[0]) * 0.5;
       const Vec3d away = middles[i] - (p[i % 3] + p[(i + 1) % 3]) * 0.5;
       losses.push_back({middles[i], dot(away, area) / 3});
@@ -200,8 +239,9 @@ class Poser {
     const double strength = missing / (enclosed_volume() - volume);  // the volume is nearly linear in it
     positions_ = before;
     if (!(std::abs(strength) * kTrialGrowth < kMaxGrowth)) return false;
-    flow.segments.front().grid = grid = multiplied(std::move(grid), strength);
-    move(flow);
+    grid = multiplied(std::move(grid), strength);
+    if (!sound_.take(grid).empty()) return false;
+    positions_ = sound_.positions();
     result_.strokes.emplace_back(GridStroke{std::move(grid)});
     ++result_.report.segments;
     return true;
@@ -258,6 +298,12 @@ class Poser {
     return moving;
   }
 
+  // Returns the body that a vertex moves rigidly with in the present stage. Flesh at a joint that turns in another
+  // stage is rigid, too: free flesh on a grid for thinner joints would flow.
+  std::optional<std::size_t> rigid_body(std::size_t v) const {
+    return joints_.rigid_body(bodies_, v, options_.rigid_weight);
+  }
+
   // Returns the weight of moving limbs at a vertex.
   double moving_weight(const std::vector<bool>& moving, std::size_t v) const {
     double sum = 0;
@@ -306,8 +352,8 @@ class Poser {
     }
     std::vector<std::vector<Vec3d>> points(joints_.limbs.size());
     for (std::size_t v = 0; v < positions_.size(); ++v) {
-      const std::optional<std::size_t> limb = joints_.rigid_limb(v, options_.rigid_weight);
-      if (used[v] && limb && !bends(stage, moving, v)) points[moving[*limb] ? *limb : 0].push_back(positions_[v]);
+      const std::optional<std::size_t> body = rigid_body(v);
+      if (used[v] && body && !bends(stage, moving, v)) points[*body].push_back(positions_[v]);
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (points[i].empty()) continue;
@@ -350,8 +396,8 @@ class Poser {
   void mark_held(const std::vector<bool>& moving, BodySamples& body) const {
     const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(positions_, body.points);
     for (const std::uint32_t v : nearest) {
-      const std::optional<std::size_t> limb = joints_.rigid_limb(v, options_.rigid_weight);
-      body.held.push_back(limb && !moving[*limb]);
+      const std::optional<std::size_t> own = rigid_body(v);
+      body.held.push_back(own && !moving[*own]);
     }
   }
 
@@ -359,19 +405,23 @@ class Poser {
   void stiffen_bones(const std::vector<bool>& moving, BodySamples& body) const {
     const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(positions_, body.points);
     for (std::size_t i = 0; i < nearest.size(); ++i) {
-      const std::optional<std::size_t> limb = joints_.rigid_limb(nearest[i], options_.rigid_weight);
-      if (limb && moving[*limb]) body.stiffness[i] *= kBoneStiffness;
+      const std::optional<std::size_t> own = rigid_body(nearest[i]);
+      if (own && moving[*own]) body.stiffness[i] *= kBoneStiffness;
     }
   }
 
   void move(const Flow& flow) { move(flow, positions_); }
 
   void move(const Flow& flow, std::vector<Vec3d>& points) const {
+    if (advect(flow, points, motion_options()).status == AdvectStatus::cancelled) throw Cancelled();
+  }
+
+  AdvectOptions motion_options() const {
     AdvectOptions options;
     options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal_);
     options.threads = options_.threads;
     options.progress = options_.progress;
-    if (advect(flow, points, options).status == AdvectStatus::cancelled) throw Cancelled();
+    return options;
   }
 
   // Finds the distances of rigid vertices from where their limbs take them.
@@ -386,13 +436,10 @@ class Poser {
     std::sort(distances.begin(), distances.end());
     result_.report.part_distance = distances.back();
     result_.report.part_distance_95 = distances[(distances.size() * 95 + 99) / 100 - 1];
-    if (result_.report.part_distance_95 > kMaxRigidDistance) {
-      throw InvalidInput(
-          fmt::format("limbs end {:.0f}% of the shape's size from their bones: they are too thick for their length at "
-                      "the joints that "
-                      "turn; turn these less, or make the weights steeper there",
-                      100 * result_.report.part_distance_95));
-    }
+    if (result_.report.part_distance_95 <= kMaxRigidDistance || !result_.report.shortfall.empty()) return;
+    result_.report.shortfall =
+        fmt::format("limbs end {:.0f}% of the shape's size from their bones: there is no room for them",
+                    100 * result_.report.part_distance_95);
   }
 
   // Adds the turn and the shift of the skeleton as a whole.
@@ -428,11 +475,14 @@ class Poser {
   const SkinOptions& options_;
   std::vector<Triangle> triangles_;
   std::vector<Vec3d> rest_;
-  std::vector<Vec3d> positions_;  // the present ones
-  std::vector<bool> is_closed_;   // for each vertex: its piece of the surface is closed
-  bool has_volume_ = false;       // a piece is closed
+  std::vector<Vec3d> positions_;    // the present ones
+  std::vector<bool> is_closed_;     // for each vertex: its piece of the surface is closed
+  std::vector<std::string> names_;  // of the bones, or empty
+  bool has_volume_ = false;         // a piece is closed
   double diagonal_ = 0;
+  detail::SoundSurface sound_;  // moved by all grids so far
   Joints joints_;
+  std::vector<std::size_t> bodies_;  // of the limbs in the present stage
   SkinResult result_;
 };
 
@@ -507,7 +557,8 @@ std::string to_json(const SkinReport& report) {
   return to_indented_text({{"linear", json_of(report.linear)},
                            {"dual", json_of(report.dual)},
                            {"flow", json_of(report.flow)},
-                           {"problem", complaint_about(report.flow)},
+                           {"problem", complaint_about(report)},
+                           {"reached", report.reached},
                            {"bones", report.bones},
                            {"stages", report.stages},
                            {"segments", report.segments},
@@ -516,6 +567,11 @@ std::string to_json(const SkinReport& report) {
                            {"part_distance_95", report.part_distance_95},
                            {"seconds", report.seconds},
                            {"notes", report.notes}});
+}
+
+std::string complaint_about(const SkinReport& report) {
+  if (report.shortfall.empty()) return complaint_about(report.flow);
+  return report.shortfall + "; turn these joints less, or those of limbs that are in the way";
 }
 
 std::string complaint_about(const SkinMeasures& flow) {

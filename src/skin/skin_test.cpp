@@ -13,6 +13,7 @@
 #include "knead/mesh.h"
 #include "knead/replay.h"
 #include "knead/session.h"
+#include "skin/joints.h"
 #include "support/unwelded.h"
 
 namespace knead::skin_test {
@@ -150,11 +151,11 @@ TEST(Skin, AnOpenSleeveLeavesTheVolumeOfTheArm) {
   EXPECT_EQ(result.report.flow.crossings_new, 0U);
 }
 
-// A tapered bar: joints of one limb, whose thickness is 2.5 times as much at one of them, turn together.
-TEST(Skin, JointsOfSimilarSizeTurnTogether) {
+// An arm with two joints, at x = -1.5 and 1.5, whose half-thickness is 0.7 - taper * x.
+Arm tapered_arm(double taper) {
   Arm arm;
   for (Vec3d& p : arm.mesh.positions) {
-    const double thickness = 0.7 - 0.2 * p.x;
+    const double thickness = 0.7 - taper * p.x;
     p = {p.x, thickness * p.y, thickness * p.z};
   }
   arm.skin.rest = {{{}, {-3, 0, 0}}, {{}, {-1.5, 0, 0}}, {{}, {1.5, 0, 0}}};
@@ -169,10 +170,52 @@ TEST(Skin, JointsOfSimilarSizeTurnTogether) {
     arm.skin.weights.push_back({2, second});
     arm.skin.begin.push_back(arm.skin.weights.size());
   }
+  return arm;
+}
+
+// Joints of one limb, of which one is 2.5 times as thick, turn together.
+TEST(Skin, JointsOfSimilarSizeTurnTogether) {
+  const Arm arm = tapered_arm(0.2);
   const std::vector<BoneTurn> turns{{1, {0, 0, 1}, 10}, {2, {0, 0, 1}, 10}};
   const SkinResult result = pose_skin(arm.mesh, arm.skin, turned_pose(arm.skin, turns), {}, false);
   EXPECT_EQ(result.report.bones, 2U);
   EXPECT_EQ(result.report.stages, 1U);
+}
+
+// In each stage the flesh at the joint that turns in the other one belongs to one rigid body.
+TEST(Skin, FleshIsFreeOnlyWhereTheStageTurns) {
+  const Arm arm = tapered_arm(0.27);
+  const std::vector<BoneTurn> turns{{1, {0, 0, 1}, 10}, {2, {0, 0, 1}, 10}};
+  const skin_detail::Joints joints =
+      skin_detail::find_joints(arm.mesh.positions, triangulate(arm.mesh), arm.skin, turned_pose(arm.skin, turns), 0);
+  ASSERT_EQ(joints.stages, 2U);
+  constexpr double kRigid = 0.9;
+  for (std::size_t v = 0; v < arm.mesh.vertex_count(); ++v) {
+    const double x = arm.mesh.positions[v].x;
+    const auto body = [&](std::size_t stage) { return joints.rigid_body(joints.bodies(stage), v, kRigid); };
+    if (x < 1) {
+      EXPECT_EQ(body(0), 0U) << x;
+    }
+    if (x > -1) {
+      EXPECT_EQ(body(1), 1U) << x;
+    }
+    if (std::abs(x - 1.5) < 0.1) {
+      EXPECT_FALSE(body(0)) << x;
+    }
+    if (std::abs(x + 1.5) < 0.1) {
+      EXPECT_FALSE(body(1)) << x;
+    }
+  }
+}
+
+// The halves of an arm that bends back onto itself meet: the pose is sound, and says that it fell short.
+TEST(Skin, APoseThatCannotBeComesAsFarAsItIsSound) {
+  const Arm arm;
+  const SkinReport report = pose_skin(arm.mesh, arm.skin, arm.bent(179), {}, false).report;
+  EXPECT_EQ(report.flow.crossings_new, 0U);
+  EXPECT_LE(std::max(report.flow.greatest_stretch, 1 / report.flow.least_stretch), kMaxPosedStretch);
+  EXPECT_FALSE(report.shortfall.empty());
+  EXPECT_NE(complaint_about(report).find(report.shortfall), std::string::npos);
 }
 
 TEST(Skin, AtRestNothingMoves) {

@@ -80,6 +80,16 @@ void require_distance_thresholds(double inner, double outer) {
   require_thresholds(inner, outer);
 }
 
+void require_wide_thresholds(const Thresholds<double>& thresholds) {
+  constexpr double kMaxCore = 0.8;
+  const auto& [inner, outer, falloff, bump] = thresholds;
+  require_positive("bump", bump);
+  require(std::isfinite(outer) && outer > bump, "outer", fmt::format("a number greater than \"bump\" ({})", bump),
+          outer);
+  const double core = inner / bump;
+  require(core >= 0 && core <= kMaxCore * (1 + 1e-12), "core", fmt::format("a number from 0 to {}", kMaxCore), core);
+}
+
 Vec3d unit(const Vec3d& v) {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   return normalized(v / largest);

@@ -48,12 +48,18 @@ void require_thresholds(double inner, double outer);
 // For a region whose r is a distance: outer > 0 and 0 <= inner < outer. (A negative inner would leave a cone at r = 0.)
 void require_distance_thresholds(double inner, double outer);
 
+// For the wide falloff: 0 <= inner <= 0.8 bump < bump < outer.
+void require_wide_thresholds(const Thresholds<double>& thresholds);
+
 // v / |v| for any finite v but zero, also where |v|^2 overflows or underflows.
 Vec3d unit(const Vec3d& v);
 
 // What Studio says about the thresholds of most tools.
 inline constexpr std::string_view kInnerHelp = "everything nearer moves rigidly with the tool";
 inline constexpr std::string_view kOuterHelp = "everything farther stays";
+inline constexpr std::string_view kBumpHelp = "radius of what moves with the tool";
+inline constexpr std::string_view kWide = R"("falloff": "wide")";
+inline constexpr std::string_view kNotWide = R"(a "falloff" from 3 to 7)";
 
 // Of the flow that returns past a set to the tool's speed; more is warned of. For a set of radius R it is R / (2
 // outer), or R / (2 gap) between two sets (method, section 2).
@@ -71,6 +77,7 @@ struct SurfaceRun {
   const Mesh* mesh = nullptr;  // of a stamp's tool
   int threads = 0;
   std::vector<std::string> remarks{};   // for the user
+  std::string shortfall{};              // says where the stroke fell short of what was asked; empty if it did not
   std::optional<double> penetration{};  // how deep a stamp leaves the surface in its tool
 };
 
@@ -97,6 +104,29 @@ template <class S>
 inline constexpr bool kBlends = requires(S stroke) {
   stroke.falloff;
 };
+
+// A tool whose strokes may have the wide falloff: S has the member `bump`.
+template <class S>
+inline constexpr bool kMayBeWide = requires(S stroke) {
+  stroke.bump;
+};
+
+// The outer threshold of the wide falloff where a stroke gives none, as a factor of its bump.
+inline constexpr double kWideOuter = 4;
+
+// Returns the thresholds of a stroke that may be wide.
+template <class S>
+Thresholds<double> thresholds_of(const S& stroke) {
+  Thresholds<double> thresholds{0, stroke.outer, stroke.falloff};
+  if (stroke.falloff != kWideFalloff) {
+    if constexpr (requires { stroke.inner; }) thresholds.inner = stroke.inner;
+    return thresholds;
+  }
+  thresholds.bump = stroke.bump;
+  if (stroke.outer == 0) thresholds.outer = kWideOuter * stroke.bump;
+  if constexpr (requires { stroke.core; }) thresholds.inner = stroke.core.value_or(0) * stroke.bump;
+  return thresholds;
+}
 
 // The row of the tool with strokes S. What is null does not apply to the tool.
 template <class S>

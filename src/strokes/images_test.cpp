@@ -87,7 +87,7 @@ std::size_t dabs_along_a_line(int touches, double pressure) {
 
 TEST(PaintDrag, TheNumberOfDabsFollowsTheWayAndThePressure) {
   const std::size_t dabs = dabs_along_a_line(1000, 1);
-  EXPECT_NEAR(static_cast<double>(dabs), 1 + 6 / (dab_length(kDefaultFalloff) * 0.3), 1);
+  EXPECT_NEAR(static_cast<double>(dabs), 1 + 6 / dab_length({0.3, -0.05, {}}), 1);
   EXPECT_EQ(dabs_along_a_line(5000, 1), dabs);
   EXPECT_NEAR(static_cast<double>(dabs_along_a_line(1000, 0.5)), 0.5 * static_cast<double>(dabs), 1);
 }

@@ -140,7 +140,19 @@ bool are_same(const Segment& a, const Segment& b) {
   return true;
 }
 
-// One segment of the stroke, and those of its images: their sum.
+// Does the motion at a part of its speed.
+struct Slow {
+  double factor;
+
+  void operator()(Translation<double>& motion) const { motion.velocity = motion.velocity * factor; }
+  void operator()(Rotation<double>& motion) const { motion.rate *= factor; }
+  void operator()(Twist<double>& motion) const { motion.rate *= factor; }
+  void operator()(Strain<double>& motion) const { motion.matrix = motion.matrix * factor; }
+  void operator()(CustomMotion& /*motion*/) const {}  // no stroke has one
+};
+
+// One segment of the stroke, and those of its images: their sum, slowed down where they overlap so that it moves
+// nothing faster than one of them alone.
 Segment sum_of(const std::vector<Segment>& images, const Mirror& mirror) {
   Segment sum;
   for (const Segment& image : images) {
@@ -149,6 +161,11 @@ Segment sum_of(const std::vector<Segment>& images, const Mirror& mirror) {
   }
   if (sum.parts.size() == 1) return images.front();
   sum.mirrored_at = planes_of(mirror);
+  const double speed = speed_of_images(sum);
+  if (!(speed > 1)) return sum;
+  for (Segment& part : sum.parts) {
+    for (Field& field : part.fields) std::visit(Slow{1 / speed}, field.motion);
+  }
   return sum;
 }
 
@@ -166,6 +183,17 @@ std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
     }
   }
   return places;
+}
+
+bool do_overlap(std::span<const Segment> parts) {
+  std::vector<Box> supports;
+  for (const Segment& part : parts) {
+    const Box support = detail::support_of(part);
+    const auto meets = [&](const Box& other) { return overlap(support, other); };
+    if (std::any_of(supports.begin(), supports.end(), meets)) return true;
+    supports.push_back(support);
+  }
+  return false;
 }
 
 double greatest_speed(const Segment& segment, std::span<const Vec3d> places, double time) {
@@ -264,6 +292,7 @@ std::optional<Stroke> with_images(const Stroke& stroke, const Mirror& mirror, st
 }
 
 double speed_of_images(const Segment& segment) {
+  if (!do_overlap(segment.parts)) return 1;
   double of_sum = 0;
   double of_one = 0;
   for (const double time : {0.0, 0.5, 1.0}) {

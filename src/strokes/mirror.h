@@ -27,7 +27,7 @@ inline bool are_near(const Vec3d& a, const Vec3d& b, double distance) { return n
 std::optional<Stroke> with_images(const Stroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions);
 
 // Returns how many times as fast the sum of a stroke and its images moves points as one of them alone does at most, at
-// some places about their tools; 1 for a segment that is no sum.
+// some places about their tools; 1 for a segment that is no sum, and where they do not overlap.
 double speed_of_images(const Segment& segment);
 
 // Returns the limit cylinders of the stroke and of its images, each once; none where it has none.

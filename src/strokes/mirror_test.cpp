@@ -213,6 +213,26 @@ TEST(Mirror, OnlyThePiecesInThePlaneActOnce) {
   EXPECT_EQ(flow.segments[1].parts.size(), 2U);
 }
 
+// Nothing goes farther than by the tool alone, and near the plane it goes as far as by a tool in the plane.
+TEST(Mirror, ImagesThatOverlapMoveNothingFartherThanTheToolGoes) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 10242);
+  const auto greatest = [&](const Stroke& stroke, const Mirror& mirror) {
+    std::vector<Vec3d> moved = ball.positions;
+    advect(flow_of(stroke, mirror), moved, {.tolerance = 1e-7, .precision = Precision::float64});
+    double most = 0;
+    for (std::size_t i = 0; i < moved.size(); ++i) most = std::max(most, norm(moved[i] - ball.positions[i]));
+    return most;
+  };
+  for (const double x : {0.0, 1e-6, 0.001, 0.03, 0.1, 0.2, 0.3, 0.5, 0.9}) {
+    const ImplicitStroke pull{{{x, 0.1, 0.99}, {x, 0.15, 0.99}}, 0.2, 0.6};
+    EXPECT_NEAR(greatest(pull, coordinate_mirror("x")), 0.05, 5e-4) << x;
+    const RotateStroke turn{{x, 0, 0.9}, {1, 0, 0}, 20, 0.2, 0.6};
+    EXPECT_LT(greatest(turn, coordinate_mirror("x")), 1.05 * greatest(turn, {})) << x;
+    const RotateStroke other{{x, 0, 0.9}, {0.3, 1, -0.4}, 20, 0.2, 0.6};
+    EXPECT_LT(greatest(other, coordinate_mirror("x")), 1.05 * greatest(other, {})) << x;
+  }
+}
+
 TEST(Mirror, PinsAndTheirImagesGoToTheirPlacesExactly) {
   PinsStroke pins;
   pins.points = {{0.3, 0.1, 0.2}, {0, 0.5, 0.2}};

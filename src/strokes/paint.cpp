@@ -96,8 +96,16 @@ Vec3d PathCurve::on_piece(std::size_t piece, double fraction) const {
          (tangents_[piece] * rest - tangents_[piece + 1] * s) * (h * s * rest);
 }
 
+bool is_wide(const PaintStroke& stroke) { return stroke.falloff == kWideFalloff; }
+
+// The radius of what a dab moves with it.
+double radius_of(const PaintStroke& stroke) { return is_wide(stroke) ? stroke.bump : stroke.outer; }
+
 std::vector<StrokeKey> keys(PaintStroke& s) {
-  return {{"outer", Quantity::positive, &s.outer, Presence::required, "radius of one dab"},
+  const bool wide = is_wide(s);
+  return {{"outer", wide ? Quantity::other : Quantity::positive, &s.outer,
+           wide ? Presence::optional : Presence::required, wide ? kOuterHelp : "radius of one dab"},
+          {"bump", Quantity::positive, wide ? &s.bump : nullptr, Presence::required, "radius of one dab", kWide},
           {"depth", Quantity::other, &s.depth, Presence::required,
            "how far one dab moves the surface; negative pulls it out"},
           {"samples", Quantity::other, s.path.empty() ? &s.samples : nullptr},
@@ -115,6 +123,7 @@ void validate(const PaintStroke& stroke) {
     throw InvalidInput(fmt::format(
         "\"depth\" must be a number other than 0 (greater pushes in, less pulls out), got {}", stroke.depth));
   }
+  if (is_wide(stroke)) require_wide_thresholds(thresholds_of(stroke));
   if (stroke.path.empty()) require_count("samples", stroke.samples.size(), 1, "samples");
   for (const PaintSample& sample : stroke.samples) {
     require_finite("point", sample.point);
@@ -129,7 +138,7 @@ Flow flow_of(const PaintStroke& stroke) {
   for (const PaintSample& sample : stroke.samples) {
     const Vec3d displacement = unit(sample.normal) * -stroke.depth;
     flow.segments.push_back(transported_segment(
-        {sample.point, Translation<double>{displacement}, Ball<double>{}, {0, stroke.outer}}, displacement));
+        {sample.point, Translation<double>{displacement}, Ball<double>{}, thresholds_of(stroke)}, displacement));
   }
   return flow;
 }
@@ -150,17 +159,17 @@ std::string words(const PaintStroke& stroke, const std::string& /*unit*/) {
 
 bool continues(const PaintStroke& last, const PaintStroke& next) {
   return last.path.empty() && next.path.empty() && last.outer == next.outer && last.depth == next.depth &&
-         last.falloff == next.falloff;
+         last.falloff == next.falloff && last.bump == next.bump;
 }
 
 // The sample at a place of the surface as it was, where the dabs so far have brought it.
 PaintSample carried(const PaintSample& at, const PaintDrag& drag) {
-  const double outer = drag.stroke.outer;
+  const double radius = radius_of(drag.stroke);
   const Vec3d u = any_orthogonal(at.normal);
   const Vec3d v = cross(at.normal, u);
-  std::array<Vec3d, 3> points{at.point, at.point + u * (kProbe * outer), at.point + v * (kProbe * outer)};
+  std::array<Vec3d, 3> points{at.point, at.point + u * (kProbe * radius), at.point + v * (kProbe * radius)};
   AdvectOptions options;
-  options.tolerance = kProbeTolerance * outer;
+  options.tolerance = kProbeTolerance * radius;
   options.precision = Precision::float64;
   options.threads = 1;
   advect(drag.done, points, options);
@@ -171,12 +180,14 @@ PaintSample carried(const PaintSample& at, const PaintDrag& drag) {
 // Goes on with another radius: the depth of a dab is relative to it.
 void set_radius(double radius, PaintDrag& drag) {
   PaintStroke& stroke = drag.stroke;
-  if (stroke.outer == radius) return;
+  if (radius_of(stroke) == radius) return;
   if (!stroke.samples.empty()) drag.earlier.push_back(stroke);
   stroke.samples.clear();
-  stroke.depth *= radius / stroke.outer;
-  drag.spacing *= radius / stroke.outer;
-  stroke.outer = radius;
+  const double factor = radius / radius_of(stroke);
+  stroke.depth *= factor;
+  drag.spacing *= factor;
+  stroke.outer = is_wide(stroke) ? stroke.outer * factor : radius;
+  if (is_wide(stroke)) stroke.bump = radius;
 }
 
 void add_dab(const PaintTouch& touch, PaintDrag& drag) {
@@ -188,27 +199,36 @@ void add_dab(const PaintTouch& touch, PaintDrag& drag) {
   std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(drag.done.segments));
 }
 
-}  // namespace
+constexpr double kDefaultDab = 17.0 / 35;
 
-double dab_length(int falloff) {
-  constexpr std::array kLengths{81.0 / 140, 17.0 / 35, 181.0 / 462, 47.0 / 143, 81.0 / 286};
-  return kLengths[static_cast<std::size_t>(falloff - kMinFalloff)];
+// The dab_length() as a part of the radius.
+double relative_dab(const PaintStroke& stroke) {
+  constexpr std::array kLengths{81.0 / 140, kDefaultDab, 181.0 / 462, 47.0 / 143, 81.0 / 286};
+  if (!is_wide(stroke)) return kLengths[static_cast<std::size_t>(stroke.falloff - kMinFalloff)];
+  const double outer = thresholds_of(stroke).outer;
+  return 16.0 / 15 * outer / (outer + stroke.bump);
 }
 
+}  // namespace
+
+double dab_length(const PaintStroke& stroke) { return relative_dab(stroke) * radius_of(stroke); }
+
 PaintDabs paint_dabs(const PaintStroke& stroke) {
-  constexpr double kSpacing = 1.0 / 8;  // of outer: of the dabs of the default falloff, and the greatest depth of one
+  constexpr double kSpacing =
+      1.0 / 8;  // of the radius: of the dabs of the default falloff, and the greatest depth of one
   constexpr double kMaxDabs = 1e6;
   const PathCurve curve(stroke.path);
-  const double doses = std::max(curve.length() / (dab_length(stroke.falloff) * stroke.outer), 1.0);
-  const double spacing = kSpacing * (dab_length(stroke.falloff) / dab_length(kDefaultFalloff));
-  const double by_length = std::ceil(curve.length() / (spacing * stroke.outer));
-  const double by_depth = std::ceil(doses * std::abs(stroke.depth) / (kSpacing * stroke.outer));
+  const double radius = radius_of(stroke);
+  const double doses = std::max(curve.length() / dab_length(stroke), 1.0);
+  const double spacing = kSpacing * (relative_dab(stroke) / kDefaultDab);
+  const double by_length = std::ceil(curve.length() / (spacing * radius));
+  const double by_depth = std::ceil(doses * std::abs(stroke.depth) / (kSpacing * radius));
   const double count = curve.length() > 0 ? std::max(by_length, by_depth) : 1;
   if (!(count <= kMaxDabs)) {
     throw InvalidInput(
-        fmt::format("\"path\" is {:.3g} long and would need {:.3g} dabs, more than {:.0f}; make \"outer\" "
+        fmt::format("\"path\" is {:.3g} long and would need {:.3g} dabs, more than {:.0f}; make \"{}\" "
                     "larger, or \"depth\" smaller",
-                    curve.length(), count, kMaxDabs));
+                    curve.length(), count, kMaxDabs, is_wide(stroke) ? "bump" : "outer"));
   }
   PaintDabs dabs{{}, stroke.depth * doses / count};
   for (double i = 0; i < count; ++i) dabs.aims.push_back(curve.at(curve.length() * ((i + 0.5) / count)));
@@ -223,12 +243,16 @@ void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
   constexpr double kMoreThanRounding = 1.001;  // a float's rounding of a distance, in which vertices may move as well
   const PaintDabs dabs = paint_dabs(stroke);
   SurfaceFinder finder(surface);
+  PaintStroke dab = stroke;
+  dab.path.clear();
+  dab.depth = dabs.depth;
   for (const Vec3d& aim : dabs.aims) {
     const std::optional<PaintSample> sample = finder.closest(aim);
     if (!sample)
       throw InvalidInput("\"path\" leads to a place where the surface has no normal; give \"samples\" instead");
-    if (!surface.apply(PaintStroke{stroke.outer, dabs.depth, {*sample}, {}, stroke.falloff})) return;
-    finder.follow(sample->point, kMoreThanRounding * (stroke.outer + std::abs(dabs.depth)));
+    dab.samples = {*sample};
+    if (!surface.apply(dab)) return;
+    finder.follow(sample->point, kMoreThanRounding * (thresholds_of(stroke).outer + std::abs(dabs.depth)));
   }
 }
 
@@ -258,7 +282,7 @@ PaintDrag begin_paint(const PaintStroke& stroke, const PaintTouch& touch) {
   PaintDrag drag;
   drag.stroke = stroke;
   drag.stroke.depth = stroke.depth / kDabs;
-  drag.spacing = dab_length(stroke.falloff) * stroke.outer / kDabs;
+  drag.spacing = dab_length(stroke) / kDabs;
   drag.last = touch.at.point;
   add_dab(touch, drag);
   return drag;

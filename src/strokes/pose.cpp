@@ -15,6 +15,7 @@
 #include "knead/vec.h"
 #include "math/elementary.h"
 #include "mesh/body_points.h"
+#include "pose/sound_steps.h"
 #include "strokes/describe.h"
 
 namespace knead {
@@ -24,13 +25,14 @@ namespace {
 using namespace detail;
 using namespace tool_detail;
 
-constexpr double kSpoiledStretch = 6;
-constexpr double kSpoiledDistance = 0.005;    // of the diagonal: beyond it what rests or is rigid looks dented
-constexpr double kSpoiledPartOfDetail = 0.1;  // if that is more
-constexpr double kNotedDistance = 0.002;
+constexpr double kMaxStretch = 6;  // of a triangle
 constexpr double kMinDetail = 0.025;
-constexpr double kSamePlace = 1e-6;     // of the diagonal
-constexpr double kSpacingOfGap = 1.25;  // at most: a wider spacing cannot part what moves from what holds
+constexpr std::size_t kUsualUnknowns = 4500;  // at most, of a pose that names no detail
+constexpr double kThinDetail = 0.02;          // the least that the thickness of the parts gives,
+constexpr double kThickDetail = 0.075;        // the most,
+constexpr double kDetailOfThickness = 0.25;   // and the fraction of the thickness
+constexpr double kSamePlace = 1e-6;           // of the diagonal
+constexpr double kSpacingOfGap = 1.25;        // at most: a wider spacing cannot part what moves from what holds
 
 std::vector<Vec3d> all_points_of(const PosePart& part, std::span<const Vec3d> positions) {
   std::vector<Vec3d> all = part.points;
@@ -142,35 +144,92 @@ void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
                   p.x, p.y, p.z));
 }
 
-// `asked`: the stroke's detail; `detail`: of the grids, which may be finer.
-void require_sound(const PoseResult& result, double asked, double detail) {
-  const double stretch = std::max(result.greatest_stretch, 1 / result.least_stretch);
-  const bool is_astray = result.part_distance > std::max(kSpoiledDistance, kSpoiledPartOfDetail * asked);
-  if (stretch <= kSpoiledStretch && !is_astray) return;
-  std::string what = fmt::format("stretch the shape {:.3g} times", stretch);
-  if (is_astray) what += fmt::format(" and leave one {:.2g} of the shape's size from its place", result.part_distance);
-  throw InvalidInput(
-      fmt::format("the parts do not fit: the pose would {}; move them less, let what is beside them move along, or "
-                  "make the detail smaller than {:.2g}",
-                  what, detail));
+// Returns the points of a part that moves, or the vertices about a pin that does; none for what holds.
+std::vector<Vec3d> moving_points(const PoseItem& item, std::span<const Vec3d> positions, double diagonal) {
+  if (const auto* part = std::get_if<PosePart>(&item)) {
+    return part->hold ? std::vector<Vec3d>{} : all_points_of(*part, positions);
+  }
+  constexpr double kSizes = 2;  // of the pin
+  const auto& pin = std::get<PosePin>(item);
+  std::vector<Vec3d> result;
+  if (pin.hold) return result;
+  if (pin.vertex) require_vertex("pin", positions, *pin.vertex);
+  const Vec3d& place = pin.vertex ? positions[*pin.vertex] : *pin.point;
+  std::copy_if(positions.begin(), positions.end(), std::back_inserter(result),
+               [&](const Vec3d& p) { return norm(p - place) <= kSizes * pin.size * diagonal; });
+  return result;
 }
 
-void warn(PoseResult& result, double detail) {
-  const double stretch = std::max(result.greatest_stretch, 1 / result.least_stretch);
-  if (stretch > kStrongStretch) {
-    result.warnings.push_back(fmt::format(
-        "the pose stretches the shape up to {:.2g} times; move the parts less, or leave more room between them",
-        stretch));
+// Returns the median length inside the body, along the normals, at points of its surface; infinite if there is none.
+double thickness_at(const std::vector<Vec3d>& points, const LiveSurface& surface, const SurfaceTree& tree,
+                    double diagonal) {
+  constexpr std::size_t kRays = 200;
+  constexpr double kBelow = 1e-6;  // of the diagonal: where a ray starts
+  std::vector<double> lengths;
+  for (const std::uint32_t i : spread_points(points, kRays)) {
+    const SurfacePoint near = *tree.closest(points[i]);
+    const Triangle& t = surface.triangles[near.triangle];
+    const Vec3d& a = surface.positions[t[0]];
+    const Vec3d normal = cross(surface.positions[t[1]] - a, surface.positions[t[2]] - a);
+    if (!(norm(normal) > 0)) continue;
+    const Vec3d inward = -normalized(normal);
+    const std::optional<RayHit> hit = tree.first_hit(near.point + inward * (kBelow * diagonal), inward);
+    if (hit && hit->leaves) lengths.push_back(hit->t);
   }
-  if (result.part_distance > kNotedDistance) {
-    result.warnings.push_back(fmt::format(
-        "a part or pin ends {:.2g} of the shape's size from its place; make the detail smaller than {:.2g}, or "
-        "say \"exact\": true",
-        result.part_distance, detail));
+  if (lengths.empty()) return kInfinity;
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  return *middle;
+}
+
+// Probes of the space about points of a cloud: small triangles, which the flow deforms as it does the space.
+LiveSurface with_probes(const LiveSurface& cloud, double diagonal, std::vector<Vec3d>& places,
+                        std::vector<Triangle>& triangles) {
+  constexpr std::size_t kProbes = 400;
+  constexpr double kSize = 1e-3;  // of the diagonal
+  for (const std::uint32_t i : spread_points(cloud.positions, kProbes)) {
+    const auto first = static_cast<std::uint32_t>(places.size());
+    const Vec3d& p = cloud.positions[i];
+    const double size = kSize * diagonal;
+    for (const Vec3d& by : {Vec3d{0, 0, 0}, Vec3d{size, 0, 0}, Vec3d{0, size, 0}, Vec3d{0, 0, size}}) {
+      places.push_back(p + by);
+    }
+    for (std::uint32_t k = 0; k < 3; ++k) triangles.push_back({first, first + 1 + k, first + 1 + (k + 1) % 3});
   }
+  LiveSurface surface;
+  surface.positions = places;
+  surface.triangles = triangles;
+  return surface;
+}
+
+// Says where the pose fell short of what was asked; empty if it did not.
+std::string shortfall_of(const PoseOutcome& outcome, double distance, double tolerance) {
+  if (outcome.reached < 1) {
+    return fmt::format(
+        "the pose came {:.0f}% of its way: beyond that {}; let what is beside the parts move along, or "
+        "move them less",
+        std::floor(100 * outcome.reached), outcome.problem);
+  }
+  if (distance <= tolerance) return {};
+  return fmt::format(
+      "a part or pin ends {:.2g} of the shape's size from its place, more than the tolerance of {:g}; let "
+      "what is beside it move along, or move it less",
+      distance, tolerance);
 }
 
 }  // namespace
+
+double tool_detail::usual_detail(const PoseStroke& stroke, const LiveSurface& surface) {
+  if (surface.triangles.empty()) return kThickDetail;
+  const double diagonal = diagonal_of(surface);
+  const SurfaceTree tree(surface.triangles, surface.positions);
+  double thickness = kInfinity;
+  for (const PoseItem& item : stroke.parts) {
+    thickness =
+        std::min(thickness, thickness_at(moving_points(item, surface.positions, diagonal), surface, tree, diagonal));
+  }
+  return std::clamp(kDetailOfThickness * thickness / diagonal, kThinDetail, kThickDetail);
+}
 
 PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside,
                                     double least_detail, int threads, std::vector<std::string>& warnings) {
@@ -180,9 +239,12 @@ PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface&
   if (surface.positions.empty()) throw InvalidInput("\"parts\": the shape has no vertices that could be posed");
   problem.diagonal = diagonal_of(surface);
   if (!(problem.diagonal > 0)) throw InvalidInput("\"parts\": the shape has no extent, so that nothing can be posed");
-  problem.most_spacing = stroke.detail * problem.diagonal;
-  problem.spacing = std::min(problem.most_spacing, std::max(least_detail * problem.diagonal,
-                                                            kSpacingOfGap * least_gap(stroke, surface.positions)));
+  const double detail = stroke.detail > 0 ? stroke.detail : usual_detail(stroke, surface);
+  problem.most_spacing = (stroke.detail > 0 ? detail : kThickDetail) * problem.diagonal;
+  if (!(stroke.detail > 0)) problem.max_unknowns = kUsualUnknowns;
+  problem.tolerance = stroke.tolerance * problem.diagonal;
+  problem.spacing = std::min(detail * problem.diagonal, std::max(least_detail * problem.diagonal,
+                                                                 kSpacingOfGap * least_gap(stroke, surface.positions)));
   for (const PoseItem& item : stroke.parts) {
     if (const auto* part = std::get_if<PosePart>(&item)) {
       problem.parts.push_back(posed(*part, surface.positions, problem.spacing));
@@ -214,25 +276,32 @@ PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int thr
   PoseResult result;
   PoseProblem problem = problem_of(stroke, surface, kSamplesInside, kMinDetail, threads, result.warnings);
   const double diagonal = problem.diagonal;
-  const double detail = problem.spacing / diagonal;
+  std::vector<Vec3d> places;
+  std::vector<Triangle> probes;
+  const LiveSurface& judged = surface.triangles.empty() ? with_probes(surface, diagonal, places, probes) : surface;
+  AdvectOptions motion;
+  motion.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal);
+  motion.threads = threads;
+  SoundSurface sound(judged.positions, judged.triangles, kMaxStretch, motion);
+  problem.judge = [&](const PotentialGrid& grid) { return sound.take(grid); };
   Flow flow;
   const PoseOutcome outcome = find_flow(std::move(problem), flow);
   result.part_distance = outcome.part_distance / diagonal;
   result.unknowns = outcome.unknowns;
   result.segments = outcome.segments;
   measure_stretch(flow, surface, diagonal, threads, result);
-  require_sound(result, stroke.detail, detail);
+  result.reached = outcome.reached;
+  result.shortfall = shortfall_of(outcome, result.part_distance, stroke.tolerance);
   result.stopped = !apply_grids(flow, surface);
   if (result.stopped) return result;
   if (stroke.exact && outcome.part_distance > 0) {
     PinsStroke last;
-    last.points = outcome.reached;
+    last.points = outcome.reached_points;
     last.to = outcome.places;
     last.radius_auto = true;
     result.stopped = !surface.apply(last);
     result.part_distance = 0;
   }
-  warn(result, detail);
   return result;
 }
 

@@ -24,16 +24,18 @@ struct PoseResult {
   double rms_log_stretch = 0;   // root mean square of their logarithms
   std::size_t unknowns = 0;     // of a grid, the most
   std::size_t segments = 0;
-  bool stopped = false;  // apply returned false
+  bool stopped = false;     // apply returned false
+  double reached = 1;       // the fraction of the pose that was sound
+  std::string shortfall{};  // says where the pose fell short of what was asked; empty if it did not
   std::vector<std::string> warnings;
 };
 
-// Poses the surface: finds the grids of the whole motion, looks at what they do, and passes them to surface.apply as
-// GridStrokes, one for each step of at most 8 degrees. With `exact` a PinsStroke follows. These strokes, applied in
-// order, repeat the pose bit by bit, for every number of threads (0: all) and every order of vertices.
-// Time: about 0.1 s a step for `detail` 0.075, besides apply. Throws InvalidInput, beginning with the key in quotes,
-// for an invalid stroke, for vertices that the surface does not have, and for a pose that would spoil the shape: one
-// that stretches it more than 6 times, or leaves a part by more than 0.02 from its place. Nothing has moved then.
+// Poses the surface: finds the grids of the motion and passes them to surface.apply as GridStrokes, one for each step
+// of at most 8 degrees. It ends before the first step after which triangles would cross that did not at the start, or
+// be stretched or pressed more than 6 times (step_soundly()). With `exact` a PinsStroke follows. These strokes, applied
+// in order, repeat the pose bit by bit, for every number of threads (0: all) and every order of vertices. Time: about
+// 0.1 s a step for `detail` 0.075, besides apply. Throws InvalidInput, beginning with the key in quotes, for an invalid
+// stroke and for vertices that the surface does not have. Nothing has moved then.
 PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads = 0);
 
 // A pose that follows a pointer: each advance goes on from where the last one came to, so it takes only the time of its
@@ -97,6 +99,10 @@ inline constexpr std::size_t kSamplesInside = 4000;  // of a body
 // surface is open.
 detail::BodySamples body_of(const LiveSurface& surface, double spacing, std::size_t inside, int threads,
                             std::vector<std::string>& warnings);
+
+// Returns the detail of a pose that names none: a quarter of the thickness of the thinnest part that moves, from 0.02
+// to 0.075.
+double usual_detail(const PoseStroke& stroke, const LiveSurface& surface);
 
 // Returns what a pose on the surface is, in numbers. Where a part moves near one that holds, the spacing is smaller
 // than the stroke's `detail`, down to `least_detail`. Throws as pose_on. Adds a warning if the surface is open.

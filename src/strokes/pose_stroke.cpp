@@ -94,8 +94,11 @@ struct PoseDrag::State {
 PoseDrag::PoseDrag(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
   std::vector<std::string> warnings;
-  PoseProblem problem = problem_of(stroke, surface, kSamples, kMinDetailOfStroke, threads, warnings);
+  PoseStroke live = stroke;
+  if (live.detail == 0) live.detail = std::max(kMinDetailOfStroke, usual_detail(stroke, surface));
+  PoseProblem problem = problem_of(live, surface, kSamples, kMinDetailOfStroke, threads, warnings);
   problem.settles = false;
+  problem.tolerance = 0;
   problem.progress = nullptr;  // that of the surface may end before the drag
   std::vector<Vec3d> places;
   for (const PosedPin& pin : problem.pins) places.push_back(pin.path.front());
@@ -154,11 +157,14 @@ constexpr std::size_t kMaxPinsOfPose = 1000;
 constexpr std::size_t kMaxPlacesOfPose = 10'000;  // of a pin's path
 constexpr double kFinest = 0.01;
 constexpr double kCoarsest = 0.5;
+constexpr double kFinestTolerance = 1e-4;
 constexpr double kMaxStiffness = 100;
 
 std::vector<StrokeKey> keys(PoseStroke& s) {
-  return {{"detail", Quantity::positive, &s.detail, Presence::optional,
-           "the finest motion, as a fraction of the shape's size; smaller numbers take longer"},
+  return {{"detail", Quantity::finite, &s.detail, Presence::optional,
+           "the finest motion, as a fraction of the shape's size; smaller numbers take longer; 0: from the thickness"},
+          {"tolerance", Quantity::positive, &s.tolerance, Presence::optional,
+           "how far parts and pins may end from their places, as a fraction of the shape's size"},
           {"parts", Quantity::other, &s.parts},
           {"stiffness", Quantity::other, &s.stiffness, Presence::optional},
           {"exact", Quantity::other, &s.exact, Presence::optional}};
@@ -263,9 +269,14 @@ void validate_stiffness(const PoseStroke& stroke) {
 }
 
 void validate(const PoseStroke& stroke) {
-  if (!(stroke.detail >= kFinest && stroke.detail <= kCoarsest)) {
+  if (stroke.detail != 0 && !(stroke.detail >= kFinest && stroke.detail <= kCoarsest)) {
     throw InvalidInput(
-        fmt::format("\"detail\" must be from {} to {} of the shape's size, got {}", kFinest, kCoarsest, stroke.detail));
+        fmt::format("\"detail\" must be from {} to {} of the shape's size, or 0 for the usual one, got {}", kFinest,
+                    kCoarsest, stroke.detail));
+  }
+  if (!(stroke.tolerance >= kFinestTolerance && stroke.tolerance <= kCoarsest)) {
+    throw InvalidInput(fmt::format("\"tolerance\" must be from {} to {} of the shape's size, got {}", kFinestTolerance,
+                                   kCoarsest, stroke.tolerance));
   }
   require_count("parts", stroke.parts.size(), 1, "parts or pins");
   std::size_t pins = 0;
@@ -380,7 +391,9 @@ class MirroredPose {
 };
 
 void resolve(const PoseStroke& stroke, SurfaceRun& run) {
-  run.remarks = pose_on(stroke, run.surface, run.threads).warnings;
+  PoseResult result = pose_on(stroke, run.surface, run.threads);
+  run.remarks = std::move(result.warnings);
+  run.shortfall = std::move(result.shortfall);
 }
 
 std::size_t segments(const PoseStroke& /*stroke*/, const Mesh* /*mesh*/) { return 10; }

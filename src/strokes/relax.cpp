@@ -41,7 +41,7 @@ void validate(const RelaxStroke& stroke) {
 void prolong(RelaxStroke& stroke, double strength) { stroke.amount = std::min(stroke.amount * strength, 1.0); }
 
 std::string words(const RelaxStroke& stroke, const std::string& /*unit*/) {
-  return stroke.points.size() == 1 ? "Relax 1 place" : fmt::format("Relax {} places", stroke.points.size());
+  return stroke.points.size() == 1 ? "Smooth 1 place" : fmt::format("Smooth {} places", stroke.points.size());
 }
 
 using RelaxedPlaces = Growing<RelaxStroke, &RelaxStroke::points>;
@@ -56,6 +56,13 @@ bool continues(const RelaxStroke& last, const RelaxStroke& next) {
 }
 
 }  // namespace
+
+int relax_iterations(std::size_t vertices_within) {
+  constexpr double kPerVertex = 1.2e-3;  // measured on grids with 2,000 to 80,000 vertices within the radius
+  return std::clamp(
+      static_cast<int>(kPerVertex * static_cast<double>(std::min<std::size_t>(vertices_within, 1'000'000))), 2,
+      kMaxIterations);
+}
 
 constinit const tool_detail::ToolRow<RelaxStroke> RelaxStroke::tool{.name = "relax",
                                                                     .is_flow = false,

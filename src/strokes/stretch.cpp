@@ -38,7 +38,7 @@ void warn(const StretchStroke& stroke, Warnings& warnings) {
 void prolong(StretchStroke& stroke, double strength) { stroke.factor = elementary::pow(stroke.factor, strength); }
 
 std::string words(const StretchStroke& stroke, const std::string& /*unit*/) {
-  return fmt::format("Stretch {:.0f}%", 100 * stroke.factor);
+  return fmt::format("Stretch {:+.1f}%", 100 * (stroke.factor - 1));
 }
 
 }  // namespace

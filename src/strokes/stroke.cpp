@@ -24,10 +24,16 @@ Tool described(const ToolRow<S>& row) {
   tool.keys = [&row](Stroke& stroke) {
     S& own = std::get<S>(stroke);
     std::vector<StrokeKey> keys = row.keys(own);
-    if constexpr (kBlends<S>) keys.push_back({"falloff", Quantity::falloff, &own.falloff, Presence::optional});
+    if constexpr (kBlends<S>) {
+      const Quantity quantity = kMayBeWide<S> ? Quantity::wide_falloff : Quantity::falloff;
+      keys.push_back({"falloff", quantity, &own.falloff, Presence::optional});
+    }
     return keys;
   };
   tool.prepare = [&row](Stroke& stroke, const HasKey& has) {
+    if constexpr (kMayBeWide<S>) {
+      if (has("bump") && has("falloff")) std::get<S>(stroke).falloff = kWideFalloff;
+    }
     if (row.prepare != nullptr) row.prepare(std::get<S>(stroke), has);
   };
   return tool;
@@ -51,7 +57,10 @@ struct Check {
     if (key.quantity == Quantity::angle) require_angle(key.name, *number);
   }
   void operator()(int* number) const {
-    if (key.quantity == Quantity::falloff) require_falloff(key.name, *number);
+    const bool is_wide = key.quantity == Quantity::wide_falloff && *number == kWideFalloff;
+    if (key.quantity == Quantity::falloff || (key.quantity == Quantity::wide_falloff && !is_wide)) {
+      require_falloff(key.name, *number);
+    }
   }
   // NOLINTEND(readability-non-const-parameter)
   void operator()(std::optional<double>* number) const {
@@ -165,7 +174,7 @@ Flow flow_of(const Stroke& stroke) {
 std::optional<int> falloff_of(const Stroke& stroke) {
   return with_row(stroke, []<class S>(const ToolRow<S>& row, const S& own) -> std::optional<int> {
     if constexpr (kBlends<S>) {
-      if (row.blends == nullptr || row.blends(own)) return own.falloff;
+      if (own.falloff != kWideFalloff && (row.blends == nullptr || row.blends(own))) return own.falloff;
     }
     return std::nullopt;
   });
@@ -288,7 +297,7 @@ Segment transported_segment(Field field, const Vec3d& displacement, TimeLaw time
 Segment resting_segment(Field field) { return transported_segment(std::move(field), {0, 0, 0}); }
 
 void warn_of_thin_shell(const Thresholds<double>& thresholds, Warnings& warnings) {
-  const auto& [inner, outer, falloff] = thresholds;
+  const auto& [inner, outer, falloff, bump] = thresholds;
   if (inner <= kThinShell * outer) return;
   warnings.push_back(
       fmt::format("\"inner\" is {:.3g} of \"outer\": beside the tool the flow runs back at {:.2g} times its speed; "

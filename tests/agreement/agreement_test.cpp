@@ -73,12 +73,25 @@ std::map<std::string, Lines> sessions_for(const Subject& s) {
   result["implicit blended"] = {
       fmt::format(R"({{"tool":"implicit","inner":{},"outer":{},"time":"blended","path":[{},{},{}]}})", 0.05 * d,
                   0.2 * d, text(p[2]), text(p[2] + n[2] * (0.04 * d)), text(p[2] + n[2] * (0.08 * d)))};
+  result["wide ball"] = {fmt::format(R"({{"tool":"implicit","falloff":"wide","bump":{},"outer":{},"path":[{},{},{}]}})",
+                                     0.07 * d, 0.25 * d, text(p[0]), text(p[0] + n[0] * (0.1 * d)),
+                                     text(p[0] + n[0] * (0.15 * d) + Vec3d{0.05 * d, 0.05 * d, 0}))};
+  result["wide blended"] = {
+      fmt::format(R"({{"tool":"implicit","falloff":"wide","bump":{},"time":"blended","path":[{},{}]}})", 0.06 * d,
+                  text(p[2]), text(p[2] + n[2] * (0.05 * d)))};
   Lines paint;
   for (std::size_t i = 0; i < p.size(); ++i) {
     paint.push_back(fmt::format(R"({{"tool":"paint","outer":{},"depth":{},"samples":[{{"point":{},"normal":{}}}]}})",
                                 0.1 * d, (i % 2 == 0 ? -0.04 : 0.04) * d, text(p[i]), text(n[i])));
   }
   result["paint"] = paint;
+  Lines wide_paint;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    wide_paint.push_back(fmt::format(
+        R"({{"tool":"paint","falloff":"wide","bump":{},"depth":{},"samples":[{{"point":{},"normal":{}}}]}})", 0.1 * d,
+        (i % 2 == 0 ? -0.06 : 0.06) * d, text(p[i]), text(n[i])));
+  }
+  result["wide paint"] = wide_paint;
   result["points"] = {fmt::format(
       R"({{"tool":"points","outer":{},"points":[{},{},{}],"displacements":[{},{}],"exponent":6}})", 0.12 * d,
       text(p[0]), text(p[0] + Vec3d{0.05, 0, 0} * d), text(p[3]), text(n[0] * (0.05 * d)), text(n[3] * (0.05 * d)))};

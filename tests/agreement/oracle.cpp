@@ -37,6 +37,7 @@ struct OracleField {
   std::function<Vec3d(const Vec3d& d)> u;
   std::function<Vec3d(const Vec3d& d)> potential;
   int falloff = 4;
+  double bump = 0;  // not 0: wide
 };
 
 struct OracleSegment {
@@ -58,9 +59,26 @@ double complement_slope(int degree, double s) {
   return -0.5 * degree * (degree - 1) * (degree - 2) * s * s * std::pow(1 - s, degree - 3);
 }
 
+// w of the wide falloff from its definition, and its slope by r.
+std::array<double, 2> wide(const OracleField& f, double r) {
+  const double a2 = f.bump * f.bump;
+  const double o2 = f.outer * f.outer;
+  const double in = std::max(1 - r * r / a2, 0.0);
+  const double out = std::max(1 - r * r / o2, 0.0);
+  const double scale = a2 * o2 / (3 * (o2 - a2));
+  const double r2 = r * r;
+  if (r < 1e-4 * f.bump) return {1 - r2 * (1 / a2 + 1 / o2), -2 * r * (1 / a2 + 1 / o2)};
+  const double difference = std::pow(out, 3) - std::pow(in, 3);
+  return {difference * scale / r2, scale * (6 * (in * in / a2 - out * out / o2) / r - 2 * difference / (r2 * r))};
+}
+
 // curl(w A), w = (1 - b)^2, or its third power for the degree 3, by the product rule.
 Vec3d field_velocity(const OracleField& f, const Vec3d& d, double t) {
   const Scalar r = f.r(d, t);
+  if (f.bump > 0) {
+    const auto [w, w_slope] = wide(f, r.value);
+    return f.u(d) * w + cross(r.gradient * w_slope, f.potential(d));
+  }
   const double s = (r.value - f.inner) / (f.outer - f.inner);
   if (s >= 1) return {0, 0, 0};
   if (s <= 0) return f.u(d);
@@ -254,7 +272,8 @@ std::vector<OracleSegment> implicit(const Json& j) {
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     const Vec3d by = path[i + 1] - path[i];
     if (by == Vec3d{0, 0, 0}) continue;
-    OracleField field{path[i], j["inner"], j["outer"], ball(), {}, {}};
+    const double bump = j.value("bump", 0.0);
+    OracleField field{path[i], j.value("inner", 0.0), j.value("outer", 4 * bump), ball(), {}, {}, 4, bump};
     if (j.value("region", "ball") == "capsule") {
       const Vec3d h = vec(j["half_axis"]);
       field.r = capsule(h);
@@ -272,7 +291,8 @@ std::vector<OracleSegment> paint(const Json& j) {
   std::vector<OracleSegment> result;
   for (const Json& sample : j["samples"]) {
     const Vec3d by = normalized(vec(sample["normal"])) * -j["depth"].get<double>();
-    OracleField field{vec(sample["point"]), 0, j["outer"], ball(), {}, {}};
+    const double bump = j.value("bump", 0.0);
+    OracleField field{vec(sample["point"]), 0, j.value("outer", 4 * bump), ball(), {}, {}, 4, bump};
     set_translation(field, by);
     result.push_back(sweep(field, by));
   }
@@ -481,7 +501,9 @@ std::vector<Vec3d> deform(const std::vector<std::string>& stroke_lines, std::vec
   for (const std::string& line : stroke_lines) {
     const Json stroke = Json::parse(line);
     for (OracleSegment& segment : segments_of(stroke)) {
-      for (OracleField& field : segment.fields) field.falloff = stroke.value("falloff", 4);
+      for (OracleField& field : segment.fields) {
+        if (field.bump == 0) field.falloff = stroke.value("falloff", 4);
+      }
       for (Vec3d& x : points) {
         if (segment.member(x)) x = integrate(segment, x, size);
       }

@@ -3,6 +3,8 @@
 
 #include "knead/knead.h"
 
+static_assert(KNEAD_VERSION_NUMBER >= 1000, "the headers are those of " KNEAD_VERSION);
+
 int main(int argc, char** argv) {
   if (argc == 2) {
     knead::write_mesh(argv[1], knead::make_shape(knead::ShapeKind::sphere));

@@ -14,5 +14,4 @@ knead_test(
   SLOW
   PoseOnScans.*
   Tools/EveryUnit.*)
-target_compile_definitions(knead_integration_test PRIVATE KNEAD_SOURCE="${PROJECT_SOURCE_DIR}"
-                           KNEAD_VERSION="${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
+target_compile_definitions(knead_integration_test PRIVATE KNEAD_SOURCE="${PROJECT_SOURCE_DIR}")

@@ -50,12 +50,13 @@ else
   cmp "$work/made.ply" "$work/replayed.ply" || die "the saved session gives another shape than the one on the screen"
 fi
 
-# A frame of the drag: one in which compute shaders move the vertices, place them and make their normals.
+# A frame of the drag: one in which compute shaders move the vertices, place them and make their normals. It ends where the
+# picture goes to the window, since apitrace does not see how GLFW 3.4 swaps buffers.
 apitrace dump --color=never "$work/studio.trace" 2>/dev/null | awk '
 / glDispatchCompute\(/ { ++calls }
 / gl(ReadPixels|GetBufferSubData|GetNamedBufferSubData|MapBuffer|MapBufferRange|GetTexImage|Finish|ClientWaitSync|GetQueryObject[a-z0-9]*)\(/ { ++reads }
 / gl(Named)?Buffer(Sub)?Data\(/ && match($0, /size = [0-9]+/) { sent += substr($0, RSTART + 7, RLENGTH - 7) }
-/ glXSwapBuffers\(/ {
+/ glClear\(mask = GL_COLOR_BUFFER_BIT\)/ {
   if (calls >= 3) { ++frames; all_reads += reads; if (sent > most) most = sent }
   calls = reads = sent = 0
 }

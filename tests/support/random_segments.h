@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "knead/flow.h"
@@ -61,8 +62,14 @@ inline Segment turning(Segment segment) {
   return segment;
 }
 
-// One segment of every kind: every tool, swept and blended, with a falloff. Numbers are drawn one statement after the
-// other, so that every compiler draws the same.
+// Gives thresholds a falloff. The bump of the wide one lies a third of the way from `inner` to `outer`.
+inline void set_falloff(Thresholds<double>& thresholds, int falloff) {
+  thresholds.falloff = falloff;
+  if (falloff == kWideFalloff) thresholds.bump = thresholds.inner + (thresholds.outer - thresholds.inner) / 3;
+}
+
+// One segment of every kind that has the falloff: every tool, swept and blended. Numbers are drawn one statement after
+// the other, so that every compiler draws the same.
 inline std::vector<NamedSegment> random_segments(Random& random, int falloff = kDefaultFalloff) {
   struct BallNumbers {
     Vec3d center;
@@ -126,16 +133,23 @@ inline std::vector<NamedSegment> random_segments(Random& random, int falloff = k
   turned.turn_axis = axis;
   turned.turn_angle = 2 * angle;
   result.push_back({"turned handles", resting(Rotation<double>{axis, 2 * angle}, turned, near, {0, 1})});
-  for (NamedSegment& named : result) {
-    for (Field& field : named.segment.fields) field.thresholds.falloff = falloff;
+  const bool wide = falloff == kWideFalloff;
+  if (wide) {
+    std::erase_if(result, [](const NamedSegment& named) {
+      return !std::holds_alternative<Ball<double>>(named.segment.fields.front().region);
+    });
   }
+  for (NamedSegment& named : result) {
+    for (Field& field : named.segment.fields) set_falloff(field.thresholds, falloff);
+  }
+  if (wide) return result;
   result.push_back({"pins", pinning(random, 5, 0.8, 0.3)});
   result.push_back({"turning pins", turning(result.back().segment)});
   return result;
 }
 
 // The falloffs besides the default.
-inline constexpr int kOtherFalloffs[] = {3, 5, 6, 7};
+inline constexpr int kOtherFalloffs[] = {3, 5, 6, 7, kWideFalloff};
 
 // The same deformation, with a second field that is zero wherever the tests have points: no closed form applies to it.
 inline Segment without_closed_form(Segment segment) {

@@ -47,10 +47,12 @@ compile() {
 
 # Says once what the tests that were skipped would have needed.
 say_what_is_missing() {
-  local meshes
+  local meshes reason
   meshes=$(sed -n 's/^KNEAD_TEST_MESHES:PATH=//p' "build/$1/CMakeCache.txt")
   [[ -d $meshes ]] || say "no folder $meshes: the tests with scans were skipped. The scans belong to others, so no command" \
     "fetches them; configure with -DKNEAD_TEST_MESHES=FOLDER where you have some"
+  while read -r reason; do say "skipped: $reason"; done \
+    < <(sed -nE 's/^skipped: |: skipped$//p' "build/$1/Testing/Temporary/LastTest.log" | sort -u)
 }
 
 run_tests() {

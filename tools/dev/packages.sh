@@ -40,6 +40,7 @@ python_test  python3-pytest             python3-pytest         python-pytest    
 python_test  python3-hypothesis         python3-hypothesis     python-hypothesis  py3-hypothesis     python3-hypothesis         -
 python_test  mypy                       python3-mypy           mypy               py3-mypy           mypy|python3-mypy          mypy
 python_test  python3-meshio             -                      -                  -                  -                          -
+python_test  python3-yaml               python3-pyyaml         python-yaml        py3-yaml           python3-PyYAML             -
 python_test  python3-nbconvert          python3-nbconvert      jupyter-nbconvert  jupyter-nbconvert  python3-nbconvert          jupyterlab
 python_test  python3-ipykernel          python3-ipykernel      python-ipykernel   py3-ipykernel      python3-ipykernel          -
 python_test  python3-matplotlib         python3-matplotlib     python-matplotlib  py3-matplotlib     python3-matplotlib         python-matplotlib

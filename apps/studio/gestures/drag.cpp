@@ -98,6 +98,14 @@ PaintTouch touch_at(const SurfaceHit& hit, const Pointer& pointer, const ToolSet
   return {{hit.point, hit.normal}, radius_under(pointer, settings), by_depth ? pressure_of(pointer) : 1};
 }
 
+std::size_t vertices_within(const ShapeState& state, const Vec3d& center, double radius) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < state.positions.size(); ++i) {
+    count += norm2(state.positions[i] - center) < radius * radius ? 1 : 0;
+  }
+  return count;
+}
+
 // Goes from the last of the points on to where the pointer is on the surface.
 void extend_on_surface(const Pointer& pointer, const GestureContext& around, double spacing, Vec3d& last,
                        std::vector<Vec3d>& points) {
@@ -159,7 +167,7 @@ Vec3d Drag::at(const Pointer& pointer, const GestureContext& around) const {
 }
 
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around) {
-  Drag drag{drag_mode(around.settings), start, forward_of(around)};
+  Drag drag{around.settings.drag, start, forward_of(around)};
   drag.from = {pointer.x, pointer.y};
   if (drag.mode == DragMode::normal) drag.direction = normalized(normal);
   if (drag.mode == DragMode::axis) drag.direction = normalized(around.settings.axis);
@@ -290,6 +298,8 @@ std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureCon
   RelaxGesture gesture;
   gesture.stroke.points = {hit->point};
   gesture.stroke.radius = around.settings.radius;
+  gesture.stroke.amount = around.settings.smoothing;
+  gesture.stroke.iterations = relax_iterations(vertices_within(around.state, hit->point, gesture.stroke.radius));
   if (pointer.modifiers.ctrl) gesture.stroke.surface = 0;
   gesture.last_point = hit->point;
   return gesture;

@@ -79,8 +79,8 @@ std::optional<Gesture> begin_any_pins(const Pointer& pointer, const GestureConte
 }
 
 std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
-  if (pointer.modifiers.shift) {
-    if (around.state.mesh->face_count() == 0) return in_trouble("A point cloud has no surface to relax.");
+  if (pointer.modifiers.shift || around.settings.tool->use == ToolUse::smooth) {
+    if (around.state.mesh->face_count() == 0) return in_trouble("A point cloud has no surface to smooth.");
     return made(begin_relax(pointer, around));
   }
   switch (around.settings.tool->use) {
@@ -100,8 +100,10 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
     case ToolUse::stamp:
     case ToolUse::turn:
       return begin_placed(pointer, around, placed);
+    case ToolUse::smooth:
+      break;  // above
     case ToolUse::mask:
-      break;  // changes no shape: studio_masks.cpp
+      break;  // changes no shape: StudioMasks
   }
   return std::nullopt;
 }
@@ -113,15 +115,18 @@ struct OwnStrokes {
 };
 
 template <class G>
+constexpr bool has_images_already = false;
+template <class G>
+requires G::kHasImages constexpr bool has_images_already<G> = true;
+
+template <class G>
 OwnStrokes own_strokes_of(const G& gesture, const ShapeState& start, const ToolSettings& settings) {
   if constexpr (requires { gesture.strokes(); }) return {gesture.strokes()};
   if constexpr (requires { gesture.strokes(start, settings); }) {
-    return {gesture.strokes(start, settings), requires {G::kHasImages;
+    return {gesture.strokes(start, settings), has_images_already<G>};
   }
-};
-}  // namespace
-return {};
-}  // namespace knead::studio
+  return {};
+}
 
 OwnStrokes own_strokes_of(const Gesture& gesture, const ToolSettings& settings) {
   if (!gesture.trouble.empty()) return {};

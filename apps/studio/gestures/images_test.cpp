@@ -143,6 +143,7 @@ TEST_F(GesturesTest, APenChangesRadiusOrDepthOrNothing) {
     studio.preferences().pressure = use;
     run(studio, ball(10242));
     run(studio, std::string(R"({"tool": "paint"}
+{"set": {"radius": 0.5}}
 {"drag": [[-0.5, 0, 0.86], [0.5, 0, 0.86]], "pressure": )") +
                     pressure + "}");
     double most = 0;

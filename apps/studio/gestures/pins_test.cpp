@@ -246,6 +246,7 @@ TEST_F(PinsTest, TheRadiusIsAutomaticUntilItIsSet) {
 TEST_F(PinsTest, OnePinHasTheRadiusOfTheToolOrMore) {
   Studio studio(options());
   run(studio, ball() + R"({"tool": "pins"}
+{"set": {"radius": 0.5}}
 {"drag": [[0, 0, 1], [0.1, 0, 1]]})");
   EXPECT_EQ(*last_stroke(studio).radius, 0.5);
   run(studio, R"({"drag": [[0.1, 0, 1], [0.6, 0, 1]]})");

@@ -71,6 +71,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::pull,
      .group = ToolGroup::move,
      .tip = "Pulls a round piece of the surface along with the pointer.",
+     .also = "grab move snakehook elastic extrude pull",
      .has_inner = true,
      .hint = kPullHint,
      .second_hint = kPullHint,
@@ -80,6 +81,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::pull,
      .group = ToolGroup::move,
      .tip = "Pulls a long piece of the surface, as wide as you set it.",
+     .also = "grab move ridge pull",
      .has_inner = true,
      .is_long = true,
      .sliders = {"capsule_length"},
@@ -95,6 +97,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::paint,
      .group = ToolGroup::shape,
      .tip = "Paints the surface outwards, or with Ctrl inwards.",
+     .also = "clay draw layer brush build crease groove carve",
      .sliders = {"depth"},
      .hint = "Paint on the shape to pull it out; Ctrl presses it in (and does not snap).",
      .second_hint = "Paint on the shape to press it in; Ctrl pulls it out (and does not snap).",
@@ -107,6 +110,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::inflate,
      .group = ToolGroup::shape,
      .tip = "Makes the shape grow by a volume along a line, or with Ctrl shrink.",
+     .also = "blob swell puff grow shrink",
      .sliders = {"growth"},
      .hint = "Draw a line on the shape, or click: it grows there by the volume. Type another one while you draw.",
      .second_hint = "Draw a line on the shape, or click: it shrinks there by the volume; Ctrl makes it grow.",
@@ -115,11 +119,23 @@ const std::vector<StudioTool> kTools{
               {arrow, {0, 0.5F, 0, 0.05F}},
               {arrow, {-0.25F, 0.6F, -0.62F, 0.2F}},
               {arrow, {0.25F, 0.6F, 0.62F, 0.2F}}}},
+    {.name = "Smooth",
+     .key = "O",
+     .use = ToolUse::smooth,
+     .group = ToolGroup::shape,
+     .tip = "Smooths bumps away, as Shift and a drag do with every tool.",
+     .also = "relax blur soften polish flatten",
+     .hint = "Paint over what is rough; Ctrl evens out the triangles only.",
+     .second_hint = "Paint over what is rough; Ctrl evens out the triangles only.",
+     .icon = {{wave, {-0.95F, 0.3F, -0.75F, -0.7F, -0.5F, 1.1F, -0.2F, 0.25F}},
+              {wave, {-0.2F, 0.25F, 0.1F, -0.1F, 0.5F, 0.35F, 0.95F, 0.25F}},
+              {arrow, {-0.35F, -0.6F, 0.75F, -0.6F}}}},
     {.name = "Points",
      .key = "4",
      .use = ToolUse::points,
      .group = ToolGroup::move,
      .tip = "Moves several points of the surface together.",
+     .also = "grab vertices",
      .hint = "Click points on the shape, then drag one of them.",
      .second_hint = "Drag one of the points, or click more. Escape removes them.",
      .icon = {{disc, {-0.55F, 0.45F, 0.2F}},
@@ -131,6 +147,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::curve,
      .group = ToolGroup::move,
      .tip = "Moves a line that you draw on the surface.",
+     .also = "line crease ridge pinch wrinkle",
      .hint = "Draw a curve on the shape, then drag it.",
      .second_hint = "Drag the curve, or draw more. Escape removes them.",
      .icon = {{wave, {-0.9F, 0.3F, -0.4F, 1.1F, 0.3F, -0.1F, 0.9F, 0.6F}}, {arrow, {0, 0.2F, 0, -0.9F}}}},
@@ -139,6 +156,8 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::stamp,
      .group = ToolGroup::shape,
      .tip = "Presses a solid into the shape.",
+     .also = "alpha text letter emboss engrave press",
+     .drag = DragMode::normal,
      .sliders = {"stamp_size"},
      .hint = "Click on the shape to place the stamp.",
      .second_hint = "Drag the stamp by its middle into the shape; its arrows move it and its rings turn it.",
@@ -150,6 +169,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::turn,
      .group = ToolGroup::move,
      .tip = "Turns everything within a ball.",
+     .also = "turn spin",
      .has_inner = true,
      .hint = kTurnHint,
      .second_hint = kTurnAgain,
@@ -162,6 +182,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::turn,
      .group = ToolGroup::move,
      .tip = "Makes a part longer and thinner, or shorter and thicker.",
+     .also = "scale resize longer shorter squash",
      .has_inner = true,
      .hint = kTurnHint,
      .second_hint = kTurnAgain,
@@ -172,6 +193,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::turn,
      .group = ToolGroup::pose,
      .tip = "Turns a finger, an arm or a leg about its length.",
+     .also = "screw wring",
      .hint = kTurnHint,
      .second_hint = kTurnAgain,
      .icon = {{wave, {-0.5F, 0.95F, -0.5F, 0.1F, 0.5F, -0.1F, 0.5F, -0.95F}},
@@ -184,6 +206,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::turn,
      .group = ToolGroup::pose,
      .tip = "Bends a finger, an arm or a leg at a joint.",
+     .also = "arc fold knee elbow",
      .hint = kTurnHint,
      .second_hint = kTurnAgain,
      .icon = {{wave, {-0.7F, 0.95F, -0.7F, -0.1F, -0.4F, -0.75F, 0.5F, -0.85F}},
@@ -196,6 +219,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::pose,
      .group = ToolGroup::pose,
      .tip = "Moves some places while others hold, as if the shape had bones.",
+     .also = "armature rig bones skeleton pins ik",
      .hint = "Click to set pins that hold, then drag one; Ctrl and a drag draws round a part that holds.",
      .second_hint =
          "Drag a pin: the others hold. Alt+click removes, Shift+click selects, a double click frees or holds it.",
@@ -208,6 +232,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::mask,
      .group = ToolGroup::mask,
      .tip = "Protects a part of the shape from all other tools.",
+     .also = "protect freeze lock",
      .has_inner = true,
      .sliders = {"mask_width"},
      .hint = "Paint what stays as it is; Ctrl erases.",
@@ -281,9 +306,23 @@ const StudioTool* studio_tool(std::string_view word) {
   return found == kTools.end() ? nullptr : &*found;
 }
 
+void choose_tool(const StudioTool& tool, ToolSettings& settings) {
+  const auto place = [](const StudioTool& of) { return static_cast<std::size_t>(&of - kTools.data()); };
+  settings.kept.resize(kTools.size());
+  settings.kept[place(*settings.tool)] =
+      OwnSettings{settings.radius, settings.inner_ratio, settings.falloff, settings.drag};
+  const OwnSettings first{.radius = settings.first_radius, .drag = tool.drag};
+  const OwnSettings own = settings.kept[place(tool)].value_or(first);
+  settings.tool = &tool;
+  settings.radius = own.radius;
+  settings.inner_ratio = own.inner_ratio;
+  settings.falloff = own.falloff;
+  settings.drag = own.drag;
+}
+
 bool blends(const ToolSettings& settings) {
   const ToolUse use = settings.tool->use;
-  return use != ToolUse::mask && use != ToolUse::pose && use != ToolUse::inflate &&
+  return use != ToolUse::mask && use != ToolUse::pose && use != ToolUse::inflate && use != ToolUse::smooth &&
          (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick);
 }
 

@@ -91,6 +91,7 @@ enum class ToolUse {
   pull,     // a drag carries it along a path
   paint,    // a drag sets dabs on the surface
   inflate,  // a drag draws a line on the surface, along which the shape then grows by a volume
+  smooth,   // a drag smooths the surface, as Shift and a drag do with every tool
   points,   // clicks set points on the surface; a drag of one moves all
   curve,    // a drag draws a curve on the surface; another drag moves it
   stamp,    // a click places it; a drag of its middle presses it in
@@ -139,9 +140,11 @@ struct StudioTool {
   const char* key;   // that chooses it, if the preferences say nothing else
   ToolUse use;
   ToolGroup group;
-  const char* tip;         // one sentence: what it does
-  bool has_inner = false;  // its inner ratio can be set
-  bool is_long = false;    // of ToolUse::pull: a capsule across the view instead of a ball
+  const char* tip;                 // one sentence: what it does
+  const char* also = "";           // other words by which a person may look for it
+  bool has_inner = false;          // its inner ratio can be set
+  bool is_long = false;            // of ToolUse::pull: a capsule across the view instead of a ball
+  DragMode drag = DragMode::view;  // until the person chooses another one
   // The settings (setting.h) that are lengths relative to the radius, or a volume relative to its cube: a person sees
   // and sets the length or the volume itself.
   std::vector<std::string_view> sliders{};
@@ -176,21 +179,29 @@ enum class TurnDrag {
 // Returns one line: what to do with the tool now.
 std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, TurnDrag turning);
 
+// What each tool keeps for itself while others are used.
+struct OwnSettings {
+  double radius = 1;
+  double inner_ratio = 0.35;
+  int falloff = kDefaultFalloff;
+  DragMode drag = DragMode::view;
+};
+
 // What is set at the panels and with keys. Lengths in the mesh's own units.
 struct ToolSettings {
   const StudioTool* tool = &studio_tools().front();
-  double radius = 1;               // the outer threshold, > 0
-  bool auto_radius = true;         // of exact pins: from their distances, instead of `radius`
-  double inner_ratio = 0.35;       // inner over outer threshold, in [0.01, 0.95]
-  int falloff = kDefaultFalloff;   // the shape of the blend, from 3 to 7 (knead/field.h)
-  DragMode drag = DragMode::view;  // of all tools but stamps
-  DragMode stamp_drag = DragMode::normal;
+  double radius = 1;              // the outer threshold, > 0
+  bool auto_radius = true;        // of exact pins: from their distances, instead of `radius`
+  double inner_ratio = 0.35;      // inner over outer threshold, in [0.01, 0.95]
+  int falloff = kDefaultFalloff;  // the shape of the blend, from 3 to 7 (knead/field.h)
+  DragMode drag = DragMode::view;
   Vec3d axis{0, 0, 1};  // of DragMode::axis
   PullStart start = PullStart::inside;
   double capsule_length = 1;  // half of it, relative to the radius
   double depth = 0.15;        // of paint, relative to the radius, > 0
   bool paint_in = false;      // paint presses in, inflate shrinks; Ctrl inverts
   double growth = 0.06;       // of inflate: the volume, relative to the radius' cube, > 0
+  double smoothing = 0.5;     // of smooth: the part of the way to the smooth surface, in (0, 1]
   int exponent = 8;           // of points and curves; even, 4 or more
   double stamp_size = 0.5;    // the tool's half extent, relative to the radius
   StampContact stamp_contact = StampContact::automatic;
@@ -206,19 +217,16 @@ struct ToolSettings {
   bool widens_zone = true;  // of twist and bend, where it is too thin for the angle
   bool remesh = false;      // when a drag ends
   RemeshSettings remesh_settings;
+  double first_radius = 1;                         // of a tool that has not been used yet
+  std::vector<std::optional<OwnSettings>> kept{};  // of the other tools, in the order of studio_tools()
 };
+
+// Makes the tool the one that is used, with the radius, inner ratio, falloff and drag that it had when last used.
+void choose_tool(const StudioTool& tool, ToolSettings& settings);
 
 // Returns whether the tool poses with exact pins, which have a radius.
 inline bool has_exact_pins(const ToolSettings& settings) {
   return settings.tool->use == ToolUse::pose && settings.pose == PoseMode::exact;
-}
-
-// Returns where a drag takes the tool that is set.
-inline DragMode& drag_mode(ToolSettings& settings) {
-  return settings.tool->use == ToolUse::stamp ? settings.stamp_drag : settings.drag;
-}
-inline DragMode drag_mode(const ToolSettings& settings) {
-  return settings.tool->use == ToolUse::stamp ? settings.stamp_drag : settings.drag;
 }
 
 // A place on the surface that can be moved: a vertex, so that a pin goes where the surface goes.

@@ -292,7 +292,8 @@ std::optional<Action> draw_found(const Studio& studio, CommandSearch& search, co
     if (found.empty()) ImGui::TextDisabled("No command has these words.");
     for (std::size_t i = 0; i < found.size(); ++i) {
       const bool is_chosen = i == search.chosen;
-      const std::string keys = keys_text(studio.preferences().keys, found[i]);
+      const std::string keys =
+          fmt::format("{}   {}", group_of(found[i]), keys_text(studio.preferences().keys, found[i]));
       ImGui::PushID(static_cast<int>(i));
       if (ImGui::Selectable(std::string(title_of(found[i])).c_str(), is_chosen)) clicked = found[i];
       if (is_chosen && !ImGui::IsItemVisible()) ImGui::SetScrollHereY();

@@ -102,8 +102,8 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
                             PointerUse{"Radius", "Ctrl+wheel"},
                             PointerUse{"Inner ratio", "Shift+wheel"},
                             PointerUse{"Invert the brush", "Ctrl+left button"},
-                            PointerUse{"Relax the surface", "Shift+left button"},
-                            PointerUse{"Relax the triangles only", "Ctrl+Shift+left button"},
+                            PointerUse{"Smooth the surface", "Shift+left button"},
+                            PointerUse{"Even out the triangles only", "Ctrl+Shift+left button"},
                             PointerUse{"Type a number", "Ctrl+click on its slider"}};
   if (!begin_keys(gui, "Pointer")) return;
   const bool is_maya = preset == NavigationPreset::maya;

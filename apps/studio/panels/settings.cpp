@@ -28,7 +28,8 @@ constexpr float kAroundNumbers = 5.2F;
 const ImVec4 kSelected{0.95F, 0.55F, 0.10F, 1};  // pins
 
 bool goes_along_a_drag(ToolUse use) {
-  return use != ToolUse::paint && use != ToolUse::inflate && use != ToolUse::turn && use != ToolUse::mask;
+  return use != ToolUse::paint && use != ToolUse::inflate && use != ToolUse::smooth && use != ToolUse::turn &&
+         use != ToolUse::mask;
 }
 
 // The three axes, side by side.
@@ -45,7 +46,7 @@ void choose_axis(const char* name, Vec3d& chosen) {
 
 void draw_drag(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
-  if (drag_mode(settings) == DragMode::axis) choose_axis("axis", settings.axis);
+  if (settings.drag == DragMode::axis) choose_axis("axis", settings.axis);
   if (settings.tool->use == ToolUse::pull) draw_tool_setting(studio, "start");
 }
 
@@ -120,7 +121,8 @@ void draw_parts(Studio& studio) {
   }
 }
 
-void draw_pins(Studio& studio) {
+// What is clicked stands above the lists of parts and pins, which grow and shrink.
+void draw_marks(Studio& studio) {
   draw_tool_setting(studio, "lasso_selects");
   if (ImGui::Button("Clear")) {
     studio.tools().set_pins({});
@@ -133,6 +135,10 @@ void draw_pins(Studio& studio) {
   if (ImGui::Button(selected == 0 ? "Select all" : "Select none")) studio.tools().select_pins(selected == 0);
   ImGui::SameLine();
   ImGui::TextDisabled("%zu pins, %zu selected", count, static_cast<std::size_t>(selected));
+}
+
+void draw_pins(Studio& studio) {
+  const std::size_t count = studio.tools().placed().pins.size();
   studio.tools().placed().lit_pin.reset();
   const float row = ImGui::GetFrameHeightWithSpacing();
   if (count == 0) return;
@@ -175,6 +181,7 @@ void draw_own_settings(Studio& studio) {
   if (tool.turning.takes_limit_cylinder) draw_limit_cylinder_settings(studio);
   if (tool.use == ToolUse::pose) {
     if (settings.pose != PoseMode::exact) draw_tool_setting(studio, "detail");
+    draw_marks(studio);
     if (!has_exact_pins(settings)) draw_parts(studio);
     draw_pins(studio);
   }
@@ -404,8 +411,11 @@ namespace {
 
 void draw_mirrors(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
+  ImGui::TextDisabled("Mirror");
   bool is_on = settings.symmetry.plane.has_value();
-  if (is_on && ImGui::Checkbox("Mirror in a plane of your own", &is_on)) settings.symmetry.plane.reset();
+  ImGui::BeginDisabled(!is_on);  // it keeps its place: what is below must not move under the pointer
+  if (ImGui::Checkbox("In a plane of your own", &is_on)) settings.symmetry.plane.reset();
+  ImGui::EndDisabled();
   const bool face = studio.tools().picking_mirror() == StudioTools::PlanePick::face;
   const bool three = studio.tools().picking_mirror() == StudioTools::PlanePick::three_points;
   if (ImGui::Button(face ? "Click on the shape..." : "Plane from a face"))
@@ -420,9 +430,10 @@ void draw_center(Studio& studio) {
   Vec3d& center = studio.tools().settings().symmetry.center;
   if (ImGui::Button("Through the middle of the shape")) studio.tools().center_symmetry();
   help_on_hover("moves the mirrors x, y and z and the axis of the turns there");
-  if (center == Vec3d{0, 0, 0}) return;
   ImGui::SameLine();
+  ImGui::BeginDisabled(center == Vec3d{0, 0, 0});
   if (ImGui::Button("Origin")) center = {0, 0, 0};
+  ImGui::EndDisabled();
 }
 
 void draw_turns(Symmetry& symmetry) {

@@ -222,7 +222,7 @@ void draw_hand_inner(Studio& studio, float width) {
   ToolSettings& settings = studio.tools().settings();
   const double before = 100 * settings.inner_ratio;
   double percent = before;
-  slide("Inner", percent, {1, 95}, "which part of the radius moves rigidly (Shift+F)", {"%", width});
+  slide("Inner ratio", percent, {1, 95}, "which part of the radius moves rigidly (Shift+F)", {"%", width});
   if (percent != before) settings.inner_ratio = std::clamp(percent / 100, 0.01, 0.95);
 }
 
@@ -250,6 +250,9 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   if (has_radius(settings)) all.push_back({kSliderWidth, [&](float width) { draw_hand_radius(studio, width); }});
   for (const std::string_view slider : tool.sliders) {
     all.push_back({kSliderWidth, [&studio, slider](float width) { draw_hand_amount(studio, slider, width); }});
+  }
+  if (tool.use == ToolUse::smooth) {
+    all.push_back({kSliderWidth, [&](float width) { draw_tool_setting(studio, "smoothing", width); }});
   }
   if (tool.has_inner) all.push_back({110, [&](float width) { draw_hand_inner(studio, width); }});
   if (blends(settings)) {
@@ -354,7 +357,7 @@ void draw_strength_of_tool(Studio& studio, float width) {
   if (!tool.sliders.empty() && tool.use != ToolUse::pull) return draw_hand_amount(studio, tool.sliders.front(), width);
   if (tool.has_inner) return draw_hand_inner(studio, width);
   if (has_mode(studio)) return draw_mode(studio, width);
-  draw_tool_setting(studio, "falloff", width);
+  draw_tool_setting(studio, tool.use == ToolUse::smooth ? "smoothing" : "falloff", width);
 }
 
 bool draw_touch_button(const char* label, float width, float height, bool is_on = false) {

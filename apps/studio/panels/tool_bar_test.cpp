@@ -73,12 +73,13 @@ TEST_F(ToolBarTest, LengthsAreAbsolute) {
   ShownPanels panels(options(), 1280, 800);
   open_ball(panels);
   ToolSettings& settings = panels.studio.tools().settings();
-  settings.radius = 0.5;
   run(panels.studio, R"({"tool": "paint"})");
+  settings.radius = 0.5;
   panels.frame();
   type_into(panels, "Tool", "##Depth", "0.1");
   EXPECT_NEAR(settings.depth, 0.2, 1e-12);
   run(panels.studio, R"({"tool": "stamp"})");
+  settings.radius = 0.5;
   panels.frame();
   type_into(panels, "Tool", "##Size", "0.75");
   EXPECT_NEAR(settings.stamp_size, 1.5, 1e-12);

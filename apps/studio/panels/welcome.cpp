@@ -42,8 +42,7 @@ void open_example(Studio& studio, const Example& example) {
   ToolSettings& settings = studio.tools().settings();
   settings.mirror = {};
   settings.symmetry = {};
-  settings.drag = ToolSettings{}.drag;
-  settings.stamp_drag = ToolSettings{}.stamp_drag;
+  settings.drag = settings.tool->drag;
   if (example.use == ToolUse::stamp) studio.tools().use_stamp(ShapeKind::letter_y);
 }
 

@@ -59,6 +59,8 @@ std::optional<Radii> radii_of(const Studio& studio) {
     }
     case ToolUse::inflate:
       return Radii{settings.radius, kHalfOfGrowth * settings.radius};
+    case ToolUse::smooth:
+      return Radii{settings.radius, 0, settings.smoothing};
     case ToolUse::points:
     case ToolUse::curve:
       return Radii{settings.radius, half_radius(settings, 0)};

@@ -48,7 +48,7 @@ std::optional<Stroke> hovering_implicit(const Studio& studio, const GestureConte
   if (!hit && settings.start != PullStart::plane) return std::nullopt;
   ImplicitGesture gesture = begin_implicit(studio.pointer(), around);
   Vec3d direction = hit ? hit->normal : render::camera_frame(around.screen.camera).up;
-  if (drag_mode(settings) == DragMode::axis) direction = settings.axis;
+  if (settings.drag == DragMode::axis) direction = settings.axis;
   gesture.stroke.path.push_back(gesture.stroke.path.front() + normalized(direction) * (0.5 * settings.radius));
   return gesture.stroke;
 }
@@ -229,8 +229,8 @@ void add_symmetry(const Studio& studio, const Box& box, render::LiveScene& scene
 // The tools at the pointer and in a drag are seen by the cursor; their regions only on demand, and fainter in a drag.
 bool shows_region(const Studio& studio) {
   const ToolUse use = studio.tools().settings().tool->use;
-  const bool has_cursor =
-      use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::inflate || use == ToolUse::pose;
+  const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::inflate ||
+                          use == ToolUse::smooth || use == ToolUse::pose;
   return !has_cursor || studio.view().settings().region || studio.document().shown().looked_at.has_value();
 }
 
@@ -352,6 +352,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
       if (const auto& at = studio.tools().placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
       break;
     case ToolUse::inflate:
+    case ToolUse::smooth:
     case ToolUse::stamp:
     case ToolUse::mask:
       break;

@@ -35,8 +35,9 @@ class StretchTest : public StudioTest {
  protected:
   // A bend of the cylinder about its middle, across the view.
   static void bend_cylinder(Studio& studio, const std::string& first = "") {
-    run(studio, kCylinder + first + R"({"tool": "bend"}
-{"click": [400, 300]}
+    run(studio, std::string(kCylinder) + R"({"tool": "bend"}
+{"set": {"radius": 0.3}}
+)" + first + R"({"click": [400, 300]}
 {"drag": [[400, 100], [560, 180]]})");
   }
 };

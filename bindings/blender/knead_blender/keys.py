@@ -21,7 +21,7 @@ def _property(key):
         return FloatProperty(name=name, description=help_text, precision=4)
     if kind == "bool":
         return BoolProperty(name=name, description=help_text)
-    if kind == "int":
+    if kind.startswith("int"):
         return IntProperty(name=name, description=help_text)
     if kind == "Vector":
         return FloatVectorProperty(name=name, description=help_text, size=3, precision=4)
@@ -42,7 +42,7 @@ def properties(cls):
 
 def _is_text(cls, name):
     kind = next(key["type"] for key in _described(cls) if key["name"] == name)
-    return not (kind.startswith(("float", "Literal")) or kind in ("bool", "int", "Vector", "str"))
+    return not (kind.startswith(("float", "int", "Literal")) or kind in ("bool", "Vector", "str"))
 
 
 def _as_property(cls, name, value):

@@ -102,7 +102,7 @@ class KNEAD_OT_pose_part(operators.Plain, bpy.types.Operator):
     angle_deg: FloatProperty(name="Angle", description="Degrees about the axis", default=0)
     use_cursor: BoolProperty(name="About the 3D Cursor", default=True)
     center: FloatVectorProperty(name="Center", size=3, precision=4)
-    detail: FloatProperty(name="Detail", description="The finest motion, of the mesh's diagonal", default=0.075, min=0.01, max=0.5)
+    detail: FloatProperty(name="Detail", description="The finest motion, of the mesh's diagonal; 0: from the thickness", default=0, min=0, max=0.5)
     exact: BoolProperty(name="Exact", description="The part goes exactly to its place, by a last stroke of pins")
 
     def draw(self, context):
@@ -150,7 +150,7 @@ class KNEAD_OT_pose_part(operators.Plain, bpy.types.Operator):
         return motion
 
     def _numbers(self):
-        numbers = {} if np.float32(self.detail) == np.float32(0.075) else {"detail": round(self.detail, 6)}
+        numbers = {} if self.detail == 0 else {"detail": round(self.detail, 6)}
         return {**numbers, "exact": True} if self.exact else numbers
 
 

@@ -53,24 +53,30 @@ def stroke(keys: Mapping[str, Any] | Stroke) -> Stroke: ...
 
 class Implicit(Stroke):
     path: Points3
-    inner: float
-    outer: float
+    inner: float | None
+    outer: float | None
+    bump: float | None
+    core: float | None
     region: Literal['ball', 'capsule'] | None
     half_axis: Vector | None
     gauge: float | None
     time: Literal['swept', 'blended'] | None
-    falloff: int | None
+    taper: float | None
+    falloff: int | Literal['wide'] | None
     def __init__(
         self,
         *,
         path: Points3,
-        inner: float,
-        outer: float,
+        inner: float | None = None,
+        outer: float | None = None,
+        bump: float | None = None,
+        core: float | None = None,
         region: Literal['ball', 'capsule'] | None = None,
         half_axis: Vector | None = None,
         gauge: float | None = None,
         time: Literal['swept', 'blended'] | None = None,
-        falloff: int | None = None,
+        taper: float | None = None,
+        falloff: int | Literal['wide'] | None = None,
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
@@ -80,19 +86,21 @@ class Implicit(Stroke):
     ) -> None: ...
 
 class Paint(Stroke):
-    outer: float
+    outer: float | None
+    bump: float | None
     depth: float
     samples: Sequence[Mapping[str, Vector]] | None
     path: Points3 | None
-    falloff: int | None
+    falloff: int | Literal['wide'] | None
     def __init__(
         self,
         *,
-        outer: float,
         depth: float,
+        outer: float | None = None,
+        bump: float | None = None,
         samples: Sequence[Mapping[str, Vector]] | None = None,
         path: Points3 | None = None,
-        falloff: int | None = None,
+        falloff: int | Literal['wide'] | None = None,
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
@@ -809,7 +817,7 @@ class Surface:
     def with_safe_zone(self, stroke: _S) -> _S: ...
 
 class PaintDrag:
-    def __init__(self, *, outer: float, depth: float, falloff: int = 4) -> None: ...
+    def __init__(self, *, outer: float, depth: float, falloff: int | Literal["wide"] = 4) -> None: ...
     def touch(self, point: Vector, normal: Vector, *, outer: float | None = None, pressure: float = 1.0) -> None: ...
     def finish(self) -> None: ...
     @property

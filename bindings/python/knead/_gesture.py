@@ -55,11 +55,13 @@ class PaintDrag:
     """Painting with a pointer: dabs at even distances along the places that it touches.
 
     Each dab is where the dabs before it have moved its place, so the result does not depend on the pointer's speed.
-    outer: the radius of a dab. depth: of a whole layer, as the key of the stroke: below 0 it pulls the surface out.
+    outer: the radius of a dab, or its bump with the falloff "wide". depth: of a whole layer, as the key of the stroke:
+    below 0 it pulls the surface out.
     """
 
     def __init__(self, *, outer, depth, falloff=4):
-        self._native = _knead.PaintDrag(outer, depth, falloff)
+        wide = falloff == "wide"
+        self._native = _knead.PaintDrag(outer, depth, 4 if wide else falloff, wide)
 
     def __reduce__(self):
         raise TypeError("a PaintDrag cannot be copied or pickled; send its strokes")

@@ -203,11 +203,11 @@ _DETAILS = {
             turns as the body takes it
 
     Each item of `stiffness` is a dict of vertices, as above, and value: how stiff they are, in [0.01, 100]; elsewhere 1.
-    detail is in [0.01, 0.5]; exact: True takes parts and pins to their places exactly, by a last stroke of pins.
+    detail is in [0.01, 0.5], or 0: from the thickness of what moves; tolerance in [0.0001, 0.5]; exact: True takes parts and pins to their places exactly, by a last stroke of pins.
 
     It reads the surface, so deform() needs `faces`. Also raises InvalidInput for a vertex in two parts, more than 1000
-    pins, and parts of which none moves; deform() does for vertices that the shape does not have, and for a pose that
-    would stretch the shape more than 10 times. Nothing has moved then.
+    pins, and parts of which none moves; deform() does for vertices that the shape does not have. Nothing has moved then.
+    A pose that would cross or spoil the shape comes as far as it is sound, and a UserWarning says how far.
 
         tip = int(np.argmax(vertices[:, 1]))
         wrist = vertices[:, 1] < 0.1

@@ -199,15 +199,15 @@ std::vector<SessionStroke> session_strokes(std::vector<Stroke> strokes) {
 // Painting that begins with the first touch.
 class PaintPointer {
  public:
-  PaintPointer(double outer, double depth, int falloff) : stroke_{outer, depth, {}, {}, falloff} {
+  PaintPointer(double radius, double depth, int falloff, bool wide)
+      : stroke_{wide ? 0 : radius, depth, {}, {}, wide ? kWideFalloff : falloff, wide ? radius : 0} {
     PaintStroke check = stroke_;
     check.samples = {{{0, 0, 0}, {0, 0, 1}}};
     validate(Stroke(check));
   }
 
   void touch(const Vector& point, const Vector& normal, std::optional<double> outer, double pressure) {
-    const PaintTouch touch{
-        {vec(point, "point"), direction_of(normal, "normal")}, outer.value_or(stroke_.outer), pressure};
+    const PaintTouch touch{{vec(point, "point"), direction_of(normal, "normal")}, outer.value_or(radius()), pressure};
     if (!(touch.radius > 0 && std::isfinite(touch.radius))) throw InvalidInput("outer must be above 0");
     if (!(pressure > 0 && pressure <= 1)) throw InvalidInput("pressure must be above 0 and at most 1");
     if (drag_) {
@@ -222,9 +222,11 @@ class PaintPointer {
   std::vector<SessionStroke> strokes() const {
     return drag_ ? session_strokes(drag_->strokes()) : std::vector<SessionStroke>{};
   }
-  double spacing() const { return drag_ ? drag_->spacing : dab_length(stroke_.falloff) * stroke_.outer; }
+  double spacing() const { return drag_ ? drag_->spacing : dab_length(stroke_); }
 
  private:
+  double radius() const { return stroke_.falloff == kWideFalloff ? stroke_.bump : stroke_.outer; }
+
   PaintStroke stroke_;
   std::optional<PaintDrag> drag_;
 };
@@ -248,7 +250,7 @@ void add_gesture(py::module_& module) {
       .def("part", &Surface::part)
       .def("with_safe_zone", &Surface::with_safe_zone);
   py::class_<PaintPointer>(module, "PaintDrag")
-      .def(py::init<double, double, int>())
+      .def(py::init<double, double, int, bool>())
       .def("touch", &PaintPointer::touch)
       .def("finish", &PaintPointer::finish)
       .def("strokes", &PaintPointer::strokes)

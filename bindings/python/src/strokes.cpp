@@ -51,6 +51,10 @@ struct TypeName {
   }
 };
 
+std::string type_of(const StrokeKey& key) {
+  return std::visit(TypeName{}, key.value) + (key.quantity == Quantity::wide_falloff ? " | Literal['wide']" : "");
+}
+
 // Whether a line that has these two keys may lack the key.
 bool may_lack(const Tool& tool, std::string_view name, std::string_view first, std::string_view second) {
   Stroke stroke = tool.start;
@@ -86,8 +90,8 @@ py::list describe_tools() {
     Stroke start = tool->start;
     py::list keys;
     for (const StrokeKey& key : tool->keys(start)) {
-      keys.append(py::make_tuple(std::string(key.name), is_required(*tool, key.name), std::string(key.help),
-                                 std::visit(TypeName{}, key.value)));
+      keys.append(
+          py::make_tuple(std::string(key.name), is_required(*tool, key.name), std::string(key.help), type_of(key)));
     }
     result.append(py::make_tuple(std::string(tool->name), tool->is_event, keys));
   }

@@ -119,6 +119,9 @@ std::optional<ReplayResult> replay_watched(const py::object& callback, const Mes
   ReplayResult result;
   if (!run_watched(callback, progress, [&] { result = replay(borrow(mesh), session, options); })) return std::nullopt;
   require_done(result.status, session, result.failed_line);
+  for (const std::string& shortfall : result.shortfalls) {
+    if (PyErr_WarnEx(PyExc_UserWarning, shortfall.c_str(), 2) != 0) throw py::error_already_set();
+  }
   return result;
 }
 

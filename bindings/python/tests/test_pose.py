@@ -61,7 +61,7 @@ def test_a_pose_is_a_value(bent):
         assert eval(repr(pose), {"knead": knead}) == pose
         assert knead.stroke(pose.to_dict()) == pose
         assert knead.Session.parse(knead.Session(pose).text())[0] == pose
-    assert held.detail == 0.075 and held.exact is False and bent.replace(detail=0.2).detail == 0.2
+    assert held.detail == 0 and held.tolerance == 0.005 and held.exact is False and bent.replace(detail=0.2).detail == 0.2
 
 
 def test_a_pose_moves_its_parts_rigidly(cylinder, bent):

@@ -125,12 +125,14 @@ KNEAD_INLINE StagePlace<P> place_in(const Bundle<S>& bundle, const Stage<S>& sta
 // such loops, for the attempts to cross a whole segment, which saves 5% to 10% of the time in float.
 inline constexpr int kAnySlopes = -1;
 
-// A stage for the default falloff, or for any; chosen before the loop, so that the default costs nothing.
-template <class P, class Field, bool by_default, int slopes, class S>
+// A stage for the default falloff, the wide one, or any; chosen before the loop, so that the choice costs nothing.
+inline constexpr int kAnyFalloff = -1;
+
+template <class P, class Field, int falloff, int slopes, class S>
 [[gnu::flatten]] void stage_of(const void* data, Bundle<S>& bundle, const Stage<S>& given) {
   Field field = *static_cast<const Field*>(data);  // copies, which the stores below cannot change
   Stage<S> stage = given;
-  if constexpr (by_default) field.thresholds.falloff = kDefaultFalloff;
+  if constexpr (falloff != kAnyFalloff) field.thresholds.falloff = falloff;
   if constexpr (slopes != kAnySlopes) {
     stage.count = slopes;
     stage.from_start = true;
@@ -143,16 +145,24 @@ template <class P, class Field, bool by_default, int slopes, class S>
   }
 }
 
+template <class P, class Field, int falloff, class S>
+void stage_with(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+  if constexpr (std::is_same_v<decltype(Field::motion), Translation<S>>) {
+    if (stage.from_start && stage.count == 0) return stage_of<P, Field, falloff, 0>(data, bundle, stage);
+    if (stage.from_start && stage.count == 1) return stage_of<P, Field, falloff, 1>(data, bundle, stage);
+    if (stage.from_start && stage.count == 2) return stage_of<P, Field, falloff, 2>(data, bundle, stage);
+  }
+  stage_of<P, Field, falloff, kAnySlopes>(data, bundle, stage);
+}
+
 template <class P, class Field, class S>
 void stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
-  const bool by_default = static_cast<const Field*>(data)->thresholds.falloff == kDefaultFalloff;
-  if (!by_default) return stage_of<P, Field, false, kAnySlopes>(data, bundle, stage);
-  if constexpr (std::is_same_v<decltype(Field::motion), Translation<S>>) {
-    if (stage.from_start && stage.count == 0) return stage_of<P, Field, true, 0>(data, bundle, stage);
-    if (stage.from_start && stage.count == 1) return stage_of<P, Field, true, 1>(data, bundle, stage);
-    if (stage.from_start && stage.count == 2) return stage_of<P, Field, true, 2>(data, bundle, stage);
+  const int falloff = static_cast<const Field*>(data)->thresholds.falloff;
+  if (falloff == kDefaultFalloff) return stage_with<P, Field, kDefaultFalloff>(data, bundle, stage);
+  if constexpr (std::is_same_v<decltype(Field::region), Ball<S>>) {
+    if (falloff == kWideFalloff) return stage_with<P, Field, kWideFalloff>(data, bundle, stage);
   }
-  stage_of<P, Field, true, kAnySlopes>(data, bundle, stage);
+  stage_of<P, Field, kAnyFalloff, kAnySlopes>(data, bundle, stage);
 }
 
 // The same under a mask.

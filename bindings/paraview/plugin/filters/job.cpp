@@ -1,11 +1,12 @@
 // Runs a session on all blocks and ranks, and adds the arrays that were asked for.
 #include "job.h"
 
-#include <fmt/format.h>
 #include <vtkPointSet.h>
 #include <vtkTimerLog.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <filesystem>
 #include <optional>
 
@@ -22,6 +23,14 @@ constexpr const char* kScaledJacobian = "KneadScaledJacobian";
 constexpr const char* kNonOrthogonality = "KneadNonOrthogonality";
 constexpr const char* kSkewness = "KneadSkewness";
 constexpr const char* kStretch = "KneadStretch";
+
+// Returns a number in the fewest digits that give it back. Not by fmt, of which ParaView 6 brings a copy of its own.
+std::string text(auto number) {
+  std::array<char, 32> digits{};
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr};
+}
+
+std::string cells_are(std::int64_t count) { return count == 1 ? "1 cell is" : text(count) + " cells are"; }
 
 std::vector<double> greatest_stretches(std::span<const Mat3d> jacobians) {
   constexpr std::size_t points_at_a_time = 1024;
@@ -55,12 +64,12 @@ class Job {
     findings_.notes = session_.warnings;
     const auto strokes = static_cast<double>(session_.strokes.size());
     if (!(settings_.until >= 0)) {
-      throw InvalidInput(fmt::format("Until must be a number of strokes, 0 or more, got {}", settings_.until));
+      throw InvalidInput("Until must be a number of strokes, 0 or more, got " + text(settings_.until));
     }
     until_ = std::min(settings_.until, strokes);
     flow_ = flow_until(until_);
     if (settings_.diagonal < 0) {
-      throw InvalidInput(fmt::format("Diagonal must be a length, or 0, got {}", settings_.diagonal));
+      throw InvalidInput("Diagonal must be a length, or 0, got " + text(settings_.diagonal));
     }
   }
 
@@ -84,10 +93,11 @@ class Job {
     precision_ = settings_.precision.value_or(ranks_.sum(volumes) > 0 ? Precision::float64 : Precision::float32);
     unresolved = ranks_.sum(unresolved);
     if (unresolved == 0) return;
-    findings_.notes.push_back(fmt::format(
-        "{} so thin that the float coordinates of the data set hardly resolve {} (an edge below 0.0012 of "
-        "its coordinates); read it with doubles (OpenFOAM reader: Use 64-bit Floats)",
-        unresolved == 1 ? "1 cell is" : fmt::format("{} cells are", unresolved), unresolved == 1 ? "it" : "them"));
+    findings_.notes.push_back(cells_are(unresolved) +
+                              " so thin that the float coordinates of the data set hardly resolve " +
+                              (unresolved == 1 ? "it" : "them") +
+                              " (an edge below 0.0012 of its coordinates); read it with doubles (OpenFOAM reader: "
+                              "Use 64-bit Floats)");
   }
 
   // Collective: the box is that of all ranks.
@@ -161,18 +171,16 @@ class Job {
     for (const Damage& damage : damages_) own += damage.inverted;
     findings_.inverted = ranks_.sum(own);
     if (findings_.inverted == 0) return;
-    const std::string count = findings_.inverted == 1 ? "1 cell is" : fmt::format("{} cells are", findings_.inverted);
-    const std::string what = fmt::format("{} inverted, {}", count, ranks_.first(first_inverted()));
+    const std::string what = cells_are(findings_.inverted) + " inverted, " + ranks_.first(first_inverted());
     if (!settings_.fail_on_inversion) {
       findings_.notes.push_back(what);
       return;
     }
     const SafeUntil safe = safe_until(until_, [&](double until) { return inverts_nothing(until); });
-    throw Failure(fmt::format(
-        "{}: {}; no cell is inverted up to Until = {}. Use that, finer cells, or strokes with a wider "
-        "transition{}; or move the mesh with knead.deform_mesh(least_scaled_jacobian=0.05) in Python, which "
-        "mends cells; or switch FailOnInversion off",
-        settings_.session_file, what, safe.until, wider_transition(safe)));
+    throw Failure(settings_.session_file + ": " + what + "; no cell is inverted up to Until = " + text(safe.until) +
+                  ". Use that, finer cells, or strokes with a wider transition" + wider_transition(safe) +
+                  "; or move the mesh with knead.deform_mesh(least_scaled_jacobian=0.05) in Python, which mends cells; "
+                  "or switch FailOnInversion off");
   }
 
   // Collective.
@@ -194,15 +202,16 @@ class Job {
       });
     });
     if (!outer) return {};
-    return fmt::format(" (line {}: an \"outer\" of {} fits into this mesh)", session_.strokes[number].line, *outer);
+    return " (line " + text(session_.strokes[number].line) + ": an \"outer\" of " + text(*outer) +
+           " fits into this mesh)";
   }
 
   std::string first_inverted() const {
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
       if (damages_[i].inverted == 0) continue;
-      const std::string block = blocks_[i].name.empty() ? "" : fmt::format(" of block \"{}\"", blocks_[i].name);
-      const std::string rank = ranks_.count() > 1 ? fmt::format(" on rank {}", ranks_.rank()) : "";
-      return fmt::format("the first is cell {}{}{}", damages_[i].first, block, rank);
+      const std::string block = blocks_[i].name.empty() ? "" : " of block \"" + blocks_[i].name + "\"";
+      const std::string rank = ranks_.count() > 1 ? " on rank " + text(ranks_.rank()) : "";
+      return "the first is cell " + text(damages_[i].first) + block + rank;
     }
     return {};
   }
@@ -244,8 +253,8 @@ class Job {
     for (const Block& block : blocks_) points += static_cast<std::int64_t>(block.before.size());
     const bool is_missing = ranks_.sum(static_cast<std::int64_t>(found_vectors_)) == 0 && !settings_.vectors.empty();
     if (ranks_.sum(points) == 0 || !is_missing) return;
-    throw Failure(fmt::format("VectorsToTransform: there is no array \"{}\" with three components at the points",
-                              settings_.vectors.front()));
+    throw Failure("VectorsToTransform: there is no array \"" + settings_.vectors.front() +
+                  "\" with three components at the points");
   }
 
   void store_all_points() {
@@ -286,9 +295,9 @@ Session read_flow_session(const std::string& path) {
     }
     if (!reads_surface(stroke.stroke)) continue;
     throw InvalidInput({path, stroke.line},
-                       fmt::format("this stroke reads the surface, of which a rank has only a part; resolve the "
-                                   "session first: knead resolve {} {} -o {}",
-                                   session.mesh.value_or("SHAPE"), path, resolved_name(path)));
+                       "this stroke reads the surface, of which a rank has only a part; resolve the session first: "
+                       "knead resolve " +
+                           session.mesh.value_or("SHAPE") + " " + path + " -o " + resolved_name(path));
   }
   const bool remeshes =
       std::ranges::any_of(session.strokes, [](const SessionStroke& s) { return s.remesh.has_value(); });

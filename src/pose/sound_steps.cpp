@@ -1,0 +1,128 @@
+// Judges what a step did to a surface, and chooses the next step.
+#include "pose/sound_steps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "knead/error.h"
+
+namespace knead::detail {
+
+namespace {
+
+constexpr double kMaxStepStretch = 2;  // of a triangle in one step: neighbours that move apart faster are torn
+constexpr int kMaxHalvings = 5;
+constexpr std::array kSpacings{1.0, 1.5, 0.7};  // in the order in which they are tried
+constexpr int kMaxFailures = 24;                // of all steps together
+
+// Takes a step and returns an empty text, or says why it is not sound. Only the first spacing must give equations that
+// can be solved.
+std::string tried(const SteppedMotion& motion, double from, double to, bool must_solve) {
+  try {
+    return motion.take(motion.solve(from, to));
+  } catch (const InvalidInput& error) {
+    if (must_solve) throw;
+    return error.what();
+  }
+}
+
+std::string at(const Vec3d& p) { return fmt::format("near [{:.4g}, {:.4g}, {:.4g}]", p.x, p.y, p.z); }
+
+}  // namespace
+
+SoundSurface::SoundSurface(std::span<const Vec3d> positions, std::span<const Triangle> triangles, double max_stretch,
+                           const AdvectOptions& options)
+    : start_(positions.begin(), positions.end()),
+      now_(start_),
+      triangles_(triangles.begin(), triangles.end()),
+      max_stretch_(max_stretch),
+      options_(options) {
+  options_.progress = nullptr;
+}
+
+std::string SoundSurface::take(const PotentialGrid& grid) {
+  Flow flow;
+  flow.segments.emplace_back().grid = grid;
+  std::vector<Vec3d> next = now_;
+  if (advect(flow, next, options_).status != AdvectStatus::done) return "the flow would be too strong to follow";
+  std::string problem = problem_of(next);
+  if (problem.empty()) now_ = std::move(next);
+  return problem;
+}
+
+std::string SoundSurface::problem_of(const std::vector<Vec3d>& next) const {
+  std::vector<Triangle> moving;
+  std::vector<bool> moves(triangles_.size(), false);
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    const Triangle& t = triangles_[i];
+    moves[i] = std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return next[v] != now_[v]; });
+    if (moves[i]) moving.push_back(t);
+  }
+  const SurfaceStretch whole = surface_stretch(moving, start_, next);
+  if (whole.worst() > max_stretch_) {
+    return fmt::format("a triangle would be stretched or pressed {:.3g} times {}", whole.worst(),
+                       at(next[moving[whole.worst_triangle][0]]));
+  }
+  const SurfaceStretch step = surface_stretch(moving, now_, next);
+  if (step.worst() > kMaxStepStretch) {
+    return fmt::format("the shape would be torn {}", at(next[moving[step.worst_triangle][0]]));
+  }
+  return crossing_of(next, moves);
+}
+
+std::string SoundSurface::crossing_of(const std::vector<Vec3d>& next, const std::vector<bool>& moves) const {
+  SelfIntersectionOptions options;
+  options.threads = options_.threads;
+  options.chosen = &moves;
+  const SelfIntersections found = self_intersections(triangles_, next, options);
+  if (found.count == 0) return {};
+  // Few triangles cross: only these are looked at as they were at the start.
+  std::vector<bool> crosses(triangles_.size(), !found.complete);
+  for (const auto& pair : found.pairs) crosses[pair[0]] = crosses[pair[1]] = true;
+  options.chosen = &crosses;
+  const SelfIntersections before = self_intersections(triangles_, start_, options);
+  const std::size_t count = count_new(found, before);
+  if (count == 0) return {};
+  for (const auto& pair : found.pairs) {
+    if (std::binary_search(before.pairs.begin(), before.pairs.end(), pair)) continue;
+    return fmt::format("{} pairs of triangles would cross {}", count, at(next[triangles_[pair[0]][0]]));
+  }
+  return fmt::format("{} pairs of triangles would cross", count);
+}
+
+SoundReach step_soundly(std::span<const double> times, const SteppedMotion& motion) {
+  SoundReach reach{times.front(), {}};
+  std::size_t next = 1;
+  std::size_t spacing = 0;
+  int halvings = 0;
+  int failures = 0;
+  while (next < times.size()) {
+    const double planned = times[next] - times[next - 1];
+    const double size = std::ldexp(planned, -halvings);
+    const double to = times[next] - reach.time > 1.5 * size ? reach.time + size : times[next];
+    std::string problem = tried(motion, reach.time, to, spacing == 0);
+    if (problem.empty()) {
+      reach.time = to;
+      if (to != times[next]) continue;
+      ++next;
+      halvings = std::max(0, halvings - 1);
+    } else if (planned == 0) {
+      ++next;
+    } else if (++failures < kMaxFailures && halvings < kMaxHalvings) {
+      ++halvings;
+    } else if (failures < kMaxFailures && spacing + 1 < kSpacings.size()) {
+      motion.set_spacing(kSpacings[++spacing]);
+      halvings = 0;
+    } else {
+      reach.problem = std::move(problem);
+      return reach;
+    }
+  }
+  return reach;
+}
+
+}  // namespace knead::detail
