@@ -47,6 +47,7 @@ class StudioTest : public testing::Test {
 {"new": "sphere", "vertices": )" +
            std::to_string(vertices) + R"(}
 {"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
+{"tool": "ball"}
 {"set": {"radius": 0.5, "inner_ratio": 0.4}}
 )";
   }

@@ -20,9 +20,9 @@ namespace knead::studio {
 
 namespace {
 
-constexpr double kFirstRadius = 0.12;  // of the diagonal
-constexpr double kSnapParts = 100;     // of the diagonal
-constexpr double kKeyFactor = 1.15;    // of [ and ]
+constexpr double kFirstRadius = 0.1;  // of the diagonal
+constexpr double kSnapParts = 100;    // of the diagonal
+constexpr double kKeyFactor = 1.15;   // of [ and ]
 constexpr double kKeyRatio = 0.05;
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <functional>
 #include <thread>
 
+#include "document/layers.h"
 #include "knead/mesh.h"
 #include "platform/worker.h"
 #include "studio.h"
@@ -62,6 +63,30 @@ TEST_F(OwnSettingsTest, AToolHasItsRadiusInnerRatioFalloffAndDrag) {
   run(studio, ball());
   run(studio, R"({"tool": "stamp"})");
   EXPECT_EQ(settings.radius, settings.first_radius) << "another document has another size";
+}
+
+// --- the first stroke ---
+
+using FirstStrokeTest = StudioTest;
+
+TEST_F(FirstStrokeTest, APullOutwardsLeavesNoCraterAtTheDefaults) {
+  Studio studio(options());
+  run(studio, R"({"size": [800, 600]}
+{"new": "sphere", "vertices": 10242}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 4}}
+{"drag": [[0, 0.95, 0.31], [0, 1.4, 0.31], [0.25, 1.9, 0.31]]})");
+  EXPECT_EQ(errors(studio), "");
+  EXPECT_EQ(studio.tools().settings().tool, studio_tool("move"));
+  ASSERT_EQ(studio.document().shown().history.size(), 1U);
+  EXPECT_EQ(tool_of(studio.document().shown().history.front()->strokes), studio_tool("move"));
+  double deepest = 1;
+  double highest = 0;
+  for (const Vec3d& p : positions(studio)) {
+    deepest = std::min(deepest, norm(p));
+    highest = std::max(highest, norm(p));
+  }
+  EXPECT_GT(highest, 1.85);
+  EXPECT_GT(deepest, 1 - norm(Vec3d{0.25, 0.95, 0}) / 40);
 }
 
 // --- Shift ---

@@ -64,6 +64,7 @@ Mesh figure_with_arms(double degrees) {
   PosePart right = part_where(mesh, [](const Vec3d& p) { return p.x < -0.4 && p.y > -0.3; });
   right.rotation = HandlesRotation{{0, 0, 1}, {-0.21, 0.475, 0}, 0.6 * degrees};
   pose.parts = {trunk, left, right};
+  pose.detail = 0.075;
   return moved(mesh, {pose});
 }
 

@@ -17,7 +17,7 @@ namespace knead::render::splats_test {
 namespace {
 
 constexpr std::size_t kSplats = 50'000;
-constexpr double kWrong = 31;  // dB
+constexpr double kApart = 8;  // dB: centres alone have at least six times the error
 
 void add(Mesh& mesh, const std::string& name, std::vector<double> values) {
   mesh.attributes.push_back({name, Domain::vertex, NumberType::float32, 1, std::move(values)});
@@ -218,7 +218,7 @@ TEST_P(SplatScene, LooksLikeSplatsOfTheDeformedMesh) {
     error_of_centers += error_of(render_splats(centers_only, camera, options), picture) / 10;
   }
   EXPECT_GT(psnr(error), 40);
-  EXPECT_LT(psnr(error_of_centers), kWrong);
+  EXPECT_LT(psnr(error_of_centers), psnr(error) - kApart);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -72,8 +72,8 @@ void validate(const CurveStroke& stroke) {
   if (!stroke.axis) throw InvalidInput(R"("axis" is missing; the arc of a given line "from" turns about it)");
   const Vec3d axis = unit(*stroke.axis);
   const Vec3d along = unit(stroke.from.back() - stroke.from.front());
-  constexpr double kParallel = 1e-3;
-  if (norm(cross(axis, along)) < kParallel) {
+  constexpr double kAlongside = 1e-3;
+  if (norm(cross(axis, along)) < kAlongside) {
     throw InvalidInput(R"("axis" must lie across the line "from", not along it)");
   }
 }

@@ -92,10 +92,10 @@ std::optional<std::pair<double, double>> part_of(const MovedSlice& slice, const 
 }
 
 bool meet(const MovedSlice& a, const MovedSlice& b) {
-  constexpr double kParallel = 1e-9;
+  constexpr double kNoLine = 1e-9;
   if (norm(a.middle - b.middle) > a.radius + b.radius) return false;
   const Vec3d line = cross(a.normal, b.normal);
-  if (norm(line) < kParallel) return false;
+  if (norm(line) < kNoLine) return false;
   const auto of_a = part_of(a, b, line);
   if (!of_a) return false;
   const auto of_b = part_of(b, a, line);

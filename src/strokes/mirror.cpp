@@ -188,7 +188,7 @@ std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
 
 // Places all over where the first part overlaps another one, if it reaches only so far: elsewhere it acts alone.
 void add_overlaps(const Segment& sum, std::vector<Vec3d>& places) {
-  constexpr int along = 10;
+  constexpr int along = 11;  // odd: some places lie in the plane
   const Box first = detail::support_of(sum.parts.front());
   for (std::size_t i = 1; i < sum.parts.size(); ++i) {
     Box both = detail::support_of(sum.parts[i]);
@@ -229,37 +229,10 @@ bool do_overlap(std::span<const Segment> parts) {
   return false;
 }
 
-// The greatest speed at the places; for `step` > 0 at the place, too, to which steps uphill lead from the best one.
-double greatest_speed(const Segment& segment, std::span<const Vec3d> places, double time, double step) {
-  constexpr int rounds = 16;
-  const Flow flow{{segment}};
+double greatest_speed(const Segment& segment, std::span<const Vec3d> places, double time) {
   double greatest = 0;
-  Vec3d best{0, 0, 0};
-  const auto look = [&](std::span<const Vec3d> at) {
-    const std::vector<Vec3d> found = velocities(flow, at, time);
-    bool is_better = false;
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      if (!(norm(found[i]) > greatest)) continue;
-      greatest = norm(found[i]);
-      best = at[i];
-      is_better = true;
-    }
-    return is_better;
-  };
-  look(places);
-  for (int round = 0; step > 0 && round < rounds; ++round) {
-    const Vec3d x{step, 0, 0};
-    const Vec3d y{0, step, 0};
-    const Vec3d z{0, 0, step};
-    if (!look(std::array{best - x, best + x, best - y, best + y, best - z, best + z})) step *= 0.5;
-  }
+  for (const Vec3d& v : velocities(Flow{{segment}}, places, time)) greatest = std::max(greatest, norm(v));
   return greatest;
-}
-
-// How far the search for the greatest speed steps at first: 0 for tools that reach everywhere.
-double step_in(const Segment& sum) {
-  const double size = detail::support_of(sum.parts.front()).diagonal();
-  return std::isfinite(size) ? size / 32 : 0;
 }
 
 }  // namespace
@@ -357,13 +330,12 @@ std::optional<Stroke> with_images(const Stroke& stroke, const Mirror& mirror, st
 
 double speed_of_images(const Segment& segment) {
   if (!do_overlap(segment.parts)) return 1;
-  const double step = step_in(segment);
   double of_sum = 0;
   double of_one = 0;
   for (const double time : {0.0, 0.5, 1.0}) {
     const std::vector<Vec3d> places = places_in_tools(segment, time);
-    of_sum = std::max(of_sum, greatest_speed(segment, places, time, step));
-    of_one = std::max(of_one, greatest_speed(segment.parts.front(), places, time, step));
+    of_sum = std::max(of_sum, greatest_speed(segment, places, time));
+    of_one = std::max(of_one, greatest_speed(segment.parts.front(), places, time));
   }
   return of_one > 0 ? of_sum / of_one : 1;
 }

@@ -58,7 +58,7 @@ bool continues(const RelaxStroke& last, const RelaxStroke& next) {
 }  // namespace
 
 int relax_iterations(std::size_t vertices_within) {
-  constexpr double kPerVertex = 1.2e-3;  // measured on grids with 2,000 to 80,000 vertices within the radius
+  constexpr double kPerVertex = 1.5e-3;  // measured on grids with 2,000 to 80,000 vertices within the radius
   return std::clamp(
       static_cast<int>(kPerVertex * static_cast<double>(std::min<std::size_t>(vertices_within, 1'000'000))), 2,
       kMaxIterations);

@@ -88,8 +88,8 @@ std::map<std::string, Lines> sessions_for(const Subject& s) {
   Lines wide_paint;
   for (std::size_t i = 0; i < p.size(); ++i) {
     wide_paint.push_back(fmt::format(
-        R"({{"tool":"paint","falloff":"wide","bump":{},"depth":{},"samples":[{{"point":{},"normal":{}}}]}})", 0.1 * d,
-        (i % 2 == 0 ? -0.06 : 0.06) * d, text(p[i]), text(n[i])));
+        R"({{"tool":"paint","falloff":"wide","bump":{},"depth":{},"samples":[{{"point":{},"normal":{}}}]}})", 0.06 * d,
+        (i % 2 == 0 ? -0.04 : 0.04) * d, text(p[i]), text(n[i])));
   }
   result["wide paint"] = wide_paint;
   result["points"] = {fmt::format(

@@ -151,7 +151,9 @@ SessionStroke bend(double angle) {
 TEST(StrokeFields, EachNumberIsNamedOnceWithTheFirstValue) {
   const std::vector<SessionStroke> strokes{implicit(0.1, 0.4), implicit(0.2, 0.6)};
   const auto fields = fields_of(strokes);
-  ASSERT_EQ(fields.size(), 2U);
+  ASSERT_EQ(fields.size(), 3U);
+  EXPECT_EQ(fields[2].name, "taper");
+  EXPECT_EQ(fields[2].value, 0);
   EXPECT_EQ(fields[0].name, "inner");
   EXPECT_EQ(fields[0].value, 0.1);
   EXPECT_EQ(fields[1].name, "outer");

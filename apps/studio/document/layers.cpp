@@ -26,7 +26,7 @@ constexpr double kReach = 10;           // pixels
 std::string tool_word(const Stroke& stroke) {
   std::string word = tool_name(stroke);
   if (const auto* implicit = std::get_if<ImplicitStroke>(&stroke)) {
-    word = implicit->region == ImplicitRegion::capsule ? "capsule" : "ball";
+    word = implicit->region == ImplicitRegion::capsule ? "capsule" : implicit->bump > 0 ? "move" : "ball";
   }
   if (const auto* points = std::get_if<PointsStroke>(&stroke); points != nullptr && points->points.empty()) {
     word = "curve";

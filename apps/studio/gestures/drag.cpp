@@ -52,7 +52,7 @@ struct PullPlace {
 
 PullPlace start_of(const Pointer& pointer, const GestureContext& around) {
   const Vec3d forward = forward_of(around);
-  const PullStart start = around.settings.start;
+  const PullStart start = around.settings.tool->is_wide ? PullStart::surface : around.settings.start;
   if (start != PullStart::plane) {
     if (const auto hit = hit_at(pointer, around)) {
       const Vec3d from = start == PullStart::inside ? under_surface(*hit, around) : hit->point;
@@ -198,6 +198,12 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& aro
   gesture.stroke.outer = settings.radius;
   gesture.stroke.falloff = settings.falloff;
   gesture.stroke.path = {start};
+  if (settings.tool->is_wide) {
+    gesture.stroke.inner = 0;
+    gesture.stroke.outer = 0;  // four times the bump
+    gesture.stroke.falloff = kWideFalloff;
+    gesture.stroke.bump = settings.radius;
+  }
   if (settings.tool->is_long) {
     gesture.stroke.region = ImplicitRegion::capsule;
     const Vec3d right = render::camera_frame(around.screen.camera).right;

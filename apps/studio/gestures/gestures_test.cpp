@@ -329,8 +329,8 @@ TEST_F(GesturesTest, InAThinShapeARoundEndBeginsHalfWayThrough) {
   run(studio, R"({"size": [800, 600]}
 {"new": "box"}
 {"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 6}}
-{"set": {"radius": 4, "inner_ratio": 0.9}}
 {"tool": "ball"}
+{"set": {"radius": 4, "inner_ratio": 0.9}}
 {"drag": [[400, 300], [420, 300]], "steps": 1})");
   const auto stroke = std::get<ImplicitStroke>(last_strokes(studio).front());
   const Box box = bounding_box(studio.document().shown().state.mesh->positions);

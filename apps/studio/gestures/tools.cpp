@@ -18,7 +18,8 @@ constexpr float kPiFloat = std::numbers::pi_v<float>;
 constexpr const char* kPullHint = "Drag the shape, or start beside it. Type a distance while you drag; Ctrl snaps it.";
 constexpr const char* kTurnHint = "Click on the shape to place the tool.";
 constexpr const char* kTurnAgain = "Ctrl snaps; the arrows move the gizmo, its rings turn it.";
-constexpr double kOnPlane = 1e-9;  // of the radius: what counts as in a plane
+constexpr double kOnPlane = 1e-9;     // of the radius: what counts as in a plane
+constexpr double kHalfOfBump = 0.54;  // of the bump of the wide falloff: its velocity along the motion is half there
 
 double inner_of(const ToolSettings& settings) { return settings.inner_ratio * settings.radius; }
 
@@ -66,12 +67,24 @@ Stroke bent(const ToolSettings& settings, const Placement& at, double amount, co
 }
 
 const std::vector<StudioTool> kTools{
+    {.name = "Move",
+     .key = "Q",
+     .use = ToolUse::pull,
+     .group = ToolGroup::move,
+     .tip = "Pulls the surface along with the pointer, and fills it up from far around.",
+     .also = "grab snakehook elastic extrude pull",
+     .is_wide = true,
+     .hint = kPullHint,
+     .second_hint = kPullHint,
+     .icon = {{wave, {-1, 0.8F, -0.2F, 0.8F, -0.35F, -0.1F, 0, -0.1F}},
+              {wave, {0, -0.1F, 0.35F, -0.1F, 0.2F, 0.8F, 1, 0.8F}},
+              {arrow, {0, 0.5F, 0, -0.95F}}}},
     {.name = "Ball",
      .key = "1",
      .use = ToolUse::pull,
      .group = ToolGroup::move,
      .tip = "Pulls a round piece of the surface along with the pointer.",
-     .also = "grab move snakehook elastic extrude pull",
+     .also = "grab extrude pull",
      .has_inner = true,
      .hint = kPullHint,
      .second_hint = kPullHint,
@@ -323,7 +336,7 @@ void choose_tool(const StudioTool& tool, ToolSettings& settings) {
 bool blends(const ToolSettings& settings) {
   const ToolUse use = settings.tool->use;
   return use != ToolUse::mask && use != ToolUse::pose && use != ToolUse::inflate && use != ToolUse::smooth &&
-         (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick);
+         (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick) && !settings.tool->is_wide;
 }
 
 const StudioTool& studio_tool(ToolUse use) {
@@ -406,6 +419,7 @@ std::vector<SymmetryImage> images_of(const ToolSettings& settings) {
 }
 
 double half_radius(const ToolSettings& settings, double inner_ratio) {
+  if (settings.tool->is_wide) return kHalfOfBump * settings.radius;
   return settings.radius * (inner_ratio + (1 - inner_ratio) * falloff_facts(settings.falloff).half);
 }
 

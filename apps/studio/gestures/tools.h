@@ -144,6 +144,7 @@ struct StudioTool {
   const char* also = "";           // other words by which a person may look for it
   bool has_inner = false;          // its inner ratio can be set
   bool is_long = false;            // of ToolUse::pull: a capsule across the view instead of a ball
+  bool is_wide = false;            // of ToolUse::pull: with the wide falloff, whose bump has the radius that is set
   DragMode drag = DragMode::view;  // until the person chooses another one
   // The settings (setting.h) that are lengths relative to the radius, or a volume relative to its cube: a person sees
   // and sets the length or the volume itself.

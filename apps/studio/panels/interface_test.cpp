@@ -312,6 +312,8 @@ TEST_F(InterfaceTest, DigitsCanBeReadOnTheGrabOfASlider) {
 TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
   ShownPanels panels(options(), 1280, 900);
   open_ball(panels);
+  run(panels.studio, R"({"tool": "ball"})");
+  panels.frame();
   const auto set_to = [&](const std::optional<std::pair<double, double>>& place, bool most) {
     ASSERT_TRUE(place);
     panels.drag(place->first, place->second, place->first + (most ? 400 : -400), place->second);

@@ -515,6 +515,7 @@ _MIRROR = ("mirror", False, "", "Mirror")
 
 
 def stub_of(cls, is_event, keys):
+    keys = [(_strokes._python_name(name), *rest) for name, *rest in keys]
     common = _strokes._COMMON if is_event else (*_strokes._COMMON, _MIRROR)
     lines = [f"\nclass {cls.__name__}(Stroke):"]
     lines += [f"    {name}: {kind}" + ("" if required else " | None") for name, required, _, kind in keys]

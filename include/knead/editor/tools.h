@@ -135,7 +135,7 @@ struct LiveSurface {
 
 // Returns the iterations of a relax whose effect is seen at once: with an amount of 1, ten dabs at one place remove
 // nine tenths of a bump that is half as wide as their radius. `vertices_within`: how many the radius holds; a surface
-// with more of them takes more iterations, up to 100 (at 80,000 vertices).
+// with more of them takes more iterations, up to 100 (at 67,000 vertices).
 int relax_iterations(std::size_t vertices_within);
 
 // Throws InvalidInput, with the key in quotes, unless the vertex is one of the shape's.
