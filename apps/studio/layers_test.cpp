@@ -196,7 +196,7 @@ TEST_F(StudioLayers, TheEditorFollowsUndo) {
   EXPECT_EQ(studio.history().editor().strokes, changed);
   run(studio, R"({"key": "Ctrl+Z"})");
   EXPECT_EQ(studio.history().editor().strokes, old);
-  EXPECT_EQ(studio.history().editor().text.find("77"), std::string::npos);
+  EXPECT_EQ(studio.history().editor().text.find("\"angle_deg\": 77"), std::string::npos);
   run(studio, R"({"key": "Ctrl+Shift+Z"})");
   EXPECT_EQ(studio.history().editor().strokes, changed);
   run(studio, R"({"layer": 2, "move_to": 0})");

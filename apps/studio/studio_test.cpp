@@ -270,6 +270,7 @@ TEST_F(StudioTest, PaintDoesNotDependOnHowFastTheHandIs) {
     Studio studio(options());
     run(studio, ball(10242));
     run(studio, R"({"tool": "paint"}
+{"set": {"radius": 0.5}}
 {"drag": [[-0.5, 0, 0.86], [0.5, 0, 0.86]], "steps": )" +
                     std::to_string(steps) + "}");
     return positions(studio);
