@@ -207,7 +207,11 @@ std::vector<Setting> settings_of(ToolSettings& to) {
   return {
       {"radius", &to.radius, kAboveZero},
       {"auto_radius", &to.auto_radius},
-      {"inner_ratio", &to.inner_ratio, {0.01, 0.95, true}, "Inner ratio", "which part of the radius moves rigidly (Shift+F)"},
+      {"inner_ratio",
+       &to.inner_ratio,
+       {0.01, 0.95, true},
+       "Inner ratio",
+       "which part of the radius moves rigidly (Shift+F)"},
       {"falloff",
        &to.falloff,
        {kMinFalloff, kGreatestFalloff},

@@ -36,8 +36,8 @@ Scalars scalars(const Twist<double>& motion, const Vec3d& d) {
   return {0.5 * motion.rate * height * height, 0.5 * norm2(d_perp), motion.axis * (motion.rate * height), d_perp};
 }
 
-// v = grad p x grad q, p = (1-b) e, q = (1-b) f (Eq. 2 to 5), where the motion has e and f and the weight is that of the
-// paper; else from its potential.
+// v = grad p x grad q, p = (1-b) e, q = (1-b) f (Eq. 2 to 5), where the motion has e and f and the weight is that of
+// the paper; else from its potential.
 template <class M, class R>
 Vec3d field_velocity(const M& motion, const R& region, const Thresholds<double>& thresholds, const Vec3d& d, double t) {
   if constexpr (requires { scalars(motion, d); }) {

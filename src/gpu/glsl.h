@@ -29,7 +29,7 @@ inline constexpr int kInverseWidth = 5;
 inline constexpr int kMotion = 6;
 inline constexpr int kRegion = 18;
 inline constexpr int kFalloff = 25;
-inline constexpr int kPerBump = 26;  // 1 / bump of the wide falloff
+inline constexpr int kPerBump = 26;       // 1 / bump of the wide falloff
 inline constexpr int kFieldNumbers = 28;  // a multiple of four, as the shaders read fours
 // Of a field, in table[].
 inline constexpr int kFieldBegin = 0;  // its first number in n[]

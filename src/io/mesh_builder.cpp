@@ -249,7 +249,8 @@ Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const
   Mesh mesh = source.mesh;
   mesh.positions.assign(positions.begin(), positions.end());
   for (const Attribute& changed : options.attributes) {
-    const auto found = std::ranges::find(mesh.attributes, changed.name, &Attribute::name);
+    const auto found = std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
+                                    [&](const Attribute& attribute) { return attribute.name == changed.name; });
     if (found == mesh.attributes.end()) continue;
     for (std::size_t k = 0; k < changed.values.size(); ++k) found->values[options.changed[k]] = changed.values[k];
   }

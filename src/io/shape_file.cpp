@@ -488,7 +488,7 @@ std::vector<Vec3d> vertex_normals_of(const ShapeFile& source) {
   if (normal == nullptr || normal->domain != Domain::vertex || normal->components != 3) return {};
   // Files of splats have room for normals and leave it empty.
   const bool is_cloud = source.mesh.face_count() == 0;
-  if (is_cloud && std::ranges::all_of(normal->values, [](double x) { return x == 0; })) return {};
+  if (is_cloud && std::all_of(normal->values.begin(), normal->values.end(), [](double x) { return x == 0; })) return {};
   std::vector<Vec3d> normals(source.mesh.vertex_count());
   for (std::size_t i = 0; i < normals.size(); ++i) {
     normals[i] = {normal->values[3 * i], normal->values[3 * i + 1], normal->values[3 * i + 2]};

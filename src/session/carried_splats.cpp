@@ -25,6 +25,7 @@ constexpr std::size_t kBlock = 4096;
 
 // The Jacobian of one splat.
 using Entry = std::pair<std::uint32_t, Mat3d>;
+bool by_splat(const Entry& a, const Entry& b) { return a.first < b.first; }
 
 // Returns the Jacobians of one deformation after another. Both ascend.
 SplatJacobians composed(const SplatJacobians& first, const std::vector<Entry>& second) {
@@ -55,7 +56,8 @@ std::vector<std::uint32_t> DeformedShape::splats_in_reach(const Flow& flow) cons
   const FlowReach reach(flow);
   const auto is_splat = [&](std::uint32_t vertex) {
     if (provenance_) vertex = provenance_->vertex_source[vertex];
-    return std::ranges::any_of(splat_ranges_, [&](const IndexRange& r) { return r.begin <= vertex && vertex < r.end; });
+    return std::any_of(splat_ranges_.begin(), splat_ranges_.end(),
+                       [&](const IndexRange& r) { return r.begin <= vertex && vertex < r.end; });
   };
   std::vector<std::vector<std::uint32_t>> found((positions_.size() + kBlock - 1) / kBlock);
   parallel_for(found.size(), 1, motion_.threads, [&](std::size_t first, std::size_t last) {
@@ -93,7 +95,7 @@ void DeformedShape::put(const MovedSplats& moved) {
     entries.emplace_back(provenance_ ? provenance_->vertex_source[vertex] : vertex, moved.jacobians[k]);
   }
   free_layout();  // it has the places without that
-  if (provenance_) std::ranges::sort(entries, {}, &Entry::first);
+  if (provenance_) std::sort(entries.begin(), entries.end(), by_splat);
   splats_ = std::make_shared<const SplatJacobians>(composed(*splats_, entries));
 }
 
@@ -106,7 +108,7 @@ void DeformedShape::take_splats(const std::vector<bool>& vertices, const Deforme
   };
   add(*splats_, false);
   add(*from.splats_, true);
-  std::ranges::sort(entries, {}, &Entry::first);
+  std::sort(entries.begin(), entries.end(), by_splat);
   splats_ = std::make_shared<const SplatJacobians>(composed({}, entries));
 }
 

@@ -271,7 +271,8 @@ Mesh DeformedShape::to_mesh() const {
   if (!splats_ || !are_splats(result)) return result;
   const ChangedSplats changed = deformed_splats(result, *splats_, motion_.threads);
   for (const Attribute& attribute : changed.attributes) {
-    const auto found = std::ranges::find(result.attributes, attribute.name, &Attribute::name);
+    const auto found = std::find_if(result.attributes.begin(), result.attributes.end(),
+                                    [&](const Attribute& other) { return other.name == attribute.name; });
     for (std::size_t k = 0; k < changed.splats.size(); ++k) found->values[changed.splats[k]] = attribute.values[k];
   }
   return result;

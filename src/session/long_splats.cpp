@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -142,7 +141,7 @@ class Splitter {
     for (std::uint32_t splat = 0; splat < count_; ++splat) {
       if (!(columns_.largest_scale(splat) > smallest)) continue;
       const SplatPiece piece = columns_.piece(splat);
-      const double largest = *std::ranges::max_element(piece.sizes);
+      const double largest = *std::max_element(piece.sizes.begin(), piece.sizes.end());
       const bool may_bend = piece.opacity > kMinOpacity && std::isfinite(largest);
       if (may_bend && reach.may_move(piece.center, largest)) pieces_.push_back(piece);
     }
@@ -183,7 +182,7 @@ class Splitter {
       const Bend bend = bend_of(open[i], std::span(points).subspan(7 * i, 7));
       if (bend.amount > kMaxBend) bends.push_back(bend);
     }
-    std::ranges::stable_sort(bends, std::greater{}, &Bend::amount);
+    std::stable_sort(bends.begin(), bends.end(), [](const Bend& a, const Bend& b) { return a.amount > b.amount; });
     return bends;
   }
 
@@ -194,7 +193,7 @@ class Splitter {
     Bend worst{piece};
     for (std::size_t k = 0; k < 3; ++k) {
       const double bend = norm(points[1 + 2 * k] + points[2 + 2 * k] - points[0] * 2.0);
-      const double amount = bend / *std::ranges::max_element(sizes);
+      const double amount = bend / *std::max_element(sizes.begin(), sizes.end());
       if (amount > worst.amount) {
         worst = {piece, k, amount, std::max(sizes[(k + 1) % 3], sizes[(k + 2) % 3]) / sizes[k]};
       }
@@ -247,7 +246,7 @@ ShapeFile with_pieces(const ShapeFile& source, std::span<const SplatPiece> piece
     rows.emplace_back(is_first ? piece.source : count + static_cast<std::uint32_t>(copied.size()), &piece);
     if (!is_first) copied.push_back(piece.source);
   }
-  std::ranges::sort(rows, {}, [](const auto& row) { return row.first; });
+  std::sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   const io_detail::Codec& codec = io_detail::codec_named(source.format, "source");
   const std::string name = "split." + source.format;
   std::string bytes;
@@ -281,7 +280,7 @@ std::optional<ShapeFile> split_splats(const ShapeFile& source, const Session& se
   if (most <= source.mesh.vertex_count()) return std::nullopt;
   Session resolved = session;
   const auto reads = [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); };
-  if (std::ranges::any_of(session.strokes, reads)) {
+  if (std::any_of(session.strokes.begin(), session.strokes.end(), reads)) {
     ReplayOptions plain = options;
     plain.frames = {};
     plain.on_stroke = {};
@@ -290,8 +289,10 @@ std::optional<ShapeFile> split_splats(const ShapeFile& source, const Session& se
   const Flow flow = flow_of(resolved, options.part, options.motion.threads);
   Splitter splitter(source.mesh, flow, most, options.motion);
   splitter.run();
-  if (std::ranges::none_of(splitter.pieces(), &SplatPiece::is_split)) return std::nullopt;
-  return with_pieces(source, splitter.pieces());
+  const std::span<const SplatPiece> pieces = splitter.pieces();
+  const auto is_split = [](const SplatPiece& piece) { return piece.is_split; };
+  if (std::none_of(pieces.begin(), pieces.end(), is_split)) return std::nullopt;
+  return with_pieces(source, pieces);
 }
 
 }  // namespace knead

@@ -186,7 +186,8 @@ class SplatColumns {
  public:
   SplatColumns(std::vector<Attribute>& attributes, std::size_t degree) : degree_(degree) {
     const auto find = [&](const std::string& name) {
-      return &std::ranges::find(attributes, name, &Attribute::name)->values;
+      const auto is_it = [&](const Attribute& attribute) { return attribute.name == name; };
+      return &std::find_if(attributes.begin(), attributes.end(), is_it)->values;
     };
     for (std::size_t i = 0; i < 3; ++i) scales_[i] = find(fmt::format("scale_{}", i));
     for (std::size_t i = 0; i < 4; ++i) turns_[i] = find(fmt::format("rot_{}", i));

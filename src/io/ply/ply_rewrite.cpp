@@ -153,7 +153,7 @@ class Rewriter {
     if (!normals_.empty()) normals_ = expand(normals_, expanded_[2]);
     next_unplaced_ = layout_.unplaced.begin();
     for (std::uint32_t row = 0; row < element_.count; ++row) {
-      if (!std::ranges::binary_search(layout_.unplaced, row)) rows_.push_back(row);
+      if (!std::binary_search(layout_.unplaced.begin(), layout_.unplaced.end(), row)) rows_.push_back(row);
     }
     for (std::uint32_t& row : changed_) row = rows_[row];
   }

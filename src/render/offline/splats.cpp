@@ -196,7 +196,8 @@ Image render_splats(const Mesh& splats, const Camera& camera, const Options& opt
   });
   std::vector<std::uint32_t> order(discs.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return discs[i].depth; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return discs[a].depth < discs[b].depth; });
   const int columns = (image.width + kTile - 1) / kTile;
   const int rows = (image.height + kTile - 1) / kTile;
   std::vector<std::vector<std::uint32_t>> tiles(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
