@@ -54,7 +54,8 @@ int cells_per_interval(const CurveMotion& curve) {
   for (const CurveNode& node : curve.nodes) step_to({node.rest[0], node.rest[1], node.bent[0], node.bent[1]});
   step_to({});
   const double parts = std::ceil(most / kMaxTurn);
-  return static_cast<int>(std::clamp(parts, 1.0, std::max(1.0, static_cast<double>(kMaxCells / curve.intervals()))));
+  const int most_parts = std::max<int>(1, static_cast<int>(kMaxCells / curve.intervals()));
+  return static_cast<int>(std::clamp(parts, 1.0, static_cast<double>(most_parts)));
 }
 
 bool begins_straight(const Segment& segment) {
@@ -353,12 +354,9 @@ CurveMap::CurveMap(const Segment& segment)
     : origin_(segment.curve.place),
       begin_(segment.curve, segment.begin),
       end_(segment.curve, segment.end),
-      radius_(segment.curve.radius) {
+      radius_(segment.curve.radius),
+      is_straight_(begins_straight(segment)) {
   rest_ = {begin_.end(false) == end_.end(false), begin_.end(true) == end_.end(true)};
-  is_straight_ =
-      segment.begin == 0 && std::all_of(segment.curve.nodes.begin(), segment.curve.nodes.end(), [](const CurveNode& n) {
-        return n.rest == std::array{0.0, 0.0};
-      });
 }
 
 std::optional<CurvePoint<double>> CurveMap::find(const Vec3d& x) const {

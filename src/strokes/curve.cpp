@@ -136,11 +136,11 @@ CurveStroke placed(CurveStroke stroke, const Box& box) {
   return stroke;
 }
 
-void resolve(const CurveStroke& stroke, SurfaceRun& run) {
-  CurveStroke own = stroke;
+void resolve(const CurveStroke& given, SurfaceRun& run) {
+  CurveStroke own = given;
   if (own.from.empty()) own = placed(std::move(own), bounding_box(run.surface.positions));
   if (own.radius_auto) find_radius(own, run.surface, run.remarks);
-  check_curve(own, stroke, run.surface);
+  check_curve(own, given, run.surface);
   run.surface.apply(own);
 }
 

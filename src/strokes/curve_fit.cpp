@@ -156,7 +156,7 @@ void find_bends(std::vector<Sample>& samples, std::size_t anchor, const Frame& f
 
 // The coefficient of a spline's node by quasi-interpolation, exact for cubic functions.
 std::array<double, 2> node_of(const std::vector<Sample>& samples, int interval) {
-  const auto at = [&](int i) { return samples[static_cast<std::size_t>(i * kSamplesPerInterval)].bend; };
+  const auto at = [&](int i) { return samples[static_cast<std::size_t>(i) * kSamplesPerInterval].bend; };
   const auto [before, here, after] = std::array{at(interval - 1), at(interval), at(interval + 1)};
   return {(8 * here[0] - before[0] - after[0]) / 6, (8 * here[1] - before[1] - after[1]) / 6};
 }
@@ -219,7 +219,7 @@ std::vector<Sample> on_path(const CurveStroke& stroke, const Frame& frame, Curve
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     samples.push_back({to.at(lengths[i] + (fits ? 0 : offset_of(stroke.fixed, longer))), growth[i]});
   }
-  const auto anchor = static_cast<std::size_t>(motion.anchor * kSamplesPerInterval);
+  const auto anchor = static_cast<std::size_t>(motion.anchor) * kSamplesPerInterval;
   const auto& [place, tangent, curvature] = samples[anchor].place;
   motion.shift = place - motion.place;
   motion.turn = least_turn(frame, tangent);
@@ -241,8 +241,8 @@ CurveMotion motion_of(const CurveStroke& stroke) {
   motion.radius = stroke.radius;
   motion.anchor = anchor_of(stroke.fixed, intervals);
   const double spacing = motion.length / intervals;
-  const auto anchor = static_cast<std::size_t>(motion.anchor * kSamplesPerInterval);
-  std::vector<Sample> rest(static_cast<std::size_t>(intervals * kSamplesPerInterval) + 1);
+  const auto anchor = static_cast<std::size_t>(motion.anchor) * kSamplesPerInterval;
+  std::vector<Sample> rest(static_cast<std::size_t>(intervals) * kSamplesPerInterval + 1);
   for (std::size_t i = 0; i < rest.size(); ++i) {
     rest[i].place = from.at(static_cast<double>(i) * spacing / kSamplesPerInterval);
   }

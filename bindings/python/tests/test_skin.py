@@ -221,18 +221,17 @@ def test_a_spoiled_pose_is_written_and_ends_with_4(arm, tmp_path):
     for name in ("folded.ply", "folded.glb"):
         ran = command(source, "--pose", pose, "-o", tmp_path / name)
         assert ran.returncode == 4 and (tmp_path / name).exists(), ran
-        assert "turn the joints there less" in ran.stderr.strip().splitlines()[-1], ran.stderr
+        assert "turn these joints less" in ran.stderr.strip().splitlines()[-1], ran.stderr
     folded = knead.skin(v, faces, weights, rest, posed(rest, 178), parents=[-1, 0])
-    assert "turn the joints there less" in folded.problem
+    assert "turn these joints less" in folded.problem
     made = knead.correctives(v, faces, weights, rest, posed(rest, 178), parents=[-1, 0])
     assert any(one.problem for one in made)
     assert not knead.skin(v, faces, weights, rest, posed(rest, 60), parents=[-1, 0]).problem
 
 
-def test_limbs_that_cannot_follow_their_bones_are_refused(arm):
+def test_limbs_that_cannot_follow_their_bones_end_on_the_way(arm):
     v, faces, weights, rest = arm
-    with pytest.raises(ValueError, match="from their bones"):
-        knead.skin(v * [1, 5, 5], faces, weights, rest, posed(rest, 90), parents=[-1, 0])
+    assert "of their way" in knead.skin(v * [1, 5, 5], faces, weights, rest, posed(rest, 90), parents=[-1, 0]).problem
 
 
 @pytest.mark.skipif("KNEAD" not in os.environ, reason="KNEAD names no command")

@@ -75,8 +75,8 @@ double read_number(const Layout& layout, const Column& column, std::size_t row) 
                                       double{std::numeric_limits<float>::min()}));
     case Column::Kind::fixed24: {
       const std::int32_t low = byte_at(layout.bytes, at) | byte_at(layout.bytes, at + 1) << 8;
-      const std::int32_t high = static_cast<std::int8_t>(layout.bytes[at + 2]);
-      return (high * 65536 + low) / column.factor;
+      const std::int32_t high = byte_at(layout.bytes, at + 2);
+      return ((high < 128 ? high : high - 256) * 65536 + low) / column.factor;
     }
     case Column::Kind::opacity:  // a byte at the end stands for what rounds to it
       return logit(std::clamp(byte_at(layout.bytes, at) / 255.0, 1.0 / 1024, 1 - 1.0 / 1024));
@@ -333,7 +333,7 @@ std::string with_copies(const ShapeFile& source, std::span<const std::uint32_t> 
     for (const std::uint32_t v : vertices)
       result.bytes.append(layout.bytes, block.begin + v * block.stride, block.stride);
   }
-  result.bytes.append(layout.bytes, end, std::string::npos);
+  result.bytes += layout.bytes.substr(end);
   return file_of(std::move(result));
 }
 

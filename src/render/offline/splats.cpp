@@ -206,7 +206,9 @@ Image render_splats(const Mesh& splats, const Camera& camera, const Options& opt
     const auto [left, right] = tiles_of(discs[i].x, discs[i].reach_x, image.width);
     const auto [top, bottom] = tiles_of(discs[i].y, discs[i].reach_y, image.height);
     for (int y = top; y < bottom; ++y) {
-      for (int x = left; x < right; ++x) tiles[static_cast<std::size_t>(y * columns + x)].push_back(i);
+      for (int x = left; x < right; ++x)
+        tiles[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)].push_back(
+            i);
     }
   }
   parallel_for(tiles.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
