@@ -19,6 +19,9 @@ class Splats:
     """
 
     def __init__(self, means, scales, rotations, harmonics=None, opacities=None):
+        for name, values in (("means", means), ("scales", scales), ("rotations", rotations)):
+            if values is None or not hasattr(values, "__len__"):
+                raise TypeError(f"{name} must be an array, got {values!r}")
         self.means, self.scales, self.rotations = means, scales, rotations
         self.harmonics, self.opacities = harmonics, opacities
 
@@ -49,7 +52,7 @@ def _shape_of(splats, dtype=None):
     """Returns a Shape with the splats' numbers."""
     given = {name: getattr(splats, name) for name in ("means", "scales", "rotations", "harmonics", "opacities")}
     arrays = {name: _array(values, dtype) for name, values in given.items() if values is not None}
-    count = len(arrays["means"])
+    count = arrays["means"].shape[0] if arrays["means"].ndim else 0
     for name, shape in (("means", (count, 3)), ("scales", (count, 3)), ("rotations", (count, 4)), ("opacities", (count,))):
         if name in arrays and arrays[name].shape != shape:
             raise InvalidInput(f"{name} must have shape {shape}, got {arrays[name].shape}")

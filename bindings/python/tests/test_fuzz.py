@@ -355,6 +355,10 @@ def use_write_frames(draw, folder):
 
 
 USES = {
+    "Splats": lambda draw: knead.deform_mesh(
+        knead.Splats(draw(vertices), draw(vertices), draw(st.one_of(vertices, anything)), draw(st.one_of(st.none(), vertices))),
+        draw(sessions),
+    ),
     "animate": use_animate,
     "certify": lambda draw: knead.certify(draw(vertices), draw(vertices), draw(faces), draw(sessions), **draw(some(accuracy))),
     "correctives": use_correctives,
