@@ -100,10 +100,9 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
     case ToolUse::stamp:
     case ToolUse::turn:
       return begin_placed(pointer, around, placed);
-    case ToolUse::smooth:
-      break;  // above
-    case ToolUse::mask:
-      break;  // changes no shape: StudioMasks
+    case ToolUse::smooth:  // above
+    case ToolUse::mask:    // changes no shape: StudioMasks
+      break;
   }
   return std::nullopt;
 }
@@ -115,15 +114,15 @@ struct OwnStrokes {
 };
 
 template <class G>
-constexpr bool has_images_already = false;
+constexpr bool kHasImagesAlready = false;
 template <class G>
-requires G::kHasImages constexpr bool has_images_already<G> = true;
+requires G::kHasImages constexpr bool kHasImagesAlready<G> = true;
 
 template <class G>
 OwnStrokes own_strokes_of(const G& gesture, const ShapeState& start, const ToolSettings& settings) {
   if constexpr (requires { gesture.strokes(); }) return {gesture.strokes()};
   if constexpr (requires { gesture.strokes(start, settings); }) {
-    return {gesture.strokes(start, settings), has_images_already<G>};
+    return {gesture.strokes(start, settings), kHasImagesAlready<G>};
   }
   return {};
 }
