@@ -40,11 +40,13 @@ SoundSurface::SoundSurface(std::span<const Vec3d> positions, std::span<const Tri
       now_(start_),
       triangles_(triangles.begin(), triangles.end()),
       max_stretch_(max_stretch),
-      options_(options) {
+      options_(options),
+      progress_(options.progress) {
   options_.progress = nullptr;
 }
 
 std::string SoundSurface::take(const PotentialGrid& grid) {
+  stop_if_cancelled(progress_);
   Flow flow;
   flow.segments.emplace_back().grid = grid;
   std::vector<Vec3d> next = now_;
@@ -77,6 +79,7 @@ std::string SoundSurface::problem_of(const std::vector<Vec3d>& next) const {
 std::string SoundSurface::crossing_of(const std::vector<Vec3d>& next, const std::vector<bool>& moves) const {
   SelfIntersectionOptions options;
   options.threads = options_.threads;
+  options.progress = progress_;
   options.chosen = &moves;
   const SelfIntersections found = self_intersections(triangles_, next, options);
   if (found.count == 0) return {};

@@ -19,13 +19,13 @@ namespace knead::detail {
 // none is stretched or pressed by more than a factor.
 class SoundSurface {
  public:
-  // `max_stretch`: of a triangle against the start. `options`: of the path lines.
+  // `max_stretch`: of a triangle against the start. `options`: of the path lines; its progress only cancels.
   SoundSurface(std::span<const Vec3d> positions, std::span<const Triangle> triangles, double max_stretch,
                const AdvectOptions& options);
 
   // Moves the surface by a grid and returns an empty text. If the surface would not be sound then, it stays, and the
-  // text says why: "3 pairs of triangles would cross near [0, 1, 2]". Time: two path lines for each vertex that moves,
-  // and a search for crossings of their triangles.
+  // text says why: "3 pairs of triangles would cross near [0, 1, 2]". Time: a path line for each vertex that moves,
+  // and a search for crossings of their triangles. Throws Cancelled, and the surface stays.
   std::string take(const PotentialGrid& grid);
 
   // Returns the positions that the grids taken so far lead to.
@@ -40,6 +40,7 @@ class SoundSurface {
   std::vector<Triangle> triangles_;
   double max_stretch_;
   AdvectOptions options_;
+  const Progress* progress_;
 };
 
 // A motion that is solved step by step.

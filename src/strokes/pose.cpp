@@ -282,6 +282,7 @@ PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int thr
   AdvectOptions motion;
   motion.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal);
   motion.threads = threads;
+  motion.progress = surface.progress;
   SoundSurface sound(judged.positions, judged.triangles, kMaxStretch, motion);
   problem.judge = [&](const PotentialGrid& grid) { return sound.take(grid); };
   Flow flow;
