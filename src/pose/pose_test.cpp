@@ -452,6 +452,12 @@ TEST(SoundSteps, ASurfaceStaysWhereAGridWouldSpoilIt) {
   SoundSurface tight(positions, triangles, 1.2, options);
   EXPECT_NE(tight.take(grid).find("a triangle would be stretched or pressed"), std::string::npos);
   EXPECT_EQ(tight.positions(), positions);
+  Progress progress;
+  progress.cancel = true;
+  options.progress = &progress;
+  SoundSurface stopped(positions, triangles, 10, options);
+  EXPECT_THROW(stopped.take(grid), Cancelled);
+  EXPECT_EQ(stopped.positions(), positions);
 }
 
 TEST(Pose, StopsWhereItIsCancelled) {
