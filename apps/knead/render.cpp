@@ -320,7 +320,9 @@ std::vector<Option> describe(RenderOptions& options) {
       {"--turntable", &options.turntable, "Draw N pictures from all around", "N", OptionKind::optional,
        from_to(1, kMaxFrames), fmt::format("give 1 to {}", kMaxFrames)},
       {"--session", &options.panels.session,
-       "Draw this session's tools over the first shape: the surface r = inner in red, r = outer in green", "FILE"},
+       "Draw this session's tools over the first shape: in red where the motion is rigid (of a wide ball: its bump), "
+       "in green where it ends",
+       "FILE"},
       {"--stroke", &options.panels.stroke, "Draw only the tool of this stroke, counted from 1", "N"},
       {"--until", &options.until,
        "Draw the one shape after S strokes of the session, with a panel for each S; 2.5 is halfway through the "

@@ -1,4 +1,4 @@
-// Strict reading of one line's JSON object.
+// Strict reading of one line's JSON object, and a stroke as such a line.
 //
 // Every failure is an InvalidInput with the line's place, the key in quotes, what was expected and what was got.
 #pragma once
@@ -112,5 +112,12 @@ FilledLine fill_in(const Json& line, std::span<const Parameter> parameters, cons
 
 // Returns the value at the key "remesh": null or an object. Throws InvalidInput as above.
 std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& place);
+
+// Returns the stroke as one line; with the names of parameters that its keys were given by, if it shall have them.
+std::string line_of(const SessionStroke& stroke, bool names_parameters);
+
+// Returns the value of a key of a stroke as stroke_line writes it, also of one with its default value. Empty: it has
+// none.
+std::string key_text(const SessionStroke& stroke, std::string_view key);
 
 }  // namespace knead::session_detail
