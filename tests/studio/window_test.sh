@@ -48,9 +48,10 @@ picture start
 xdotool key 6 sleep 2
 click 476 554
 use stamp 6 456 564 546 559
-xdotool key Escape sleep 0.3
+xdotool key Escape sleep 0.3 key 1 sleep 0.3
 for ((i = 0; i < 4; ++i)); do xdotool key bracketleft sleep 0.2; done
 use ball 1 565 592 593 611
+use move q 565 592 570 580
 use capsule 2 546 535 556 512
 use paint 3 556 611 603 602
 xdotool key 4 sleep 0.3
@@ -102,7 +103,8 @@ cmp "$work/made.ply" "$work/recovered.ply" || die "the recovered work gives anot
 answer ctrl+s "$work/again.knead" desktop
 wait_for "the title of the saved session" has_title '^again.knead - '
 picture saved
-"$knead" deform "$work/hand.ply" "$work/again.knead" --keep-mesh -o "$work/replayed.ply" -q
+# The pose of a palm that the tools before have crumpled may end on the way: the exit code is 4 then, and Studio shows the same shape.
+"$knead" deform "$work/hand.ply" "$work/again.knead" --keep-mesh -o "$work/replayed.ply" -q || [[ $? -eq 4 ]]
 cmp "$work/made.ply" "$work/replayed.ply" || die "the saved session gives another shape than the one on the screen"
 quit
 [[ -z $(ls "$work/state/knead/journals") ]] || die "a journal is left behind"

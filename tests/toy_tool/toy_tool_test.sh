@@ -38,7 +38,7 @@ done < <(added)
 cd "$work"
 sources() {
   sed -nE 's|^ *(strokes/[a-z_]+\.cpp).*|src/\1|p' src/CMakeLists.txt
-  printf '%s\n' src/session/{session,stroke_json}.cpp apps/studio/{keys,gestures/tools}.cpp \
+  printf '%s\n' src/session/{session,session_text,stroke_json}.cpp apps/studio/{keys,gestures/tools}.cpp \
     tests/surveys/random_strokes.cpp "$here/main.cpp"
 }
 mkdir objects
