@@ -135,7 +135,7 @@ void CurveTable<S>::fill_nodes(const CurveMotion& curve, const S& time, int cell
       for (std::size_t i = 0; i < 2; ++i) {
         to[p][kBend + i] = to[p][kBend + i] + (S(n.rest[i]) + time * S(n.bent[i] - n.rest[i])) * S(h * powers[p]);
       }
-      to[p + 1][kTwist] = to[p + 1][kTwist] + time * S(n.twist * h * powers[p] / static_cast<double>(p + 1));
+      to[p + 1][kTwistAngle] = to[p + 1][kTwistAngle] + time * S(n.twist * h * powers[p] / static_cast<double>(p + 1));
       to[p][kStretch] = to[p][kStretch] + time * S(n.stretch * powers[p]);
     }
   }
@@ -176,7 +176,7 @@ void CurveTable<S>::integrate(Cell& cell, End& border, S& twist) const {
     for (std::size_t i = 0; i < 3; ++i) frame[m + 1][i] = sum[i] * share;
     place[m + 1] = along * S(h / static_cast<double>(m + 1));
   }
-  cell[0][kTwist] = twist;
+  cell[0][kTwistAngle] = twist;
   for (std::size_t p = 0; p < kCurvePowers; ++p) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       cell[p][kPlace + axis] = place[p][axis];
@@ -193,7 +193,7 @@ void CurveTable<S>::integrate(Cell& cell, End& border, S& twist) const {
   border.frame[0] = t;
   border.frame[1] = normalized(m1 - t * dot(t, m1));
   border.frame[2] = cross(t, border.frame[1]);
-  twist = sum[kTwist];
+  twist = sum[kTwistAngle];
 }
 
 template <class S>
@@ -219,7 +219,7 @@ bool CurveTable<S>::place(const CurvePoint<T>& at, Vec3<T>& x) const {
   const Section<T> here = section<kTangent>(at.s);
   T y[2] = {at.across[0], at.across[1]};
   if (twists_) {
-    const SinCos<T> turn = sincos_of(here[kTwist]);
+    const SinCos<T> turn = sincos_of(here[kTwistAngle]);
     const T turned = y[0] * turn.cos - y[1] * turn.sin;
     y[1] = y[0] * turn.sin + y[1] * turn.cos;
     y[0] = turned;
@@ -322,7 +322,7 @@ auto CurveTable<S>::on_section(const Vec3d& x, double s) const -> std::optional<
   const double root = stretches_ ? std::sqrt(here[kStretch]) : 1;
   for (std::size_t i = 0; i < 2; ++i) y[i] = (y[i] - less * k[i]) * root;
   if (!twists_) return CurvePoint<double>{s, {y[0], y[1]}};
-  const SinCos<double> turn = sincos(here[kTwist]);
+  const SinCos<double> turn = sincos(here[kTwistAngle]);
   return CurvePoint<double>{s, {y[0] * turn.cos + y[1] * turn.sin, y[1] * turn.cos - y[0] * turn.sin}};
 }
 

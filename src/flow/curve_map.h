@@ -57,7 +57,7 @@ class CurveTable {
     kFirst = 3,
     kSecond = 6,
     kBend = 9,
-    kTwist = 11,
+    kTwistAngle = 11,
     kStretch,
     kTangent,
     kColumns = 16

@@ -38,7 +38,7 @@ StampGesture begin_stamp(const Pointer& pointer, const GestureContext& around, c
 // Adds the pointer's pixel, if it has gone some way since the last one.
 void extend_line(const Pointer& pointer, std::vector<Pixel>& line);
 
-inline constexpr double kOneImage = 0.1;  // of the radius: images that are nearer to a pin are no pins of their own
+inline constexpr double kOneImage = 0.125;  // of the radius: images that are nearer to a pin are no pins of their own
 
 // Lets a path that begins at `start` go to another place than its last one. It keeps what is before that in pieces of
 // `step` or more; where it comes near an earlier place it goes back there.
