@@ -182,6 +182,20 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
 {"set": {"mirror": [true, false, false], "auto_radius": false, "radius": 0.8, "remesh": true}}
 {"click": [0, -0.5, 0.86]}
 {"drag": [[0.3, 0.2, 0.93], [0.5, 0.4, 0.93]]})",
+                                       1},
+                                      {"snakehook", R"({"tool": "snakehook"}
+{"drag": [[0, 0, 1], [0.3, 0.3, 1], [0.6, 0.2, 1]]})",
+                                       1},
+                                      {"mirrored_crease", R"({"tool": "crease"}
+{"set": {"mirror": [true, false, false]}}
+{"drag": [[0.2, -0.5, 0.84], [0.3, 0.5, 0.81]]})",
+                                       1},
+                                      {"pinch_apart", R"({"tool": "pinch"}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]], "modifiers": ["ctrl"]})",
+                                       1},
+                                      {"flatten", R"({"tool": "flatten"}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]]})",
                                        1}};
+
 
 }  // namespace knead::studio

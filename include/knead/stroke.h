@@ -58,6 +58,10 @@ struct PaintSample {
 
 // Painting (paper, section 4.2): moves the surface at each sample by depth against the normal; a negative depth pulls
 // it out. Has either samples or a path of 1 or more points, which reads the surface (knead/editor/tools.h).
+//
+// With a pinch it is wide, and each dab is a strain along the normal by that logarithm, thinner across it: above 0 it
+// draws the surface together, with a depth into a crease or with a negative one into a ridge; below 0 it flattens what
+// is around towards the plane through the sample across the normal. A path then flattens towards mean planes.
 struct PaintStroke {
   double outer = 0;
   double depth = 0;
@@ -65,6 +69,7 @@ struct PaintStroke {
   std::vector<Vec3d> path{};
   int falloff = kDefaultFalloff;
   double bump = 0;
+  double pinch = 0;
 
   static const tool_detail::ToolRow<PaintStroke> tool;
   friend bool operator==(const PaintStroke&, const PaintStroke&) = default;

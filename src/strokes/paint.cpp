@@ -21,6 +21,8 @@ using namespace tool_detail;
 
 using Dabs = Growing<PaintStroke, &PaintStroke::samples>;
 
+constexpr double kMaxPinch = 5;
+
 constexpr std::size_t kPartsPerPiece = 16;
 constexpr int kDabs = 6;                  // that add up to the full depth
 constexpr double kProbe = 1e-3;           // of the radius: how far apart the points are that tell a normal
@@ -98,6 +100,42 @@ Vec3d PathCurve::on_piece(std::size_t piece, double fraction) const {
 
 bool is_wide(const PaintStroke& stroke) { return stroke.falloff == kWideFalloff; }
 
+bool flattens(const PaintStroke& stroke) { return stroke.pinch < 0; }
+
+constexpr double kMaxLift = 0.6;  // of the bump: a centre that is higher moves the surface no deeper
+constexpr int kLiftSamples = 64;  // of a weight along a line
+constexpr int kHalvings = 40;
+
+// The depth in bumps that a row of pinching dabs has for each unit of pinch, their centres so many bumps above the
+// surface. At x along the row a dab pushes with w + x^2 w' / (2 r), whose integral is half that of w; with the centre
+// on the surface that is the length of a dab.
+double depth_at(double lift, const Thresholds<double>& thresholds) {
+  const double end = thresholds.outer / thresholds.bump;
+  const auto weights_along = [&](double height) {
+    double sum = 0;
+    for (int i = 0; i < kLiftSamples; ++i) {
+      const double x = end * (i + 0.5) / kLiftSamples;
+      sum += wide_weight((x * x + height * height) * thresholds.bump * thresholds.bump, thresholds).value;
+    }
+    return sum;
+  };
+  return lift * weights_along(lift) / weights_along(0);
+}
+
+// How far above the surface the dabs have their centres: outside where they press in.
+double lift_of(const PaintStroke& stroke) {
+  if (stroke.depth == 0) return 0;
+  const Thresholds<double> thresholds = thresholds_of(stroke);
+  const double wanted = std::abs(stroke.depth / stroke.pinch) / thresholds.bump;
+  double low = 0;
+  double high = kMaxLift;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (depth_at(middle, thresholds) < wanted ? low : high) = middle;
+  }
+  return (stroke.depth / stroke.pinch > 0 ? low : -low) * thresholds.bump;
+}
+
 // The radius of what a dab moves with it.
 double radius_of(const PaintStroke& stroke) { return is_wide(stroke) ? stroke.bump : stroke.outer; }
 
@@ -106,24 +144,41 @@ std::vector<StrokeKey> keys(PaintStroke& s) {
   return {{"outer", wide ? Quantity::other : Quantity::positive, &s.outer,
            wide ? Presence::optional : Presence::required, wide ? kOuterHelp : "radius of one dab"},
           {"bump", Quantity::positive, wide ? &s.bump : nullptr, Presence::required, "radius of one dab", kWide},
-          {"depth", Quantity::other, &s.depth, Presence::required,
+          {"depth", Quantity::other, &s.depth, s.pinch == 0 ? Presence::required : Presence::optional,
            "how far one dab moves the surface; negative pulls it out"},
+          {"pinch", Quantity::other, wide ? &s.pinch : nullptr, Presence::optional,
+           "draws the surface together, by that logarithm; negative flattens it", kWide},
           {"samples", Quantity::other, s.path.empty() ? &s.samples : nullptr},
           {"path", Quantity::finite, &s.path, Presence::not_empty}};
 }
 
 void prepare(PaintStroke& stroke, const HasKey& has) {
+  if (has("pinch")) stroke.pinch = 1;  // so that "depth" may be left out
   if (!has("path")) return;
   if (has("samples")) throw InvalidInput(R"(a paint stroke has either "samples" or "path", not both)");
   stroke.path.resize(1);  // so that "samples" does not apply
 }
 
+void require_pinch(const PaintStroke& stroke) {
+  if (!is_wide(stroke)) throw InvalidInput(R"("pinch" needs "falloff": "wide")");
+  if (!(std::abs(stroke.pinch) <= kMaxPinch)) {
+    throw InvalidInput(fmt::format("\"pinch\" must be a number from -{0} to {0}, got {1}", kMaxPinch, stroke.pinch));
+  }
+  const double most = std::abs(stroke.pinch) * stroke.bump * depth_at(kMaxLift, thresholds_of(stroke));
+  if (std::abs(stroke.depth) <= most) return;
+  throw InvalidInput(
+      fmt::format("\"depth\" must be a number from -{0:.4g} to {0:.4g} with this \"bump\" and \"pinch\", "
+                  "got {1}",
+                  most, stroke.depth));
+}
+
 void validate(const PaintStroke& stroke) {
-  if (!std::isfinite(stroke.depth) || stroke.depth == 0) {
+  if (!std::isfinite(stroke.depth) || (stroke.depth == 0 && stroke.pinch == 0)) {
     throw InvalidInput(fmt::format(
         "\"depth\" must be a number other than 0 (greater pushes in, less pulls out), got {}", stroke.depth));
   }
   if (is_wide(stroke)) require_wide_thresholds(thresholds_of(stroke));
+  if (stroke.pinch != 0) require_pinch(stroke);
   if (stroke.path.empty()) require_count("samples", stroke.samples.size(), 1, "samples");
   for (const PaintSample& sample : stroke.samples) {
     require_finite("point", sample.point);
@@ -133,7 +188,21 @@ void validate(const PaintStroke& stroke) {
 
 bool reads_surface(const PaintStroke& stroke) { return !stroke.path.empty(); }
 
+// pinch (3 n n^T - I) / 2
+Flow pinching_flow(const PaintStroke& stroke) {
+  const double lift = lift_of(stroke);
+  Flow flow;
+  for (const PaintSample& sample : stroke.samples) {
+    const Vec3d n = unit(sample.normal);
+    const Mat3d shape = outer_product(n, n) * 1.5 + Mat3d{} * -0.5;
+    flow.segments.push_back(resting_segment(
+        {sample.point + n * lift, Strain<double>{shape * stroke.pinch}, Ball<double>{}, thresholds_of(stroke)}));
+  }
+  return flow;
+}
+
 Flow flow_of(const PaintStroke& stroke) {
+  if (stroke.pinch != 0) return pinching_flow(stroke);
   Flow flow;
   for (const PaintSample& sample : stroke.samples) {
     const Vec3d displacement = unit(sample.normal) * -stroke.depth;
@@ -143,7 +212,10 @@ Flow flow_of(const PaintStroke& stroke) {
   return flow;
 }
 
-void prolong(PaintStroke& stroke, double strength) { stroke.depth *= strength; }
+void prolong(PaintStroke& stroke, double strength) {
+  stroke.depth *= strength;
+  stroke.pinch *= strength;
+}
 
 void resolve(const PaintStroke& stroke, SurfaceRun& run) { paint_on(stroke, run.surface); }
 
@@ -151,15 +223,21 @@ std::size_t segments(const PaintStroke& stroke, const Mesh* /*mesh*/) {
   return stroke.path.empty() ? stroke.samples.size() : paint_dabs(stroke).aims.size();
 }
 
+const char* verb_of(const PaintStroke& stroke) {
+  if (flattens(stroke)) return "Flatten";
+  if (stroke.pinch == 0) return stroke.depth > 0 ? "Press in" : "Pull out";
+  if (stroke.depth == 0) return "Pinch";
+  return stroke.depth > 0 ? "Crease" : "Ridge";
+}
+
 std::string words(const PaintStroke& stroke, const std::string& /*unit*/) {
   const std::size_t dabs = stroke.samples.size() + stroke.path.size();
-  return fmt::format("{}, {}", stroke.depth > 0 ? "Press in" : "Pull out",
-                     dabs == 1 ? "1 dab" : fmt::format("{} dabs", dabs));
+  return fmt::format("{}, {}", verb_of(stroke), dabs == 1 ? "1 dab" : fmt::format("{} dabs", dabs));
 }
 
 bool continues(const PaintStroke& last, const PaintStroke& next) {
   return last.path.empty() && next.path.empty() && last.outer == next.outer && last.depth == next.depth &&
-         last.falloff == next.falloff && last.bump == next.bump;
+         last.falloff == next.falloff && last.bump == next.bump && last.pinch == next.pinch;
 }
 
 // The sample at a place of the surface as it was, where the dabs so far have brought it.
@@ -193,7 +271,7 @@ void set_radius(double radius, PaintDrag& drag) {
 void add_dab(const PaintTouch& touch, PaintDrag& drag) {
   set_radius(touch.radius, drag);
   PaintStroke dab = drag.stroke;
-  dab.samples = {carried(touch.at, drag)};
+  dab.samples = {carried(drag.plane ? drag.plane(touch.at, touch.radius) : touch.at, drag)};
   drag.stroke.samples.push_back(dab.samples.front());
   Flow flow = flow_of(dab);
   std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(drag.done.segments));
@@ -223,16 +301,38 @@ PaintDabs paint_dabs(const PaintStroke& stroke) {
   const double spacing = kSpacing * (relative_dab(stroke) / kDefaultDab);
   const double by_length = std::ceil(curve.length() / (spacing * radius));
   const double by_depth = std::ceil(doses * std::abs(stroke.depth) / (kSpacing * radius));
-  const double count = curve.length() > 0 ? std::max(by_length, by_depth) : 1;
+  const double by_pinch = std::ceil(doses * std::abs(stroke.pinch) / kSpacing);
+  const double count = curve.length() > 0 ? std::max({by_length, by_depth, by_pinch}) : 1;
   if (!(count <= kMaxDabs)) {
     throw InvalidInput(
         fmt::format("\"path\" is {:.3g} long and would need {:.3g} dabs, more than {:.0f}; make \"{}\" "
                     "larger, or \"depth\" smaller",
                     curve.length(), count, kMaxDabs, is_wide(stroke) ? "bump" : "outer"));
   }
-  PaintDabs dabs{{}, stroke.depth * doses / count};
+  PaintDabs dabs{{}, doses};
   for (double i = 0; i < count; ++i) dabs.aims.push_back(curve.at(curve.length() * ((i + 0.5) / count)));
   return dabs;
+}
+
+PaintSample mean_plane(std::span<const Triangle> triangles, const std::function<Vec3d(std::uint32_t)>& position,
+                       const PaintSample& at, double radius) {
+  Vec3d middle{0, 0, 0};
+  Vec3d normal{0, 0, 0};
+  double areas = 0;
+  for (const Triangle& t : triangles) {
+    const Vec3d a = position(t[0]);
+    const Vec3d b = position(t[1]);
+    const Vec3d c = position(t[2]);
+    const Vec3d place = (a + b + c) / 3;
+    if (!(norm2(place - at.point) < radius * radius)) continue;
+    const Vec3d twice = cross(b - a, c - a);
+    if (!(dot(twice, at.normal) > 0)) continue;
+    const double area = norm(twice);
+    middle += place * area;
+    normal += twice;
+    areas += area;
+  }
+  return areas > 0 && norm(normal) > 0 ? PaintSample{middle / areas, normalized(normal)} : at;
 }
 
 void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
@@ -243,16 +343,20 @@ void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
   constexpr double kMoreThanRounding = 1.001;  // a float's rounding of a distance, in which vertices may move as well
   const PaintDabs dabs = paint_dabs(stroke);
   SurfaceFinder finder(surface);
+  const auto position = [&](std::uint32_t vertex) { return surface.positions[vertex]; };
   PaintStroke dab = stroke;
   dab.path.clear();
-  dab.depth = dabs.depth;
+  dab.depth = stroke.depth * dabs.doses / static_cast<double>(dabs.aims.size());
+  dab.pinch = stroke.pinch * dabs.doses / static_cast<double>(dabs.aims.size());
+  const double beyond = std::abs(stroke.pinch == 0 ? dab.depth : lift_of(stroke));
   for (const Vec3d& aim : dabs.aims) {
-    const std::optional<PaintSample> sample = finder.closest(aim);
+    std::optional<PaintSample> sample = finder.closest(aim);
     if (!sample)
       throw InvalidInput("\"path\" leads to a place where the surface has no normal; give \"samples\" instead");
+    if (flattens(stroke)) sample = mean_plane(surface.triangles, position, *sample, radius_of(stroke));
     dab.samples = {*sample};
     if (!surface.apply(dab)) return;
-    finder.follow(sample->point, kMoreThanRounding * (thresholds_of(stroke).outer + std::abs(dabs.depth)));
+    finder.follow(sample->point, kMoreThanRounding * (thresholds_of(stroke).outer + beyond));
   }
 }
 
@@ -278,10 +382,12 @@ std::vector<Stroke> PaintDrag::strokes() const {
   return all;
 }
 
-PaintDrag begin_paint(const PaintStroke& stroke, const PaintTouch& touch) {
+PaintDrag begin_paint(const PaintStroke& stroke, const PaintTouch& touch, PaintPlane plane) {
   PaintDrag drag;
   drag.stroke = stroke;
+  drag.plane = std::move(plane);
   drag.stroke.depth = stroke.depth / kDabs;
+  drag.stroke.pinch = stroke.pinch / kDabs;
   drag.spacing = dab_length(stroke) / kDabs;
   drag.last = touch.at.point;
   add_dab(touch, drag);

@@ -204,5 +204,90 @@ TEST(Paint, StopsWhenTold) {
   EXPECT_EQ(applied, 3);
 }
 
+// A square sheet of side 2 in the plane z = 0.
+Canvas sheet(int cells = 160) {
+  Canvas canvas;
+  for (int y = 0; y <= cells; ++y) {
+    for (int x = 0; x <= cells; ++x) canvas.positions.push_back({2.0 * x / cells - 1, 2.0 * y / cells - 1, 0});
+  }
+  const auto at = [&](int x, int y) { return static_cast<std::uint32_t>(y * (cells + 1) + x); };
+  for (int y = 0; y < cells; ++y) {
+    for (int x = 0; x < cells; ++x) {
+      canvas.triangles.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1)});
+      canvas.triangles.push_back({at(x, y), at(x + 1, y + 1), at(x, y + 1)});
+    }
+  }
+  return canvas;
+}
+
+// Along the sheet's middle.
+PaintStroke pinching(double bump, double pinch, double depth) {
+  PaintStroke stroke;
+  stroke.falloff = kWideFalloff;
+  stroke.bump = bump;
+  stroke.pinch = pinch;
+  stroke.depth = depth;
+  stroke.path = {{-0.6, 0, 0}, {0, 0, 0}, {0.6, 0, 0}};
+  return stroke;
+}
+
+// The height of the sheet in the middle of the stroke, so far beside it.
+double height_at(const Canvas& canvas, double beside) {
+  const auto distance = [&](const Vec3d& p) { return std::hypot(p.x, p.y - beside); };
+  return std::min_element(canvas.positions.begin(), canvas.positions.end(),
+                          [&](const Vec3d& a, const Vec3d& b) { return distance(a) < distance(b); })
+      ->z;
+}
+
+TEST(Paint, ACreaseIsAsDeepAsAskedAndSharperThanAGroove) {
+  for (const double depth : {0.02, 0.05, -0.02, -0.05}) {
+    Canvas crease = sheet();
+    crease.paint(pinching(0.15, 1, depth));
+    EXPECT_NEAR(height_at(crease, 0), -depth, 0.1 * std::abs(depth));
+    Canvas groove = sheet();
+    groove.paint(pinching(0.15, 0, depth));
+    EXPECT_NEAR(height_at(groove, 0), -depth, 0.1 * std::abs(depth));
+    // At a quarter of the bump.
+    EXPECT_LT(std::abs(height_at(crease, 0.0375)), 0.75 * std::abs(height_at(groove, 0.0375))) << depth;
+  }
+}
+
+TEST(Paint, APinchAloneDrawsAFlatSurfaceTogetherInItself) {
+  Canvas canvas = sheet();
+  const std::vector<Vec3d> before = canvas.positions;
+  canvas.paint(pinching(0.15, 1, 0));
+  double nearest = 1;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_NEAR(canvas.positions[i].z, 0, 1e-9);
+    if (std::abs(before[i].x) < 0.01 && before[i].y > 0)
+      nearest = std::min(nearest, canvas.positions[i].y / before[i].y);
+  }
+  EXPECT_NEAR(nearest, std::exp(-1), 0.05) << "across the path by the logarithm";
+}
+
+TEST(Paint, FlatteningPassesNoPlaneAndLevelsWhatIsRough) {
+  Canvas canvas = sheet();
+  for (Vec3d& p : canvas.positions) p.z = 0.02 * std::sin(40 * p.x) * std::sin(40 * p.y);
+  const std::vector<Vec3d> before = canvas.positions;
+  canvas.paint(pinching(0.3, -1.5, 0));
+  double greatest = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_TRUE(std::abs(before[i].z) < 1e-3 || before[i].z * canvas.positions[i].z > -1e-6);
+    if (std::hypot(before[i].x, before[i].y) < 0.1) greatest = std::max(greatest, std::abs(canvas.positions[i].z));
+  }
+  EXPECT_LT(greatest, 0.35 * 0.02);
+}
+
+TEST(Paint, APinchThatCannotBeIsRefused) {
+  PaintStroke narrow = pinching(0.2, 1, 0);
+  narrow.falloff = kDefaultFalloff;
+  narrow.outer = 0.3;
+  EXPECT_THROW(validate(Stroke(narrow)), InvalidInput);
+  EXPECT_NO_THROW(validate(Stroke(pinching(0.2, 0.5, 0.04))));
+  EXPECT_THROW(validate(Stroke(pinching(0.2, 0.5, 0.06))), InvalidInput) << "deeper than its centre can take it";
+  EXPECT_THROW(validate(Stroke(pinching(0.2, 0, 0))), InvalidInput);
+  EXPECT_THROW(validate(Stroke(pinching(0.2, 9, 0))), InvalidInput);
+}
+
 }  // namespace
 }  // namespace knead::paint_test

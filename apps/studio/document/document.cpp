@@ -304,8 +304,9 @@ bool has_thin_angle(const std::array<Vec3d, 3>& p) {
   return false;
 }
 
-// One poor triangle of so many that a stroke touches is not seen.
+// One poor triangle of so many that a stroke deforms is not seen.
 constexpr std::size_t kFewOf = 500;
+constexpr double kDeformed = 1.1;    // a stretch: what a wide stroke moves far around is hardly deformed
 
 // Whether a triangle is seen as a facet: the normals at its corners are of length 1.
 bool is_angular(const std::array<Vec3d, 3>& p, const std::array<Vec3d, 3>& normals) {
@@ -329,19 +330,20 @@ void Document::count_poor_triangles() {
   const std::vector<Vec3d> old = before->positions.copy();
   const std::vector<Vec3d> normals = vertex_normals(*now.mesh, after, moved);
   const std::vector<Vec3d> old_normals = vertex_normals(*now.mesh, old, moved);
-  std::size_t touched = 0;
+  std::size_t deformed = 0;
   for_each_triangle(*now.mesh, after, [&](const Triangle& t) {
     if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) return;
-    ++touched;
     const auto at = [&](const std::vector<Vec3d>& from) { return std::array{from[t[0]], from[t[1]], from[t[2]]}; };
     const std::array<Vec3d, 3> here = at(after);
     const std::array<Vec3d, 3> there = at(old);
-    const bool is_stretched = triangle_stretch(there, here).value_or(1) > kStrongStretch;
+    const double stretch = triangle_stretch(there, here).value_or(1);
+    if (stretch > kDeformed) ++deformed;
+    const bool is_stretched = stretch > kStrongStretch;
     const bool is_thin = has_thin_angle(here) && !has_thin_angle(there);
     const bool is_facet = is_angular(here, at(normals)) && !is_angular(there, at(old_normals));
     if (is_stretched || is_thin || is_facet) ++shown_.poor_triangles;
   });
-  if (shown_.poor_triangles * kFewOf < touched) shown_.poor_triangles = 0;
+  if (shown_.poor_triangles * kFewOf < deformed) shown_.poor_triangles = 0;
 }
 
 void Document::when_idle(Progress& progress) {

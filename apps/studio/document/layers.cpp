@@ -26,7 +26,11 @@ constexpr double kReach = 10;           // pixels
 std::string tool_word(const Stroke& stroke) {
   std::string word = tool_name(stroke);
   if (const auto* implicit = std::get_if<ImplicitStroke>(&stroke)) {
-    word = implicit->region == ImplicitRegion::capsule ? "capsule" : implicit->bump > 0 ? "move" : "ball";
+    const char* const wide = implicit->taper > 0 ? "snakehook" : "move";
+    word = implicit->region == ImplicitRegion::capsule ? "capsule" : implicit->bump > 0 ? wide : "ball";
+  }
+  if (const auto* paint = std::get_if<PaintStroke>(&stroke); paint != nullptr && paint->pinch != 0) {
+    word = paint->pinch < 0 ? "flatten" : paint->depth == 0 ? "pinch" : "crease";
   }
   if (const auto* points = std::get_if<PointsStroke>(&stroke); points != nullptr && points->points.empty()) {
     word = "curve";

@@ -98,6 +98,15 @@ PaintTouch touch_at(const SurfaceHit& hit, const Pointer& pointer, const ToolSet
   return {{hit.point, hit.normal}, radius_under(pointer, settings), by_depth ? pressure_of(pointer) : 1};
 }
 
+// Of a tool that flattens, else null; good for as long as what is around.
+PaintPlane plane_of(const GestureContext& around) {
+  if (!(around.settings.tool->pinch < 0) || around.picker == nullptr) return nullptr;
+  return [&around](const PaintSample& at, double radius) {
+    const auto position = [&](std::uint32_t vertex) { return around.state.positions[vertex]; };
+    return mean_plane(around.picker->triangles(), position, at, radius);
+  };
+}
+
 std::size_t vertices_within(const ShapeState& state, const Vec3d& center, double radius) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < state.positions.size(); ++i) {
@@ -203,6 +212,7 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& aro
     gesture.stroke.outer = 0;  // four times the bump
     gesture.stroke.falloff = kWideFalloff;
     gesture.stroke.bump = settings.radius;
+    gesture.stroke.taper = settings.tool->taper;
   }
   if (settings.tool->is_long) {
     gesture.stroke.region = ImplicitRegion::capsule;
@@ -274,14 +284,26 @@ std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most) {
   }
 }
 
+PaintStroke brush_of(const ToolSettings& settings, const Pointer& pointer) {
+  const StudioTool& tool = *settings.tool;
+  const double sign = settings.paint_in != pointer.modifiers.ctrl ? -1 : 1;
+  PaintStroke brush;
+  brush.falloff = kWideFalloff;
+  brush.bump = settings.radius;
+  brush.depth = -sign * settings.depth * settings.radius;
+  if (tool.pinch == 0) return brush;
+  brush.depth = sign * tool.sink * settings.pinch * settings.radius;
+  brush.pinch = tool.pinch * settings.pinch * (tool.sink == 0 ? sign : 1);
+  return brush;
+}
+
 PaintGesture begin_paint(const Pointer& pointer, const GestureContext& around) {
   const ToolSettings& settings = around.settings;
-  const bool in = settings.paint_in != pointer.modifiers.ctrl;
-  PaintGesture gesture;
-  gesture.brush = {settings.radius, settings.depth * settings.radius * (in ? 1 : -1), {}, {}, settings.falloff};
+  PaintGesture gesture{brush_of(settings, pointer)};
   gesture.last = pointer;
   if (const auto hit = hit_at(pointer, around)) {
-    gesture.paint = begin_paint(gesture.brush, touch_at(*hit, pointer, settings));
+    gesture.paint = begin_paint(gesture.brush, touch_at(*hit, pointer, settings), plane_of(around));
+    gesture.paint->plane = nullptr;
   }
   return gesture;
 }
@@ -371,20 +393,25 @@ void PaintGesture::move(const GestureStep& step) {
   const auto& [pointer, around, placed] = step;
   const double way = std::hypot(pointer.x - last.x, pointer.y - last.y);
   // Beside the shape as fine as paint of this radius is at the view's target.
-  const double spacing = paint ? paint->spacing : kFirstSpacing * brush.outer;
+  const double spacing = paint ? paint->spacing : kFirstSpacing * brush.bump;
   const Vec3d& place = paint ? paint->last : around.screen.camera.target;
   const double fine = 0.25 * spacing / pixel_size(around.screen, place);  // pixels
   const int rays = std::clamp(static_cast<int>(std::ceil(way / std::max(fine, 0.5))), 1, kMaxRays);
   const Pointer from = last;
+  if (paint) paint->plane = plane_of(around);
   for (int i = 1; i <= rays; ++i) {
     const Pointer here = between(from, pointer, static_cast<double>(i) / rays);
     last = here;
     const auto hit = hit_at(here, around);
     if (!hit) continue;
     const PaintTouch touch = touch_at(*hit, here, around.settings);
-    if (paint) drag_paint(*paint, touch);
-    if (!paint) paint = begin_paint(brush, touch);
+    if (paint) {
+      drag_paint(*paint, touch);
+    } else {
+      paint = begin_paint(brush, touch, plane_of(around));
+    }
   }
+  if (paint) paint->plane = nullptr;
 }
 
 void DrawGesture::move(const GestureStep& step) {

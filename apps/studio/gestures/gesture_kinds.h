@@ -18,6 +18,8 @@ std::optional<SurfaceHit> hit_at(const Pointer& pointer, const GestureContext& a
 
 ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& around);
 
+// The brush of a tool that paints, without samples: what a whole layer does.
+PaintStroke brush_of(const ToolSettings& settings, const Pointer& pointer);
 PaintGesture begin_paint(const Pointer& pointer, const GestureContext& around);
 
 std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureContext& around);

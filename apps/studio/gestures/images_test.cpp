@@ -156,12 +156,12 @@ TEST_F(GesturesTest, APenChangesRadiusOrDepthOrNothing) {
   EXPECT_NEAR(painted(PenPressure::depth, "[0.5, 0.5]").first, 0.5 * full, 0.15 * full);
   const auto [height, half] = painted(PenPressure::radius, "[0.5, 0.5]");
   ASSERT_EQ(half.size(), 1u);
-  EXPECT_NEAR(std::get<PaintStroke>(half.front()).outer, 0.25, 1e-12);
+  EXPECT_NEAR(std::get<PaintStroke>(half.front()).bump, 0.25, 1e-12);
   EXPECT_NEAR(height, 0.5 * full, 0.15 * full) << "the depth is relative to the radius";
   const std::vector<Stroke> growing = painted(PenPressure::radius, "[0.25, 1]").second;
   EXPECT_GT(growing.size(), 4u);
   for (std::size_t i = 1; i < growing.size(); ++i) {
-    EXPECT_GT(std::get<PaintStroke>(growing[i]).outer, std::get<PaintStroke>(growing[i - 1]).outer);
+    EXPECT_GT(std::get<PaintStroke>(growing[i]).bump, std::get<PaintStroke>(growing[i - 1]).bump);
   }
 }
 

@@ -140,17 +140,21 @@ struct StudioTool {
   const char* key;   // that chooses it, if the preferences say nothing else
   ToolUse use;
   ToolGroup group;
-  const char* tip;                 // one sentence: what it does
-  const char* also = "";           // other words by which a person may look for it
-  bool has_inner = false;          // its inner ratio can be set
-  bool is_long = false;            // of ToolUse::pull: a capsule across the view instead of a ball
-  bool is_wide = false;            // of ToolUse::pull: with the wide falloff, whose bump has the radius that is set
+  const char* tip;         // one sentence: what it does
+  const char* also = "";   // other words by which a person may look for it
+  bool has_inner = false;  // its inner ratio can be set
+  bool is_long = false;    // of ToolUse::pull: a capsule across the view instead of a ball
+  bool is_wide = false;    // of ToolUse::pull and paint: the wide falloff, whose bump has the radius that is set
+  double taper = 0;        // of a wide ToolUse::pull: how much thinner its end is
+  double pinch = 0;        // of a wide ToolUse::paint: 1 draws together, -1 flattens; times ToolSettings::pinch
+  double sink = 0;         // how deep that goes for a pinch of 1, relative to the radius
   DragMode drag = DragMode::view;  // until the person chooses another one
   // The settings (setting.h) that are lengths relative to the radius, or a volume relative to its cube: a person sees
   // and sets the length or the volume itself.
   std::vector<std::string_view> sliders{};
-  const char* hint;         // what to do first
-  const char* second_hint;  // once something is placed; for ToolUse::paint and inflate, when paint_in is set
+  std::string_view strength{};  // the setting that is a plain number and says how much the tool does
+  const char* hint;             // what to do first
+  const char* second_hint;      // once something is placed; for ToolUse::paint and inflate, when paint_in is set
   std::vector<IconPart> icon;
   Turning turning{};  // of ToolUse::turn
 };
@@ -200,6 +204,7 @@ struct ToolSettings {
   PullStart start = PullStart::inside;
   double capsule_length = 1;  // half of it, relative to the radius
   double depth = 0.15;        // of paint, relative to the radius, > 0
+  double pinch = 0.7;         // of tools that pinch or flatten: the logarithm by which a layer thins the surface, > 0
   bool paint_in = false;      // paint presses in, inflate shrinks; Ctrl inverts
   double growth = 0.06;       // of inflate: the volume, relative to the radius' cube, > 0
   double smoothing = 0.5;     // of smooth: the part of the way to the smooth surface, in (0, 1]

@@ -66,6 +66,20 @@ void Interface::set_size(int width, int height) {
   studio_.handle(Resized{width, height});
 }
 
+namespace {
+
+int tool_pairs() {
+  int rows = 0;
+  for (const ToolGroup group : kToolGroups) {
+    const auto is_in_group = [&](const StudioTool& tool) { return tool.group == group; };
+    const auto count = std::count_if(studio_tools().begin(), studio_tools().end(), is_in_group);
+    rows += static_cast<int>((count + 1) / 2);
+  }
+  return rows;
+}
+
+}  // namespace
+
 void Interface::arrange() {
   LayoutQuery query;
   query.width = static_cast<float>(width_);
@@ -75,6 +89,7 @@ void Interface::arrange() {
   query.item = kToolSize * gui_.unit();
   query.item_gap = kToolGap * gui_.unit();
   query.tools = static_cast<int>(studio_tools().size());
+  query.tool_pairs = tool_pairs();
   query.group_gaps = static_cast<float>(kToolGroups.size() - 1) * (kGroupGap + kToolGap) * gui_.unit();
   query.panels = studio_.view().settings().panels;
   query.top_bar = gui_.bar_height() + 2 * kTopBarPadding * gui_.unit();
@@ -275,11 +290,16 @@ Layout lay_out_panels(const LayoutQuery& query) {
   if (!query.panels) return layout;
   layout.top_bar = {0, query.bar, query.width, bars};
   const float padding = kToolBarPadding * query.unit;
-  const float needed = static_cast<float>(query.tools) * (query.item + query.item_gap) + query.group_gaps + 2 * padding;
+  const auto height_of = [&](int rows) {
+    return static_cast<float>(rows) * (query.item + query.item_gap) + query.group_gaps + 2 * padding;
+  };
+  layout.tool_columns = !query.labels && height_of(query.tools) > bottom - top ? 2 : 1;
+  const float needed = height_of(layout.tool_columns == 1 ? query.tools : query.tool_pairs);
   layout.tool_bar_scrolls = needed > bottom - top;
   const float label = query.labels ? kToolLabelWidth * query.unit : 0;
   const float scrollbar = layout.tool_bar_scrolls ? kToolScrollbar * query.unit : 0;
-  const float right = std::min(gap + 2 * padding + query.item + label + scrollbar, 0.5F * query.width);
+  const float items = static_cast<float>(layout.tool_columns) * query.item;
+  const float right = std::min(gap + 2 * padding + items + label + scrollbar, 0.5F * query.width);
   layout.tool_bar = {gap, top, right, std::min(top + needed, bottom)};
   const float wanted = std::clamp(query.panel_width, kMinPanelWidth, kMaxPanelWidth) * query.unit;
   const float width = std::min({wanted, kMaxOfWindow * query.width, query.width - right - 2 * gap});

@@ -45,6 +45,7 @@ struct LayoutQuery {
   float item_gap = 2;     // below each
   float group_gaps = 0;   // between the groups of tools, all together
   int tools = 0;          // entries of the tool bar
+  int tool_pairs = 0;     // its rows where two stand side by side, each group from a new row on
   bool labels = false;    // names beside the icons
   bool panels = true;     // tool bar and side panel are shown
   bool target = false;    // another shape is seen beside the shape
@@ -58,6 +59,7 @@ struct Layout {
   Area bottom_bar;  // of a compact window, instead of the others
   Area top_bar;
   Area tool_bar;
+  int tool_columns = 1;           // two where one without names is higher than the window
   bool tool_bar_scrolls = false;  // not all entries fit
   Area side_panel;
   Area free;    // of the picture, between the panels

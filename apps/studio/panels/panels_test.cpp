@@ -83,7 +83,8 @@ LayoutQuery query_of(float width, float height, float unit) {
   query.bar = 23 * unit;
   query.item = 38 * unit;
   query.item_gap = 2 * unit;
-  query.tools = 13;
+  query.tools = 19;
+  query.tool_pairs = 11;
   query.panel_width = kPanelWidth;
   return query;
 }
@@ -138,8 +139,10 @@ TEST(Layout, APhoneAndATabletHaveOneBarAtTheBottom) {
 }
 
 TEST(Layout, TheToolBarScrollsWhereItDoesNotFit) {
-  EXPECT_FALSE(layout_of(query_of(1440, 900, 1)).tool_bar_scrolls);
-  EXPECT_TRUE(layout_of(query_of(800, 500, 1)).tool_bar_scrolls);
+  EXPECT_EQ(layout_of(query_of(1440, 900, 1)).tool_columns, 1);
+  EXPECT_EQ(layout_of(query_of(1280, 720, 1)).tool_columns, 2);
+  EXPECT_FALSE(layout_of(query_of(1280, 720, 1)).tool_bar_scrolls);
+  EXPECT_TRUE(layout_of(query_of(800, 450, 1)).tool_bar_scrolls);
   EXPECT_TRUE(layout_of(query_of(1440, 900, 2)).tool_bar_scrolls);
 }
 

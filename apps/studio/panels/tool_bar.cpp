@@ -170,8 +170,10 @@ void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout) {
     const float size = kToolSize * gui.unit();
     for (const ToolGroup group : kToolGroups) {
       if (group != kToolGroups.front()) ImGui::Dummy({1, kGroupGap * gui.unit()});
+      int count = 0;
       for (const StudioTool& tool : studio_tools()) {
         if (tool.group != group) continue;
+        if (count++ % layout.tool_columns != 0) ImGui::SameLine(0, 0);
         draw_tool_button(studio, tool, gui, {has_names ? 0 : size, size}, has_names);
         if (is_new && studio.tools().settings().tool == &tool) scroll_to_entry();
       }
@@ -251,8 +253,8 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   for (const std::string_view slider : tool.sliders) {
     all.push_back({kSliderWidth, [&studio, slider](float width) { draw_hand_amount(studio, slider, width); }});
   }
-  if (tool.use == ToolUse::smooth) {
-    all.push_back({kSliderWidth, [&](float width) { draw_tool_setting(studio, "smoothing", width); }});
+  if (!tool.strength.empty()) {
+    all.push_back({kSliderWidth, [&](float width) { draw_tool_setting(studio, tool.strength, width); }});
   }
   if (tool.has_inner) all.push_back({110, [&](float width) { draw_hand_inner(studio, width); }});
   if (blends(settings)) {
@@ -351,13 +353,15 @@ void draw_tools_popup(Studio& studio, const Gui& gui, const Area& bar) {
   ImGui::EndPopup();
 }
 
+bool has_strength(const StudioTool& tool) { return !tool.is_wide || !tool.sliders.empty() || !tool.strength.empty(); }
+
 // The strength of the tool, or what comes nearest to it.
 void draw_strength_of_tool(Studio& studio, float width) {
   const StudioTool& tool = *studio.tools().settings().tool;
   if (!tool.sliders.empty() && tool.use != ToolUse::pull) return draw_hand_amount(studio, tool.sliders.front(), width);
   if (tool.has_inner) return draw_hand_inner(studio, width);
   if (has_mode(studio)) return draw_mode(studio, width);
-  draw_tool_setting(studio, tool.use == ToolUse::smooth ? "smoothing" : "falloff", width);
+  draw_tool_setting(studio, tool.strength.empty() ? "falloff" : tool.strength, width);
 }
 
 bool draw_touch_button(const char* label, float width, float height, bool is_on = false) {
@@ -403,12 +407,11 @@ void draw_bottom_bar(Studio& studio, const Gui& gui, const Layout& layout, Compa
     const float tall = 0.5F * (kTouchSize * gui.unit() - ImGui::GetFontSize());
     ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {ImGui::GetStyle().FramePadding.x, tall});
     const bool has_one = has_radius(studio.tools().settings());
-    const float half = has_one ? 0.5F * (room - spacing) : room;
-    if (has_one) {
-      draw_hand_radius(studio, half);
-      ImGui::SameLine();
-    }
-    draw_strength_of_tool(studio, half);
+    const bool has_other = has_strength(*studio.tools().settings().tool);
+    const float half = has_one && has_other ? 0.5F * (room - spacing) : room;
+    if (has_one) draw_hand_radius(studio, half);
+    if (has_one && has_other) ImGui::SameLine();
+    if (has_other) draw_strength_of_tool(studio, half);
     ImGui::PopStyleVar();
     draw_touch_buttons(studio, gui, room, bar);
     draw_tools_popup(studio, gui, area);

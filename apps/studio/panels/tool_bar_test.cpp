@@ -52,7 +52,7 @@ TEST_F(ToolBarTest, AClickCountsWhereItWas) {
   open_ball(panels);
   const auto middle = middle_of(panels.studio);
   const Area bar = panels.interface.layout().tool_bar;
-  const double x = 0.5 * (bar.left + bar.right);
+  const double x = bar.left + 0.3 * (bar.right - bar.left);
   std::vector<const StudioTool*> by_hand;
   std::vector<const StudioTool*> late;
   for (double y = bar.top + 12; y < bar.bottom; y += 12) {
@@ -66,7 +66,7 @@ TEST_F(ToolBarTest, AClickCountsWhereItWas) {
     late.push_back(panels.studio.tools().settings().tool);
   }
   EXPECT_EQ(late, by_hand);
-  EXPECT_GT(std::set<const StudioTool*>(late.begin(), late.end()).size(), 10U);
+  EXPECT_GT(std::set<const StudioTool*>(late.begin(), late.end()).size(), 8U) << "of 10 in the first column";
 }
 
 TEST_F(ToolBarTest, LengthsAreAbsolute) {

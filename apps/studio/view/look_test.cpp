@@ -143,7 +143,7 @@ TEST_F(LookTest, TheCursorIsARoundRingOnTheShapeAndBesideIt) {
 
 TEST_F(LookTest, TheInnerRingShowsFalloffAndStrength) {
   Studio studio(options());
-  run(studio, ball() + R"({"tool": "paint"}
+  run(studio, ball() + R"({"tool": "points"}
 {"move": [400, 300]})");
   const auto inner = [&](const char* settings) {
     run(studio, settings);
@@ -153,12 +153,18 @@ TEST_F(LookTest, TheInnerRingShowsFalloffAndStrength) {
                          norm(cursor.outer.points[0] - middle_of(cursor.outer.points)),
                      dash.radius / cursor.outer.radius};
   };
-  const auto [wide, thin] = inner(R"({"set": {"falloff": 3, "depth": 0.01}})");
-  const auto [narrow, thick] = inner(R"({"set": {"falloff": 7, "depth": 1}})");
-  EXPECT_NEAR(wide, 0.591, 1e-3);  // where the weight is a half
-  EXPECT_NEAR(narrow, 0.273, 1e-3);
+  // Where the weight is a half.
+  EXPECT_NEAR(inner(R"({"set": {"falloff": 3}})").first, 0.591, 1e-3);
+  EXPECT_NEAR(inner(R"({"set": {"falloff": 7}})").first, 0.273, 1e-3);
+  const auto [thin_half, thin] = inner(R"({"tool": "paint"}
+{"set": {"depth": 0.01}})");
+  EXPECT_NEAR(thin_half, 0.54, 1e-3);
   EXPECT_NEAR(thin, 1, 0.03);
-  EXPECT_NEAR(thick, 3, 1e-9);
+  EXPECT_NEAR(inner(R"({"set": {"depth": 1}})").second, 3, 1e-9);
+  EXPECT_NEAR(inner(R"({"tool": "crease"}
+{"set": {"pinch": 1}})")
+                  .second,
+              3, 1e-9);
 }
 
 TEST_F(LookTest, ADotShowsWhereSymmetryActs) {

@@ -54,10 +54,10 @@ std::optional<Stroke> hovering_implicit(const Studio& studio, const GestureConte
 }
 
 std::optional<Stroke> hovering_paint(const Studio& studio, const GestureContext& around) {
-  const PaintGesture gesture = begin_paint(studio.pointer(), around);
-  if (!gesture.paint) return std::nullopt;
-  PaintStroke stroke = gesture.paint->stroke;
-  stroke.depth *= 6;  // as deep as a whole dab
+  const auto hit = hit_at(studio.pointer(), around);
+  if (!hit) return std::nullopt;
+  PaintStroke stroke = brush_of(studio.tools().settings(), studio.pointer());
+  stroke.samples = {{hit->point, hit->normal}};
   return stroke;
 }
 

@@ -188,15 +188,15 @@ TEST_F(StretchTest, OffersToRemeshWhatIsFinerThanTheTriangles) {
   const auto painted = [&](int vertices, double depth) {
     Studio studio(options());
     run(studio, ball(vertices) + fmt::format(R"({{"tool": "paint"}}
-{{"set": {{"radius": 0.12, "depth": {}}}}}
+{{"set": {{"radius": 0.08, "depth": {}}}}}
 {{"drag": [[-0.3, 0, 0.95], [0.3, 0, 0.95]], "steps": 20}})",
                                              depth));
     const std::size_t count = studio.document().shown().poor_triangles;
     studio.document().close();
     return count;
   };
-  EXPECT_GT(painted(10242, 0.2), 10u);
-  EXPECT_EQ(painted(40962, 0.2), 0u) << "the stroke itself is smooth";
+  EXPECT_GT(painted(10242, 0.4), 10u);
+  EXPECT_EQ(painted(163842, 0.4), 0u) << "the stroke itself is smooth";
   EXPECT_EQ(painted(10242, 0.02), 0u) << "too little to be seen";
 }
 

@@ -56,12 +56,12 @@ class PaintDrag:
 
     Each dab is where the dabs before it have moved its place, so the result does not depend on the pointer's speed.
     outer: the radius of a dab, or its bump with the falloff "wide". depth: of a whole layer, as the key of the stroke:
-    below 0 it pulls the surface out.
+    below 0 it pulls the surface out. pinch: of a whole layer with the falloff "wide", from -5 to 5.
     """
 
-    def __init__(self, *, outer, depth, falloff=4):
+    def __init__(self, *, outer, depth, falloff=4, pinch=0.0):
         wide = falloff == "wide"
-        self._native = _knead.PaintDrag(outer, depth, 4 if wide else falloff, wide)
+        self._native = _knead.PaintDrag(outer, depth, 4 if wide else falloff, wide, pinch)
 
     def __reduce__(self):
         raise TypeError("a PaintDrag cannot be copied or pickled; send its strokes")

@@ -199,8 +199,8 @@ std::vector<SessionStroke> session_strokes(std::vector<Stroke> strokes) {
 // Painting that begins with the first touch.
 class PaintPointer {
  public:
-  PaintPointer(double radius, double depth, int falloff, bool wide)
-      : stroke_{wide ? 0 : radius, depth, {}, {}, wide ? kWideFalloff : falloff, wide ? radius : 0} {
+  PaintPointer(double radius, double depth, int falloff, bool wide, double pinch)
+      : stroke_{wide ? 0 : radius, depth, {}, {}, wide ? kWideFalloff : falloff, wide ? radius : 0, pinch} {
     PaintStroke check = stroke_;
     check.samples = {{{0, 0, 0}, {0, 0, 1}}};
     validate(Stroke(check));
@@ -250,7 +250,7 @@ void add_gesture(py::module_& module) {
       .def("part", &Surface::part)
       .def("with_safe_zone", &Surface::with_safe_zone);
   py::class_<PaintPointer>(module, "PaintDrag")
-      .def(py::init<double, double, int, bool>())
+      .def(py::init<double, double, int, bool, double>())
       .def("touch", &PaintPointer::touch)
       .def("finish", &PaintPointer::finish)
       .def("strokes", &PaintPointer::strokes)

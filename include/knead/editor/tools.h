@@ -297,10 +297,11 @@ std::vector<Stroke> symmetric_strokes(std::span<const Stroke> strokes, std::span
 // range, 17/35 outer for the default falloff. Along a straight path the dabs' displacements then add up to the depth.
 double dab_length(const PaintStroke& stroke);
 
-// The dabs of a stroke with a path: their places before they are moved to the surface, and the depth of each.
+// The dabs of a stroke with a path: their places before they are moved to the surface, and how many times the stroke's
+// depth and pinch they have in all, each as much.
 struct PaintDabs {
   std::vector<Vec3d> aims;
-  double depth = 0;
+  double doses = 0;
 };
 
 // Returns the dabs of a stroke with a path. A smooth curve (centripetal, third order) goes through the path's points;
@@ -314,12 +315,20 @@ PaintDabs paint_dabs(const PaintStroke& stroke);
 // cloud without normals, and at a place where the surface has no normal.
 void paint_on(const PaintStroke& stroke, const LiveSurface& surface);
 
+// Returns the mean plane of a surface within the radius of a place on it: the middle of the triangles that lie there
+// and face the same way, by their areas, and their mean normal. The place itself where there are none. Costs a look at
+// every triangle.
+PaintSample mean_plane(std::span<const Triangle> triangles, const std::function<Vec3d(std::uint32_t)>& position,
+                       const PaintSample& at, double radius);
+
 // What a pointer touches while it paints.
 struct PaintTouch {
   PaintSample at;       // of the surface as it was before the painting began
   double radius = 0;    // outer threshold of a dab here, or its bump if it is wide; above 0
   double pressure = 1;  // how much each length of the way counts, above 0
 };
+
+using PaintPlane = std::function<PaintSample(const PaintSample& at, double radius)>;
 
 // Painting with a pointer: dabs at even distances along the places that it touches, each where the dabs before it have
 // moved that place of the surface. So the result does not depend on the speed of the person or the machine.
@@ -328,15 +337,19 @@ struct PaintDrag {
   std::vector<PaintStroke> earlier;  // those with others
   Flow done;                         // of all dabs so far
   double spacing = 0;                // of dabs at full pressure, along the surface
-  double travelled = 0;              // since the last dab
-  Vec3d last;                        // the place that was touched last
+  // Returns the plane of the surface as it was before the painting, for a dab of a radius that flattens; null: the one
+  // through the place that is touched.
+  PaintPlane plane;
+  double travelled = 0;  // since the last dab
+  Vec3d last;            // the place that was touched last
 
   // Returns the strokes so far; a later call returns more of them, or more samples in the last one.
   std::vector<Stroke> strokes() const;
 };
 
-// Begins with a dab. `stroke` has the outer threshold at full pressure, the depth of a whole layer, and no samples.
-PaintDrag begin_paint(const PaintStroke& stroke, const PaintTouch& touch);
+// Begins with a dab. `stroke` has the outer threshold at full pressure, the depth and pinch of a whole layer, and no
+// samples. `plane` as in PaintDrag.
+PaintDrag begin_paint(const PaintStroke& stroke, const PaintTouch& touch, PaintPlane plane = nullptr);
 
 // Goes on to a place near the last one, and adds a dab where the way since the last dab is long enough.
 void drag_paint(PaintDrag& drag, const PaintTouch& touch);
