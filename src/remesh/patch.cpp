@@ -1,9 +1,12 @@
 // Takes the part of a mesh that a deformation touches out, and merges it again when it has changed.
 #include "remesh/patch.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -224,31 +227,95 @@ bool is_same_cycle(std::span<const std::uint32_t> face, std::span<const std::uin
   return same == n;
 }
 
-// Finds the equal faces of the mesh among these pairs of triangles. Returns false if there are none.
+// Finds the equal faces of the mesh: among these pairs of triangles, and at edges of more than two faces, where equal
+// faces may have been cut into different triangles. Returns false if there are none.
 bool find_equal_faces(const Mesh& mesh, const std::vector<std::array<std::uint32_t, 2>>& pairs, Patch& patch) {
-  for (const auto& [a, b] : pairs) {
-    const std::uint32_t kept = patch.surface.face_source[a];
-    const std::uint32_t other = patch.surface.face_source[b];
-    if (kept == other || patch.holds_face[kept] != 1 || patch.holds_face[other] != 1) continue;
-    const auto face = mesh.face(kept);
-    const bool is_reversed = !is_same_cycle(face, mesh.face(other), 1);
-    if (is_reversed && !is_same_cycle(face, mesh.face(other), face.size() - 1)) continue;
-    patch.holds_face[other] = 2;
-    patch.equal_faces.push_back({kept, other, is_reversed});
-    patch.corner_rows = std::max(patch.corner_rows, 1 + patch.equal_to(kept).size());
+  const Surface& s = patch.surface;
+  std::vector<std::uint32_t> faces;
+  for (const auto& [a, b] : pairs) faces.insert(faces.end(), {s.face_source[a], s.face_source[b]});
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    if (s.has_copies(s.edge[h])) faces.push_back(s.face_source[h / 3]);
+  }
+  std::sort(faces.begin(), faces.end());
+  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+  std::map<std::vector<std::uint32_t>, std::uint32_t> kept;  // the first face with these vertices, which are ascending
+  for (const std::uint32_t f : faces) {
+    const auto face = mesh.face(f);
+    std::vector<std::uint32_t> vertices(face.begin(), face.end());
+    std::sort(vertices.begin(), vertices.end());
+    const auto [first, is_new] = kept.try_emplace(std::move(vertices), f);
+    if (is_new) continue;
+    const bool is_reversed = !is_same_cycle(mesh.face(first->second), face, 1);
+    if (is_reversed && !is_same_cycle(mesh.face(first->second), face, face.size() - 1)) continue;
+    patch.holds_face[f] = 2;
+    patch.equal_faces.push_back({first->second, f, is_reversed});
+  }
+  std::stable_sort(patch.equal_faces.begin(), patch.equal_faces.end(),
+                   [](const EqualFace& a, const EqualFace& b) { return a.kept < b.kept; });
+  for (const EqualFace& equal : patch.equal_faces) {
+    patch.corner_rows = std::max(patch.corner_rows, 1 + patch.equal_to(equal.kept).size());
   }
   return !patch.equal_faces.empty();
 }
 
+[[noreturn]] void refuse_overlap(const Surface& s, std::uint32_t triangle, std::uint32_t other) {
+  throw InvalidInput(
+      fmt::format("faces {} and {} lie on each other with other corners or diagonals, and would cross "
+                  "when they are divided; remove one of them",
+                  s.face_source[triangle], s.face_source[other]));
+}
+
+// Returns true if the faces of two half-edges of one edge lie on each other, within 30 degrees.
+bool is_overlap(const Surface& s, std::uint32_t h, std::uint32_t g) {
+  constexpr double kOverlapCosine = 0.866;
+  const Vec3d& origin = s.before[s.origin(h)];
+  const Vec3d along = s.before[s.target(h)] - origin;
+  const auto across = [&](std::uint32_t apex) { return cross(along, s.before[apex] - origin); };
+  const Vec3d p = across(s.apex(h));
+  const Vec3d q = across(s.apex(g));
+  return dot(p, q) > kOverlapCosine * norm(p) * norm(q);
+}
+
+// Refuses a quadrilateral that is there twice, cut along both diagonals: its triangles would cross when they are
+// divided. Each of them then lies, at two of its edges, on triangles with the same third corner.
+void refuse_two_diagonals(const Surface& s) {
+  std::vector<std::array<std::uint32_t, 3>> overlaps;  // a face, the third corner of another one, and this other one
+  for (std::uint32_t e = 0; e < s.next_copy.size(); ++e) {
+    const std::uint32_t h = s.halfedge[e];
+    s.for_each_copy(e, [&](std::uint32_t c) {
+      const std::uint32_t g = s.halfedge[c];
+      if (c != e && is_overlap(s, h, g)) overlaps.push_back({h / 3, s.apex(g), g / 3});
+    });
+  }
+  std::sort(overlaps.begin(), overlaps.end());
+  const auto same = [&](std::size_t i, std::size_t k) {
+    return k < overlaps.size() && overlaps[i][0] == overlaps[k][0] && overlaps[i][1] == overlaps[k][1];
+  };
+  for (std::size_t i = 0, end = 0; i < overlaps.size(); i = end) {
+    for (end = i + 1; same(i, end);) ++end;
+    if (end - i != 2) continue;
+    refuse_overlap(s, overlaps[i][0], overlaps[i][2]);
+  }
+}
+
 // Connects the triangles of the patch. Equal faces are taken once: if each were divided on its own, they would cross.
+// Refuses other faces that lie on each other.
 void connect_patch(const Mesh& mesh, const std::vector<std::uint32_t>& number, const Progress* progress, Patch& patch) {
-  if (!find_equal_faces(mesh, connect(patch.surface, progress), patch)) return;
-  patch.triangles.clear();
-  patch.surface.corner.clear();
-  patch.surface.face_source.clear();
-  patch.surface.corner_values.numbers.clear();
-  take_faces(mesh, number, progress, patch);
-  connect(patch.surface, progress);
+  Surface& s = patch.surface;
+  std::vector<std::array<std::uint32_t, 2>> equal = connect(s, progress);
+  if (find_equal_faces(mesh, equal, patch)) {
+    patch.triangles.clear();
+    s.corner.clear();
+    s.face_source.clear();
+    s.corner_values.numbers.clear();
+    s.vertex_flags.clear();
+    take_faces(mesh, number, progress, patch);
+    equal = connect(s, progress);
+  }
+  for (const auto& [triangle, other] : equal) {
+    if (s.face_source[triangle] != s.face_source[other]) refuse_overlap(s, triangle, other);
+  }
+  refuse_two_diagonals(s);
 }
 
 // Returns 1 for each vertex of the patch that a face outside it uses.

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <map>
 #include <set>
 
@@ -469,6 +472,49 @@ TEST(Remesh, EqualFacesAreDividedInOneWay) {
   for (const auto& [face, sum] : sums) EXPECT_NEAR(sum, 15, 1e-12);
   EXPECT_TRUE(measure(once).closed() && measure(once).manifold());
   EXPECT_EQ(crossings_as_float(once), 0U);
+}
+
+// Quadrilaterals of a dome; each is there once or twice, the second time beginning at its next corner.
+Mesh dome(std::size_t times) {
+  constexpr std::uint32_t kSide = 12;
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < kSide * kSide; ++i) {
+    const Vec3d p{2.0 * (i % kSide) / (kSide - 1) - 1, 2.0 * (i / kSide) / (kSide - 1) - 1, 0};
+    mesh.positions.push_back({p.x, p.y, 0.3 * std::sin(2 * p.x + p.y) - 0.2 * p.x * p.y});
+  }
+  for (std::size_t time = 0; time < times; ++time) {
+    for (std::uint32_t i = 0; i + kSide + 1 < kSide * kSide; ++i) {
+      std::array face{i, i + 1, i + kSide + 1, i + kSide};
+      std::rotate(face.begin(), face.begin() + static_cast<std::ptrdiff_t>(time), face.end());
+      if (i % kSide != kSide - 1) mesh.add_face(face);
+    }
+  }
+  return mesh;
+}
+
+TEST(Remesh, ASheetThatIsThereTwiceIsRemeshedAsOnce) {
+  const auto move = pull({0, 0, 0}, {0.1, 0, 0.8}, 0.1, 0.7);
+  const Remeshed once = Deformed(dome(1), move).remeshed();
+  const Remeshed twice = Deformed(dome(2), move).remeshed();
+  EXPECT_GT(once.mesh.vertex_count(), 1000U);
+  EXPECT_EQ(twice.mesh.positions, once.mesh.positions);
+  // The first remesh leaves quadrilaterals that it does not touch as they are, the second those that are there twice.
+  EXPECT_EQ(triangulate(twice.mesh).size(), 2 * triangulate(once.mesh).size());
+  EXPECT_EQ(crossings_as_float(once.mesh), 0U);
+}
+
+TEST(Remesh, FacesThatLieOnOthersInAnotherWayAreRefused) {
+  for (const std::size_t first : {0U, 1U}) {  // the diagonal of the quadrilateral, and the other one
+    Mesh mesh = dome(1);
+    const auto face = mesh.face(60);
+    std::array<std::uint32_t, 4> corners{};
+    std::copy(face.begin(), face.end(), corners.begin());
+    const auto at = [&](std::size_t i) { return corners[(first + i) % 4]; };
+    mesh.add_face(std::array{at(0), at(1), at(2)});
+    mesh.add_face(std::array{at(0), at(2), at(3)});
+    const Deformed deformed(mesh, pull({0, 0, 0}, {0, 0, 0.8}, 0.1, 0.7));
+    EXPECT_THROW(deformed.remeshed(), InvalidInput);
+  }
 }
 
 TEST(Remesh, SpansOfAnotherSizeAreRefused) {

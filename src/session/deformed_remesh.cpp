@@ -80,10 +80,12 @@ constexpr double kTimeOfHalves = 0.5;  // of the time that is left
 
 // A mask's border is narrow if the stroke moves a vertex farther than twice its width. Places along it then drift apart
 // exponentially, and with them grows the mesh that a whole flow needs; halves, remeshed in between, need far less. So
-// each part of the flow may take so much of the work only, before its halves are tried, and all of them so much.
+// each part of the flow may take so much of the work only, before its halves are tried, and all of them so much. A face
+// that is remeshed counts as so many evaluations.
 constexpr double kNarrow = 0.5;
 constexpr double kWorkOfPart = 1.0 / 64;
 constexpr double kWorkOfNarrow = 1.0 / 8;
+constexpr double kWorkOfFace = 1000;
 constexpr int kMaxHalvingsOfNarrow = 8;
 constexpr double kRoundedUp = 1.05;  // a width in a message, so that its two digits suffice
 
@@ -409,6 +411,7 @@ class MeshFollower {
       const bool is_whole = halving_.most_faces == 0;
       if (is_whole) halving_.most_faces = kMoreThanWhole * outcome.remeshed->counts.faces;
       halving_.faces += outcome.remeshed->counts.faces;
+      if (halving_.is_narrow) halving_.spent += kWorkOfFace * static_cast<double>(outcome.remeshed->counts.faces);
       if (has_new_crossings(outcome.remeshed->counts)) {
         RemeshOutcome halves;
         const Moment end = halving_.end;
