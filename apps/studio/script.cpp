@@ -375,6 +375,7 @@ class Script {
     } else if (line.has("new")) {
       studio_.document().open_made(shape_kind(line.at("new").text()), member_or(line, "vertices", 0U).whole());
       settle();
+      studio_.tools().settings().remesh = false;
     } else if (line.has("recover")) {
       if (studio_.document().abandoned().empty()) fail("there is no unsaved work to recover");
       studio_.document().recover(studio_.document().abandoned().front().folder);

@@ -73,6 +73,7 @@ void StudioTools::begin_document() {
   settings_.first_radius = kFirstRadius * document_.shown().diagonal;
   settings_.radius = settings_.first_radius;
   settings_.kept.clear();
+  settings_.remesh = document_.shown().shape_path.empty();
   if (stamp) set_stamp([stamp](Document& document) { return document.add_stamp(stamp->name, *stamp->mesh); });
 }
 

@@ -89,6 +89,25 @@ TEST_F(FirstStrokeTest, APullOutwardsLeavesNoCraterAtTheDefaults) {
   EXPECT_GT(deepest, 1 - norm(Vec3d{0.25, 0.95, 0}) / 40);
 }
 
+TEST_F(FirstStrokeTest, WhatStudioMadeIsRemeshedAndWhatWasReadIsNot) {
+  Studio studio(options());
+  studio.document().open_made(ShapeKind::sphere, 10242);
+  run(studio, R"({"wait": true})");
+  EXPECT_TRUE(studio.tools().settings().remesh);
+  run(studio, R"({"size": [800, 600]}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 4}}
+{"drag": [[0, 0.95, 0.31], [0, 1.4, 0.31], [0.25, 1.9, 0.31]]}
+{"wait": true})");
+  EXPECT_EQ(errors(studio), "");
+  const std::string file = (folder_ / "pulled.ply").string();
+  run(studio, R"({"export": ")" + file + "\"}");
+  const Mesh pulled = read_shape(file).mesh;
+  EXPECT_GT(pulled.positions.size(), 10'300U) << "the horn got vertices";
+  EXPECT_GT(measure(pulled).smallest_angle_deg.value(), 5);
+  run(studio, R"({"open": ")" + file + "\"}");
+  EXPECT_FALSE(studio.tools().settings().remesh);
+}
+
 // --- Shift ---
 
 using RelaxTest = StudioTest;

@@ -221,7 +221,7 @@ struct ToolSettings {
   std::array<bool, 3> mirror{};     // in x, y and z, through symmetry.center
   Symmetry symmetry;
   bool widens_zone = true;  // of twist and bend, where it is too thin for the angle
-  bool remesh = false;      // when a drag ends
+  bool remesh = false;      // when a drag ends; a shape that Studio made begins with true
   RemeshSettings remesh_settings;
   double first_radius = 1;                         // of a tool that has not been used yet
   std::vector<std::optional<OwnSettings>> kept{};  // of the other tools, in the order of studio_tools()
