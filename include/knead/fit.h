@@ -68,6 +68,8 @@ struct BodyFitReport {
   double landmark_distance = 0;  // the greatest distance of a landmark from its target
   double landmark_rms = 0;       // root mean square of these distances
   double landmark_excess = 0;    // the greatest part of such a distance beyond its tolerance
+  double reached = 1;            // the part of their paths on which landmarks and map were sound
+  std::string obstacle;          // why they stopped there; empty: they came to their end
   double map_distance = 0;       // the median distance of the map's pairs after the fit
   FitDistance before;            // of the source from the target before the fit
   FitDistance after;

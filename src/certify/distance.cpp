@@ -73,6 +73,8 @@ std::string to_json(const BodyFitReport& report) {
                            {"scale", report.scale},
                            {"aligned", report.is_aligned},
                            {"stage", report.stage},
+                           {"reached", report.reached},
+                           {"obstacle", report.obstacle},
                            {"landmark_distance", report.landmark_distance},
                            {"landmark_rms", report.landmark_rms},
                            {"landmark_excess", report.landmark_excess},

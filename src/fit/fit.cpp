@@ -22,12 +22,13 @@
 #include "knead/mesh.h"
 #include "math/elementary.h"
 #include "mesh/body_points.h"
+#include "pose/sound_steps.h"
 
 namespace knead {
 namespace {
 
 using namespace fit_detail;
-using detail::VelocityRows;
+using namespace detail;
 
 // Landmarks:
 constexpr double kMaxStep = 0.03;      // of the diagonal: the greatest motion in a step
@@ -53,8 +54,8 @@ constexpr std::size_t kCandidates = 8000;
 constexpr std::size_t kDistanceSamples = 3000;  // vertices of each shape between levels
 constexpr std::size_t kAlignSamples = 400;
 constexpr std::size_t kGrowthSamples = 400;  // vertices at which det J is measured
-constexpr int kMaxRepeats = 3;               // of a stage in which triangles cross
-constexpr std::size_t kMaxCrossed = 600;     // vertices of crossing triangles: with more, a stage is not repeated
+constexpr double kMaxPathStretch = 2;        // of a triangle on the way to the landmarks, relative to max_stretch
+constexpr int kMaxFailedRounds = 2;          // of a level
 constexpr std::size_t kTipNodes = 250;
 constexpr std::size_t kTipSamples = 1500;
 constexpr double kMaxAlignRatio = 0.6;    // automatic alignment needs a distance below this fraction of the one before
@@ -101,7 +102,6 @@ class Fitter {
     double stretch_99 = 1;
     std::size_t crossings = 0;
     std::size_t crossings_new = 0;
-    std::vector<std::uint32_t> crossed;  // vertices of newly crossing triangles
     bool is_sound = false;
     std::string stage;
   };
@@ -113,18 +113,21 @@ class Fitter {
   void grow_if_nearer();
   void apply(const std::vector<Stroke>& strokes);
   void find_tips();
-  void go_to_landmarks();
+  struct Paths;
+  SoundReach go_to_landmarks();
+  SoundReach go_along(const Paths& paths, std::size_t steps);
+  PotentialGrid step_to(const Paths& paths, double time);
   void exactly_to_landmarks();
   struct Surfaces;
   bool match_level(const Level& level, const Surfaces& surfaces);
   void match_surfaces();
-  bool match_round(const Level& level, double weight, const SurfaceSamples& asking, const SurfaceSamples& candidates,
-                   const SampleTree& target, const std::vector<SurfaceSample>& of_target);
-  template <class Stage>
-  Result result_of(const std::string& name, const Stage& stage);
+  std::optional<PotentialGrid> match_round(const Level& level, double weight, const SurfaceSamples& asking,
+                                           const SurfaceSamples& candidates, const SampleTree& target,
+                                           const std::vector<SurfaceSample>& of_target);
   Result look(std::string stage) const;
   void keep_better(Result result);
   SelfIntersections crossings_of(std::span<const Vec3d> positions) const;
+  std::size_t max_new_crossings() const { return knead::fit_detail::max_new_crossings(crossings_before_.count); }
   void finish(BodyFit& fit);
   // Returns the distance from the target by at most `max_vertices` vertices of each shape; 0: all.
   FitDistance distance(std::size_t max_vertices) const {
@@ -142,13 +145,13 @@ class Fitter {
   std::vector<FitPair> map_;
   double diagonal_ = 0;
   std::unique_ptr<SurfaceTree> target_tree_;
+  SelfIntersections crossings_before_;
+  std::optional<SoundJudge> judge_;  // of all steps
   std::unique_ptr<FitMotion> motion_;
   std::vector<Stroke> strokes_;  // before those of the grids
   std::vector<Stroke> last_;     // after them
   std::size_t tips_ = 0;         // used as landmarks
-  SelfIntersections crossings_before_;
-  double growth_ = 1;             // the factor by which the source first grows as a whole
-  bool stiffness_fails_ = false;  // a stiffer body did not end crossings
+  double growth_ = 1;            // the factor by which the source first grows as a whole
   std::optional<Result> best_;
   BodyFitReport report_;
 };
@@ -195,7 +198,9 @@ Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& opt
   if (options.align == FitAlign::never && landmarks_.empty()) require_near(shape_box(source, rest_), shape_box(target));
   require_apart(landmarks_, diagonal_);
   for (const auto& pairs : {landmarks_, map_}) require_no_mirror(pairs, diagonal_);
-  motion_ = std::make_unique<FitMotion>(rest_, triangles_, diagonal_, options.threads, options.progress);
+  crossings_before_ = crossings_of(rest_);
+  judge_.emplace(rest_, triangles_, max_new_crossings(), options.threads, options.progress);
+  motion_ = std::make_unique<FitMotion>(rest_, triangles_, diagonal_, *judge_, options.threads, options.progress);
   if (options.volume == FitVolume::free) motion_->let_grow();
   set_marks();
   std::vector<Vec3d> points;
@@ -233,19 +238,18 @@ BodyFit Fitter::run() {
     progress->total = fit_work(source_, options_);
     progress->done = 0;
   }
-  crossings_before_ = crossings_of(rest_);
   report_.crossings_before = crossings_before_.count;
   report_.before = distance(0);
   align();
   if (options_.volume == FitVolume::free) grow_if_nearer();
-  const bool has_pairs = !landmarks_.empty() || !map_.empty();
-  Result landmarks = result_of("landmarks", [&] {
-    if (has_pairs) {
-      go_to_landmarks();
-    } else if (options_.surface) {
-      find_tips();
-    }
-  });
+  if (!landmarks_.empty() || !map_.empty()) {
+    SoundReach reach = go_to_landmarks();
+    report_.reached = reach.time;
+    report_.obstacle = std::move(reach.problem);
+  } else if (options_.surface) {
+    find_tips();
+  }
+  Result landmarks = look("landmarks");
   report_.after_landmarks = landmarks.distance;
   keep_better(std::move(landmarks));
   if (options_.surface) match_surfaces();
@@ -317,15 +321,17 @@ bool Fitter::grow() {
         elementary::cbrt(std::max(more, 1e-3)), diagonal_);
   }
   if (!growth) return false;
-  motion_->grow(growth->factor, growth->from, growth->to);
   growth_ = growth->factor;
-  return true;
+  return motion_->grow(growth->factor, growth->from, growth->to);
 }
 
 // Keeps the growth if it helps: pairs decide this; without them, the surfaces are matched a little from both starts.
 void Fitter::grow_if_nearer() {
   const FitMotion plain = *motion_;
-  if (!grow()) return;
+  if (!grow()) {
+    *motion_ = plain;
+    return;
+  }
   if (landmarks_.size() < 3 && map_.size() < 3) {
     const FitMotion grown = *motion_;
     const Surfaces surfaces(*this);
@@ -359,10 +365,16 @@ void Fitter::find_tips() {
   set_marks();
 }
 
-// Moves landmarks, and evenly spread pairs of the map, on paths on which limbs turn about their joints. The nodes of
-// the coarse body guide the rest: otherwise a limb whose ends approach each other for a moment buckles and stays
-// buckled.
-void Fitter::go_to_landmarks() {
+// The paths of landmarks, of evenly spread pairs of the map, and of the nodes of the coarse body.
+struct Fitter::Paths {
+  std::vector<std::vector<Vec3d>> all;  // in this order
+  std::size_t pairs = 0;                // of the map
+};
+
+// Moves landmarks, and evenly spread pairs of the map, on paths on which limbs turn about their joints, as far as this
+// is sound. The nodes of the coarse body guide the rest: otherwise a limb whose ends approach each other for a moment
+// buckles and stays buckled.
+SoundReach Fitter::go_to_landmarks() {
   std::vector<Anchor> anchors;
   const std::vector<Vec3d> at = motion_->marks_at();
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
@@ -377,78 +389,109 @@ void Fitter::go_to_landmarks() {
   const std::size_t pairs = anchors.size();
   const std::vector<Anchor> nodes = body.node_anchors();
   anchors.insert(anchors.end(), nodes.begin(), nodes.end());
-  const std::vector<std::vector<Vec3d>> paths = body.paths(anchors, kPathPieces);
+  const Paths paths{body.paths(anchors, kPathPieces), chosen.size()};
   double longest = 0;
-  for (std::size_t i = 0; i < pairs; ++i) longest = std::max(longest, length_of_path(paths[i]));
-  const auto steps =
-      std::clamp(static_cast<std::size_t>(std::ceil(longest / (kMaxStep * diagonal_))), kMinSteps, kMaxSteps);
+  for (std::size_t i = 0; i < pairs; ++i) longest = std::max(longest, length_of_path(paths.all[i]));
   std::vector<Vec3d> guides;
   for (std::size_t i = landmarks_.size(); i < anchors.size(); ++i) guides.push_back(anchors[i].from);
   motion_->set_guides(std::move(guides));
-  motion_->set_spacing(kPathSpacing * diagonal_);
-  const std::size_t stride = chosen.size() / kMaxMapRows + 1;
-  for (std::size_t step = 0; step < steps + 2; ++step) {
-    const double time = std::min(1.0, (static_cast<double>(step) + 1) / static_cast<double>(steps));
-    std::vector<Vec3d> to;
-    for (std::size_t i = 0; i < landmarks_.size(); ++i) to.push_back(place_on(paths[i], time));
-    std::vector<VelocityRows> rows;
-    for (std::size_t k = 0; k < motion_->guides().size(); ++k) {
-      const bool is_node = k >= chosen.size();
-      if (!is_node && k % stride != 0) continue;
-      const Vec3d& p = motion_->guides()[k];
-      const Vec3d by = clipped(place_on(paths[landmarks_.size() + k], time) - p, 2 * kMaxStep * diagonal_);
-      rows.push_back({{p}, {by}, is_node ? kGuideWeight : kMapWeight});
-    }
-    motion_->step(to, std::move(rows));
-  }
+  const SoundReach reach = go_along(
+      paths, std::clamp(static_cast<std::size_t>(std::ceil(longest / (kMaxStep * diagonal_))), kMinSteps, kMaxSteps));
   motion_->set_guides({});
+  return reach;
 }
 
-// Runs the rounds of a level. Returns true if the surfaces are still apart. Throws InvalidInput if the level is too
-// fine for the shape.
+SoundReach Fitter::go_along(const Paths& paths, std::size_t steps) {
+  std::vector<double> times;
+  for (std::size_t i = 0; i <= steps; ++i) times.push_back(static_cast<double>(i) / static_cast<double>(steps));
+  times.insert(times.end(), 2, 1.0);  // the last steps bring what lags behind to its place
+  const double spacing = kPathSpacing * diagonal_;
+  motion_->set_spacing(spacing);
+  motion_->set_max_stretch(kMaxPathStretch * options_.max_stretch);
+  SteppedMotion stepped;
+  stepped.solve = [&](double, double to) { return step_to(paths, to); };
+  stepped.take = [this](const PotentialGrid& grid) { return motion_->take(grid); };
+  stepped.set_spacing = [&](double factor) {
+    motion_->stiffen();
+    motion_->set_spacing(factor * spacing);
+  };
+  const SoundReach reach = step_soundly(times, stepped);
+  motion_->soften();
+  return reach;
+}
+
+// Returns the grid that moves what follows a path to its place at a time.
+PotentialGrid Fitter::step_to(const Paths& paths, double time) {
+  std::vector<Vec3d> to;
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) to.push_back(place_on(paths.all[i], time));
+  std::vector<VelocityRows> rows;
+  const std::size_t stride = paths.pairs / kMaxMapRows + 1;
+  for (std::size_t k = 0; k < motion_->guides().size(); ++k) {
+    const bool is_node = k >= paths.pairs;
+    if (!is_node && k % stride != 0) continue;
+    const Vec3d& p = motion_->guides()[k];
+    const Vec3d by = clipped(place_on(paths.all[landmarks_.size() + k], time) - p, 2 * kMaxStep * diagonal_);
+    rows.push_back({{p}, {by}, is_node ? kGuideWeight : kMapWeight});
+  }
+  return motion_->solve(to, std::move(rows));
+}
+
+// Runs the rounds of a level as far as they are sound. Where a step is not, the body gets stiff and asks for no
+// matches. Returns true if the surfaces are still apart. Throws InvalidInput if the level is too fine for the shape.
 bool Fitter::match_level(const Level& level, const Surfaces& surfaces) {
   const SurfaceSamples asking(triangles_, rest_, level.samples);
   const SurfaceSamples of_target(target_triangles_, target_.positions, level.samples);
   const std::vector<SurfaceSample> target_samples = of_target.at(target_triangles_, target_.positions);
+  const auto take = [this](const PotentialGrid& grid) { return motion_->take(grid); };
   motion_->set_spacing(level.spacing * diagonal_);
-  bool goes_on = true;
-  for (int round = 0; round < level.rounds && goes_on; ++round) {
+  bool is_apart = true;
+  int failures = 0;
+  for (int round = 0; round < level.rounds && is_apart && failures < kMaxFailedRounds; ++round) {
     const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
-    goes_on = match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking,
-                          surfaces.candidates, surfaces.target, target_samples);
+    const std::optional<PotentialGrid> grid =
+        match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, surfaces.candidates,
+                    surfaces.target, target_samples);
+    is_apart = grid.has_value();
+    const double taken = grid ? take_soundly(*grid, take) : 1;
+    if (taken == 1) continue;
+    failures += taken == 0 ? 1 : 0;
+    motion_->stiffen();
+    motion_->set_spacing(level.spacing * diagonal_);
   }
-  return goes_on;
+  motion_->soften();
+  return is_apart;
 }
 
 void Fitter::match_surfaces() {
   const Surfaces surfaces(*this);
+  motion_->set_max_stretch(std::max(options_.max_stretch, best_->stretch));
   const double edge = mean_edge(triangles_, rest_);
   const double stretch_99 = best_->stretch_99;
   for (const Level& level : kLevels) {
     if (&level != &kLevels[0] && level.spacing * diagonal_ < kMinSpacingEdges * edge) return;
     bool goes_on = true;
-    std::optional<Result> now;
     try {
-      now = result_of("surface", [&] { goes_on = match_level(level, surfaces); });
+      goes_on = match_level(level, surfaces);
     } catch (const InvalidInput&) {
       return;  // too fine for the shape: the level before is the last
     }
-    if (!now->is_sound && best_->is_sound) return;
-    if (now->stretch > std::max(options_.max_stretch, best_->stretch)) return;
-    if (now->stretch_99 > std::max(kMaxStretch99, stretch_99)) return;
-    keep_better(std::move(*now));
+    Result now = look("surface");
+    if (now.stretch_99 > std::max(kMaxStretch99, stretch_99)) return;
+    keep_better(std::move(now));
     if (!goes_on) return;
   }
 }
 
-bool Fitter::match_round(const Level& level, double weight, const SurfaceSamples& asking,
-                         const SurfaceSamples& candidates, const SampleTree& target,
-                         const std::vector<SurfaceSample>& of_target) {
+// Returns the grid that covers the distance between the surfaces; nothing if they are as near as matching can bring
+// them.
+std::optional<PotentialGrid> Fitter::match_round(const Level& level, double weight, const SurfaceSamples& asking,
+                                                 const SurfaceSamples& candidates, const SampleTree& target,
+                                                 const std::vector<SurfaceSample>& of_target) {
   const std::vector<Vec3d>& positions = motion_->positions();
   const SampleTree source(candidates.at(triangles_, positions), kNormalLength * diagonal_);
   const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, options_.threads};
   const Matches matches = match(source, asking.at(triangles_, positions), target, of_target, options);
-  if (matches.median_along < kMinDistance * diagonal_) return false;
+  if (matches.median_along < kMinDistance * diagonal_) return std::nullopt;
   std::vector<VelocityRows> rows;
   for (const Match& m : matches.all) {
     if (motion_->is_stiff(m.at)) continue;
@@ -461,8 +504,7 @@ bool Fitter::match_round(const Level& level, double weight, const SurfaceSamples
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
     to.push_back(at[i] + clipped(landmarks_[i].target - at[i], kMaxStep * diagonal_));
   }
-  motion_->step(to, std::move(rows));
-  return true;
+  return motion_->solve(to, std::move(rows));
 }
 
 SelfIntersections Fitter::crossings_of(std::span<const Vec3d> positions) const {
@@ -470,37 +512,8 @@ SelfIntersections Fitter::crossings_of(std::span<const Vec3d> positions) const {
   return self_intersections(triangles_, positions, {.threads = options_.threads, .progress = options_.progress});
 }
 
-// Returns the result of a stage. Path lines never cross, but flat triangles may where parts of a shape are close
-// together. If there are new crossings, the stage is repeated with a body that is stiff around them, as long as that
-// helps. If the source itself crosses, it often does not.
-template <class Stage>
-Fitter::Result Fitter::result_of(const std::string& name, const Stage& stage) {
-  const FitMotion start = *motion_;
-  const std::uint64_t done = options_.progress != nullptr ? options_.progress->done.load() : 0;
-  stage();
-  const std::uint64_t work = options_.progress != nullptr ? options_.progress->done.load() - done : 0;
-  Result best = look(name);
-  std::vector<std::uint32_t> stiff = best.crossed;
-  for (int again = 0; again < kMaxRepeats && !stiffness_fails_ && !stiff.empty() && stiff.size() <= kMaxCrossed;
-       ++again) {
-    if (options_.progress != nullptr) options_.progress->total += work;
-    *motion_ = start;
-    motion_->stiffen(stiff);
-    stage();
-    Result next = look(name);
-    stiff.insert(stiff.end(), next.crossed.begin(), next.crossed.end());
-    if (next.crossed.empty()) stiff.clear();
-    const double max_stretch = std::max(best.stretch, options_.max_stretch);
-    stiffness_fails_ = 4 * next.crossings_new > best.crossings_new || next.stretch > max_stretch;
-    if (!stiffness_fails_) best = std::move(next);
-  }
-  *motion_ = best.motion;
-  motion_->stiffen({});
-  return best;
-}
-
 Fitter::Result Fitter::look(std::string stage) const {
-  Result result{*motion_, 0, 1, 1, 0, 0, {}, false, std::move(stage)};
+  Result result{*motion_, 0, 1, 1, 0, 0, false, std::move(stage)};
   const std::vector<Vec3d>& positions = motion_->positions();
   result.distance = distance(kDistanceSamples).mean;
   const SurfaceStretch stretch = surface_stretch(triangles_, rest_, positions);
@@ -509,8 +522,7 @@ Fitter::Result Fitter::look(std::string stage) const {
   const SelfIntersections crossings = crossings_of(positions);
   result.crossings = crossings.count;
   result.crossings_new = count_new(crossings, crossings_before_);
-  result.crossed = crossed_anew(crossings, crossings_before_, triangles_);
-  result.is_sound = result.crossings_new == 0 && result.stretch <= options_.max_stretch;
+  result.is_sound = result.crossings_new <= max_new_crossings() && result.stretch <= options_.max_stretch;
   return result;
 }
 
@@ -527,22 +539,22 @@ void Fitter::exactly_to_landmarks() {
   for (int again = 0; again < 3 && motion_->miss() > 0.3 * kFitExact * diagonal_; ++again) {
     std::vector<Vec3d> to;
     for (const FitMark& mark : motion_->marks()) to.push_back(mark.place);
-    motion_->step(to, {});
+    if (!motion_->take(motion_->solve(to, {})).empty()) return;
   }
   if (motion_->miss() <= kFitExact * diagonal_) return;
   const FitMotion before = *motion_;
-  const bool was_sound = look(best_->stage).crossings_new == 0;
   PinsStroke pins;
   pins.points = motion_->marks_at();
   for (const FitMark& mark : motion_->marks()) pins.to.push_back(mark.place);
   pins.radius_auto = true;
+  std::string problem;
   try {
     motion_->carry(flow_of(pins));
-  } catch (const InvalidInput&) {
-    *motion_ = before;
-    return;
+    problem = judge_->problem_of(before.positions(), motion_->positions(), kMaxPathStretch * options_.max_stretch).text;
+  } catch (const InvalidInput& error) {
+    problem = error.what();
   }
-  if (was_sound && look(best_->stage).crossings_new > 0) {
+  if (!problem.empty()) {
     *motion_ = before;
     return;
   }

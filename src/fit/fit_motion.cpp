@@ -44,13 +44,19 @@ Flow flow_of(const PotentialGrid& grid) {
 
 }  // namespace
 
-FitMotion::FitMotion(std::vector<Vec3d> positions, std::span<const Triangle> triangles, double diagonal, int threads,
-                     Progress* progress)
+FitMotion::FitMotion(std::vector<Vec3d> positions, std::span<const Triangle> triangles, double diagonal,
+                     const SoundJudge& judge, int threads, Progress* progress)
     : positions_(std::move(positions)),
       triangles_(triangles),
       diagonal_(diagonal),
       threads_(threads),
-      progress_(progress) {}
+      progress_(progress),
+      judge_(&judge) {}
+
+void FitMotion::soften() {
+  stiff_.clear();
+  unsound_.clear();
+}
 
 void FitMotion::set_marks(std::span<const Vec3d> points, std::vector<FitMark> marks) {
   marks_ = std::move(marks);
@@ -124,7 +130,7 @@ void FitMotion::move(const Flow& flow, std::vector<Vec3d>& points, Progress* pro
   if (advect(flow, points, options).status == AdvectStatus::cancelled) throw Cancelled();
 }
 
-void FitMotion::step(std::span<const Vec3d> to, std::vector<VelocityRows> rows) {
+PotentialGrid FitMotion::solve(std::span<const Vec3d> to, std::vector<VelocityRows> rows) {
   stop_if_cancelled(progress_);
   const std::size_t others = rows.size();
   for (std::size_t i = 0; i < patches_.size(); ++i) {
@@ -132,7 +138,8 @@ void FitMotion::step(std::span<const Vec3d> to, std::vector<VelocityRows> rows) 
     const double weight = kMarkWeight * weight_of(i, patch.front()) / static_cast<double>(patch.size());
     rows.push_back({patch, std::vector<Vec3d>(patch.size(), to[i] - patch.front()), weight, true});
   }
-  find_surroundings(body_, before_, rows, lattice_.spacing);
+  std::vector<Vec3d> before = before_;
+  find_surroundings(body_, before, rows, lattice_.spacing);
   const NearRigidSystem system(lattice_, body_, rows, threads_, progress_);
   unknowns_ = std::max(unknowns_, system.unknowns());
   PotentialGrid grid = system.solve(rows);
@@ -148,12 +155,28 @@ void FitMotion::step(std::span<const Vec3d> to, std::vector<VelocityRows> rows) 
     }
     grid = system.solve(rows);
   }
-  carry(flow_of(grid));
+  return grid;
+}
+
+std::string FitMotion::take(PotentialGrid grid) {
+  const Flow flow = flow_of(grid);
+  std::vector<Vec3d> next = positions_;
+  move(flow, next, progress_);
+  StepProblem problem = judge_->problem_of(positions_, next, max_stretch_);
+  unsound_.insert(unsound_.end(), problem.where.begin(), problem.where.end());
+  if (!problem.text.empty()) {
+    if (progress_ != nullptr) progress_->total += positions_.size();
+    return std::move(problem.text);
+  }
+  positions_ = std::move(next);
+  before_ = body_.points;
+  move_others(flow);
   grids_.push_back(std::move(grid));
+  return {};
 }
 
 // Grows by v = rate (x - middle) + shift, where the middle moves evenly.
-void FitMotion::grow(double factor, const Vec3d& from, const Vec3d& to) {
+bool FitMotion::grow(double factor, const Vec3d& from, const Vec3d& to) {
   double longest = 0;
   for (const Vec3d& p : positions_) longest = std::max(longest, norm(to + (p - from) * factor - p));
   const auto steps = std::clamp(static_cast<std::size_t>(std::ceil(longest / (kMaxGrowthStep * diagonal_))),
@@ -171,13 +194,18 @@ void FitMotion::grow(double factor, const Vec3d& from, const Vec3d& to) {
     }
     std::vector<Vec3d> places = marks_at();
     for (Vec3d& p : places) p += velocity(p);
-    step(places, std::move(rows));
+    if (!take(solve(places, std::move(rows))).empty()) return false;
   }
   growth_ = 0;
+  return true;
 }
 
 void FitMotion::carry(const Flow& flow) {
   move(flow, positions_, progress_);
+  move_others(flow);
+}
+
+void FitMotion::move_others(const Flow& flow) {
   move(flow, body_.points, nullptr);
   move(flow, followers_, nullptr);
   move(flow, guides_, nullptr);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 #include "pose/near_rigid.h"
+#include "pose/sound_steps.h"
 
 namespace knead::fit_detail {
 
@@ -25,9 +27,9 @@ struct FitMark {
 // The shape in motion. A copy saves its state.
 class FitMotion {
  public:
-  // Accuracy is relative to the diagonal. The triangles and progress must outlive it.
-  FitMotion(std::vector<Vec3d> positions, std::span<const Triangle> triangles, double diagonal, int threads,
-            Progress* progress);
+  // Accuracy is relative to the diagonal. The triangles, the judge of its steps and progress must outlive it.
+  FitMotion(std::vector<Vec3d> positions, std::span<const Triangle> triangles, double diagonal,
+            const detail::SoundJudge& judge, int threads, Progress* progress);
 
   // Sets points of the shape as landmarks. Everything within a small distance of one moves as a rigid patch.
   void set_marks(std::span<const Vec3d> points, std::vector<FitMark> marks);
@@ -38,15 +40,20 @@ class FitMotion {
 
   // Lets volumes change from the next spacing on.
   void let_grow() { grows_ = true; }
-  // Lets the whole shape grow by the factor while `from` moves to `to`; needs let_grow(). Changes the spacing.
-  void grow(double factor, const Vec3d& from, const Vec3d& to);
+  // Lets the whole shape grow by the factor while `from` moves to `to`; needs let_grow(). Changes the spacing. Returns
+  // false at the first step that is not sound.
+  bool grow(double factor, const Vec3d& from, const Vec3d& to);
 
   // Sets more such points, for some of the steps.
   void set_guides(std::vector<Vec3d> points) { guides_ = std::move(points); }
   const std::vector<Vec3d>& guides() const { return guides_; }
 
-  // Makes the body stiff around these vertices of the shape from the next spacing on.
-  void stiffen(std::vector<std::uint32_t> vertices) { stiff_ = std::move(vertices); }
+  // Sets how much a triangle may be stretched or pressed against the start.
+  void set_max_stretch(double stretch) { max_stretch_ = stretch; }
+
+  // Makes the body stiff from the next spacing on where steps were not sound and not taken; or again as soft as it was.
+  void stiffen() { stiff_ = unsound_; }
+  void soften();
   // Returns true if a position is near one of them.
   bool is_stiff(const Vec3d& at) const;
 
@@ -58,11 +65,15 @@ class FitMotion {
   // Returns the greatest distance of a landmark from its target beyond its tolerance.
   double miss() const;
 
-  // Solves for the grid that moves the landmarks to `to`, one position for each, and meets the rows; then moves
-  // everything. Throws InvalidInput if the equations are singular, and Cancelled.
-  void step(std::span<const Vec3d> to, std::vector<detail::VelocityRows> rows);
+  // Returns the grid that moves the landmarks to `to`, one position for each, and meets the rows. Moves nothing. Throws
+  // InvalidInput if the equations are singular, and Cancelled.
+  PotentialGrid solve(std::span<const Vec3d> to, std::vector<detail::VelocityRows> rows);
 
-  // Moves everything by a stroke that turns or shifts the whole shape.
+  // Moves everything by a grid and returns an empty text, or says why the surface would not be sound, and stays. Throws
+  // Cancelled.
+  std::string take(PotentialGrid grid);
+
+  // Moves everything by a stroke.
   void carry(const Flow& flow);
 
   double diagonal() const { return diagonal_; }
@@ -74,6 +85,7 @@ class FitMotion {
 
  private:
   void move(const Flow& flow, std::vector<Vec3d>& points, Progress* progress) const;
+  void move_others(const Flow& flow);
   double weight_of(std::size_t mark, const Vec3d& at) const;
 
   std::vector<Vec3d> positions_;
@@ -83,7 +95,10 @@ class FitMotion {
   bool grows_ = false;
   double growth_ = 0;  // the wanted div v everywhere; 0: none is wanted
   Progress* progress_ = nullptr;
-  std::vector<std::uint32_t> stiff_;
+  const detail::SoundJudge* judge_;
+  double max_stretch_ = kInfinity;
+  std::vector<std::uint32_t> stiff_;    // vertices
+  std::vector<std::uint32_t> unsound_;  // in steps that were not taken
   detail::Lattice lattice_;
   detail::BodySamples body_;
   std::vector<Vec3d> before_;                // the body's points one step earlier

@@ -77,18 +77,6 @@ double mean_edge(std::span<const Triangle> triangles, std::span<const Vec3d> pos
   return sum / (3 * static_cast<double>(triangles.size()));
 }
 
-std::vector<std::uint32_t> crossed_anew(const SelfIntersections& now, const SelfIntersections& before,
-                                        std::span<const Triangle> triangles) {
-  std::vector<std::array<std::uint32_t, 2>> added;
-  std::set_difference(now.pairs.begin(), now.pairs.end(), before.pairs.begin(), before.pairs.end(),
-                      std::back_inserter(added));
-  std::vector<std::uint32_t> corners;
-  for (const auto& pair : added) {
-    for (const std::uint32_t t : pair) corners.insert(corners.end(), triangles[t].begin(), triangles[t].end());
-  }
-  return corners;
-}
-
 void add_landmarks(std::span<const Vec3d> at, std::span<const FitPair> pairs, double diagonal, BodyFitReport& report) {
   double sum = 0;
   for (std::size_t i = 0; i < at.size(); ++i) {
@@ -136,7 +124,7 @@ constexpr double kMaxMeanDistance = 3e-3;      // of surfaces that count as fitt
 constexpr double kMaxVolumeDifference = 1e-3;  // relative; a greater one hinders a fit that keeps the volume
 
 std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& options) {
-  if (report.crossings_new > 0) {
+  if (report.crossings_new > fit_detail::max_new_crossings(report.crossings_before)) {
     return fmt::format(
         "{} pairs of triangles cross after the fit that did not before; give more pairs of landmarks "
         "where they cross",
@@ -147,6 +135,12 @@ std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& o
         "a triangle is stretched by {:.3g}, more than {:g}; look at the result "
         "there, correct pairs of landmarks, or give more",
         report.greatest_stretch, options.max_stretch);
+  }
+  if (report.landmark_excess > kFitExact && report.reached < 1) {
+    return fmt::format(
+        "the landmarks came {:.0f}% of their way, then {}; the nearest sound state is written: correct pairs of "
+        "landmarks there, or give more",
+        100 * report.reached, report.obstacle);
   }
   if (report.landmark_excess > kFitExact) {
     return fmt::format(

@@ -46,9 +46,8 @@ std::optional<double> relative(const std::optional<double>& now, const std::opti
 // Returns the mean length of the edges; there is at least one triangle.
 double mean_edge(std::span<const Triangle> triangles, std::span<const Vec3d> positions);
 
-// Returns the corners of the triangles in new crossings.
-std::vector<std::uint32_t> crossed_anew(const SelfIntersections& now, const SelfIntersections& before,
-                                        std::span<const Triangle> triangles);
+// Returns how many pairs of triangles may cross anew: 1% of those of a scan that crosses itself everywhere; else none.
+inline std::size_t max_new_crossings(std::size_t own) { return own < 1000 ? 0 : own / 100; }
 
 // Adds the distances of landmarks from their targets. `at`: the position of each.
 void add_landmarks(std::span<const Vec3d> at, std::span<const FitPair> pairs, double diagonal, BodyFitReport& report);

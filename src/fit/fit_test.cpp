@@ -268,6 +268,21 @@ TEST(Fit, NeverEndsWorseThanItsLandmarks) {
   EXPECT_LE(fit.report.greatest_stretch, 1.3);
 }
 
+// Landmarks that ask for too much are followed as far as the shape stays sound, and the complaint says how far.
+TEST(Fit, StopsAtTheLastSoundStep) {
+  const Mesh source = figure();
+  std::vector<FitPair> pairs = far_pairs(source, source, 6);
+  for (FitPair& pair : pairs) pair.target.x *= 6;
+  const BodyFitOptions options{.landmarks = pairs, .surface = false, .align = FitAlign::never, .max_stretch = 1.5};
+  const BodyFit fit = fit_body(source, source, options);
+  EXPECT_GT(fit.report.reached, 0.05);
+  EXPECT_LT(fit.report.reached, 0.9);
+  EXPECT_FALSE(fit.report.obstacle.empty());
+  EXPECT_LE(fit.report.greatest_stretch, 3);
+  EXPECT_EQ(fit.report.crossings_new, 0);
+  EXPECT_FALSE(fit.report.is_sound);
+}
+
 TEST(Fit, CanBeCancelled) {
   const Mesh source = figure();
   Progress progress;

@@ -460,6 +460,21 @@ TEST(SoundSteps, ASurfaceStaysWhereAGridWouldSpoilIt) {
   EXPECT_EQ(stopped.positions(), positions);
 }
 
+// A grid that is too much is taken in part.
+TEST(SoundSteps, TakeTheGreatestSoundPart) {
+  PotentialGrid grid;
+  grid.counts = {1, 1, 1};
+  grid.coefficients = SharedVectors({{1, 0, 0}});
+  const auto part_below = [&](double limit) {
+    return take_soundly(grid, [&](const PotentialGrid& part) {
+      return part.coefficients[0].x < limit ? std::string() : std::string("too much");
+    });
+  };
+  EXPECT_EQ(part_below(2), 1);
+  EXPECT_EQ(part_below(0.3), 0.25);
+  EXPECT_EQ(part_below(0.001), 0);
+}
+
 TEST(Pose, StopsWhereItIsCancelled) {
   Progress progress;
   PoseProblem problem = bent_bar();

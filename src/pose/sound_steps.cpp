@@ -34,12 +34,64 @@ std::string at(const Vec3d& p) { return fmt::format("near [{:.4g}, {:.4g}, {:.4g
 
 }  // namespace
 
+SoundJudge::SoundJudge(std::span<const Vec3d> start, std::span<const Triangle> triangles, std::size_t max_new_crossings,
+                       int threads, const Progress* progress)
+    : start_(start.begin(), start.end()),
+      triangles_(triangles.begin(), triangles.end()),
+      max_new_crossings_(max_new_crossings),
+      threads_(threads),
+      progress_(progress) {}
+
+StepProblem SoundJudge::problem_of(std::span<const Vec3d> now, std::span<const Vec3d> next, double max_stretch) const {
+  std::vector<Triangle> moving;
+  std::vector<bool> moves(triangles_.size(), false);
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    const Triangle& t = triangles_[i];
+    moves[i] = std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return next[v] != now[v]; });
+    if (moves[i]) moving.push_back(t);
+  }
+  const SurfaceStretch whole = surface_stretch(moving, start_, next);
+  const SurfaceStretch step = surface_stretch(moving, now, next);
+  const bool is_torn = step.worst() > kMaxStepStretch;
+  if (is_torn || whole.worst() > max_stretch) {
+    const Triangle& worst = moving[is_torn ? step.worst_triangle : whole.worst_triangle];
+    std::string text = is_torn ? "the shape would be torn "
+                               : fmt::format("a triangle would be stretched or pressed {:.3g} times ", whole.worst());
+    return {text + at(next[worst[0]]), {worst.begin(), worst.end()}};
+  }
+  return crossing_of(next, moves);
+}
+
+StepProblem SoundJudge::crossing_of(std::span<const Vec3d> next, const std::vector<bool>& moves) const {
+  SelfIntersectionOptions options;
+  options.threads = threads_;
+  options.progress = progress_;
+  options.chosen = &moves;
+  const SelfIntersections found = self_intersections(triangles_, next, options);
+  if (found.count == 0) return {};
+  // Few triangles cross: only these are looked at as they were at the start.
+  std::vector<bool> crosses(triangles_.size(), !found.complete);
+  for (const auto& pair : found.pairs) crosses[pair[0]] = crosses[pair[1]] = true;
+  options.chosen = &crosses;
+  const SelfIntersections before = self_intersections(triangles_, start_, options);
+  const std::size_t count = count_new(found, before);
+  if (count <= max_new_crossings_) return {};
+  StepProblem problem{fmt::format("{} pairs of triangles would cross", count)};
+  for (const auto& pair : found.pairs) {
+    if (std::binary_search(before.pairs.begin(), before.pairs.end(), pair)) continue;
+    if (problem.where.empty()) problem.text += ' ' + at(next[triangles_[pair[0]][0]]);
+    for (const std::uint32_t t : pair) {
+      problem.where.insert(problem.where.end(), triangles_[t].begin(), triangles_[t].end());
+    }
+  }
+  return problem;
+}
+
 SoundSurface::SoundSurface(std::span<const Vec3d> positions, std::span<const Triangle> triangles, double max_stretch,
                            const AdvectOptions& options)
-    : start_(positions.begin(), positions.end()),
-      now_(start_),
-      triangles_(triangles.begin(), triangles.end()),
+    : judge_(positions, triangles, 0, options.threads, options.progress),
       max_stretch_(max_stretch),
+      now_(positions.begin(), positions.end()),
       options_(options),
       progress_(options.progress) {
   options_.progress = nullptr;
@@ -51,50 +103,9 @@ std::string SoundSurface::take(const PotentialGrid& grid) {
   flow.segments.emplace_back().grid = grid;
   std::vector<Vec3d> next = now_;
   if (advect(flow, next, options_).status != AdvectStatus::done) return "the flow would be too strong to follow";
-  std::string problem = problem_of(next);
-  if (problem.empty()) now_ = std::move(next);
-  return problem;
-}
-
-std::string SoundSurface::problem_of(const std::vector<Vec3d>& next) const {
-  std::vector<Triangle> moving;
-  std::vector<bool> moves(triangles_.size(), false);
-  for (std::size_t i = 0; i < triangles_.size(); ++i) {
-    const Triangle& t = triangles_[i];
-    moves[i] = std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return next[v] != now_[v]; });
-    if (moves[i]) moving.push_back(t);
-  }
-  const SurfaceStretch whole = surface_stretch(moving, start_, next);
-  if (whole.worst() > max_stretch_) {
-    return fmt::format("a triangle would be stretched or pressed {:.3g} times {}", whole.worst(),
-                       at(next[moving[whole.worst_triangle][0]]));
-  }
-  const SurfaceStretch step = surface_stretch(moving, now_, next);
-  if (step.worst() > kMaxStepStretch) {
-    return fmt::format("the shape would be torn {}", at(next[moving[step.worst_triangle][0]]));
-  }
-  return crossing_of(next, moves);
-}
-
-std::string SoundSurface::crossing_of(const std::vector<Vec3d>& next, const std::vector<bool>& moves) const {
-  SelfIntersectionOptions options;
-  options.threads = options_.threads;
-  options.progress = progress_;
-  options.chosen = &moves;
-  const SelfIntersections found = self_intersections(triangles_, next, options);
-  if (found.count == 0) return {};
-  // Few triangles cross: only these are looked at as they were at the start.
-  std::vector<bool> crosses(triangles_.size(), !found.complete);
-  for (const auto& pair : found.pairs) crosses[pair[0]] = crosses[pair[1]] = true;
-  options.chosen = &crosses;
-  const SelfIntersections before = self_intersections(triangles_, start_, options);
-  const std::size_t count = count_new(found, before);
-  if (count == 0) return {};
-  for (const auto& pair : found.pairs) {
-    if (std::binary_search(before.pairs.begin(), before.pairs.end(), pair)) continue;
-    return fmt::format("{} pairs of triangles would cross {}", count, at(next[triangles_[pair[0]][0]]));
-  }
-  return fmt::format("{} pairs of triangles would cross", count);
+  StepProblem problem = judge_.problem_of(now_, next, max_stretch_);
+  if (problem.text.empty()) now_ = std::move(next);
+  return std::move(problem.text);
 }
 
 SoundReach step_soundly(std::span<const double> times, const SteppedMotion& motion) {
@@ -126,6 +137,14 @@ SoundReach step_soundly(std::span<const double> times, const SteppedMotion& moti
     }
   }
   return reach;
+}
+
+double take_soundly(const PotentialGrid& grid, const std::function<std::string(const PotentialGrid&)>& take) {
+  for (int halvings = 0; halvings <= kMaxHalvings; ++halvings) {
+    const double part = std::ldexp(1.0, -halvings);
+    if (take(multiplied(grid, part)).empty()) return part;
+  }
+  return 0;
 }
 
 }  // namespace knead::detail

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "knead/error.h"
 #include "knead/field.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
@@ -15,30 +17,52 @@
 
 namespace knead::detail {
 
-// A surface that is moved grid by grid, and stays sound: no pairs of triangles cross that did not at the start, and
-// none is stretched or pressed by more than a factor.
+// What makes a step of a surface unsound.
+struct StepProblem {
+  std::string text;                    // "3 pairs of triangles would cross near [0, 1, 2]"; empty: the step is sound
+  std::vector<std::uint32_t> where{};  // corners of triangles that would cross, or would be stretched most
+};
+
+// Judges steps of a surface by what they change against its start.
+class SoundJudge {
+ public:
+  // `max_new_crossings`: pairs of triangles that may cross though they did not at the start. `progress` only cancels.
+  SoundJudge(std::span<const Vec3d> start, std::span<const Triangle> triangles, std::size_t max_new_crossings,
+             int threads, const Progress* progress);
+
+  // Returns why a step is not sound. `max_stretch`: how much a triangle may be stretched or pressed against the start.
+  // Time: a search for crossings of the triangles that move. Throws Cancelled.
+  StepProblem problem_of(std::span<const Vec3d> now, std::span<const Vec3d> next, double max_stretch) const;
+
+ private:
+  StepProblem crossing_of(std::span<const Vec3d> next, const std::vector<bool>& moves) const;
+
+  std::vector<Vec3d> start_;
+  std::vector<Triangle> triangles_;
+  std::size_t max_new_crossings_;
+  int threads_;
+  const Progress* progress_;
+};
+
+// A surface that is moved grid by grid, and stays sound, without any new crossing.
 class SoundSurface {
  public:
-  // `max_stretch`: of a triangle against the start. `options`: of the path lines; its progress only cancels.
+  // `options`: of the path lines; its progress only cancels.
   SoundSurface(std::span<const Vec3d> positions, std::span<const Triangle> triangles, double max_stretch,
                const AdvectOptions& options);
 
   // Moves the surface by a grid and returns an empty text. If the surface would not be sound then, it stays, and the
-  // text says why: "3 pairs of triangles would cross near [0, 1, 2]". Time: a path line for each vertex that moves,
-  // and a search for crossings of their triangles. Throws Cancelled, and the surface stays.
+  // text says why. Time: a path line for each vertex that moves, and that of the judge. Throws Cancelled, and the
+  // surface stays.
   std::string take(const PotentialGrid& grid);
 
   // Returns the positions that the grids taken so far lead to.
   const std::vector<Vec3d>& positions() const { return now_; }
 
  private:
-  std::string problem_of(const std::vector<Vec3d>& next) const;
-  std::string crossing_of(const std::vector<Vec3d>& next, const std::vector<bool>& moves) const;
-
-  std::vector<Vec3d> start_;
-  std::vector<Vec3d> now_;
-  std::vector<Triangle> triangles_;
+  SoundJudge judge_;
   double max_stretch_;
+  std::vector<Vec3d> now_;
   AdvectOptions options_;
   const Progress* progress_;
 };
@@ -63,5 +87,9 @@ struct SoundReach {
 // Steps through ascending times. A step that is not sound is halved up to five times, then tried on coarser and finer
 // grids; if none is sound, the motion ends. A step of no duration that is not sound is left out.
 SoundReach step_soundly(std::span<const double> times, const SteppedMotion& motion);
+
+// Takes a grid, or the first of its half, its quarter and so on that is sound. Returns the part that was taken: 0 to 1.
+// `take`: as that of SteppedMotion.
+double take_soundly(const PotentialGrid& grid, const std::function<std::string(const PotentialGrid&)>& take);
 
 }  // namespace knead::detail
