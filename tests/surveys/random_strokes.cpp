@@ -64,7 +64,14 @@ Stroke implicit(const Draw& draw) {
   if (draw.uniform(0, 1) < 0.4) {
     stroke.region = ImplicitRegion::capsule;
     stroke.half_axis = draw.direction() * (draw.uniform(0.02, 0.15) * draw.size);
+  } else if (draw.uniform(0, 1) < 0.5) {
+    stroke.falloff = kWideFalloff;
+    stroke.bump = 0.5 * stroke.outer;
+    stroke.outer = draw.uniform(2, 4) * stroke.bump;
+    if (draw.uniform(0, 1) < 0.3) stroke.core = draw.uniform(0.1, 0.8);
+    stroke.inner = 0;
   }
+  if (draw.uniform(0, 1) < 0.3) stroke.taper = draw.uniform(0.1, 1);
   return stroke;
 }
 
@@ -79,6 +86,12 @@ Stroke paint(const Draw& draw) {
     stroke.path.push_back(p);
     p += way * stroke.outer;
     way = normalized(way + draw.direction() * 0.4);
+  }
+  if (draw.uniform(0, 1) < 0.5) {
+    stroke.falloff = kWideFalloff;
+    stroke.bump = std::exchange(stroke.outer, 0);
+    if (draw.uniform(0, 1) < 0.5) stroke.pinch = draw.uniform(-1.5, 1.5);
+    if (stroke.pinch != 0) stroke.depth = draw.uniform(-0.3, 0.3) * std::abs(stroke.pinch) * stroke.bump;
   }
   return stroke;
 }
