@@ -48,19 +48,14 @@ void put_on_walls_watched(Inputs& inputs, const std::string& path, int threads) 
   const ProgressBar bar(progress, 0, !inputs.quiet);
   const bool has_walls = !inputs.session.walls.empty();
   try {
-    const auto cells = std::make_shared<const VolumeCells>(read_cells(path, inputs.shape));
+    std::vector<std::string> notes;
+    const auto cells = std::make_shared<const VolumeCells>(cells_to_judge(path, inputs.shape, has_walls, notes));
+    if (!inputs.quiet) print_notes(notes);
     if (!has_walls && cells->size() == 0) return;
     const std::vector<Patch> patches = has_walls ? read_patches(path, inputs.shape) : std::vector<Patch>{};
     inputs.session = on_walls(std::move(inputs.session), patches, points, {threads, &progress, cells});
-    if (cells->by_corners > 0 && !inputs.quiet) {
-      print_message(fmt::format("note: {}: {} of the third order or above: judged by their corners", path,
-                                counted(cells->by_corners, "cell")));
-    }
   } catch (const Cancelled&) {
     throw Interrupted{};
-  } catch (const std::exception& error) {  // that the points can be deformed without
-    if (has_walls) throw;
-    if (!inputs.quiet) print_message(fmt::format("note: the cells are not judged: {}", error.what()));
   }
 }
 

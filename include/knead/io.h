@@ -205,6 +205,11 @@ std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFi
 // quadrilaterals are the cells. Empty for other formats. Throws as read_shape.
 VolumeCells read_cells(const std::filesystem::path& path, const ShapeFile& shape);
 
+// Returns the cells that a deformation of the shape must keep: as read_cells(), but none where they cannot be read,
+// unless they are needed. Appends a sentence to `notes` where they are not judged, or by their corners only.
+VolumeCells cells_to_judge(const std::filesystem::path& path, const ShapeFile& shape, bool are_needed,
+                           std::vector<std::string>& notes);
+
 // Returns the format that a path's extension names. Throws InvalidInput that lists the known ones.
 std::string format_of(const std::filesystem::path& path);
 

@@ -113,6 +113,8 @@ struct RemeshOptions {
   // Stops without improving the result if many triangles still cross after all faces that cross have been split, for
   // callers who then remesh the deformation in parts.
   bool stop_where_crossed = false;
+  // Also stops before improving anything if over 5000 pairs of triangles cross that did not before.
+  bool stop_where_thousands_cross = false;
   // Creases of the mesh before. They may be split, but are not smoothed. remesh() finds no others by itself.
   std::span<const MeshEdge> creases{};
   // A label for each face (material, group), or empty. Edges between different labels are treated like seams.
@@ -138,7 +140,7 @@ struct RemeshCounts {
   std::size_t curves = 0;            // connected sets of these pairs
   std::size_t curves_before = 0;     // the same before the deformation; 0 if none cross in the result
   std::size_t faces = 0;             // faces with a moved vertex after refinement: the work grows with their number
-  bool stopped = false;              // because of RemeshOptions::stop_where_crossed
+  bool stopped = false;              // because of RemeshOptions::stop_where_crossed or the next one
   double missing_volume = 0;         // true volume minus the volume of the refined mesh
   double compensated_volume = 0;     // the part of it that was restored
   bool out_of_time = false;          // RemeshOptions::seconds ended the work

@@ -145,6 +145,7 @@ class Remesher {
     const Surface refined = surface();
     const int steps = is_last_try || options_.targets.iterations == 0 ? 1 : kSteps;
     start();
+    if (options_.stop_where_thousands_cross && stops_where_crossed(refined)) return;
     SurfaceMemory memory;
     for (int step = 0; step < steps; ++step) {
       improve_once(step, nullptr, memory);
@@ -163,6 +164,16 @@ class Remesher {
     counts_.crossings = found.pairs;
     counts_.curves = found.curves;
     for (const std::uint32_t f : found.faces) crossing_places_.push_back(centre_of(f));
+  }
+
+  // Returns true, and counts the crossings, if so many pairs cross in the refined surface that improving is in vain.
+  bool stops_where_crossed(const Surface& refined) {
+    const Crossings found = search_.find(patch_);
+    if (found.pairs <= kMaxPairs) return false;
+    counts_.crossings_before = crossings_before(refined).pairs;
+    counts_.stopped = found.pairs > kMaxPairs + counts_.crossings_before;
+    if (counts_.stopped) counts_.crossings = found.pairs;
+    return counts_.stopped;
   }
 
   // Repairs crossings. If more pairs still cross than before the deformation, starts again from the refined surface.

@@ -517,6 +517,21 @@ TEST(Remesh, FacesThatLieOnOthersInAnotherWayAreRefused) {
   }
 }
 
+// Parts of a stroke beside a mask are remeshed so; a heap of triangles then costs one search and no improvement.
+TEST(Remesh, StopsBeforeItImprovesAHeap) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 2000);
+  std::vector<Vec3d> after = ball.positions;
+  for (std::size_t v = 0; v < after.size(); v += 2) after[v] = after[v] * (v % 3 == 0 ? 0.2 : -0.6);
+  RemeshOptions options;
+  options.targets = resolve({}, ball);
+  options.targets.max_edge = options.targets.max_chord = options.targets.max_angle = 100;  // nothing is split
+  options.stop_where_thousands_cross = true;
+  const RemeshCounts counts = remesh(ball, after, {[](std::span<Vec3d>) {}}, options).counts;
+  EXPECT_TRUE(counts.stopped);
+  EXPECT_GT(counts.crossings, 5000U);
+  EXPECT_EQ(counts.flips + counts.collapses, 0U);
+}
+
 TEST(Remesh, SpansOfAnotherSizeAreRefused) {
   const Deformed ball = pulled_ball(200);
   RemeshOptions options;

@@ -296,6 +296,8 @@ class MeshFollower {
     int left = 0;                // how often the flow may still be halved
     bool is_narrow = false;      // a mask's border is: halves are tried, too, where the whole is much work
     double spent = 0;            // evaluations on the points of all remeshes of the stroke
+    double narrow_most = 0;      // of them, where the border is narrow
+    double narrow_done = 0;      // the part of the flow that has been remeshed there
     std::size_t faces = 0;       // of the whole and of the halves that have been begun
     std::size_t most_faces = 0;  // that all of them may have together; 0 before the whole
     Moment end = Moment::max();  // of the time for them
@@ -360,12 +362,16 @@ class MeshFollower {
     return options;
   }
 
-  // Tries halves where the whole is too much work. Returns no mesh if they are, too.
+  // Tries halves where the whole is too much work. Returns no mesh if they are, too, or if the rest of the flow, in
+  // parts of this length, would be.
   RemeshOutcome remesh_narrow(const Mesh& mesh, const Part& part) {
+    const double before = halving_.spent;
+    const double parts = std::ldexp(1.0, kMaxHalvingsOfNarrow - halving_.left);
     try {
       return remesh(mesh, part);
     } catch (const RemeshLimit&) {
-      if (halving_.left == 0) return {};
+      const double needed = (halving_.spent - before) * parts * (1 - halving_.narrow_done);
+      if (halving_.left == 0 || halving_.spent + needed > halving_.narrow_most) return {};
     }
     if (halving_.most_faces == 0) halving_.most_faces = std::numeric_limits<std::size_t>::max();
     return remesh_in_halves(part);
@@ -397,15 +403,17 @@ class MeshFollower {
     try {
       options.progress = progress_;
       options.stop_where_crossed = true;
+      options.stop_where_thousands_cross = halving_.is_narrow;
       options.seconds = seconds_until(halving_.end);
       budget.least = std::max(1.0, kMinEach * static_cast<double>(part.flow.segments.size()));
       budget.of_the_stroke = cost * evaluations_each(part);
       const double of_strokes = kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size());
       const double all =
           std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices), of_strokes);
-      budget.most = halving_.is_narrow ? std::min(std::max(kWorkOfNarrow * all, of_strokes),
-                                                  halving_.spent + std::max(kWorkOfPart * all, of_strokes))
-                                       : all;
+      halving_.narrow_most = std::max(kWorkOfNarrow * all, of_strokes);
+      budget.most = halving_.is_narrow
+                        ? std::min(halving_.narrow_most, halving_.spent + std::max(kWorkOfPart * all, of_strokes))
+                        : all;
       RemeshOutcome outcome{AdvectStatus::done,
                             remesh_detail::remesh_with(mesh, shape_.positions_, deformation, options, {}, places)};
       const bool is_whole = halving_.most_faces == 0;
@@ -417,7 +425,8 @@ class MeshFollower {
         const Moment end = halving_.end;
         if (is_whole) halving_.end = after(kTimeOfHalves * seconds_until(end));
         if (can_halve(outcome.remeshed->counts)) halves = remesh_in_halves(part);
-        if (!is_whole || halves.remeshed || halves.status == AdvectStatus::cancelled) return halves;
+        const bool is_in_vain = outcome.remeshed->counts.stopped && halving_.is_narrow;
+        if (!is_whole || is_in_vain || halves.remeshed || halves.status == AdvectStatus::cancelled) return halves;
         halving_.spent = 0;
         halving_.left = 0;
         budget.most = all;
@@ -425,6 +434,7 @@ class MeshFollower {
         options.seconds = seconds_until(end);
         if (outcome.remeshed->counts.stopped) finish_stopped(mesh, deformation, options, *outcome.remeshed, places);
       }
+      if (halving_.is_narrow) halving_.narrow_done += std::ldexp(1.0, halving_.left - kMaxHalvingsOfNarrow);
       adopt(*outcome.remeshed, places, part.before);
       return outcome;
     } catch (const Stopped& stopped) {

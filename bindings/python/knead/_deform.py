@@ -9,7 +9,7 @@ import typing
 from . import _knead
 from ._arrays import faces_for
 from ._session import Session, native_session
-from ._shapes import Shape, cell_blocks
+from ._shapes import Shape, cell_blocks, solid_blocks, volume_cells
 from ._strokes import Stroke, _wrap
 
 
@@ -64,25 +64,28 @@ def deform(
         array is then moved in place, without a copy unless `progress` is given.
     also: a sequence of other shapes or points, such as clothes and eyes, that one flow moves along: the result is then a
         list of `vertices`, deformed, and of each of them. Strokes that read a surface read that of `vertices`.
-    patches, cells: of a volume mesh, for a session with walls; by default those of a Shape that was read from a file of
-        gmsh, SU2 or OpenFOAM. patches: a dict of names and arrays as Shape.patches, faces of any number of corners. cells:
-        as for check_cells, and in a plane of one z triangles (m, 3) and quadrilaterals (m, 4); without them no cell is
-        judged.
+    patches, cells: of a volume mesh; by default those of a Shape that was read from a file of gmsh, SU2 or OpenFOAM, and
+        the cells of a mesh of meshio or pyvista. patches: for a session with walls, a dict of names and arrays as
+        Shape.patches, faces of any number of corners. cells: as for check_cells, and in a plane of one z triangles (m, 3)
+        and quadrilaterals (m, 4). Where a cell would be inverted, points inside leave the flow, with a warning; without
+        cells none is judged.
 
     Raises InvalidInput (a ValueError) for values that cannot be used, with the first index for a coordinate that is not
-    finite; TypeError for other types; AccuracyError if a path line runs to infinity, or in a session with walls a cell
-    would be inverted. Ctrl-C ends the work and leaves `out` as it was. The GIL is released; calls from several threads on
+    finite; TypeError for other types; AccuracyError if a path line runs to infinity, or a cell would be inverted. Ctrl-C ends the work and leaves `out` as it was. The GIL is released; calls from several threads on
     different arrays are safe.
     """
     accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
-    if isinstance(session, Session) and session.walls:
-        if faces is not None or also is not None:
-            raise _knead.InvalidInput("walls are those of one volume mesh; leave out faces and also")
-        parts, native = _mesh_parts(vertices, patches, cells), session._native(walls=True)
-        return _knead.deform_on_walls(vertices, native, parts, accuracy, bool(inverse), until, progress, out)
-    faces = faces_for(vertices, faces)
+    has_walls = isinstance(session, Session) and bool(session.walls)
+    if has_walls and (faces is not None or also is not None):
+        raise _knead.InvalidInput("walls are those of one volume mesh; leave out faces and also")
+    faces = None if has_walls else faces_for(vertices, faces)
     if also is None:
-        return _knead.deform(vertices, native_session(session), faces, accuracy, bool(inverse), until, progress, out)
+        native = session._native(walls=True) if has_walls else native_session(session)
+        parts = _mesh_parts(vertices, patches, cells)
+        how = (accuracy, bool(inverse), until, progress, out)
+        if parts is None and not has_walls:
+            return _knead.deform(vertices, native, faces, *how)
+        return _knead.deform_volume(vertices, native, faces, parts or _knead.parts_from([], [], vertices, False), *how)
     import numpy as np
 
     if isinstance(also, np.ndarray) or hasattr(also, "vertices") or hasattr(also, "points"):
@@ -102,14 +105,16 @@ def deform(
 
 
 def _mesh_parts(vertices, patches, cells):
-    """Returns the native patches and cells of a volume mesh."""
+    """Returns the native patches and cells of a volume mesh; None for another shape."""
     import numpy as np
 
     if patches is None and cells is None and isinstance(vertices, Shape):
         return vertices._mesh_parts()
     points = getattr(vertices, "vertices", getattr(vertices, "points", vertices))
     is_flat = cells is not None and len(points) > 0 and float(np.ptp(np.asarray(points)[:, 2])) == 0
-    blocks = [] if cells is None else cell_blocks(cells, is_flat)
+    blocks = cell_blocks(cells, is_flat) if is_flat else solid_blocks(points, volume_cells(vertices) if cells is None else cells)
+    if not blocks and patches is None:
+        return None
     named = {str(name): np.asarray(numbers) for name, numbers in dict(patches or {}).items()}
     for name, numbers in named.items():
         if numbers.dtype.kind not in "iu":

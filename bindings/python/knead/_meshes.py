@@ -7,7 +7,7 @@ from ._arrays import faces_for
 from ._deform import _accuracy, deform
 from ._knead import InvalidInput
 from ._session import native_session
-from ._shapes import Shape, cell_blocks, solid_blocks
+from ._shapes import Shape, cell_blocks, solid_blocks, volume_cells
 from ._splats import Splats, deform_arrays, deform_shape
 
 
@@ -132,9 +132,10 @@ def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **opt
     package = type(mesh).__module__.split(".")[0]
     given = np.asarray(getattr(mesh, name))
     if least_scaled_jacobian is None:
-        if "precision" not in options and _has_volume_cells(mesh):
-            options["precision"] = "float64"
-        moved = deform(_in_space(given), session, faces, **options)
+        cells = volume_cells(mesh)
+        if cell_blocks(cells):
+            options = {"precision": "float64", "cells": cells, **options}
+        moved = deform(mesh if isinstance(mesh, Shape) else _in_space(given), session, faces, **options)
     else:
         cells = getattr(mesh, "cells", None)
         if not isinstance(cells, (list, tuple)) or not cell_blocks(cells):
@@ -154,12 +155,6 @@ def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **opt
     if package == "pyvista" and hasattr(result, "compute_normals"):
         _pyvista_normals(result)
     return result
-
-
-def _has_volume_cells(mesh):
-    """Returns whether a mesh, as meshio reads them, has cells with a volume."""
-    cells = getattr(mesh, "cells", None)
-    return isinstance(cells, (list, tuple)) and bool(cells) and bool(cell_blocks(cells))
 
 
 def _in_space(points):

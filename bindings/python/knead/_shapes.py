@@ -3,6 +3,7 @@
 import json
 import os
 import warnings
+from types import SimpleNamespace
 
 from . import _knead
 from ._arrays import faces_for
@@ -209,6 +210,16 @@ def check_cells(points, cells, before=None):
     turned = jacobian * np.where(was == -1, -1, 1)
     inverted = (orientation != was) & (was != 0)
     return {"volume": volume, "volume_ratio": ratio, "scaled_jacobian": turned, "inverted": inverted, **faces}
+
+
+def volume_cells(mesh):
+    """Returns the cells of a mesh of meshio or pyvista, for solid_blocks; none for other objects."""
+    cells = getattr(mesh, "cells", None)
+    if isinstance(cells, (list, tuple)):
+        return cells if cells and all(hasattr(block, "type") for block in cells) else []
+    solids = {10: "tetra", 12: "hexahedron", 13: "wedge", 14: "pyramid"}  # VTK's numbers
+    kinds = getattr(mesh, "cells_dict", {})
+    return [SimpleNamespace(type=solids[kind], data=data) for kind, data in kinds.items() if kind in solids]
 
 
 def solid_blocks(points, cells):

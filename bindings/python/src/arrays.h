@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -51,10 +52,11 @@ Mesh mesh_from(const Points& points, const py::object& faces);
 // Returns (m, 3) of uint32 if all faces are triangles, else a list of arrays.
 py::object faces_of(const Mesh& mesh);
 
-// What a volume mesh has besides its points.
+// What a volume mesh has besides its points. A file is read when its patches or cells are asked for; the cells once.
 struct MeshParts {
-  std::vector<Patch> patches;
-  std::function<VolumeCells()> cells;  // which are read when they are asked for
+  std::function<std::vector<Patch>()> patches;
+  std::function<VolumeCells(bool are_needed, std::vector<std::string>& notes)> read_cells;  // as cells_to_judge()
+  std::shared_ptr<const VolumeCells> cells{};
 };
 
 // Returns a vector of numbers as an array.

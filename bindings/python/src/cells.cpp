@@ -144,30 +144,36 @@ MeshParts parts_from(const std::vector<std::pair<std::string, CellArray>>& patch
   const Points points = points_from(vertices, "vertices");
   const std::size_t count = points.span().size();
   MeshParts parts;
-  for (const auto& [name, numbers] : patches) parts.patches.push_back(patch_from(name, numbers, count));
+  std::vector<Patch> named;
+  for (const auto& [name, numbers] : patches) named.push_back(patch_from(name, numbers, count));
+  parts.patches = [named = std::move(named)] { return named; };
   VolumeCells cells;
   if (is_flat) {
     cells = flat_cells_from(blocks, points.span());
   } else {
     cells.cells = cells_from(blocks, count);
   }
-  parts.cells = [cells = std::move(cells)] { return cells; };
+  parts.cells = std::make_shared<const VolumeCells>(std::move(cells));
   return parts;
 }
 
 // The file must outlive the result.
 MeshParts parts_of_file(const std::filesystem::path& path, const ShapeFile& file) {
   MeshParts parts;
-  Progress progress;
-  run_watched(py::none(), progress, [&] { parts.patches = read_patches(path, file); });
-  parts.cells = [path, &file] { return read_cells(path, file); };
+  parts.patches = [path, &file] { return read_patches(path, file); };
+  parts.read_cells = [path, &file](bool are_needed, std::vector<std::string>& notes) {
+    return cells_to_judge(path, file, are_needed, notes);
+  };
   return parts;
 }
 
 // Faces (m, 3); edges (m, 2) of a mesh of two dimensions; the points (n) of a patch without faces.
 py::dict patches_of(const MeshParts& parts) {
+  std::vector<Patch> patches;
+  Progress progress;
+  run_watched(py::none(), progress, [&] { patches = parts.patches(); });
   py::dict dict;
-  for (const Patch& patch : parts.patches) {
+  for (const Patch& patch : patches) {
     if (patch.faces.empty()) {
       dict[py::str(patch.name)] = array_from(patch.points);
       continue;

@@ -128,6 +128,7 @@ py::object replay_on(const Request& request, const Session& session, const py::o
   }
   const std::optional<ReplayResult> replayed = replay_watched(request.progress, mesh, session, options);
   if (!replayed) return py::none();
+  if (session.mesh_walls) warn(replayed->warnings);
   return request.target.take(array_of(replayed->shape.positions()), request.points.is_float32);
 }
 
@@ -178,22 +179,31 @@ std::optional<ShapeFile> deform_file(const Given& given, const ShapeFile& file, 
   return parse_shape(serialize_deformed(file.format, whole, replayed->shape), file.format, "shape." + file.format);
 }
 
-// Applies a session with walls to the points of a volume mesh.
-py::object deform_on_walls(const Given& given, const Session& session, const MeshParts& parts,
-                           const Accuracy& accuracy) {
+// Applies a session to the points of a volume mesh, whose cells are judged, and whose patches may be walls.
+py::object deform_volume(const Given& given, const Session& session, const py::object& faces, MeshParts& parts,
+                         const Accuracy& accuracy) {
   Points points = points_from(given.vertices, "vertices");
   Target target(given.out, points);
   const Request request{std::move(points), std::move(target), given.progress};
   ReplayOptions options;
   options.motion = motion_options(accuracy);
   options.part = given.part;
+  options.strokes_warn = false;
   Progress progress;
   Session on_mesh;
-  const bool is_done = run_watched(given.progress, progress, [&] {
-    const auto cells = std::make_shared<const VolumeCells>(parts.cells());
-    on_mesh = on_walls(session, parts.patches, request.points.span(), {accuracy.threads, &progress, cells});
+  std::vector<std::string> notes;
+  std::shared_ptr<const VolumeCells> cells = parts.cells;
+  const bool has_walls = !session.walls.empty();
+  const bool is_done = run_watched(has_walls ? given.progress : py::none(), progress, [&] {
+    if (!cells) cells = std::make_shared<const VolumeCells>(parts.read_cells(has_walls, notes));
+    on_mesh = on_walls(session, has_walls ? parts.patches() : std::vector<Patch>{}, request.points.span(),
+                       {accuracy.threads, &progress, cells});
   });
-  return is_done ? replay_on(request, on_mesh, py::none(), options) : py::none();
+  if (!is_done) return py::none();
+  parts.cells = cells;
+  warn(notes);
+  if (!on_mesh.mesh_walls) return deform(given, session, faces, accuracy);
+  return replay_on(request, on_mesh, needs_faces(session) ? faces : py::none(), options);
 }
 
 Flow joined(Flow first, const Flow& second) {
@@ -337,11 +347,11 @@ void add_flow(py::module_& module) {
     return deform_file({vertices, part_from(inverse, until), progress, py::none()}, file, session, accuracy,
                        max_splats);
   });
-  module.def("deform_on_walls",
-             [](const py::object& vertices, const Session& session, const MeshParts& parts, const Accuracy& accuracy,
-                bool inverse, std::optional<double> until, const py::object& progress, const py::object& out) {
-               return deform_on_walls({vertices, part_from(inverse, until), progress, out}, session, parts, accuracy);
-             });
+  module.def("deform_volume", [](const py::object& vertices, const Session& session, const py::object& faces,
+                                 MeshParts& parts, const Accuracy& accuracy, bool inverse, std::optional<double> until,
+                                 const py::object& progress, const py::object& out) {
+    return deform_volume({vertices, part_from(inverse, until), progress, out}, session, faces, parts, accuracy);
+  });
   py::class_<DerivativeRequest>(module, "DerivativeRequest").def(py::init<double, int, std::optional<double>>());
   module.def("jvp", &jvp);
   module.def("vjp", &vjp);

@@ -107,6 +107,12 @@ bool run_watched(const py::object& callback, Progress& progress, const std::func
   return !(py::isinstance<py::bool_>(answer) && !answer.cast<bool>());
 }
 
+void warn(const std::vector<std::string>& sentences) {
+  for (const std::string& sentence : sentences) {
+    if (PyErr_WarnEx(PyExc_UserWarning, sentence.c_str(), 2) != 0) throw py::error_already_set();
+  }
+}
+
 void require_done(AdvectStatus status, const Session& session, std::size_t failed_line) {
   if (status != AdvectStatus::step_limit) return;
   throw AccuracyError(to_string(Place{session.name, failed_line}) + ": " + kStepLimitAdvice);
@@ -119,9 +125,7 @@ std::optional<ReplayResult> replay_watched(const py::object& callback, const Mes
   ReplayResult result;
   if (!run_watched(callback, progress, [&] { result = replay(borrow(mesh), session, options); })) return std::nullopt;
   require_done(result.status, session, result.failed_line);
-  for (const std::string& shortfall : result.shortfalls) {
-    if (PyErr_WarnEx(PyExc_UserWarning, shortfall.c_str(), 2) != 0) throw py::error_already_set();
-  }
+  warn(result.shortfalls);
   return result;
 }
 

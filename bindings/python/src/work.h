@@ -6,6 +6,8 @@
 #include <functional>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "knead/error.h"
 #include "knead/replay.h"
@@ -27,6 +29,9 @@ class UnavailableError : public std::runtime_error {
 // waits until the work has ended, where either of them raises, or the callback returns False. Returns false in the
 // latter case, else true. Rethrows what the work throws, but not Cancelled where it was asked for.
 bool run_watched(const py::object& callback, Progress& progress, const std::function<void()>& work);
+
+// Gives each sentence as a UserWarning, which may raise an error.
+void warn(const std::vector<std::string>& sentences);
 
 // Throws AccuracyError for the status step_limit.
 void require_done(AdvectStatus status, const Session& session, std::size_t failed_line);

@@ -1,8 +1,11 @@
 """The quality of the cells of volume meshes."""
 
+from types import SimpleNamespace
+
 import knead
 import numpy as np
 import pytest
+from conftest import run
 
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
 
@@ -224,3 +227,49 @@ def test_what_safe_until_refuses():
         knead.widest_outer(points, cells, [STRONG, STRONG])
     assert knead.safe_until(points, cells, STRONG, progress=lambda _: False) is None
     assert knead.widest_outer(points, cells, knead.Bend(center=[0, 0, 0], axis=[1, 0, 0], normal=[0, 0, 1], width=0.2, angle_deg=5)) is None
+
+
+def bricks(path):
+    """A cube of 5 x 5 x 5 hexahedra, also as a file of gmsh."""
+    points, cells = grid(5)
+    rows = [f"{i} {' '.join(map(repr, map(float, p)))}" for i, p in enumerate(points, 1)]
+    of_cells = [f"{i} 5 2 1 1 {' '.join(map(str, c + 1))}" for i, c in enumerate(cells, 1)]
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", "216", *rows, "$EndNodes", "$Elements", "125", *of_cells, "$EndElements"]
+    path.write_text("\n".join(lines) + "\n")
+    return points, cells
+
+
+def test_deform_judges_the_cells_of_files_and_meshes(tmp_path):
+    path = tmp_path / "bricks.msh"
+    points, cells = bricks(path)
+    shape = knead.read(path)
+    mesh = SimpleNamespace(points=points, cells=[SimpleNamespace(type="hexahedron", data=cells)])
+
+    def past_a_neighbour(z):
+        return knead.Implicit(path=[[-0.1, -0.1, z], [0.15, 0, z]], inner=0.05, outer=0.3)
+
+    gentle, inside, outside = knead.Rotate(center=[0, 0, 0], axis=[0, 0, 1], angle_deg=10, inner=0.1, outer=0.5), past_a_neighbour(-0.1), past_a_neighbour(-0.5)
+    ways = [lambda s: knead.deform(shape, s), lambda s: knead.deform(points, s, cells=cells), lambda s: knead.deform(mesh, s),
+            lambda s: knead.deform_mesh(shape, s).vertices, lambda s: knead.deform_mesh(mesh, s, precision="float32").points]
+    assert knead.check_cells(knead.deform(points, inside), cells, points)["inverted"].any()  # nobody knows of the cells
+    knead.Session(inside).write(tmp_path / "inside.knead")
+    run("deform", path, tmp_path / "inside.knead", "-q", "--digits", "shortest", "-o", tmp_path / "moved.msh")
+    for way in ways:
+        assert (way(gentle) == knead.deform(points, gentle)).all()
+        with pytest.warns(UserWarning, match="leave the flow so that no cell is inverted"):
+            moved = way(inside)
+        assert (moved == knead.read(tmp_path / "moved.msh").vertices).all()
+        assert not knead.check_cells(moved, cells, points)["inverted"].any() and np.abs(moved - points).max() > 0.01
+        with pytest.raises(knead.AccuracyError, match="would be inverted"):
+            way(outside)
+
+
+def test_cells_that_cannot_be_read_are_not_judged(tmp_path):
+    path = tmp_path / "bricks.msh"
+    bricks(path)
+    path.write_text(path.read_text().replace("\n7 5 2 1 1", "\n7 99 2 1 1"))
+    shape = knead.read(path)
+    move = knead.Rotate(center=[0, 0, 0], axis=[0, 0, 1], angle_deg=10, inner=0.1, outer=0.5)
+    with pytest.warns(UserWarning, match="the cells are not judged: "):
+        moved = knead.deform(shape, move)
+    assert (moved == knead.deform(shape.vertices, move)).all()

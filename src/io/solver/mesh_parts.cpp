@@ -1,10 +1,14 @@
 // The patches and cells of solvers' meshes (read_patches, read_cells), with the files that lie beside OpenFOAM's
 // points.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "io/solver/solver.h"
 #include "knead/cells.h"
@@ -111,6 +115,22 @@ VolumeCells read_cells(const std::filesystem::path& path, const ShapeFile& shape
     for (std::size_t at = 0; at < faces.size(); at += faces[at] + std::size_t{1}) {
       require_points(std::span(faces).subspan(at + 1, faces[at]), shape.mesh.vertex_count(), path.string(), "a cell");
     }
+  }
+  return cells;
+}
+
+VolumeCells cells_to_judge(const std::filesystem::path& path, const ShapeFile& shape, bool are_needed,
+                           std::vector<std::string>& notes) {
+  VolumeCells cells;
+  try {
+    cells = read_cells(path, shape);
+  } catch (const std::exception& error) {
+    if (are_needed) throw;
+    notes.push_back(fmt::format("the cells are not judged: {}", error.what()));
+  }
+  if (cells.by_corners > 0) {
+    notes.push_back(fmt::format("{}: {} {} of the third order or above: judged by their corners", path.string(),
+                                cells.by_corners, cells.by_corners == 1 ? "cell" : "cells"));
   }
   return cells;
 }
