@@ -55,6 +55,7 @@ constexpr std::size_t kDistanceSamples = 3000;  // vertices of each shape betwee
 constexpr std::size_t kAlignSamples = 400;
 constexpr std::size_t kGrowthSamples = 400;  // vertices at which det J is measured
 constexpr double kMaxPathStretch = 2;        // of a triangle on the way to the landmarks, relative to max_stretch
+constexpr double kMaxKeptDifference = 0.03;  // of volumes: with more, a note advises to let them change
 constexpr int kMaxFailedRounds = 2;          // of a level
 constexpr std::size_t kTipNodes = 250;
 constexpr std::size_t kTipSamples = 1500;
@@ -122,12 +123,12 @@ class Fitter {
   bool match_level(const Level& level, const Surfaces& surfaces);
   void match_surfaces();
   std::optional<PotentialGrid> match_round(const Level& level, double weight, const SurfaceSamples& asking,
-                                           const SurfaceSamples& candidates, const SampleTree& target,
-                                           const std::vector<SurfaceSample>& of_target);
+                                           const Surfaces& surfaces, const std::vector<SurfaceSample>& of_target);
   Result look(std::string stage) const;
   void keep_better(Result result);
   SelfIntersections crossings_of(std::span<const Vec3d> positions) const;
   std::size_t max_new_crossings() const { return knead::fit_detail::max_new_crossings(crossings_before_.count); }
+  void measure_covered();
   void finish(BodyFit& fit);
   // Returns the distance from the target by at most `max_vertices` vertices of each shape; 0: all.
   FitDistance distance(std::size_t max_vertices) const {
@@ -159,13 +160,21 @@ class Fitter {
 // The points of the two surfaces that samples are matched with.
 struct Fitter::Surfaces {
   explicit Surfaces(const Fitter& fitter)
-      : candidates(fitter.triangles_, fitter.rest_, kCandidates),
-        target(SurfaceSamples(fitter.target_triangles_, fitter.target_.positions, kCandidates)
-                   .at(fitter.target_triangles_, fitter.target_.positions),
-               kNormalLength * fitter.diagonal_) {}
+      : Surfaces(fitter, {fitter.target_triangles_, fitter.target_.positions, kCandidates}) {}
 
   SurfaceSamples candidates;
   SampleTree target;
+  std::vector<bool> source_border;  // with `partial`: candidates on borders
+  std::vector<bool> target_border;
+
+ private:
+  Surfaces(const Fitter& fitter, const SurfaceSamples& of_target)
+      : candidates(fitter.triangles_, fitter.rest_, kCandidates),
+        target(of_target.at(fitter.target_triangles_, fitter.target_.positions), kNormalLength * fitter.diagonal_) {
+    if (!fitter.options_.partial) return;
+    source_border = candidates.on_border(fitter.triangles_, fitter.rest_);
+    target_border = of_target.on_border(fitter.target_triangles_, fitter.target_.positions);
+  }
 };
 
 Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& options)
@@ -246,7 +255,7 @@ BodyFit Fitter::run() {
     SoundReach reach = go_to_landmarks();
     report_.reached = reach.time;
     report_.obstacle = std::move(reach.problem);
-  } else if (options_.surface) {
+  } else if (options_.surface && !options_.partial) {
     find_tips();
   }
   Result landmarks = look("landmarks");
@@ -448,9 +457,8 @@ bool Fitter::match_level(const Level& level, const Surfaces& surfaces) {
   int failures = 0;
   for (int round = 0; round < level.rounds && is_apart && failures < kMaxFailedRounds; ++round) {
     const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
-    const std::optional<PotentialGrid> grid =
-        match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, surfaces.candidates,
-                    surfaces.target, target_samples);
+    const std::optional<PotentialGrid> grid = match_round(
+        level, level.first_weight * (1 - part) + level.last_weight * part, asking, surfaces, target_samples);
     is_apart = grid.has_value();
     const double taken = grid ? take_soundly(*grid, take) : 1;
     if (taken == 1) continue;
@@ -485,12 +493,14 @@ void Fitter::match_surfaces() {
 // Returns the grid that covers the distance between the surfaces; nothing if they are as near as matching can bring
 // them.
 std::optional<PotentialGrid> Fitter::match_round(const Level& level, double weight, const SurfaceSamples& asking,
-                                                 const SurfaceSamples& candidates, const SampleTree& target,
+                                                 const Surfaces& surfaces,
                                                  const std::vector<SurfaceSample>& of_target) {
   const std::vector<Vec3d>& positions = motion_->positions();
-  const SampleTree source(candidates.at(triangles_, positions), kNormalLength * diagonal_);
-  const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, options_.threads};
-  const Matches matches = match(source, asking.at(triangles_, positions), target, of_target, options);
+  const SampleTree source(surfaces.candidates.at(triangles_, positions), kNormalLength * diagonal_);
+  const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, surfaces.source_border,
+                             surfaces.target_border, options_.threads};
+  const Matches matches = match(source, asking.at(triangles_, positions), surfaces.target, of_target, options);
+  if (options_.partial) report_.matched = matches.matched;
   if (matches.median_along < kMinDistance * diagonal_) return std::nullopt;
   std::vector<VelocityRows> rows;
   for (const Match& m : matches.all) {
@@ -522,7 +532,10 @@ Fitter::Result Fitter::look(std::string stage) const {
   const SelfIntersections crossings = crossings_of(positions);
   result.crossings = crossings.count;
   result.crossings_new = count_new(crossings, crossings_before_);
-  result.is_sound = result.crossings_new <= max_new_crossings() && result.stretch <= options_.max_stretch;
+  const bool is_clean = max_new_crossings() == 0
+                            ? result.crossings_new == 0
+                            : judge_->crossing_of(positions, std::vector<bool>(triangles_.size(), true)).text.empty();
+  result.is_sound = is_clean && result.stretch <= options_.max_stretch;
   return result;
 }
 
@@ -561,6 +574,16 @@ void Fitter::exactly_to_landmarks() {
   last_.emplace_back(std::move(pins));
 }
 
+// Measures an open target, and what both shapes have, without what the other one lacks.
+void Fitter::measure_covered() {
+  if (!options_.surface || (!options_.partial && volume_of(target_, target_.positions, options_.threads))) return;
+  const Measuring measuring{diagonal_, 0, options_.threads, options_.progress};
+  report_.after_covered = mean_distance(target_.positions, tree_of({motion_->positions(), triangles_}), measuring);
+  if (!options_.partial) return;
+  report_.after_covered =
+      std::min(*report_.after_covered, mean_distance(motion_->positions(), *target_tree_, measuring));
+}
+
 void Fitter::finish(BodyFit& fit) {
   *motion_ = best_->motion;
   exactly_to_landmarks();
@@ -578,6 +601,7 @@ void Fitter::finish(BodyFit& fit) {
   report_.crossings_after = last.crossings;
   report_.crossings_new = last.crossings_new;
   report_.after = distance(0);
+  measure_covered();
   const SurfaceStretch stretch = surface_stretch(triangles_, rest_, fit.positions);
   report_.greatest_stretch = stretch.worst();
   report_.stretch_99 = stretch.percentile_99;
@@ -592,6 +616,14 @@ void Fitter::finish(BodyFit& fit) {
   report_.landmark_excess = std::max(0.0, motion_->miss()) / diagonal_;
   add_landmarks(motion_->marks_at(), landmarks_, diagonal_, report_);
   report_.map_distance = median_distance(motion_->followers(), map_) / diagonal_;
+  const double more = report_.volume_difference.value_or(0);
+  if (options_.volume == FitVolume::keep && std::abs(more) > kMaxKeptDifference) {
+    report_.notes.push_back(
+        fmt::format("the target's volume is {:+.0f}%, and that of the source stays, so flesh gathers or is missing "
+                    "somewhere; let the "
+                    "volume change (free)",
+                    100 * more));
+  }
   report_.is_sound = complaint_about(report_, options_).empty();
   fit.report = std::move(report_);
 }
