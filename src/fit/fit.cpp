@@ -16,6 +16,7 @@
 #include "fit/fit_motion.h"
 #include "fit/fit_report.h"
 #include "fit/fit_tips.h"
+#include "fit/functional_map.h"
 #include "fit/surface_matches.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"
@@ -43,7 +44,9 @@ constexpr double kSoftTolerance = 0.01;  // of the diagonal: the tolerance at wh
 constexpr double kMapAnchorWeight = 0.02;  // of a pair, relative to a landmark
 constexpr std::size_t kMaxMapAnchors = 1500;
 constexpr std::size_t kMaxMapRows = 600;
-constexpr double kMapWeight = 0.4;  // in the units of surface matches
+constexpr double kMapWeight = 0.4;             // in the units of surface matches
+constexpr std::size_t kMaxSeeds = 100;         // landmarks from which a map is found; with more none is needed
+constexpr double kMaxFittedDistance = 2.5e-3;  // of the diagonal: surfaces that are farther apart need a map
 // The surface:
 constexpr double kNormalShare = 0.8;  // of a match's displacement, along the target's normal, that a step covers
 constexpr double kTangentShare = 0.4;
@@ -108,11 +111,15 @@ class Fitter {
   };
 
   void set_marks();
+  void set_map();
   void scale();
   void align();
   bool grow();
   void grow_if_nearer();
   void apply(const std::vector<Stroke>& strokes);
+  bool find_map();
+  void attempt();
+  void attempt_with_map(const FitMotion& start);
   void find_tips();
   struct Paths;
   SoundReach go_to_landmarks();
@@ -152,7 +159,8 @@ class Fitter {
   std::vector<Stroke> strokes_;  // before those of the grids
   std::vector<Stroke> last_;     // after them
   std::size_t tips_ = 0;         // used as landmarks
-  double growth_ = 1;            // the factor by which the source first grows as a whole
+  double max_path_stretch_ = kMaxPathStretch;
+  double growth_ = 1;  // the factor by which the source first grows as a whole
   std::optional<Result> best_;
   BodyFitReport report_;
 };
@@ -212,9 +220,7 @@ Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& opt
   motion_ = std::make_unique<FitMotion>(rest_, triangles_, diagonal_, *judge_, options.threads, options.progress);
   if (options.volume == FitVolume::free) motion_->let_grow();
   set_marks();
-  std::vector<Vec3d> points;
-  for (const FitPair& pair : map_) points.push_back(pair.source);
-  motion_->set_followers(std::move(points));
+  set_map();
   target_tree_ = std::make_unique<SurfaceTree>(tree_of({target.positions, target_triangles_}));
 }
 
@@ -226,6 +232,12 @@ void Fitter::set_marks() {
     marks.push_back({pair.target, pair.tolerance});
   }
   motion_->set_marks(points, std::move(marks));
+}
+
+void Fitter::set_map() {
+  std::vector<Vec3d> points;
+  for (const FitPair& pair : map_) points.push_back(pair.source);
+  motion_->set_followers(std::move(points));
 }
 
 void Fitter::scale() {
@@ -249,6 +261,17 @@ BodyFit Fitter::run() {
   }
   report_.crossings_before = crossings_before_.count;
   report_.before = distance(0);
+  const FitMotion start = *motion_;
+  attempt();
+  if (!best_->is_sound || best_->distance > kMaxFittedDistance) attempt_with_map(start);
+  BodyFit fit;
+  finish(fit);
+  if (progress != nullptr) progress->done = progress->total.load();
+  return fit;
+}
+
+// Fits from the start, and sets the best result.
+void Fitter::attempt() {
   align();
   if (options_.volume == FitVolume::free) grow_if_nearer();
   if (!landmarks_.empty() || !map_.empty()) {
@@ -262,10 +285,30 @@ BodyFit Fitter::run() {
   report_.after_landmarks = landmarks.distance;
   keep_better(std::move(landmarks));
   if (options_.surface) match_surfaces();
-  BodyFit fit;
-  finish(fit);
-  if (progress != nullptr) progress->done = progress->total.load();
-  return fit;
+}
+
+// Fits again from a map that is found, and keeps the better result of both.
+void Fitter::attempt_with_map(const FitMotion& start) {
+  const bool is_wanted = options_.surface && map_.empty() && landmarks_.size() <= kMaxSeeds;
+  if (!is_wanted || !report_.volume_difference || !find_map()) return;
+  if (options_.progress != nullptr) options_.progress->total += options_.progress->done.load();
+  Result before = std::move(*best_);
+  BodyFitReport report = report_;
+  std::vector<Stroke> strokes = std::exchange(strokes_, {});
+  const std::size_t tips = std::exchange(tips_, 0);
+  best_.reset();
+  report_.notes.push_back(fmt::format("a map of {} pairs was found", map_.size()));
+  *motion_ = start;
+  set_map();
+  max_path_stretch_ = 1;
+  attempt();
+  const Result with_map = *best_;
+  keep_better(std::move(before));
+  if (best_->distance == with_map.distance) return;
+  report_ = std::move(report);
+  strokes_ = std::move(strokes);
+  tips_ = tips;
+  map_.clear();
 }
 
 void Fitter::apply(const std::vector<Stroke>& strokes) {
@@ -356,6 +399,32 @@ void Fitter::grow_if_nearer() {
   report_.notes.push_back(fmt::format("the source first grows as a whole by a factor of {:.3g}", growth_));
 }
 
+// Finds a map by the surfaces' eigenfunctions, from the landmarks or from ends of limbs. Of these the set counts whose
+// map is best: others are mirror images, or have a leg for an arm. Returns false if there is no good map.
+bool Fitter::find_map() {
+  std::vector<std::vector<FitPair>> sets{landmarks_};
+  if (landmarks_.empty()) {
+    sets = tip_sets({rest_, triangles_, kTipNodes}, {target_.positions, target_triangles_, kTipNodes}, diagonal_);
+  }
+  if (sets.empty() || sets.front().size() < 3) return false;
+  const auto source = spectral_surface(rest_, triangles_, options_.progress);
+  if (!source) return false;
+  const auto target = spectral_surface(target_.positions, target_triangles_, options_.progress);
+  if (!target) return false;
+  const auto map_from = [&](const std::vector<FitPair>& seeds, bool sketches) {
+    return functional_map(*source, *target, seeds, sketches, options_.threads, options_.progress);
+  };
+  std::size_t best = 0;
+  double quality = kMinMapQuality;
+  for (std::size_t i = 0; i < sets.size() && sets.size() > 1; ++i) {
+    const double own = map_from(sets[i], true).quality;
+    best = own > quality ? i : best;
+    quality = std::max(quality, own);
+  }
+  map_ = map_from(sets[best], false).pairs;
+  return !map_.empty();
+}
+
 // Uses ends of limbs as landmarks until the surfaces are matched, if no pairs are given.
 void Fitter::find_tips() {
   const std::vector<SurfaceSample> of_source =
@@ -416,7 +485,7 @@ SoundReach Fitter::go_along(const Paths& paths, std::size_t steps) {
   times.insert(times.end(), 2, 1.0);  // the last steps bring what lags behind to its place
   const double spacing = kPathSpacing * diagonal_;
   motion_->set_spacing(spacing);
-  motion_->set_max_stretch(kMaxPathStretch * options_.max_stretch);
+  motion_->set_max_stretch(max_path_stretch_ * options_.max_stretch);
   SteppedMotion stepped;
   stepped.solve = [&](double, double to) { return step_to(paths, to); };
   stepped.take = [this](const PotentialGrid& grid) { return motion_->take(grid); };
@@ -594,7 +663,7 @@ void Fitter::finish(BodyFit& fit) {
   std::move(last_.begin(), last_.end(), std::back_inserter(fit.strokes));
   report_.stage = last.stage;
   report_.landmarks = landmarks_.size();
-  report_.map_pairs = map_.size();
+  report_.map_pairs = map_.size();  // given or found
   report_.tips = tips_;
   report_.strokes = fit.strokes.size();
   report_.unknowns = motion_->unknowns();

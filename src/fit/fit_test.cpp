@@ -12,6 +12,7 @@
 #include "fit/coarse_body.h"
 #include "fit/fit_align.h"
 #include "fit/fit_tips.h"
+#include "fit/functional_map.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
@@ -390,6 +391,29 @@ TEST(Fit, SaysWhatIsWrong) {
   for (Vec3d& q : mirrored.positions) q.x = -q.x;
   EXPECT_NE(refusal(hand, mirrored, {.landmarks = far_pairs(hand, mirrored, 8)}).find("mirror image"),
             std::string::npos);
+}
+
+// From five points the map finds the others; from points that are left for right it is a mirror image, and refused.
+TEST(FitMap, IsFoundFromAFewSeeds) {
+  const Mesh source = figure();
+  const Mesh target = figure_with_arms(60);
+  const auto a = fit_detail::spectral_surface(source.positions, triangulate(source), nullptr);
+  const auto b = fit_detail::spectral_surface(target.positions, triangulate(target), nullptr);
+  ASSERT_TRUE(a && b);
+  EXPECT_NEAR(a->spectrum.values[0], 0, 1e-6);
+  EXPECT_NEAR(a->spectrum.values[50] / b->spectrum.values[50], 1, 0.05);
+  std::vector<FitPair> seeds = far_pairs(source, target, 5);
+  const fit_detail::SurfaceMap map = fit_detail::functional_map(*a, *b, seeds, false, 1, nullptr);
+  EXPECT_GT(map.quality, 0.5);
+  EXPECT_GT(map.pairs.size(), 500);
+  double sum = 0;
+  for (const FitPair& pair : map.pairs) {
+    const auto at = std::find(source.positions.begin(), source.positions.end(), pair.source) - source.positions.begin();
+    sum += norm(pair.target - target.positions[static_cast<std::size_t>(at)]);
+  }
+  EXPECT_LT(sum / static_cast<double>(map.pairs.size()), 0.02 * shape_box(target).diagonal());
+  for (FitPair& pair : seeds) pair.source.x = -pair.source.x;
+  EXPECT_LT(fit_detail::functional_map(*a, *b, seeds, true, 1, nullptr).quality, fit_detail::kMinMapQuality);
 }
 
 TEST(FitTips, AreTheEndsOfLimbs) {
