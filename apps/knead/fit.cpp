@@ -30,6 +30,7 @@ struct FitOptions {
   std::optional<std::string> target_landmarks;
   std::optional<std::string> map;
   bool surface = false;
+  bool partial = false;
   std::string output;
   bool scale = false;
   FitVolume volume = FitVolume::keep;
@@ -72,6 +73,9 @@ std::string summary(const FitOptions& options, const BodyFitReport& report) {
     text += fmt::format("scale    {:.6g}: {} is the scaled source\n", report.scale, scaled_path(options));
   text += fmt::format("before   {} of the source's diagonal from the target\n", line_of(report.before));
   text += fmt::format("after    {}; landmarks within {:.2g}%\n", line_of(report.after), 100 * report.landmark_distance);
+  if (report.after_covered)
+    text += fmt::format("         {:.3g}% where both shapes are\n", 100 * *report.after_covered);
+  if (report.matched) text += fmt::format("matched  {:.0f}% of the source's surface\n", 100 * *report.matched);
   if (report.volume_error) text += fmt::format("volume   changed by a fraction of {:.2g}\n", *report.volume_error);
   if (report.det_least && report.det_greatest) {
     text += fmt::format("         on purpose: det J from {:.3g} to {:.3g}\n", *report.det_least, *report.det_greatest);
@@ -127,6 +131,7 @@ void check_options(const FitOptions& options) {
   if (options.target_landmarks && !options.landmarks) {
     throw UsageError("--target-landmarks needs --landmarks, the points of the source in the same order");
   }
+  if (options.partial && !options.surface) throw UsageError("--partial needs --surface, which it matches in part");
   if (!options.landmarks && !options.map && !options.surface) {
     throw UsageError("give --landmarks, --map, --surface, or several of them");
   }
@@ -169,6 +174,7 @@ void run_fit(const FitOptions& options) {
   wanted.landmarks = fit_pairs_of(pairs);
   if (options.map) wanted.map = fit_pairs_of(read_pairs(*options.map, source.mesh, target.mesh));
   wanted.surface = options.surface;
+  wanted.partial = options.partial;
   wanted.align = options.align;
   wanted.volume = options.scales() ? FitVolume::total : options.volume;
   wanted.max_stretch = options.max_stretch;
@@ -216,6 +222,8 @@ Subcommand fit_command() {
        "FILE"},
       {"--surface", &options->surface,
        "Bring the whole surface of the source to the target's, by strokes from coarse to fine"},
+      {"--partial", &options->partial,
+       "Match only what both surfaces have: what faces a hole or a cut of the other one is left alone"},
       {"-o,--output", &options->output, "The .knead file to write", "FILE", OptionKind::required},
       {"--scale", &options->scale,
        "Scale the source to the target's volume first; the scaled source is written beside OUT as OUT_source.EXT"},

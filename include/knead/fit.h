@@ -41,6 +41,8 @@ struct BodyFitOptions {
   // Approximate pairs, of any number: the start for matching the surfaces.
   std::vector<FitPair> map{};
   bool surface = true;  // matches the whole surface; false: landmarks and map alone
+  // Matches only what both surfaces have: what faces a hole or a cut of the other one is left alone.
+  bool partial = false;
   FitAlign align = FitAlign::automatic;
   FitVolume volume = FitVolume::keep;
   double max_stretch = 5;        // above 1: a triangle with a greater stretch makes the fit unsound (is_sound)
@@ -73,7 +75,11 @@ struct BodyFitReport {
   double map_distance = 0;       // the median distance of the map's pairs after the fit
   FitDistance before;            // of the source from the target before the fit
   FitDistance after;
-  double after_landmarks = 0;  // the mean distance before the surfaces were matched
+  // For an open target: the mean distance of its vertices from the fitted source; with `partial` the lesser of both
+  // ways.
+  std::optional<double> after_covered;
+  std::optional<double> matched;  // with `partial`: the part of the source's surface that was matched last
+  double after_landmarks = 0;     // the mean distance before the surfaces were matched
   // The relative change of the source's volume; nothing unless closed and oriented. An error, except with
   // FitVolume::free.
   std::optional<double> volume_error;

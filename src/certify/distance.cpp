@@ -82,6 +82,8 @@ std::string to_json(const BodyFitReport& report) {
                            {"distance_before", json_of(report.before)},
                            {"distance_landmarks", report.after_landmarks},
                            {"distance_after", json_of(report.after)},
+                           {"distance_covered", report.after_covered},
+                           {"matched", report.matched},
                            {"volume_error", report.volume_error},
                            {"det_least", report.det_least},
                            {"det_greatest", report.det_greatest},

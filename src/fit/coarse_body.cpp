@@ -27,8 +27,20 @@ constexpr std::size_t kLastRounds = 80;
 constexpr std::size_t kNeighbors = 8;  // in a cloud
 constexpr double kDoubtFactor = 2.5;   // times the median distance: a doubtful anchor there has a quarter of its weight
 
-// Returns for each vertex the index in `chosen` of the vertex nearest along edges; the greatest number if there is
-// none.
+// Solves for the three coordinates, one after the other.
+std::vector<Vec3d> solve(const SparseCholesky& factor, const std::vector<Vec3d>& right) {
+  std::vector<Vec3d> result(right.size());
+  std::vector<double> b(right.size());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < b.size(); ++i) b[i] = right[i][axis];
+    factor.solve(b);
+    for (std::size_t i = 0; i < b.size(); ++i) result[i][axis] = b[i];
+  }
+  return result;
+}
+
+}  // namespace
+
 std::vector<std::uint32_t> nearest_along_edges(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                                                const std::vector<std::uint32_t>& chosen) {
   std::vector<std::vector<std::uint32_t>> neighbors(positions.size());
@@ -59,20 +71,6 @@ std::vector<std::uint32_t> nearest_along_edges(std::span<const Vec3d> positions,
   }
   return nearest;
 }
-
-// Solves for the three coordinates, one after the other.
-std::vector<Vec3d> solve(const SparseCholesky& factor, const std::vector<Vec3d>& right) {
-  std::vector<Vec3d> result(right.size());
-  std::vector<double> b(right.size());
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (std::size_t i = 0; i < b.size(); ++i) b[i] = right[i][axis];
-    factor.solve(b);
-    for (std::size_t i = 0; i < b.size(); ++i) result[i][axis] = b[i];
-  }
-  return result;
-}
-
-}  // namespace
 
 CoarseBody::CoarseBody(std::span<const Vec3d> positions, std::span<const Triangle> triangles, std::size_t count) {
   std::vector<std::uint32_t> vertices;

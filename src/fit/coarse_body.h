@@ -32,6 +32,11 @@ struct Anchor {
 Vec3d place_on(const std::vector<Vec3d>& path, double time);
 double length_of_path(const std::vector<Vec3d>& path);
 
+// Returns for each vertex the index in `chosen` of the vertex nearest along edges; the greatest number if there is
+// none.
+std::vector<std::uint32_t> nearest_along_edges(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                                               const std::vector<std::uint32_t>& chosen);
+
 // The graph of points and its pose.
 class CoarseBody {
  public:

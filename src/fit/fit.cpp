@@ -16,6 +16,7 @@
 #include "fit/fit_motion.h"
 #include "fit/fit_report.h"
 #include "fit/fit_tips.h"
+#include "fit/functional_map.h"
 #include "fit/surface_matches.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"
@@ -43,7 +44,9 @@ constexpr double kSoftTolerance = 0.01;  // of the diagonal: the tolerance at wh
 constexpr double kMapAnchorWeight = 0.02;  // of a pair, relative to a landmark
 constexpr std::size_t kMaxMapAnchors = 1500;
 constexpr std::size_t kMaxMapRows = 600;
-constexpr double kMapWeight = 0.4;  // in the units of surface matches
+constexpr double kMapWeight = 0.4;             // in the units of surface matches
+constexpr std::size_t kMaxSeeds = 100;         // landmarks from which a map is found; with more none is needed
+constexpr double kMaxFittedDistance = 2.5e-3;  // of the diagonal: surfaces that are farther apart need a map
 // The surface:
 constexpr double kNormalShare = 0.8;  // of a match's displacement, along the target's normal, that a step covers
 constexpr double kTangentShare = 0.4;
@@ -55,6 +58,7 @@ constexpr std::size_t kDistanceSamples = 3000;  // vertices of each shape betwee
 constexpr std::size_t kAlignSamples = 400;
 constexpr std::size_t kGrowthSamples = 400;  // vertices at which det J is measured
 constexpr double kMaxPathStretch = 2;        // of a triangle on the way to the landmarks, relative to max_stretch
+constexpr double kMaxKeptDifference = 0.03;  // of volumes: with more, a note advises to let them change
 constexpr int kMaxFailedRounds = 2;          // of a level
 constexpr std::size_t kTipNodes = 250;
 constexpr std::size_t kTipSamples = 1500;
@@ -107,11 +111,15 @@ class Fitter {
   };
 
   void set_marks();
+  void set_map();
   void scale();
   void align();
   bool grow();
   void grow_if_nearer();
   void apply(const std::vector<Stroke>& strokes);
+  bool find_map();
+  void attempt();
+  void attempt_with_map(const FitMotion& start);
   void find_tips();
   struct Paths;
   SoundReach go_to_landmarks();
@@ -122,12 +130,12 @@ class Fitter {
   bool match_level(const Level& level, const Surfaces& surfaces);
   void match_surfaces();
   std::optional<PotentialGrid> match_round(const Level& level, double weight, const SurfaceSamples& asking,
-                                           const SurfaceSamples& candidates, const SampleTree& target,
-                                           const std::vector<SurfaceSample>& of_target);
+                                           const Surfaces& surfaces, const std::vector<SurfaceSample>& of_target);
   Result look(std::string stage) const;
   void keep_better(Result result);
   SelfIntersections crossings_of(std::span<const Vec3d> positions) const;
   std::size_t max_new_crossings() const { return knead::fit_detail::max_new_crossings(crossings_before_.count); }
+  void measure_covered();
   void finish(BodyFit& fit);
   // Returns the distance from the target by at most `max_vertices` vertices of each shape; 0: all.
   FitDistance distance(std::size_t max_vertices) const {
@@ -151,7 +159,8 @@ class Fitter {
   std::vector<Stroke> strokes_;  // before those of the grids
   std::vector<Stroke> last_;     // after them
   std::size_t tips_ = 0;         // used as landmarks
-  double growth_ = 1;            // the factor by which the source first grows as a whole
+  double max_path_stretch_ = kMaxPathStretch;
+  double growth_ = 1;  // the factor by which the source first grows as a whole
   std::optional<Result> best_;
   BodyFitReport report_;
 };
@@ -159,13 +168,21 @@ class Fitter {
 // The points of the two surfaces that samples are matched with.
 struct Fitter::Surfaces {
   explicit Surfaces(const Fitter& fitter)
-      : candidates(fitter.triangles_, fitter.rest_, kCandidates),
-        target(SurfaceSamples(fitter.target_triangles_, fitter.target_.positions, kCandidates)
-                   .at(fitter.target_triangles_, fitter.target_.positions),
-               kNormalLength * fitter.diagonal_) {}
+      : Surfaces(fitter, {fitter.target_triangles_, fitter.target_.positions, kCandidates}) {}
 
   SurfaceSamples candidates;
   SampleTree target;
+  std::vector<bool> source_border;  // with `partial`: candidates on borders
+  std::vector<bool> target_border;
+
+ private:
+  Surfaces(const Fitter& fitter, const SurfaceSamples& of_target)
+      : candidates(fitter.triangles_, fitter.rest_, kCandidates),
+        target(of_target.at(fitter.target_triangles_, fitter.target_.positions), kNormalLength * fitter.diagonal_) {
+    if (!fitter.options_.partial) return;
+    source_border = candidates.on_border(fitter.triangles_, fitter.rest_);
+    target_border = of_target.on_border(fitter.target_triangles_, fitter.target_.positions);
+  }
 };
 
 Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& options)
@@ -203,9 +220,7 @@ Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& opt
   motion_ = std::make_unique<FitMotion>(rest_, triangles_, diagonal_, *judge_, options.threads, options.progress);
   if (options.volume == FitVolume::free) motion_->let_grow();
   set_marks();
-  std::vector<Vec3d> points;
-  for (const FitPair& pair : map_) points.push_back(pair.source);
-  motion_->set_followers(std::move(points));
+  set_map();
   target_tree_ = std::make_unique<SurfaceTree>(tree_of({target.positions, target_triangles_}));
 }
 
@@ -217,6 +232,12 @@ void Fitter::set_marks() {
     marks.push_back({pair.target, pair.tolerance});
   }
   motion_->set_marks(points, std::move(marks));
+}
+
+void Fitter::set_map() {
+  std::vector<Vec3d> points;
+  for (const FitPair& pair : map_) points.push_back(pair.source);
+  motion_->set_followers(std::move(points));
 }
 
 void Fitter::scale() {
@@ -240,23 +261,54 @@ BodyFit Fitter::run() {
   }
   report_.crossings_before = crossings_before_.count;
   report_.before = distance(0);
+  const FitMotion start = *motion_;
+  attempt();
+  if (!best_->is_sound || best_->distance > kMaxFittedDistance) attempt_with_map(start);
+  BodyFit fit;
+  finish(fit);
+  if (progress != nullptr) progress->done = progress->total.load();
+  return fit;
+}
+
+// Fits from the start, and sets the best result.
+void Fitter::attempt() {
   align();
   if (options_.volume == FitVolume::free) grow_if_nearer();
   if (!landmarks_.empty() || !map_.empty()) {
     SoundReach reach = go_to_landmarks();
     report_.reached = reach.time;
     report_.obstacle = std::move(reach.problem);
-  } else if (options_.surface) {
+  } else if (options_.surface && !options_.partial) {
     find_tips();
   }
   Result landmarks = look("landmarks");
   report_.after_landmarks = landmarks.distance;
   keep_better(std::move(landmarks));
   if (options_.surface) match_surfaces();
-  BodyFit fit;
-  finish(fit);
-  if (progress != nullptr) progress->done = progress->total.load();
-  return fit;
+}
+
+// Fits again from a map that is found, and keeps the better result of both.
+void Fitter::attempt_with_map(const FitMotion& start) {
+  const bool is_wanted = options_.surface && map_.empty() && landmarks_.size() <= kMaxSeeds;
+  if (!is_wanted || !report_.volume_difference || !find_map()) return;
+  if (options_.progress != nullptr) options_.progress->total += options_.progress->done.load();
+  Result before = std::move(*best_);
+  BodyFitReport report = report_;
+  std::vector<Stroke> strokes = std::exchange(strokes_, {});
+  const std::size_t tips = std::exchange(tips_, 0);
+  best_.reset();
+  report_.notes.push_back(fmt::format("a map of {} pairs was found", map_.size()));
+  *motion_ = start;
+  set_map();
+  max_path_stretch_ = 1;
+  attempt();
+  const Result with_map = *best_;
+  keep_better(std::move(before));
+  if (best_->distance == with_map.distance) return;
+  report_ = std::move(report);
+  strokes_ = std::move(strokes);
+  tips_ = tips;
+  map_.clear();
 }
 
 void Fitter::apply(const std::vector<Stroke>& strokes) {
@@ -347,6 +399,32 @@ void Fitter::grow_if_nearer() {
   report_.notes.push_back(fmt::format("the source first grows as a whole by a factor of {:.3g}", growth_));
 }
 
+// Finds a map by the surfaces' eigenfunctions, from the landmarks or from ends of limbs. Of these the set counts whose
+// map is best: others are mirror images, or have a leg for an arm. Returns false if there is no good map.
+bool Fitter::find_map() {
+  std::vector<std::vector<FitPair>> sets{landmarks_};
+  if (landmarks_.empty()) {
+    sets = tip_sets({rest_, triangles_, kTipNodes}, {target_.positions, target_triangles_, kTipNodes}, diagonal_);
+  }
+  if (sets.empty() || sets.front().size() < 3) return false;
+  const auto source = spectral_surface(rest_, triangles_, options_.progress);
+  if (!source) return false;
+  const auto target = spectral_surface(target_.positions, target_triangles_, options_.progress);
+  if (!target) return false;
+  const auto map_from = [&](const std::vector<FitPair>& seeds, bool sketches) {
+    return functional_map(*source, *target, seeds, sketches, options_.threads, options_.progress);
+  };
+  std::size_t best = 0;
+  double quality = kMinMapQuality;
+  for (std::size_t i = 0; i < sets.size() && sets.size() > 1; ++i) {
+    const double own = map_from(sets[i], true).quality;
+    best = own > quality ? i : best;
+    quality = std::max(quality, own);
+  }
+  map_ = map_from(sets[best], false).pairs;
+  return !map_.empty();
+}
+
 // Uses ends of limbs as landmarks until the surfaces are matched, if no pairs are given.
 void Fitter::find_tips() {
   const std::vector<SurfaceSample> of_source =
@@ -407,7 +485,7 @@ SoundReach Fitter::go_along(const Paths& paths, std::size_t steps) {
   times.insert(times.end(), 2, 1.0);  // the last steps bring what lags behind to its place
   const double spacing = kPathSpacing * diagonal_;
   motion_->set_spacing(spacing);
-  motion_->set_max_stretch(kMaxPathStretch * options_.max_stretch);
+  motion_->set_max_stretch(max_path_stretch_ * options_.max_stretch);
   SteppedMotion stepped;
   stepped.solve = [&](double, double to) { return step_to(paths, to); };
   stepped.take = [this](const PotentialGrid& grid) { return motion_->take(grid); };
@@ -448,9 +526,8 @@ bool Fitter::match_level(const Level& level, const Surfaces& surfaces) {
   int failures = 0;
   for (int round = 0; round < level.rounds && is_apart && failures < kMaxFailedRounds; ++round) {
     const double part = static_cast<double>(round) / std::max(1, level.rounds - 1);
-    const std::optional<PotentialGrid> grid =
-        match_round(level, level.first_weight * (1 - part) + level.last_weight * part, asking, surfaces.candidates,
-                    surfaces.target, target_samples);
+    const std::optional<PotentialGrid> grid = match_round(
+        level, level.first_weight * (1 - part) + level.last_weight * part, asking, surfaces, target_samples);
     is_apart = grid.has_value();
     const double taken = grid ? take_soundly(*grid, take) : 1;
     if (taken == 1) continue;
@@ -485,12 +562,14 @@ void Fitter::match_surfaces() {
 // Returns the grid that covers the distance between the surfaces; nothing if they are as near as matching can bring
 // them.
 std::optional<PotentialGrid> Fitter::match_round(const Level& level, double weight, const SurfaceSamples& asking,
-                                                 const SurfaceSamples& candidates, const SampleTree& target,
+                                                 const Surfaces& surfaces,
                                                  const std::vector<SurfaceSample>& of_target) {
   const std::vector<Vec3d>& positions = motion_->positions();
-  const SampleTree source(candidates.at(triangles_, positions), kNormalLength * diagonal_);
-  const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, options_.threads};
-  const Matches matches = match(source, asking.at(triangles_, positions), target, of_target, options);
+  const SampleTree source(surfaces.candidates.at(triangles_, positions), kNormalLength * diagonal_);
+  const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, surfaces.source_border,
+                             surfaces.target_border, options_.threads};
+  const Matches matches = match(source, asking.at(triangles_, positions), surfaces.target, of_target, options);
+  if (options_.partial) report_.matched = matches.matched;
   if (matches.median_along < kMinDistance * diagonal_) return std::nullopt;
   std::vector<VelocityRows> rows;
   for (const Match& m : matches.all) {
@@ -522,7 +601,10 @@ Fitter::Result Fitter::look(std::string stage) const {
   const SelfIntersections crossings = crossings_of(positions);
   result.crossings = crossings.count;
   result.crossings_new = count_new(crossings, crossings_before_);
-  result.is_sound = result.crossings_new <= max_new_crossings() && result.stretch <= options_.max_stretch;
+  const bool is_clean = max_new_crossings() == 0
+                            ? result.crossings_new == 0
+                            : judge_->crossing_of(positions, std::vector<bool>(triangles_.size(), true)).text.empty();
+  result.is_sound = is_clean && result.stretch <= options_.max_stretch;
   return result;
 }
 
@@ -561,6 +643,16 @@ void Fitter::exactly_to_landmarks() {
   last_.emplace_back(std::move(pins));
 }
 
+// Measures an open target, and what both shapes have, without what the other one lacks.
+void Fitter::measure_covered() {
+  if (!options_.surface || (!options_.partial && volume_of(target_, target_.positions, options_.threads))) return;
+  const Measuring measuring{diagonal_, 0, options_.threads, options_.progress};
+  report_.after_covered = mean_distance(target_.positions, tree_of({motion_->positions(), triangles_}), measuring);
+  if (!options_.partial) return;
+  report_.after_covered =
+      std::min(*report_.after_covered, mean_distance(motion_->positions(), *target_tree_, measuring));
+}
+
 void Fitter::finish(BodyFit& fit) {
   *motion_ = best_->motion;
   exactly_to_landmarks();
@@ -571,13 +663,14 @@ void Fitter::finish(BodyFit& fit) {
   std::move(last_.begin(), last_.end(), std::back_inserter(fit.strokes));
   report_.stage = last.stage;
   report_.landmarks = landmarks_.size();
-  report_.map_pairs = map_.size();
+  report_.map_pairs = map_.size();  // given or found
   report_.tips = tips_;
   report_.strokes = fit.strokes.size();
   report_.unknowns = motion_->unknowns();
   report_.crossings_after = last.crossings;
   report_.crossings_new = last.crossings_new;
   report_.after = distance(0);
+  measure_covered();
   const SurfaceStretch stretch = surface_stretch(triangles_, rest_, fit.positions);
   report_.greatest_stretch = stretch.worst();
   report_.stretch_99 = stretch.percentile_99;
@@ -592,6 +685,14 @@ void Fitter::finish(BodyFit& fit) {
   report_.landmark_excess = std::max(0.0, motion_->miss()) / diagonal_;
   add_landmarks(motion_->marks_at(), landmarks_, diagonal_, report_);
   report_.map_distance = median_distance(motion_->followers(), map_) / diagonal_;
+  const double more = report_.volume_difference.value_or(0);
+  if (options_.volume == FitVolume::keep && std::abs(more) > kMaxKeptDifference) {
+    report_.notes.push_back(
+        fmt::format("the target's volume is {:+.0f}%, and that of the source stays, so flesh gathers or is missing "
+                    "somewhere; let the "
+                    "volume change (free)",
+                    100 * more));
+  }
   report_.is_sound = complaint_about(report_, options_).empty();
   fit.report = std::move(report_);
 }

@@ -52,6 +52,14 @@ FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const Su
   return result;
 }
 
+double mean_distance(std::span<const Vec3d> from, const SurfaceTree& to, const Measuring& measuring) {
+  std::vector<double> distances;
+  add_distances(from, to, measuring, distances);
+  double sum = 0;
+  for (const double distance : distances) sum += distance;
+  return sum / (static_cast<double>(distances.size()) * measuring.length);
+}
+
 bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles, int threads) {
   const Measures m = measure(mesh, threads);
   if (!m.closed() || !m.oriented() || m.volume >= 0) return false;
@@ -148,11 +156,12 @@ std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& o
         "apart, or a tolerance",
         report.landmark_distance);
   }
-  if (options.surface && report.after.mean > kMaxMeanDistance) {
+  const double apart = report.after_covered.value_or(report.after.mean);
+  if (options.surface && apart > kMaxMeanDistance) {
     const bool differs =
         options.volume == FitVolume::keep && std::abs(report.volume_difference.value_or(0)) > kMaxVolumeDifference;
     return fmt::format("the surfaces are still {:.2g}% of the diagonal apart; give more pairs of landmarks{}",
-                       100 * report.after.mean, differs ? ", or let the volume change, for the volumes differ" : "");
+                       100 * apart, differs ? ", or let the volume change, for the volumes differ" : "");
   }
   return {};
 }

@@ -34,6 +34,9 @@ struct Measuring {
 FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const SurfaceTree& of_b,
                         const Measuring& measuring);
 
+// Returns the mean distance of the positions from another shape. Throws Cancelled.
+double mean_distance(std::span<const Vec3d> from, const SurfaceTree& to, const Measuring& measuring);
+
 // Reverses the triangles of a closed mesh whose faces look inward. Returns true if it reversed them.
 bool turn_outward(const Mesh& mesh, std::vector<Triangle>& triangles, int threads);
 

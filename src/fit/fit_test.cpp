@@ -12,6 +12,7 @@
 #include "fit/coarse_body.h"
 #include "fit/fit_align.h"
 #include "fit/fit_tips.h"
+#include "fit/functional_map.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
@@ -283,6 +284,61 @@ TEST(Fit, StopsAtTheLastSoundStep) {
   EXPECT_FALSE(fit.report.is_sound);
 }
 
+// Returns the part of the mesh above a height.
+Mesh above(const Mesh& mesh, double height) {
+  Mesh result;
+  std::vector<std::uint32_t> number(mesh.vertex_count(), 0);
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (!(mesh.positions[v].y > height)) continue;
+    number[v] = static_cast<std::uint32_t>(result.vertex_count());
+    result.positions.push_back(mesh.positions[v]);
+  }
+  for (const Triangle& t : triangulate(mesh)) {
+    const auto is_there = [&](std::uint32_t v) { return mesh.positions[v].y > height; };
+    if (!std::all_of(t.begin(), t.end(), is_there)) continue;
+    result.add_face(std::vector<std::uint32_t>{number[t[0]], number[t[1]], number[t[2]]});
+  }
+  return result;
+}
+
+// A scan that ends above the legs: these stay, and the fit counts where the scan is.
+TEST(Fit, PartialTargetsDoNotPull) {
+  const Mesh source = figure();
+  const Mesh whole = figure_with_arms(40);
+  const Mesh target = above(whole, -0.2);
+  std::vector<FitPair> pairs;
+  for (const FitPair& pair : far_pairs(source, whole, 20)) {
+    if (pair.target.y > -0.1) pairs.push_back(pair);
+  }
+  const BodyFit fit = fit_body(source, target, {.landmarks = pairs, .partial = true});
+  EXPECT_TRUE(fit.report.is_sound);
+  EXPECT_LT(*fit.report.after_covered, 3e-3);
+  EXPECT_LT(*fit.report.matched, 0.9);
+  EXPECT_GT(*fit.report.matched, 0.4);
+  EXPECT_LT(error_of(fit, whole), 0.012);
+}
+
+// Twice the same surface, slightly apart, crosses itself everywhere. That is no reason to leave it where it is.
+TEST(Fit, MovesScansThatCrossThemselves) {
+  const auto doubled = [](const Mesh& mesh) {
+    Mesh result = mesh;
+    for (const Triangle& t : triangulate(mesh)) {
+      result.add_face(std::vector<std::uint32_t>{t[0] + static_cast<std::uint32_t>(mesh.vertex_count()),
+                                                 t[1] + static_cast<std::uint32_t>(mesh.vertex_count()),
+                                                 t[2] + static_cast<std::uint32_t>(mesh.vertex_count())});
+    }
+    const std::vector<Vec3d> normals = vertex_normals(mesh);
+    for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
+      result.positions.push_back(mesh.positions[i] + normals[i] * (0.01 * std::sin(90 * mesh.positions[i].z)));
+    }
+    return result;
+  };
+  const BodyFit fit = fit_body(doubled(make_shape(ShapeKind::cylinder, 2500)), bent_cylinder(20), {});
+  EXPECT_GT(fit.report.crossings_before, 1000);
+  EXPECT_GT(fit.report.strokes, 0);
+  EXPECT_LT(fit.report.after.mean, 0.5 * fit.report.before.mean);
+}
+
 TEST(Fit, CanBeCancelled) {
   const Mesh source = figure();
   Progress progress;
@@ -335,6 +391,29 @@ TEST(Fit, SaysWhatIsWrong) {
   for (Vec3d& q : mirrored.positions) q.x = -q.x;
   EXPECT_NE(refusal(hand, mirrored, {.landmarks = far_pairs(hand, mirrored, 8)}).find("mirror image"),
             std::string::npos);
+}
+
+// From five points the map finds the others; from points that are left for right it is a mirror image, and refused.
+TEST(FitMap, IsFoundFromAFewSeeds) {
+  const Mesh source = figure();
+  const Mesh target = figure_with_arms(60);
+  const auto a = fit_detail::spectral_surface(source.positions, triangulate(source), nullptr);
+  const auto b = fit_detail::spectral_surface(target.positions, triangulate(target), nullptr);
+  ASSERT_TRUE(a && b);
+  EXPECT_NEAR(a->spectrum.values[0], 0, 1e-6);
+  EXPECT_NEAR(a->spectrum.values[50] / b->spectrum.values[50], 1, 0.05);
+  std::vector<FitPair> seeds = far_pairs(source, target, 5);
+  const fit_detail::SurfaceMap map = fit_detail::functional_map(*a, *b, seeds, false, 1, nullptr);
+  EXPECT_GT(map.quality, 0.5);
+  EXPECT_GT(map.pairs.size(), 500);
+  double sum = 0;
+  for (const FitPair& pair : map.pairs) {
+    const auto at = std::find(source.positions.begin(), source.positions.end(), pair.source) - source.positions.begin();
+    sum += norm(pair.target - target.positions[static_cast<std::size_t>(at)]);
+  }
+  EXPECT_LT(sum / static_cast<double>(map.pairs.size()), 0.02 * shape_box(target).diagonal());
+  for (FitPair& pair : seeds) pair.source.x = -pair.source.x;
+  EXPECT_LT(fit_detail::functional_map(*a, *b, seeds, true, 1, nullptr).quality, fit_detail::kMinMapQuality);
 }
 
 TEST(FitTips, AreTheEndsOfLimbs) {

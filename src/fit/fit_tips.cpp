@@ -152,15 +152,28 @@ std::vector<std::uint32_t> tips_of(const CoarseBody& body) {
   return tips;
 }
 
-std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const PosedSurface& target, double diagonal,
-                                               const Progress* progress) {
-  const std::vector<std::uint32_t> from = tips_of(source.body);
-  const std::vector<std::uint32_t> to = tips_of(target.body);
-  if (std::min(from.size(), to.size()) < kMinTips) return std::nullopt;
-  const Distances of_source = between(source.body, from);
-  const Distances of_target = between(target.body, to);
+std::vector<std::vector<FitPair>> tip_sets(const CoarseBody& source, const CoarseBody& target, double diagonal) {
+  const std::vector<std::uint32_t> from = tips_of(source);
+  const std::vector<std::uint32_t> to = tips_of(target);
+  if (std::min(from.size(), to.size()) < kMinTips) return {};
+  const Distances of_source = between(source, from);
+  const Distances of_target = between(target, to);
   std::vector<Assignment> sets = Assigner(of_source, of_target).find();
   if (sets.size() > kMaxPosedSets) sets.resize(kMaxPosedSets);
+  std::vector<std::vector<FitPair>> result;
+  for (const Assignment& set : sets) {
+    std::vector<FitPair>& pairs = result.emplace_back();
+    for (std::size_t i = 0; i < set.to.size(); ++i) {
+      if (set.to[i] < 0) continue;
+      const Vec3d& place = target.nodes()[to[static_cast<std::size_t>(set.to[i])]];
+      pairs.push_back({source.nodes()[from[i]], place, kTipTolerance * diagonal});
+    }
+  }
+  return result;
+}
+
+std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const PosedSurface& target, double diagonal,
+                                               const Progress* progress) {
   const double normal_length = kNormalLength * diagonal;
   const SampleTree tree(target.samples, normal_length);
   const auto distance_of = [&](const std::vector<SurfaceSample>& posed) {
@@ -169,16 +182,10 @@ std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const
   };
   double best = kMaxSquareRatio * distance_of(source.samples);
   std::optional<std::vector<FitPair>> result;
-  for (const Assignment& set : sets) {
+  for (std::vector<FitPair>& pairs : tip_sets(source.body, target.body, diagonal)) {
     stop_if_cancelled(progress);
-    std::vector<FitPair> pairs;
     std::vector<Anchor> anchors;
-    for (std::size_t i = 0; i < set.to.size(); ++i) {
-      if (set.to[i] < 0) continue;
-      const Vec3d& place = target.body.nodes()[to[static_cast<std::size_t>(set.to[i])]];
-      pairs.push_back({source.body.nodes()[from[i]], place, kTipTolerance * diagonal});
-      anchors.push_back({pairs.back().source, place});
-    }
+    for (const FitPair& pair : pairs) anchors.push_back({pair.source, pair.target});
     CoarseBody posed = source.body;
     posed.pose(anchors, progress);
     const double distance = distance_of(posed.posed(source.samples));

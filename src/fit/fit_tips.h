@@ -21,6 +21,9 @@ struct PosedSurface {
 // eight, the farthest first.
 std::vector<std::uint32_t> tips_of(const CoarseBody& body);
 
+// Returns sets of pairs of tips whose distances along the surfaces agree, at most twelve, the best first.
+std::vector<std::vector<FitPair>> tip_sets(const CoarseBody& source, const CoarseBody& target, double diagonal);
+
 // Returns pairs of tips whose distances along the surfaces agree, and whose pose brings the source much nearer to the
 // target; nothing if there are no such pairs. Time: up to 2 s. Throws Cancelled.
 std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const PosedSurface& target, double diagonal,

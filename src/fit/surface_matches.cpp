@@ -86,6 +86,31 @@ std::vector<SurfaceSample> SurfaceSamples::at(std::span<const Triangle> triangle
   return samples;
 }
 
+std::vector<bool> SurfaceSamples::on_border(std::span<const Triangle> triangles,
+                                            std::span<const Vec3d> positions) const {
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  double area = 0;
+  for (const Triangle& t : triangles) {
+    area += 0.5 * norm(cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]));
+    for (std::size_t i = 0; i < 3; ++i)
+      edges.push_back({std::min(t[i], t[(i + 1) % 3]), std::max(t[i], t[(i + 1) % 3])});
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<std::uint32_t> border;
+  for (std::size_t i = 0; i < edges.size();) {
+    const std::size_t begin = i;
+    while (i < edges.size() && edges[i] == edges[begin]) ++i;
+    if (i == begin + 1) border.insert(border.end(), edges[begin].begin(), edges[begin].end());
+  }
+  const double near = 4 * area / static_cast<double>(places_.size());  // a length, squared
+  std::vector<bool> result;
+  for (const SurfaceSample& s : at(triangles, positions)) {
+    result.push_back(std::any_of(border.begin(), border.end(),
+                                 [&](std::uint32_t v) { return norm2(positions[v] - s.point) < near; }));
+  }
+  return result;
+}
+
 SampleTree::SampleTree(std::vector<SurfaceSample> samples, double normal_length)
     : samples_(std::move(samples)), normal_length_(normal_length), numbers_(samples_.size()) {
   std::iota(numbers_.begin(), numbers_.end(), 0U);
@@ -168,13 +193,16 @@ Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source
       const bool forth = i < of_source.size();
       const SurfaceSample& asking = forth ? of_source[i] : of_target[i - of_source.size()];
       const SampleTree& there = forth ? target : source;
-      const SurfaceSample& found = there[there.nearest(asking)];
+      const std::uint32_t number = there.nearest(asking);
+      const SurfaceSample& found = there[number];
+      const std::vector<bool>& border = forth ? options.target_border : options.source_border;
       const SampleTree& here = forth ? source : target;
       back[i] = norm(here[here.nearest(found)].point - asking.point);
       const SurfaceSample& a = forth ? asking : found;
       const SurfaceSample& b = forth ? found : asking;
       const double cosine = dot(a.normal, b.normal);
       all[i] = {a.point, b.point - a.point, b.normal, cosine > kMinCosine ? cosine * cosine : 0};
+      if (!border.empty() && border[number]) all[i].weight = 0;
     }
   });
   std::vector<double> distances;
@@ -193,7 +221,9 @@ Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source
     const double ratio = distances[i] / sigma;
     const double bell = std::max(0.0, 1 - 0.25 * ratio * ratio);
     all[i].weight *= bell * bell * bell * bell;
-    if (back[i] <= options.far && all[i].weight > 1e-3) result.all.push_back(all[i]);
+    if (!(back[i] <= options.far && all[i].weight > 1e-3)) continue;
+    result.all.push_back(all[i]);
+    result.matched += i < of_source.size() ? 1 / static_cast<double>(of_source.size()) : 0;
   }
   return result;
 }

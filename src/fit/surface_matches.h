@@ -27,6 +27,9 @@ class SurfaceSamples {
   // Returns the points for these positions of the vertices.
   std::vector<SurfaceSample> at(std::span<const Triangle> triangles, std::span<const Vec3d> positions) const;
 
+  // Returns which points are on the border of an open surface: nearer to it than two candidates are to each other.
+  std::vector<bool> on_border(std::span<const Triangle> triangles, std::span<const Vec3d> positions) const;
+
   std::size_t size() const { return places_.size(); }
 
  private:
@@ -84,12 +87,16 @@ struct Matches {
   std::vector<Match> all;
   double median = 0;        // distance
   double median_along = 0;  // distance along the target's normals
+  double matched = 0;       // the part of the source's samples that have a match
 };
 
 // How match() works.
 struct MatchOptions {
   double normal_length = 0;  // as for SampleTree
   double far = 0;            // a length: the match of a match must come back within it
+  // For each candidate: matches that end there are dropped, for the surface goes on elsewhere. Empty: none.
+  std::vector<bool> source_border{};
+  std::vector<bool> target_border{};
   int threads = 0;
 };
 

@@ -74,16 +74,22 @@ StepProblem SoundJudge::crossing_of(std::span<const Vec3d> next, const std::vect
   for (const auto& pair : found.pairs) crosses[pair[0]] = crosses[pair[1]] = true;
   options.chosen = &crosses;
   const SelfIntersections before = self_intersections(triangles_, start_, options);
-  const std::size_t count = count_new(found, before);
-  if (count <= max_new_crossings_) return {};
-  StepProblem problem{fmt::format("{} pairs of triangles would cross", count)};
+  std::vector<bool> is_tangled(triangles_.size(), false);
+  if (max_new_crossings_ > 0) {
+    for (const auto& pair : before.pairs) is_tangled[pair[0]] = is_tangled[pair[1]] = true;
+  }
+  StepProblem problem;
+  std::size_t count = found.complete && before.complete ? 0 : found.count;
   for (const auto& pair : found.pairs) {
-    if (std::binary_search(before.pairs.begin(), before.pairs.end(), pair)) continue;
-    if (problem.where.empty()) problem.text += ' ' + at(next[triangles_[pair[0]][0]]);
+    const bool is_old = std::binary_search(before.pairs.begin(), before.pairs.end(), pair);
+    if (is_old || (is_tangled[pair[0]] && is_tangled[pair[1]])) continue;
+    if (++count == 1) problem.text = ' ' + at(next[triangles_[pair[0]][0]]);
     for (const std::uint32_t t : pair) {
       problem.where.insert(problem.where.end(), triangles_[t].begin(), triangles_[t].end());
     }
   }
+  if (count <= max_new_crossings_) return {};
+  problem.text = fmt::format("{} pairs of triangles would cross{}", count, problem.text);
   return problem;
 }
 

@@ -26,7 +26,8 @@ struct StepProblem {
 // Judges steps of a surface by what they change against its start.
 class SoundJudge {
  public:
-  // `max_new_crossings`: pairs of triangles that may cross though they did not at the start. `progress` only cancels.
+  // `max_new_crossings`: pairs of triangles that may cross though they did not at the start. If not 0, pairs of two
+  // triangles that both crossed others at the start do not count: they are parts of a tangle. `progress` only cancels.
   SoundJudge(std::span<const Vec3d> start, std::span<const Triangle> triangles, std::size_t max_new_crossings,
              int threads, const Progress* progress);
 
@@ -34,9 +35,10 @@ class SoundJudge {
   // Time: a search for crossings of the triangles that move. Throws Cancelled.
   StepProblem problem_of(std::span<const Vec3d> now, std::span<const Vec3d> next, double max_stretch) const;
 
- private:
+  // Returns which triangles cross anew, of pairs with one that moves.
   StepProblem crossing_of(std::span<const Vec3d> next, const std::vector<bool>& moves) const;
 
+ private:
   std::vector<Vec3d> start_;
   std::vector<Triangle> triangles_;
   std::size_t max_new_crossings_;

@@ -120,6 +120,7 @@ def fit(
     volume="keep",
     align=True,
     surface=True,
+    partial=False,
     also=(),
     max_stretch=5,
     threads=0,
@@ -136,6 +137,8 @@ def fit(
         where the target asks for it, smoothly: report["det_least"] and ["det_greatest"] say how much.
     align: True moves the source as a whole first where that brings it much nearer; "always"; False never.
     surface: brings the whole surface to the target's; False: landmarks and map alone.
+    partial: matches only what both surfaces have; what faces a hole or a cut of the other one is left alone, and
+        report["matched"] says how much of the source was matched.
     also: further points, arrays (n, 3), that move along.
     max_stretch: what a triangle may be stretched; Fit.problem says where that is exceeded.
     progress: as for deform. If it returned False, fit returns None.
@@ -155,6 +158,7 @@ def fit(
         _pairs(landmarks, of_source[0], of_target[0], "landmarks"),
         _pairs(map, of_source[0], of_target[0], "map"),
         bool(surface),
+        bool(partial),
         alignment,
         str(volume),
         _number(max_stretch, "max_stretch"),

@@ -44,6 +44,7 @@ struct FitRequest {
   DoubleArray landmarks;
   DoubleArray map;
   bool surface = true;
+  bool partial = false;
   std::string align;
   std::string volume;
   double max_stretch = 5;
@@ -59,6 +60,7 @@ py::object fit(const py::tuple& source, const py::tuple& target, const FitReques
   options.landmarks = pairs_from(request.landmarks);
   options.map = pairs_from(request.map);
   options.surface = request.surface;
+  options.partial = request.partial;
   options.align = align_named(request.align);
   options.volume = volume_named(request.volume);
   options.max_stretch = request.max_stretch;
@@ -76,10 +78,10 @@ py::object fit(const py::tuple& source, const py::tuple& target, const FitReques
 
 void add_fit(py::module_& module) {
   py::class_<FitRequest>(module, "FitRequest")
-      .def(py::init([](DoubleArray landmarks, DoubleArray map, bool surface, std::string align, std::string volume,
-                       double max_stretch, int threads) {
-        return FitRequest{std::move(landmarks), std::move(map), surface, std::move(align),
-                          std::move(volume),    max_stretch,    threads};
+      .def(py::init([](DoubleArray landmarks, DoubleArray map, bool surface, bool partial, std::string align,
+                       std::string volume, double max_stretch, int threads) {
+        return FitRequest{std::move(landmarks), std::move(map),    surface,     partial,
+                          std::move(align),     std::move(volume), max_stretch, threads};
       }));
   module.def("fit", &fit);
 }
