@@ -282,7 +282,8 @@ class RandomSession {
   std::string lines_;
 };
 
-// With respect to the parameters as forwards along a random direction, to the points as by the Jacobian.
+// With respect to the parameters as forwards along a random direction, to the points as by jacobians(), whose steps
+// pass kinks.
 void expect_backwards_as_forwards(const Session& session, const std::string& what) {
   SCOPED_TRACE(what);
   std::mt19937 random(5);
@@ -313,7 +314,7 @@ void expect_backwards_as_forwards(const Session& session, const std::string& wha
   for (std::size_t i = 0; i < gradient.size(); ++i) {
     const Vec3d& g = gradient[i];
     const Vec3d expected{dot(jacobian[i].column(0), g), dot(jacobian[i].column(1), g), dot(jacobian[i].column(2), g)};
-    EXPECT_LT(norm(found.points[i] - expected), 1e-7 * std::max(1.0, norm(expected))) << i;
+    EXPECT_LT(norm(found.points[i] - expected), 3e-7 * std::max(1.0, norm(expected))) << i;
   }
 }
 
