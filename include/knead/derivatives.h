@@ -30,13 +30,20 @@ struct PointTangents {
   std::vector<Vec3d> tangents;
 };
 
+// The gradient of a function of the deformed points, with respect to the points before and to each parameter.
+struct SessionGradient {
+  std::vector<Vec3d> points;
+  std::vector<double> parameters;
+};
+
 // The derivatives of the map that a session applies to points with respect to its parameters, at their values. The map
 // is that of the exact flow (docs/decisions/0037-derivatives.md).
 class SessionDerivatives {
  public:
   // Throws InvalidInput where flow_of does; naming it, for a parameter of which the flow has no derivative: it chooses
   // a whole number or how many segments there are, or it is in a mask, or in the nodes of a grid.
-  // Costs some 20 flow_of() for each parameter, each with the solution of its pins. Throws Cancelled.
+  // Costs some 20 flow_of() for each parameter, of the strokes that name it, each with the solution of its pins. Throws
+  // Cancelled.
   explicit SessionDerivatives(const Session& session, const SessionPart& part = {}, int threads = 0,
                               const Progress* progress = nullptr);
   SessionDerivatives(const SessionDerivatives&) = delete;
@@ -53,11 +60,11 @@ class SessionDerivatives {
   PointTangents jvp(std::span<const Vec3d> points, std::span<const double> direction,
                     const DerivativeOptions& options) const;
 
-  // Backwards: returns the gradient with respect to each parameter of a function of the deformed points, from its
-  // gradient with respect to these, one vector for each point. Sums are taken in a fixed order: the result does not
-  // depend on the number of threads. Cost: that of jvp() for each three parameters. Throws as jvp.
-  std::vector<double> vjp(std::span<const Vec3d> points, std::span<const Vec3d> gradient,
-                          const DerivativeOptions& options) const;
+  // Backwards: returns the gradient of a function of the deformed points, from its gradient with respect to these, one
+  // vector for each point. Sums are taken in a fixed order: the result does not depend on the number of threads. Cost:
+  // about 3 jvp(), however many parameters there are. Throws as jvp.
+  SessionGradient vjp(std::span<const Vec3d> points, std::span<const Vec3d> gradient,
+                      const DerivativeOptions& options) const;
 
  private:
   struct Parts;

@@ -4,10 +4,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <map>
+#include <numeric>
 #include <optional>
+#include <set>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
+#include "flow/adjoint.h"
 #include "flow/tangents.h"
 #include "knead/derivatives.h"
 #include "knead/error.h"
@@ -15,8 +23,6 @@
 namespace knead {
 
 namespace {
-
-using detail::kTangents;
 
 // The numbers of each segment of a flow, or their derivatives with respect to one parameter.
 using FlowNumbers = std::vector<std::vector<double>>;
@@ -29,37 +35,122 @@ double size_of(const Parameter& parameter) {
   return most > 0 ? most : 1;
 }
 
-Session without_bounds(Session session) {
-  for (Parameter& parameter : session.parameters) {
-    parameter.least.reset();
-    parameter.greatest.reset();
+// The strokes of a session by the parameters that they name. A parameter's flow is that of its own strokes, so that it
+// costs as much in a long session as in a short one.
+class ParameterStrokes {
+ public:
+  // The session has no bounds from here on: differences pass them.
+  ParameterStrokes(const Session& session, const SessionPart& part) : part_(part), whole_(session) {
+    for (Parameter& parameter : whole_.parameters) {
+      parameter.least.reset();
+      parameter.greatest.reset();
+    }
+    const double until = part.until.value_or(kInfinity);
+    std::map<std::string, std::size_t, std::less<>> numbers;
+    for (std::size_t p = 0; p < session.parameters.size(); ++p) numbers[session.parameters[p].name] = p;
+    for (const SessionStroke& stroke : session.strokes) {
+      if (stroke.off || !(static_cast<double>(strokes_.size()) < until)) continue;
+      strokes_.push_back({&stroke, named_by(stroke, numbers)});
+    }
+    strokes_of_.resize(session.parameters.size());
+    for (std::size_t i = 0; i < strokes_.size(); ++i) {
+      for (const std::size_t p : strokes_[i].parameters) strokes_of_[p].push_back(i);
+    }
   }
-  return session;
-}
+  ParameterStrokes(const ParameterStrokes&) = delete;
+  ParameterStrokes& operator=(const ParameterStrokes&) = delete;
+  ~ParameterStrokes() = default;
+
+  const Parameter& parameter(std::size_t p) const { return whole_.parameters[p]; }
+  void set_value(std::size_t p, double value) { whole_.parameters[p].value = value; }
+
+  // Returns the session with the values.
+  Session whole() const { return with_values(whole_, {}); }
+
+  std::size_t size() const { return strokes_.size(); }
+
+  // Returns the strokes whose segments may change with a parameter, ascending: those that name it; all if a mask does.
+  std::vector<std::size_t> of(std::size_t p) const {
+    const auto masks = [&](std::size_t i) { return is_mask(i); };
+    if (std::none_of(strokes_of_[p].begin(), strokes_of_[p].end(), masks)) return strokes_of_[p];
+    std::vector<std::size_t> all(strokes_.size());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+  }
+
+  // Some strokes alone, under the masks of the session.
+  struct Some {
+    Session session;
+    SessionPart part;
+  };
+  Some some(const std::vector<std::size_t>& chosen) const {
+    Some result{{}, {part_.direction, std::nullopt}};
+    result.session.name = whole_.name;
+    std::set<std::size_t> parameters;
+    auto next = chosen.begin();
+    for (std::size_t i = 0; i < strokes_.size(); ++i) {
+      const bool is_chosen = next != chosen.end() && *next == i;
+      if (is_chosen) ++next;
+      if (!is_chosen && !is_mask(i)) continue;
+      result.session.strokes.push_back(*strokes_[i].stroke);
+      parameters.insert(strokes_[i].parameters.begin(), strokes_[i].parameters.end());
+      const double part = part_.until.value_or(kInfinity) - static_cast<double>(i);
+      if (part < 1) result.part.until = static_cast<double>(result.session.strokes.size() - 1) + part;
+    }
+    for (const std::size_t p : parameters) result.session.parameters.push_back(whole_.parameters[p]);
+    return result;
+  }
+
+ private:
+  struct Named {
+    const SessionStroke* stroke;
+    std::set<std::size_t> parameters;
+  };
+
+  static std::set<std::size_t> named_by(const SessionStroke& stroke,
+                                        const std::map<std::string, std::size_t, std::less<>>& numbers) {
+    constexpr std::string_view kBegin = "\"$";
+    std::set<std::size_t> result;
+    for (const ParameterUse& use : stroke.uses) {
+      const std::string_view text = use.text;
+      for (std::size_t at = text.find(kBegin); at != std::string_view::npos; at = text.find(kBegin, at)) {
+        at += kBegin.size();
+        const auto found = numbers.find(text.substr(at, text.find('"', at) - at));
+        if (found != numbers.end()) result.insert(found->second);
+      }
+    }
+    return result;
+  }
+
+  bool is_mask(std::size_t i) const { return std::holds_alternative<MaskStroke>(strokes_[i].stroke->stroke); }
+
+  SessionPart part_;
+  Session whole_;
+  std::vector<Named> strokes_;  // those of the part that are not off; they lie in the session given
+  std::vector<std::vector<std::size_t>> strokes_of_;
+};
 
 // A stroke that does nothing at a value, such as a path of length 0, has no segments there, but has some beside it:
 // then the parameter is moved by this part of its size.
 constexpr double kNudge = 1e-11;
 
-Session beside_nothing(const Session& session, const SessionPart& part, int threads, const Progress* progress) {
-  Session result = without_bounds(session);
-  for (std::size_t p = 0; p < session.parameters.size(); ++p) {
-    const Parameter& parameter = session.parameters[p];
-    const auto at = [&](double step) {
-      return with_values(result, {{parameter.name, parameter.value + step * size_of(parameter)}});
-    };
-    const auto count = [&](double step) -> std::optional<std::size_t> {
-      stop_if_cancelled(progress);
-      try {
-        return flow_of(at(step), part, threads).segments.size();
-      } catch (const InvalidInput&) {
-        return std::nullopt;
-      }
-    };
-    const std::optional<std::size_t> after = count(kNudge);
-    if (after && count(-kNudge) == after && count(0) != after) result = at(kNudge);
-  }
-  return result;
+void move_beside_nothing(ParameterStrokes& strokes, std::size_t p, int threads, const Progress* progress) {
+  const std::vector<std::size_t> chosen = strokes.of(p);
+  if (chosen.empty()) return;
+  const ParameterStrokes::Some own = strokes.some(chosen);
+  const Parameter& parameter = strokes.parameter(p);
+  const double step = kNudge * size_of(parameter);
+  const auto count = [&](double by) -> std::optional<std::size_t> {
+    stop_if_cancelled(progress);
+    try {
+      return flow_of(with_values(own.session, {{parameter.name, parameter.value + by}}), own.part, threads)
+          .segments.size();
+    } catch (const InvalidInput&) {
+      return std::nullopt;
+    }
+  };
+  const std::optional<std::size_t> after = count(step);
+  if (after && count(-step) == after && count(0) != after) strokes.set_value(p, parameter.value + step);
 }
 
 // Of a parameter's own size: the first steps of its differences. Smaller ones are tried where a flow does not exist, or
@@ -114,21 +205,20 @@ Estimate extrapolated(std::vector<FlowNumbers> differences, int order) {
   return estimate;
 }
 
-// The flow of a session as a function of one parameter.
+// The flow of a parameter's strokes as a function of it.
 class FlowOfParameter {
  public:
-  // The session has no bounds: differences pass them. `size`: of the parameter.
-  FlowOfParameter(const Session& session, std::size_t parameter, double size, const SessionPart& part, int threads,
-                  const std::vector<detail::SegmentNumbers>& segments, const Progress* progress)
-      : session_(session),
-        parameter_(session.parameters[parameter]),
+  // `segments`: of these strokes, in order.
+  FlowOfParameter(ParameterStrokes::Some own, const Parameter& parameter, double size, int threads,
+                  std::vector<const detail::SegmentNumbers*> segments, const Progress* progress)
+      : own_(std::move(own)),
+        parameter_(parameter),
         size_(size),
-        part_(part),
         threads_(threads),
-        segments_(segments),
+        segments_(std::move(segments)),
         progress_(progress) {}
 
-  // The derivatives at the parameter's value; all zero for a parameter that no stroke names.
+  // Returns the derivatives at the parameter's value.
   FlowNumbers derivatives() const {
     const std::optional<FlowNumbers> here = at(0);
     Estimate best;
@@ -142,7 +232,7 @@ class FlowOfParameter {
     }
     if (best.error <= kRequiredAgreement) return best.derivatives;
     throw InvalidInput(
-        Place{session_.name},
+        Place{own_.session.name},
         fmt::format(
             "the flow has no derivative with respect to \"{}\" at {}: it chooses a whole number or the number of "
             "segments there, or is in a mask, a grid, a curve, or what reads the surface",
@@ -155,14 +245,14 @@ class FlowOfParameter {
     stop_if_cancelled(progress_);
     Flow flow;
     try {
-      flow = flow_of(with_values(session_, {{parameter_.name, parameter_.value + step}}), part_, threads_);
+      flow = flow_of(with_values(own_.session, {{parameter_.name, parameter_.value + step}}), own_.part, threads_);
     } catch (const InvalidInput&) {
       return std::nullopt;
     }
     if (flow.segments.size() != segments_.size()) return std::nullopt;
     FlowNumbers numbers;
     for (std::size_t i = 0; i < segments_.size(); ++i) {
-      std::optional<std::vector<double>> of_segment = segments_[i].of(flow.segments[i]);
+      std::optional<std::vector<double>> of_segment = segments_[i]->of(flow.segments[i]);
       if (!of_segment) return std::nullopt;
       numbers.push_back(std::move(*of_segment));
     }
@@ -185,12 +275,11 @@ class FlowOfParameter {
     return extrapolated(std::move(differences), side == 0 ? 2 : 1);
   }
 
-  const Session& session_;
+  ParameterStrokes::Some own_;
   Parameter parameter_;
   double size_;
-  const SessionPart& part_;
   int threads_;
-  const std::vector<detail::SegmentNumbers>& segments_;
+  std::vector<const detail::SegmentNumbers*> segments_;
   const Progress* progress_;
 };
 
@@ -202,39 +291,70 @@ void require_options(const DerivativeOptions& options) {
   }
 }
 
+// Returns the numbers of each stroke's segments in the flow of all, ascending.
+std::vector<std::vector<std::size_t>> segments_of_strokes(const ParameterStrokes& strokes, Direction direction,
+                                                          int threads, const Progress* progress) {
+  std::vector<std::vector<std::size_t>> segments(strokes.size());
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < strokes.size(); ++k) {
+    stop_if_cancelled(progress);
+    const std::size_t i = direction == Direction::backwards ? strokes.size() - 1 - k : k;
+    const ParameterStrokes::Some own = strokes.some({i});
+    segments[i].resize(flow_of(with_values(own.session, {}), own.part, threads).segments.size());
+    for (std::size_t& segment : segments[i]) segment = next++;
+  }
+  return segments;
+}
+
+// The derivatives of a segment's numbers with respect to one parameter.
+struct ParameterRates {
+  std::size_t parameter = 0;
+  std::vector<double> numbers;
+};
+
+bool is_zero(double rate) { return rate == 0; }
+
 }  // namespace
 
 struct SessionDerivatives::Parts {
   std::size_t parameters = 0;
   Flow flow;
-  std::vector<FlowNumbers> rates;  // of each parameter and segment; of one that does not change empty
+  std::vector<std::vector<ParameterRates>> rates;  // of each segment, of the parameters on which it depends, ascending
 
-  // Follows points, and their derivatives along up to kTangents directions in the space of the parameters.
-  void follow(const std::vector<std::vector<double>>& directions, const detail::TangentPoints& points,
-              const DerivativeOptions& options) const {
-    const double diagonal = options.diagonal.value_or(reference_length(std::span<const Vec3d>(points.points)));
-    detail::TangentOptions follow;
-    follow.tolerance = absolute_tolerance(options.relative_tolerance, diagonal);
-    follow.relative_tolerance = options.relative_tolerance;
-    follow.threads = options.threads;
-    follow.progress = options.progress;
-    for (std::size_t i = 0; i < flow.segments.size(); ++i) {
-      std::array<std::vector<double>, kTangents> along;
-      for (std::size_t k = 0; k < directions.size(); ++k) along[k] = rates_along(directions[k], i);
-      const detail::SegmentRates own{along[0], along[1], along[2]};
-      detail::advect_tangents(flow.segments[i], own, points, follow);
-    }
+  detail::TangentOptions options_for(std::span<const Vec3d> points, const DerivativeOptions& options) const {
+    const double diagonal = options.diagonal.value_or(reference_length(points));
+    return {absolute_tolerance(options.relative_tolerance, diagonal), options.relative_tolerance, options.threads,
+            options.progress};
   }
 
-  std::vector<double> rates_along(const std::vector<double>& direction, std::size_t segment) const {
+  std::vector<double> rates_along(std::span<const double> direction, std::size_t segment) const {
     std::vector<double> sum;
-    for (std::size_t p = 0; p < parameters; ++p) {
-      const std::vector<double>& own = rates[p][segment];
-      if (direction[p] == 0 || own.empty()) continue;
-      if (sum.empty()) sum.resize(own.size());
-      for (std::size_t n = 0; n < own.size(); ++n) sum[n] += direction[p] * own[n];
+    for (const auto& [parameter, numbers] : rates[segment]) {
+      if (direction[parameter] == 0) continue;
+      if (sum.empty()) sum.resize(numbers.size());
+      for (std::size_t n = 0; n < numbers.size(); ++n) sum[n] += direction[parameter] * numbers[n];
     }
     return sum;
+  }
+
+  std::vector<detail::WantedNumbers> wanted() const {
+    std::vector<detail::WantedNumbers> result;
+    for (const std::vector<ParameterRates>& of_segment : rates) {
+      detail::WantedNumbers& own = result.emplace_back();
+      for (const auto& [parameter, numbers] : of_segment) {
+        own.resize(numbers.size());
+        for (std::size_t n = 0; n < numbers.size(); ++n) own[n] = own[n] || numbers[n] != 0;
+      }
+    }
+    return result;
+  }
+
+  // Adds the rates of a parameter, of the segments of some strokes.
+  void add(std::size_t parameter, FlowNumbers numbers, const std::vector<std::size_t>& segments) {
+    for (std::size_t k = 0; k < segments.size(); ++k) {
+      if (std::all_of(numbers[k].begin(), numbers[k].end(), is_zero)) continue;
+      rates[segments[k]].push_back({parameter, std::move(numbers[k])});
+    }
   }
 };
 
@@ -242,18 +362,26 @@ SessionDerivatives::SessionDerivatives(const Session& session, const SessionPart
                                        const Progress* progress) {
   auto parts = std::make_unique<Parts>();
   parts->parameters = session.parameters.size();
-  const Session beside = beside_nothing(session, part, threads, progress);
-  parts->flow = flow_of(beside, part, threads);
+  ParameterStrokes strokes(session, part);
+  for (std::size_t p = 0; p < parts->parameters; ++p) move_beside_nothing(strokes, p, threads, progress);
+  parts->flow = flow_of(strokes.whole(), part, threads);
   validate(parts->flow);
   std::vector<detail::SegmentNumbers> segments;
   for (const Segment& segment : parts->flow.segments) segments.emplace_back(segment, progress);
-  for (std::size_t p = 0; p < session.parameters.size(); ++p) {
+  parts->rates.resize(segments.size());
+  const std::vector<std::vector<std::size_t>> of_strokes =
+      segments_of_strokes(strokes, part.direction, threads, progress);
+  for (std::size_t p = 0; p < parts->parameters; ++p) {
+    const std::vector<std::size_t> own = strokes.of(p);
+    if (own.empty()) continue;
+    std::vector<std::size_t> numbers;
+    std::vector<const detail::SegmentNumbers*> of_own;
+    for (const std::size_t i : own) numbers.insert(numbers.end(), of_strokes[i].begin(), of_strokes[i].end());
+    std::sort(numbers.begin(), numbers.end());
+    for (const std::size_t segment : numbers) of_own.push_back(&segments[segment]);
     const double size = size_of(session.parameters[p]);
-    FlowNumbers rates = FlowOfParameter(beside, p, size, part, threads, segments, progress).derivatives();
-    for (std::vector<double>& of_segment : rates) {
-      if (std::all_of(of_segment.begin(), of_segment.end(), [](double rate) { return rate == 0; })) of_segment.clear();
-    }
-    parts->rates.push_back(std::move(rates));
+    const FlowOfParameter flow(strokes.some(own), strokes.parameter(p), size, threads, std::move(of_own), progress);
+    parts->add(p, flow.derivatives(), numbers);
   }
   parts_ = std::move(parts);
 }
@@ -275,12 +403,17 @@ PointTangents SessionDerivatives::jvp(std::span<const Vec3d> points, std::span<c
   if (points.empty()) return result;
   std::vector<Vec3d> none(2 * points.size());
   const auto [first, last] = std::pair(std::span(none).first(points.size()), std::span(none).last(points.size()));
-  parts_->follow({{direction.begin(), direction.end()}}, {result.points, {result.tangents, first, last}}, options);
+  const detail::TangentPoints moved{result.points, {result.tangents, first, last}};
+  const detail::TangentOptions follow = parts_->options_for(points, options);
+  for (std::size_t i = 0; i < segments(); ++i) {
+    const std::vector<double> along = parts_->rates_along(direction, i);
+    detail::advect_tangents(parts_->flow.segments[i], {along}, moved, follow);
+  }
   return result;
 }
 
-std::vector<double> SessionDerivatives::vjp(std::span<const Vec3d> points, std::span<const Vec3d> gradient,
-                                            const DerivativeOptions& options) const {
+SessionGradient SessionDerivatives::vjp(std::span<const Vec3d> points, std::span<const Vec3d> gradient,
+                                        const DerivativeOptions& options) const {
   require_options(options);
   require_finite(points);
   require_finite(gradient);
@@ -288,17 +421,14 @@ std::vector<double> SessionDerivatives::vjp(std::span<const Vec3d> points, std::
     throw InvalidInput(
         fmt::format("the gradient must have a vector for each of {} points, got {}", points.size(), gradient.size()));
   }
-  std::vector<double> result(parts_->parameters, 0);
-  for (std::size_t first = 0; first < result.size() && !points.empty(); first += kTangents) {
-    const std::size_t count = std::min(kTangents, result.size() - first);
-    std::vector<std::vector<double>> directions(count, std::vector<double>(result.size(), 0));
-    for (std::size_t k = 0; k < count; ++k) directions[k][first + k] = 1;
-    std::vector<Vec3d> moved(points.begin(), points.end());
-    std::array<std::vector<Vec3d>, kTangents> tangents;
-    for (std::vector<Vec3d>& of_one : tangents) of_one.resize(points.size());
-    parts_->follow(directions, {moved, {tangents[0], tangents[1], tangents[2]}}, options);
-    for (std::size_t k = 0; k < count; ++k) {
-      for (std::size_t i = 0; i < points.size(); ++i) result[first + k] += dot(gradient[i], tangents[k][i]);
+  SessionGradient result{{}, std::vector<double>(parts_->parameters, 0)};
+  if (points.empty()) return result;
+  const detail::TangentOptions follow = parts_->options_for(points, options);
+  detail::FlowGradient found = detail::carry_back(parts_->flow, parts_->wanted(), points, gradient, follow);
+  result.points = std::move(found.points);
+  for (std::size_t i = 0; i < segments(); ++i) {
+    for (const auto& [parameter, numbers] : parts_->rates[i]) {
+      for (std::size_t n = 0; n < numbers.size(); ++n) result.parameters[parameter] += numbers[n] * found.numbers[i][n];
     }
   }
   return result;

@@ -199,13 +199,133 @@ TEST(Derivatives, BackwardsAreThoseForwards) {
   const SessionDerivatives derivatives(session);
   std::vector<Vec3d> gradient = points();
   for (Vec3d& g : gradient) g = cross(g, {0.3, 0.2, 1});
-  const std::vector<double> found = derivatives.vjp(points(), gradient, {.diagonal = 1});
+  const std::vector<double> found = derivatives.vjp(points(), gradient, {.diagonal = 1}).parameters;
   ASSERT_EQ(found.size(), 4U);
   for (std::size_t p = 0; p < 4; ++p) {
     const PointTangents forwards = derivatives.jvp(points(), unit_of(session, p), {.diagonal = 1});
     double sum = 0;
     for (std::size_t i = 0; i < gradient.size(); ++i) sum += dot(gradient[i], forwards.tangents[i]);
     EXPECT_NEAR(found[p], sum, 1e-7 * std::abs(sum));
+  }
+}
+
+double number_in(std::mt19937& random, double least, double greatest) {
+  return least + (greatest - least) * static_cast<double>(random()) / 4294967296.0;
+}
+
+// Strokes at random places, each with numbers of its own parameters.
+class RandomSession {
+ public:
+  explicit RandomSession(unsigned seed) : random_(seed) {}
+
+  // Returns a session of which the first `named` numbers are parameters.
+  Session make(std::size_t strokes, std::size_t named) {
+    named_ = named;
+    for (std::size_t i = 0; i < strokes; ++i) add(i % 9);
+    return parse_session(R"({"knead": 1, "parameters": {)" + parameters_ + "}}\n" + lines_, "random");
+  }
+
+ private:
+  std::string number(double least, double greatest) {
+    const double value = number_in(random_, least, greatest);
+    if (count_ >= named_) return std::to_string(value);
+    const std::string name = "p" + std::to_string(count_++);
+    parameters_ += (count_ > 1 ? ", \"" : "\"") + name + "\": " + std::to_string(value);
+    return "\"$" + name + "\"";
+  }
+  std::string place() {
+    const std::string x = number(-0.5, 0.5);
+    const std::string y = number(-0.5, 0.5);
+    return "[" + x + ", " + y + ", " + number(-0.5, 0.5) + "]";
+  }
+  std::string direction() { return "[" + number(0.2, 1) + ", -0.3, " + number(-0.5, 0.5) + "]"; }
+  std::string thresholds() { return R"("inner": )" + number(0.05, 0.2) + R"(, "outer": )" + number(0.4, 0.7); }
+  std::string turned(const std::string& tool, const std::string& rest) {
+    const std::string center = place();
+    return R"({"tool": ")" + tool + R"(", "center": )" + center + R"(, "axis": )" + direction() + ", " + rest + "}";
+  }
+
+  void add(std::size_t kind) { lines_ += line(kind) + "\n"; }
+  std::string line(std::size_t kind) {
+    const std::string from = place();
+    const std::string path = R"({"tool": "implicit", "path": [)" + from + ", " + place() + "], ";
+    switch (kind) {
+      case 0:
+        return path + thresholds() + "}";
+      case 1:
+        return path + R"("region": "capsule", "half_axis": )" + direction() + R"(, "gauge": 0.4, )" + thresholds() +
+               "}";
+      case 2:
+        return path + R"("falloff": "wide", "bump": )" + number(0.1, 0.3) + R"(, "outer": )" + number(0.4, 0.9) + "}";
+      case 3:
+        return R"({"tool": "paint", "outer": 0.5, "depth": )" + number(-0.2, -0.05) + R"(, "samples": [{"point": )" +
+               from + R"(, "normal": [0, 1, 0.2]}, {"point": )" + place() + R"(, "normal": [1, 0, 0.2]}]})";
+      case 4:
+        return turned("rotate", R"("angle_deg": )" + number(10, 60) + ", " + thresholds());
+      case 5:
+        return turned("stretch", R"("factor": )" + number(1.1, 1.5) + ", " + thresholds());
+      case 6:
+        return turned("twist", R"("rate_deg": )" + number(20, 60) + R"(, "inner": -0.3, "outer": )" + number(0.4, 0.6));
+      case 7:
+        return R"({"tool": "bend", "center": [0, 0, 0.1], "axis": [0, 1, 0], "normal": [0.1, 0, -1], "width": )" +
+               number(0.7, 1) + R"(, "angle_deg": )" + number(20, 70) + "}";
+      default:
+        return R"({"tool": "points", "points": [)" + from + ", " + place() + R"(], "displacements": [[0, )" +
+               number(0.05, 0.2) + ", 0.1]], " + thresholds() + "}";
+    }
+  }
+
+  std::mt19937 random_;
+  std::size_t named_ = 0;
+  std::size_t count_ = 0;
+  std::string parameters_;
+  std::string lines_;
+};
+
+// With respect to the parameters as forwards along a random direction, to the points as by jacobians(), whose steps
+// pass kinks.
+void expect_backwards_as_forwards(const Session& session, const std::string& what) {
+  SCOPED_TRACE(what);
+  std::mt19937 random(5);
+  const SessionDerivatives derivatives(session);
+  std::vector<Vec3d> gradient = points();
+  for (Vec3d& g : gradient) g = cross(g, {0.3, 0.2, 1});
+  const DerivativeOptions options{.relative_tolerance = 1e-9, .diagonal = 1};
+  const SessionGradient found = derivatives.vjp(points(), gradient, options);
+  std::vector<double> direction(session.parameters.size());
+  double by_parameters = 0;
+  for (std::size_t p = 0; p < direction.size(); ++p) {
+    direction[p] = number_in(random, -1, 1);
+    by_parameters += direction[p] * found.parameters[p];
+  }
+  const PointTangents forwards = derivatives.jvp(points(), direction, options);
+  double sum = 0;
+  double size = 0;
+  for (std::size_t i = 0; i < gradient.size(); ++i) {
+    sum += dot(gradient[i], forwards.tangents[i]);
+    size += std::abs(dot(gradient[i], forwards.tangents[i]));
+  }
+  EXPECT_GT(size, 1e-3);
+  EXPECT_NEAR(by_parameters, sum, 1e-8 * size);
+  AdvectOptions exact;
+  exact.tolerance = 1e-11;
+  exact.precision = Precision::float64;
+  const std::vector<Mat3d> jacobian = jacobians(flow_of(session), points(), exact);
+  for (std::size_t i = 0; i < gradient.size(); ++i) {
+    const Vec3d& g = gradient[i];
+    const Vec3d expected{dot(jacobian[i].column(0), g), dot(jacobian[i].column(1), g), dot(jacobian[i].column(2), g)};
+    EXPECT_LT(norm(found.points[i] - expected), 3e-7 * std::max(1.0, norm(expected))) << i;
+  }
+}
+
+TEST(Derivatives, BackwardsOfEveryTool) {
+  for (const Case& c : kCases) expect_backwards_as_forwards(session_of(c), c.name);
+}
+
+TEST(Derivatives, BackwardsOfRandomSessions) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    expect_backwards_as_forwards(RandomSession(seed).make(9, 1), "one parameter, " + std::to_string(seed));
+    expect_backwards_as_forwards(RandomSession(seed).make(27, 200), "200 parameters, " + std::to_string(seed));
   }
 }
 
@@ -235,7 +355,9 @@ TEST(Derivatives, OfAPointDependOnItAlone) {
     EXPECT_EQ(one.points.front(), all.points[i]);
   }
   const std::vector<Vec3d> gradient(points().size(), {1, 2, 3});
-  EXPECT_EQ(derivatives.vjp(points(), gradient, {.threads = 1}), derivatives.vjp(points(), gradient, {.threads = 4}));
+  const SessionGradient backwards = derivatives.vjp(points(), gradient, {.threads = 1});
+  EXPECT_EQ(derivatives.vjp(points(), gradient, {.threads = 4}).parameters, backwards.parameters);
+  EXPECT_EQ(derivatives.vjp(points(), gradient, {.threads = 4}).points, backwards.points);
 }
 
 // Twice as far apart: a mask that acts, and a grid with a strength.
@@ -298,7 +420,8 @@ TEST(Derivatives, ThatDoNotExistAreErrors) {
 TEST(Derivatives, OfNoPointsAndNoParametersAreNone) {
   const SessionDerivatives none(session_of({"", "{}", kCases[1].lines.substr(0, 0) + R"({"mask": null})"}));
   EXPECT_EQ(none.jvp(points(), {}, {}).points, points());
-  EXPECT_TRUE(none.vjp(points(), points(), {}).empty());
+  EXPECT_TRUE(none.vjp(points(), points(), {}).parameters.empty());
+  EXPECT_EQ(none.vjp(points(), points(), {}).points, points());
   const Session session = session_of(kCases[0]);
   EXPECT_TRUE(SessionDerivatives(session).jvp({}, unit_of(session, 0), {}).points.empty());
 }
@@ -318,7 +441,7 @@ TEST(Derivatives, PointsOnPinsHaveThem) {
   const PointTangents moved = derivatives.jvp(points, std::vector<double>{1}, options);
   const std::vector<Vec3d> expected{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LT(norm(moved.tangents[i] - expected[i]), 1e-6) << i;
-  EXPECT_NEAR(derivatives.vjp(points, std::vector<Vec3d>(3, {1, 0, 0}), options).front(), 1, 1e-6);
+  EXPECT_NEAR(derivatives.vjp(points, std::vector<Vec3d>(3, {1, 0, 0}), options).parameters.front(), 1, 1e-6);
 }
 
 }  // namespace

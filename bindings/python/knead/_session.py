@@ -158,17 +158,22 @@ class Session(collections.abc.MutableSequence):
         request = _knead.DerivativeRequest(_real(relative_tolerance), operator.index(threads), _length(diagonal))
         return _knead.jvp(self._native(), points, self._direction(direction), request, progress)
 
-    def vjp(self, points, gradient, *, relative_tolerance=1e-8, threads=0, diagonal=None, progress=None):
+    def vjp(self, points, gradient, *, of_points=False, relative_tolerance=1e-8, threads=0, diagonal=None, progress=None):
         """Returns the derivatives with respect to the parameters of a number that depends on the deformed points.
 
         points: array-like (n, 3), undeformed. gradient: array-like (n, 3): the derivatives of the number with respect to
-            the deformed points. The other keywords are those of jvp().
+            the deformed points. of_points: also return the derivatives with respect to the undeformed points. The other
+            keywords are those of jvp().
 
-        Returns a dict of a number for each parameter, or None if `progress` returned False. Raises as jvp().
+        Returns a dict of a number for each parameter; with `of_points` an array (n, 3) of float64 and this dict. None
+        if `progress` returned False. Raises as jvp(). The cost does not depend on the number of parameters.
         """
         request = _knead.DerivativeRequest(_real(relative_tolerance), operator.index(threads), _length(diagonal))
-        numbers = _knead.vjp(self._native(), points, gradient, request, progress)
-        return None if numbers is None else dict(zip(self.parameters, numbers))
+        found = _knead.vjp(self._native(), points, gradient, request, progress)
+        if found is None:
+            return None
+        parameters = dict(zip(self.parameters, found[1]))
+        return (found[0], parameters) if of_points else parameters
 
     def _direction(self, direction):
         if not isinstance(direction, collections.abc.Mapping):

@@ -308,16 +308,14 @@ py::object vjp(const Session& session, const py::object& points, const py::objec
   Progress progress;
   DerivativeOptions options = request.options;
   options.progress = &progress;
-  std::vector<double> result;
+  SessionGradient result;
   const bool is_done = run_watched(callback, progress, [&] {
     const SessionDerivatives derivatives(session, {}, options.threads, &progress);
-    constexpr std::size_t kParametersAtATime = 3;
-    const std::size_t passes = (session.parameters.size() + kParametersAtATime - 1) / kParametersAtATime;
-    progress.total = given.span().size() * derivatives.segments() * passes;
+    progress.total = given.span().size() * derivatives.segments();
     result = derivatives.vjp(given.span(), of_moved.span(), options);
   });
   if (!is_done) return py::none();
-  return py::cast(result);
+  return py::make_tuple(array_of(result.points), result.parameters);
 }
 
 }  // namespace

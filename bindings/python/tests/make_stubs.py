@@ -93,16 +93,30 @@ class Session(MutableSequence[Stroke]):
         diagonal: float | None = None,
         progress: Progress | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    @overload
     def vjp(
         self,
         points: Points_,
         gradient: ArrayLike,
         *,
+        of_points: Literal[False] = False,
         relative_tolerance: float = 1e-8,
         threads: int = 0,
         diagonal: float | None = None,
         progress: Progress | None = None,
     ) -> dict[str, float]: ...
+    @overload
+    def vjp(
+        self,
+        points: Points_,
+        gradient: ArrayLike,
+        *,
+        of_points: Literal[True],
+        relative_tolerance: float = 1e-8,
+        threads: int = 0,
+        diagonal: float | None = None,
+        progress: Progress | None = None,
+    ) -> tuple[NDArray[np.float64], dict[str, float]]: ...
     @classmethod
     def read(cls, path: Path) -> Session: ...
     @classmethod

@@ -137,6 +137,14 @@ def test_backwards_as_forwards(named):
     assert (gradient * both).sum() == pytest.approx(2 * found["length"] - 0.5 * found["angle"], rel=1e-7)
 
 
+def test_backwards_to_the_points(named):
+    gradient = RANDOM.normal(size=POINTS.shape)
+    of_points, of_parameters = named.vjp(POINTS, gradient, of_points=True)
+    assert of_parameters == named.vjp(POINTS, gradient)
+    jacobian = knead.Flow(named).jacobian(POINTS, precision="float64", relative_tolerance=1e-11)
+    assert np.abs(of_points - np.einsum("nij,ni->nj", jacobian, gradient)).max() < 1e-7
+
+
 def test_gauss_newton_finds_the_angle_of_a_bend():
     bar = knead.Session(BEND, parameters={"angle": (30, 0, 170)})
     wanted = knead.deform(POINTS, bar(angle=72), precision="float64", relative_tolerance=1e-10)

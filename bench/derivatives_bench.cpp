@@ -1,0 +1,88 @@
+// Gradients with respect to the parameters of a session: a pull at a random place for each parameter, over random
+// points in a box. Times on one thread, in seconds and relative to the deformation.
+//   derivatives_bench [POINTS]   by default 2,000
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "knead/derivatives.h"
+#include "knead/flow.h"
+#include "knead/replay.h"
+
+namespace {
+
+using namespace knead;
+
+class Random {
+ public:
+  double number(double least, double greatest) {
+    return least + (greatest - least) * static_cast<double>(random_()) / 4294967296.0;
+  }
+  Vec3d place() {
+    const double x = number(-1, 1);
+    const double y = number(-1, 1);
+    return {x, y, number(-1, 1)};
+  }
+
+ private:
+  std::mt19937 random_{1};
+};
+
+Session make_session(std::size_t parameters, Random& random) {
+  std::string names;
+  std::string lines;
+  for (std::size_t i = 0; i < parameters; ++i) {
+    const Vec3d p = random.place();
+    names += fmt::format("{}\"p{}\": {}", i == 0 ? "" : ", ", i, p.z + random.number(0.1, 0.2));
+    lines +=
+        fmt::format(R"({{"tool": "implicit", "path": [[{}, {}, {}], [{}, {}, "$p{}"]], "inner": 0.1, "outer": 0.4}})",
+                    p.x, p.y, p.z, p.x + random.number(-0.2, 0.2), p.y, i) +
+        "\n";
+  }
+  return parse_session(R"({"knead": 1, "parameters": {)" + names + "}}\n" + lines, "bench");
+}
+
+template <class Work>
+double seconds_of(const Work& work) {
+  const auto began = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+}
+
+void measure(std::size_t parameters, std::size_t count) {
+  Random random;
+  const Session session = make_session(parameters, random);
+  std::vector<Vec3d> points;
+  std::vector<Vec3d> gradient;
+  for (std::size_t i = 0; i < count; ++i) {
+    points.push_back(random.place());
+    gradient.push_back(random.place());
+  }
+  const double deform = seconds_of([&] {
+    std::vector<Vec3d> moved = points;
+    AdvectOptions options;
+    options.tolerance = absolute_tolerance(1e-5, reference_length(points));
+    options.threads = 1;
+    advect(flow_of(session), moved, options);
+  });
+  std::optional<SessionDerivatives> derivatives;
+  const double prepare = seconds_of([&] { derivatives.emplace(session, SessionPart{}, 1); });
+  const DerivativeOptions options{.threads = 1};
+  const double jvp = seconds_of([&] { derivatives->jvp(points, std::vector<double>(parameters, 1), options); });
+  const double vjp = seconds_of([&] { derivatives->vjp(points, gradient, options); });
+  fmt::print(
+      "{:4} parameters: deform {:.4f} s, prepare {:.3f} s ({:.0f}), jvp {:.3f} s ({:.0f}), vjp {:.3f} s ({:.0f})\n",
+      parameters, deform, prepare, prepare / deform, jvp, jvp / deform, vjp, vjp / deform);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto count = static_cast<std::size_t>(argc > 1 ? std::atoi(argv[1]) : 2000);
+  for (const std::size_t parameters : {1, 64, 256}) measure(parameters, count);
+}
