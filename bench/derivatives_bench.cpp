@@ -84,5 +84,5 @@ void measure(std::size_t parameters, std::size_t count) {
 
 int main(int argc, char** argv) {
   const auto count = static_cast<std::size_t>(argc > 1 ? std::atoi(argv[1]) : 2000);
-  for (const std::size_t parameters : {1, 64, 256}) measure(parameters, count);
+  for (const std::size_t parameters : {1U, 64U, 256U}) measure(parameters, count);
 }

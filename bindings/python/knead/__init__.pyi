@@ -88,16 +88,18 @@ class Implicit(Stroke):
 class Paint(Stroke):
     outer: float | None
     bump: float | None
-    depth: float
+    depth: float | None
+    pinch: float | None
     samples: Sequence[Mapping[str, Vector]] | None
     path: Points3 | None
     falloff: int | Literal['wide'] | None
     def __init__(
         self,
         *,
-        depth: float,
         outer: float | None = None,
         bump: float | None = None,
+        depth: float | None = None,
+        pinch: float | None = None,
         samples: Sequence[Mapping[str, Vector]] | None = None,
         path: Points3 | None = None,
         falloff: int | Literal['wide'] | None = None,
@@ -492,16 +494,30 @@ class Session(MutableSequence[Stroke]):
         diagonal: float | None = None,
         progress: Progress | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    @overload
     def vjp(
         self,
         points: Points_,
         gradient: ArrayLike,
         *,
+        of_points: Literal[False] = False,
         relative_tolerance: float = 1e-8,
         threads: int = 0,
         diagonal: float | None = None,
         progress: Progress | None = None,
     ) -> dict[str, float]: ...
+    @overload
+    def vjp(
+        self,
+        points: Points_,
+        gradient: ArrayLike,
+        *,
+        of_points: Literal[True],
+        relative_tolerance: float = 1e-8,
+        threads: int = 0,
+        diagonal: float | None = None,
+        progress: Progress | None = None,
+    ) -> tuple[NDArray[np.float64], dict[str, float]]: ...
     @classmethod
     def read(cls, path: Path) -> Session: ...
     @classmethod
