@@ -197,5 +197,4 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
 {"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]]})",
                                        1}};
 
-
 }  // namespace knead::studio

@@ -306,7 +306,7 @@ bool has_thin_angle(const std::array<Vec3d, 3>& p) {
 
 // One poor triangle of so many that a stroke deforms is not seen.
 constexpr std::size_t kFewOf = 500;
-constexpr double kDeformed = 1.1;    // a stretch: what a wide stroke moves far around is hardly deformed
+constexpr double kDeformed = 1.1;  // a stretch: what a wide stroke moves far around is hardly deformed
 
 // Whether a triangle is seen as a facet: the normals at its corners are of length 1.
 bool is_angular(const std::array<Vec3d, 3>& p, const std::array<Vec3d, 3>& normals) {

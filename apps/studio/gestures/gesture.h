@@ -105,7 +105,7 @@ struct ImplicitGesture {
 
 // Dabs along the pointer's path, from where it meets the shape.
 struct PaintGesture {
-  PaintStroke brush;                                                         // without samples
+  PaintStroke brush;                 // without samples
   std::optional<PaintDrag> paint{};  // std::nullopt: the pointer has been beside the shape so far
   Pointer last{};
 

@@ -509,7 +509,8 @@ TEST_F(InterfaceTest, ThePanelIsResizedAtItsEdgeAndComesBackAsItWasLeft) {
 
 TEST_F(InterfaceTest, NamesOfTheToolsFitBesideTheirIcons) {
   for (const double unit : {1.0, 2.0}) {
-    ShownPanels panels(options(), static_cast<int>(1440 * unit), static_cast<int>(1100 * unit), unit);  // high enough for one column
+    ShownPanels panels(options(), static_cast<int>(1440 * unit), static_cast<int>(1100 * unit),
+                       unit);  // high enough for one column
     open_ball(panels);
     const float narrow = ShownPanels::area_of("Tools").width();
     panels.key("Shift+T");
