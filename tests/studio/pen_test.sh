@@ -104,7 +104,7 @@ paint() {
 # The radii of the strokes in the journal, each once.
 radii() {
   sleep 1
-  grep -o '"outer": *[0-9.e-]*' "$work"/state/knead/journals/*/session.knead | grep -o '[0-9.e-]*$' | sort -gu
+  grep -o '"bump": *[0-9.e-]*' "$work"/state/knead/journals/*/session.knead | grep -o '[0-9.e-]*$' | sort -gu
 }
 
 mkdir -p "$work/config/knead"
