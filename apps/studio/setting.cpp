@@ -201,9 +201,11 @@ struct Set {
   }
 };
 
-}  // namespace
+void append(std::vector<Setting> more, std::vector<Setting>& rows) {
+  std::move(more.begin(), more.end(), std::back_inserter(rows));
+}
 
-std::vector<Setting> settings_of(ToolSettings& to) {
+std::vector<Setting> brush_rows(ToolSettings& to) {
   return {
       {"radius", &to.radius, kAboveZero},
       {"auto_radius", &to.auto_radius},
@@ -252,6 +254,11 @@ std::vector<Setting> settings_of(ToolSettings& to) {
        "Round end: begins under the surface. Flat end: begins on it, and lifts a disc. The third begins in the plane "
        "through the middle of the view."},
       {"paint_in", &to.paint_in, {}, to.tool->use == ToolUse::inflate ? "Shrink" : "Press in"},
+  };
+}
+
+std::vector<Setting> pose_and_mask_rows(ToolSettings& to) {
+  return {
       {"pose",
        choice_of(to.pose, {"pins", "lasso", "brush", "exact"}, {"Pins", "Lasso", "Brush", "Exact points"}),
        {},
@@ -284,14 +291,29 @@ std::vector<Setting> settings_of(ToolSettings& to) {
        {},
        "Widen a zone that is too thin",
        "A strong bend or twist over a short zone crushes the shape. The zone grows with the angle."},
+  };
+}
+
+std::vector<Setting> symmetry_rows(ToolSettings& to) {
+  return {
       {"mirror", flags_form(to.mirror)},
       {"mirror_plane", plane_form(to.symmetry.plane)},
       {"symmetry_center", place_form(to.symmetry.center)},
       {"radial", &to.symmetry.turns, {1, kMaxTurns}, "Radial", "repeats everything about an axis"},
       {"radial_axis", direction_form(to.symmetry.axis)},
-      {"remesh", &to.remesh, {}, "Remesh when a drag ends"},
-      {"max_edge", &to.remesh_settings.max_edge, {1e-9, 1e9}, "Longest edge", "splits longer edges"},
   };
+}
+
+}  // namespace
+
+std::vector<Setting> settings_of(ToolSettings& to) {
+  std::vector<Setting> rows = brush_rows(to);
+  append(pose_and_mask_rows(to), rows);
+  append(symmetry_rows(to), rows);
+  append({{"remesh", &to.remesh, {}, "Remesh when a drag ends"},
+          {"max_edge", &to.remesh_settings.max_edge, {1e-9, 1e9}, "Longest edge", "splits longer edges"}},
+         rows);
+  return rows;
 }
 
 std::vector<Setting> settings_of(View& view) {

@@ -57,10 +57,10 @@ struct Setting {
 };
 
 // Return the rows of what they are given, which must outlive them.
-std::vector<Setting> settings_of(ToolSettings& tools);
+std::vector<Setting> settings_of(ToolSettings& to);
 std::vector<Setting> settings_of(View& view);
 std::vector<Setting> settings_of(ViewSettings& view);
-std::vector<Setting> settings_of(Preferences& preferences);
+std::vector<Setting> settings_of(Preferences& to);
 std::vector<Setting> settings_of(PanelState& panels);
 std::vector<Setting> settings_of(WindowPlace& window);
 

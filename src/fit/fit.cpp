@@ -473,7 +473,7 @@ SoundReach Fitter::go_to_landmarks() {
   std::vector<Vec3d> guides;
   for (std::size_t i = landmarks_.size(); i < anchors.size(); ++i) guides.push_back(anchors[i].from);
   motion_->set_guides(std::move(guides));
-  const SoundReach reach = go_along(
+  SoundReach reach = go_along(
       paths, std::clamp(static_cast<std::size_t>(std::ceil(longest / (kMaxStep * diagonal_))), kMinSteps, kMaxSteps));
   motion_->set_guides({});
   return reach;
@@ -493,7 +493,7 @@ SoundReach Fitter::go_along(const Paths& paths, std::size_t steps) {
     motion_->stiffen();
     motion_->set_spacing(factor * spacing);
   };
-  const SoundReach reach = step_soundly(times, stepped);
+  SoundReach reach = step_soundly(times, stepped);
   motion_->soften();
   return reach;
 }

@@ -74,6 +74,7 @@ std::vector<Triangle> coarsened(std::span<const Vec3d> positions, const std::vec
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
   if (vertices.size() <= kMaxNodes) return triangles;
   std::vector<Vec3d> points;
+  points.reserve(vertices.size());
   for (const std::uint32_t v : vertices) points.push_back(positions[v]);
   std::vector<std::uint32_t> chosen = spread_points(points, kCoarseNodes);
   for (std::uint32_t& v : chosen) v = vertices[v];
@@ -311,7 +312,9 @@ Krylov krylov_of(const InverseLaplacian& inverse, std::vector<double> start, std
     result.vectors.push_back(std::move(start));
     start = inverse(result.vectors.back());
     result.matrix.diagonal.push_back(dot_of(start, result.vectors.back()));
-    for (auto v = result.vectors.rbegin(); v != result.vectors.rend(); ++v) add(start, *v, -dot_of(start, *v));
+    for (std::size_t i = result.vectors.size(); i-- > 0;) {
+      add(start, result.vectors[i], -dot_of(start, result.vectors[i]));
+    }
     size = std::sqrt(dot_of(start, start));
     result.matrix.beside.push_back(size);
   }

@@ -52,7 +52,7 @@ class StepsBack {
     next_(segment.begin);
     next_(segment.end);
     for (const auto& part : line.parts()) fields_.emplace_back(*part, next_);
-    variables_ = tape_.size();
+    variables_ = tape_.size();  // NOLINT(cppcoreguidelines-prefer-member-initializer): after the fields
   }
 
   // From the gradient after the step to that before it: the transpose of the step's derivative. Adds up the gradient
@@ -183,8 +183,9 @@ class FlowAdjoint {
         if (segments_[i]->move(x, passage)) passages.push_back(std::move(passage));
       }
     }
-    for (auto passage = passages.rbegin(); passage != passages.rend(); ++passage) {
-      segments_[passage->segment]->go_back(*passage, gradient, numbers[passage->segment], tape);
+    for (std::size_t i = passages.size(); i-- > 0;) {
+      const Passage& passage = passages[i];
+      segments_[passage.segment]->go_back(passage, gradient, numbers[passage.segment], tape);
       stop_if_cancelled(options_.progress);
     }
     if (options_.progress != nullptr) options_.progress->done += segments_.size();

@@ -42,24 +42,25 @@ SoundJudge::SoundJudge(std::span<const Vec3d> start, std::span<const Triangle> t
       threads_(threads),
       progress_(progress) {}
 
-StepProblem SoundJudge::problem_of(std::span<const Vec3d> now, std::span<const Vec3d> next, double max_stretch) const {
+StepProblem SoundJudge::problem_of(std::span<const Vec3d> before, std::span<const Vec3d> after,
+                                   double max_stretch) const {
   std::vector<Triangle> moving;
   std::vector<bool> moves(triangles_.size(), false);
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     const Triangle& t = triangles_[i];
-    moves[i] = std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return next[v] != now[v]; });
+    moves[i] = std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return after[v] != before[v]; });
     if (moves[i]) moving.push_back(t);
   }
-  const SurfaceStretch whole = surface_stretch(moving, start_, next);
-  const SurfaceStretch step = surface_stretch(moving, now, next);
+  const SurfaceStretch whole = surface_stretch(moving, start_, after);
+  const SurfaceStretch step = surface_stretch(moving, before, after);
   const bool is_torn = step.worst() > kMaxStepStretch;
   if (is_torn || whole.worst() > max_stretch) {
     const Triangle& worst = moving[is_torn ? step.worst_triangle : whole.worst_triangle];
     std::string text = is_torn ? "the shape would be torn "
                                : fmt::format("a triangle would be stretched or pressed {:.3g} times ", whole.worst());
-    return {text + at(next[worst[0]]), {worst.begin(), worst.end()}};
+    return {text + at(after[worst[0]]), {worst.begin(), worst.end()}};
   }
-  return crossing_of(next, moves);
+  return crossing_of(after, moves);
 }
 
 StepProblem SoundJudge::crossing_of(std::span<const Vec3d> next, const std::vector<bool>& moves) const {

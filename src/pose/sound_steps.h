@@ -33,7 +33,7 @@ class SoundJudge {
 
   // Returns why a step is not sound. `max_stretch`: how much a triangle may be stretched or pressed against the start.
   // Time: a search for crossings of the triangles that move. Throws Cancelled.
-  StepProblem problem_of(std::span<const Vec3d> now, std::span<const Vec3d> next, double max_stretch) const;
+  StepProblem problem_of(std::span<const Vec3d> before, std::span<const Vec3d> after, double max_stretch) const;
 
   // Returns which triangles cross anew, of pairs with one that moves.
   StepProblem crossing_of(std::span<const Vec3d> next, const std::vector<bool>& moves) const;

@@ -209,10 +209,10 @@ Estimate extrapolated(std::vector<FlowNumbers> differences, int order) {
 class FlowOfParameter {
  public:
   // `segments`: of these strokes, in order.
-  FlowOfParameter(ParameterStrokes::Some own, const Parameter& parameter, double size, int threads,
+  FlowOfParameter(ParameterStrokes::Some own, Parameter parameter, double size, int threads,
                   std::vector<const detail::SegmentNumbers*> segments, const Progress* progress)
       : own_(std::move(own)),
-        parameter_(parameter),
+        parameter_(std::move(parameter)),
         size_(size),
         threads_(threads),
         segments_(std::move(segments)),
@@ -376,6 +376,7 @@ SessionDerivatives::SessionDerivatives(const Session& session, const SessionPart
     if (own.empty()) continue;
     std::vector<std::size_t> numbers;
     std::vector<const detail::SegmentNumbers*> of_own;
+    of_own.reserve(segments.size());
     for (const std::size_t i : own) numbers.insert(numbers.end(), of_strokes[i].begin(), of_strokes[i].end());
     std::sort(numbers.begin(), numbers.end());
     for (const std::size_t segment : numbers) of_own.push_back(&segments[segment]);

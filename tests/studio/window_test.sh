@@ -44,36 +44,36 @@ wait_for "the window" has_title 'hand.ply'
 sleep 1
 picture start
 
-# Of the hand as it is opened: the palm about (556, 564), the middle finger about (589, 308); nothing at (1000, 700).
+# Of the hand as it is opened: the palm about (574, 564), the middle finger about (607, 308); nothing at (1000, 700).
 xdotool key 6 sleep 2
-click 476 554
-use stamp 6 456 564 546 559
+click 494 554
+use stamp 6 474 564 564 559
 xdotool key Escape sleep 0.3 key 1 sleep 0.3
 for ((i = 0; i < 4; ++i)); do xdotool key bracketleft sleep 0.2; done
-use ball 1 565 592 593 611
-use move q 565 592 570 580
-use capsule 2 546 535 556 512
-use paint 3 556 611 603 602
+use ball 1 583 592 611 611
+use move q 583 592 588 580
+use capsule 2 564 535 574 512
+use paint 3 574 611 621 602
 xdotool key 4 sleep 0.3
-click 546 478
-use points 4 546 478 556 497
+click 564 478
+use points 4 564 478 574 497
 xdotool key Escape sleep 0.3 key 5 sleep 0.3
-drag 508 516 565 516
-use curve 5 537 516 537 531
+drag 526 516 583 516
+use curve 5 555 516 555 531
 xdotool key Escape sleep 0.3 key p sleep 0.3
-for place in "508 630" "610 650" "546 478"; do
+for place in "526 630" "628 650" "564 478"; do
   # shellcheck disable=SC2086  # two words
   click $place
 done
-use pose p 556 640 566 655
+use pose p 574 640 584 655
 grep -q '"tool": "pose"' "$work"/state/knead/journals/*/session.knead || die "no pose in the journal"
 xdotool key Escape sleep 0.3 key 7 sleep 0.3
-click 556 678
+click 574 678
 use rotate 7 1000 700 1040 700
 use stretch 8 1000 700 1040 700
 # From the front the ring finger goes upwards in the picture, so that the limit cylinder is placed on it.
 xdotool key Escape sleep 0.3 key alt+1 sleep 0.6 key 0 sleep 0.3
-click 493 308
+click 511 308
 use bend 0 1000 700 1040 700
 use twist 9 1000 700 1040 700
 grep -q '"tool": "implicit"' "$work"/state/knead/journals/*/session.knead || die "no implicit stroke in the journal"
