@@ -377,6 +377,19 @@ class MeshFollower {
     return remesh_in_halves(part);
   }
 
+  // Says what following a part may cost. Returns the most for a stroke as a whole.
+  double set_budget(const Part& part, double cost, std::size_t max_vertices, CarryBudget& budget) {
+    budget.least = std::max(1.0, kMinEach * static_cast<double>(part.flow.segments.size()));
+    budget.of_the_stroke = cost * evaluations_each(part);
+    const double of_strokes = kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size());
+    const double all = std::max(kEvaluationsPerVertex * static_cast<double>(max_vertices), of_strokes);
+    halving_.narrow_most = std::max(kWorkOfNarrow * all, of_strokes);
+    budget.most = halving_.is_narrow
+                      ? std::min(halving_.narrow_most, halving_.spent + std::max(kWorkOfPart * all, of_strokes))
+                      : all;
+    return all;
+  }
+
   // The mesh is the one before the part.
   RemeshOutcome remesh(const Mesh& mesh, const Part& part) {
     const FlowReach reach(part.flow);
@@ -405,15 +418,7 @@ class MeshFollower {
       options.stop_where_crossed = true;
       options.stop_where_thousands_cross = halving_.is_narrow;
       options.seconds = seconds_until(halving_.end);
-      budget.least = std::max(1.0, kMinEach * static_cast<double>(part.flow.segments.size()));
-      budget.of_the_stroke = cost * evaluations_each(part);
-      const double of_strokes = kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size());
-      const double all =
-          std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices), of_strokes);
-      halving_.narrow_most = std::max(kWorkOfNarrow * all, of_strokes);
-      budget.most = halving_.is_narrow
-                        ? std::min(halving_.narrow_most, halving_.spent + std::max(kWorkOfPart * all, of_strokes))
-                        : all;
+      const double all = set_budget(part, cost, options.targets.max_vertices, budget);
       RemeshOutcome outcome{AdvectStatus::done,
                             remesh_detail::remesh_with(mesh, shape_.positions_, deformation, options, {}, places)};
       const bool is_whole = halving_.most_faces == 0;
