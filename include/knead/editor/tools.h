@@ -328,6 +328,7 @@ struct PaintTouch {
   double pressure = 1;  // how much each length of the way counts, above 0
 };
 
+// The plane to which a dab flattens the surface about a place.
 using PaintPlane = std::function<PaintSample(const PaintSample& at, double radius)>;
 
 // Painting with a pointer: dabs at even distances along the places that it touches, each where the dabs before it have
