@@ -1,4 +1,4 @@
-// Maps between surfaces that respect their Laplacians' eigenfunctions. Internal to the fit module.
+// Eigenfunctions of surfaces' Laplacians, and maps between surfaces that respect them. Internal to the fit module.
 //
 // Functional maps of Ovsjanikov et al. 2012, from wave kernel signatures (Aubry et al. 2011) of all points and of
 // seeds, refined by ZoomOut (Melzi et al. 2019). Nearly isometric surfaces are mapped to within a few per cent of
@@ -11,12 +11,29 @@
 #include <span>
 #include <vector>
 
-#include "fit/spectrum.h"
 #include "knead/error.h"
 #include "knead/fit.h"
+#include "knead/mesh.h"
 #include "knead/vec.h"
 
 namespace knead::fit_detail {
+
+// Eigenfunctions of the Laplacian of the largest piece of a surface, whose area counts as 1. A surface with many
+// vertices is represented by 4,000 of them, with the triangles of their regions' corners.
+struct Spectrum {
+  std::vector<std::uint32_t> vertices;         // of the shape: the nodes
+  std::vector<Triangle> triangles;             // between nodes
+  std::vector<double> mass;                    // of each node; 1 together
+  std::vector<double> values;                  // ascending
+  std::vector<std::vector<double>> functions;  // one for each eigenvalue, with a number for each node; orthonormal
+
+  std::size_t size() const { return vertices.size(); }
+};
+
+// Returns `count` eigenfunctions, by Lanczos' method on the inverse; nothing if the surface has too few nodes or no
+// piece with most of its area. Time: about 1 s. The bits depend on the arguments alone. Throws Cancelled.
+std::optional<Spectrum> spectrum_of(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                                    std::size_t count, const Progress* progress);
 
 // A surface, its unit normals and eigenfunctions.
 struct SpectralSurface {

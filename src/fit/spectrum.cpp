@@ -1,5 +1,5 @@
 // Assembles the Laplacian of a surface by cotangents, and finds its lowest eigenfunctions.
-#include "fit/spectrum.h"
+#include "fit/functional_map.h"
 
 #include <algorithm>
 #include <array>

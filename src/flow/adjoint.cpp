@@ -1,5 +1,5 @@
 // Path lines followed forwards with their steps, and the gradient carried back through these.
-#include "flow/adjoint.h"
+#include "flow/tangents.h"
 
 #include <algorithm>
 #include <array>

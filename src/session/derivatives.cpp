@@ -15,7 +15,6 @@
 #include <variant>
 #include <vector>
 
-#include "flow/adjoint.h"
 #include "flow/tangents.h"
 #include "knead/derivatives.h"
 #include "knead/error.h"
