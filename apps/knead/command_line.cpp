@@ -26,8 +26,44 @@ namespace knead::command {
 
 namespace {
 
-void add_examples(CLI::App& app, const std::string& examples) { app.footer("Examples:\n" + examples); }
+// Lays out the help. CLI11's own layout is another one in each version, and manual pages are made of what is printed.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode) const override {
+    const auto options = app->get_options([](const CLI::Option* o) { return o->nonpositional(); });
+    const auto positionals = app->get_options([](const CLI::Option* o) { return o->get_positional(); });
+    const auto subcommands = app->get_subcommands([](const CLI::App*) { return true; });
+    std::string usage = name + (options.empty() ? "" : " [OPTIONS]");
+    for (const CLI::Option* o : positionals) usage += ' ' + make_option_usage(o);
+    if (!subcommands.empty()) usage += " SUBCOMMAND";
+    std::string text = fmt::format("{}\nUsage: {}\n", app->get_description(), usage);
+    if (!positionals.empty()) text += "\nPositionals:\n";
+    for (const CLI::Option* o : positionals) text += row(o->get_name(true) + form_of(*o), o->get_description());
+    text += "\nOptions:\n";
+    for (const CLI::Option* o : options) text += row(o->get_name(false, true) + form_of(*o), o->get_description());
+    if (!subcommands.empty()) text += "\nSubcommands:\n";
+    for (const CLI::App* s : subcommands) text += row(s->get_name(), s->get_description());
+    return text + "\n" + app->get_footer() + "\n";
+  }
 
+ private:
+  // What stands behind an option's names.
+  static std::string form_of(const CLI::Option& option) {
+    if (option.get_type_size() == 0) return {};
+    std::string text;
+    if (!option.get_type_name().empty()) text += ' ' + option.get_type_name();
+    if (!option.get_default_str().empty()) text += '=' + option.get_default_str();
+    if (option.get_expected_max() == CLI::detail::expected_max_vector_size) text += " ...";
+    return text + (option.get_required() ? " REQUIRED" : "");
+  }
+  static std::string row(const std::string& names, const std::string& description) {
+    constexpr std::size_t width = 28;
+    return fmt::format("  {:<{}}{}{}\n", names, width,
+                       names.size() < width ? "" : "\n" + std::string(width + 2, ' '), description);
+  }
+};
+
+void add_examples(CLI::App& app, const std::string& examples) { app.footer("Examples:\n" + examples); }
 // "--vertices" of "-n,--vertices".
 std::string long_name(const Option& option) { return option.name.substr(option.name.rfind(',') + 1); }
 
@@ -151,6 +187,7 @@ std::string unexpected_word(const CLI::App& app) {
 
 int run(int argc, char** argv, const std::vector<Subcommand>& subcommands) {
   CLI::App app("Deforms 3D shapes by divergence-free vector fields, which keep volume and never fold space.", "knead");
+  app.formatter(std::make_shared<HelpFormatter>());
   app.set_version_flag("--version", "knead " KNEAD_VERSION);
   app.require_subcommand(1);
   add_examples(app,
