@@ -58,8 +58,8 @@ class HelpFormatter : public CLI::Formatter {
   }
   static std::string row(const std::string& names, const std::string& description) {
     constexpr std::size_t width = 28;
-    return fmt::format("  {:<{}}{}{}\n", names, width,
-                       names.size() < width ? "" : "\n" + std::string(width + 2, ' '), description);
+    return fmt::format("  {:<{}}{}{}\n", names, width, names.size() < width ? "" : "\n" + std::string(width + 2, ' '),
+                       description);
   }
 };
 

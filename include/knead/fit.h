@@ -56,6 +56,7 @@ struct FitDistance {
   double mean = 0;
   double percentile_95 = 0;  // 95% are at most this
   double max = 0;
+  Vec3d farthest{};  // the vertex of either surface with this distance
 };
 
 // What a fit did. Lengths are fractions of the source's diagonal, after scaling.

@@ -44,8 +44,9 @@ constexpr double kSoftTolerance = 0.01;  // of the diagonal: the tolerance at wh
 constexpr double kMapAnchorWeight = 0.02;  // of a pair, relative to a landmark
 constexpr std::size_t kMaxMapAnchors = 1500;
 constexpr std::size_t kMaxMapRows = 600;
-constexpr double kMapWeight = 0.4;             // in the units of surface matches
-constexpr std::size_t kMaxSeeds = 100;         // landmarks from which a map is found; with more none is needed
+constexpr double kMaxPairError = 0.05;  // of the diagonal: of landmarks from what vertices of the same number say
+constexpr double kMapWeight = 0.4;      // in the units of surface matches
+constexpr std::size_t kMaxSeeds = 100;  // landmarks from which a map is found; with more none is needed
 constexpr double kMaxFittedDistance = 2.5e-3;  // of the diagonal: surfaces that are farther apart need a map
 // The surface:
 constexpr double kNormalShare = 0.8;  // of a match's displacement, along the target's normal, that a step covers
@@ -112,6 +113,7 @@ class Fitter {
 
   void set_marks();
   void set_map();
+  void pair_vertices();
   void scale();
   void align();
   bool grow();
@@ -131,10 +133,16 @@ class Fitter {
   void match_surfaces();
   std::optional<PotentialGrid> match_round(const Level& level, double weight, const SurfaceSamples& asking,
                                            const Surfaces& surfaces, const std::vector<SurfaceSample>& of_target);
+  Matches matches_of(const Level& level, const SurfaceSamples& asking, const Surfaces& surfaces,
+                     const std::vector<SurfaceSample>& of_target) const;
   Result look(std::string stage) const;
   void keep_better(Result result);
   SelfIntersections crossings_of(std::span<const Vec3d> positions) const;
   std::size_t max_new_crossings() const { return knead::fit_detail::max_new_crossings(crossings_before_.count); }
+  // Whether the volume stays although that of the target is another.
+  bool must_volume_differ() const {
+    return options_.volume == FitVolume::keep && std::abs(report_.volume_difference.value_or(0)) > kMaxKeptDifference;
+  }
   void measure_covered();
   void finish(BodyFit& fit);
   // Returns the distance from the target by at most `max_vertices` vertices of each shape; 0: all.
@@ -151,6 +159,8 @@ class Fitter {
   std::vector<Vec3d> rest_;  // the source, scaled
   std::vector<FitPair> landmarks_;
   std::vector<FitPair> map_;
+  bool pairs_vertices_ = false;  // a vertex belongs to that of the same number
+  double pairs_stretch_99_ = 0;  // which 99% of the triangles then have at most
   double diagonal_ = 0;
   std::unique_ptr<SurfaceTree> target_tree_;
   SelfIntersections crossings_before_;
@@ -220,6 +230,7 @@ Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& opt
   motion_ = std::make_unique<FitMotion>(rest_, triangles_, diagonal_, *judge_, options.threads, options.progress);
   if (options.volume == FitVolume::free) motion_->let_grow();
   set_marks();
+  pair_vertices();
   set_map();
   target_tree_ = std::make_unique<SurfaceTree>(tree_of({target.positions, target_triangles_}));
 }
@@ -238,6 +249,25 @@ void Fitter::set_map() {
   std::vector<Vec3d> points;
   for (const FitPair& pair : map_) points.push_back(pair.source);
   motion_->set_followers(std::move(points));
+}
+
+// Takes vertices of the same number as pairs where both shapes have the same faces, unless landmarks, a great stretch
+// or a volume that has to stay say otherwise.
+void Fitter::pair_vertices() {
+  const std::vector<Vec3d>& to = target_.positions;
+  if (!options_.surface || !map_.empty() || triangles_ != target_triangles_ || rest_.size() != to.size()) return;
+  if (must_volume_differ()) return;
+  const double stretch_99 = surface_stretch(triangles_, rest_, to).percentile_99;
+  if (stretch_99 > options_.max_stretch) return;
+  const SurfaceTree vertices = tree_of({rest_, {}});
+  for (const FitPair& pair : landmarks_) {
+    const std::size_t i = vertices.closest(pair.source)->triangle;
+    if (norm(to[i] - rest_[i] - (pair.target - pair.source)) > kMaxPairError * diagonal_) return;
+  }
+  pairs_vertices_ = true;
+  pairs_stretch_99_ = stretch_99;
+  for (const std::uint32_t i : spread_points(rest_, kMaxMapAnchors)) map_.push_back({rest_[i], to[i]});
+  report_.notes.emplace_back("both shapes have the same faces: vertices of the same number are pairs");
 }
 
 void Fitter::scale() {
@@ -543,7 +573,7 @@ void Fitter::match_surfaces() {
   const Surfaces surfaces(*this);
   motion_->set_max_stretch(std::max(options_.max_stretch, best_->stretch));
   const double edge = mean_edge(triangles_, rest_);
-  const double stretch_99 = best_->stretch_99;
+  const double stretch_99 = std::max(best_->stretch_99, pairs_stretch_99_);
   for (const Level& level : kLevels) {
     if (&level != &kLevels[0] && level.spacing * diagonal_ < kMinSpacingEdges * edge) return;
     bool goes_on = true;
@@ -559,16 +589,23 @@ void Fitter::match_surfaces() {
   }
 }
 
+Matches Fitter::matches_of(const Level& level, const SurfaceSamples& asking, const Surfaces& surfaces,
+                           const std::vector<SurfaceSample>& of_target) const {
+  const std::vector<Vec3d>& positions = motion_->positions();
+  const std::vector<SurfaceSample> from = asking.at(triangles_, positions);
+  if (pairs_vertices_) return match_in_order(from, asking.at(triangles_, target_.positions));
+  const SampleTree source(surfaces.candidates.at(triangles_, positions), kNormalLength * diagonal_);
+  const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, surfaces.source_border,
+                             surfaces.target_border, options_.threads};
+  return match(source, from, surfaces.target, of_target, options);
+}
+
 // Returns the grid that covers the distance between the surfaces; nothing if they are as near as matching can bring
 // them.
 std::optional<PotentialGrid> Fitter::match_round(const Level& level, double weight, const SurfaceSamples& asking,
                                                  const Surfaces& surfaces,
                                                  const std::vector<SurfaceSample>& of_target) {
-  const std::vector<Vec3d>& positions = motion_->positions();
-  const SampleTree source(surfaces.candidates.at(triangles_, positions), kNormalLength * diagonal_);
-  const MatchOptions options{kNormalLength * diagonal_, level.spacing * diagonal_, surfaces.source_border,
-                             surfaces.target_border, options_.threads};
-  const Matches matches = match(source, asking.at(triangles_, positions), surfaces.target, of_target, options);
+  const Matches matches = matches_of(level, asking, surfaces, of_target);
   if (options_.partial) report_.matched = matches.matched;
   if (matches.median_along < kMinDistance * diagonal_) return std::nullopt;
   std::vector<VelocityRows> rows;
@@ -685,13 +722,12 @@ void Fitter::finish(BodyFit& fit) {
   report_.landmark_excess = std::max(0.0, motion_->miss()) / diagonal_;
   add_landmarks(motion_->marks_at(), landmarks_, diagonal_, report_);
   report_.map_distance = median_distance(motion_->followers(), map_) / diagonal_;
-  const double more = report_.volume_difference.value_or(0);
-  if (options_.volume == FitVolume::keep && std::abs(more) > kMaxKeptDifference) {
+  if (must_volume_differ()) {
     report_.notes.push_back(
         fmt::format("the target's volume is {:+.0f}%, and that of the source stays, so flesh gathers or is missing "
                     "somewhere; let the "
                     "volume change (free)",
-                    100 * more));
+                    100 * *report_.volume_difference));
   }
   report_.is_sound = complaint_about(report_, options_).empty();
   fit.report = std::move(report_);

@@ -17,15 +17,25 @@ namespace {
 
 constexpr std::size_t kReportGrain = 64;
 
+struct PointDistance {
+  Vec3d point;
+  double distance = 0;
+
+  bool operator<(const PointDistance& other) const { return distance < other.distance; }
+};
+
 void add_distances(std::span<const Vec3d> from, const SurfaceTree& to, const Measuring& measuring,
-                   std::vector<double>& distances) {
+                   std::vector<PointDistance>& distances) {
   const std::size_t stride = measuring.max_samples == 0 ? 1 : from.size() / measuring.max_samples + 1;
   const std::size_t count = (from.size() + stride - 1) / stride;
   const std::size_t first = distances.size();
   distances.resize(first + count);
   parallel_for(count, kReportGrain, measuring.threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(measuring.progress);
-    for (std::size_t i = begin; i < end; ++i) distances[first + i] = to.closest(from[i * stride])->distance;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3d& point = from[i * stride];
+      distances[first + i] = {point, to.closest(point)->distance};
+    }
   });
 }
 
@@ -40,23 +50,24 @@ SurfaceTree tree_of(const MeasuredShape& shape) {
 
 FitDistance distance_of(const MeasuredShape& a, const MeasuredShape& b, const SurfaceTree& of_b,
                         const Measuring& measuring) {
-  std::vector<double> distances;
+  std::vector<PointDistance> distances;
   add_distances(a.positions, of_b, measuring, distances);
   add_distances(b.positions, tree_of(a), measuring, distances);
   FitDistance result;
-  for (const double distance : distances) result.mean += distance;
+  for (const PointDistance& d : distances) result.mean += d.distance;
   std::sort(distances.begin(), distances.end());
   result.mean /= static_cast<double>(distances.size()) * measuring.length;
-  result.percentile_95 = distances[(distances.size() * 95 + 99) / 100 - 1] / measuring.length;
-  result.max = distances.back() / measuring.length;
+  result.percentile_95 = distances[(distances.size() * 95 + 99) / 100 - 1].distance / measuring.length;
+  result.max = distances.back().distance / measuring.length;
+  result.farthest = distances.back().point;
   return result;
 }
 
 double mean_distance(std::span<const Vec3d> from, const SurfaceTree& to, const Measuring& measuring) {
-  std::vector<double> distances;
+  std::vector<PointDistance> distances;
   add_distances(from, to, measuring, distances);
   double sum = 0;
-  for (const double distance : distances) sum += distance;
+  for (const PointDistance& d : distances) sum += d.distance;
   return sum / (static_cast<double>(distances.size()) * measuring.length);
 }
 
@@ -129,6 +140,7 @@ GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3
 namespace knead {
 
 constexpr double kMaxMeanDistance = 3e-3;      // of surfaces that count as fitted, of the diagonal
+constexpr double kMaxDistance = 3e-2;          // of any of their vertices: farther, a part of the shape is missing
 constexpr double kMaxVolumeDifference = 1e-3;  // relative; a greater one hinders a fit that keeps the volume
 
 std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& options) {
@@ -162,6 +174,12 @@ std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& o
         options.volume == FitVolume::keep && std::abs(report.volume_difference.value_or(0)) > kMaxVolumeDifference;
     return fmt::format("the surfaces are still {:.2g}% of the diagonal apart; give more pairs of landmarks{}",
                        100 * apart, differs ? ", or let the volume change, for the volumes differ" : "");
+  }
+  if (options.surface && !report.after_covered && report.after.max > kMaxDistance) {
+    const Vec3d& p = report.after.farthest;
+    return fmt::format(
+        "the surfaces are {:.2g}% of the diagonal apart at ({:.4g}, {:.4g}, {:.4g}); give landmarks there",
+        100 * report.after.max, p.x, p.y, p.z);
   }
   return {};
 }

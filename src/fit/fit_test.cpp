@@ -69,6 +69,13 @@ Mesh figure_with_arms(double degrees) {
   return moved(mesh, {pose});
 }
 
+// The shape with its faces in another order, so that no vertex is known to belong to that of the same number.
+Mesh with_other_faces(Mesh mesh) {
+  const auto corners = static_cast<std::ptrdiff_t>(mesh.face_begin[1] - mesh.face_begin[0]);
+  std::rotate(mesh.corner_vertex.begin(), mesh.corner_vertex.begin() + corners, mesh.corner_vertex.end());
+  return mesh;
+}
+
 // Each vertex the farthest from those before it.
 std::vector<FitPair> far_pairs(const Mesh& source, const Mesh& target, std::size_t count) {
   std::vector<FitPair> pairs;
@@ -101,7 +108,7 @@ void expect_sound(const BodyFitReport& report) {
 
 TEST(Fit, FollowsAPoseByLandmarks) {
   const Mesh source = figure();
-  const Mesh target = figure_with_arms(60);
+  const Mesh target = with_other_faces(figure_with_arms(60));
   const BodyFit fit = fit_body(source, target, {.landmarks = far_pairs(source, target, 16)});
   EXPECT_GT(fit.report.before.mean, 0.01);
   EXPECT_LT(fit.report.after.mean, 1.5e-3);
@@ -110,12 +117,35 @@ TEST(Fit, FollowsAPoseByLandmarks) {
 }
 
 TEST(Fit, FindsAPoseWithoutLandmarks) {
-  const Mesh target = figure_with_arms(60);
+  const Mesh target = with_other_faces(figure_with_arms(60));
   const BodyFit fit = fit_body(figure(), target, {});
   EXPECT_GE(fit.report.tips, 3);
   EXPECT_LT(fit.report.after.mean, 3e-3);
   EXPECT_LT(error_of(fit, target), 0.03);
   expect_sound(fit.report);
+}
+
+// Equal faces say where each vertex belongs, also where the surface alone does not: a tube that is turned about its own
+// axis. Landmarks that say otherwise are believed instead.
+TEST(Fit, VerticesOfEqualFacesArePairs) {
+  const Mesh source = make_shape(ShapeKind::torus, 1500);
+  TwistStroke twist;
+  twist.center = {0, 0, 0};
+  twist.axis = {0, 1, 0};
+  twist.normal = {0, 0, -1};
+  twist.inner = -0.9;
+  twist.outer = 0.9;
+  twist.rate_deg = 30;
+  const Mesh target = moved(source, {twist});
+  const BodyFit fit = fit_body(source, target, {});
+  EXPECT_LT(error_of(fit, target), 2e-3);
+  EXPECT_GT(error_of(fit_body(source, with_other_faces(target), {}), target), 5e-3);
+  expect_sound(fit.report);
+  Mesh turned = source;
+  for (Vec3d& p : turned.positions) p = {-p.y, p.x, p.z};
+  const std::vector<FitPair> still = far_pairs(source, source, 6);
+  EXPECT_LT(error_of(fit_body(source, turned, {.landmarks = still}), source), 5e-3);
+  EXPECT_LT(error_of(fit_body(source, turned, {}), turned), 5e-3);
 }
 
 // A person of another size is no thicker or thinner: the source grows as a whole before surfaces are matched.
@@ -175,7 +205,7 @@ TEST(Fit, LandmarksAloneMoveNothingElseOfTheirOwn) {
 TEST(Fit, TurnsAndMovesTheSourceFirst) {
   const Mesh source = make_shape(ShapeKind::hand, 4000);
   const fit_detail::RigidMap map{fit_detail::Turn{0.5, {0.5, -0.5, 0.5}}, {0, 0, 0}, {5, -3, 2}};
-  Mesh target = source;
+  Mesh target = with_other_faces(source);
   for (Vec3d& p : target.positions) p = map(p);
   for (const bool has_landmarks : {false, true}) {
     BodyFitOptions options{.surface = !has_landmarks};
@@ -183,7 +213,7 @@ TEST(Fit, TurnsAndMovesTheSourceFirst) {
     const BodyFit fit = fit_body(source, target, options);
     EXPECT_TRUE(fit.report.is_aligned);
     EXPECT_LT(fit.report.after.mean, has_landmarks ? 1e-4 : 1e-3);
-    EXPECT_LT(error_of(fit, target), 3e-3);
+    EXPECT_LT(error_of(fit, target), 5e-3);
     EXPECT_EQ(moved(source, fit.strokes).positions, fit.positions);
   }
   const BodyFit fit = fit_body(source, source, {});
@@ -194,7 +224,7 @@ TEST(Fit, TurnsAndMovesTheSourceFirst) {
 // A wrong landmark with a tolerance yields to the surface; an exact one does not.
 TEST(Fit, TolerancesGiveWay) {
   const Mesh source = cylinder();
-  const Mesh target = bent_cylinder(30);
+  const Mesh target = with_other_faces(bent_cylinder(30));
   const double size = shape_box(source).diagonal();
   std::vector<FitPair> pairs = far_pairs(source, target, 8);
   std::size_t wrong = 0;
@@ -239,7 +269,7 @@ TEST(Fit, ScalesToTheTargetsVolume) {
 }
 
 TEST(Fit, TurnsATargetThatIsInsideOut) {
-  Mesh target = bent_cylinder(30);
+  Mesh target = with_other_faces(bent_cylinder(30));
   const BodyFit expected = fit_body(cylinder(), target, {});
   for (std::size_t f = 0; f < target.face_count(); ++f) {
     std::swap(target.corner_vertex[target.face_begin[f]], target.corner_vertex[target.face_begin[f] + 1]);
@@ -252,7 +282,7 @@ TEST(Fit, TurnsATargetThatIsInsideOut) {
 }
 
 TEST(Fit, UnweldedTargetsAreSurfaces) {
-  const Mesh target = bent_cylinder(30);
+  const Mesh target = with_other_faces(bent_cylinder(30));
   const BodyFit expected = fit_body(cylinder(), target, {});
   const BodyFit fit = fit_body(cylinder(), test::unwelded(target), {});
   EXPECT_NEAR(fit.report.after.mean, expected.report.after.mean, 5e-4);

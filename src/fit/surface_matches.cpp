@@ -228,4 +228,19 @@ Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source
   return result;
 }
 
+Matches match_in_order(std::span<const SurfaceSample> from, std::span<const SurfaceSample> to) {
+  Matches result;
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const Vec3d by = to[i].point - from[i].point;
+    const double distance = norm(by);
+    distances.push_back(distance);
+    if (distance > 0) result.all.push_back({from[i].point, by, by / distance, 1});
+  }
+  result.median = median_of(std::move(distances));
+  result.median_along = result.median;
+  result.matched = 1;
+  return result;
+}
+
 }  // namespace knead::fit_detail

@@ -105,4 +105,8 @@ struct MatchOptions {
 Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source, const SampleTree& target,
               std::span<const SurfaceSample> of_target, const MatchOptions& options);
 
+// Matches each sample to that of the same number. The displacement counts as one along the normal. There is at least
+// one.
+Matches match_in_order(std::span<const SurfaceSample> from, std::span<const SurfaceSample> to);
+
 }  // namespace knead::fit_detail
