@@ -93,6 +93,39 @@ TEST(Curve, ABarBecomesAnArc) {
   }
 }
 
+// A bend by more than 170 degrees of all of a bar needs no solve: its end has turned by exactly the angle, rigidly, and
+// what is before the zone rests. A bar that is too thick for the arc is solved for, or refused.
+TEST(Curve, TakesTheStrongBendOfAllOfAShape) {
+  const Mesh mesh = bar(12, 0.5, 0.5);
+  for (const double angle : {172.0, -180.0, 270.0}) {
+    BendStroke bend;
+    bend.center = {0, 0.2, 0};
+    bend.axis = {0, 0, 1};
+    bend.normal = {1, 0, 0};
+    bend.angle_deg = angle;
+    bend.extent = BendThresholds{-5.5, 5.5};
+    Session session;
+    session.strokes = {{bend}};
+    const ReplayResult result = Replay(borrow(mesh), session, {}).run();
+    ASSERT_EQ(result.resolved.size(), 1U);
+    EXPECT_TRUE(std::holds_alternative<CurveStroke>(result.resolved[0].stroke));
+    const std::vector<Vec3d> moved(result.shape.positions().begin(), result.shape.positions().end());
+    EXPECT_NEAR(measure_volume_and_area(mesh, moved).volume / 12, 1, 1e-3) << "of straight edges";
+    const double radians = angle * std::numbers::pi / 180;
+    for (std::uint32_t ring = 0; ring < kRings; ++ring) {
+      const std::uint32_t at = 4 * ring;
+      if (mesh.positions[at].x > 5.51) {
+        EXPECT_EQ(moved[at], mesh.positions[at]);
+      }
+      if (mesh.positions[at].x > -5.51) continue;
+      const Vec3d side = moved[at + 1] - moved[at];
+      EXPECT_NEAR(side.y, std::cos(radians), 1e-9);
+      EXPECT_NEAR(side.x, -std::sin(radians), 1e-9);
+    }
+    EXPECT_LT(surface_stretch(triangulate(mesh), mesh.positions, moved).worst(), 1.5);
+  }
+}
+
 // The face towards the cylinder lies on it, the other one where the volume takes it.
 TEST(Curve, AFlatSolidIsWrappedRoundACylinder) {
   const Mesh mesh = bar(40, 3, 1);

@@ -14,6 +14,7 @@
 #include "knead/error.h"
 #include "knead/vec.h"
 #include "mesh/edges.h"
+#include "strokes/curve.h"
 #include "strokes/describe.h"
 #include "strokes/pose.h"
 
@@ -67,6 +68,19 @@ class Arc {
   double from_line(const Vec3d& p) const {
     const Vec3d d = p - root_;
     return norm(d - normal_ * dot(normal_, d));
+  }
+
+  Vec3d point(double height) const { return root_ + normal_ * (height - between_.outer); }
+
+  // Returns half the least and greatest offset of points.
+  double middle(std::span<const Vec3d> points) const {
+    double least = kInfinity;
+    double most = -least;
+    for (const Vec3d& p : points) {
+      least = std::min(least, offset(p));
+      most = std::max(most, offset(p));
+    }
+    return 0.5 * (least + most);
   }
 
   // Takes the arc from the centre to the middle of the part.
@@ -428,7 +442,34 @@ void warn(const BendStroke& stroke, Warnings& warnings) {
   }
 }
 
+// Returns a strong bend of all of a shape as a curve, which needs no solve; nothing if the shape would meet itself or
+// reach too far to the inner side.
+std::optional<CurveStroke> as_curve(const BendStroke& stroke, const LiveSurface& surface) {
+  if (std::abs(stroke.angle_deg) <= kMaxOfPlainBend || stroke.radius || stroke.radius_auto) return std::nullopt;
+  Arc arc(stroke);
+  std::vector<Vec3d> zone;
+  for (const Vec3d& p : surface.positions) {
+    if (arc.height(p) > arc.inner() && arc.height(p) < arc.outer()) zone.push_back(p);
+  }
+  arc.shift(arc.middle(zone.empty() ? surface.positions : zone));
+  CurveStroke curve;
+  curve.from = {arc.point(bend_thresholds(stroke).outer), arc.point(bend_thresholds(stroke).inner)};
+  curve.angle_deg = stroke.angle_deg;
+  curve.axis = arc.axis();
+  curve.fixed = CurveFixed::start;
+  try {
+    check_curve(curve, curve, surface);
+  } catch (const InvalidInput&) {
+    return std::nullopt;
+  }
+  return curve;
+}
+
 void resolve(const BendStroke& stroke, SurfaceRun& run) {
+  if (const std::optional<CurveStroke> curve = as_curve(stroke, run.surface)) {
+    run.surface.apply(*curve);
+    return;
+  }
   if (!bends_body(stroke, run.surface)) return resolve_radius(stroke, run);
   run.remarks = bend_on(stroke, run.surface, run.threads).warnings;
 }
