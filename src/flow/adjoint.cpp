@@ -300,7 +300,7 @@ class SegmentGradient {
       maps_[m]->move(starts, points, passage.jacobians, tangents);
       for (std::size_t k = 0; k < points.size(); ++k) {
         const std::span<Vec3d> own = std::span(tangents).subspan(k * count, count);
-        add_shifts(*maps_[m], chunk.points[passage.who[k]], points[k], passage.jacobians[k], own);
+        maps_[m]->add_shifts(chunk.points[passage.who[k]], points[k], passage.jacobians[k], own);
         std::copy(own.begin(), own.end(), passage.tangents.begin() + at(k * variables_ + m * kTangents));
       }
     }
@@ -308,19 +308,6 @@ class SegmentGradient {
   }
 
   static std::ptrdiff_t at(std::size_t i) { return static_cast<std::ptrdiff_t>(i); }
-
-  // Adds the effects of a change of the segment's begin and end.
-  void add_shifts(const SegmentJacobians& map, const Vec3d& from, const Vec3d& to, const Mat3d& jacobian,
-                  std::span<Vec3d> tangents) const {
-    if (map.varies(0)) {
-      const Vec3d v = jacobian * map.velocity_at(from, segment_.begin);
-      for (std::size_t k = 0; k < tangents.size(); ++k) tangents[k] -= v * map.end(0).g[k];
-    }
-    if (map.varies(1)) {
-      const Vec3d v = map.velocity_at(to, segment_.end);
-      for (std::size_t k = 0; k < tangents.size(); ++k) tangents[k] += v * map.end(1).g[k];
-    }
-  }
 
   const Segment& segment_;
   Culling culling_;

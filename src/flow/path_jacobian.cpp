@@ -176,6 +176,7 @@ void SegmentJacobians::take(const SegmentRates& rates) {
   for (std::size_t k = 0; k < variables_; ++k) {
     varies_in_space_ = varies_in_space_ || std::any_of(rates[k].begin() + ends_.size(), rates[k].end(),
                                                        [](double rate) { return rate != 0; });
+    for (const double rate : rates[k]) rounding_[k] = std::max(rounding_[k], kErrorOfRates * std::abs(rate));
   }
   if (!varies_in_space_) return;
   std::vector<SegmentMask> masks{mask_};
@@ -228,6 +229,15 @@ void SegmentJacobians::move(std::span<const JacobianStart> starts, std::span<Vec
     move_with(kernels_.tangents, starts, points, jacobians, tangents);
   } else {
     move_with(kernels_.several_tangents, starts, points, jacobians, tangents);
+  }
+}
+
+void SegmentJacobians::add_shifts(const Vec3d& from, const Vec3d& to, const Mat3d& jacobian,
+                                  std::span<Vec3d> tangents) const {
+  for (const std::size_t end : {0U, 1U}) {
+    if (ends_[end] == Varying(ends_[end].v)) continue;
+    const Vec3d v = end == 0 ? -(jacobian * velocity_at(from, segment_.begin)) : velocity_at(to, segment_.end);
+    for (std::size_t k = 0; k < tangents.size(); ++k) tangents[k] += v * ends_[end].g[k];
   }
 }
 
@@ -345,6 +355,7 @@ JacobianTask<n> SegmentJacobians::task_of_kernel() const {
     };
   }
   task.jacobian_tolerance = wanted_.jacobian_tolerance;
+  std::copy_n(rounding_.begin(), n, task.tangent_rounding);
   task.longest_step = std::isfinite(task_.reach) ? 1.0 : 1.0 / 16;
   if (segment_.time_law == TimeLaw::blended) task.longest_step = kMinBlendedStep;
   if (!segment_.grid.end_coefficients.empty()) task.longest_step = kMaxUnsteadyStep;

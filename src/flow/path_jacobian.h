@@ -69,10 +69,8 @@ class SegmentJacobians {
 
   // Returns the number of variables whose rates were given.
   std::size_t variables() const { return variables_; }
-  // Returns whether the segment's begin (0) or end (1) varies.
-  bool varies(std::size_t end) const { return variables_ > 0 && !(ends_[end] == Varying(ends_[end].v)); }
-  // Returns the derivatives of the begin or the end.
-  const Varying& end(std::size_t end) const { return ends_[end]; }
+  // Adds the effects of a change of the segment's begin and end to the tangents of one point that it has moved.
+  void add_shifts(const Vec3d& from, const Vec3d& to, const Mat3d& jacobian, std::span<Vec3d> tangents) const;
 
  private:
   SegmentJacobians(const Segment& segment, SegmentMask mask, const AdvectOptions& options, WantedJacobian wanted);
@@ -111,6 +109,7 @@ class SegmentJacobians {
   // Of variables.
   std::size_t variables_ = 0;
   std::array<Varying, 2> ends_;
+  std::array<double, kTangents> rounding_{};  // of tangents: their error where they cancel, as at a pin
   bool varies_in_space_ = false;  // another number than begin and end varies
   std::vector<std::unique_ptr<const PartOfSegment>> rated_parts_;
   std::vector<VaryingFields<Varying>> rated_;

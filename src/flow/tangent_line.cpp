@@ -15,7 +15,6 @@ namespace {
 constexpr double kMaxTangentStep = kMinBlendedStep;  // a first step does not see all of a blended segment
 constexpr double kMinTangentStep = 1e-9;
 constexpr int kStepsPerCancelCheck = 64;
-constexpr double kErrorOfRates = 1e-12;  // of the greatest rate: the error of the differences that give rates
 
 void add(TangentState& to, const TangentState& slope, double h) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] += slope[i] * h;

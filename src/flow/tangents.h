@@ -38,12 +38,6 @@ class SegmentNumbers {
 // empty: 0.
 using SegmentRates = std::array<std::span<const double>, kTangents>;
 
-// Points and their derivatives with respect to the variables.
-struct TangentPoints {
-  std::span<Vec3d> points;
-  std::array<std::span<Vec3d>, kTangents> tangents;  // as many as points each
-};
-
 // Options of the integration.
 struct TangentOptions {
   double tolerance = 0;           // of a place: a length above 0
@@ -52,11 +46,12 @@ struct TangentOptions {
   Progress* progress = nullptr;  // counts points
 };
 
-// Moves points through a segment together with their derivatives: dT/dt = grad v T + dv/dvariable. Evaluates v with
-// dual numbers in double, by Tsitouras' method. The bits of a result depend on its point alone. Throws InvalidInput for
-// a custom motion or region, and if a path line needs more than kStepLimit steps; Cancelled.
-void advect_tangents(const Segment& segment, const SegmentRates& rates, const TangentPoints& points,
-                     const TangentOptions& options);
+// Moves points through a segment together with their derivatives with respect to one variable: dT/dt = grad v T +
+// dv/dvariable. `rates`: of the segment's numbers; empty: 0. `tangents`: as many as points. The bits of a result depend
+// on its point alone. Throws InvalidInput for a custom motion or region, and if a path line needs more than kStepLimit
+// steps; Cancelled.
+void advect_tangents(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
+                     std::span<Vec3d> tangents, const TangentOptions& options);
 
 // Backwards.
 

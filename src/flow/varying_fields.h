@@ -26,6 +26,7 @@ namespace knead::detail {
 
 inline constexpr double kPinPrecision = 1e-12;  // of the pins' velocities, by the radius
 inline constexpr std::size_t kTimesOfPiece = 9;
+inline constexpr double kErrorOfRates = 1e-12;  // of the greatest rate: the error of the differences that give rates
 
 inline std::vector<PinPiece> exact_pins(const Segment& segment, const Progress* progress) {
   std::vector<PinPiece> pieces = solve_pins(segment, kPinPrecision * segment.fields.front().thresholds.outer, progress);

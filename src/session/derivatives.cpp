@@ -399,13 +399,10 @@ PointTangents SessionDerivatives::jvp(std::span<const Vec3d> points, std::span<c
   }
   PointTangents result{{points.begin(), points.end()}, std::vector<Vec3d>(points.size())};
   if (points.empty()) return result;
-  std::vector<Vec3d> none(2 * points.size());
-  const auto [first, last] = std::pair(std::span(none).first(points.size()), std::span(none).last(points.size()));
-  const detail::TangentPoints moved{result.points, {result.tangents, first, last}};
   const detail::TangentOptions follow = parts_->options_for(points, options);
   for (std::size_t i = 0; i < segments(); ++i) {
     const std::vector<double> along = parts_->rates_along(direction, i);
-    detail::advect_tangents(parts_->flow.segments[i], {along}, moved, follow);
+    detail::advect_tangents(parts_->flow.segments[i], along, result.points, result.tangents, follow);
   }
   return result;
 }

@@ -329,6 +329,25 @@ TEST(Derivatives, BackwardsOfRandomSessions) {
   }
 }
 
+// Rounding alone must not make steps so short that a path line ends early, and no step may pass a kink unseen.
+TEST(Derivatives, JacobiansAtTheTightestTolerance) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const Flow flow = flow_of(RandomSession(seed).make(27, 200));
+    AdvectOptions exact;
+    exact.precision = Precision::float64;
+    exact.tolerance = 1e-11;
+    const std::vector<Mat3d> expected = jacobians(flow, points(), exact);
+    exact.tolerance = 1e-13;
+    const std::vector<Mat3d> found = jacobians(flow, points(), exact);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d column = expected[i].column(k);
+        EXPECT_LT(norm(found[i].column(k) - column), 3e-8 * std::max(1.0, norm(column))) << seed << " " << i;
+      }
+    }
+  }
+}
+
 TEST(Derivatives, AreLinearInTheDirection) {
   const Session session = session_of(kCases[0]);
   const SessionDerivatives derivatives(session);

@@ -391,6 +391,7 @@ struct JacobianTask {
   Vec3d* tangents = nullptr;  // tangents_of_point for each point, of which at most `variables` are used
   std::size_t tangents_of_point = 0;
   double jacobian_tolerance = 0;  // of the error of a Jacobian; 0: the error of the point alone counts
+  double tangent_rounding[variables + 1]{};  // of each variable: the error of its tangent that does not count
   // Returns the part of a step before the first place beyond which the second derivatives of v jump; 1 if there is none.
   // Null: steps pass over them.
   double (*part_before_kink)(const void* kinks, const Vec3d& from, double t, const Vec3d& to, double end) = nullptr;

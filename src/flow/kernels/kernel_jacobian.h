@@ -303,7 +303,8 @@ class JacobianMover {
     most = maximum(most, squared(method_.error, 3, 9, i, by_jacobian) /
                              maximum(rate2 * P(by_jacobian * by_jacobian), P(1)));
     for (std::size_t k = kFirstTangent; k < kNumbers; k += 3) {
-      P size2(std::numeric_limits<double>::min());
+      const double rounding = task_.tangent_rounding[(k - kFirstTangent) / 3] * by_jacobian;
+      P size2(rounding * rounding + std::numeric_limits<double>::min());
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const P now = P::load(state_.of[k + axis] + i);
         const P rate = P::load(k_[0].of[k + axis] + i);
