@@ -57,8 +57,8 @@ class SessionDerivatives {
 
   // Forwards: returns where the flow takes each of the points, and the derivative of that place along the direction,
   // one number for each parameter of the session. The bits of a result depend on its point and the diagonal alone.
-  // Cost: about 2 us for a point that a segment of one field reaches. Throws InvalidInput for numbers that are not finite or not
-  // so many, a tolerance out of range, and a path line that needs over a million steps; Cancelled.
+  // Cost: about 2 us for a point that a segment of one field reaches. Throws InvalidInput for numbers that are not
+  // finite or not so many, a tolerance out of range, and a path line that needs over a million steps; Cancelled.
   PointTangents jvp(std::span<const Vec3d> points, std::span<const double> direction,
                     const DerivativeOptions& options) const;
 
@@ -100,8 +100,8 @@ SurfaceMeasures volume_of(std::span<const Vec3d> points, std::span<const Triangl
 // Returns the area of a surface.
 SurfaceMeasures area_of(std::span<const Vec3d> points, std::span<const Triangle> triangles);
 
-// Returns the wall thickness at each of the vertices: the distance along the inward normal to the other side. The normal
-// is the mean of those of the faces around, weighted by area. Throws InvalidInput where there is no other side.
+// Returns the wall thickness at each of the vertices: the distance along the inward normal to the other side. The
+// normal is the mean of those of the faces around, weighted by area. Throws InvalidInput where there is no other side.
 SurfaceMeasures thickness_at(std::span<const Vec3d> points, std::span<const Triangle> triangles,
                              std::span<const std::uint32_t> vertices);
 

@@ -198,7 +198,7 @@ struct ChunkPassage {
   std::size_t segment = 0;
   std::vector<std::size_t> who;
   std::vector<Mat3d> jacobians;
-  std::vector<Vec3d> tangents;     // as many as variables for each
+  std::vector<Vec3d> tangents;    // as many as variables for each
   std::vector<Passage> by_steps;  // in their place
 };
 

@@ -107,7 +107,8 @@ std::shared_ptr<const void> own_rated(const detail::VaryingFields<detail::Varyin
   const detail::VaryingField<detail::Varying>& field = fields.fields().front();
   return std::visit(
       [&](const auto& motion, const auto& region) -> std::shared_ptr<const void> {
-        if constexpr (requires { region.zero; } || requires { region.points; }) {
+        if constexpr (
+            requires { region.zero; } || requires { region.points; }) {
           return nullptr;
         } else {
           return own_rated(motion, region, fields);
@@ -191,8 +192,8 @@ void SegmentJacobians::take(const SegmentRates& rates) {
 
 // Finds a kernel of a single field whose numbers vary.
 void SegmentJacobians::bind_rated() {
-  const bool is_single = parts_.empty() && !mask_.acts && nodes_ == nullptr && pieces_.empty() &&
-                         rated_.front().fields().size() == 1;
+  const bool is_single =
+      parts_.empty() && !mask_.acts && nodes_ == nullptr && pieces_.empty() && rated_.front().fields().size() == 1;
   if (!is_single) return;
   const std::shared_ptr<const void> field = own_rated(rated_.front());
   if (field == nullptr) return;
@@ -217,8 +218,8 @@ std::optional<double> SegmentJacobians::meet(Vec3d& x, Mat3d& jacobian) const {
   return std::nullopt;
 }
 
-void SegmentJacobians::move(std::span<const JacobianStart> starts, std::span<Vec3d> points,
-                            std::span<Mat3d> jacobians, std::span<Vec3d> tangents) const {
+void SegmentJacobians::move(std::span<const JacobianStart> starts, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                            std::span<Vec3d> tangents) const {
   if (starts.empty()) return;
   if (!varies_in_space_) {
     for (const JacobianStart& start : starts) {
@@ -243,8 +244,7 @@ void SegmentJacobians::add_shifts(const Vec3d& from, const Vec3d& to, const Mat3
 
 template <std::size_t n>
 void SegmentJacobians::move_with(const JacobianKernels<n>& kernels, std::span<const JacobianStart> starts,
-                                 std::span<Vec3d> points, std::span<Mat3d> jacobians,
-                                 std::span<Vec3d> tangents) const {
+                                 std::span<Vec3d> points, std::span<Mat3d> jacobians, std::span<Vec3d> tangents) const {
   JacobianTask<n> task = task_of_kernel<n>();
   task.starts = starts.data();
   task.count = starts.size();
@@ -333,6 +333,24 @@ void SegmentJacobians::find_gradients_of_lane(const JacobianBundle<n>& places, d
 }
 
 template <std::size_t n>
+void SegmentJacobians::limit_steps(JacobianTask<n>& task) const {
+  task.longest_step = std::isfinite(task_.reach) ? 1.0 : 1.0 / 16;
+  if (segment_.time_law == TimeLaw::blended) task.longest_step = kMinBlendedStep;
+  if (!segment_.grid.end_coefficients.empty()) task.longest_step = kMaxUnsteadyStep;
+  for (const Segment& part : segment_.parts) {
+    if (part.time_law == TimeLaw::blended || turns(part)) task.longest_step = kMinBlendedStep;
+    if (!part.grid.end_coefficients.empty()) task.longest_step = std::min(task.longest_step, kMaxUnsteadyStep);
+  }
+  for (const Field& field : segment_.fields) {
+    if (const auto* space = std::get_if<HalfSpace<double>>(&field.region)) task.turning = std::abs(space->turn_angle);
+    if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
+      task.turning = std::abs(handles->turn_angle);
+    }
+    task.turning_center = field.center;
+  }
+}
+
+template <std::size_t n>
 JacobianTask<n> SegmentJacobians::task_of_kernel() const {
   JacobianTask<n> task;
   task.segment = &task_;
@@ -356,29 +374,20 @@ JacobianTask<n> SegmentJacobians::task_of_kernel() const {
   }
   task.jacobian_tolerance = wanted_.jacobian_tolerance;
   std::copy_n(rounding_.begin(), n, task.tangent_rounding);
-  task.longest_step = std::isfinite(task_.reach) ? 1.0 : 1.0 / 16;
-  if (segment_.time_law == TimeLaw::blended) task.longest_step = kMinBlendedStep;
-  if (!segment_.grid.end_coefficients.empty()) task.longest_step = kMaxUnsteadyStep;
-  for (const Segment& part : segment_.parts) {
-    if (part.time_law == TimeLaw::blended || turns(part)) task.longest_step = kMinBlendedStep;
-    if (!part.grid.end_coefficients.empty()) task.longest_step = std::min(task.longest_step, kMaxUnsteadyStep);
-  }
-  for (const Field& field : segment_.fields) {
-    if (const auto* space = std::get_if<HalfSpace<double>>(&field.region)) task.turning = std::abs(space->turn_angle);
-    if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
-      task.turning = std::abs(handles->turn_angle);
-    }
-    task.turning_center = field.center;
-  }
+  limit_steps(task);
   if (stops_at_kinks_) {
     task.kinks = this;
-    task.part_before_kink = [](const void* kinks, const Vec3d& from, double t, const Vec3d& to, double end) {
-      std::vector<Kinks> here;
-      std::vector<Kinks> there;
-      static_cast<const SegmentJacobians*>(kinks)->append_kinks(from, t, here);
-      static_cast<const SegmentJacobians*>(kinks)->append_kinks(to, end, there);
+    task.part_before_kink = [](const void* kinks, const Vec3d(&places)[3], double t, double end) {
+      std::vector<Kinks> at[3];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double time = t + 0.5 * static_cast<double>(k) * (end - t);
+        static_cast<const SegmentJacobians*>(kinks)->append_kinks(places[k], time, at[k]);
+      }
       double part = 1;
-      for (std::size_t i = 0; i < here.size(); ++i) part = std::min(part, detail::part_before_kink(here[i], there[i]));
+      for (std::size_t i = 0; i < at[0].size(); ++i) {
+        const double of_half = detail::part_before_kink(at[0][i], at[1][i]);
+        part = std::min(part, of_half < 1 ? 0.5 * of_half : 0.5 + 0.5 * detail::part_before_kink(at[1][i], at[2][i]));
+      }
       return part;
     };
   }
@@ -451,7 +460,8 @@ void carry_along_curve(const Segment& segment, std::span<Vec3d> points, std::spa
 }
 
 // Moves the points, and returns the Jacobians.
-std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options, WantedJacobian wanted) {
+std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
+                         WantedJacobian wanted) {
   validate(flow);
   validate({.tolerance = options.tolerance}, points.size());
   require_finite(points);

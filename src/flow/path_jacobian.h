@@ -88,6 +88,8 @@ class SegmentJacobians {
   void find_gradients_of_lane(const JacobianBundle<n>& places, double t, std::size_t lane,
                               JacobianBundle<n>& slopes) const;
   template <std::size_t n>
+  void limit_steps(JacobianTask<n>& task) const;
+  template <std::size_t n>
   JacobianTask<n> task_of_kernel() const;
   template <std::size_t n>
   void move_with(const JacobianKernels<n>& kernels, std::span<const JacobianStart> starts, std::span<Vec3d> points,
@@ -110,7 +112,7 @@ class SegmentJacobians {
   std::size_t variables_ = 0;
   std::array<Varying, 2> ends_;
   std::array<double, kTangents> rounding_{};  // of tangents: their error where they cancel, as at a pin
-  bool varies_in_space_ = false;  // another number than begin and end varies
+  bool varies_in_space_ = false;              // another number than begin and end varies
   std::vector<std::unique_ptr<const PartOfSegment>> rated_parts_;
   std::vector<VaryingFields<Varying>> rated_;
   BoundGradients<1> rated_by_one_;

@@ -67,9 +67,9 @@ using WantedNumbers = std::vector<bool>;
 
 // Carries the gradient with respect to the moved points back through a valid flow. `rates`: of each segment the
 // derivatives of its numbers, in the order of SegmentNumbers, with respect to each of its variables. Moves the points
-// with the Jacobian of each segment, and with the derivatives by its variables, in packs where kernels do. A point costs
-// a segment 12 numbers and 3 for each variable, of at most 2^20 points and segments at a time, for each thread. Sums have
-// a fixed order, so the bits do not depend on the number of threads. Throws as advect_tangents.
+// with the Jacobian of each segment, and with the derivatives by its variables, in packs where kernels do. A point
+// costs a segment 12 numbers and 3 for each variable, of at most 2^20 points and segments at a time, for each thread.
+// Sums have a fixed order, so the bits do not depend on the number of threads. Throws as advect_tangents.
 FlowGradient carry_back(const Flow& flow, const std::vector<std::vector<std::span<const double>>>& rates,
                         std::span<const Vec3d> points, std::span<const Vec3d> gradient, const TangentOptions& options);
 

@@ -53,8 +53,7 @@ class Variables {
     tape_.add(value, 1);
     tape_.carry_back(0);
     for (std::size_t i = 0; i < own_.size(); ++i) {
-      add(vertices_[i],
-          Vec3d{tape_.derivative(own_[i].x), tape_.derivative(own_[i].y), tape_.derivative(own_[i].z)});
+      add(vertices_[i], Vec3d{tape_.derivative(own_[i].x), tape_.derivative(own_[i].y), tape_.derivative(own_[i].z)});
     }
   }
 
@@ -167,8 +166,8 @@ Taped signed_curvature(std::uint32_t vertex, const std::vector<Triangle>& fan, V
 
 std::vector<double> SurfaceMeasures::jvp(std::span<const Vec3d> tangents) const {
   if (tangents.size() != points) {
-    throw InvalidInput(fmt::format("tangents must have a vector for each of {} points, got {}", points,
-                                   tangents.size()));
+    throw InvalidInput(
+        fmt::format("tangents must have a vector for each of {} points, got {}", points, tangents.size()));
   }
   std::vector<double> result(values.size(), 0);
   for (std::size_t i = 0, k = 0; i < values.size(); ++i) {
@@ -179,8 +178,8 @@ std::vector<double> SurfaceMeasures::jvp(std::span<const Vec3d> tangents) const 
 
 std::vector<Vec3d> SurfaceMeasures::vjp(std::span<const double> weights) const {
   if (weights.size() != values.size()) {
-    throw InvalidInput(fmt::format("weights must have a number for each of {} values, got {}", values.size(),
-                                   weights.size()));
+    throw InvalidInput(
+        fmt::format("weights must have a number for each of {} values, got {}", values.size(), weights.size()));
   }
   std::vector<Vec3d> result(points);
   for (std::size_t i = 0, k = 0; i < values.size(); ++i) {
@@ -220,8 +219,8 @@ SurfaceMeasures thickness_at(std::span<const Vec3d> points, std::span<const Tria
       const Point plane = doubled_area_vector(other);
       return dot(other[0] - own[vertex], plane) / dot(inwards, plane);
     }
-    throw InvalidInput(fmt::format("behind vertex {} there is no other side; close the surface, or turn its faces",
-                                   vertex));
+    throw InvalidInput(
+        fmt::format("behind vertex {} there is no other side; close the surface, or turn its faces", vertex));
   });
 }
 
@@ -229,9 +228,8 @@ SurfaceMeasures curvature_at(std::span<const Vec3d> points, std::span<const Tria
                              std::span<const std::uint32_t> vertices) {
   require(points, triangles, vertices);
   const std::vector<std::vector<Triangle>> fans = fans_of(points.size(), triangles);
-  return at_each(points, vertices, [&](std::uint32_t vertex, Variables& own) {
-    return signed_curvature(vertex, fans[vertex], own);
-  });
+  return at_each(points, vertices,
+                 [&](std::uint32_t vertex, Variables& own) { return signed_curvature(vertex, fans[vertex], own); });
 }
 
 SurfaceMeasures patch_distance(std::span<const Vec3d> points, std::span<const std::uint32_t> vertices,

@@ -355,8 +355,8 @@ struct GroupTask : LiveGroup {
 
 inline constexpr std::size_t kJacobianLanes = 16;  // path lines that are integrated side by side with their Jacobians
 
-// For each lane x and J by rows, or v and grad v, or their rates; and as many vectors as variables: the derivatives of x,
-// or of v at a resting place, with respect to these.
+// For each lane x and J by rows, or v and grad v, or their rates; and as many vectors as variables: the derivatives of
+// x, or of v at a resting place, with respect to these.
 template <std::size_t variables>
 inline constexpr std::size_t kJacobianNumbers = 12 + 3 * variables;
 template <std::size_t variables>
@@ -390,11 +390,11 @@ struct JacobianTask {
   Mat3d* jacobians = nullptr;
   Vec3d* tangents = nullptr;  // tangents_of_point for each point, of which at most `variables` are used
   std::size_t tangents_of_point = 0;
-  double jacobian_tolerance = 0;  // of the error of a Jacobian; 0: the error of the point alone counts
+  double jacobian_tolerance = 0;             // of the error of a Jacobian; 0: the error of the point alone counts
   double tangent_rounding[variables + 1]{};  // of each variable: the error of its tangent that does not count
-  // Returns the part of a step before the first place beyond which the second derivatives of v jump; 1 if there is none.
-  // Null: steps pass over them.
-  double (*part_before_kink)(const void* kinks, const Vec3d& from, double t, const Vec3d& to, double end) = nullptr;
+  // Returns the part of a step, of its beginning, middle and end, before the first place beyond which the second
+  // derivatives of v jump; 1 if there is none. Null: steps pass over them.
+  double (*part_before_kink)(const void* kinks, const Vec3d (&places)[3], double t, double end) = nullptr;
   const void* kinks = nullptr;
   CancelCheck stop;
 };
@@ -434,7 +434,7 @@ struct Kernels {
 template <std::size_t variables>
 struct JacobianKernels {
   FindGradients<variables> fields[kMotionKinds][kRegionKinds]{};
-  FindGradients<variables> grid = nullptr;  // of a GridKernelField in double; without variables
+  FindGradients<variables> grid = nullptr;                      // of a GridKernelField in double; without variables
   bool (*move)(const JacobianTask<variables>& task) = nullptr;  // returns false if a path line needs too many steps
 };
 

@@ -1,6 +1,6 @@
-// Kernels of path lines with their Jacobians, dx/dt = v and dJ/dt = grad v J, and with their derivatives with respect to
-// variables on which the field's numbers depend, dT/dt = grad v T + dv/dvariable. Internal: part of the one source of
-// all kernels.
+// Kernels of path lines with their Jacobians, dx/dt = v and dJ/dt = grad v J, and with their derivatives with respect
+// to variables on which the field's numbers depend, dT/dt = grad v T + dv/dvariable. Internal: part of the one source
+// of all kernels.
 #pragma once
 
 #include "field/dual.h"
@@ -137,7 +137,8 @@ void find_rated_gradients(const void* data, const JacobianBundle<n>& places, con
 template <class P, std::size_t n>
 class JacobianMover {
  public:
-  explicit JacobianMover(const JacobianTask<n>& task) : task_(task), segment_(*task.segment), method_(*segment_.method) {
+  explicit JacobianMover(const JacobianTask<n>& task)
+      : task_(task), segment_(*task.segment), method_(*segment_.method) {
     fill(t_, segment_.end, kJacobianLanes);
   }
 
@@ -300,8 +301,8 @@ class JacobianMover {
     P most = squared(method_.error, 0, 3, i, by_point) / maximum(noise2 * P(by_point * by_point), P(1));
     if (!(task_.jacobian_tolerance > 0)) return most;
     const double by_jacobian = 1 / task_.jacobian_tolerance;
-    most = maximum(most, squared(method_.error, 3, 9, i, by_jacobian) /
-                             maximum(rate2 * P(by_jacobian * by_jacobian), P(1)));
+    most = maximum(most,
+                   squared(method_.error, 3, 9, i, by_jacobian) / maximum(rate2 * P(by_jacobian * by_jacobian), P(1)));
     for (std::size_t k = kFirstTangent; k < kNumbers; k += 3) {
       const double rounding = task_.tangent_rounding[(k - kFirstTangent) / 3] * by_jacobian;
       P size2(rounding * rounding + std::numeric_limits<double>::min());
@@ -329,15 +330,20 @@ class JacobianMover {
   // Finds the parts of accepted steps before their first kinks.
   void find_kinks(std::uint32_t accepted, std::size_t i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      mul_add(combine(method_.slope, axis, i), P::load(h_ + i), P::load(state_.of[axis] + i))
-          .store(places_.of[axis] + i);
+      const P h = P::load(h_ + i);
+      const P from = P::load(state_.of[axis] + i);
+      const P to = mul_add(combine(method_.slope, axis, i), h, from);
+      const P bend = P::load(k_[0].of[axis] + i) - P::load(k_[method_.stage_count - 1].of[axis] + i);
+      to.store(places_.of[axis] + i);
+      mul_add(bend * P(0.125), h, (from + to) * P(0.5)).store(places_.of[3 + axis] + i);  // Hermite's cubic
     }
     for (std::size_t lane = i; lane < i + P::kSize; ++lane) {
       const double h = h_[lane] < 0 ? -h_[lane] : h_[lane];
       if ((accepted >> (lane - i) & 1) == 0 || !(h > kMaxStepOverKink)) continue;
-      const Vec3d from{state_.of[0][lane], state_.of[1][lane], state_.of[2][lane]};
-      const Vec3d to{places_.of[0][lane], places_.of[1][lane], places_.of[2][lane]};
-      part_[lane] = task_.part_before_kink(task_.kinks, from, t_[lane], to, t_[lane] + h_[lane]);
+      const Vec3d places[3] = {{state_.of[0][lane], state_.of[1][lane], state_.of[2][lane]},
+                               {places_.of[3][lane], places_.of[4][lane], places_.of[5][lane]},
+                               {places_.of[0][lane], places_.of[1][lane], places_.of[2][lane]}};
+      part_[lane] = task_.part_before_kink(task_.kinks, places, t_[lane], t_[lane] + h_[lane]);
     }
   }
 
