@@ -93,7 +93,7 @@ std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) co
 
 namespace {
 
-constexpr std::size_t kPointsAtATime = 256;
+constexpr std::size_t kPointsAtATime = 1024;  // enough to refill the lanes of a kernel
 
 // About a curve only the begin and the end may vary.
 void carry_along_curve(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
