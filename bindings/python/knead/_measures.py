@@ -17,6 +17,7 @@ class Measure:
 
     @property
     def values(self):
+        """The measured numbers, (k,) float64."""
         return self._native.values
 
     def jvp(self, tangents):
