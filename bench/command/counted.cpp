@@ -126,9 +126,12 @@ inline constexpr bool kSinglePrecision<bench::CountedScalar<float>> = true;
 namespace knead::bench {
 
 std::uint64_t operations_of(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options) {
-  const detail::KernelTable counted{"counted", detail::kernels_of<CountedScalar<float>, detail::ScalarPack<double>>(),
+  const detail::KernelTable counted{"counted",
+                                    detail::kernels_of<CountedScalar<float>, detail::ScalarPack<double>>(),
                                     detail::kernels_of<CountedScalar<double>, detail::ScalarPack<double>>(),
-                                    detail::JacobianKernels{}};
+                                    {},
+                                    {},
+                                    {}};
   operations() = 0;
   Groups groups(points);
   for (const Segment& segment : flow.segments) {

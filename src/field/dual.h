@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 
 #include "knead/field.h"
 #include "knead/region.h"
@@ -22,6 +23,9 @@ struct DualOf {
   template <class U>
   requires std::is_arithmetic_v<U>
   constexpr explicit DualOf(U value) : v(T(value)) {}
+  template <class Number>  // of a field, with its derivatives
+  requires std::is_constructible_v<G, const Number&> && requires(const Number& number) { number.g; }
+  constexpr explicit DualOf(const Number& number) : v(T(number.v)), g(number) {}
 
   friend DualOf operator+(const DualOf& a, const DualOf& b) { return {a.v + b.v, a.g + b.g}; }
   friend DualOf operator-(const DualOf& a, const DualOf& b) { return {a.v - b.v, a.g - b.g}; }

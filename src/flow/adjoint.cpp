@@ -1,17 +1,23 @@
-// Path lines followed forwards with their steps, and the gradient carried back through these.
+// The gradient with respect to points and variables, carried back through a flow. Each segment is followed with its own
+// Jacobian and the derivatives by its own variables, many points side by side; then the gradient goes back from segment
+// to segment. Where a segment has many variables, it goes back through the steps of each path line instead.
 #include "flow/tangents.h"
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <utility>
 
+#include "flow/culling.h"
 #include "flow/curve_map.h"
+#include "flow/path_jacobian.h"
 #include "flow/tangent_line.h"
 #include "flow/taped.h"
 #include "flow/varying_fields.h"
 #include "knead/error.h"
+#include "math/geometry.h"
 
 namespace knead::detail {
 namespace {
@@ -154,71 +160,273 @@ class SegmentAdjoint {
   std::optional<CurveMap> curve_;
 };
 
-// Points are summed in blocks, and the blocks in turn.
-constexpr std::size_t kMostBlocks = 256;
-constexpr std::size_t kLeastPointsOfBlock = 16;
+// Points are summed in tasks, and these in turn. A task carries its points in chunks of neighbours, whose blocks are
+// culled.
+constexpr std::size_t kMaxTasks = 256;
+constexpr std::size_t kPointsOfChunk = 1024;
+constexpr std::size_t kMinPointsOfChunk = 64;
+constexpr std::size_t kPointsOfCull = 64;
+constexpr std::size_t kMaxPassages = std::size_t{1} << 20;  // that a chunk may hold
+// With more variables than this a segment's gradient goes back through its steps.
+constexpr std::size_t kMaxVariablesForwards = 4 * kTangents;
 
-class FlowAdjoint {
+// The derivatives of the numbers of a segment with respect to its variables.
+using VariableRates = std::vector<std::span<const double>>;
+// Of each segment: of its variables, or of its numbers where the gradient goes back through steps.
+using Sums = std::vector<std::vector<double>>;
+
+// Which numbers some variable changes.
+WantedNumbers wanted_numbers(const VariableRates& rates) {
+  WantedNumbers wanted;
+  for (const std::span<const double> of_variable : rates) {
+    wanted.resize(of_variable.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = wanted[i] || of_variable[i] != 0;
+  }
+  return wanted;
+}
+
+// Neighbouring points on their way forwards, and their gradient on its way back.
+struct Chunk {
+  std::vector<std::size_t> order;  // the numbers of the points
+  std::vector<Vec3d> points;
+  std::vector<Vec3d> gradient;
+  std::vector<std::pair<Box, bool>> boxes;  // of kPointsOfCull points each; whether these have moved since
+};
+
+// What a segment did to some points of a chunk.
+struct ChunkPassage {
+  std::size_t segment = 0;
+  std::vector<std::size_t> who;
+  std::vector<Mat3d> jacobians;
+  std::vector<Vec3d> tangents;    // as many as variables for each
+  std::vector<Passage> by_steps;  // in their place
+};
+
+// One segment for chunks of points.
+class SegmentGradient {
  public:
-  FlowAdjoint(const Flow& flow, const std::vector<WantedNumbers>& wanted, const TangentOptions& options)
-      : wanted_(wanted), options_(options) {
-    for (std::size_t i = 0; i < flow.segments.size(); ++i) {
-      segments_.push_back(std::make_unique<const SegmentAdjoint>(flow.segments[i], wanted[i], options));
+  SegmentGradient(const Segment& segment, const VariableRates& rates, const TangentOptions& tangent_options,
+                  const AdvectOptions& options)
+      : segment_(segment), culling_(segment), variables_(rates.size()), wanted_(wanted_numbers(rates)) {
+    const bool by_limit_cylinders = !segment.parts.empty() && has_limit_cylinders(segment);
+    if (!segment.curve.is_empty() || by_limit_cylinders || variables_ > kMaxVariablesForwards) {
+      by_steps_ = std::make_unique<const SegmentAdjoint>(segment, wanted_, tangent_options);
+      return;
+    }
+    const WantedJacobian wanted{.jacobian_tolerance = tangent_options.relative_tolerance};
+    for (std::size_t first = 0; first < std::max<std::size_t>(variables_, 1); first += kTangents) {
+      SegmentRates some{};
+      for (std::size_t k = 0; k < kTangents && first + k < variables_; ++k) some[k] = rates[first + k];
+      maps_.push_back(std::make_unique<const SegmentJacobians>(segment, options, wanted, some));
     }
   }
 
-  std::vector<std::vector<double>> no_numbers() const {
-    std::vector<std::vector<double>> numbers;
-    for (const WantedNumbers& wanted : wanted_) numbers.emplace_back(wanted.size(), 0.0);
-    return numbers;
-  }
+  std::size_t sums() const { return by_steps_ != nullptr ? wanted_.size() : variables_; }
+  bool goes_by_steps() const { return by_steps_ != nullptr; }
 
-  // Returns the gradient with respect to the point, and adds that with respect to the numbers.
-  Vec3d carry_back(Vec3d x, Vec3d gradient, std::vector<std::vector<double>>& numbers, Tape& tape) const {
-    std::vector<Passage> passages;
-    if (gradient != Vec3d{}) {
-      for (std::size_t i = 0; i < segments_.size(); ++i) {
-        Passage passage;
-        passage.segment = i;
-        if (segments_[i]->move(x, passage)) passages.push_back(std::move(passage));
+  ChunkPassage move(Chunk& chunk) const {
+    ChunkPassage passage;
+    for (std::size_t block = 0; block < chunk.boxes.size(); ++block) {
+      const std::size_t begin = block * kPointsOfCull;
+      const std::size_t end = std::min(begin + kPointsOfCull, chunk.points.size());
+      auto& [box, has_moved] = chunk.boxes[block];
+      if (has_moved) box = bounding_box(std::span(chunk.points).subspan(begin, end - begin));
+      has_moved = false;
+      if (culling_.misses({(box.min + box.max) * 0.5, norm(box.max - box.min) * (0.5 + 1e-12)})) continue;
+      for (std::size_t i = begin; i < end; ++i) {
+        if (chunk.gradient[i] != Vec3d{}) passage.who.push_back(i);
       }
     }
-    for (std::size_t i = passages.size(); i-- > 0;) {
-      const Passage& passage = passages[i];
-      segments_[passage.segment]->go_back(passage, gradient, numbers[passage.segment], tape);
-      stop_if_cancelled(options_.progress);
+    by_steps_ != nullptr ? move_by_steps(chunk, passage) : move_side_by_side(chunk, passage);
+    for (const std::size_t i : passage.who) chunk.boxes[i / kPointsOfCull].second = true;
+    return passage;
+  }
+
+  void go_back(const ChunkPassage& passage, Chunk& chunk, std::vector<double>& sums, Tape& tape) const {
+    for (std::size_t k = 0; k < passage.who.size(); ++k) {
+      Vec3d& gradient = chunk.gradient[passage.who[k]];
+      if (by_steps_ != nullptr) {
+        by_steps_->go_back(passage.by_steps[k], gradient, sums, tape);
+        continue;
+      }
+      for (std::size_t v = 0; v < variables_; ++v) sums[v] += dot(gradient, passage.tangents[k * variables_ + v]);
+      const Mat3d& jacobian = passage.jacobians[k];
+      gradient = {dot(jacobian.column(0), gradient), dot(jacobian.column(1), gradient),
+                  dot(jacobian.column(2), gradient)};
     }
-    if (options_.progress != nullptr) options_.progress->done += segments_.size();
-    return gradient;
   }
 
  private:
-  const std::vector<WantedNumbers>& wanted_;
-  const TangentOptions& options_;
-  std::vector<std::unique_ptr<const SegmentAdjoint>> segments_;
+  void move_by_steps(Chunk& chunk, ChunkPassage& passage) const {
+    std::vector<std::size_t> reached;
+    for (const std::size_t i : passage.who) {
+      Passage own;
+      if (!by_steps_->move(chunk.points[i], own)) continue;
+      reached.push_back(i);
+      passage.by_steps.push_back(std::move(own));
+    }
+    passage.who = std::move(reached);
+  }
+
+  // Finds the points that the segment reaches, with the times from which on, and those that it moves in closed form.
+  std::vector<JacobianStart> meet(const Chunk& chunk, ChunkPassage& passage, std::vector<Vec3d>& points) const {
+    std::vector<JacobianStart> starts;
+    std::vector<std::size_t> reached;
+    for (const std::size_t i : passage.who) {
+      Mat3d jacobian;
+      Vec3d x = chunk.points[i];
+      const std::optional<double> t = maps_.front()->meet(x, jacobian);
+      if (!t && x == chunk.points[i]) continue;
+      if (t) starts.push_back({reached.size(), *t});
+      reached.push_back(i);
+      points.push_back(x);
+      passage.jacobians.push_back(jacobian);
+    }
+    passage.who = std::move(reached);
+    passage.tangents.resize(passage.who.size() * variables_);
+    return starts;
+  }
+
+  void move_side_by_side(Chunk& chunk, ChunkPassage& passage) const {
+    std::vector<Vec3d> points;
+    const std::vector<JacobianStart> starts = meet(chunk, passage, points);
+    const std::vector<Vec3d> at_start = points;
+    const std::vector<Mat3d> no_jacobians = passage.jacobians;
+    for (std::size_t m = maps_.size(); m-- > 0;) {  // the first at last: its points and Jacobians count
+      points = at_start;
+      passage.jacobians = no_jacobians;
+      const std::size_t count = maps_[m]->variables();
+      std::vector<Vec3d> tangents(points.size() * count);
+      maps_[m]->move(starts, points, passage.jacobians, tangents);
+      for (std::size_t k = 0; k < points.size(); ++k) {
+        const std::span<Vec3d> own = std::span(tangents).subspan(k * count, count);
+        maps_[m]->add_shifts(chunk.points[passage.who[k]], points[k], passage.jacobians[k], own);
+        std::copy(own.begin(), own.end(), passage.tangents.begin() + at(k * variables_ + m * kTangents));
+      }
+    }
+    for (std::size_t k = 0; k < points.size(); ++k) chunk.points[passage.who[k]] = points[k];
+  }
+
+  static std::ptrdiff_t at(std::size_t i) { return static_cast<std::ptrdiff_t>(i); }
+
+  const Segment& segment_;
+  Culling culling_;
+  std::size_t variables_;
+  WantedNumbers wanted_;
+  std::vector<std::unique_ptr<const SegmentJacobians>> maps_;  // one for every kTangents variables
+  std::unique_ptr<const SegmentAdjoint> by_steps_;
 };
+
+class FlowAdjoint {
+ public:
+  FlowAdjoint(const Flow& flow, const std::vector<VariableRates>& rates, const TangentOptions& options)
+      : options_(options) {
+    advect_options_.tolerance = options.tolerance;
+    advect_options_.progress = options.progress;
+    for (std::size_t i = 0; i < flow.segments.size(); ++i) {
+      segments_.push_back(
+          std::make_unique<const SegmentGradient>(flow.segments[i], rates[i], options_, advect_options_));
+    }
+  }
+  FlowAdjoint(const FlowAdjoint&) = delete;
+  FlowAdjoint& operator=(const FlowAdjoint&) = delete;
+  ~FlowAdjoint() = default;
+
+  Sums zero_sums() const {
+    Sums sums;
+    for (const auto& segment : segments_) sums.emplace_back(segment->sums(), 0.0);
+    return sums;
+  }
+
+  bool goes_by_steps(std::size_t segment) const { return segments_[segment]->goes_by_steps(); }
+
+  std::size_t points_of_chunk() const {
+    const std::size_t most = kMaxPassages / std::max<std::size_t>(segments_.size(), 1);
+    return std::clamp(most / kPointsOfCull * kPointsOfCull, kMinPointsOfChunk, kPointsOfChunk);
+  }
+
+  // Replaces the gradient by that before the flow, and adds those with respect to the variables.
+  void carry_back(Chunk& chunk, Sums& sums, Tape& tape) const {
+    std::vector<ChunkPassage> passages;
+    for (std::size_t i = 0; i < segments_.size(); ++i) {
+      stop_if_cancelled(options_.progress);
+      ChunkPassage passage = segments_[i]->move(chunk);
+      passage.segment = i;
+      if (!passage.who.empty()) passages.push_back(std::move(passage));
+    }
+    for (std::size_t i = passages.size(); i-- > 0;) {
+      stop_if_cancelled(options_.progress);
+      const std::size_t segment = passages[i].segment;
+      segments_[segment]->go_back(passages[i], chunk, sums[segment], tape);
+    }
+    if (options_.progress != nullptr) options_.progress->done += segments_.size() * chunk.points.size();
+  }
+
+ private:
+  TangentOptions options_;
+  AdvectOptions advect_options_;
+  std::vector<std::unique_ptr<const SegmentGradient>> segments_;
+};
+
+// Returns the numbers of the points, neighbours after one another.
+std::vector<std::size_t> neighbours_in_turn(std::span<const Vec3d> points) {
+  const ToUnit to_unit(bounding_box(points));
+  std::vector<std::pair<std::uint64_t, std::size_t>> keys;
+  for (std::size_t i = 0; i < points.size(); ++i) keys.emplace_back(morton_code(to_unit(points[i])), i);
+  std::sort(keys.begin(), keys.end());
+  std::vector<std::size_t> order;
+  for (const auto& key : keys) order.push_back(key.second);
+  return order;
+}
+
+Chunk chunk_of(std::span<const std::size_t> order, std::span<const Vec3d> points, std::span<const Vec3d> gradient) {
+  Chunk chunk;
+  chunk.order.assign(order.begin(), order.end());
+  for (const std::size_t i : order) {
+    chunk.points.push_back(points[i]);
+    chunk.gradient.push_back(gradient[i]);
+  }
+  chunk.boxes.resize((order.size() + kPointsOfCull - 1) / kPointsOfCull, {Box{}, true});
+  return chunk;
+}
 
 }  // namespace
 
-FlowGradient carry_back(const Flow& flow, const std::vector<WantedNumbers>& wanted, std::span<const Vec3d> points,
+FlowGradient carry_back(const Flow& flow, const std::vector<VariableRates>& rates, std::span<const Vec3d> points,
                         std::span<const Vec3d> gradient, const TangentOptions& options) {
-  const FlowAdjoint adjoint(flow, wanted, options);
-  FlowGradient result{std::vector<Vec3d>(points.size()), adjoint.no_numbers()};
-  const std::size_t of_block = std::max(kLeastPointsOfBlock, (points.size() + kMostBlocks - 1) / kMostBlocks);
-  std::vector<std::vector<std::vector<double>>> blocks((points.size() + of_block - 1) / of_block);
-  parallel_for(points.size(), of_block, options.threads, [&](std::size_t begin, std::size_t end) {
+  const FlowAdjoint adjoint(flow, rates, options);
+  FlowGradient result{std::vector<Vec3d>(points.size()), {}};
+  if (points.empty()) return result;
+  const std::vector<std::size_t> order = neighbours_in_turn(points);
+  const std::size_t of_chunk = adjoint.points_of_chunk();
+  const std::size_t chunks = (points.size() + of_chunk - 1) / of_chunk;
+  const std::size_t of_task = (chunks + kMaxTasks - 1) / kMaxTasks * of_chunk;
+  std::vector<Sums> sums_of_tasks((points.size() + of_task - 1) / of_task);
+  parallel_for(points.size(), of_task, options.threads, [&](std::size_t begin, std::size_t end) {
     Tape tape;
-    std::vector<std::vector<double>>& numbers = blocks[begin / of_block];
-    numbers = adjoint.no_numbers();
-    for (std::size_t i = begin; i < end; ++i) {
-      stop_if_cancelled(options.progress);
-      result.points[i] = adjoint.carry_back(points[i], gradient[i], numbers, tape);
+    Sums& sums = sums_of_tasks[begin / of_task];
+    sums = adjoint.zero_sums();
+    for (std::size_t i = begin; i < end; i += of_chunk) {
+      Chunk chunk = chunk_of(std::span(order).subspan(i, std::min(of_chunk, end - i)), points, gradient);
+      adjoint.carry_back(chunk, sums, tape);
+      for (std::size_t k = 0; k < chunk.order.size(); ++k) result.points[chunk.order[k]] = chunk.gradient[k];
     }
   });
-  for (const auto& block : blocks) {
-    for (std::size_t i = 0; i < block.size(); ++i) {
-      for (std::size_t n = 0; n < block[i].size(); ++n) result.numbers[i][n] += block[i][n];
+  Sums total = adjoint.zero_sums();
+  for (const Sums& sums : sums_of_tasks) {
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      for (std::size_t n = 0; n < sums[i].size(); ++n) total[i][n] += sums[i][n];
     }
+  }
+  for (std::size_t i = 0; i < total.size(); ++i) {
+    if (adjoint.goes_by_steps(i)) {
+      std::vector<double> of_variables(rates[i].size(), 0.0);
+      for (std::size_t v = 0; v < of_variables.size(); ++v) {
+        for (std::size_t n = 0; n < total[i].size(); ++n) of_variables[v] += rates[i][v][n] * total[i][n];
+      }
+      total[i] = std::move(of_variables);
+    }
+    result.variables.push_back(std::move(total[i]));
   }
   return result;
 }

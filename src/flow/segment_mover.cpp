@@ -476,8 +476,8 @@ bool has_pack_kernel(const Segment& segment) {
          !std::holds_alternative<CustomMotion>(first.motion);
 }
 
-BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, const JacobianKernels& kernels) {
-  BoundGradients result;
+BoundGradients<0> gradient_kernel(const Segment& segment, const SegmentMask& mask, const JacobianKernels<0>& kernels) {
+  BoundGradients<0> result;
   if (mask.acts || !has_pack_kernel(segment)) return result;
   if (!segment.grid.is_empty()) return {kernels.grid, own_grid<double>(segment, mask)};
   with_kinds(segment.fields.front(), [&](MotionKind motion_kind, const auto& motion, RegionKind region_kind,

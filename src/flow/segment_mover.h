@@ -47,13 +47,14 @@ BoundKernel<S> kernel_of(const Segment& segment, double tolerance, const Segment
 bool has_pack_kernel(const Segment& segment);
 
 // A function that evaluates a field with its gradient in packs, and the field.
+template <std::size_t variables>
 struct BoundGradients {
-  FindGradients find = nullptr;
+  FindGradients<variables> find = nullptr;
   std::shared_ptr<const void> field;
 };
 
 // Returns null if no kernel evaluates the segment in packs.
-BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, const JacobianKernels& kernels);
+BoundGradients<0> gradient_kernel(const Segment& segment, const SegmentMask& mask, const JacobianKernels<0>& kernels);
 
 Method<double> method_in_double(Integrator integrator);
 

@@ -47,6 +47,11 @@ inline constexpr double kRoundingOfSlope = 8;
 // The integration of a path line stops after this number of steps.
 inline constexpr int kStepLimit = 1'000'000;
 
+// Where derivatives are followed, a step ends just before a place where the second derivatives of v jump, after this
+// part of the way to it, and one of kMaxStepOverKink crosses it (docs/decisions/0037-derivatives.md).
+inline constexpr double kPartBeforeKink = 0.98;
+inline constexpr double kMaxStepOverKink = 1e-6;
+
 // In a blended segment one of the two fields has no weight at t = 0, the other at t = 1, so that no stage near there
 // sees it: a step is at most this part of the time to the nearer end, but may always be kMinBlendedStep.
 inline constexpr double kBlendedShare = 0.5;

@@ -14,33 +14,11 @@ namespace {
 
 constexpr double kMaxTangentStep = kMinBlendedStep;  // a first step does not see all of a blended segment
 constexpr double kMinTangentStep = 1e-9;
-constexpr double kMaxStepOverKink = 1e-6;
 constexpr int kStepsPerCancelCheck = 64;
-constexpr double kPartBeforeKink = 0.98;
-constexpr double kErrorOfRates = 1e-12;  // of the greatest rate: the error of the differences that give rates
 
 void add(TangentState& to, const TangentState& slope, double h) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] += slope[i] * h;
 }
-
-// Gives one number after the other its derivatives.
-class NextRates {
- public:
-  explicit NextRates(const SegmentRates& rates) : rates_(rates) {}
-
-  Varying operator()(double number) {
-    Varying result(number);
-    for (std::size_t k = 0; k < kTangents; ++k) {
-      if (!rates_[k].empty()) result.g[k] = rates_[k][at_];
-    }
-    ++at_;
-    return result;
-  }
-
- private:
-  const SegmentRates& rates_;
-  std::size_t at_ = 0;
-};
 
 double turning_of(const Field& field) {
   if (const auto* space = std::get_if<HalfSpace<double>>(&field.region)) return std::abs(space->turn_angle);

@@ -7,6 +7,7 @@
 
 #include "flow/curve_map.h"
 #include "flow/masked.h"
+#include "flow/path_jacobian.h"
 #include "flow/segment_mover.h"
 #include "flow/tangent_line.h"
 #include "flow/varying_fields.h"
@@ -92,26 +93,23 @@ std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) co
 
 namespace {
 
+constexpr std::size_t kPointsAtATime = 1024;  // enough to refill the lanes of a kernel
+
 // About a curve only the begin and the end may vary.
-void carry_along_curve(const Segment& segment, const SegmentRates& rates, const TangentPoints& points,
-                       const TangentOptions& options) {
+void carry_along_curve(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
+                       std::span<Vec3d> tangents, const TangentOptions& options) {
   const CurveMap map(without_acting_mask(segment));
-  std::array<std::vector<Vec3d>, 2> velocities;
   const auto shift = [&](std::size_t end, double t, double sign) {
-    velocities[end] = curve_velocities(segment.curve, points.points, t);
-    for (std::size_t k = 0; k < kTangents; ++k) {
-      if (rates[k].empty()) continue;
-      for (std::size_t i = 0; i < points.points.size(); ++i) {
-        points.tangents[k][i] += velocities[end][i] * (sign * rates[k][end]);
-      }
-    }
+    if (rates.empty() || rates[end] == 0) return;
+    const std::vector<Vec3d> velocities = curve_velocities(segment.curve, points, t);
+    for (std::size_t i = 0; i < points.size(); ++i) tangents[i] += velocities[i] * (sign * rates[end]);
   };
   shift(0, segment.begin, -1);
-  parallel_for(points.points.size(), kPointsOfTask, options.threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(points.size(), kPointsOfTask, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Mat3d jacobian;
-      map.move(points.points[i], jacobian);
-      for (const std::span<Vec3d> tangents : points.tangents) tangents[i] = jacobian * tangents[i];
+      map.move(points[i], jacobian);
+      tangents[i] = jacobian * tangents[i];
     }
     if (options.progress != nullptr) options.progress->done += end - begin;
   });
@@ -119,22 +117,55 @@ void carry_along_curve(const Segment& segment, const SegmentRates& rates, const 
   shift(1, segment.end, 1);
 }
 
-}  // namespace
-
-void advect_tangents(const Segment& segment, const SegmentRates& rates, const TangentPoints& points,
-                     const TangentOptions& options) {
-  if (!segment.curve.is_empty()) return carry_along_curve(segment, rates, points, options);
-  const TangentLine line(segment, rates, options);
-  parallel_for(points.points.size(), kPointsOfTask, options.threads, [&](std::size_t begin, std::size_t end) {
+// One path line after the other: the parts of a sum that move it depend on its place at the beginning.
+void carry_by_limit_cylinders(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
+                              std::span<Vec3d> tangents, const TangentOptions& options) {
+  const TangentLine line(segment, {rates}, options);
+  parallel_for(points.size(), kPointsOfTask, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       stop_if_cancelled(options.progress);
-      TangentState state{points.points[i], points.tangents[0][i], points.tangents[1][i], points.tangents[2][i]};
+      TangentState state{points[i], tangents[i]};
       line.move(state);
-      points.points[i] = state[0];
-      for (std::size_t k = 0; k < kTangents; ++k) points.tangents[k][i] = state[1 + k];
+      points[i] = state[0];
+      tangents[i] = state[1];
     }
     if (options.progress != nullptr) options.progress->done += end - begin;
   });
+}
+
+}  // namespace
+
+void advect_tangents(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
+                     std::span<Vec3d> tangents, const TangentOptions& options) {
+  if (!segment.curve.is_empty()) return carry_along_curve(segment, rates, points, tangents, options);
+  if (!segment.parts.empty() && has_limit_cylinders(segment)) {
+    return carry_by_limit_cylinders(segment, rates, points, tangents, options);
+  }
+  AdvectOptions advect_options;
+  advect_options.tolerance = options.tolerance;
+  advect_options.progress = options.progress;
+  const WantedJacobian wanted{.jacobian_tolerance = options.relative_tolerance};
+  const SegmentJacobians map(segment, advect_options, wanted, {rates});
+  parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
+    stop_if_cancelled(options.progress);
+    const std::span<Vec3d> some = points.subspan(begin, end - begin);
+    const std::vector<Vec3d> before(some.begin(), some.end());
+    std::vector<Mat3d> own_jacobians(some.size());
+    std::vector<Vec3d> own(some.size() * map.variables());
+    std::vector<JacobianStart> starts;
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      if (const std::optional<double> t = map.meet(some[i], own_jacobians[i])) starts.push_back({i, *t});
+    }
+    map.move(starts, some, own_jacobians, own);
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      tangents[begin + i] = own_jacobians[i] * tangents[begin + i];
+      if (own.empty()) continue;
+      map.add_shifts(before[i], some[i], own_jacobians[i], std::span(own).subspan(i, 1));
+      tangents[begin + i] += own[i];
+    }
+    if (options.progress != nullptr) options.progress->done += end - begin;
+  });
+  stop_if_cancelled(options.progress);
 }
 
 }  // namespace knead::detail

@@ -38,12 +38,6 @@ class SegmentNumbers {
 // empty: 0.
 using SegmentRates = std::array<std::span<const double>, kTangents>;
 
-// Points and their derivatives with respect to the variables.
-struct TangentPoints {
-  std::span<Vec3d> points;
-  std::array<std::span<Vec3d>, kTangents> tangents;  // as many as points each
-};
-
 // Options of the integration.
 struct TangentOptions {
   double tolerance = 0;           // of a place: a length above 0
@@ -52,29 +46,31 @@ struct TangentOptions {
   Progress* progress = nullptr;  // counts points
 };
 
-// Moves points through a segment together with their derivatives: dT/dt = grad v T + dv/dvariable. Evaluates v with
-// dual numbers in double, by Tsitouras' method. The bits of a result depend on its point alone. Throws InvalidInput for
-// a custom motion or region, and if a path line needs more than kStepLimit steps; Cancelled.
-void advect_tangents(const Segment& segment, const SegmentRates& rates, const TangentPoints& points,
-                     const TangentOptions& options);
+// Moves points through a segment together with their derivatives with respect to one variable: dT/dt = grad v T +
+// dv/dvariable. `rates`: of the segment's numbers; empty: 0. `tangents`: as many as points. The bits of a result depend
+// on its point alone. Throws InvalidInput for a custom motion or region, and if a path line needs more than kStepLimit
+// steps; Cancelled.
+void advect_tangents(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
+                     std::span<Vec3d> tangents, const TangentOptions& options);
 
 // Backwards.
 
-// The gradient of a function with respect to the points at the beginning of a flow, and to the numbers of each segment,
-// in the order of SegmentNumbers; none of a segment of which none is wanted.
+// The gradient of a function with respect to the points at the beginning of a flow, and to the variables of each
+// segment.
 struct FlowGradient {
   std::vector<Vec3d> points;
-  std::vector<std::vector<double>> numbers;
+  std::vector<std::vector<double>> variables;
 };
 
 // Which numbers of a segment are wanted, in the order of SegmentNumbers; empty: none.
 using WantedNumbers = std::vector<bool>;
 
-// Carries the gradient with respect to the moved points back through a valid flow. `wanted`: of each segment. Moves
-// each point as advect_tangents would with its Jacobian, then goes back through the steps: one evaluation for each of
-// their stages, however many numbers are wanted. Holds the steps of one point for each thread. Sums have a fixed order,
-// so the bits do not depend on the number of threads. Throws as advect_tangents.
-FlowGradient carry_back(const Flow& flow, const std::vector<WantedNumbers>& wanted, std::span<const Vec3d> points,
-                        std::span<const Vec3d> gradient, const TangentOptions& options);
+// Carries the gradient with respect to the moved points back through a valid flow. `rates`: of each segment the
+// derivatives of its numbers, in the order of SegmentNumbers, with respect to each of its variables. Moves the points
+// with the Jacobian of each segment, and with the derivatives by its variables, in packs where kernels do. A point
+// costs a segment 12 numbers and 3 for each variable, of at most 2^20 points and segments at a time, for each thread.
+// Sums have a fixed order, so the bits do not depend on the number of threads. Throws as advect_tangents.
+FlowGradient carry_back(const Flow& flow, const std::vector<std::vector<std::span<const double>>>& rates,
+                        std::span<const Vec3d> points, std::span<const Vec3d> gradient, const TangentOptions& options);
 
 }  // namespace knead::detail

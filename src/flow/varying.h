@@ -49,44 +49,50 @@ struct DerivativeRules {
   }
 };
 
-// A number and its derivatives with respect to the variables. Numbers are equal only if their derivatives are, so that
-// a formula for a special value is not used where the value varies.
-struct Varying : DerivativeRules<Varying> {
+// A number and its derivatives with respect to `count` variables. Numbers are equal only if their derivatives are, so
+// that a formula for a special value is not used where the value varies. Tag: only makes different types.
+template <std::size_t count, class Tag = void>
+struct VaryingOf : DerivativeRules<VaryingOf<count, Tag>> {
   double v = 0;
-  std::array<double, kTangents> g{};
+  std::array<double, count> g{};
 
-  constexpr Varying() = default;
+  constexpr VaryingOf() = default;
   template <class T>
   requires std::is_arithmetic_v<T>
-  constexpr explicit Varying(T value) : v(static_cast<double>(value)) {}
-  constexpr Varying(double value, const std::array<double, kTangents>& derivatives) : v(value), g(derivatives) {}
-
-  static Varying chain(double value, const Varying& a, double by_a, const Varying& b, double by_b) {
-    Varying result(value);
-    for (std::size_t k = 0; k < kTangents; ++k) result.g[k] = by_a * a.g[k] + by_b * b.g[k];
-    return result;
-  }
-  static Varying chain(double value, const Varying& a, double by_a) {
-    Varying result(value);
-    for (std::size_t k = 0; k < kTangents; ++k) result.g[k] = by_a * a.g[k];
-    return result;
+  constexpr explicit VaryingOf(T value) : v(static_cast<double>(value)) {}
+  constexpr VaryingOf(double value, const std::array<double, count>& derivatives) : v(value), g(derivatives) {}
+  // Keeps the first derivatives.
+  template <std::size_t n, class Other>
+  requires(n >= count) constexpr explicit VaryingOf(const VaryingOf<n, Other>& a) : v(a.v) {
+    for (std::size_t k = 0; k < count; ++k) g[k] = a.g[k];
   }
 
-  friend bool operator==(const Varying& a, const Varying& b) { return a.v == b.v && a.g == b.g; }
+  static VaryingOf chain(double value, const VaryingOf& a, double by_a, const VaryingOf& b, double by_b) {
+    VaryingOf result(value);
+    for (std::size_t k = 0; k < count; ++k) result.g[k] = by_a * a.g[k] + by_b * b.g[k];
+    return result;
+  }
+  static VaryingOf chain(double value, const VaryingOf& a, double by_a) {
+    VaryingOf result(value);
+    for (std::size_t k = 0; k < count; ++k) result.g[k] = by_a * a.g[k];
+    return result;
+  }
+
+  friend bool operator==(const VaryingOf& a, const VaryingOf& b) { return a.v == b.v && a.g == b.g; }
 };
 
+using Varying = VaryingOf<kTangents>;
 using VaryingVec3 = Vec3<Varying>;
 
 }  // namespace knead::detail
 
 // The formulas of fields need these.
-template <>
-class std::numeric_limits<knead::detail::Varying> {
+template <std::size_t count, class Tag>
+class std::numeric_limits<knead::detail::VaryingOf<count, Tag>> {
  public:
-  static constexpr knead::detail::Varying max() { return knead::detail::Varying(numeric_limits<double>::max()); }
-  static constexpr knead::detail::Varying epsilon() {
-    return knead::detail::Varying(numeric_limits<double>::epsilon());
-  }
+  using Number = knead::detail::VaryingOf<count, Tag>;
+  static constexpr Number max() { return Number(numeric_limits<double>::max()); }
+  static constexpr Number epsilon() { return Number(numeric_limits<double>::epsilon()); }
 };
 
 namespace knead::detail {

@@ -17,6 +17,7 @@
 #include "flow/masked.h"
 #include "flow/pins.h"
 #include "flow/segment_mover.h"
+#include "flow/tangents.h"
 #include "flow/varying.h"
 #include "knead/error.h"
 #include "knead/vec.h"
@@ -25,6 +26,7 @@ namespace knead::detail {
 
 inline constexpr double kPinPrecision = 1e-12;  // of the pins' velocities, by the radius
 inline constexpr std::size_t kTimesOfPiece = 9;
+inline constexpr double kErrorOfRates = 1e-12;  // of the greatest rate: the error of the differences that give rates
 
 inline std::vector<PinPiece> exact_pins(const Segment& segment, const Progress* progress) {
   std::vector<PinPiece> pieces = solve_pins(segment, kPinPrecision * segment.fields.front().thresholds.outer, progress);
@@ -69,6 +71,38 @@ inline double part_before_kink(const Kinks& from, const Kinks& to) {
   return is_between ? (kink - a) / (b - a) : 1;
 }
 
+inline void append_cells(const Vec3d& at, std::vector<Kinks>& to) {
+  for (std::size_t axis = 0; axis < 3; ++axis) to.push_back({at[axis], false});
+}
+
+inline void append_kinks_of(const Field& field, const Vec3d& d, double t, std::vector<Kinks>& to) {
+  const auto& [inner, outer, falloff, bump] = field.thresholds;
+  const double r = region_value(field, d, t).value;
+  to.push_back({(r - inner) / (outer - inner), true});
+  if (falloff == kWideFalloff) to.push_back({r / bump, true});
+  const auto* capsule = std::get_if<Capsule<double>>(&field.region);
+  const double length2 = capsule != nullptr ? norm2(capsule->half_axis) : 0;
+  if (length2 > 0) to.push_back({0.5 * (1 + dot(capsule->half_axis, d) / length2), true});
+}
+
+// Appends the coordinates of x along which the second derivatives of v of a segment that is no sum jump. nodes: null if
+// it is no grid.
+inline void append_kinks(const Segment& segment, const GridNodes<double>* nodes, bool mask_acts, const Vec3d& x,
+                         double t, std::vector<Kinks>& to) {
+  if (nodes != nullptr) append_cells((x - nodes->cells.center()) / nodes->view.spacing, to);
+  if (mask_acts) append_cells((x - segment.mask.grid().origin) / segment.mask.grid().spacing, to);
+  if (segment.time_law == TimeLaw::pinned) return;  // smooth
+  for (const Field& field : segment.fields) {
+    const Vec3d d = x - field.center;
+    if (segment.time_law != TimeLaw::blended) {
+      append_kinks_of(field, d - segment.displacement * t, t, to);
+    } else {
+      append_kinks_of(field, d, 0, to);
+      append_kinks_of(field, d - segment.displacement, 0, to);
+    }
+  }
+}
+
 // A segment that is no sum, with what its evaluation needs besides the numbers of its fields.
 struct PartOfSegment {
   const Segment& segment;
@@ -94,38 +128,8 @@ struct PartOfSegment {
   bool is_pinned() const { return segment.time_law == TimeLaw::pinned; }
   bool holds(const Vec3d& x) const { return mask.acts && segment.mask.holds(x); }
 
-  // Appends the coordinates of x along which the second derivatives of v jump.
   void append_kinks(const Vec3d& x, double t, std::vector<Kinks>& to) const {
-    if (nodes != nullptr) append_cells((x - nodes->cells.center()) / nodes->view.spacing, to);
-    if (mask.acts) {
-      const MaskGrid& grid = segment.mask.grid();
-      append_cells((x - grid.origin) / grid.spacing, to);
-    }
-    if (segment.time_law == TimeLaw::pinned) return;  // smooth
-    for (const Field& field : segment.fields) {
-      const Vec3d d = x - field.center;
-      if (segment.time_law != TimeLaw::blended) {
-        append_kinks_of(field, d - segment.displacement * t, t, to);
-      } else {
-        append_kinks_of(field, d, 0, to);
-        append_kinks_of(field, d - segment.displacement, 0, to);
-      }
-    }
-  }
-
- private:
-  static void append_cells(const Vec3d& at, std::vector<Kinks>& to) {
-    for (std::size_t axis = 0; axis < 3; ++axis) to.push_back({at[axis], false});
-  }
-
-  static void append_kinks_of(const Field& field, const Vec3d& d, double t, std::vector<Kinks>& to) {
-    const auto& [inner, outer, falloff, bump] = field.thresholds;
-    const double r = region_value(field, d, t).value;
-    to.push_back({(r - inner) / (outer - inner), true});
-    if (falloff == kWideFalloff) to.push_back({r / bump, true});
-    const auto* capsule = std::get_if<Capsule<double>>(&field.region);
-    const double length2 = capsule != nullptr ? norm2(capsule->half_axis) : 0;
-    if (length2 > 0) to.push_back({0.5 * (1 + dot(capsule->half_axis, d) / length2), true});
+    detail::append_kinks(segment, nodes.get(), mask.acts, x, t, to);
   }
 };
 
@@ -147,6 +151,25 @@ Vec3<S> velocity_of(const VaryingField<S>& field, const Vec3<S>& d, double t, co
       field.motion, field.region);
 }
 
+// Gives one number after the other its derivatives.
+class NextRates {
+ public:
+  explicit NextRates(const SegmentRates& rates) : rates_(rates) {}
+
+  Varying operator()(double number) {
+    Varying result(number);
+    for (std::size_t k = 0; k < kTangents; ++k) {
+      if (!rates_[k].empty()) result.g[k] = rates_[k][at_];
+    }
+    ++at_;
+    return result;
+  }
+
+ private:
+  SegmentRates rates_;
+  std::size_t at_ = 0;
+};
+
 // The fields of a segment that is no sum, in numbers S.
 template <class S>
 class VaryingFields {
@@ -167,6 +190,10 @@ class VaryingFields {
       offsets_.push_back(part.is_pinned() ? Vec3<S>(offset) : varied(offset));
     }
   }
+
+  const std::vector<VaryingField<S>>& fields() const { return fields_; }  // none of a grid or of pins
+  const Vec3<S>& displacement() const { return displacement_; }
+  const PartOfSegment& part() const { return part_; }
 
   Vec3<S> velocity(const Vec3<S>& x, double t) const {
     if (part_.nodes != nullptr) return grid_velocity(x, t);

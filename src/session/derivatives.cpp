@@ -336,14 +336,12 @@ struct SessionDerivatives::Parts {
     return sum;
   }
 
-  std::vector<detail::WantedNumbers> wanted() const {
-    std::vector<detail::WantedNumbers> result;
+  // Of each segment, of each of its parameters.
+  std::vector<std::vector<std::span<const double>>> spans() const {
+    std::vector<std::vector<std::span<const double>>> result;
     for (const std::vector<ParameterRates>& of_segment : rates) {
-      detail::WantedNumbers& own = result.emplace_back();
-      for (const auto& [parameter, numbers] : of_segment) {
-        own.resize(numbers.size());
-        for (std::size_t n = 0; n < numbers.size(); ++n) own[n] = own[n] || numbers[n] != 0;
-      }
+      result.emplace_back();
+      for (const ParameterRates& of_parameter : of_segment) result.back().emplace_back(of_parameter.numbers);
     }
     return result;
   }
@@ -401,13 +399,10 @@ PointTangents SessionDerivatives::jvp(std::span<const Vec3d> points, std::span<c
   }
   PointTangents result{{points.begin(), points.end()}, std::vector<Vec3d>(points.size())};
   if (points.empty()) return result;
-  std::vector<Vec3d> none(2 * points.size());
-  const auto [first, last] = std::pair(std::span(none).first(points.size()), std::span(none).last(points.size()));
-  const detail::TangentPoints moved{result.points, {result.tangents, first, last}};
   const detail::TangentOptions follow = parts_->options_for(points, options);
   for (std::size_t i = 0; i < segments(); ++i) {
     const std::vector<double> along = parts_->rates_along(direction, i);
-    detail::advect_tangents(parts_->flow.segments[i], {along}, moved, follow);
+    detail::advect_tangents(parts_->flow.segments[i], along, result.points, result.tangents, follow);
   }
   return result;
 }
@@ -424,11 +419,12 @@ SessionGradient SessionDerivatives::vjp(std::span<const Vec3d> points, std::span
   SessionGradient result{{}, std::vector<double>(parts_->parameters, 0)};
   if (points.empty()) return result;
   const detail::TangentOptions follow = parts_->options_for(points, options);
-  detail::FlowGradient found = detail::carry_back(parts_->flow, parts_->wanted(), points, gradient, follow);
+  detail::FlowGradient found = detail::carry_back(parts_->flow, parts_->spans(), points, gradient, follow);
   result.points = std::move(found.points);
   for (std::size_t i = 0; i < segments(); ++i) {
-    for (const auto& [parameter, numbers] : parts_->rates[i]) {
-      for (std::size_t n = 0; n < numbers.size(); ++n) result.parameters[parameter] += numbers[n] * found.numbers[i][n];
+    const std::vector<ParameterRates>& of_segment = parts_->rates[i];
+    for (std::size_t k = 0; k < of_segment.size(); ++k) {
+      result.parameters[of_segment[k].parameter] += found.variables[i][k];
     }
   }
   return result;

@@ -329,6 +329,44 @@ TEST(Derivatives, BackwardsOfRandomSessions) {
   }
 }
 
+// More than are followed forwards.
+TEST(Derivatives, BackwardsOfManyParametersOfOneStroke) {
+  std::string names;
+  std::string points;
+  for (int i = 0; i < 5; ++i) {
+    std::string place;
+    for (const char axis : {'x', 'y', 'z'}) {
+      const std::string name = axis + std::to_string(i);
+      names += (names.empty() ? "\"" : ", \"") + name + "\": " + std::to_string(0.1 * i - (axis == 'y' ? 0.3 : 0.1));
+      place += (place.empty() ? "\"$" : ", \"$") + name + "\"";
+    }
+    points += (points.empty() ? "[" : ", [") + place + "]";
+  }
+  const Case many{"many", "{" + names + "}",
+                  R"({"tool": "points", "points": [)" + points +
+                      R"(], "outer": 0.5, "inner": 0.05, "displacements": [[0, 0.2, 0.1], [0.1, 0, 0.2]]})"};
+  expect_backwards_as_forwards(session_of(many), many.name);
+}
+
+// Rounding alone must not make steps so short that a path line ends early, and no step may pass a kink unseen.
+TEST(Derivatives, JacobiansAtTheTightestTolerance) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const Flow flow = flow_of(RandomSession(seed).make(27, 200));
+    AdvectOptions exact;
+    exact.precision = Precision::float64;
+    exact.tolerance = 1e-11;
+    const std::vector<Mat3d> expected = jacobians(flow, points(), exact);
+    exact.tolerance = 1e-13;
+    const std::vector<Mat3d> found = jacobians(flow, points(), exact);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d column = expected[i].column(k);
+        EXPECT_LT(norm(found[i].column(k) - column), 3e-7 * std::max(1.0, norm(column))) << seed << " " << i;
+      }
+    }
+  }
+}
+
 TEST(Derivatives, AreLinearInTheDirection) {
   const Session session = session_of(kCases[0]);
   const SessionDerivatives derivatives(session);
@@ -442,6 +480,56 @@ TEST(Derivatives, PointsOnPinsHaveThem) {
   const std::vector<Vec3d> expected{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LT(norm(moved.tangents[i] - expected[i]), 1e-6) << i;
   EXPECT_NEAR(derivatives.vjp(points, std::vector<Vec3d>(3, {1, 0, 0}), options).parameters.front(), 1, 1e-6);
+}
+
+// An octahedron, and the tip of another above it.
+struct Solid {
+  std::vector<Vec3d> points{{1, 0.1, 0},   {-1, 0, 0.1}, {0, 1.2, 0},  {0.1, -1, 0},
+                            {0, 0.1, 0.9}, {0, 0, -1},   {0.2, 0.1, 2}};
+  std::vector<Triangle> triangles{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                                  {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+};
+
+TEST(SurfaceMeasures, DerivativesAreThoseOfDifferences) {
+  const Solid solid;
+  const std::vector<std::uint32_t> at{0, 4};
+  const std::vector<std::uint32_t> tip{6};
+  const auto all = [&](const std::vector<Vec3d>& points) {
+    return std::vector<SurfaceMeasures>{
+        volume_of(points, solid.triangles), area_of(points, solid.triangles), thickness_at(points, solid.triangles, at),
+        curvature_at(points, solid.triangles, at), patch_distance(points, tip, solid.triangles)};
+  };
+  std::mt19937 random(9);
+  std::vector<Vec3d> tangents;
+  for (std::size_t i = 0; i < solid.points.size(); ++i) {
+    const double x = number_in(random, -1, 1);
+    const double y = number_in(random, -1, 1);
+    tangents.push_back({x, y, number_in(random, -1, 1)});
+  }
+  const double step = 1e-6;
+  std::vector<Vec3d> after = solid.points;
+  std::vector<Vec3d> before = solid.points;
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    after[i] += tangents[i] * step;
+    before[i] -= tangents[i] * step;
+  }
+  const std::vector<SurfaceMeasures> here = all(solid.points);
+  const std::vector<SurfaceMeasures> there = all(after);
+  const std::vector<SurfaceMeasures> back = all(before);
+  for (std::size_t m = 0; m < here.size(); ++m) {
+    const std::vector<double> found = here[m].jvp(tangents);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      EXPECT_NEAR(found[i], (there[m].values[i] - back[m].values[i]) / (2 * step), 1e-8) << m << " " << i;
+      std::vector<double> weights(found.size(), 0);
+      weights[i] = 1;
+      double sum = 0;
+      const std::vector<Vec3d> gradient = here[m].vjp(weights);
+      for (std::size_t k = 0; k < gradient.size(); ++k) sum += dot(gradient[k], tangents[k]);
+      EXPECT_NEAR(sum, found[i], 1e-13) << m << " " << i;
+    }
+  }
+  EXPECT_THROW(volume_of(solid.points, std::span(solid.triangles).first(7)), InvalidInput);
+  EXPECT_THROW(area_of(std::span(solid.points).first(5), solid.triangles), InvalidInput);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ from ._fit import Fit, fit
 from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._mean import Population, mean
+from ._measures import Measure, area_of, curvature, patch_distance, thickness_at, volume_of
 from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
 from ._session import Session
 from ._skin import Corrective, Posed, correctives, skin
@@ -37,6 +38,7 @@ __all__ = [
     "Fit",
     "Flow",
     "InvalidInput",
+    "Measure",
     "PaintDrag",
     "Population",
     "Posed",
@@ -49,17 +51,20 @@ __all__ = [
     "Unavailable",
     "Workbench",
     "animate",
+    "area_of",
     "certify",
     "check",
     "check_cells",
     "correctives",
     "crossings",
+    "curvature",
     "deform",
     "deform_cells",
     "deform_mesh",
     "fit",
     "frames",
     "mean",
+    "patch_distance",
     "read",
     "remesh",
     "render",
@@ -67,6 +72,8 @@ __all__ = [
     "skin",
     "stroke",
     "symmetric",
+    "thickness_at",
+    "volume_of",
     "widest_outer",
     "write",
     "write_frames",

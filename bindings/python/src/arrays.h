@@ -62,7 +62,8 @@ struct MeshParts {
 // Returns a vector of numbers as an array.
 template <class T>
 py::array_t<T> array_from(const std::vector<T>& numbers) {
-  return py::array_t<T>(static_cast<py::ssize_t>(numbers.size()), numbers.data());
+  // By its shape: pybind11 2.10 finds no strides for a mere count where numpy is 2 or newer.
+  return py::array_t<T>(py::array::ShapeContainer{static_cast<py::ssize_t>(numbers.size())}, numbers.data());
 }
 
 }  // namespace knead::python

@@ -62,4 +62,5 @@ PYBIND11_MODULE(_knead, module) {
   add_workbench(module);
   add_gesture(module);
   add_animation(module);
+  add_measures(module);
 }

@@ -18,5 +18,6 @@ void add_render(py::module_& module);
 void add_workbench(py::module_& module);
 void add_gesture(py::module_& module);
 void add_animation(py::module_& module);
+void add_measures(py::module_& module);
 
 }  // namespace knead::python

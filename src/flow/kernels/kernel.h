@@ -8,6 +8,7 @@
 
 #include "field/grid.h"
 #include "field/mask_grid.h"
+#include "flow/varying.h"
 #include "knead/field.h"
 #include "knead/flow.h"
 #include "knead/vec.h"
@@ -187,6 +188,17 @@ struct KernelField {
   Mat3d whole_strain;  // exp((end - begin) M) of a strain
 };
 
+// A field whose numbers depend on variables.
+template <template <class> class M, template <class> class R>
+struct RatedField {
+  M<Varying> motion;
+  R<Varying> region;
+  Thresholds<Varying> thresholds;
+  Vec3<Varying> displacement;
+  Vec3<Varying> center;
+  bool is_blended = false;
+};
+
 // The same under a mask.
 template <class S, template <class> class M, template <class> class R>
 struct MaskedKernelField : KernelField<S, M, R> {
@@ -343,15 +355,19 @@ struct GroupTask : LiveGroup {
 
 inline constexpr std::size_t kJacobianLanes = 16;  // path lines that are integrated side by side with their Jacobians
 
-// A vector and a matrix by rows for each lane: x and J, v and grad v, or their rates.
-inline constexpr std::size_t kJacobianNumbers = 12;
+// For each lane x and J by rows, or v and grad v, or their rates; and as many vectors as variables: the derivatives of
+// x, or of v at a resting place, with respect to these.
+template <std::size_t variables>
+inline constexpr std::size_t kJacobianNumbers = 12 + 3 * variables;
+template <std::size_t variables>
 struct alignas(64) JacobianBundle {
-  double of[kJacobianNumbers][kJacobianLanes]{};
+  double of[kJacobianNumbers<variables>][kJacobianLanes]{};
 };
 
-// Evaluates v and its gradient at the vectors of `places`, at least in the asked lanes.
-using FindGradients = void (*)(const void* field, const JacobianBundle& places, const double* times,
-                               std::uint32_t asked, JacobianBundle& slopes);
+// Evaluates v and its derivatives at the vectors of `places`, at least in the asked lanes.
+template <std::size_t variables>
+using FindGradients = void (*)(const void* field, const JacobianBundle<variables>& places, const double* times,
+                               std::uint32_t asked, JacobianBundle<variables>& slopes);
 
 // A path line that begins at a point, at the time t.
 struct JacobianStart {
@@ -360,9 +376,10 @@ struct JacobianStart {
 };
 
 // The path lines of `starts` with their Jacobians, over the rest of the segment.
+template <std::size_t variables>
 struct JacobianTask {
   const SegmentTask<double>* segment = nullptr;  // without its kernel
-  FindGradients find_gradients = nullptr;
+  FindGradients<variables> find_gradients = nullptr;
   const void* field = nullptr;
   double longest_step = 0;
   double turning = 0;  // the radians by which the regions turn about turning_center
@@ -371,7 +388,14 @@ struct JacobianTask {
   std::size_t count = 0;
   Vec3d* points = nullptr;
   Mat3d* jacobians = nullptr;
-  double jacobian_tolerance = 0;  // of the error of a Jacobian; 0: the error of the point alone counts
+  Vec3d* tangents = nullptr;  // tangents_of_point for each point, of which at most `variables` are used
+  std::size_t tangents_of_point = 0;
+  double jacobian_tolerance = 0;             // of the error of a Jacobian; 0: the error of the point alone counts
+  double tangent_rounding[variables + 1]{};  // of each variable: the error of its tangent that does not count
+  // Returns the part of a step, of its beginning, middle and end, before the first place beyond which the second
+  // derivatives of v jump; 1 if there is none. Null: steps pass over them.
+  double (*part_before_kink)(const void* kinks, const Vec3d (&places)[3], double t, double end) = nullptr;
+  const void* kinks = nullptr;
   CancelCheck stop;
 };
 
@@ -406,10 +430,12 @@ struct Kernels {
   GroupCounts (*move)(const SegmentTask<S>& segment, const GroupTask<S>& group) = nullptr;
 };
 
+// `fields`: of a KernelField in double without variables, of a RatedField with them, which no set has.
+template <std::size_t variables>
 struct JacobianKernels {
-  FindGradients fields[kMotionKinds][kRegionKinds]{};  // of a KernelField in double
-  FindGradients grid = nullptr;                        // of a GridKernelField in double
-  void (*move)(const JacobianTask& task) = nullptr;
+  FindGradients<variables> fields[kMotionKinds][kRegionKinds]{};
+  FindGradients<variables> grid = nullptr;                      // of a GridKernelField in double; without variables
+  bool (*move)(const JacobianTask<variables>& task) = nullptr;  // returns false if a path line needs too many steps
 };
 
 // The kernels of one instruction set.
@@ -417,7 +443,9 @@ struct KernelTable {
   const char* name = nullptr;
   Kernels<float> in_float;
   Kernels<double> in_double;
-  JacobianKernels jacobians;
+  JacobianKernels<0> jacobians;
+  JacobianKernels<1> tangents;
+  JacobianKernels<kTangents> several_tangents;
 
   template <class S>
   const Kernels<S>& in() const {

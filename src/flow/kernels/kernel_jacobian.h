@@ -1,5 +1,6 @@
-// Kernels of path lines with their Jacobians: dx/dt = v and dJ/dt = grad v J. Internal: part of the one source of all
-// kernels.
+// Kernels of path lines with their Jacobians, dx/dt = v and dJ/dt = grad v J, and with their derivatives with respect
+// to variables on which the field's numbers depend, dT/dt = grad v T + dv/dvariable. Internal: part of the one source
+// of all kernels.
 #pragma once
 
 #include "field/dual.h"
@@ -10,13 +11,13 @@
 namespace knead::detail {
 
 // Loads three numbers of each lane of a pack: the vector, or from 3, 6 or 9 on a row of the matrix.
-template <class P>
-KNEAD_INLINE Vec3<P> load_three(const JacobianBundle& from, std::size_t first, std::size_t i) {
+template <class P, std::size_t n>
+KNEAD_INLINE Vec3<P> load_three(const JacobianBundle<n>& from, std::size_t first, std::size_t i) {
   return {P::load(from.of[first] + i), P::load(from.of[first + 1] + i), P::load(from.of[first + 2] + i)};
 }
 
-template <class P>
-KNEAD_INLINE void store_three(const Vec3<P>& v, JacobianBundle& to, std::size_t first, std::size_t i) {
+template <class P, std::size_t n>
+KNEAD_INLINE void store_three(const Vec3<P>& v, JacobianBundle<n>& to, std::size_t first, std::size_t i) {
   v.x.store(to.of[first] + i);
   v.y.store(to.of[first + 1] + i);
   v.z.store(to.of[first + 2] + i);
@@ -24,8 +25,8 @@ KNEAD_INLINE void store_three(const Vec3<P>& v, JacobianBundle& to, std::size_t 
 
 // F: a KernelField in double.
 template <class P, class F>
-void find_gradients(const void* data, const JacobianBundle& places, const double* times, std::uint32_t asked,
-                    JacobianBundle& slopes) {
+void find_gradients(const void* data, const JacobianBundle<0>& places, const double* times, std::uint32_t asked,
+                    JacobianBundle<0>& slopes) {
   const F& field = *static_cast<const F*>(data);
   for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
     if ((asked >> i & lanes_in_use<P>(i, kJacobianLanes)) == 0) continue;
@@ -39,8 +40,8 @@ void find_gradients(const void* data, const JacobianBundle& places, const double
 }
 
 template <class P>
-void find_grid_gradients(const void* data, const JacobianBundle& places, const double* times, std::uint32_t asked,
-                         JacobianBundle& slopes) {
+void find_grid_gradients(const void* data, const JacobianBundle<0>& places, const double* times, std::uint32_t asked,
+                         JacobianBundle<0>& slopes) {
   const auto& field = *static_cast<const GridKernelField<double>*>(data);
   const GridView<double>& grid = field.grid;
   for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
@@ -59,17 +60,93 @@ void find_grid_gradients(const void* data, const JacobianBundle& places, const d
   }
 }
 
-template <class P>
+// The derivatives of a number with respect to the place, and to n variables.
+template <class P, std::size_t n>
+struct RatedGradient {
+  Vec3<P> place;
+  P rates[n];
+
+  KNEAD_INLINE RatedGradient() : place(P(0), P(0), P(0)) {
+    for (P& rate : rates) rate = P(0);
+  }
+  KNEAD_INLINE explicit RatedGradient(const VaryingOf<n, P>& number) : RatedGradient() {
+    for (std::size_t k = 0; k < n; ++k) rates[k] = P(number.g[k]);
+  }
+  // f(a, b) for each derivative.
+  template <class Function>
+  KNEAD_INLINE static RatedGradient each(const RatedGradient& a, const RatedGradient& b, const Function& f) {
+    RatedGradient result;
+    result.place = {f(a.place.x, b.place.x), f(a.place.y, b.place.y), f(a.place.z, b.place.z)};
+    for (std::size_t k = 0; k < n; ++k) result.rates[k] = f(a.rates[k], b.rates[k]);
+    return result;
+  }
+
+  KNEAD_INLINE friend RatedGradient operator+(const RatedGradient& a, const RatedGradient& b) {
+    return each(a, b, [](const P& x, const P& y) { return x + y; });
+  }
+  KNEAD_INLINE friend RatedGradient operator-(const RatedGradient& a, const RatedGradient& b) {
+    return each(a, b, [](const P& x, const P& y) { return x - y; });
+  }
+  KNEAD_INLINE friend RatedGradient operator-(const RatedGradient& a) {
+    return each(a, a, [](const P& x, const P& /*y*/) { return -x; });
+  }
+  KNEAD_INLINE friend RatedGradient operator*(const RatedGradient& a, const P& s) {
+    return each(a, a, [&](const P& x, const P& /*y*/) { return x * s; });
+  }
+  KNEAD_INLINE friend RatedGradient mul_add(const RatedGradient& a, const P& s, const RatedGradient& b) {
+    return each(a, b, [&](const P& x, const P& y) { return mul_add(x, s, y); });
+  }
+  KNEAD_INLINE friend RatedGradient neg_mul_add(const RatedGradient& a, const P& s, const RatedGradient& b) {
+    return each(a, b, [&](const P& x, const P& y) { return neg_mul_add(x, s, y); });
+  }
+  template <class Mask>
+  KNEAD_INLINE friend RatedGradient select(const Mask& mask, const RatedGradient& a, const RatedGradient& b) {
+    return each(a, b, [&](const P& x, const P& y) { return select(mask, x, y); });
+  }
+};
+
+template <class P, std::size_t n, template <class> class M, template <class> class R>
+void find_rated_gradients(const void* data, const JacobianBundle<n>& places, const double* times, std::uint32_t asked,
+                          JacobianBundle<n>& slopes) {
+  using S = VaryingOf<n, P>;
+  using T = DualOf<P, RatedGradient<P, n>>;
+  const auto& field = *static_cast<const RatedField<M, R>*>(data);
+  const M<S> motion(field.motion);
+  const R<S> region(field.region);
+  const Thresholds<S> thresholds(field.thresholds);
+  const Vec3<T> displacement{Vec3<S>(field.displacement)};
+  const Vec3<T> center{Vec3<S>(field.center)};
+  for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
+    if ((asked >> i & lanes_in_use<P>(i, kJacobianLanes)) == 0) continue;
+    const Vec3<P> place = load_three<P>(places, 0, i);
+    Vec3<T> d{T(place.x), T(place.y), T(place.z)};
+    for (std::size_t axis = 0; axis < 3; ++axis) d[axis].g.place[axis] = P(1);
+    d = d - center;
+    const T t(P::load(times + i));
+    const Vec3<T> moving = d - displacement * (field.is_blended ? T(1) : t);
+    Vec3<T> v = velocity(motion, region, thresholds, moving, t);
+    if (field.is_blended) v = v * t + velocity(motion, region, thresholds, d, t) * (T(1) - t);
+    store_three(Vec3<P>(v.x.v, v.y.v, v.z.v), slopes, 0, i);
+    for (std::size_t row = 0; row < 3; ++row) store_three(v[row].g.place, slopes, 3 + 3 * row, i);
+    for (std::size_t k = 0; k < n; ++k) {
+      store_three(Vec3<P>(v.x.g.rates[k], v.y.g.rates[k], v.z.g.rates[k]), slopes, 12 + 3 * k, i);
+    }
+  }
+}
+
+template <class P, std::size_t n>
 class JacobianMover {
  public:
-  explicit JacobianMover(const JacobianTask& task) : task_(task), segment_(*task.segment), method_(*segment_.method) {
+  explicit JacobianMover(const JacobianTask<n>& task)
+      : task_(task), segment_(*task.segment), method_(*segment_.method) {
     fill(t_, segment_.end, kJacobianLanes);
   }
 
-  void run() {
+  // Returns false if a path line needs too many steps.
+  bool run() {
     for (;;) {
       settle();
-      if (busy_ == 0 || task_.stop.is_stopped(0)) return;
+      if (busy_ == 0 || is_incomplete_ || task_.stop.is_stopped(0)) return !is_incomplete_;
       begin(unknown_);
       for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) choose_step(i);
       for (int k = 1; k < method_.stage_count; ++k) evaluate(method_.stages[k], busy_, k_[k]);
@@ -80,7 +157,9 @@ class JacobianMover {
   }
 
  private:
-  static constexpr int kMaxSteps = 10'000;
+  using Bundle = JacobianBundle<n>;
+  static constexpr std::size_t kNumbers = kJacobianNumbers<n>;
+  static constexpr std::size_t kFirstTangent = 12;
 
   // Writes finished lanes back, and refills them with path lines that have not begun.
   void settle() {
@@ -108,6 +187,7 @@ class JacobianMover {
       state_.of[6 + axis][lane] = jacobian.row1[axis];
       state_.of[9 + axis][lane] = jacobian.row2[axis];
     }
+    for (std::size_t k = kFirstTangent; k < kNumbers; ++k) state_.of[k][lane] = 0;
     t_[lane] = from.t;
     const double rest = segment_.end - from.t;
     trial_[lane] = rest < 0 ? -rest : rest;
@@ -125,12 +205,17 @@ class JacobianMover {
       jacobian.row1[axis] = state_.of[6 + axis][lane];
       jacobian.row2[axis] = state_.of[9 + axis][lane];
     }
+    for (std::size_t k = 0; k < n && k < task_.tangents_of_point; ++k) {
+      Vec3d& tangent = task_.tangents[point_[lane] * task_.tangents_of_point + k];
+      for (std::size_t axis = 0; axis < 3; ++axis) tangent[axis] = state_.of[kFirstTangent + 3 * k + axis][lane];
+    }
   }
 
   // Returns whether the path line continues after a step. A resting point waits until the tool meets it again.
   bool goes_on(std::size_t lane) {
     const double rest = segment_.end - t_[lane];
-    if (!(segment_.end >= segment_.begin ? rest > 0 : rest < 0) || ++steps_[lane] == kMaxSteps) return false;
+    if (!(segment_.end >= segment_.begin ? rest > 0 : rest < 0)) return false;
+    if (++steps_[lane] == kStepLimit) is_incomplete_ = true;
     if (k_[0].of[0][lane] != 0 || k_[0].of[1][lane] != 0 || k_[0].of[2][lane] != 0) return true;
     const void* cell = nullptr;
     const Vec3d x{state_.of[0][lane], state_.of[1][lane], state_.of[2][lane]};
@@ -144,11 +229,11 @@ class JacobianMover {
   // Finds k_0 of these lanes.
   void begin(std::uint32_t lanes) {
     if (lanes == 0) return;
-    JacobianBundle found;
+    Bundle found;
     evaluate(Stage<double>{}, lanes, found);
     for (std::size_t lane = 0; lane < kJacobianLanes; ++lane) {
       if ((lanes >> lane & 1) == 0) continue;
-      for (std::size_t n = 0; n < kJacobianNumbers; ++n) k_[0].of[n][lane] = found.of[n][lane];
+      for (std::size_t k = 0; k < kNumbers; ++k) k_[0].of[k][lane] = found.of[k][lane];
     }
   }
 
@@ -162,12 +247,12 @@ class JacobianMover {
   }
 
   // Finds the rates of x and J in a stage.
-  void evaluate(const Stage<double>& stage, std::uint32_t lanes, JacobianBundle& rates) {
+  void evaluate(const Stage<double>& stage, std::uint32_t lanes, Bundle& rates) {
     for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
       const P h = P::load(h_ + i);
-      for (std::size_t n = 0; n < kJacobianNumbers; ++n) {
-        const P from = P::load(state_.of[n] + i);
-        (stage.count == 0 ? from : mul_add(combine(stage, n, i), h, from)).store(places_.of[n] + i);
+      for (std::size_t k = 0; k < kNumbers; ++k) {
+        const P from = P::load(state_.of[k] + i);
+        (stage.count == 0 ? from : mul_add(combine(stage, k, i), h, from)).store(places_.of[k] + i);
       }
       const P t = P::load(t_ + i);
       (stage.count == 0 ? t : mul_add(h, P(stage.c), t)).store(times_ + i);
@@ -180,9 +265,15 @@ class JacobianMover {
       for (std::size_t row = 0; row < 3; ++row) {
         const Vec3<P> g = load_three<P>(slopes_, 3 + 3 * row, i);
         store_three(mul_add(rows[2], g.z, mul_add(rows[1], g.y, rows[0] * g.x)), rates, 3 + 3 * row, i);
+        for (std::size_t k = kFirstTangent; k < kNumbers; k += 3) {
+          const P along = mul_add(g.z, tangent(k + 2, i), mul_add(g.y, tangent(k + 1, i), g.x * tangent(k, i)));
+          (along + P::load(slopes_.of[k + row] + i)).store(rates.of[k + row] + i);
+        }
       }
     }
   }
+
+  KNEAD_INLINE P tangent(std::size_t number, std::size_t i) const { return P::load(places_.of[number] + i); }
 
   KNEAD_INLINE P longest_step(std::size_t i) const {
     const Vec3<P> v = load_three<P>(k_[0], 0, i);
@@ -201,17 +292,59 @@ class JacobianMover {
     (segment_.end >= segment_.begin ? h : -h).store(h_ + i);
   }
 
-  // Returns the square of the error of a step, by the tolerances.
+  // Returns the square of the error of a step, by the tolerances. Rounding does not count.
   KNEAD_INLINE P error_of_step(std::size_t i) const {
-    const Vec3<P> error{combine(method_.error, 0, i), combine(method_.error, 1, i), combine(method_.error, 2, i)};
-    const P of_point = norm2(error * P(1 / segment_.tolerance));
-    if (!(task_.jacobian_tolerance > 0)) return of_point;
+    constexpr double kRounding = kRoundingOfSlope * std::numeric_limits<double>::epsilon();
+    const double by_point = 1 / segment_.tolerance;
+    const P rate2 = squared(method_.slope, 3, 9, i, kRounding);
+    const P noise2 = mul_add(rate2, norm2(load_three<P>(state_, 0, i)), squared(method_.slope, 0, 3, i, kRounding));
+    P most = squared(method_.error, 0, 3, i, by_point) / maximum(noise2 * P(by_point * by_point), P(1));
+    if (!(task_.jacobian_tolerance > 0)) return most;
+    const double by_jacobian = 1 / task_.jacobian_tolerance;
+    most = maximum(most,
+                   squared(method_.error, 3, 9, i, by_jacobian) / maximum(rate2 * P(by_jacobian * by_jacobian), P(1)));
+    for (std::size_t k = kFirstTangent; k < kNumbers; k += 3) {
+      const double rounding = task_.tangent_rounding[(k - kFirstTangent) / 3] * by_jacobian;
+      P size2(rounding * rounding + std::numeric_limits<double>::min());
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const P now = P::load(state_.of[k + axis] + i);
+        const P rate = P::load(k_[0].of[k + axis] + i);
+        size2 = size2 + maximum(now * now, rate * rate);
+      }
+      most = maximum(most, squared(method_.error, k, 3, i, by_jacobian) / size2);
+    }
+    return most;
+  }
+
+  // Returns the squared norm of a combination of `count` numbers, times a factor.
+  KNEAD_INLINE P squared(const Stage<double>& stage, std::size_t first, std::size_t count, std::size_t i,
+                         double factor) const {
     P sum(0.0);
-    for (std::size_t n = 3; n < kJacobianNumbers; ++n) {
-      const P number = combine(method_.error, n, i) * P(1 / task_.jacobian_tolerance);
+    for (std::size_t k = first; k < first + count; ++k) {
+      const P number = combine(stage, k, i) * P(factor);
       sum = mul_add(number, number, sum);
     }
-    return maximum(of_point, sum);
+    return sum;
+  }
+
+  // Finds the parts of accepted steps before their first kinks.
+  void find_kinks(std::uint32_t accepted, std::size_t i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const P h = P::load(h_ + i);
+      const P from = P::load(state_.of[axis] + i);
+      const P to = mul_add(combine(method_.slope, axis, i), h, from);
+      const P bend = P::load(k_[0].of[axis] + i) - P::load(k_[method_.stage_count - 1].of[axis] + i);
+      to.store(places_.of[axis] + i);
+      mul_add(bend * P(0.125), h, (from + to) * P(0.5)).store(places_.of[3 + axis] + i);  // Hermite's cubic
+    }
+    for (std::size_t lane = i; lane < i + P::kSize; ++lane) {
+      const double h = h_[lane] < 0 ? -h_[lane] : h_[lane];
+      if ((accepted >> (lane - i) & 1) == 0 || !(h > kMaxStepOverKink)) continue;
+      const Vec3d places[3] = {{state_.of[0][lane], state_.of[1][lane], state_.of[2][lane]},
+                               {places_.of[3][lane], places_.of[4][lane], places_.of[5][lane]},
+                               {places_.of[0][lane], places_.of[1][lane], places_.of[2][lane]}};
+      part_[lane] = task_.part_before_kink(task_.kinks, places, t_[lane], t_[lane] + h_[lane]);
+    }
   }
 
   // Accepts the step where its error is small enough.
@@ -223,27 +356,36 @@ class JacobianMover {
     const P remaining = maximum(end - t, t - end);
     const P error2 = error_of_step(i);
     const auto refused = (error2 > P(1)) & (h > P::load(shortest_ + i));
-    const auto accept = (!refused) & (remaining > P(0));
+    auto accept = (!refused) & (remaining > P(0));
+    P trial = h * step_rule::step_factor(error2, method_.error_order);
+    if (task_.part_before_kink != nullptr) {
+      P(1.0).store(part_ + i);
+      find_kinks(bits(accept), i);
+      const P part = P::load(part_ + i);
+      accept = accept & (part >= P(1));
+      trial = select(part >= P(1), trial, maximum(h * part * P(kPartBeforeKink), P(kMaxStepOverKink)));
+    }
     const auto arrived = accept & (h >= remaining);
-    for (std::size_t n = 0; n < kJacobianNumbers; ++n) {
-      const P from = P::load(state_.of[n] + i);
-      select(accept, mul_add(combine(method_.slope, n, i), signed_h, from), from).store(state_.of[n] + i);
+    for (std::size_t k = 0; k < kNumbers; ++k) {
+      const P from = P::load(state_.of[k] + i);
+      select(accept, mul_add(combine(method_.slope, k, i), signed_h, from), from).store(state_.of[k] + i);
       if (!method_.first_same_as_last) continue;
-      const P last = P::load(k_[method_.stage_count - 1].of[n] + i);
-      select(accept, last, P::load(k_[0].of[n] + i)).store(k_[0].of[n] + i);
+      const P last = P::load(k_[method_.stage_count - 1].of[k] + i);
+      select(accept, last, P::load(k_[0].of[k] + i)).store(k_[0].of[k] + i);
     }
     select(arrived, end, select(accept, t + signed_h, t)).store(t_ + i);
-    (h * step_rule::step_factor(error2, method_.error_order)).store(trial_ + i);
+    trial.store(trial_ + i);
     accepted_ |= bits(accept) << i;
   }
 
-  const JacobianTask& task_;
+  const JacobianTask<n>& task_;
   const SegmentTask<double>& segment_;
   const Method<double>& method_;
   std::size_t next_ = 0;
   std::uint32_t busy_ = 0;      // lanes that hold a path line
   std::uint32_t unknown_ = 0;   // lanes whose k_0 is to be evaluated
   std::uint32_t accepted_ = 0;  // lanes whose last step was accepted
+  bool is_incomplete_ = false;
   std::size_t point_[kJacobianLanes]{};
   int steps_[kJacobianLanes]{};
   alignas(64) double t_[kJacobianLanes]{};
@@ -251,34 +393,42 @@ class JacobianMover {
   alignas(64) double trial_[kJacobianLanes]{};
   alignas(64) double shortest_[kJacobianLanes]{};
   alignas(64) double times_[kJacobianLanes]{};
-  JacobianBundle state_;
-  JacobianBundle places_;  // of a stage
-  JacobianBundle slopes_;
-  JacobianBundle k_[Tableau::kMaxStages];
+  alignas(64) double part_[kJacobianLanes]{};  // of a step before its first kink
+  Bundle state_;
+  Bundle places_;  // of a stage
+  Bundle slopes_;
+  Bundle k_[Tableau::kMaxStages];
 };
 
-template <class P>
-void move_with_jacobians(const JacobianTask& task) {
-  JacobianMover<P>(task).run();
+template <class P, std::size_t n>
+bool move_with_jacobians(const JacobianTask<n>& task) {
+  return JacobianMover<P, n>(task).run();
 }
 
 template <class P, template <class> class M>
-void add_gradients(JacobianKernels& kernels, MotionKind kind) {
+void add_gradients(JacobianKernels<0>& kernels, MotionKind kind) {
   kernels.fields[kind][kBall] = &find_gradients<P, KernelField<double, M, Ball>>;
   kernels.fields[kind][kCapsule] = &find_gradients<P, KernelField<double, M, Capsule>>;
   kernels.fields[kind][kHalfSpace] = &find_gradients<P, KernelField<double, M, HalfSpace>>;
   kernels.fields[kind][kSet] = &find_gradients<P, KernelField<double, M, SetPoints>>;
 }
 
-template <class P>
-JacobianKernels jacobian_kernels_of() {
-  JacobianKernels kernels;
+template <class P, template <class> class M, std::size_t n>
+requires(n > 0) void add_gradients(JacobianKernels<n>& kernels, MotionKind kind) {
+  kernels.fields[kind][kBall] = &find_rated_gradients<P, n, M, Ball>;
+  kernels.fields[kind][kCapsule] = &find_rated_gradients<P, n, M, Capsule>;
+  kernels.fields[kind][kHalfSpace] = &find_rated_gradients<P, n, M, HalfSpace>;
+}
+
+template <class P, std::size_t n>
+JacobianKernels<n> jacobian_kernels_of() {
+  JacobianKernels<n> kernels;
   add_gradients<P, Translation>(kernels, kTranslation);
   add_gradients<P, Rotation>(kernels, kRotation);
   add_gradients<P, Twist>(kernels, kTwist);
   add_gradients<P, Strain>(kernels, kStrain);
-  kernels.grid = &find_grid_gradients<P>;
-  kernels.move = &move_with_jacobians<P>;
+  if constexpr (n == 0) kernels.grid = &find_grid_gradients<P>;
+  kernels.move = &move_with_jacobians<P, n>;
   return kernels;
 }
 

@@ -357,7 +357,12 @@ Kernels<typename P::Scalar> kernels_of() {
 
 template <class Float, class Double>
 KernelTable table_of(const char* name) {
-  return {name, kernels_of<Float, Double>(), kernels_of<Double, Double>(), jacobian_kernels_of<Double>()};
+  return {name,
+          kernels_of<Float, Double>(),
+          kernels_of<Double, Double>(),
+          jacobian_kernels_of<Double, 0>(),
+          jacobian_kernels_of<Double, 1>(),
+          jacobian_kernels_of<Double, kTangents>()};
 }
 
 }  // namespace knead::detail
