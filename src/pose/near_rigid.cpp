@@ -187,7 +187,10 @@ class Assembly {
         (rows[list].rests ? resting : cells_).push_back(wanted.back().cell);
       }
     }
-    for (const Vec3d& p : body.around) cells_.push_back(point_at(p, 0, 0).cell);
+    for (const Vec3d& p : body.around) {
+      const LatticeCell cell = cell_of(p - lattice.origin, lattice.spacing);
+      if (cells_.empty() || cells_.back() != cell) cells_.push_back(cell);
+    }
     sort_cells(cells_);
     divide(std::move(resting));
     std::vector<LatticeCell> all = cells_;
