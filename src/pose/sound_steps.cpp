@@ -126,7 +126,8 @@ SteppedMotion in_parts(SteppedMotion motion) {
   const auto last = std::make_shared<std::optional<Solved>>();
   SteppedMotion result;
   result.solve = [last, solve = std::move(motion.solve)](double from, double to) {
-    if (!*last || (*last)->from != from || !(to < (*last)->to)) *last = Solved{from, to, solve(from, to)};
+    const bool is_part = *last && (*last)->from == from && from < to && to <= (*last)->to;
+    if (!is_part) *last = Solved{from, to, solve(from, to)};
     return to < (*last)->to ? multiplied((*last)->grid, (to - from) / ((*last)->to - from)) : (*last)->grid;
   };
   result.take = std::move(motion.take);
