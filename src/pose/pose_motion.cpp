@@ -279,8 +279,6 @@ class PoseRun::Motion {
     return std::move(outcome_);
   }
 
-  double spacing() const { return problem_.spacing; }
-
   void set_ways(std::vector<PosedPart> parts, std::vector<PosedPin> pins) {
     problem_.parts = std::move(parts);
     problem_.pins = std::move(pins);
@@ -458,8 +456,6 @@ PoseRun::PoseRun(PoseProblem problem) : motion_(std::make_unique<Motion>(std::mo
 PoseRun::PoseRun(PoseRun&&) noexcept = default;
 PoseRun& PoseRun::operator=(PoseRun&&) noexcept = default;
 PoseRun::~PoseRun() = default;
-
-double PoseRun::spacing() const { return motion_->spacing(); }
 
 PoseOutcome PoseRun::go(const std::function<bool(const PotentialGrid&)>& apply) { return motion_->go(apply); }
 

@@ -85,9 +85,6 @@ class PoseRun {
   // Cancelled. Time: about 0.1 s for each grid of 2000 unknowns.
   PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply);
 
-  // Returns the spacing of the grids: that of the problem, or a wider one where the unknowns were too many.
-  double spacing() const;
-
   // Gives parts and pins new targets. The lists have the same lengths, and hold the points as they were at the start.
   void set_ways(std::vector<PosedPart> parts, std::vector<PosedPin> pins);
 

@@ -133,23 +133,6 @@ void mark_held(const PoseStroke& stroke, std::span<const Vec3d> positions, BodyS
   for (const std::uint32_t vertex : nearest_of(positions, body.points)) body.held.push_back(holds[vertex]);
 }
 
-// Sets the parts, pins and body as a grid of the problem's spacing needs them.
-void sample(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside, PoseProblem& problem,
-            std::vector<std::string>& warnings) {
-  problem.parts.clear();
-  problem.pins.clear();
-  for (const PoseItem& item : stroke.parts) {
-    if (const auto* part = std::get_if<PosePart>(&item)) {
-      problem.parts.push_back(posed(*part, surface.positions, problem.spacing));
-    } else {
-      problem.pins.push_back(posed(std::get<PosePin>(item), surface.positions, problem.diagonal));
-    }
-  }
-  problem.body = body_of(surface, problem.spacing, inside, problem.threads, warnings);
-  stiffen(stroke, surface.positions, problem.body);
-  mark_held(stroke, surface.positions, problem.body);
-}
-
 // A place far from the shape is a mistake.
 void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
   constexpr double kFar = 10;  // diagonals
@@ -262,18 +245,21 @@ PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface&
   problem.tolerance = stroke.tolerance * problem.diagonal;
   problem.spacing = std::min(detail * problem.diagonal, std::max(least_detail * problem.diagonal,
                                                                  kSpacingOfGap * least_gap(stroke, surface.positions)));
-  sample(stroke, surface, inside, problem, warnings);
+  for (const PoseItem& item : stroke.parts) {
+    if (const auto* part = std::get_if<PosePart>(&item)) {
+      problem.parts.push_back(posed(*part, surface.positions, problem.spacing));
+    } else {
+      problem.pins.push_back(posed(std::get<PosePin>(item), surface.positions, problem.diagonal));
+    }
+  }
   for (const PosedPart& part : problem.parts) {
     for (const Vec3d& p : part.points) require_near(p, surface, problem.diagonal);
   }
   for (const PosedPin& pin : problem.pins) require_near(pin.path.front(), surface, problem.diagonal);
   require_apart(problem.pins);
-  const double spacing = problem.spacing < problem.most_spacing ? PoseRun(problem).spacing() : problem.spacing;
-  if (spacing > problem.spacing) {
-    problem.spacing = spacing;
-    std::vector<std::string> same_warnings;
-    sample(stroke, surface, inside, problem, same_warnings);
-  }
+  problem.body = body_of(surface, problem.spacing, inside, threads, warnings);
+  stiffen(stroke, surface.positions, problem.body);
+  mark_held(stroke, surface.positions, problem.body);
   return problem;
 }
 
