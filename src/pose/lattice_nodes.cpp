@@ -61,6 +61,21 @@ void dissect(std::span<LatticeCell> nodes) {
 
 LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others,
                            const std::function<bool(const LatticeCell&)>& is_kept, int threads) {
+  find_nodes(cells, is_kept);
+  dissect(nodes_);
+  for (std::size_t i = 0; i < nodes_.size(); ++i) number_at_[index_of(nodes_[i])] = static_cast<int>(i);
+  find_neighbors(cells, others, threads);
+}
+
+std::size_t LatticeNodes::count(std::vector<LatticeCell> cells,
+                                const std::function<bool(const LatticeCell&)>& is_kept) {
+  LatticeNodes nodes;
+  nodes.find_nodes(cells, is_kept);
+  return nodes.size();
+}
+
+// Sorts the cells, and finds the nodes in no order.
+void LatticeNodes::find_nodes(std::vector<LatticeCell>& cells, const std::function<bool(const LatticeCell&)>& is_kept) {
   std::sort(cells.begin(), cells.end(), before);
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   find_box(cells);
@@ -78,9 +93,6 @@ LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<Lat
     for (const LatticeCell& node : nodes_) box.extend(node);
     set_box(box);
   }
-  dissect(nodes_);
-  for (std::size_t i = 0; i < nodes_.size(); ++i) number_at_[index_of(nodes_[i])] = static_cast<int>(i);
-  find_neighbors(cells, others, threads);
 }
 
 void LatticeNodes::find_box(const std::vector<LatticeCell>& cells) {

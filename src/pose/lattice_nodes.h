@@ -173,6 +173,9 @@ class LatticeNodes {
   explicit LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others = {},
                         const std::function<bool(const LatticeCell&)>& is_kept = {}, int threads = 0);
 
+  // Returns the number of nodes that the constructor keeps.
+  static std::size_t count(std::vector<LatticeCell> cells, const std::function<bool(const LatticeCell&)>& is_kept);
+
   std::size_t size() const { return nodes_.size(); }
 
   // Returns the numbers of the 64 nodes of a cell; -1 for a node that is not kept.
@@ -231,6 +234,7 @@ class LatticeNodes {
            static_cast<std::size_t>(counts_[0]) * (along(1) + static_cast<std::size_t>(counts_[1]) * along(2));
   }
 
+  void find_nodes(std::vector<LatticeCell>& cells, const std::function<bool(const LatticeCell&)>& is_kept);
   void find_box(const std::vector<LatticeCell>& cells);
   void set_box(const NodeBox& box);
   void find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others, int threads);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -187,7 +188,10 @@ class Assembly {
         (rows[list].rests ? resting : cells_).push_back(wanted.back().cell);
       }
     }
-    for (const Vec3d& p : body.around) cells_.push_back(point_at(p, 0, 0).cell);
+    for (const Vec3d& p : body.around) {
+      const LatticeCell cell = cell_of(p - lattice.origin, lattice.spacing);
+      if (cells_.empty() || cells_.back() != cell) cells_.push_back(cell);
+    }
     sort_cells(cells_);
     divide(std::move(resting));
     std::vector<LatticeCell> all = cells_;
@@ -202,17 +206,8 @@ class Assembly {
     wanted_ = sorted_by_cells(std::move(wanted));
   }
 
-  LatticeNodes find_nodes() const {
-    if (!body_.reach) return LatticeNodes(cells_, touched_, {}, threads_);
-    return LatticeNodes(
-        cells_, touched_,
-        [this](const LatticeCell& node) {
-          const Vec3d place = lattice_.origin + Vec3d(node[0], node[1], node[2]) * lattice_.spacing;
-          const Vec3d support = Vec3d{2, 2, 2} * lattice_.spacing;
-          return body_.reach(Box{place - support, place + support});
-        },
-        threads_);
-  }
+  LatticeNodes find_nodes() const { return LatticeNodes(cells_, touched_, kept_nodes(), threads_); }
+  std::size_t count_nodes() const { return LatticeNodes::count(cells_, kept_nodes()); }
 
   // Returns the matrix. Sets the mean diagonal of the strain, and the right side for wanted strain and growth: empty if
   // none are wanted.
@@ -240,6 +235,15 @@ class Assembly {
   }
 
  private:
+  std::function<bool(const LatticeCell&)> kept_nodes() const {
+    if (!body_.reach) return {};
+    return [this](const LatticeCell& node) {
+      const Vec3d place = lattice_.origin + Vec3d(node[0], node[1], node[2]) * lattice_.spacing;
+      const Vec3d support = Vec3d{2, 2, 2} * lattice_.spacing;
+      return body_.reach(Box{place - support, place + support});
+    };
+  }
+
   CellPoint point_at(const Vec3d& p, std::size_t list, std::size_t number) const {
     return {cell_of(p - lattice_.origin, lattice_.spacing), static_cast<std::uint32_t>(list),
             static_cast<std::uint32_t>(number)};
@@ -534,7 +538,7 @@ struct NearRigidSystem::Equations {
 
 std::size_t count_unknowns(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows) {
   return with_components(components_of(body), [&]<std::size_t components>() {
-    return components * Assembly<components>(lattice, body, rows, 1, nullptr).find_nodes().size();
+    return components * Assembly<components>(lattice, body, rows, 1, nullptr).count_nodes();
   });
 }
 

@@ -271,7 +271,7 @@ class PoseRun::Motion {
     motion.solve = [this](double from, double to) { return solve(from, to); };
     motion.take = [&](const PotentialGrid& grid) { return take(grid, apply); };
     motion.set_spacing = [this, first = problem_.spacing](double factor) { set_spacing(factor * first); };
-    const SoundReach reach = step_soundly(schedule.times(), motion);
+    const SoundReach reach = step_soundly(schedule.times(), in_parts(motion));
     outcome_.reached = schedule.part_at(reach.time);
     outcome_.problem = outcome_.stopped ? std::string() : reach.problem;
     settle(reach.time, motion);

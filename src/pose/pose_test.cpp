@@ -411,6 +411,37 @@ TEST(SoundSteps, AreHalvedUntilTheyAreSound) {
   EXPECT_TRUE(motion.spacings.empty());
 }
 
+// Halved steps are parts of one grid, until a step is taken or the spacing changes.
+TEST(SoundSteps, InPartsNeedNoNewEquations) {
+  int solved = 0;
+  int tried = 0;
+  int taken = 0;
+  double place = 0;
+  SteppedMotion motion;
+  motion.solve = [&](double from, double to) {
+    EXPECT_EQ(from, place);
+    ++solved;
+    PotentialGrid grid;
+    grid.counts = {1, 1, 1};
+    grid.coefficients = SharedVectors({{to - from, 0, 0}});
+    return grid;
+  };
+  motion.take = [&](const PotentialGrid& grid) -> std::string {
+    const double by = grid.coefficients[0].x;
+    ++tried;
+    if (by > 0.2 || place + by > 0.9) return "there is a wall";
+    place += by;
+    ++taken;
+    return {};
+  };
+  motion.set_spacing = [](double) {};
+  const SoundReach reach = step_soundly(std::vector<double>{0, 0.5, 1}, in_parts(motion));
+  EXPECT_EQ(reach.time, place);
+  EXPECT_GT(place, 0.87);
+  EXPECT_LE(solved, taken + 3);  // one for each spacing is taken in no part
+  EXPECT_GT(tried, 2 * solved);
+}
+
 TEST(SoundSteps, EndAtTheLastSoundState) {
   LineMotion motion{.end = 0.7};
   const SoundReach reach = motion.go({0, 0.25, 0.5, 0.75, 1});

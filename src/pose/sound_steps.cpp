@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "knead/error.h"
@@ -113,6 +115,27 @@ std::string SoundSurface::take(const PotentialGrid& grid) {
   StepProblem problem = judge_.problem_of(now_, next, max_stretch_);
   if (problem.text.empty()) now_ = std::move(next);
   return std::move(problem.text);
+}
+
+SteppedMotion in_parts(SteppedMotion motion) {
+  struct Solved {
+    double from = 0;
+    double to = 0;
+    PotentialGrid grid;
+  };
+  const auto last = std::make_shared<std::optional<Solved>>();
+  SteppedMotion result;
+  result.solve = [last, solve = std::move(motion.solve)](double from, double to) {
+    const bool is_part = *last && (*last)->from == from && from < to && to <= (*last)->to;
+    if (!is_part) *last = Solved{from, to, solve(from, to)};
+    return to < (*last)->to ? multiplied((*last)->grid, (to - from) / ((*last)->to - from)) : (*last)->grid;
+  };
+  result.take = std::move(motion.take);
+  result.set_spacing = [last, set = std::move(motion.set_spacing)](double factor) {
+    last->reset();
+    set(factor);
+  };
+  return result;
 }
 
 SoundReach step_soundly(std::span<const double> times, const SteppedMotion& motion) {

@@ -80,6 +80,10 @@ struct SteppedMotion {
   std::function<void(double factor)> set_spacing;
 };
 
+// Returns the motion with parts of the last grid for shorter steps from the same state: these need no equations, and
+// corrections shrink with them.
+SteppedMotion in_parts(SteppedMotion motion);
+
 // How far a motion came.
 struct SoundReach {
   double time = 0;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "pose/pose_motion.h"
 
@@ -297,6 +298,7 @@ using detail::VelocityRows;
 // Weights of all rows of a limb together, in units of the mean diagonal of the strain times spacing^2.
 constexpr double kLimbWeight = 20000;
 constexpr double kHoldWeight = 5000;           // of limbs that rest
+constexpr double kGrowthSpacing = 1.5;         // of the grid in which flesh grows, in spacings of the stage
 constexpr double kGrowthWeight = 3;            // of wanted growth, relative to strain
 constexpr double kMaxCorrection = 0.25;        // in one step, in spacings
 constexpr double kMaxVelocityGradient = 0.25;  // between two limbs: their velocities' difference over their distance
@@ -327,7 +329,7 @@ class StageMotion {
     motion.set_spacing = [this, first = problem_.spacing](double factor) {
       problem_.spacing = lattice_.spacing = factor * first;
     };
-    reach = detail::step_soundly(times, motion);
+    reach = detail::step_soundly(times, detail::in_parts(std::move(motion)));
     problem_.body.strain.clear();
     problem_.body.stiffness = std::move(stiffness_);
     for (std::size_t i = 0; i < now_.size(); ++i) problem_.limbs[i].points = std::move(now_[i]);
@@ -610,7 +612,7 @@ PotentialGrid growing_grid(const StageProblem& problem, std::vector<double> grow
   body.growth = std::move(growth);
   body.growth_weight = kGrowthWeight;
   Lattice lattice;
-  lattice.spacing = problem.spacing;
+  lattice.spacing = kGrowthSpacing * problem.spacing;
   return NearRigidSystem(lattice, body, rows, problem.threads, problem.progress).solve(rows);
 }
 

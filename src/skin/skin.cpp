@@ -32,7 +32,7 @@ namespace {
 using detail::BodySamples;
 
 constexpr double kMaxRigidDistance = 0.25;  // of the diagonal, for 95% of the rigid vertices
-constexpr double kMaxStep = 1;              // spacings that a limb moves in a step
+constexpr double kMaxStep = 1.5;            // spacings that a limb moves in a step
 constexpr double kMinLostShare = 0.1;       // of the volume lost and gained at edges: less is not restored
 constexpr double kTrialGrowth = 0.02;       // of the volume, the greatest at a sample
 constexpr double kMaxGrowth = 0.5;          // more is not restored: the triangles are too coarse
@@ -269,9 +269,9 @@ class Poser {
     return sum;
   }
 
-  // Returns the number of steps: no limb turns by more than 10 degrees, or moves by more than a spacing, in one.
+  // Returns the number of steps: no limb turns by more than 15 degrees, or moves by more than kMaxStep, in one.
   std::size_t steps_of(std::size_t stage, const StageProblem& problem) const {
-    constexpr double kMaxTurn = std::numbers::pi / 18;
+    constexpr double kMaxTurn = std::numbers::pi / 12;
     constexpr int kPathPieces = 16;
     double steps = std::max(1.0, greatest_turn(stage) / kMaxTurn);
     std::vector<std::vector<Rigid>> motions;
