@@ -150,8 +150,8 @@ inline bool type_number(const char* label, double& value, Limits limits, const c
                         const char* format = "%.6g") {
   double changed = value;
   take_comma_as_point(label);
-  const bool done = ImGui::InputDouble(label, &changed, 0, 0, format, ImGuiInputTextFlags_EnterReturnsTrue) ||
-                    ImGui::IsItemDeactivatedAfterEdit();
+  ImGui::InputDouble(label, &changed, 0, 0, format);
+  const bool done = ImGui::IsItemDeactivatedAfterEdit();
   note_edited(label);
   help_on_hover(help);
   if (!done || !(changed >= limits.least && changed <= limits.most) || changed == value) return false;
