@@ -207,7 +207,7 @@ class SegmentGradient {
  public:
   SegmentGradient(const Segment& segment, const VariableRates& rates, const TangentOptions& tangent_options,
                   const AdvectOptions& options)
-      : segment_(segment), culling_(segment), variables_(rates.size()), wanted_(wanted_numbers(rates)) {
+      : culling_(segment), variables_(rates.size()), wanted_(wanted_numbers(rates)) {
     const bool by_limit_cylinders = !segment.parts.empty() && has_limit_cylinders(segment);
     if (!segment.curve.is_empty() || by_limit_cylinders || variables_ > kMaxVariablesForwards) {
       by_steps_ = std::make_unique<const SegmentAdjoint>(segment, wanted_, tangent_options);
@@ -309,7 +309,6 @@ class SegmentGradient {
 
   static std::ptrdiff_t at(std::size_t i) { return static_cast<std::ptrdiff_t>(i); }
 
-  const Segment& segment_;
   Culling culling_;
   std::size_t variables_;
   WantedNumbers wanted_;

@@ -87,10 +87,10 @@ using VaryingVec3 = Vec3<Varying>;
 }  // namespace knead::detail
 
 // The formulas of fields need these.
-template <std::size_t count, class Tag>
-class std::numeric_limits<knead::detail::VaryingOf<count, Tag>> {
+template <std::size_t variables, class Tag>
+class std::numeric_limits<knead::detail::VaryingOf<variables, Tag>> {
  public:
-  using Number = knead::detail::VaryingOf<count, Tag>;
+  using Number = knead::detail::VaryingOf<variables, Tag>;
   static constexpr Number max() { return Number(numeric_limits<double>::max()); }
   static constexpr Number epsilon() { return Number(numeric_limits<double>::epsilon()); }
 };
