@@ -65,7 +65,7 @@ class SampleTree {
   };
   Point point_of(const SurfaceSample& sample) const;
   std::uint32_t build(std::uint32_t begin, std::uint32_t end);
-  void search(std::uint32_t node, const Point& p, double& best, std::uint32_t& found) const;
+  void search(std::uint32_t number, const Point& p, double& best, std::uint32_t& found) const;
 
   std::vector<SurfaceSample> samples_;
   double normal_length_;

@@ -374,6 +374,7 @@ std::vector<std::size_t> neighbours_in_turn(std::span<const Vec3d> points) {
   for (std::size_t i = 0; i < points.size(); ++i) keys.emplace_back(morton_code(to_unit(points[i])), i);
   std::sort(keys.begin(), keys.end());
   std::vector<std::size_t> order;
+  order.reserve(keys.size());
   for (const auto& key : keys) order.push_back(key.second);
   return order;
 }

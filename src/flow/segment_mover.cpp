@@ -508,6 +508,7 @@ SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& opt
 
 SegmentMover make_kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
   const bool in_float = options.precision == Precision::float32;
+  // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): what a std::function owns is taken for lost
   return in_float ? kernel_mover<float>(segment, options, kernels) : kernel_mover<double>(segment, options, kernels);
 }
 

@@ -80,9 +80,10 @@ inline void append_kinks_of(const Field& field, const Vec3d& d, double t, std::v
   const double r = region_value(field, d, t).value;
   to.push_back({(r - inner) / (outer - inner), true});
   if (falloff == kWideFalloff) to.push_back({r / bump, true});
-  const auto* capsule = std::get_if<Capsule<double>>(&field.region);
-  const double length2 = capsule != nullptr ? norm2(capsule->half_axis) : 0;
-  if (length2 > 0) to.push_back({0.5 * (1 + dot(capsule->half_axis, d) / length2), true});
+  if (const auto* capsule = std::get_if<Capsule<double>>(&field.region)) {
+    const double length2 = norm2(capsule->half_axis);
+    if (length2 > 0) to.push_back({0.5 * (1 + dot(capsule->half_axis, d) / length2), true});
+  }
 }
 
 // Appends the coordinates of x along which the second derivatives of v of a segment that is no sum jump. nodes: null if

@@ -76,7 +76,7 @@ bool bends_body(const BendStroke& stroke, const LiveSurface& surface);
 // is within the limit cylinder. Passes GridStrokes to surface.apply, as pose_on. Throws InvalidInput, beginning with
 // the key in quotes, for a zone without vertices, for a part that the rest also hangs together with elsewhere, for a
 // zone too short for its angle, and for a bend that would spoil the shape: the angle that does not is then named.
-PoseResult bend_on(const BendStroke& stroke, const LiveSurface& surface, int threads);
+PoseResult bend_on(const BendStroke& stroke, const LiveSurface& live, int threads);
 
 // Inflates the surface: finds the grids of the whole motion, and passes them to surface.apply as GridStrokes. The
 // volume that the triangles bound changes by what the stroke says within 1e-6 of it, but for the accuracy of apply.
