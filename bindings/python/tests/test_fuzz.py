@@ -354,11 +354,25 @@ def use_write_frames(draw, folder):
     knead.write_frames(folder / draw(st.sampled_from(["a.pc2", "a.glb", "a.usda", "a.x"])), draw(frames), draw(faces), fps=draw(numbers))
 
 
+MEASURES = ["volume_of", "area_of", "thickness_at", "curvature", "patch_distance"]
+
+
+def measured(name):
+    def use(draw):
+        at = [] if name in ("volume_of", "area_of") else [draw(st.one_of(st.lists(st.integers(-1, 9), max_size=3), anything))]
+        measure = getattr(knead, name)(draw(vertices), *at, draw(faces))
+        measure.jvp(draw(vertices))
+        measure.vjp(draw(st.one_of(numbers, anything)))
+
+    return use
+
+
 USES = {
     "Splats": lambda draw: knead.deform_mesh(
         knead.Splats(draw(vertices), draw(vertices), draw(st.one_of(vertices, anything)), draw(st.one_of(st.none(), vertices))),
         draw(sessions),
     ),
+    **{name: measured(name) for name in MEASURES},
     "animate": use_animate,
     "certify": lambda draw: knead.certify(draw(vertices), draw(vertices), draw(faces), draw(sessions), **draw(some(accuracy))),
     "correctives": use_correctives,
@@ -397,7 +411,7 @@ def test_every_public_name_is_tried():
     classes = {tool.__name__ for tool in TOOLS}
     others = {"read": "files", "Shape": "shape", "Session": "session", "Stroke": "tool", "Fit": "fit", "Flow": "flow",
               "Population": "mean", "Posed": "skin", "Corrective": "correctives",
-              "Remeshed": "remesh", "Workbench": "workbench"}  # fmt: skip
+              "Remeshed": "remesh", "Workbench": "workbench", "Measure": "volume_of"}  # fmt: skip
     errors = {"AccuracyError", "FileError", "InvalidInput", "Unavailable"}
     for name in knead.__all__:
         assert name in classes or name in errors or others.get(name, name) in USES, name
