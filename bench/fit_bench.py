@@ -188,7 +188,7 @@ def compare(name, v, target, t, count, options):
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         knead.write(folder / "source.ply", v, t)
-        knead.write(folder / "target.ply", target, t)
+        knead.write(folder / "target.ply", target, t[::-1])  # with equal faces the vertices would be pairs
         chosen = farthest_points(v, count) if count else []
         if count:
             text = "source_vertex,target_vertex\n" + "".join(f"{i},{i}\n" for i in chosen)

@@ -38,7 +38,8 @@ enum class FitVolume {
 // How one shape is fitted to another.
 struct BodyFitOptions {
   std::vector<FitPair> landmarks{};  // at most 2000
-  // Approximate pairs, of any number: the start for matching the surfaces.
+  // Approximate pairs, of any number: the start for matching the surfaces. Empty: where both shapes have the same
+  // faces, vertices of the same number are pairs, unless landmarks, max_stretch or a volume that stays say otherwise.
   std::vector<FitPair> map{};
   bool surface = true;  // matches the whole surface; false: landmarks and map alone
   // Matches only what both surfaces have: what faces a hole or a cut of the other one is left alone.

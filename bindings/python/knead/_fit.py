@@ -132,7 +132,8 @@ def fit(
     landmarks: points of the source and their places on the target, met exactly, or to a tolerance: (n, 2) numbers of
         vertices or (n, 6) coordinates; a further column holds tolerances, lengths. At most 2000.
     map: pairs of the same form, of any number: a start that need not be right everywhere; or "functional": that of a functional map, which
-        needs pyfmaps (pip install pyfmaps) and meshes in one piece.
+        needs pyfmaps (pip install pyfmaps) and meshes in one piece. Without it vertices of the same number are pairs where both
+        shapes have the same faces and surface is True, unless landmarks, max_stretch or a volume that stays say otherwise.
     volume: "keep"; "total": the source is scaled to the target's volume first; "free": it grows and shrinks on purpose
         where the target asks for it, smoothly: report["det_least"] and ["det_greatest"] say how much.
     align: True moves the source as a whole first where that brings it much nearer; "always"; False never.
