@@ -72,19 +72,17 @@ class Arc {
 
   Vec3d point(double height) const { return root_ + normal_ * (height - between_.outer); }
 
-  // Returns half the least and greatest offset of points.
-  double middle(std::span<const Vec3d> points) const {
+  // Takes the arc from the centre to the middle of the part's points. Returns how thick the part is.
+  double center_on(std::span<const Vec3d> points) {
     double least = kInfinity;
     double most = -least;
     for (const Vec3d& p : points) {
       least = std::min(least, offset(p));
       most = std::max(most, offset(p));
     }
-    return 0.5 * (least + most);
+    root_ += side_ * (0.5 * (least + most));
+    return most - least;
   }
-
-  // Takes the arc from the centre to the middle of the part.
-  void shift(double offset) { root_ += side_ * offset; }
 
   // Where a point of the part that moves is at a time from 0 to 1.
   Vec3d place(const Vec3d& start, double time) const {
@@ -220,14 +218,7 @@ std::vector<Vec3d> where(std::span<const Vec3d> positions, const std::vector<Rol
 
 // Takes the arc to the middle of what bends; refuses what is too thick for it.
 void fit(Arc& arc, const std::vector<Vec3d>& bending) {
-  double least = kInfinity;
-  double most = -least;
-  for (const Vec3d& p : bending) {
-    least = std::min(least, arc.offset(p));
-    most = std::max(most, arc.offset(p));
-  }
-  arc.shift(0.5 * (least + most));
-  const double thickness = most - least;
+  const double thickness = arc.center_on(bending);
   const double turn = std::abs(arc.angle());
   if (arc.width() * kMaxBending >= 0.5 * thickness * turn) return;
   constexpr double kRound = 1.01;  // the numbers are rounded to three digits
@@ -451,7 +442,7 @@ std::optional<CurveStroke> as_curve(const BendStroke& stroke, const LiveSurface&
   for (const Vec3d& p : surface.positions) {
     if (arc.height(p) > arc.inner() && arc.height(p) < arc.outer()) zone.push_back(p);
   }
-  arc.shift(arc.middle(zone.empty() ? surface.positions : zone));
+  arc.center_on(zone.empty() ? surface.positions : zone);
   CurveStroke curve;
   curve.from = {arc.point(bend_thresholds(stroke).outer), arc.point(bend_thresholds(stroke).inner)};
   curve.angle_deg = stroke.angle_deg;
