@@ -82,8 +82,8 @@ struct ReplayOptions {
   // such a stroke is refused (RemeshLimit), unless RemeshPolicy::seconds ended the work.
   bool may_cross = false;
   // Refuses (QualityLimit) a result whose faces are far from the exact image of the surface: a root mean square of more
-  // than 1e-2 of the size, or a fraction of 1e-2 of the volume; where the mesh follows, 1e-3 of the size. Also refuses
-  // a flow that moves faces, but no vertex. False: a warning.
+  // than 1e-2 of the size, or a fraction of 1e-2 of the volume; where the mesh follows, 1e-3 of the size, or 1e-2 at
+  // one place. Also refuses a flow that moves faces, but no vertex. False: a warning.
   bool must_follow = false;
   bool strokes_warn = true;  // false: the result lacks Replay::warnings(), for a caller who has shown them
 };

@@ -88,6 +88,46 @@ TEST(ParallelFor, NestsAndIsCalledFromSeveralThreads) {
   EXPECT_EQ(visits, 2 * 50 * 200);
 }
 
+// oneTBB would end it in silence: its caller would go on with half of the work.
+TEST(ParallelFor, TheFailureOfAnOuterLoopLeavesInnerOnesComplete) {
+  std::atomic<int> incomplete{0};
+  for (int round = 0; round < 5; ++round) {
+    std::atomic<bool> has_failed{false};
+    const auto body = [&](std::size_t i, std::size_t) {
+      if (i == 3) {
+        has_failed = true;
+        throw std::runtime_error("from a body");
+      }
+      for (int after = 0, k = 0; after < 20 && k < 10'000; ++k) {
+        after += has_failed ? 1 : 0;
+        std::atomic<int> done{0};
+        parallel_for(100, 1, 0, [&](std::size_t, std::size_t) { ++done; });
+        incomplete += done == 100 ? 0 : 1;
+      }
+    };
+    EXPECT_THROW(parallel_for(8, 1, 0, body), std::runtime_error);
+  }
+  EXPECT_EQ(incomplete, 0);
+}
+
+// Its stack would grow with each, and a lock that it holds would be met again.
+TEST(ParallelFor, WhoWaitsForAnInnerLoopTakesNothingOfTheOuterOne) {
+  thread_local int depth = 0;
+  std::atomic<int> deepest{0};
+  parallel_for(200, 1, 0, [&](std::size_t, std::size_t) {
+    ++depth;
+    if (depth > deepest) deepest = depth;
+    std::atomic<double> sum{0};
+    parallel_for(20, 1, 0, [&](std::size_t i, std::size_t) {
+      double part = 0;
+      for (int k = 0; k < 2000; ++k) part += std::sin(static_cast<double>(i) + k);
+      sum = part;
+    });
+    --depth;
+  });
+  EXPECT_EQ(deepest, 1);
+}
+
 TEST(ParallelFor, RethrowsAndDoesNothingForNoWork) {
   EXPECT_NO_THROW(parallel_for(0, 8, 2, [](std::size_t, std::size_t) { FAIL(); }));
   EXPECT_THROW(parallel_for(100, 8, 2, [](std::size_t, std::size_t) { throw std::runtime_error("from a body"); }),

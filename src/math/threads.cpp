@@ -14,6 +14,7 @@
 #else
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_group.h>
 
 #include <map>
 #include <mutex>
@@ -116,6 +117,13 @@ tbb::task_arena& arena_of(int threads) {
   return arenas.try_emplace(threads, threads).first->second;
 }
 
+// Loops may nest. A failure of the outer loop leaves the inner ones complete, as oneTBB would end these in silence; and
+// who waits for an inner loop takes no chunk of an outer one, so that no stack grows and no lock is met twice.
+void run_alone(std::size_t chunks, const std::function<void(std::size_t)>& run_chunk) {
+  tbb::task_group_context context(tbb::task_group_context::isolated);
+  tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, chunks, run_chunk, context); });
+}
+
 #endif
 
 }  // namespace
@@ -150,9 +158,9 @@ void parallel_for(std::size_t count, std::size_t grain, int threads,
   if (loop.failure) std::rethrow_exception(loop.failure);
 #else
   if (available == hardware_threads()) {
-    tbb::parallel_for(std::size_t{0}, chunks, run_chunk);
+    run_alone(chunks, run_chunk);
   } else {
-    arena_of(available).execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run_chunk); });
+    arena_of(available).execute([&] { run_alone(chunks, run_chunk); });
   }
 #endif
 }

@@ -40,6 +40,7 @@ constexpr double kFarFromImage = 1e-2;
 constexpr double kFarOfOpen = 5e-2;  // the first of a surface that is not closed, which bounds no solid
 constexpr double kFarOfRemeshed = 1e-3;
 constexpr double kChordsOfRemeshed = 4;  // or so many times the chord that was asked for
+constexpr double kFarPlace = 10;         // a single place may be so many times farther, where the mesh is to follow
 constexpr double kWorthAWord = 0.5;      // of these bounds
 
 constexpr double kVolume = 1e-3;  // a change that asks whether the shape is closed
@@ -264,7 +265,8 @@ std::optional<std::string> ExactImage::compare(const DeformedShape& shape, const
   const double of_mesh = error.is_closed ? kFarFromImage : kFarOfOpen;
   const double far = follows ? of_remesh * static_cast<double>(std::max<std::size_t>(remeshes_, 1)) : of_mesh;
   const bool is_missed = error.is_at_rest && error.greatest > kFarFromImage;
-  const double share = std::max(error.rms / far, std::abs(error.volume) / kFarFromImage);  // of what is allowed
+  const double farthest = follows ? error.greatest / kFarPlace : 0;
+  const double share = std::max({error.rms / far, farthest / far, std::abs(error.volume) / kFarFromImage});
   const bool is_far = share > 1 || is_missed;
   if (!is_far && share <= kWorthAWord) return std::nullopt;
   std::string text = fmt::format(

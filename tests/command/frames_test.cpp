@@ -1,4 +1,5 @@
 // knead deform --frames, and the progress bar.
+#include <chrono>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -18,15 +19,21 @@ class FramesTest : public CommandTest {
     write("s.knead", kTwoStrokes);
   }
 
-  // A session that takes some seconds on a large sphere.
-  void write_long_work() const {
-    std::string text = kNoStrokes;
+  // Writes a session of so many strokes that the words take at least a second, on any machine.
+  void write_long_work(const Words& words) const {
+    using Clock = std::chrono::steady_clock;
+    std::string strokes;
     for (int i = 0; i < 100; ++i) {
-      text +=
+      strokes +=
           "{\"tool\": \"implicit\", \"inner\": 0.3, \"outer\": 9, \"path\": [[0.9, 0, 0], [1.1, 0, 0], [0.9, 0, 0]]}\n";
     }
-    write("long.knead", text);
-    knead_ok({"make", "sphere", "-n", "60000", "-o", "big.ply", "-q"});
+    for (int doublings = 0; doublings < 6; ++doublings) {
+      write("long.knead", kNoStrokes + strokes);
+      const Clock::time_point start = Clock::now();
+      knead_ok(words);
+      if (Clock::now() - start > std::chrono::seconds(1)) return;
+      strokes += strokes;
+    }
   }
 };
 
@@ -108,10 +115,10 @@ TEST_F(FramesTest, OptionsOfAnAnimationAreChecked) {
 }
 
 TEST_F(FramesTest, ProgressBarOnATerminalOnly) {
-  write_long_work();
-  // Long enough for a bar: 0.8 s on a fast machine.
   const Words words{"deform",      "big.ply", "long.knead",   "-o",  "b.ply",       "--threads", "1",
                     "--precision", "double",  "--integrator", "rk4", "--tolerance", "1e-10"};
+  knead_ok({"make", "sphere", "-n", "60000", "-o", "big.ply", "-q"});
+  write_long_work(words);
   RunOptions terminal;
   terminal.stderr_is_terminal = true;
   terminal.environment = {"TERM=xterm", "NO_COLOR=1"};
