@@ -1,4 +1,4 @@
-// pose_skin(): stages of near-rigid flows, the volume that flat triangles lose, and the report.
+// pose_skin(): stages of near-rigid flows, and the volume that flat triangles lose.
 #include "knead/skin.h"
 
 #include <fmt/format.h>
@@ -13,7 +13,6 @@
 #include <span>
 #include <utility>
 
-#include "json/json.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
@@ -21,6 +20,7 @@
 #include "mesh/body_points.h"
 #include "mesh/edges.h"
 #include "skin/joints.h"
+#include "skin/stage_motion.h"
 #include "strokes/pose.h"
 
 namespace knead {
@@ -33,6 +33,7 @@ using detail::BodySamples;
 
 constexpr double kMaxRigidDistance = 0.25;  // of the diagonal, for 95% of the rigid vertices
 constexpr double kMaxStep = 1.5;            // spacings that a limb moves in a step
+constexpr double kShorterSteps = 1.5;       // as many, where a stage falls short
 constexpr double kMinLostShare = 0.1;       // of the volume lost and gained at edges: less is not restored
 constexpr double kTrialGrowth = 0.02;       // of the volume, the greatest at a sample
 constexpr double kMaxGrowth = 0.5;          // more is not restored: the triangles are too coarse
@@ -135,14 +136,36 @@ class Poser {
     problem.steps = steps_of(stage, problem);
     const double volume = enclosed_volume();
     problem.judge = [this](const PotentialGrid& grid) { return sound_.take(grid); };
-    detail::SoundReach reach;
-    Flow flow = stage_flow(problem, result_.report.unknowns, reach);
-    note_reach(stage, reach);
+    const Flow flow = flow_of_stage(stage, problem);
     const std::vector<EdgeLoss> losses = has_volume_ ? lost_at_edges(flow, near) : std::vector<EdgeLoss>{};
     positions_ = sound_.positions();
     result_.report.segments += flow.segments.size();
-    for (Segment& segment : flow.segments) result_.strokes.emplace_back(GridStroke{std::move(segment.grid)});
+    for (const Segment& segment : flow.segments) result_.strokes.emplace_back(GridStroke{segment.grid});
     give_back(losses, volume - enclosed_volume(), moving, problem);
+  }
+
+  // Returns the flow of a stage. One that falls short is tried once more in shorter steps, and the farther one counts.
+  Flow flow_of_stage(std::size_t stage, StageProblem& problem) {
+    const detail::SoundSurface start = sound_;
+    StageProblem shorter = problem;
+    detail::SoundReach reach;
+    Flow flow = stage_flow(problem, result_.report.unknowns, reach);
+    if (reach.time < 1) {
+      if (options_.progress != nullptr) options_.progress->done = kWorkOfStage * stage;
+      shorter.steps = static_cast<std::size_t>(std::ceil(kShorterSteps * static_cast<double>(shorter.steps)));
+      detail::SoundSurface reached = std::exchange(sound_, start);
+      detail::SoundReach second;
+      Flow other = stage_flow(shorter, result_.report.unknowns, second);
+      if (second.time > reach.time) {
+        problem = std::move(shorter);
+        reach = std::move(second);
+        flow = std::move(other);
+      } else {
+        sound_ = std::move(reached);
+      }
+    }
+    note_reach(stage, reach);
+    return flow;
   }
 
   // Joints that fell short stay where they came to.
@@ -528,12 +551,6 @@ class RestShape {
   SelfIntersections crossings_;
 };
 
-Json json_of(const SkinMeasures& measures) {
-  return {{"volume_error", measures.volume_error},         {"crossings", measures.crossings},
-          {"crossings_new", measures.crossings_new},       {"least_stretch", measures.least_stretch},
-          {"greatest_stretch", measures.greatest_stretch}, {"rms_log_stretch", measures.rms_log_stretch}};
-}
-
 }  // namespace
 
 SkinResult pose_skin(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options,
@@ -551,40 +568,6 @@ SkinResult pose_skin(const Mesh& mesh, const Skin& skin, const SkinPose& pose, c
   report.linear = rest.measure(linear_blend(mesh.positions, skin, pose));
   report.dual = rest.measure(dual_quaternion_blend(mesh.positions, skin, pose));
   return result;
-}
-
-std::string to_json(const SkinReport& report) {
-  return to_indented_text({{"linear", json_of(report.linear)},
-                           {"dual", json_of(report.dual)},
-                           {"flow", json_of(report.flow)},
-                           {"problem", complaint_about(report)},
-                           {"reached", report.reached},
-                           {"bones", report.bones},
-                           {"stages", report.stages},
-                           {"segments", report.segments},
-                           {"unknowns", report.unknowns},
-                           {"part_distance", report.part_distance},
-                           {"part_distance_95", report.part_distance_95},
-                           {"seconds", report.seconds},
-                           {"notes", report.notes}});
-}
-
-std::string complaint_about(const SkinReport& report) {
-  if (report.shortfall.empty()) return complaint_about(report.flow);
-  return report.shortfall + "; turn these joints less, or those of limbs that are in the way";
-}
-
-std::string complaint_about(const SkinMeasures& flow) {
-  if (flow.crossings_new > 0) {
-    return fmt::format("{} pairs of triangles cross in the pose that did not at rest; turn the joints there less",
-                       flow.crossings_new);
-  }
-  const double worst = std::max(flow.greatest_stretch, 1 / flow.least_stretch);
-  if (worst > kMaxPosedStretch) {
-    return fmt::format("a triangle is stretched or pressed by {:.3g}, more than {:g}; turn the joints there less",
-                       worst, kMaxPosedStretch);
-  }
-  return {};
 }
 
 }  // namespace knead
