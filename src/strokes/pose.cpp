@@ -31,6 +31,7 @@ constexpr std::size_t kUsualUnknowns = 4500;  // at most, of a pose that names n
 constexpr double kThinDetail = 0.02;          // the least that the thickness of the parts gives,
 constexpr double kThickDetail = 0.075;        // the most,
 constexpr double kDetailOfThickness = 0.25;   // and the fraction of the thickness
+constexpr double kCoarserDetail = 1.5;        // times as much, where that falls short
 constexpr double kSamePlace = 1e-6;           // of the diagonal
 constexpr double kSpacingOfGap = 1.25;        // at most: a wider spacing cannot part what moves from what holds
 
@@ -271,10 +272,17 @@ void require_vertex(std::string_view key, std::span<const Vec3d> positions, std:
                   key, vertex, positions.size()));
 }
 
-PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
-  validate(stroke);
-  PoseResult result;
-  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, kMinDetail, threads, result.warnings);
+namespace {
+
+struct SolvedPose {
+  Flow flow;
+  PoseOutcome outcome;
+  std::vector<std::string> warnings;
+};
+
+SolvedPose solve_pose(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
+  SolvedPose solved;
+  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, kMinDetail, threads, solved.warnings);
   const double diagonal = problem.diagonal;
   std::vector<Vec3d> places;
   std::vector<Triangle> probes;
@@ -285,8 +293,34 @@ PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int thr
   motion.progress = surface.progress;
   SoundSurface sound(judged.positions, judged.triangles, kMaxStretch, motion);
   problem.judge = [&](const PotentialGrid& grid) { return sound.take(grid); };
-  Flow flow;
-  const PoseOutcome outcome = find_flow(std::move(problem), flow);
+  solved.outcome = find_flow(std::move(problem), solved.flow);
+  return solved;
+}
+
+// Where the usual detail falls short, a coarser one may come farther.
+SolvedPose solve_as_far_as_possible(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
+  SolvedPose solved = solve_pose(stroke, surface, threads);
+  if (solved.outcome.reached >= 1 || stroke.detail > 0) return solved;
+  PoseStroke coarser = stroke;
+  coarser.detail = std::min(kThickDetail, kCoarserDetail * usual_detail(stroke, surface));
+  try {
+    SolvedPose other = solve_pose(coarser, surface, threads);
+    if (other.outcome.reached > solved.outcome.reached) return other;
+  } catch (const InvalidInput&) {  // its equations cannot be solved
+  }
+  return solved;
+}
+
+}  // namespace
+
+PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
+  validate(stroke);
+  SolvedPose solved = solve_as_far_as_possible(stroke, surface, threads);
+  const Flow& flow = solved.flow;
+  const PoseOutcome& outcome = solved.outcome;
+  const double diagonal = diagonal_of(surface);
+  PoseResult result;
+  result.warnings = std::move(solved.warnings);
   result.part_distance = outcome.part_distance / diagonal;
   result.unknowns = outcome.unknowns;
   result.segments = outcome.segments;
