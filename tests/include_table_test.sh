@@ -24,7 +24,8 @@ io:       math mesh cells splats json | io animation
 remesh:   math mesh cells | remesh
 pose:     math field flow mesh |
 strokes:  math field flow mesh pose | stroke tools
-session:  math field flow mesh cells splats json io remesh pose strokes | session shape_state replay derivatives
+session:  math field flow mesh splats json io remesh pose strokes | session shape_state replay derivatives
+engineering: math mesh cells remesh strokes session |
 certify:  math field flow mesh cells json io remesh strokes session fit | certify
 fit:      math field flow mesh pose strokes | fit
 skin:     math field flow mesh json io pose strokes | skin

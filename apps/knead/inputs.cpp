@@ -177,7 +177,7 @@ Inputs read_inputs(const std::string& shape, const StreamFormat& format, const S
 }
 
 Session without_cells(Session session) {
-  if (session.walls.empty()) session.mesh_walls.reset();
+  if (session.walls.empty()) session.constraint.reset();
   return session;
 }
 

@@ -78,7 +78,7 @@ struct SessionStroke {
   friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
 };
 
-class MeshWalls;
+class PointConstraint;
 
 // A session: its header, and the strokes in effect.
 struct Session {
@@ -90,7 +90,7 @@ struct Session {
   std::vector<Parameter> parameters{};
   std::vector<std::string> also{};  // further shapes that it was made on, as `mesh`; strokes read the surface of all
   std::vector<Wall> walls{};
-  std::shared_ptr<const MeshWalls> mesh_walls{};  // the walls on a mesh, and its cells: set by on_walls()
+  std::shared_ptr<const PointConstraint> constraint{};  // the walls on a mesh, and its cells: set by on_walls()
 
   friend bool operator==(const Session&, const Session&) = default;
 };

@@ -84,14 +84,14 @@ MovedSplats DeformedShape::moved_splats(const Flow& flow, AdvectOptions options)
   return moved;
 }
 
-// Points on walls are no splats.
+// Points with a constraint are no splats.
 void DeformedShape::put(const MovedSplats& moved) {
   if (moved.vertices.empty()) return;
   std::vector<Entry> entries;
   entries.reserve(moved.vertices.size());
   for (std::size_t k = 0; k < moved.vertices.size(); ++k) {
     const std::uint32_t vertex = moved.vertices[k];
-    if (!walls_) positions_[vertex] = moved.centers[k];
+    if (!constraint_) positions_[vertex] = moved.centers[k];
     entries.emplace_back(provenance_ ? provenance_->vertex_source[vertex] : vertex, moved.jacobians[k]);
   }
   free_layout();  // it has the places without that

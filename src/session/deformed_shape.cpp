@@ -14,7 +14,7 @@
 #include "math/system.h"
 #include "remesh/relax.h"
 #include "session/deformed_shape_detail.h"
-#include "session/mesh_walls.h"
+#include "session/point_constraint.h"
 
 namespace knead {
 
@@ -45,7 +45,7 @@ constexpr double kNormalReach = 1e-4;
 constexpr double kLargestShape = 1e18;
 constexpr double kSmallestShape = 1e-15;
 
-constexpr double kMinWallPart = 1.0 / 64;  // of a segment
+constexpr double kMinConstrainedPart = 1.0 / 64;  // of a segment
 
 // To sort the vertices takes longer than it saves for fewer segments.
 constexpr std::size_t kSegmentsWorthSorting = 4;
@@ -308,7 +308,7 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   } catch (const Cancelled&) {
     return AdvectStatus::cancelled;
   }
-  AdvectResult result = walls_ ? move_on_walls(flow, options) : move_vertices(flow, options);
+  AdvectResult result = constraint_ ? move_constrained(flow, options) : move_vertices(flow, options);
   if (result.status == AdvectStatus::done) put(splats);
   if (result.status == AdvectStatus::done && normals_ && !normals_->vertex.empty()) {
     options.tolerance = kNormalTolerance * reference_length_;
@@ -322,16 +322,16 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   return std::exchange(work_.status, AdvectStatus::done);
 }
 
-// In parts so short that what each moves off the walls is small.
-AdvectResult DeformedShape::move_on_walls(const Flow& flow, const AdvectOptions& options) {
+// In parts so short that what each puts back is small.
+AdvectResult DeformedShape::move_constrained(const Flow& flow, const AdvectOptions& options) {
   AdvectResult all;
   const auto put_on_planes = [&] {
-    const double distance = walls_->put_on_planes(positions_);
+    const double distance = constraint_->put_on_planes(positions_);
     if (!(distance > 0)) return;
     put_back_ = std::max(put_back_, distance);
     free_layout();
   };
-  if (walls_->is_flow()) {
+  if (constraint_->is_flow()) {
     all = move_vertices(flow, options);
     put_on_planes();
     return all;
@@ -345,8 +345,8 @@ AdvectResult DeformedShape::move_on_walls(const Flow& flow, const AdvectOptions&
       if (all.status != AdvectStatus::done) return all;
       free_layout();
       segments_ = 0;  // the next part needs other blocks, and for one part they are not worth sorting
-      const WallCorrection correction = walls_->put_back(before, positions_, motion_.threads);
-      if (correction.is_small || size <= kMinWallPart) {
+      const PointCorrection correction = constraint_->put_back(before, positions_, motion_.threads);
+      if (correction.is_small || size <= kMinConstrainedPart) {
         put_back_ = std::max(put_back_, correction.greatest);
         at += size;
       } else {

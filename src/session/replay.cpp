@@ -14,7 +14,7 @@
 #include "knead/flow.h"
 #include "knead/replay.h"
 #include "session/deformed_shape_detail.h"
-#include "session/mesh_walls.h"
+#include "session/point_constraint.h"
 #include "session/replay_detail.h"
 #include "strokes/describe.h"
 
@@ -98,7 +98,7 @@ class PlanRun {
       shape_.carry_splats(splats);
     }
     if (plan_.strokes_on_reference > 0) reference_ = reference_shape(mesh, options);
-    if (session.mesh_walls) set_walls(*mesh);
+    if (session.constraint) constrain(*mesh);
     for (const PlannedStroke& planned : plan_.strokes) {
       const SessionStroke& source = *planned.stroke.source;
       const std::optional<RemeshSettings> settings = shape_.settings_of(source);
@@ -122,7 +122,7 @@ class PlanRun {
       keep_quality(plain_, shape_);
       keep_cells(done_, shape_);
     }
-    if (session_.mesh_walls) result_.cells = session_.mesh_walls->cells();
+    if (session_.constraint) result_.cells = session_.constraint->cells();
     result_.strokes = plan_.strokes.size();
     shape_.free_layout();
     result_.shape = std::move(shape_);
@@ -130,31 +130,31 @@ class PlanRun {
   }
 
  private:
-  void set_walls(const Mesh& mesh) {
+  void constrain(const Mesh& mesh) {
     if (session_.walls.empty()) return;  // there are cells alone
     const Place place{session_.name, 1};
     if (mesh.face_count() > 0) throw InvalidInput(place, "walls need a mesh without faces");
-    if (mesh.vertex_count() < session_.mesh_walls->points()) {
+    if (mesh.vertex_count() < session_.constraint->points()) {
       throw InvalidInput(place, "the points are not those of the mesh that has the walls");
     }
-    shape_.set_walls(session_.mesh_walls);
-    if (reference_) reference_->set_walls(session_.mesh_walls);
-    if (const auto others = session_.mesh_walls->without_layers()) {
+    shape_.constrain(session_.constraint);
+    if (reference_) reference_->constrain(session_.constraint);
+    if (const auto others = session_.constraint->without_layers()) {
       plain_ = shape_;
-      plain_->set_walls(others);
+      plain_->constrain(others);
     }
   }
 
   // Where keeping layers would cost quality. `plain`: the same without that; nothing where no wall asks for it.
   void keep_quality(const std::optional<DeformedShape>& plain, DeformedShape& shape) const {
     if (!plain || result_.status != AdvectStatus::done) return;
-    shape.set_positions(session_.mesh_walls->no_worse(mesh_->positions, shape.positions(), plain->positions(),
+    shape.set_positions(session_.constraint->no_worse(mesh_->positions, shape.positions(), plain->positions(),
                                                       options_.motion.threads));
   }
 
   // Where `flow` has taken the shape.
   void keep_cells(const Flow& flow, DeformedShape& shape) {
-    const bool has_cells = session_.mesh_walls && session_.mesh_walls->points() <= mesh_->vertex_count();
+    const bool has_cells = session_.constraint && session_.constraint->points() <= mesh_->vertex_count();
     if (!has_cells || shape.is_remeshed() || result_.status != AdvectStatus::done) return;
     AdvectOptions motion = advect_options(options_.motion, shape.reference_length());
     motion.precision = Precision::float64;
@@ -162,9 +162,9 @@ class PlanRun {
       const auto length = static_cast<double>(flow.segments.size());
       advect(flow_between(flow, from * length, to * length), points, motion);
     };
-    std::optional<MeshWalls::KeptCells> kept;
+    std::optional<KeptCells> kept;
     try {
-      kept = session_.mesh_walls->keep_cells(mesh_->positions, shape.positions(), carry, session_.name,
+      kept = session_.constraint->keep_cells(mesh_->positions, shape.positions(), carry, session_.name,
                                              options_.motion.threads, options_.progress);
     } catch (const Cancelled&) {
       result_.status = AdvectStatus::cancelled;
@@ -303,7 +303,7 @@ class PlanRun {
 
   // What has moved the mesh until a moment of the stroke; nothing without cells.
   Flow flow_until(const StrokeRun& run, double moment) const {
-    if (!session_.mesh_walls) return {};
+    if (!session_.constraint) return {};
     Flow all = done_;
     Flow last = run.flow(moment);
     std::move(last.segments.begin(), last.segments.end(), std::back_inserter(all.segments));
@@ -312,7 +312,7 @@ class PlanRun {
 
   void deliver(const DeformedShape& shape, const std::optional<DeformedShape>& plain, const Flow& flow) {
     std::optional<DeformedShape> kept;
-    if (session_.mesh_walls) {
+    if (session_.constraint) {
       keep_quality(plain, kept.emplace(shape));
       keep_cells(flow, *kept);
     }

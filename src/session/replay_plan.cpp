@@ -153,7 +153,7 @@ std::vector<IndexRange> splats_of(const Mesh& mesh, const ReplayOptions& options
 
 Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   advect_options(options.motion, 1);
-  if (!session.walls.empty() && !session.mesh_walls) {
+  if (!session.walls.empty() && !session.constraint) {
     throw InvalidInput(Place{session.name, 1},
                        "the session has walls; they need a mesh that names its patches, such as "
                        "those of gmsh, SU2 and OpenFOAM, and knead deform");

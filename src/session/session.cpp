@@ -10,6 +10,7 @@
 #include "knead/editor/tools.h"
 #include "knead/io.h"
 #include "knead/session.h"
+#include "session/point_constraint.h"
 #include "session/stroke_json.h"
 #include "strokes/mirror.h"
 
@@ -57,6 +58,8 @@ std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const
   return strokes;
 }
 
+bool puts_points_back(const Session& session) { return session.constraint && !session.constraint->is_flow(); }
+
 Session without_off(Session session) {
   std::erase_if(session.strokes, [](const SessionStroke& stroke) { return stroke.off; });
   return session;
@@ -102,6 +105,30 @@ Line next_line(std::string_view& rest) {
   rest.remove_prefix(line.ended ? end + 1 : rest.size());
   if (line.ended && line.text.ends_with('\r')) line.text.remove_suffix(1);
   return line;
+}
+
+std::vector<Wall> read_walls(const JsonValue& value, const Place& place) {
+  std::vector<Wall> walls;
+  for (const JsonValue& item : value.items()) {
+    const JsonObject object(item, place, "a wall");
+    object.allow({"patch", "hold", "slide", "periodic", "layers", "width"});
+    Wall wall{object.at("patch").text()};
+    const bool holds = object.has("hold") && object.at("hold").flag();
+    wall.slides = object.has("slide") && object.at("slide").flag();
+    if (object.has("periodic")) wall.periodic = object.at("periodic").text();
+    wall.keeps_layers = object.has("layers") && object.at("layers").flag();
+    const bool is_periodic = !wall.periodic.empty();
+    if (int{holds} + int{wall.slides} + int{is_periodic} + int{wall.keeps_layers} != 1 || wall.periodic == wall.patch) {
+      throw InvalidInput(place,
+                         fmt::format("the wall \"{}\" needs one of \"hold\": true, \"slide\": true, \"layers\": true "
+                                     "and \"periodic\": \"another patch\"",
+                                     wall.patch));
+    }
+    wall.width = object.optional_number("width");
+    if (wall.width && !(*wall.width > 0)) object.at("width").fail("a length greater than 0");
+    walls.push_back(std::move(wall));
+  }
+  return walls;
 }
 
 // Follows the events of a session one line after the other.
@@ -187,7 +214,7 @@ class SessionReader {
     if (header.has("parameters")) {
       session_.parameters = session_detail::read_parameters(header.at("parameters"), place_);
     }
-    if (header.has("walls")) session_.walls = session_detail::read_walls(header.at("walls"), place_);
+    if (header.has("walls")) session_.walls = read_walls(header.at("walls"), place_);
   }
 
   void read_event(const JsonValue& line) {

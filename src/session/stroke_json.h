@@ -93,9 +93,6 @@ SessionStroke read_event_stroke(const Tool& tool, const JsonValue& value, const 
 // Returns the value at the header's key "parameters". Throws InvalidInput as above.
 std::vector<Parameter> read_parameters(const JsonValue& value, const Place& place);
 
-// Returns the value at the header's key "walls". Throws InvalidInput as above.
-std::vector<Wall> read_walls(const JsonValue& value, const Place& place);
-
 // Returns the parameters with these values. Throws InvalidInput with the place for a name that is none of theirs, and
 // for a value that is not finite or beyond its bounds.
 std::vector<Parameter> changed(std::vector<Parameter> parameters, const ParameterValues& values, const Place& place);

@@ -4,13 +4,10 @@ knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/derivatives_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/exact_image_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/flow_of_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/kept_cells_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mask_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mirror_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/parameters_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/relax_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/solver_walls_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/walls_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/replay_backend_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/remesh_limits_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/replay_remeshed_test.cpp

@@ -128,7 +128,7 @@ py::object replay_on(const Request& request, const Session& session, const py::o
   }
   const std::optional<ReplayResult> replayed = replay_watched(request.progress, mesh, session, options);
   if (!replayed) return py::none();
-  if (session.mesh_walls) warn(replayed->warnings);
+  if (session.constraint) warn(replayed->warnings);
   return request.target.take(array_of(replayed->shape.positions()), request.points.is_float32);
 }
 
@@ -202,7 +202,7 @@ py::object deform_volume(const Given& given, const Session& session, const py::o
   if (!is_done) return py::none();
   parts.cells = cells;
   warn(notes);
-  if (!on_mesh.mesh_walls) return deform(given, session, faces, accuracy);
+  if (!on_mesh.constraint) return deform(given, session, faces, accuracy);
   return replay_on(request, on_mesh, needs_faces(session) ? faces : py::none(), options);
 }
 

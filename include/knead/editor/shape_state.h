@@ -223,8 +223,8 @@ class DeformedShape {
   const Mask& mask() const { return mask_; }
   void set_mask(Mask mask) { mask_ = std::move(mask); }
 
-  // Keeps points on walls (Session::mesh_walls) in all moves that follow; null: none. For a shape without faces.
-  void set_walls(std::shared_ptr<const MeshWalls> walls) { walls_ = std::move(walls); }
+  // Keeps points where Session::constraint wants them in all moves that follow; null: none. For a shape without faces.
+  void constrain(std::shared_ptr<const PointConstraint> constraint) { constraint_ = std::move(constraint); }
   // Returns the greatest distance by which a point was put back onto a wall.
   double put_back() const { return put_back_; }
 
@@ -290,7 +290,7 @@ class DeformedShape {
   void put(const session_detail::MovedSplats& moved);
   void take_splats(const std::vector<bool>& vertices, const DeformedShape& from);
   AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
-  AdvectResult move_on_walls(const Flow& flow, const AdvectOptions& options);
+  AdvectResult move_constrained(const Flow& flow, const AdvectOptions& options);
   const session_detail::RelaxMesh& relax_mesh() const;
 
   std::shared_ptr<const Mesh> start_ = std::make_shared<const Mesh>();
@@ -311,7 +311,7 @@ class DeformedShape {
   std::vector<IndexRange> splat_ranges_;
   std::shared_ptr<const SplatJacobians> splats_;  // null: not carried
   Mask mask_;
-  std::shared_ptr<const MeshWalls> walls_;
+  std::shared_ptr<const PointConstraint> constraint_;
   double put_back_ = 0;
   AdvectResult work_;
   std::uint64_t dabs_ = 0;

@@ -1,5 +1,5 @@
 // Walls on a mesh: putting points back, periodic pairs, layers.
-#include "session/mesh_walls.h"
+#include "engineering/mesh_walls.h"
 
 #include <fmt/format.h>
 
@@ -11,9 +11,7 @@
 #include "knead/cells.h"
 #include "knead/error.h"
 
-namespace knead {
-
-using session_detail::WallSurface;
+namespace knead::detail {
 
 namespace {
 
@@ -104,7 +102,7 @@ double MeshWalls::put_on_planes(std::span<Vec3d> points) const {
   return greatest;
 }
 
-std::shared_ptr<const MeshWalls> MeshWalls::without_layers() const {
+std::shared_ptr<const PointConstraint> MeshWalls::without_layers() const {
   const auto keeps_layers = [](const SlidingWall& wall) { return wall.keeps_layers; };
   if (!cells_ || std::none_of(walls_.begin(), walls_.end(), keeps_layers)) return nullptr;
   auto others = std::make_shared<MeshWalls>(*this);
@@ -156,9 +154,9 @@ void move_middle_nodes(const VolumeCells& cells, std::span<const Vec3d> flowed, 
 
 }  // namespace
 
-std::optional<MeshWalls::KeptCells> MeshWalls::keep_cells(std::span<const Vec3d> before, std::span<const Vec3d> after,
-                                                          const CarryPoints& carry, const std::string& name,
-                                                          int threads, const Progress* progress) const {
+std::optional<KeptCells> MeshWalls::keep_cells(std::span<const Vec3d> before, std::span<const Vec3d> after,
+                                               const CarryPoints& carry, const std::string& name, int threads,
+                                               const Progress* progress) const {
   if (!cells_) return std::nullopt;
   std::size_t count = count_inverted_since(*cells_, before, after, threads);
   if (count == 0) return std::nullopt;
@@ -330,13 +328,13 @@ void MeshWalls::follow(const std::vector<Link>& links, std::span<const Vec3d> be
   }
 }
 
-WallCorrection MeshWalls::put_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const {
+PointCorrection MeshWalls::put_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const {
   const std::vector<Vec3d> flowed(after.begin(), after.end());
   put_points_back(before, after, threads);
   follow(wall_links_, before, flowed, after, threads);
   put_points_back(before, after, threads);
   follow(links_, before, flowed, after, threads);
-  WallCorrection correction;
+  PointCorrection correction;
   for (const SlidingWall& wall : walls_) {
     for (const std::uint32_t i : wall.surface.numbers()) {
       const double distance = norm(after[i] - flowed[i]);
@@ -353,4 +351,4 @@ WallCorrection MeshWalls::put_back(std::span<const Vec3d> before, std::span<Vec3
   return correction;
 }
 
-}  // namespace knead
+}  // namespace knead::detail

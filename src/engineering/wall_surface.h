@@ -11,7 +11,7 @@
 #include "knead/stroke.h"
 #include "knead/vec.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 // A cylinder, or a sphere if the axis is zero.
 struct RoundForm {
@@ -76,4 +76,4 @@ class WallSurface {
   std::vector<Place> places_;
 };
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

@@ -1,5 +1,5 @@
 // Planes, cylinders, spheres and faces that points of walls are kept on.
-#include "session/wall_surface.h"
+#include "engineering/wall_surface.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #define EIGEN_MPL2_ONLY
 #include <Eigen/LU>
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -318,4 +318,4 @@ std::vector<Vec3d> WallSurface::normals(std::span<const Vec3d> places) const {
   return result;
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

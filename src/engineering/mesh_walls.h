@@ -13,26 +13,21 @@
 #include <utility>
 #include <vector>
 
+#include "engineering/wall_surface.h"
 #include "knead/cells.h"
 #include "knead/remesh.h"
 #include "knead/session.h"
 #include "knead/vec.h"
-#include "session/wall_surface.h"
+#include "session/point_constraint.h"
 
-namespace knead {
+namespace knead::detail {
 
 // A wall, and how far from it the mesh follows.
 struct SlidingWall {
-  session_detail::WallSurface surface;
+  WallSurface surface;
   std::optional<double> width{};  // nothing: a tenth of the diagonal, or 3/4 of how far the mesh goes from it
   bool is_followed = true;        // false: it only keeps its points, and the mesh near it does not follow
   bool keeps_layers = false;      // it is there for that alone
-};
-
-// What put_back() did.
-struct WallCorrection {
-  double greatest = 0;   // the greatest distance that a point was put back
-  bool is_small = true;  // beside the widths of the walls, and no normal turned by more than 20 degrees
 };
 
 // What MeshWalls is made of, besides the mesh.
@@ -49,48 +44,24 @@ struct WallParts {
 
 // The walls of a mesh, and its cells. Near a wall that is followed a point goes with the place of the wall that it was
 // nearest to: it keeps its place beside it, and turns with its normal. Farther away the flow takes over, smoothly.
-class MeshWalls {
+class MeshWalls : public PointConstraint {
  public:
   // `diagonal`: of the mesh's box. Throws Cancelled.
   MeshWalls(WallParts parts, std::span<const Vec3d> points, double diagonal, const WallOptions& options);
 
-  // Returns the number of the mesh's points.
-  std::size_t points() const { return kept_.size(); }
-
-  // Returns whether no wall has points put back.
-  bool is_flow() const { return walls_.empty(); }
-
-  // Puts the points in planes of mirrors exactly into these, which rounding, the mask of a wall that is held, or
-  // another wall may leave them beside. Returns the greatest distance.
-  double put_on_planes(std::span<Vec3d> points) const;
-
-  // Returns the walls without those that keep layers; null if there are none, or no cells to judge them by.
-  std::shared_ptr<const MeshWalls> without_layers() const;
-
-  // Returns the points with layers kept, or as far on the way there from those without as no cell is worse: the parts
-  // are eighths. Worse are more inverted cells than without, or a greater non-orthogonality.
+  std::size_t points() const override { return kept_.size(); }
+  bool is_flow() const override { return walls_.empty(); }
+  double put_on_planes(std::span<Vec3d> points) const override;
+  // Puts the points of the walls back, and moves those near them along. A correction is small beside the widths of the
+  // walls, if no normal turned by more than 20 degrees.
+  PointCorrection put_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const override;
+  std::shared_ptr<const PointConstraint> without_layers() const override;
   std::vector<Vec3d> no_worse(std::span<const Vec3d> before, std::span<const Vec3d> with_layers,
-                              std::span<const Vec3d> without, int threads) const;
-
-  // What keep_cells() did.
-  struct KeptCells {
-    std::vector<Vec3d> points;
-    std::size_t freed = 0;  // how many points inside have left the flow
-  };
-
-  // Returns nothing if no cell is inverted at `after` that was not `before` (count_inverted_since()). Else returns
-  // points with which none is, by deform_cells(): points on the boundary and on surfaces stay at `after`. `carry` moves
-  // points by a part of the flow. Throws QualityLimit, with the session's name, if cells stay inverted; Cancelled.
+                              std::span<const Vec3d> without, int threads) const override;
   std::optional<KeptCells> keep_cells(std::span<const Vec3d> before, std::span<const Vec3d> after,
                                       const CarryPoints& carry, const std::string& name, int threads,
-                                      const Progress* progress) const;
-
-  // Returns the cells; null if there are none.
-  const std::shared_ptr<const VolumeCells>& cells() const { return cells_; }
-
-  // Puts the points of the walls back, and moves those near them along. `before`: the points before a part of the
-  // stroke, on the walls; `after`: where the flow took them, changed here. What has not moved keeps its bits.
-  WallCorrection put_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const;
+                                      const Progress* progress) const override;
+  const std::shared_ptr<const VolumeCells>& cells() const override { return cells_; }
 
  private:
   // A point near a wall, and the place of the wall nearest to it.
@@ -128,4 +99,4 @@ class MeshWalls {
   double diagonal_ = 0;
 };
 
-}  // namespace knead
+}  // namespace knead::detail

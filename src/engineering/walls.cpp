@@ -10,11 +10,17 @@
 #include <optional>
 #include <utility>
 
-#include "session/mesh_walls.h"
-#include "session/stroke_json.h"
+#include "engineering/mesh_walls.h"
 #include "strokes/mirror.h"
 
 namespace knead {
+
+using detail::MeshWalls;
+using detail::RoundForm;
+using detail::SlidingWall;
+using detail::WallParts;
+using detail::WallSurface;
+
 namespace {
 
 constexpr double kAlike = 1e-6;      // of the diagonal: how far periodic patches differ at most
@@ -106,7 +112,7 @@ class WallFinder {
   // A plane at another angle than the mirrors', or a curved patch.
   void add_slide(const Patch& patch, const Wall& wall, const std::optional<MirrorPlane>& plane) {
     require_faces(patch, "slide on, and is no plane at right angles to others");
-    const std::optional<RoundForm> round = plane ? std::nullopt : session_detail::round_form_of(patch.faces, points_);
+    const std::optional<RoundForm> round = plane ? std::nullopt : detail::round_form_of(patch.faces, points_);
     const Form form = plane ? Form::plane : round ? Form::round : Form::polygons;
     SlidingWall& added =
         parts_.walls.emplace_back(SlidingWall{WallSurface(form, patch.points, patch.faces, points_), wall.width});
@@ -138,8 +144,6 @@ class WallFinder {
   }
 
  private:
-  using WallSurface = session_detail::WallSurface;
-  using RoundForm = session_detail::RoundForm;
   using Form = WallSurface::Form;
 
   // Beside walls that put points back, mirrors keep the points that they have in common with these.
@@ -221,7 +225,7 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
   double width = kBorder * box.diagonal();
   WallFinder finder(points, box.diagonal(), place);
   if (session.walls.empty()) {
-    if (options.cells && options.cells->size() > 0) session.mesh_walls = finder.find(options);
+    if (options.cells && options.cells->size() > 0) session.constraint = finder.find(options);
     return session;
   }
   if (box.min.z == box.max.z) {  // of two dimensions: the plane of the mesh is a wall, too
@@ -255,7 +259,7 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
       if (wall.width) width = *wall.width;
     }
   }
-  session.mesh_walls = finder.find(options);
+  session.constraint = finder.find(options);
   try {
     session.strokes = mirrored_in(std::move(session.strokes), mirror);
   } catch (const InvalidInput& error) {
@@ -270,33 +274,4 @@ Session on_walls(Session session, std::span<const Patch> patches, std::span<cons
   return session;
 }
 
-bool puts_points_back(const Session& session) { return session.mesh_walls && !session.mesh_walls->is_flow(); }
-
-namespace session_detail {
-
-std::vector<Wall> read_walls(const JsonValue& value, const Place& place) {
-  std::vector<Wall> walls;
-  for (const JsonValue& item : value.items()) {
-    const JsonObject object(item, place, "a wall");
-    object.allow({"patch", "hold", "slide", "periodic", "layers", "width"});
-    Wall wall{object.at("patch").text()};
-    const bool holds = object.has("hold") && object.at("hold").flag();
-    wall.slides = object.has("slide") && object.at("slide").flag();
-    if (object.has("periodic")) wall.periodic = object.at("periodic").text();
-    wall.keeps_layers = object.has("layers") && object.at("layers").flag();
-    const bool is_periodic = !wall.periodic.empty();
-    if (int{holds} + int{wall.slides} + int{is_periodic} + int{wall.keeps_layers} != 1 || wall.periodic == wall.patch) {
-      throw InvalidInput(place,
-                         fmt::format("the wall \"{}\" needs one of \"hold\": true, \"slide\": true, \"layers\": true "
-                                     "and \"periodic\": \"another patch\"",
-                                     wall.patch));
-    }
-    wall.width = object.optional_number("width");
-    if (wall.width && !(*wall.width > 0)) object.at("width").fail("a length greater than 0");
-    walls.push_back(std::move(wall));
-  }
-  return walls;
-}
-
-}  // namespace session_detail
 }  // namespace knead
