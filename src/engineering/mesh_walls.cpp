@@ -66,7 +66,7 @@ MeshWalls::MeshWalls(WallParts parts, std::span<const Vec3d> points, double diag
       kept_(points.size()),
       is_fixed_(points.size()),
       diagonal_(diagonal) {
-  if (is_flow()) return;
+  if (walls_.empty()) return;
   for (const SlidingWall& wall : walls_) {
     for (const std::uint32_t i : wall.surface.numbers()) {
       on_wall_.push_back(i);
