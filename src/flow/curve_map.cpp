@@ -85,7 +85,8 @@ SinCos<DualOf<T, G>> sincos_of(const DualOf<T, G>& x) {
 }  // namespace
 
 template <class S>
-CurveTable<S>::CurveTable(const CurveMotion& curve, const S& time) : length_(curve.length) {
+CurveTable<S>::CurveTable(const CurveMotion& curve, const S& time)
+    : length_(curve.length), keeps_thickness_(curve.keeps_thickness), part_(curve.part) {
   const int parts = cells_per_interval(curve);
   const int count = curve.intervals() * parts;
   per_cell_ = count / length_;
@@ -236,7 +237,7 @@ bool CurveTable<S>::place(const CurvePoint<T>& at, Vec3<T>& x) const {
   const T u = k[0] * y[0] + k[1] * y[1];
   const T k2 = k[0] * k[0] + k[1] * k[1];
   if (!(value_of(u) < 0.5)) return false;
-  if (value_of(k2) * value_of(y[0] * y[0] + y[1] * y[1]) > kFlat) {
+  if (!keeps_thickness_ && value_of(k2) * value_of(y[0] * y[0] + y[1] * y[1]) > kFlat) {
     using std::sqrt;
     const T root = sqrt(T(1) - u - u) + T(1);
     const T more = (u + u) * u / (root * root * k2);
@@ -246,12 +247,15 @@ bool CurveTable<S>::place(const CurvePoint<T>& at, Vec3<T>& x) const {
   return true;
 }
 
-// Returns the length along the curve of its station nearest to x, or of the nearest place beyond an end.
+// Returns the length along the curve of the station of its part nearest to x, or of the nearest place beyond an end.
 template <class S>
 double CurveTable<S>::station_near(const Vec3d& x) const {
   double least = kInfinity;
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < cells_.size(); i += kCellsPerStation) {
+  const auto last_cell = static_cast<double>(cells_.size() - 1);
+  const auto first = static_cast<std::size_t>(std::clamp(std::ceil(part_[0] * per_cell_), 0.0, last_cell));
+  const auto end = static_cast<std::size_t>(std::clamp(std::floor(part_[1] * per_cell_), 0.0, last_cell)) + 1;
+  std::size_t found = first;
+  for (std::size_t i = first; i < end; i += kCellsPerStation) {
     const Powers& at = cells_[i][0];
     const Vec3d d{x.x - at[kPlace], x.y - at[kPlace + 1], x.z - at[kPlace + 2]};
     const double distance = inner(d, d);
@@ -264,7 +268,9 @@ double CurveTable<S>::station_near(const Vec3d& x) const {
   for (const bool last : {false, true}) {
     const CurvePoint<double> at = beyond(last, x);
     if (last ? at.s <= length_ : at.s >= 0) continue;
-    const double distance = at.across[0] * at.across[0] + at.across[1] * at.across[1];
+    const double farther =
+        last ? std::max(at.s - std::max(part_[1], length_), 0.0) : std::min(at.s - std::min(part_[0], 0.0), 0.0);
+    const double distance = at.across[0] * at.across[0] + at.across[1] * at.across[1] + farther * farther;
     if (distance > least) continue;
     least = distance;
     s = at.s;
@@ -317,8 +323,8 @@ auto CurveTable<S>::on_section(const Vec3d& x, double s) const -> std::optional<
   const double k[2] = {here[kBend] * per_length, here[kBend + 1] * per_length};
   const double u = k[0] * y[0] + k[1] * y[1];
   const double k2 = k[0] * k[0] + k[1] * k[1];
-  if (!(u < 1)) return std::nullopt;
-  const double less = k2 * (y[0] * y[0] + y[1] * y[1]) > kFlat ? 0.5 * u * u / k2 : 0;
+  if (!(u < (keeps_thickness_ ? 0.5 : 1))) return std::nullopt;
+  const double less = !keeps_thickness_ && k2 * (y[0] * y[0] + y[1] * y[1]) > kFlat ? 0.5 * u * u / k2 : 0;
   const double root = stretches_ ? std::sqrt(here[kStretch]) : 1;
   for (std::size_t i = 0; i < 2; ++i) y[i] = (y[i] - less * k[i]) * root;
   if (!twists_) return CurvePoint<double>{s, {y[0], y[1]}};

@@ -85,6 +85,8 @@ class CurveTable {
   int origin_cell_;  // the first cell after the anchor
   bool twists_ = false;
   bool stretches_ = false;
+  bool keeps_thickness_;
+  std::array<double, 2> part_;
   std::vector<Cell> cells_;
   std::array<End, 2> ends_;
 };
