@@ -265,6 +265,7 @@ double CurveTable<S>::station_near(const Vec3d& x) const {
   }
   const bool at_last = static_cast<int>(found) < origin_cell_;
   double s = (static_cast<double>(found) + (at_last ? 1 : 0)) / per_cell_;
+  s += step_from(Section<double>{cells_[found][0]}, x).value_or(0);
   for (const bool last : {false, true}) {
     const CurvePoint<double> at = beyond(last, x);
     if (last ? at.s <= length_ : at.s >= 0) continue;
@@ -286,30 +287,46 @@ CurvePoint<double> CurveTable<S>::beyond(bool last, const Vec3d& x) const {
   return {(last ? length_ : 0) + inner(d, frame[0]), {inner(d, frame[1]), inner(d, frame[2])}};
 }
 
-// Newton's method for (x - C(s)).T(s) = 0.
 template <class S>
-auto CurveTable<S>::find(const Vec3d& x) const -> std::optional<CurvePoint<double>> {
-  constexpr double kLast = 1e-8;  // of the length: the next step is rounded away
-  double s = station_near(x);
+std::optional<double> CurveTable<S>::step_from(const Section<double>& here, const Vec3d& x) const {
+  const Vec3d d = x - here.vector(kPlace);
+  const double turn = here[kBend] * inner(d, here.vector(kFirst)) + here[kBend + 1] * inner(d, here.vector(kSecond));
+  const double slope = here[kStretch] - turn * per_cell_;
+  if (!(slope > 0)) return std::nullopt;
+  return std::clamp(inner(d, here.vector(kTangent)) / slope, -4 / per_cell_, 4 / per_cell_);
+}
+
+// Newton's method from a length along the curve.
+template <class S>
+std::optional<double> CurveTable<S>::length_at(const Vec3d& x, double s) const {
+  constexpr double kLast = 1e-7;  // of the length: the next step is rounded away
   double by = length_;
   for (int step = 0; step < kNewtonSteps && std::abs(by) > kLast * length_; ++step) {
     if (s <= 0 || s >= length_) {
-      const double projected = beyond(s > 0, x).s;
-      by = projected - s;
-      s = projected;
+      s = beyond(s > 0, x).s;
       if (s <= 0 || s >= length_) break;
       by = length_;
       continue;
     }
-    const Section<double> here = section(s);
-    const Vec3d d = x - here.vector(kPlace);
-    const double turn = here[kBend] * inner(d, here.vector(kFirst)) + here[kBend + 1] * inner(d, here.vector(kSecond));
-    const double slope = here[kStretch] - turn * per_cell_;
-    if (!(slope > 0)) return std::nullopt;
-    by = std::clamp(inner(d, here.vector(kTangent)) / slope, -4 / per_cell_, 4 / per_cell_);
+    const std::optional<double> next = step_from(section(s), x);
+    if (!next) return std::nullopt;
+    by = *next;
     s += by;
   }
-  return on_section(x, s);
+  return s;
+}
+
+template <class S>
+auto CurveTable<S>::find(const Vec3d& x) const -> std::optional<CurvePoint<double>> {
+  std::optional<double> s = length_at(x, station_near(x));
+  if (!s) return std::nullopt;
+  // Beside the gap of a ring the nearest station may be that of the other end.
+  if (*s < part_[0] || *s > part_[1]) {
+    const double end = std::clamp(*s < part_[0] ? part_[1] : part_[0], 0.0, length_);
+    const std::optional<double> other = length_at(x, end);
+    if (other && *other >= part_[0] && *other <= part_[1]) s = other;
+  }
+  return on_section(x, *s);
 }
 
 // Undoes place().

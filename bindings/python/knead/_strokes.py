@@ -237,7 +237,8 @@ _DETAILS = {
 """,
     "curve": """
     A line through the shape becomes another line, or an arc, and the shape follows; volume is kept exactly, or with
-    keep="thickness" the distances from the line. Without `from_` the line is the longest axis of the shape's box, so deform() reads the vertices.
+    keep="thickness" the distances from the line. Without `from_` the line is the longest axis of the shape's box, so
+    deform() reads the vertices.
 
         ring = knead.deform(vertices, knead.Curve(angle_deg=270, axis=[0, 1, 0]), faces)
         hose = knead.deform(vertices, knead.Curve(to=path), faces)
