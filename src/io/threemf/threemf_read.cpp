@@ -229,7 +229,7 @@ class ModelReader {
       if (attribute.name == "p2") words[1] = attribute.value;
       if (attribute.name == "p3") words[2] = attribute.value;
     }
-    std::array<Color, 3> colors;
+    std::array<Color, 3> colors{};
     colors.fill({255, 255, 255, 255});
     const auto found = groups_.find(group);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -351,7 +351,7 @@ class Reader {
       }
     }
     layout_.labels.insert(layout_.labels.end(), object.labels.begin(), object.labels.end());
-    layout_.instances.push_back(std::move(instance));
+    layout_.instances.push_back(instance);
   }
 
   // Of faces where their corners have the same, else of corners.
