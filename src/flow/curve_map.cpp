@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMaxCells = 1 << 16;
 constexpr int kNewtonSteps = 30;
-constexpr std::size_t kCellsPerStation = 3;  // where the search for the nearest place begins
+constexpr std::size_t kCellsPerStation = 3;
 // u^2 below which the correction that keeps the volume is rounded away, and its divisor may vanish.
 constexpr double kFlat = 1e-40;
 
@@ -114,6 +114,10 @@ CurveTable<S>::CurveTable(const CurveMotion& curve, const S& time)
     at.frame = {at.frame[0], at.frame[1] * turn.cos + at.frame[2] * turn.sin,
                 at.frame[2] * turn.cos - at.frame[1] * turn.sin};
     ends_[step > 0 ? 1 : 0] = at;
+  }
+  for (std::size_t i = 0; i < cells_.size(); i += kCellsPerStation) {
+    const Powers& at = cells_[i][0];
+    stations_.push_back({value_of(at[kPlace]), value_of(at[kPlace + 1]), value_of(at[kPlace + 2])});
   }
 }
 
@@ -251,18 +255,19 @@ bool CurveTable<S>::place(const CurvePoint<T>& at, Vec3<T>& x) const {
 template <class S>
 double CurveTable<S>::station_near(const Vec3d& x) const {
   double least = kInfinity;
-  const auto last_cell = static_cast<double>(cells_.size() - 1);
-  const auto first = static_cast<std::size_t>(std::clamp(std::ceil(part_[0] * per_cell_), 0.0, last_cell));
-  const auto end = static_cast<std::size_t>(std::clamp(std::floor(part_[1] * per_cell_), 0.0, last_cell)) + 1;
-  std::size_t found = first;
-  for (std::size_t i = first; i < end; i += kCellsPerStation) {
-    const Powers& at = cells_[i][0];
-    const Vec3d d{x.x - at[kPlace], x.y - at[kPlace + 1], x.z - at[kPlace + 2]};
+  const double per_station = per_cell_ / kCellsPerStation;
+  const auto last_station = static_cast<double>(stations_.size() - 1);
+  const auto first = static_cast<std::size_t>(std::clamp(std::ceil(part_[0] * per_station), 0.0, last_station));
+  const auto end = static_cast<std::size_t>(std::clamp(std::floor(part_[1] * per_station), 0.0, last_station)) + 1;
+  std::size_t nearest = first;
+  for (std::size_t i = first; i < end; ++i) {
+    const Vec3d d = x - stations_[i];
     const double distance = inner(d, d);
     if (!(distance < least)) continue;
     least = distance;
-    found = i;
+    nearest = i;
   }
+  const std::size_t found = nearest * kCellsPerStation;
   const bool at_last = static_cast<int>(found) < origin_cell_;
   double s = (static_cast<double>(found) + (at_last ? 1 : 0)) / per_cell_;
   s += step_from(Section<double>{cells_[found][0]}, x).value_or(0);

@@ -91,6 +91,7 @@ class CurveTable {
   bool keeps_thickness_;
   std::array<double, 2> part_;
   std::vector<Cell> cells_;
+  std::vector<Vec3d> stations_;  // places of some cells, where the search for the nearest place begins
   std::array<End, 2> ends_;
 };
 
