@@ -116,6 +116,7 @@ Subcommand info_command();
 Subcommand check_command();
 Subcommand make_command();
 Subcommand remesh_command();
+Subcommand refine_command();
 Subcommand render_command();
 // Starts knead-bench with these words.
 Subcommand bench_command(const std::vector<std::string>& words);

@@ -161,6 +161,9 @@ std::string brief(const std::string& output, const Session& session, const Repor
   if (report.certificate) {
     text += fmt::format(", {} crossing, {}", counted(report.certificate->crossings_after, "pair"),
                         report.certificate->closed_after ? "closed" : "open");
+    if (const auto& c = *report.certificate; c.det_least) {
+      text += fmt::format(", det J from {:.3g} to {:.3g}", *c.det_least, *c.det_greatest);
+    }
   }
   if (report.greatest_stretch) text += fmt::format(", stretched up to {:.3g} times", *report.greatest_stretch);
   return text + fmt::format(", {:.2f} s\n", report.seconds.total);

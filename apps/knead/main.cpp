@@ -76,5 +76,5 @@ int main(int argc, char** argv) {
   return run_program(argc, argv,
                      {deform_command(), bend_command(), twist_command(), wrap_command(), resolve_command(),
                       fit_command(), skin_command(), info_command(), check_command(), make_command(), remesh_command(),
-                      render_command(), bench_command(words), studio_command()});
+                      refine_command(), render_command(), bench_command(words), studio_command()});
 }

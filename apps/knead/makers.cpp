@@ -32,6 +32,7 @@ struct MakerOptions {
   std::optional<std::string> from;
   bool fits = false;
   bool keeps_faces = false;
+  bool keeps_thickness = false;
   std::string fixed;
 };
 
@@ -68,6 +69,7 @@ void run_maker(MakerOptions& options) {
   if (options.axis) add("axis", axis_numbers(*options.axis));
   if (options.from) add("from", *options.from);
   if (options.fits) add("length", "fit");
+  if (options.keeps_thickness) add("keep", "thickness");
   if (!options.fixed.empty()) add("fixed", options.fixed);
   if (options.along) {
     std::string to;
@@ -84,7 +86,7 @@ void run_maker(MakerOptions& options) {
 
 // The options of one command, and what all have in common.
 std::vector<Option> with_common(MakerOptions& options, std::vector<Option> own) {
-  own.insert(own.begin(), {"SHAPE", &options.deform.shape, "A solid, such as an STL, OBJ, PLY or OFF file", "",
+  own.insert(own.begin(), {"SHAPE", &options.deform.shape, "A solid, such as an STL, 3MF, OBJ, PLY or OFF file", "",
                            OptionKind::required});
   own.push_back({"--from", &options.from,
                  "The line through the shape, as two or more points x,y,z;x,y,z (default: the longest axis of its box)",
@@ -107,6 +109,14 @@ std::vector<Option> with_common(MakerOptions& options, std::vector<Option> own) 
   return own;
 }
 
+Option keep_option(MakerOptions& options) {
+  return {"--keep",
+          WordTarget{{"volume", "thickness"}, 0, [&options](std::size_t word) { options.keeps_thickness = word == 1; }},
+          "What stays: the volume of every piece, or the distances from the line, so that reliefs keep their height "
+          "(default: volume)",
+          "volume|thickness"};
+}
+
 Option axis_option(MakerOptions& options, std::string help) {
   return {"--axis", &options.axis, std::move(help), "x|y|z|X,Y,Z"};
 }
@@ -121,8 +131,9 @@ Subcommand bend_command() {
       {"--along", &options->along, "Or bend along the curve through the points of this table: x,y,z a line", "FILE"},
       axis_option(*options, "Of the arc (default: across the shape, so that it bends where it is thinnest)"),
       {"--twist", &options->twist, "Also twist the end against the start, in degrees", "DEGREES"},
-      {"--fit", &options->fits, "With --along: stretch the shape to the ends of the curve"}};
-  return {"bend", "Bend a whole solid into an arc or along a curve; volume stays",
+      {"--fit", &options->fits, "With --along: stretch the shape to the ends of the curve"},
+      keep_option(*options)};
+  return {"bend", "Bend a whole solid into an arc or along a curve; volume or thickness stays",
           with_common(*options, std::move(own)),
           "  knead bend bar.stl --angle 270 -o ring.stl\n"
           "  knead bend plate.stl --angle -90 --axis y --fixed start -o angle.stl\n"
@@ -151,10 +162,12 @@ Subcommand wrap_command() {
   std::vector<Option> own{
       {"--radius", &options->around, "Of the cylinder that the shape touches from outside, in the shape's unit", "R",
        OptionKind::required},
-      axis_option(*options, "Of the cylinder (default: across the shape's length and thickness)")};
-  return {"wrap", "Wrap a flat solid, such as text, round a cylinder; volume stays",
+      axis_option(*options, "Of the cylinder (default: across the shape's length and thickness)"),
+      keep_option(*options)};
+  return {"wrap", "Wrap a flat solid, such as text, round a cylinder; volume or thickness stays",
           with_common(*options, std::move(own)),
           "  knead wrap text.stl --radius 30 -o band.stl\n"
+          "  knead wrap relief.3mf --radius 40 --keep thickness -o cup.3mf\n"
           "  knead wrap text.stl --radius 30 --axis z --session band.knead -o band.stl",
           [options] { run_maker(*options); }};
 }

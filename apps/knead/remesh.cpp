@@ -1,11 +1,14 @@
-// knead remesh SHAPE -o OUT: refines a mesh and improves its triangles; the surface stays where it is.
+// knead remesh SHAPE -o OUT: refines a mesh and improves its triangles; the surface stays where it is. knead refine
+// only splits edges.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "command.h"
 #include "deform.h"
@@ -93,13 +96,25 @@ Option iterations_option(const char* name, RemeshFlags& flags) {
 
 }  // namespace
 
+namespace {
+
+std::vector<Option> shape_and_output(RemeshCommand& command) {
+  return {{"SHAPE", &command.shape, "A mesh: PLY, OBJ, STL, OFF, GLB or 3MF", "", OptionKind::required},
+          {"-o,--output", &command.output, "The file to write, in the format of its extension; may be SHAPE itself",
+           "FILE", OptionKind::required}};
+}
+
+void add_other_options(std::vector<Option>& options, RemeshCommand& command) {
+  add_threads_option(options, command.threads);
+  add_format_option(options, command.format);
+  add_common_options(options, command.common);
+}
+
+}  // namespace
+
 Subcommand remesh_command() {
   const auto command = std::make_shared<RemeshCommand>();
-  std::vector<Option> options{
-      {"SHAPE", &command->shape, "A mesh: PLY, OBJ, STL, OFF or GLB", "", OptionKind::required},
-      {"-o,--output", &command->output, "The file to write, in the format of its extension; may be SHAPE itself",
-       "FILE", OptionKind::required},
-  };
+  std::vector<Option> options = shape_and_output(*command);
   add_edge_options(options, command->flags);
   options.insert(
       options.end(),
@@ -111,14 +126,33 @@ Subcommand remesh_command() {
            "FRACTION"},
           iterations_option("--iterations", command->flags),
       });
-  add_threads_option(options, command->threads);
-  add_format_option(options, command->format);
-  add_common_options(options, command->common);
+  add_other_options(options, *command);
   return {"remesh", "Refine a mesh and improve its triangles", options,
           "  knead remesh scan.ply --max-chord 3e-4 -o even.ply\n"
           "  knead remesh box.obj --max-edge 0.05 -o fine.obj\n"
           "  knead remesh fine.obj --min-edge 0.1 --max-edge 0.5 --json -o coarse.obj",
           [command] { run_remesh(*command); }};
+}
+
+Subcommand refine_command() {
+  const auto command = std::make_shared<RemeshCommand>();
+  std::vector<Option> options = shape_and_output(*command);
+  add_edge_options(options, command->flags);
+  const auto is_other = [](const Option& option) { return option.name == "--min-edge"; };
+  options.erase(std::remove_if(options.begin(), options.end(), is_other), options.end());
+  for (Option& option : options) {
+    if (option.name != "--max-edge") continue;
+    option.help = "Split edges longer than this, the longest first";
+    option.kind = OptionKind::required;
+  }
+  add_other_options(options, *command);
+  return {"refine", "Split long edges; no vertex moves, so the surface stays as it is", options,
+          "  knead refine plate.stl --max-edge 2 -o fine.stl\n"
+          "  knead refine part.3mf --max-edge 0.5 -o part.3mf",
+          [command] {
+            command->flags.iterations = 0;
+            run_remesh(*command);
+          }};
 }
 
 namespace {

@@ -54,10 +54,11 @@ struct CurveNode {
   friend bool operator==(const CurveNode&, const CurveNode&) = default;
 };
 
-// A curve that becomes another curve, and its surroundings, which follow it and keep their volume exactly: a map in
-// closed form (docs/mathematics.md, "Curves"). The values of the nodes are the coefficients of uniform cubic B-splines
-// that are 0 at both ends: node i lies at (i + 2) spacing(). All of them go linearly from t = 0 to t = 1. The frame of
-// the curve turns about its tangent nowhere (rotation minimising); beyond both ends the curve is straight.
+// A curve that becomes another curve, and its surroundings, which follow it and keep their volume exactly, or their
+// thickness: a map in closed form (docs/mathematics.md, "Curves"). The values of the nodes are the coefficients of
+// uniform cubic B-splines that are 0 at both ends: node i lies at (i + 2) spacing(). All of them go linearly from t = 0
+// to t = 1. The frame of the curve turns about its tangent nowhere (rotation minimising); beyond both ends the curve is
+// straight.
 struct CurveMotion {
   double length = 0;               // of the curve at t = 0, above 0
   SharedList<CurveNode> nodes;     // at least 1
@@ -67,6 +68,10 @@ struct CurveMotion {
   Mat3d frame{};                   // rows: tangent and two unit vectors across, right-handed, at t = 0
   Vec3d turn{0, 0, 0};             // the frame turns about this axis, by its length in radians, until t = 1
   std::optional<double> radius{};  // only what is nearer to the curve moves; else everything
+  // The part of the curve, by its length, that the shape is about: an inverse map takes a point to the nearest place of
+  // this part, and goes on from there. The straight lines beyond the curve's ends count as far as it goes.
+  std::array<double, 2> part{-kInfinity, kInfinity};
+  bool keeps_thickness = false;  // the distances across the curve stay, and the volume changes
 
   // Returns whether there are no nodes, so that nothing moves.
   bool is_empty() const { return nodes.empty(); }

@@ -1,5 +1,6 @@
-// Reads and writes shapes: PLY, OBJ, glTF, STL, OFF and point files. In its own format, a shape is written by copying
-// the bytes that were read and replacing the numbers that changed; everything that Knead does not understand survives.
+// Reads and writes shapes: PLY, OBJ, glTF, STL, 3MF, OFF and point files. In its own format, a shape is written by
+// copying the bytes that were read and replacing the numbers that changed; everything that Knead does not understand
+// survives.
 #pragma once
 
 #include <cstddef>
@@ -108,8 +109,8 @@ void write_shape(const std::filesystem::path& path, const ShapeFile& source, std
 std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,
                             const WriteOptions& options = {});
 
-// Writes a mesh to a new file: PLY (binary, little-endian), OBJ, GLB, STL (binary), OFF (text) or XYZ, with the
-// attributes that the format can hold. Throws as write_shape does.
+// Writes a mesh to a new file: PLY (binary, little-endian), OBJ, GLB, STL (binary), 3MF (in millimetres), OFF (text) or
+// XYZ, with the attributes that the format can hold. Throws as write_shape does.
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options = {});
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options = {});
 
@@ -235,13 +236,17 @@ std::string format_of(const std::filesystem::path& path);
 //         change.
 //   STL   header, names, solids, the 16 bits, bytes after the last triangle; normals stay on their side, or zero. In
 //         text a new triangle stands where the triangle stood that it lies in, with its spelling.
+//   3MF   all parts but the models that changed, and in these all but the meshes that changed: build, materials,
+//         metadata. A new triangle has the properties of the one that it lies in. The ranges of triangles by which
+//         PrusaSlicer knows volumes follow.
 //   OFF   text or binary with its byte order; keyword, everything before the counts and after the last face; normals,
 //         texture coordinates, colors of vertices and faces. The count of edges becomes 0 (not counted).
 // A mesh that equals the source's gives the bytes of the source. Another format is generated from the mesh as by
 // serialize_mesh. remesh_losses says what is left out.
 //
 // Throws InvalidInput for a source without faces, a face_source or attributes that do not fit, positions that are not
-// finite or do not fit the format, and GLB with a skeleton or morph targets, which would need numbers for new vertices.
+// finite or do not fit the format, and GLB with a skeleton or morph targets, which would need numbers for new vertices;
+// for 3MF where an object changes that is placed several times, or whose beams or sets number its triangles.
 std::string serialize_remeshed(std::string_view format, const ShapeFile& source, const Mesh& mesh,
                                std::span<const std::uint32_t> face_source, const WriteOptions& options = {});
 
@@ -250,8 +255,8 @@ void write_remeshed(const std::filesystem::path& path, const ShapeFile& source, 
                     std::span<const std::uint32_t> face_source, const WriteOptions& options = {});
 
 // Returns a number for each face; faces have the same number if the file groups them: under one material, group, object
-// and smoothing (OBJ) or in one primitive (GLB). Empty for the other formats. A remesh with these face_labels keeps the
-// lines between groups.
+// and smoothing (OBJ), in one primitive (GLB), or with the same properties (3MF). Empty for the other formats. A remesh
+// with these face_labels keeps the lines between groups.
 std::vector<std::uint32_t> face_labels(const ShapeFile& source);
 
 // Returns what write_remeshed may leave out when it writes to this path, a sentence each; for a format other than the

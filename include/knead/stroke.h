@@ -247,10 +247,15 @@ enum class CurveLength { keep, fit };
 // The place of a curve that stays, or goes to the same place of the other curve.
 enum class CurveFixed { middle, start, end };
 
+// What stays of the surroundings of a curve. volume: that of every piece, exactly; what lies outside of a bend grows
+// thinner. thickness: distances from the curve across it, so that walls and reliefs keep their height, and the volume
+// changes: det J = 1 - (curvature vector) . (place across the curve).
+enum class CurveKeeps { volume, thickness };
+
 // Curve: a line through the shape becomes another curve, and the shape follows; the volume is kept exactly
-// (docs/mathematics.md, "Curves"). The line is straight or smooth through its points, and straight beyond its ends. It
-// becomes the curve through the points of `to`; or an arc: bent by an angle about an axis, or around a cylinder; and it
-// is twisted.
+// (docs/mathematics.md, "Curves"), or the thickness. The line is straight or smooth through its points, and straight
+// beyond its ends. It becomes the curve through the points of `to`; or an arc: bent by an angle about an axis, or
+// around a cylinder; and it is twisted.
 struct CurveStroke {
   std::vector<Vec3d> from;                         // 2 or more points; empty: the longest axis of the shape's box
   std::vector<Vec3d> to;                           // 2 or more points; or empty
@@ -261,6 +266,7 @@ struct CurveStroke {
                                                    // seen from the end
   CurveLength length = CurveLength::keep;          // of `to`
   CurveFixed fixed = CurveFixed::middle;
+  CurveKeeps keep = CurveKeeps::volume;
   std::optional<double> radius = std::nullopt;  // only what is nearer to the line moves; else everything
   bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/editor/tools.h)
 

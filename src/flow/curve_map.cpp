@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMaxCells = 1 << 16;
 constexpr int kNewtonSteps = 30;
-constexpr std::size_t kCellsPerStation = 3;  // where the search for the nearest place begins
+constexpr std::size_t kCellsPerStation = 3;
 // u^2 below which the correction that keeps the volume is rounded away, and its divisor may vanish.
 constexpr double kFlat = 1e-40;
 
@@ -85,7 +85,8 @@ SinCos<DualOf<T, G>> sincos_of(const DualOf<T, G>& x) {
 }  // namespace
 
 template <class S>
-CurveTable<S>::CurveTable(const CurveMotion& curve, const S& time) : length_(curve.length) {
+CurveTable<S>::CurveTable(const CurveMotion& curve, const S& time)
+    : length_(curve.length), keeps_thickness_(curve.keeps_thickness), part_(curve.part) {
   const int parts = cells_per_interval(curve);
   const int count = curve.intervals() * parts;
   per_cell_ = count / length_;
@@ -113,6 +114,10 @@ CurveTable<S>::CurveTable(const CurveMotion& curve, const S& time) : length_(cur
     at.frame = {at.frame[0], at.frame[1] * turn.cos + at.frame[2] * turn.sin,
                 at.frame[2] * turn.cos - at.frame[1] * turn.sin};
     ends_[step > 0 ? 1 : 0] = at;
+  }
+  for (std::size_t i = 0; i < cells_.size(); i += kCellsPerStation) {
+    const Powers& at = cells_[i][0];
+    stations_.push_back({value_of(at[kPlace]), value_of(at[kPlace + 1]), value_of(at[kPlace + 2])});
   }
 }
 
@@ -236,7 +241,7 @@ bool CurveTable<S>::place(const CurvePoint<T>& at, Vec3<T>& x) const {
   const T u = k[0] * y[0] + k[1] * y[1];
   const T k2 = k[0] * k[0] + k[1] * k[1];
   if (!(value_of(u) < 0.5)) return false;
-  if (value_of(k2) * value_of(y[0] * y[0] + y[1] * y[1]) > kFlat) {
+  if (!keeps_thickness_ && value_of(k2) * value_of(y[0] * y[0] + y[1] * y[1]) > kFlat) {
     using std::sqrt;
     const T root = sqrt(T(1) - u - u) + T(1);
     const T more = (u + u) * u / (root * root * k2);
@@ -246,25 +251,32 @@ bool CurveTable<S>::place(const CurvePoint<T>& at, Vec3<T>& x) const {
   return true;
 }
 
-// Returns the length along the curve of its station nearest to x, or of the nearest place beyond an end.
+// Returns the length along the curve of the station of its part nearest to x, or of the nearest place beyond an end.
 template <class S>
 double CurveTable<S>::station_near(const Vec3d& x) const {
   double least = kInfinity;
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < cells_.size(); i += kCellsPerStation) {
-    const Powers& at = cells_[i][0];
-    const Vec3d d{x.x - at[kPlace], x.y - at[kPlace + 1], x.z - at[kPlace + 2]};
+  const double per_station = per_cell_ / kCellsPerStation;
+  const auto last_station = static_cast<double>(stations_.size() - 1);
+  const auto first = static_cast<std::size_t>(std::clamp(std::ceil(part_[0] * per_station), 0.0, last_station));
+  const auto end = static_cast<std::size_t>(std::clamp(std::floor(part_[1] * per_station), 0.0, last_station)) + 1;
+  std::size_t nearest = first;
+  for (std::size_t i = first; i < end; ++i) {
+    const Vec3d d = x - stations_[i];
     const double distance = inner(d, d);
     if (!(distance < least)) continue;
     least = distance;
-    found = i;
+    nearest = i;
   }
+  const std::size_t found = nearest * kCellsPerStation;
   const bool at_last = static_cast<int>(found) < origin_cell_;
   double s = (static_cast<double>(found) + (at_last ? 1 : 0)) / per_cell_;
+  s += step_from(Section<double>{cells_[found][0]}, x).value_or(0);
   for (const bool last : {false, true}) {
     const CurvePoint<double> at = beyond(last, x);
     if (last ? at.s <= length_ : at.s >= 0) continue;
-    const double distance = at.across[0] * at.across[0] + at.across[1] * at.across[1];
+    const double farther =
+        last ? std::max(at.s - std::max(part_[1], length_), 0.0) : std::min(at.s - std::min(part_[0], 0.0), 0.0);
+    const double distance = at.across[0] * at.across[0] + at.across[1] * at.across[1] + farther * farther;
     if (distance > least) continue;
     least = distance;
     s = at.s;
@@ -280,30 +292,46 @@ CurvePoint<double> CurveTable<S>::beyond(bool last, const Vec3d& x) const {
   return {(last ? length_ : 0) + inner(d, frame[0]), {inner(d, frame[1]), inner(d, frame[2])}};
 }
 
-// Newton's method for (x - C(s)).T(s) = 0.
 template <class S>
-auto CurveTable<S>::find(const Vec3d& x) const -> std::optional<CurvePoint<double>> {
-  constexpr double kLast = 1e-8;  // of the length: the next step is rounded away
-  double s = station_near(x);
+std::optional<double> CurveTable<S>::step_from(const Section<double>& here, const Vec3d& x) const {
+  const Vec3d d = x - here.vector(kPlace);
+  const double turn = here[kBend] * inner(d, here.vector(kFirst)) + here[kBend + 1] * inner(d, here.vector(kSecond));
+  const double slope = here[kStretch] - turn * per_cell_;
+  if (!(slope > 0)) return std::nullopt;
+  return std::clamp(inner(d, here.vector(kTangent)) / slope, -4 / per_cell_, 4 / per_cell_);
+}
+
+// Newton's method from a length along the curve.
+template <class S>
+std::optional<double> CurveTable<S>::length_at(const Vec3d& x, double s) const {
+  constexpr double kLast = 1e-7;  // of the length: the next step is rounded away
   double by = length_;
   for (int step = 0; step < kNewtonSteps && std::abs(by) > kLast * length_; ++step) {
     if (s <= 0 || s >= length_) {
-      const double projected = beyond(s > 0, x).s;
-      by = projected - s;
-      s = projected;
+      s = beyond(s > 0, x).s;
       if (s <= 0 || s >= length_) break;
       by = length_;
       continue;
     }
-    const Section<double> here = section(s);
-    const Vec3d d = x - here.vector(kPlace);
-    const double turn = here[kBend] * inner(d, here.vector(kFirst)) + here[kBend + 1] * inner(d, here.vector(kSecond));
-    const double slope = here[kStretch] - turn * per_cell_;
-    if (!(slope > 0)) return std::nullopt;
-    by = std::clamp(inner(d, here.vector(kTangent)) / slope, -4 / per_cell_, 4 / per_cell_);
+    const std::optional<double> next = step_from(section(s), x);
+    if (!next) return std::nullopt;
+    by = *next;
     s += by;
   }
-  return on_section(x, s);
+  return s;
+}
+
+template <class S>
+auto CurveTable<S>::find(const Vec3d& x) const -> std::optional<CurvePoint<double>> {
+  std::optional<double> s = length_at(x, station_near(x));
+  if (!s) return std::nullopt;
+  // Beside the gap of a ring the nearest station may be that of the other end.
+  if (*s < part_[0] || *s > part_[1]) {
+    const double end = std::clamp(*s < part_[0] ? part_[1] : part_[0], 0.0, length_);
+    const std::optional<double> other = length_at(x, end);
+    if (other && *other >= part_[0] && *other <= part_[1]) s = other;
+  }
+  return on_section(x, *s);
 }
 
 // Undoes place().
@@ -317,8 +345,8 @@ auto CurveTable<S>::on_section(const Vec3d& x, double s) const -> std::optional<
   const double k[2] = {here[kBend] * per_length, here[kBend + 1] * per_length};
   const double u = k[0] * y[0] + k[1] * y[1];
   const double k2 = k[0] * k[0] + k[1] * k[1];
-  if (!(u < 1)) return std::nullopt;
-  const double less = k2 * (y[0] * y[0] + y[1] * y[1]) > kFlat ? 0.5 * u * u / k2 : 0;
+  if (!(u < (keeps_thickness_ ? 0.5 : 1))) return std::nullopt;
+  const double less = !keeps_thickness_ && k2 * (y[0] * y[0] + y[1] * y[1]) > kFlat ? 0.5 * u * u / k2 : 0;
   const double root = stretches_ ? std::sqrt(here[kStretch]) : 1;
   for (std::size_t i = 0; i < 2; ++i) y[i] = (y[i] - less * k[i]) * root;
   if (!twists_) return CurvePoint<double>{s, {y[0], y[1]}};

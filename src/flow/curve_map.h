@@ -78,6 +78,9 @@ class CurveTable {
   template <std::size_t kCount = kColumns, class T>
   static Section<T> value_at(const Cell& cell, const T& z);
   double station_near(const Vec3d& x) const;
+  // Newton's step for (x - C(s)).T(s) = 0 from the section at s; nothing at or beyond the centre of curvature.
+  std::optional<double> step_from(const Section<double>& here, const Vec3d& x) const;
+  std::optional<double> length_at(const Vec3d& x, double s) const;
   std::optional<CurvePoint<double>> on_section(const Vec3d& x, double s) const;
 
   double length_;
@@ -85,7 +88,10 @@ class CurveTable {
   int origin_cell_;  // the first cell after the anchor
   bool twists_ = false;
   bool stretches_ = false;
+  bool keeps_thickness_;
+  std::array<double, 2> part_;
   std::vector<Cell> cells_;
+  std::vector<Vec3d> stations_;  // places of some cells, where the search for the nearest place begins
   std::array<End, 2> ends_;
 };
 

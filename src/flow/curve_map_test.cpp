@@ -92,7 +92,8 @@ TEST(CurveMap, GoesThereAndBackAlsoInParts) {
   Random random(2);
   for (int i = 0; i < 10; ++i) {
     const double size = size_of(i);
-    const Flow flow{{random_curve(random, size, i % 2 == 0)}};
+    Flow flow{{random_curve(random, size, i % 2 == 0)}};
+    flow.segments[0].curve.keeps_thickness = i % 3 == 0;
     const std::vector<Vec3d> places = places_about(flow.segments[0], random, 1000);
     const std::vector<Vec3d> there = moved(flow, places, size);
     const std::vector<Vec3d> half = moved(flow_between(flow, 0, 0.4), places, size);
@@ -133,19 +134,22 @@ TEST(CurveMap, IsTheFlowOfItsVelocity) {
 
 TEST(CurveMap, HasTheJacobianOfDifferences) {
   Random random(4);
-  const Segment segment = random_curve(random, 1, true);
-  const std::vector<Vec3d> places = places_about(segment, random, 200);
-  const std::vector<Mat3d> all = jacobians({{segment}}, places, options_of(1));
-  constexpr double kStep = 1e-6;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::vector<Vec3d> before = places;
-    std::vector<Vec3d> after = places;
-    for (Vec3d& x : before) x[axis] -= kStep;
-    for (Vec3d& x : after) x[axis] += kStep;
-    before = moved({{segment}}, before, 1);
-    after = moved({{segment}}, after, 1);
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      EXPECT_LE(norm((after[i] - before[i]) / (2 * kStep) - all[i].column(axis)), 1e-6);
+  Segment segment = random_curve(random, 1, true);
+  for (const bool keeps_thickness : {false, true}) {
+    segment.curve.keeps_thickness = keeps_thickness;
+    const std::vector<Vec3d> places = places_about(segment, random, 200);
+    const std::vector<Mat3d> all = jacobians({{segment}}, places, options_of(1));
+    constexpr double kStep = 1e-6;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::vector<Vec3d> before = places;
+      std::vector<Vec3d> after = places;
+      for (Vec3d& x : before) x[axis] -= kStep;
+      for (Vec3d& x : after) x[axis] += kStep;
+      before = moved({{segment}}, before, 1);
+      after = moved({{segment}}, after, 1);
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        EXPECT_LE(norm((after[i] - before[i]) / (2 * kStep) - all[i].column(axis)), 1e-6);
+      }
     }
   }
 }
@@ -221,6 +225,32 @@ TEST(CurveMap, MovesOnlyWhatIsWithinItsRadius) {
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Vec3d d = places[i] - segment.curve.place - table.end(false).place;
     EXPECT_EQ(some[i], norm(cross(table.end(false).frame[0], d)) <= 0.03 ? all[i] : places[i]);
+  }
+}
+
+// Distances across the curve stay; det J = 1 - k.y is what lengths along it become.
+TEST(CurveMap, KeepsTheThicknessIfAsked) {
+  Random random(9);
+  Segment segment = random_curve(random, 1, true);
+  segment.curve.keeps_thickness = true;
+  std::vector<CurveNode> nodes(segment.curve.nodes.begin(), segment.curve.nodes.end());
+  for (CurveNode& node : nodes) node.stretch = 0;
+  segment.curve.nodes = SharedList<CurveNode>(std::move(nodes));
+  EXPECT_TRUE(changes_volume(segment));
+  const std::vector<Vec3d> places = places_about(segment, random, 1000);
+  const std::vector<Vec3d> there = moved({{segment}}, places, 1);
+  const std::vector<Mat3d> all = jacobians({{segment}}, places, options_of(1));
+  const CurveTable<double> begin(segment.curve, 0.0);
+  const CurveTable<double> end(segment.curve, 1.0);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto before = begin.find(places[i] - segment.curve.place);
+    const auto after = end.find(there[i] - segment.curve.place);
+    ASSERT_TRUE(before && after);
+    EXPECT_NEAR(std::hypot(before->across[0], before->across[1]), std::hypot(after->across[0], after->across[1]), 1e-9);
+    Vec3d on_line;
+    ASSERT_TRUE(end.place(CurvePoint<double>{after->s, {0, 0}}, on_line));
+    EXPECT_NEAR(norm(there[i] - segment.curve.place - on_line), std::hypot(after->across[0], after->across[1]), 1e-9);
+    EXPECT_GT(determinant(all[i]), 0.5);
   }
 }
 

@@ -143,6 +143,8 @@ void check(const CurveMotion& curve) {
   require(is_right && norm(cross(frame.row0, frame.row1) - frame.row2) < kUnitTolerance,
           "a curve's frame must be right-handed, of unit vectors at right angles");
   require(!curve.radius || *curve.radius > 0, "a curve's radius must be greater than 0");
+  require(curve.part[0] < curve.part[1] && curve.part[0] < curve.length && curve.part[1] > 0,
+          "the part of a curve must lie on it");
   for (const CurveNode& node : curve.nodes) {
     const std::array<double, 5> numbers{node.rest[0], node.rest[1], node.bent[0], node.bent[1], node.twist};
     require(std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }),
@@ -212,7 +214,8 @@ void check(const Segment& segment) {
 }  // namespace
 
 bool changes_volume(const Segment& segment) {
-  return !segment.grid.growth.empty() || std::any_of(segment.parts.begin(), segment.parts.end(), changes_volume);
+  return !segment.grid.growth.empty() || segment.curve.keeps_thickness ||
+         std::any_of(segment.parts.begin(), segment.parts.end(), changes_volume);
 }
 
 Vec3d displacement_of(const Segment& segment, const Field& field) {

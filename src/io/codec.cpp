@@ -12,10 +12,10 @@
 namespace knead::io_detail {
 namespace {
 
-constexpr std::array<const Codec*, 17> kCodecs = {&ply_codec,    &obj_codec, &glb_codec,  &gltf_codec, &stl_codec,
-                                                  &off_codec,    &xyz_codec, &pcd_codec,  &ptx_codec,  &splat_codec,
-                                                  &spz_codec,    &su2_codec, &gmsh_codec, &foam_codec, &nastran_codec,
-                                                  &abaqus_codec, &unv_codec};
+constexpr std::array<const Codec*, 18> kCodecs = {&ply_codec,     &obj_codec,    &glb_codec, &gltf_codec, &stl_codec,
+                                                  &threemf_codec, &off_codec,    &xyz_codec, &pcd_codec,  &ptx_codec,
+                                                  &splat_codec,   &spz_codec,    &su2_codec, &gmsh_codec, &foam_codec,
+                                                  &nastran_codec, &abaqus_codec, &unv_codec};
 
 bool has_extension(const Codec& codec, std::string_view extension) {
   return codec.name == extension ||

@@ -177,6 +177,7 @@ struct Codec {
   bool (*stores_floats)(const ShapeFile& source) = nullptr;
   bool can_widen = false;         // a source with floats is rewritten with doubles if the options say so
   bool generates_floats = false;  // new files have floats, whatever the options say
+  bool needs_faces = false;       // new files hold no points without faces
   bool is_for_splats = false;     // new files hold splats (splats.h) and nothing else
 
   // Calls visit for the word of each coordinate of a text file; not called for binary files. Null: there is no text.
@@ -232,9 +233,15 @@ std::string unzipped(std::string_view bytes, const std::string& name);
 // Returns the bytes, compressed without a name or time. Throws InvalidInput if Knead was built without zlib.
 std::string zipped(std::string_view bytes, const std::string& name);
 
+// Returns what a stream of deflate (RFC 1951) holds. Throws as unzipped().
+std::string inflate_bytes(std::string_view bytes, const std::string& name);
+
+// Returns the bytes as such a stream; nothing if Knead was built without zlib.
+std::optional<std::string> deflate_bytes(std::string_view bytes);
+
 // The codecs, each defined in its format's folder.
-extern const Codec ply_codec, obj_codec, glb_codec, gltf_codec, stl_codec, off_codec, xyz_codec, pcd_codec, ptx_codec;
-extern const Codec splat_codec, spz_codec;
+extern const Codec ply_codec, obj_codec, glb_codec, gltf_codec, stl_codec, off_codec, threemf_codec;
+extern const Codec xyz_codec, pcd_codec, ptx_codec, splat_codec, spz_codec;
 extern const Codec su2_codec, gmsh_codec, foam_codec, nastran_codec, abaqus_codec, unv_codec;
 
 }  // namespace knead::io_detail

@@ -203,7 +203,8 @@ TEST(Convert, WhatAFormatCannotHoldAtAllIsSaidBeforehand) {
   EXPECT_TRUE(conversion_losses("out.ply", points).empty());
   const ShapeFile mesh = parse_shape("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "obj", "a.obj");
   for (const char* path : {"out.ptx", "out.msh", "out.bdf", "points"}) {
-    EXPECT_NE(complaint(path, mesh).find("; write .ply, .obj, .glb, .gltf, .stl or .off"), std::string::npos) << path;
+    EXPECT_NE(complaint(path, mesh).find("; write .ply, .obj, .glb, .gltf, .stl, .3mf or .off"), std::string::npos)
+        << path;
   }
   EXPECT_EQ(text_of(conversion_losses("out.xyz", mesh)), "XYZ cannot hold faces\n");
 }

@@ -1,4 +1,5 @@
-// Compressed files.
+// Compressed files, and compressed parts of archives.
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -17,6 +18,7 @@ namespace knead::io_detail {
 namespace {
 
 constexpr int kGzipWindow = 15 + 16;  // the largest window, and a header after RFC 1952
+constexpr int kBareWindow = -15;      // the same without a header
 
 // Calls step() for the pieces of `bytes`, with room for what it makes, and appends that. step(flush) returns zlib's
 // result; at Z_STREAM_END more() says whether to go on.
@@ -53,25 +55,24 @@ struct Stream {
   ~Stream() { end(&state); }
 };
 
-}  // namespace
-
-std::string unzipped(std::string_view bytes, const std::string& name) {
+// `many`: go on with the next stream after the end of one.
+std::string inflated(std::string_view bytes, int window, bool many, const std::string& name, const char* damaged) {
   Stream stream(inflateEnd);
   std::string result;
-  if (inflateInit2(&stream.state, kGzipWindow) != Z_OK) throw std::bad_alloc();
+  if (inflateInit2(&stream.state, window) != Z_OK) throw std::bad_alloc();
   const int end = run_through(
       stream.state, bytes, result, [&](int) { return inflate(&stream.state, Z_NO_FLUSH); },
-      [&] { return inflateReset(&stream.state) == Z_OK; });
+      [&] { return many && inflateReset(&stream.state) == Z_OK; });
   if (end == Z_MEM_ERROR) throw std::bad_alloc();
-  if (end != Z_STREAM_END) throw InvalidInput(Place{name}, "is no sound gzip file; it is cut short or damaged");
+  if (end != Z_STREAM_END) throw InvalidInput(Place{name}, damaged);
   return result;
 }
 
-std::string zipped(std::string_view bytes, const std::string&) {
+std::string deflated(std::string_view bytes, int window) {
   Stream stream(deflateEnd);
   std::string result;
   constexpr int memory_level = 8;  // zlib's own
-  if (deflateInit2(&stream.state, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzipWindow, memory_level, Z_DEFAULT_STRATEGY) !=
+  if (deflateInit2(&stream.state, Z_DEFAULT_COMPRESSION, Z_DEFLATED, window, memory_level, Z_DEFAULT_STRATEGY) !=
       Z_OK) {
     throw std::bad_alloc();
   }
@@ -79,6 +80,18 @@ std::string zipped(std::string_view bytes, const std::string&) {
       stream.state, bytes, result, [&](int flush) { return deflate(&stream.state, flush); }, [] { return false; });
   return result;
 }
+
+}  // namespace
+
+std::string unzipped(std::string_view bytes, const std::string& name) {
+  return inflated(bytes, kGzipWindow, true, name, "is no sound gzip file; it is cut short or damaged");
+}
+std::string zipped(std::string_view bytes, const std::string&) { return deflated(bytes, kGzipWindow); }
+
+std::string inflate_bytes(std::string_view bytes, const std::string& name) {
+  return inflated(bytes, kBareWindow, false, name, "cannot be unpacked; it is cut short or damaged");
+}
+std::optional<std::string> deflate_bytes(std::string_view bytes) { return deflated(bytes, kBareWindow); }
 
 }  // namespace knead::io_detail
 
@@ -97,6 +110,10 @@ namespace {
 
 std::string unzipped(std::string_view, const std::string& name) { refuse_gzip(name); }
 std::string zipped(std::string_view, const std::string& name) { refuse_gzip(name); }
+std::string inflate_bytes(std::string_view, const std::string& name) {
+  throw InvalidInput(Place{name}, "is compressed, and this Knead was built without zlib; pack it without compression");
+}
+std::optional<std::string> deflate_bytes(std::string_view) { return std::nullopt; }
 
 }  // namespace knead::io_detail
 

@@ -15,7 +15,8 @@ struct Kind {
 };
 
 constexpr std::array kNotRead{
-    Kind{"PK\x03\x04", "is a ZIP archive, as 3MF files are; unpack it and name the shape in it"},
+    Kind{"PK\x03\x04",
+         "is a ZIP archive; unpack it and name the shape in it, or let the name of a 3MF file end in .3mf"},
     Kind{"\x1f\x8b", "is compressed by gzip; let its name end in .gz"},
     Kind{"%PDF", "is a PDF document; name the file of the shape"},
     Kind{"Kaydara FBX", "is an FBX file, which is not read; export it as .glb, .obj or .ply"},
@@ -74,6 +75,7 @@ std::string_view format_beginning(std::string_view head, std::size_t size) {
   const std::string_view first = words.next();
   const std::string_view second = words.next();
   if (head.starts_with("glTF")) return "glb";
+  if (head.starts_with("PK\x03\x04") && head.find("3dmodel") != head.npos) return "3mf";
   if (first == "ply") return "ply";
   if (first == "solid" && has("FACET")) return "stl";
   if (is_off_keyword(first)) return "off";
@@ -121,9 +123,9 @@ bool looks_like_obj(std::string_view head) {
 
 std::optional<std::string> other_kind(std::string_view head, std::size_t size, std::string_view format) {
   const std::string_view own = format_beginning(head, size);
-  if (own == format) return std::nullopt;
+  if (own == format || (format == "3mf" && head.starts_with("PK"))) return std::nullopt;
   for (const Kind& kind : kNotRead) {
-    if (head.starts_with(kind.begin)) return kind.what;
+    if (own.empty() && head.starts_with(kind.begin)) return kind.what;
   }
   const bool is_fluent = head.size() > 1 && head[0] == '(' && is_digits(head.substr(1, 1));
   if (is_fluent) return "is a mesh of Fluent, which is not read; convert it to gmsh's format, version 2.2 or 4.1";

@@ -31,7 +31,7 @@ TEST(OtherKinds, PointersPagesAndUtf16InEveryFormat) {
     expect_refusal(kPage, format, "is a web page");
     expect_refusal(std::string("\xff\xfe#\0\n\0", 6), format, "is UTF-16 text");
     EXPECT_THROW(parse_summary(kPointer, format, "a"), InvalidInput);
-    expect_refusal("PK\x03\x04 3D/3dmodel.model", format, "is a ZIP archive");
+    if (format != "3mf") expect_refusal("PK\x03\x04 a.stl", format, "is a ZIP archive");
     expect_refusal("(0 \"Grid\")\n(2 3)\n(10 (0 1 4 0 3))\n", format, "is a mesh of Fluent");
     expect_refusal("{\"knead\": 1}\n{\"undo\": 1}\n", format, "is a session, not a shape");
   }
@@ -43,7 +43,7 @@ TEST(OtherKinds, FilesUnderOtherNamesAreNamed) {
   for (const std::string format : {"stl", "ply", "off", "glb", "gltf", "pcd", "msh", "su2", "foam", "unv"}) {
     expect_refusal(obj, format, "is an OBJ file by another name; let its name end in .obj");
   }
-  for (const std::string real : {"ply", "glb", "gltf", "pcd", "msh", "foam", "unv"}) {
+  for (const std::string real : {"ply", "glb", "gltf", "pcd", "msh", "foam", "unv", "3mf"}) {
     for (const std::string format : {"stl", "ply", "off", "glb", "gltf", "pcd", "msh", "su2", "foam", "unv", "xyz"}) {
       if (real != format) expect_refusal(samples_of(real)[0].bytes, format, "let its name end in ." + real);
     }
@@ -57,6 +57,7 @@ TEST(OtherKinds, DamagedFilesOfTheirOwnFormatKeepTheirMessages) {
   expect_refusal("solid a\nfacet normal 0 0\n", "stl", "a.stl:3: the file ends where a number is expected");
   expect_refusal("OFF\n9 9 9\n", "off", "are declared");
   expect_refusal("v 0 0 0\nf 1 2 3\n", "obj", "out of range");
+  expect_refusal("PK\x03\x04 a.stl", "3mf", "is no ZIP archive, or is cut short");
 }
 
 TEST(OtherKinds, FoldersAreNoFiles) {

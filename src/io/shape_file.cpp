@@ -344,7 +344,7 @@ std::vector<std::string_view> written_extensions(bool has_faces) {
   std::vector<std::string_view> extensions;
   for (const Codec* codec : io_detail::codecs()) {
     const bool is_held = codec->generate != nullptr && !codec->is_for_splats &&
-                         (has_faces ? codec->remeshed != nullptr : codec->name != "stl");
+                         (has_faces ? codec->remeshed != nullptr : !codec->needs_faces);
     if (is_held) extensions.push_back(codec->name);
   }
   return extensions;

@@ -9,6 +9,7 @@
 
 #include "io/gltf/gltf.h"
 #include "io/text.h"
+#include "io/threemf/zip.h"
 #include "knead/io.h"
 
 namespace knead {
@@ -422,10 +423,54 @@ inline std::vector<Sample> unv_samples() {
           {"unv", end + "  2411\n" + node + " 1 2 3\n" + end + end + "  2411\n" + node + " 4 5 6\n" + end}};
 }
 
+// An archive with these parts beside the one that names the model.
+inline std::string threemf_file(std::vector<std::pair<std::string, std::string>> parts,
+                                const std::string& model = "3D/3dmodel.model") {
+  parts.emplace_back("_rels/.rels",
+                     "<Relationships><Relationship Type=\"http://schemas.microsoft.com/3dmanufacturing/"
+                     "2013/01/3dmodel\" Target='/" +
+                         model + "'/></Relationships>");
+  return io_detail::zip::archive_of(parts);
+}
+
+inline std::string threemf_mesh(const std::string& triangles) {
+  return "<mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0.50\"/><vertex x=\"1\" y=\"0\" z=\"0\"/>\n<vertex y=\"1\" "
+         "x=\"0\" z=\"+0\"/></vertices><triangles>" +
+         triangles + "</triangles></mesh>";
+}
+
+inline std::vector<Sample> threemf_samples() {
+  const std::string triangle = "<triangle v1=\"0\" v2=\"1\" v3=\"2\"/>";
+  const std::string plain = "<model><resources><object id=\"1\">" + threemf_mesh(triangle) +
+                            "</object></resources><build><item objectid=\"1\"/></build></model>";
+  const std::string colored =
+      "<?xml version=\"1.0\"?>\r\n<!-- <object/> --><model unit='inch' xmlns:m=\"m\"><metadata "
+      "name='a'>&lt;b></metadata>\r\n"
+      "<resources><m:colorgroup id='5'><m:color color='#FF0000'/><m:color color='#00ff0080'/></m:colorgroup>\r\n"
+      "<object id='2' pid='5' pindex='1'>" +
+      threemf_mesh(
+          "<triangle v1='0' v2='1' v3='2' pid='5' p1='0' p2='1' p3='1' paint_color=\"8\" /><triangle v1='0' v2='2' "
+          "v3='1'/>") +
+      "</object></resources><build><item objectid='2' partnumber='x'/></build></model>";
+  const std::string placed =
+      "<model><resources><object id=\"3\"><components><component objectid=\"1\" p:path=\"/3D/o.model\" "
+      "transform=\"0 2 0 -2 0 0 0 0 2 1 1 1\"/></components></object><object id=\"4\">" +
+      threemf_mesh(triangle) +
+      "</object></resources><build><item objectid=\"3\" transform=\"1 0 0 0 1 0 0 0 -1 5 0 0.1\"/><item "
+      "objectid=\"4\"/></build></model>";
+  const Mesh quad = parse_shape("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 4 3\n", "obj", "a").mesh;
+  return {{"3mf", threemf_file({{"3D/3dmodel.model", plain}})},
+          {"3mf", threemf_file({{"m", plain}, {"Metadata/a.png", "\x89PNG"}}, "m")},
+          {"3mf", threemf_file({{"3D/3dmodel.model", colored}})},
+          {"3mf", threemf_file({{"3D/3dmodel.model", placed}, {"3D/o.model", plain}})},
+          {"3mf", serialize_mesh("3mf", quad)}};
+}
+
 inline std::vector<Sample> samples_of(const std::string& format) {
   if (format == "ply") return ply_samples();
   if (format == "obj") return obj_samples();
   if (format == "stl") return stl_samples();
+  if (format == "3mf") return threemf_samples();
   if (format == "off") return off_samples();
   if (format == "gltf") return gltf_samples();
   if (format == "pcd") return pcd_samples();

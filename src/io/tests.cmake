@@ -22,6 +22,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/source_bytes_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stl/stl_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/text_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/threemf/threemf_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/wild_files_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/cloud/clouds_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/cloud/splat_files_test.cpp

@@ -145,6 +145,7 @@ class Remesher {
     const Surface refined = surface();
     const int steps = is_last_try || options_.targets.iterations == 0 ? 1 : kSteps;
     start();
+    if (options_.exact && options_.targets.iterations == 0) return;  // splits alone move nothing
     if (options_.stop_where_thousands_cross && stops_where_crossed(refined)) return;
     SurfaceMemory memory;
     for (int step = 0; step < steps; ++step) {

@@ -218,6 +218,40 @@ TEST(Curve, WhatMeetsItselfIsRefusedWithAnAngleThatWorks) {
             std::string::npos);
 }
 
+// Bars of several proportions, up to rings whose ends come nearer than they are thick: the motion can be taken back, so
+// that the inverse takes no point to the other end.
+TEST(Curve, RingsThatNearlyCloseAreTakenBack) {
+  for (const auto& [thick, angle] :
+       {std::pair(0.5, 300.0), std::pair(0.5, 340.0), std::pair(0.3, 352.0), std::pair(0.1, 357.0)}) {
+    const Mesh mesh = bar(12.2, 0.2, thick);
+    const auto stroke = parse_stroke(
+        "curve from=-6.4,0,0;0,0,0;6.4,0,0 axis=0,1,0 angle_deg=" + std::to_string(angle * 125 / 122), "stroke");
+    const Flow flow = flow_of(stroke.stroke);
+    std::vector<Vec3d> points = mesh.positions;
+    AdvectOptions options;
+    options.tolerance = 1e-5;
+    ASSERT_EQ(advect(flow, points, options).status, AdvectStatus::done);
+    ASSERT_EQ(advect(inverse(flow), points, options).status, AdvectStatus::done);
+    for (std::size_t i = 0; i < points.size(); ++i) ASSERT_LE(norm(points[i] - mesh.positions[i]), 1e-9) << angle;
+  }
+  const Mesh mesh = bar(12, 0.5, 0.5);
+  after(mesh, "curve axis=0,1,0 angle_deg=350");
+  EXPECT_NE(refusal_of(mesh, "curve axis=0,1,0 angle_deg=365").find("meet itself"), std::string::npos);
+}
+
+// A relief on a cylinder keeps its height; with the volume kept it gets lower.
+TEST(Curve, AWrapKeepsTheThicknessIfAsked) {
+  const Mesh mesh = bar(12, 1, 0.25);
+  const std::vector<Vec3d> kept = after(mesh, "curve around=3 axis=0,1,0 keep=thickness");
+  const std::vector<Vec3d> lower = after(mesh, "curve around=3 axis=0,1,0");
+  const double axis = -0.25 - 3;  // of the cylinder, below the bar
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const double far = std::hypot(kept[i].x, kept[i].z - axis);
+    EXPECT_NEAR(far, 3 + mesh.positions[i].z + 0.25, 1e-9);
+    EXPECT_LE(std::hypot(lower[i].x, lower[i].z - axis), far + 1e-9);
+  }
+}
+
 TEST(Curve, OnlyWhatIsWithinTheRadiusMoves) {
   Mesh mesh = bar(12, 0.5, 0.5);
   const std::size_t first = mesh.positions.size();

@@ -28,6 +28,7 @@ std::vector<StrokeKey> keys(CurveStroke& s) {
           {"axis", Quantity::direction, &s.axis, Presence::optional, "of the arc"},
           {"length", Quantity::other, choice(s.length, {"keep", "fit"}), Presence::optional},
           {"fixed", Quantity::other, choice(s.fixed, {"middle", "start", "end"}), Presence::optional},
+          {"keep", Quantity::other, choice(s.keep, {"volume", "thickness"}), Presence::optional},
           {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional,
            "only what is nearer to the line moves"}};
 }

@@ -230,8 +230,10 @@ class Body {
     slices_.emplace_back().s = last;
   }
 
-  // Where the curve is longer than the shape, the inverse of the motion still looks for points about it.
+  // Where the curve is longer than the shape, the inverse of the motion still looks for points about it, unless it
+  // knows the part that the shape is about.
   void fill_ends() {
+    if (std::isfinite(curve_.part[0])) return;
     const auto has_shape = [](const Slice& slice) { return !slice.is_empty; };
     const auto first = std::find_if(slices_.begin(), slices_.end(), has_shape);
     const auto last = std::find_if(slices_.rbegin(), slices_.rend(), has_shape);

@@ -229,6 +229,12 @@ std::vector<Sample> on_path(const CurveStroke& stroke, const Frame& frame, Curve
   return samples;
 }
 
+// A straight line with its middle, as a stroke without "from" gets: the shape lies between the ramps.
+bool has_short_ramps(const std::vector<Vec3d>& from) {
+  constexpr double kRounding = 1e-9;
+  return from.size() == 3 && norm(from[1] - (from[0] + from[2]) * 0.5) <= kRounding * norm(from[2] - from[0]);
+}
+
 }  // namespace
 
 CurveMotion motion_of(const CurveStroke& stroke) {
@@ -239,6 +245,7 @@ CurveMotion motion_of(const CurveStroke& stroke) {
   CurveMotion motion;
   motion.length = from.length();
   motion.radius = stroke.radius;
+  motion.keeps_thickness = stroke.keep == CurveKeeps::thickness;
   motion.anchor = anchor_of(stroke.fixed, intervals);
   const double spacing = motion.length / intervals;
   const auto anchor = static_cast<std::size_t>(motion.anchor) * kSamplesPerInterval;
@@ -253,6 +260,9 @@ CurveMotion motion_of(const CurveStroke& stroke) {
   motion.place = place;
   motion.frame = {frame.tangent, frame.first, frame.second};
 
+  if (stroke.to.empty() && has_short_ramps(stroke.from)) {
+    motion.part = {kArcRamp * spacing, motion.length - kArcRamp * spacing};
+  }
   double stretch = 0;
   const std::vector<Sample> bent = stroke.to.empty() ? rest : on_path(stroke, frame, motion, stretch);
   double more = stroke.around ? 1 / *stroke.around : 0;  // curvature

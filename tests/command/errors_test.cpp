@@ -36,13 +36,14 @@ TEST_F(ErrorsTest, WhatStandsInTheWrongPlaceIsNamed) {
   const Outcome session = knead({"deform", "a.ply", ".", "-o", "b.ply"});
   EXPECT_NE(session.err.find("is a folder"), std::string::npos) << session.err;
   const Outcome output = knead({"deform", "a.ply", "s.knead", "-o", "b.step"});
-  EXPECT_NE(output.err.find("ends in .ply, .obj, .glb, .gltf, .stl, .off, for points .ply, .obj, .glb, .gltf, .off, "
-                            ".xyz, .pcd, or as the shape's"),
-            std::string::npos)
+  EXPECT_NE(
+      output.err.find("ends in .ply, .obj, .glb, .gltf, .stl, .3mf, .off, for points .ply, .obj, .glb, .gltf, .off, "
+                      ".xyz, .pcd, or as the shape's"),
+      std::string::npos)
       << output.err;
   const Outcome solver = knead({"deform", "a.ply", "s.knead", "-o", "b.msh"});
   EXPECT_EQ(solver.exit_code, 3);
-  EXPECT_NE(solver.err.find("write .ply, .obj, .glb, .gltf, .stl or .off"), std::string::npos) << solver.err;
+  EXPECT_NE(solver.err.find("write .ply, .obj, .glb, .gltf, .stl, .3mf or .off"), std::string::npos) << solver.err;
 }
 
 TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {

@@ -1,4 +1,4 @@
-// knead deform --remesh, --check and --require, and knead remesh.
+// knead deform --remesh, --check and --require, knead remesh and knead refine.
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -274,6 +274,32 @@ TEST_F(RemeshTest, RemeshAloneRefinesAndKeepsTheVolume) {
   const std::string text = knead_ok({"remesh", "a.ply", "-o", "same.obj"});
   EXPECT_NE(text.find("same.obj: "), std::string::npos) << text;
   EXPECT_NE(text.find(" faces; "), std::string::npos) << text;
+}
+
+// A plate with a coarse hole: every corner keeps its bits, and new vertices lie on the edges and faces that were.
+TEST_F(RemeshTest, RefineMovesNothing) {
+  knead_ok({"make", "letter-y", "-n", "1000", "-o", "y.ply", "-q"});
+  for (const std::string& name : Words{"a", "y"}) {
+    const Mesh before = mesh(name + ".ply");
+    const json report =
+        json::parse(knead_ok({"refine", name + ".ply", "--max-edge", "0.04", "-o", name + ".obj", "--json"}));
+    const Mesh fine = mesh(name + ".obj");
+    EXPECT_EQ(report["vertices"], fine.vertex_count());
+    EXPECT_GT(report["splits"], 500);
+    EXPECT_EQ(report["flips"], 0);
+    EXPECT_EQ(report["collapses"], 0);
+    EXPECT_TRUE(report["complete"]);
+    EXPECT_LT(report["distance"], 1e-15);
+    for (std::size_t v = 0; v < before.vertex_count(); ++v) ASSERT_EQ(fine.positions[v], before.positions[v]);
+    EXPECT_NEAR(measure(fine).volume, measure(before).volume, 1e-11);
+    for (std::size_t f = 0; f < fine.face_count(); ++f) {
+      const auto face = fine.face(f);
+      for (std::size_t c = 0; c < face.size(); ++c) {
+        EXPECT_LE(norm(fine.positions[face[c]] - fine.positions[face[(c + 1) % face.size()]]), 0.04);
+      }
+    }
+  }
+  expect_error(knead({"refine", "a.ply", "-o", "b.ply"}), 2, "--max-edge");
 }
 
 TEST_F(RemeshTest, RemeshRefusesPoints) {

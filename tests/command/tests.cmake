@@ -2,7 +2,7 @@
 set(here ${CMAKE_CURRENT_LIST_DIR})
 knead_test(knead_command_test
            SOURCES ${here}/bench_test.cpp ${here}/check_test.cpp ${here}/deform_test.cpp ${here}/errors_test.cpp ${here}/examples_test.cpp ${here}/fit_test.cpp
-                   ${here}/frames_test.cpp ${here}/interrupt_test.cpp ${here}/parameters_test.cpp ${here}/process.cpp ${here}/remesh_test.cpp ${here}/shapes_test.cpp ${here}/streams_test.cpp ${here}/together_test.cpp
+                   ${here}/frames_test.cpp ${here}/interrupt_test.cpp ${here}/makers_test.cpp ${here}/parameters_test.cpp ${here}/process.cpp ${here}/remesh_test.cpp ${here}/shapes_test.cpp ${here}/streams_test.cpp ${here}/together_test.cpp
            LIBRARIES fmt::fmt nlohmann_json::nlohmann_json
            SLOW FitTest.BringsTheWholeSurfaceToTheTarget FitTest.FollowsAHandThatMovesFar FitTest.TakesTheTablesOfSpreadsheets
                 FitTest.TakesTolerancesAndMaps)

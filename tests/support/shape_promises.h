@@ -8,6 +8,7 @@
 #include "io/cloud/cloud.h"
 #include "io/gltf/gltf.h"
 #include "io/solver/solver.h"
+#include "io/threemf/threemf.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
@@ -15,8 +16,8 @@
 
 namespace knead {
 
-inline constexpr const char* kEveryFormat[] = {"ply", "obj", "off", "xyz",  "pcd", "ptx", "glb", "gltf",
-                                               "stl", "su2", "msh", "foam", "bdf", "inp", "unv"};
+inline constexpr const char* kEveryFormat[] = {"ply", "obj", "off", "xyz", "pcd",  "ptx", "glb", "gltf",
+                                               "stl", "3mf", "su2", "msh", "foam", "bdf", "inp", "unv"};
 
 inline std::string broken_mesh(const Mesh& mesh) {
   if (mesh.face_begin.front() != 0 || mesh.face_begin.back() != mesh.corner_vertex.size()) return "face_begin";
@@ -66,6 +67,12 @@ inline std::vector<bool> held_positions(const ShapeFile& shape) {
   if (const auto* solver = io_detail::find_layout<io_detail::solver::Layout>(shape)) {
     return std::vector<bool>(held.size(), !solver->rounds);
   }
+  if (const auto* threemf = io_detail::find_layout<io_detail::threemf::Layout>(shape)) {
+    for (const io_detail::threemf::Instance& instance : threemf->instances) {
+      std::fill_n(held.begin() + instance.first_vertex, instance.vertices, instance.placement.is_identity());
+    }
+    return held;
+  }
   const io_detail::gltf::Layout* gltf = io_detail::find_layout<io_detail::gltf::Layout>(shape);
   if (gltf == nullptr) return held;
   for (const io_detail::gltf::Block& block : gltf->blocks) {
@@ -89,7 +96,8 @@ inline std::vector<Vec3d> corner_positions(const Mesh& mesh, bool as_floats) {
 // What differs between a mesh and what was read back of it; empty if nothing does.
 inline std::string difference(const Mesh& mesh, const ShapeFile& back, bool as_floats) {
   const bool same_faces = back.mesh.face_begin == mesh.face_begin && back.mesh.corner_vertex == mesh.corner_vertex;
-  if (back.format == "stl" || (is_gltf(back.format) && !same_faces)) {  // GLB: cut into triangles, or split at seams
+  const bool may_cut = is_gltf(back.format) || back.format == "3mf";
+  if (back.format == "stl" || (may_cut && !same_faces)) {  // GLB: cut into triangles, or split at seams
     return corner_positions(back.mesh, false) == corner_positions(mesh, as_floats) ? "" : "corners";
   }
   if (back.mesh.vertex_count() != mesh.vertex_count()) return "the number of vertices";
@@ -116,6 +124,8 @@ inline std::string broken_file(const std::string& format, const std::string& byt
 // What differs between a mesh with other connectivity and what was read back of it; empty if nothing does.
 inline std::string remade_difference(const ShapeFile& source, const Remade& remade, const ShapeFile& back) {
   const std::vector<std::uint32_t> order = file_order(source, remade);
+  const std::vector<bool> held = held_positions(source);
+  const bool is_placed = source.format == "3mf" && std::find(held.begin(), held.end(), false) != held.end();
   if (back.mesh.face_count() != order.size()) return "the number of faces";
   for (const Attribute& a : source.mesh.attributes) {
     const bool is_zero = std::all_of(a.values.begin(), a.values.end(), [](double value) { return value == 0; });
@@ -127,7 +137,7 @@ inline std::string remade_difference(const ShapeFile& source, const Remade& rema
     if (expected.size() != found.size()) return "the corners of face " + std::to_string(k);
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const std::uint32_t v = expected[i];
-      const bool is_exact = v < source.mesh.vertex_count() || !is_gltf(source.format);
+      const bool is_exact = (v < source.mesh.vertex_count() || !is_gltf(source.format)) && !is_placed;
       if (is_exact && !(back.mesh.positions[found[i]] == remade.mesh.positions[v])) {
         return "a position of face " + std::to_string(k);
       }
@@ -179,7 +189,8 @@ inline std::string broken_promise(const ShapeFile& shape) {
   count_flipped(shape.mesh, shape.mesh.positions, moved.positions);
   for (const std::string format : kEveryFormat) {
     const bool is_own = format == shape.format;
-    const bool may_refuse = (format == "stl" && moved.face_count() == 0) || format == "ptx" || is_solver(format);
+    const bool may_refuse =
+        ((format == "stl" || format == "3mf") && moved.face_count() == 0) || format == "ptx" || is_solver(format);
     if (may_refuse && !is_own) continue;
     const std::string bytes = serialize_shape(format, shape, moved.positions, {.double_coordinates = true});
     const bool as_floats = is_own ? holds_floats(shape) : format == "stl" || is_gltf(format);

@@ -110,7 +110,7 @@ inline Remade split_all(const Mesh& mesh) {
 inline std::size_t place_of(const ShapeFile& source, std::uint32_t face) {
   const io_detail::gltf::Layout* glb = io_detail::find_layout<io_detail::gltf::Layout>(source);
   const io_detail::stl::Layout* stl = io_detail::find_layout<io_detail::stl::Layout>(source);
-  if (source.format == "obj" || (stl != nullptr && !stl->binary)) return face;
+  if (source.format == "obj" || source.format == "3mf" || (stl != nullptr && !stl->binary)) return face;
   if (glb == nullptr) return 0;
   std::size_t run = 0;
   while (run + 1 < glb->faces.size() && glb->faces[run + 1].first <= face) ++run;

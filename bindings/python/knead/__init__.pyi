@@ -318,6 +318,7 @@ class Curve(Stroke):
     axis: Vector | None
     length: Literal['keep', 'fit'] | None
     fixed: Literal['middle', 'start', 'end'] | None
+    keep: Literal['volume', 'thickness'] | None
     radius: float | Literal['auto'] | None
     def __init__(
         self,
@@ -330,6 +331,7 @@ class Curve(Stroke):
         axis: Vector | None = None,
         length: Literal['keep', 'fit'] | None = None,
         fixed: Literal['middle', 'start', 'end'] | None = None,
+        keep: Literal['volume', 'thickness'] | None = None,
         radius: float | Literal['auto'] | None = None,
         name: str | None = None,
         off: bool | None = None,

@@ -236,8 +236,9 @@ _DETAILS = {
         growth: an array of one number for each node, or base64 of it: p of v = curl A + grad p, which changes volumes
 """,
     "curve": """
-    A line through the shape becomes another line, or an arc, and the shape follows; volume is kept exactly. Without `from_`
-    the line is the longest axis of the shape's box, so deform() reads the vertices.
+    A line through the shape becomes another line, or an arc, and the shape follows; volume is kept exactly, or with
+    keep="thickness" the distances from the line. Without `from_` the line is the longest axis of the shape's box, so
+    deform() reads the vertices.
 
         ring = knead.deform(vertices, knead.Curve(angle_deg=270, axis=[0, 1, 0]), faces)
         hose = knead.deform(vertices, knead.Curve(to=path), faces)

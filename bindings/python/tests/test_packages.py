@@ -176,3 +176,28 @@ def test_open3d_point_cloud(sphere, session):
     cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(sphere.vertices))
     cloud.paint_uniform_color([1, 0, 0])
     assert check_kind(cloud, "points", session).has_colors()
+
+
+def test_manifold3d(tmp_path):
+    """A solid with a hole is bent by warp_batch, and by the command's way; both take part in a union."""
+    manifold3d = pytest.importorskip("manifold3d")
+    bar = manifold3d.Manifold.cube([120, 20, 6]) - manifold3d.Manifold.cylinder(20, 4, 4, 64).translate([60, 10, -5])
+    stroke = knead.Curve(from_=[[0, 10, 3], [60, 10, 3], [120, 10, 3]], angle_deg=90, axis=[0, 1, 0])
+    warped = bar.refine_to_length(1).warp_batch(knead.Flow(stroke))
+    assert warped.status() == manifold3d.Error.NoError
+    assert warped.volume() == pytest.approx(bar.volume(), rel=1e-3)
+
+    mesh = bar.to_mesh()
+    vertices, faces = np.array(mesh.vert_properties[:, :3], float), np.array(mesh.tri_verts)
+    bent = knead.remesh(vertices, faces, stroke, max_chord=1e-4)
+    solid = manifold3d.Manifold(manifold3d.Mesh(bent.vertices.astype(np.float32), bent.faces.astype(np.uint32)))
+    assert solid.status() == manifold3d.Error.NoError
+    assert solid.volume() == pytest.approx(bar.volume(), rel=1e-5)
+    block = manifold3d.Manifold.cube([40, 40, 40], True).translate(bent.vertices.mean(axis=0))
+    both = solid + block
+    assert both.status() == manifold3d.Error.NoError
+    assert max(solid.volume(), block.volume()) < both.volume() < solid.volume() + block.volume()
+
+    knead.write(tmp_path / "bent.3mf", bent.vertices, bent.faces)
+    back = knead.read(tmp_path / "bent.3mf")
+    assert bits(back.vertices) == bits(bent.vertices) and np.array_equal(back.faces, bent.faces)

@@ -309,4 +309,5 @@ const knead::io_detail::Codec knead::io_detail::stl_codec{.name = "stl",
                                                           .remesh_losses = stl::remesh_losses,
                                                           .stores_floats = stl::stores_floats,
                                                           .generates_floats = true,
+                                                          .needs_faces = true,
                                                           .visit_coordinates = stl::visit_coordinates};

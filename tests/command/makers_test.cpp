@@ -1,0 +1,122 @@
+// knead bend, twist and wrap: a coarse plate with a hole, as a CAD program writes it, becomes what a printer takes.
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "knead/io.h"
+#include "knead/mesh.h"
+#include "process.h"
+
+namespace knead::command_test::makers_test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+// 120 x 20 x 4, with a hole of 20 x 8 through its middle; 32 triangles.
+std::string plate() {
+  std::string text;
+  const auto add_ring = [&](double x0, double x1, double y0, double y1, double z) {
+    for (const auto& [x, y] : {std::pair(x0, y0), std::pair(x1, y0), std::pair(x1, y1), std::pair(x0, y1)}) {
+      text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+    }
+  };
+  for (const double z : {0.0, 4.0}) {
+    add_ring(0, 120, 0, 20, z);
+    add_ring(50, 70, 6, 14, z);
+  }
+  const auto add_face = [&](std::array<int, 4> corners) {
+    for (const std::size_t second : {1, 2}) {
+      text += "f";
+      for (const std::size_t corner : {std::size_t{0}, second, second + 1}) {
+        text += " " + std::to_string(corners[corner] + 1);
+      }
+      text += "\n";
+    }
+  };
+  for (int i = 0; i < 4; ++i) {
+    const int j = (i + 1) % 4;
+    add_face({8 + i, 8 + j, 12 + j, 12 + i});
+    add_face({i, 4 + i, 4 + j, j});
+    add_face({i, j, 8 + j, 8 + i});
+    add_face({4 + i, 12 + i, 12 + j, 4 + j});
+  }
+  return text;
+}
+
+class MakersTest : public CommandTest {
+ protected:
+  MakersTest() {
+    write("plate.obj", plate());
+    volume_ = measure(read_shape(path("plate.obj")).mesh).volume;
+  }
+
+  // Runs a command on the plate. The result is closed, and no two of its triangles cross.
+  Mesh made(Words words, const std::string& output) const {
+    words.insert(words.begin() + 1, {"plate.obj", "-o", output});
+    knead_ok(words);
+    knead_ok({"check", output, "-q", "--require", "closed,manifold,oriented,no-self-intersections,no-degenerate"});
+    return read_shape(path(output)).mesh;
+  }
+
+  void expect_volume(const Mesh& mesh, double factor = 1, double error = 1e-5) const {
+    EXPECT_NEAR(measure(mesh).volume / volume_, factor, error);
+  }
+
+  double volume_ = 0;
+};
+
+TEST_F(MakersTest, BendsTwistsAndWrapsKeepTheVolume) {
+  EXPECT_NEAR(volume_, (120 * 20 - 20 * 8) * 4, 1e-9);
+  for (const std::string extension : {"stl", "3mf"}) {
+    expect_volume(made({"bend", "--angle", "90"}, "b90." + extension));
+    expect_volume(made({"bend", "--angle", "270"}, "b270." + extension));
+    expect_volume(made({"twist", "--angle", "180"}, "t180." + extension));
+    expect_volume(made({"wrap", "--radius", "30"}, "w30." + extension));
+  }
+}
+
+// The ends are nearer to each other than the plate is thick.
+TEST_F(MakersTest, ARingNearlyCloses) {
+  expect_volume(made({"bend", "--angle", "353"}, "ring.stl"));
+  expect_error(knead({"bend", "plate.obj", "--angle", "380", "-o", "no.stl"}), 3, "the shape would meet itself");
+}
+
+TEST_F(MakersTest, ABendAlongAPathEndsThere) {
+  write("path.csv", "x,y,z\n0,10,2\n50,10,2\n90,10,25\n100,40,50\n");
+  const Mesh mesh = made({"bend", "--along", "path.csv", "--fit"}, "path.stl");
+  expect_volume(mesh);
+  double nearest = 1e9;
+  for (const Vec3d& p : mesh.positions) nearest = std::min(nearest, norm(p - Vec3d{100, 40, 50}));
+  EXPECT_LT(nearest, 11);
+}
+
+// Distances from the cylinder's axis are 30 below and 34 on top: the volume is that of an arc of a ring.
+TEST_F(MakersTest, AWrapKeepsTheThicknessIfAsked) {
+  const Mesh kept = made({"wrap", "--radius", "30", "--keep", "thickness"}, "kept.stl");
+  expect_volume(kept, (34.0 * 34 - 30 * 30) / (2 * 30 * 4), 1e-4);
+  const auto [least, greatest] = [&] {
+    double low = 1e9;
+    double high = 0;
+    for (const Vec3d& p : kept.positions) {
+      const double far = std::hypot(p.x - 60, p.z + 30);
+      low = std::min(low, far);
+      high = std::max(high, far);
+    }
+    return std::pair(low, high);
+  }();
+  EXPECT_NEAR(least, 30, 0.02);
+  EXPECT_NEAR(greatest, 34, 0.02);
+  const std::string line = knead_ok({"wrap", "plate.obj", "--radius", "30", "--keep", "thickness", "-o", "kept.stl"});
+  EXPECT_NE(line.find("det J from 1"), std::string::npos) << line;
+}
+
+TEST_F(MakersTest, TheSessionDoesTheSame) {
+  made({"bend", "--angle", "90", "--session", "bend.knead"}, "one.ply");
+  knead_ok({"deform", "plate.obj", "bend.knead", "-q", "--max-chord", "1e-4", "-o", "two.ply"});
+  EXPECT_EQ(read("one.ply"), read("two.ply"));
+}
+
+}  // namespace
+}  // namespace knead::command_test::makers_test
