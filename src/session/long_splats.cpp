@@ -7,13 +7,16 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "flow/block_mover.h"
 #include "io/codec.h"
 #include "knead/error.h"
 #include "knead/replay.h"
@@ -34,6 +37,10 @@ constexpr int kMaxRounds = 8;
 constexpr int kOpacityRounds = 30;
 constexpr double kMinOpacity = 1e-4;  // less is not seen
 constexpr double kMaxOpacity = 0.9999;
+// Evaluations of the flow after which points count as running away: of a group, and more for each of its points.
+constexpr std::uint64_t kGroupEvaluations = 100'000;
+constexpr std::uint64_t kPointEvaluations = 100;  // for each segment
+constexpr std::size_t kGroupPieces = 512;
 
 // A splat, or a piece of one.
 struct SplatPiece {
@@ -155,18 +162,48 @@ class Splitter {
       for (const Bend& bend : bends_of(open)) split(bend, next);
       open = std::move(next);
     }
+    std::erase_if(pieces_, [](const SplatPiece& piece) { return !piece.is_split; });
     std::vector<Vec3d> centers;
     for (const SplatPiece& piece : pieces_) centers.push_back(piece.center);
-    // A piece may lie where path lines run away, and the splat may not: then all stay whole.
-    if (advect(flow_, centers, motion_).status != AdvectStatus::done) pieces_.clear();
+    const std::vector<bool> runs_away = move(centers, 1);
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      if (runs_away[i]) whole_.insert(pieces_[i].source);
+    }
+    std::erase_if(pieces_, [&](const SplatPiece& piece) { return whole_.contains(piece.source); });
   }
 
-  // The pieces, of each splat the first one first.
+  // The pieces of what is split, of each splat the first one first.
   std::span<const SplatPiece> pieces() const { return pieces_; }
+  // Returns how many splats stay whole because a part of them would run away.
+  std::size_t whole() const { return whole_.size(); }
+  // Returns how many splats would have more pieces if there could be more splats.
+  std::size_t limited() const { return limited_.size(); }
 
  private:
+  // Moves points, `each` of every piece. Returns which pieces have one that runs away; the points of these stay.
+  std::vector<bool> move(std::span<Vec3d> points, std::size_t each) const {
+    std::vector<bool> runs_away(points.size() / each);
+    if (!points.empty()) move_group(points, each, 0, runs_away);
+    return runs_away;
+  }
+
+  // first: the number of the group's first piece.
+  void move_group(std::span<Vec3d> points, std::size_t each, std::size_t first, std::vector<bool>& runs_away) const {
+    const std::size_t pieces = points.size() / each;
+    const bool is_small = pieces <= kGroupPieces;
+    const std::uint64_t of_points = kPointEvaluations * flow_.segments.size() * points.size();
+    const std::uint64_t most = is_small ? kGroupEvaluations + of_points : std::numeric_limits<std::uint64_t>::max();
+    if (detail::advect_within(flow_, points, motion_, most).status == AdvectStatus::done) return;
+    runs_away[first] = pieces == 1;
+    if (pieces == 1) return;
+    const std::size_t part = is_small ? pieces / 2 : kGroupPieces;
+    for (std::size_t i = 0; i < pieces; i += part) {
+      move_group(points.subspan(i * each, std::min(part, pieces - i) * each), each, first + i, runs_away);
+    }
+  }
+
   // Returns those that bend too much, the worst first.
-  std::vector<Bend> bends_of(std::span<const std::size_t> open) const {
+  std::vector<Bend> bends_of(std::span<const std::size_t> open) {
     std::vector<Vec3d> points;
     for (const std::size_t i : open) {
       const SplatPiece& piece = pieces_[i];
@@ -176,9 +213,11 @@ class Splitter {
         points.insert(points.end(), {piece.center + arm, piece.center - arm});
       }
     }
-    if (advect(flow_, points, motion_).status != AdvectStatus::done) return {};  // the replay says why
+    const std::vector<bool> runs_away = move(points, 7);
     std::vector<Bend> bends;
     for (std::size_t i = 0; i < open.size(); ++i) {
+      if (runs_away[i]) whole_.insert(pieces_[open[i]].source);
+      if (whole_.contains(pieces_[open[i]].source)) continue;
       const Bend bend = bend_of(open[i], std::span(points).subspan(7 * i, 7));
       if (bend.amount > kMaxBend) bends.push_back(bend);
     }
@@ -208,7 +247,10 @@ class Splitter {
     const double deviation = std::clamp(part, kSmallestPart, kLargestPart);
     const SplatPiece whole = pieces_[bend.piece];
     const Division division = division_of(deviation, whole.opacity);
-    if (count_ + division.centers.size() - 1 > max_splats_) return;
+    if (count_ + division.centers.size() - 1 > max_splats_) {
+      limited_.insert(whole.source);
+      return;
+    }
     count_ += division.centers.size() - 1;
     const Vec3d arm = columns_.axis(whole.source, bend.axis) * whole.sizes[bend.axis];
     for (std::size_t k = 0; k < division.centers.size(); ++k) {
@@ -227,6 +269,8 @@ class Splitter {
   Columns columns_;
   AdvectOptions motion_;
   std::vector<SplatPiece> pieces_;
+  std::set<std::uint32_t> whole_;
+  std::set<std::uint32_t> limited_;
   std::size_t count_;  // of all splats
   std::size_t max_splats_;
 };
@@ -240,7 +284,6 @@ ShapeFile with_pieces(const ShapeFile& source, std::span<const SplatPiece> piece
   const auto count = static_cast<std::uint32_t>(source.mesh.vertex_count());
   std::vector<bool> has_row(count);
   for (const SplatPiece& piece : pieces) {
-    if (!piece.is_split) continue;
     const bool is_first = !has_row[piece.source];
     has_row[piece.source] = true;
     rows.emplace_back(is_first ? piece.source : count + static_cast<std::uint32_t>(copied.size()), &piece);
@@ -272,7 +315,7 @@ ShapeFile with_pieces(const ShapeFile& source, std::span<const SplatPiece> piece
 }  // namespace
 
 std::optional<ShapeFile> split_splats(const ShapeFile& source, const Session& session, const ReplayOptions& options,
-                                      std::optional<std::size_t> max_splats) {
+                                      std::optional<std::size_t> max_splats, std::vector<std::string>* notes) {
   const bool can_split = io_detail::codec_named(source.format, "source").with_copies != nullptr;
   if (!can_split || !are_splats(source.mesh)) return std::nullopt;
   splat_degree(source.mesh);
@@ -289,10 +332,18 @@ std::optional<ShapeFile> split_splats(const ShapeFile& source, const Session& se
   const Flow flow = flow_of(resolved, options.part, options.motion.threads);
   Splitter splitter(source.mesh, flow, most, options.motion);
   splitter.run();
-  const std::span<const SplatPiece> pieces = splitter.pieces();
-  const auto is_split = [](const SplatPiece& piece) { return piece.is_split; };
-  if (std::none_of(pieces.begin(), pieces.end(), is_split)) return std::nullopt;
-  return with_pieces(source, pieces);
+  std::optional<ShapeFile> result;
+  if (!splitter.pieces().empty()) result = with_pieces(source, splitter.pieces());
+  if (notes == nullptr) return result;
+  const auto splats = [](std::size_t count) { return fmt::format("{} long splat{}", count, count == 1 ? "" : "s"); };
+  if (splitter.whole() > 0) {
+    notes->push_back(fmt::format("{} kept whole: the strokes would take a part far away", splats(splitter.whole())));
+  }
+  if (splitter.limited() > 0) {
+    notes->push_back(fmt::format("{} need more pieces: at most {} splats are allowed",
+                                 splats(splitter.limited()), most));
+  }
+  return result;
 }
 
 }  // namespace knead

@@ -383,8 +383,52 @@ TEST(Splats, LongOnesAreSplitUntilTheyBend) {
     }
     EXPECT_FALSE(split_splats(source, session, {}, 0));
     EXPECT_FALSE(split_splats(*split, session, {}, 10'000));
-    EXPECT_LE(split_splats(source, session, {}, 210)->mesh.vertex_count(), 210U);
+    std::vector<std::string> notes;
+    EXPECT_LE(split_splats(source, session, {}, 210, &notes)->mesh.vertex_count(), 210U);
+    EXPECT_EQ(notes.size(), 1U);
+    EXPECT_NE(notes[0].find("at most 210 splats are allowed"), std::string::npos);
   }
+}
+
+// Points farther from the arc than half its radius run away: the splats that reach there stay as they were, and
+// the others are split as without them.
+TEST(Splats, OnlyThoseOfWhichAPartRunsAwayStayWhole) {
+  const Session session = parse_session(
+      R"({"knead": 1}
+{"tool": "curve", "from": [[-1, 0, 0], [1, 0, 0]], "angle_deg": 180, "axis": [0, 1, 0]}
+)",
+      "s.knead");
+  Mesh mesh = random_splats(1500, 0);
+  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) mesh.positions[i] = mesh.positions[i] * 0.1;
+  for (Attribute& attribute : mesh.attributes) {
+    if (attribute.name == "scale_0") attribute.values.assign(mesh.vertex_count(), std::log(0.15));
+    if (attribute.name == "scale_1" || attribute.name == "scale_2") {
+      attribute.values.assign(mesh.vertex_count(), std::log(0.01));
+    }
+    if (attribute.name.starts_with("rot_")) attribute.values.assign(mesh.vertex_count(), attribute.name == "rot_0");
+    if (attribute.name == "opacity") attribute.values.assign(mesh.vertex_count(), 2);
+  }
+  const auto split_with = [&](std::vector<std::uint32_t> long_ones) {
+    Mesh changed = mesh;
+    for (Attribute& attribute : changed.attributes) {
+      for (const std::uint32_t i : long_ones) {
+        if (attribute.name == "scale_1" || attribute.name == "scale_2") attribute.values[i] = std::log(0.7);
+      }
+    }
+    std::vector<std::string> notes;
+    const ShapeFile source = parse_shape(serialize_mesh("ply", changed), "ply", "source.ply");
+    std::optional<ShapeFile> split = split_splats(source, session, {}, 100'000, &notes);
+    return std::pair{split ? split->mesh : Mesh{}, notes};
+  };
+  const auto [all, no_notes] = split_with({});
+  const auto [others, notes] = split_with({3, 700, 1499});
+  EXPECT_TRUE(no_notes.empty());
+  EXPECT_EQ(notes, std::vector<std::string>{"3 long splats kept whole: the strokes would take a part far away"});
+  ASSERT_GT(all.vertex_count(), 3000U);
+  EXPECT_LT(others.vertex_count(), all.vertex_count());
+  EXPECT_GT(others.vertex_count(), all.vertex_count() - 3 * 20);
+  EXPECT_EQ(others.positions[3], parse_shape(serialize_mesh("ply", mesh), "ply", "s").mesh.positions[3]);
+  EXPECT_EQ(others.positions[4], all.positions[4]);
 }
 
 TEST(Splats, FilesOfTextAndWithRowsWithoutPlacesGetThem) {
