@@ -41,11 +41,10 @@ WriteOptions write_options_for(const DeformOptions& options, const Digits& digit
 void split_long_splats(const DeformOptions& options, const ReplayOptions& replay, const std::string& path,
                        const Session& session, ShapeFile& shape) {
   std::vector<std::string> notes;
-  std::optional<ShapeFile> split = split_splats(shape, session, replay, options.max_splats, &notes);
-  if (split) {
-    notes.insert(notes.begin(), fmt::format("long splats are split, so that they can bend: {} are now {}",
-                                            shape.mesh.vertex_count(), split->mesh.vertex_count()));
-    shape = std::move(*split);
+  const std::size_t before = shape.mesh.vertex_count();
+  if (split_splats(shape, session, replay, options.max_splats, &notes)) {
+    notes.insert(notes.begin(), fmt::format("long splats are split, so that they can bend: {} are now {}", before,
+                                            shape.mesh.vertex_count()));
   }
   if (options.common.quiet) return;
   for (const std::string& note : notes) print_message(fmt::format("note: {}: {}", path, note));

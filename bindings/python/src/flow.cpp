@@ -170,9 +170,7 @@ std::optional<ShapeFile> deform_file(const Given& given, const ShapeFile& file, 
   }
   Progress progress;
   std::vector<std::string> notes;
-  run_watched(py::none(), progress, [&] {
-    if (auto split = split_splats(whole, session, options, max_splats, &notes)) whole = *std::move(split);
-  });
+  run_watched(py::none(), progress, [&] { split_splats(whole, session, options, max_splats, &notes); });
   warn(notes);
   options.normals = vertex_normals_of(whole);
   const std::optional<ReplayResult> replayed = replay_watched(given.progress, whole.mesh, session, options);
