@@ -151,7 +151,7 @@ class Splitter {
       : flow_(flow), columns_(mesh), count_(mesh.vertex_count()), max_splats_(max_splats) {
     const FlowReach reach(flow);
     const double feature = std::min(reach.smallest_feature(), reference_length(mesh));
-    motion_ = {.tolerance = kPathTolerance * feature, .precision = Precision::float64, .threads = motion.threads};
+    motion_ = {.tolerance = kPathTolerance * feature, .threads = motion.threads};
     if (!columns_.has_opacity()) return;
     const double smallest = elementary::log(kSmallest * feature);
     for (std::uint32_t splat = 0; splat < count_; ++splat) {

@@ -396,6 +396,39 @@ TEST(Splats, LongOnesAreSplitUntilTheyBend) {
   }
 }
 
+// The mesh of a split file is what the written file holds: in place or with wider rows, moved or not, split once or twice.
+TEST(Splats, PiecesAreRowsOfTheFile) {
+  const auto bend = [](int degrees) {
+    return parse_session(
+        fmt::format("{{\"knead\": 1}}\n{{\"tool\": \"bend\", \"center\": [0,0,0], \"axis\": [0,1,0], \"normal\": "
+                    "[0,0,1], \"width\": 1, \"angle_deg\": {}}}\n",
+                    degrees),
+        "s.knead");
+  };
+  std::string bytes = serialize_mesh("ply", random_splats(200, 9));
+  bytes.insert(bytes.find("end_header"), "element camera 1\nproperty uchar id\n");
+  bytes += "\7";
+  const ShapeFile source = parse_shape(bytes, "ply", "source.ply");
+  const std::optional<ShapeFile> once = split_of(source, bend(40), 3000);
+  ASSERT_TRUE(once);
+  const std::optional<ShapeFile> twice = split_of(*once, bend(160), 3000);
+  ASSERT_TRUE(twice);
+  EXPECT_GT(twice->mesh.vertex_count(), once->mesh.vertex_count());
+  for (const ShapeFile* split : {&*once, &*twice}) {
+    for (const bool as_doubles : {false, true}) {
+      for (const double shift : {0.0, 0.5}) {
+        std::vector<Vec3d> positions = split->mesh.positions;
+        for (Vec3d& p : positions) p.y = as_doubles ? p.y + shift : static_cast<float>(p.y + shift);
+        const std::string written = serialize_shape("ply", *split, positions, {.double_coordinates = as_doubles});
+        EXPECT_EQ(written.back(), '\7');
+        const ShapeFile read = parse_shape(written, "ply", "written.ply");
+        EXPECT_EQ(read.mesh.positions, positions);
+        EXPECT_EQ(read.mesh.attributes, split->mesh.attributes);
+      }
+    }
+  }
+}
+
 // Points farther from the arc than half its radius run away: the splats that reach there stay as they were, and
 // the others are split as without them.
 TEST(Splats, OnlyThoseOfWhichAPartRunsAwayStayWhole) {
