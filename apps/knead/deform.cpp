@@ -301,7 +301,8 @@ void run_deform(const DeformOptions& options) {
   };
   if (options.frames.frames) replay.frames.deliver = write;
   const Clock deforming;
-  const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
+  Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
+  certified.result.shape.free_layout();
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames.frames) write({0, certified.result.shape});
   if (!target.is_animation() && !is_stream(target.path(0))) {
