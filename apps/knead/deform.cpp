@@ -301,8 +301,7 @@ void run_deform(const DeformOptions& options) {
   };
   if (options.frames.frames) replay.frames.deliver = write;
   const Clock deforming;
-  Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
-  certified.result.shape.free_layout();
+  const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames.frames) write({0, certified.result.shape});
   if (!target.is_animation() && !is_stream(target.path(0))) {

@@ -83,8 +83,7 @@ MovedSplats DeformedShape::moved_splats(const Flow& flow, AdvectOptions options)
   const auto is_pinned = [](const Segment& segment) { return segment.time_law == TimeLaw::pinned; };
   const bool has_pins = std::any_of(flow.segments.begin(), flow.segments.end(), is_pinned);
   const double tolerance = has_pins ? kPinnedJacobianTolerance : kJacobianTolerance;
-  moved.jacobians =
-      move_with_jacobians(flow, moved.centers, options, std::min(tolerance, motion_.relative_tolerance));
+  moved.jacobians = move_with_jacobians(flow, moved.centers, options, std::min(tolerance, motion_.relative_tolerance));
   return moved;
 }
 

@@ -156,7 +156,8 @@ class Splitter {
     const double smallest = elementary::log(kSmallest * feature);
     for (std::uint32_t splat = 0; splat < count_; ++splat) {
       const double scale = columns_.largest_scale(splat);
-      if (!(scale > smallest) || !reach.may_move(mesh.positions[splat], elementary::exp(std::min(scale, kMaxScale)))) continue;
+      if (!(scale > smallest) || !reach.may_move(mesh.positions[splat], elementary::exp(std::min(scale, kMaxScale))))
+        continue;
       const SplatPiece piece = columns_.piece(splat);
       const bool is_finite = std::isfinite(*std::max_element(piece.sizes.begin(), piece.sizes.end()));
       if (is_finite && piece.opacity > kMinOpacity) pieces_.push_back(piece);
@@ -336,7 +337,9 @@ void add_pieces(ShapeFile& shape, const PieceRows& pieces, bool has_float_places
                                 [&](const Attribute& attribute) { return attribute.name == kPieceColumns[k]; });
   }
   io_detail::AnyLayout layout = *shape.layout;
-  const auto as_stored = [](double number, bool is_float) { return is_float ? double{static_cast<float>(number)} : number; };
+  const auto as_stored = [](double number, bool is_float) {
+    return is_float ? double{static_cast<float>(number)} : number;
+  };
   for (const auto& [row, piece] : pieces.rows) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       mesh.positions[row][axis] = as_stored(piece->center[axis], has_float_places);
@@ -410,8 +413,8 @@ bool split_splats(ShapeFile& shape, const Session& session, const ReplayOptions&
     notes->push_back(fmt::format("{} kept whole: the strokes would take a part far away", splats(splitter.whole())));
   }
   if (splitter.limited() > 0) {
-    notes->push_back(fmt::format("at most {} splats are allowed, too few for the pieces of {}", most,
-                                 splats(splitter.limited())));
+    notes->push_back(
+        fmt::format("at most {} splats are allowed, too few for the pieces of {}", most, splats(splitter.limited())));
   }
   return !pieces.empty();
 }

@@ -396,7 +396,8 @@ TEST(Splats, LongOnesAreSplitUntilTheyBend) {
   }
 }
 
-// The mesh of a split file is what the written file holds: in place or with wider rows, moved or not, split once or twice.
+// The mesh of a split file is what the written file holds: in place or with wider rows, moved or not, split once or
+// twice.
 TEST(Splats, PiecesAreRowsOfTheFile) {
   const auto bend = [](int degrees) {
     return parse_session(
