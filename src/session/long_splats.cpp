@@ -23,14 +23,16 @@
 #include "knead/splats.h"
 #include "math/elementary.h"
 #include "math/system.h"
+#include "splats/axes.h"
 
 namespace knead {
 
 namespace {
 
-constexpr double kMaxBend = 0.1;     // the second difference over one standard deviation, by the largest after the flow
-constexpr double kAim = 0.8;         // of that, after a split: the flow does not bend all pieces alike
-constexpr double kSmallest = 0.004;  // standard deviation that can bend so much, by the smallest feature of the flow
+constexpr double kMaxBend = 0.1;  // the second difference over one standard deviation, by the largest after the flow
+constexpr double kMaxBendBack = 0.13;  // of what moves back: so the pieces of what was moved forth stay as they are
+constexpr double kAim = 0.8;           // of that, after a split: the flow does not bend all pieces alike
+constexpr double kSmallest = 0.004;    // standard deviation that can bend so much, by the smallest feature of the flow
 constexpr double kPathTolerance = 1e-5;  // by the same
 constexpr double kLargestPart = 0.8;     // of a standard deviation, after one split
 constexpr double kSmallestPart = 1.0 / 16;
@@ -147,11 +149,12 @@ Division division_of(double deviation, double opacity) {
 // Splits the splats of a mesh for a flow.
 class Splitter {
  public:
-  Splitter(const Mesh& mesh, const Flow& flow, std::size_t max_splats, const MotionOptions& motion)
+  Splitter(const Mesh& mesh, const Flow& flow, std::size_t max_splats, const ReplayOptions& options)
       : flow_(flow), columns_(mesh), count_(mesh.vertex_count()), max_splats_(max_splats) {
+    if (options.part.direction == Direction::backwards) forth_ = inverse(flow);
     const FlowReach reach(flow);
     const double feature = std::min(reach.smallest_feature(), reference_length(mesh));
-    motion_ = {.tolerance = kPathTolerance * feature, .threads = motion.threads};
+    motion_ = {.tolerance = kPathTolerance * feature, .threads = options.motion.threads};
     if (!columns_.has_opacity()) return;
     const double smallest = elementary::log(kSmallest * feature);
     for (std::uint32_t splat = 0; splat < count_; ++splat) {
@@ -175,7 +178,7 @@ class Splitter {
     std::erase_if(pieces_, [](const SplatPiece& piece) { return !piece.is_split; });
     std::vector<Vec3d> centers;
     for (const SplatPiece& piece : pieces_) centers.push_back(piece.center);
-    const std::vector<bool> runs_away = move(centers, 1);
+    const std::vector<bool> runs_away = move(flow_, centers, 1);
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
       if (runs_away[i]) whole_.insert(pieces_[i].source);
     }
@@ -191,24 +194,25 @@ class Splitter {
 
  private:
   // Moves points, `each` of every piece. Returns which pieces have one that runs away; the points of these stay.
-  std::vector<bool> move(std::span<Vec3d> points, std::size_t each) const {
+  std::vector<bool> move(const Flow& flow, std::span<Vec3d> points, std::size_t each) const {
     std::vector<bool> runs_away(points.size() / each);
-    if (!points.empty()) move_group(points, each, 0, runs_away);
+    if (!points.empty()) move_group(flow, points, each, 0, runs_away);
     return runs_away;
   }
 
   // first: the number of the group's first piece.
-  void move_group(std::span<Vec3d> points, std::size_t each, std::size_t first, std::vector<bool>& runs_away) const {
+  void move_group(const Flow& flow, std::span<Vec3d> points, std::size_t each, std::size_t first,
+                  std::vector<bool>& runs_away) const {
     const std::size_t pieces = points.size() / each;
     const bool is_small = pieces <= kGroupPieces;
-    const std::uint64_t of_points = kPointEvaluations * flow_.segments.size() * points.size();
+    const std::uint64_t of_points = kPointEvaluations * flow.segments.size() * points.size();
     const std::uint64_t most = is_small ? kGroupEvaluations + of_points : std::numeric_limits<std::uint64_t>::max();
-    if (detail::advect_within(flow_, points, motion_, most).status == AdvectStatus::done) return;
+    if (detail::advect_within(flow, points, motion_, most).status == AdvectStatus::done) return;
     runs_away[first] = pieces == 1;
     if (pieces == 1) return;
     const std::size_t part = is_small ? pieces / 2 : kGroupPieces;
     for (std::size_t i = 0; i < pieces; i += part) {
-      move_group(points.subspan(i * each, std::min(part, pieces - i) * each), each, first + i, runs_away);
+      move_group(flow, points.subspan(i * each, std::min(part, pieces - i) * each), each, first + i, runs_away);
     }
   }
 
@@ -223,16 +227,35 @@ class Splitter {
         points.insert(points.end(), {piece.center + arm, piece.center - arm});
       }
     }
-    const std::vector<bool> runs_away = move(points, 7);
+    const std::vector<bool> runs_away = move(flow_, points, 7);
+    const std::vector<bool> is_straight = forth_ ? stay_straight(points) : std::vector<bool>(open.size());
     std::vector<Bend> bends;
     for (std::size_t i = 0; i < open.size(); ++i) {
       if (runs_away[i]) whole_.insert(pieces_[open[i]].source);
       if (whole_.contains(pieces_[open[i]].source)) continue;
       const Bend bend = bend_of(open[i], std::span(points).subspan(7 * i, 7));
-      if (bend.amount > kMaxBend) bends.push_back(bend);
+      if (bend.amount > kMaxBend && !is_straight[i]) bends.push_back(bend);
     }
     std::stable_sort(bends.begin(), bends.end(), [](const Bend& a, const Bend& b) { return a.amount > b.amount; });
     return bends;
+  }
+
+  // Returns of which pieces moved back the flow forth would bend the result too little to split it.
+  std::vector<bool> stay_straight(std::span<const Vec3d> moved) const {
+    std::vector<Vec3d> points;
+    for (std::size_t i = 0; i < moved.size(); i += 7) {
+      std::array<Vec3d, 3> arms;
+      for (std::size_t k = 0; k < 3; ++k) arms[k] = (moved[i + 1 + 2 * k] - moved[i + 2 + 2 * k]) / 2;
+      detail::orthogonalise(arms);
+      points.push_back(moved[i]);
+      for (const Vec3d& arm : arms) points.insert(points.end(), {moved[i] + arm, moved[i] - arm});
+    }
+    const std::vector<bool> runs_away = move(*forth_, points, 7);
+    std::vector<bool> result;
+    for (std::size_t i = 0; i < runs_away.size(); ++i) {
+      result.push_back(!runs_away[i] && bend_of(i, std::span(points).subspan(7 * i, 7)).amount <= kMaxBendBack);
+    }
+    return result;
   }
 
   // `points`: where the flow takes the centre and the ends of the axes.
@@ -276,6 +299,7 @@ class Splitter {
   }
 
   const Flow& flow_;
+  std::optional<Flow> forth_;  // of a flow that moves back
   Columns columns_;
   AdvectOptions motion_;
   std::vector<SplatPiece> pieces_;
@@ -393,7 +417,7 @@ bool split_splats(ShapeFile& shape, const Session& session, const ReplayOptions&
     resolved.strokes = replay(borrow(shape.mesh), session, plain).resolved;
   }
   const Flow flow = flow_of(resolved, options.part, options.motion.threads);
-  Splitter splitter(shape.mesh, flow, most, options.motion);
+  Splitter splitter(shape.mesh, flow, most, options);
   splitter.run();
   const std::span<const SplatPiece> pieces = splitter.pieces();
   if (!pieces.empty()) {

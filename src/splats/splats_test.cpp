@@ -430,6 +430,42 @@ TEST(Splats, PiecesAreRowsOfTheFile) {
   }
 }
 
+// Backwards the pieces are hardly split again (without regard to the way they came: into twice as many), and all
+// numbers come back.
+TEST(Splats, PiecesComeBackAsTheyWere) {
+  const Session session = parse_session(
+      R"({"knead": 1}
+{"tool": "bend", "center": [0,0,0], "axis": [0,1,0], "normal": [0,0,1], "width": 1, "angle_deg": 70}
+{"tool": "rotate", "center": [0, 0, 0.5], "axis": [0, 0, 1], "angle_deg": 60, "inner": 0.2, "outer": 0.9}
+)",
+      "s.knead");
+  Mesh mesh = random_splats(1000, 9);
+  normalise_turns(mesh);
+  const ShapeFile source = parse_shape(serialize_mesh("ply", mesh, {.double_coordinates = true}), "ply", "source.ply");
+  const std::optional<ShapeFile> split = split_of(source, session, 10'000);
+  ASSERT_TRUE(split);
+  EXPECT_GT(split->mesh.vertex_count(), 1200U);
+  const ReplayResult there = replay(borrow(split->mesh), session, {});
+  const ShapeFile bent = parse_shape(serialize_deformed("ply", *split, there.shape), "ply", "bent.ply");
+  ReplayOptions backwards;
+  backwards.part.direction = Direction::backwards;
+  ShapeFile again = bent;
+  split_splats(again, session, backwards, 20'000);
+  EXPECT_LE(again.mesh.vertex_count(), bent.mesh.vertex_count() + bent.mesh.vertex_count() / 500);
+  const ReplayResult back = replay(borrow(bent.mesh), session, backwards);
+  constexpr double kRounding = 3e-5;  // the file holds floats, and sizes differ by a factor of 1000
+  const Mesh found = with_splats(bent.mesh, back.shape);
+  for (std::size_t i = 0; i < found.vertex_count(); ++i) {  // turns about axes between equal sizes say nothing
+    EXPECT_LT(norm(found.positions[i] - split->mesh.positions[i]), 1e-5);
+    const Mat3d expected = covariance(split->mesh, i);
+    EXPECT_LT(row_sum_norm(covariance(found, i) + expected * -1.0), kRounding * row_sum_norm(expected));
+    for (std::size_t a = 0; a < found.attributes.size(); ++a) {
+      if (found.attributes[a].name.starts_with("rot_")) continue;
+      EXPECT_NEAR(found.attributes[a].values[i], split->mesh.attributes[a].values[i], kRounding);
+    }
+  }
+}
+
 // Points farther from the arc than half its radius run away: the splats that reach there stay as they were, and
 // the others are split as without them.
 TEST(Splats, OnlyThoseOfWhichAPartRunsAwayStayWhole) {
