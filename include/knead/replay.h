@@ -193,9 +193,9 @@ std::vector<IndexRange> splats_among(std::span<const Mesh* const> meshes);
 // as there are at most `max_splats` (by default twice as many as before). The pieces are copies of the splat's row with
 // other centres, sizes and opacities: the first in its place, the others after all. A splat of which a part would run
 // away (AdvectStatus::step_limit) stays whole; backwards, one of which the flow forwards would not bend the result.
-// Options: motion, part and what replay() needs for strokes that read the
-// surface. `notes`: null, or what gets a sentence on how many these are, and one on how many need more pieces than the
-// limit allows. Throws as replay() and flow_of().
+// Options: motion, part and what replay() needs for strokes that read the surface. `notes`: null, or what gets a
+// sentence on how many run away, and one on how many need more pieces than the limit allows. Throws as replay() and
+// flow_of().
 bool split_splats(ShapeFile& shape, const Session& session, const ReplayOptions& options,
                   std::optional<std::size_t> max_splats = {}, std::vector<std::string>* notes = nullptr);
 
