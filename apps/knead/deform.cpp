@@ -40,13 +40,14 @@ WriteOptions write_options_for(const DeformOptions& options, const Digits& digit
 
 void split_long_splats(const DeformOptions& options, const ReplayOptions& replay, const std::string& path,
                        const Session& session, ShapeFile& shape) {
-  std::optional<ShapeFile> split = split_splats(shape, session, replay, options.max_splats);
-  if (!split) return;
-  if (!options.common.quiet) {
-    print_message(fmt::format("note: {}: long splats are split, so that they can bend: {} are now {}", path,
-                              shape.mesh.vertex_count(), split->mesh.vertex_count()));
+  std::vector<std::string> notes;
+  const std::size_t before = shape.mesh.vertex_count();
+  if (split_splats(shape, session, replay, options.max_splats, &notes)) {
+    notes.insert(notes.begin(), fmt::format("long splats are split, so that they can bend: {} are now {}", before,
+                                            shape.mesh.vertex_count()));
   }
-  shape = std::move(*split);
+  if (options.common.quiet) return;
+  for (const std::string& note : notes) print_message(fmt::format("note: {}: {}", path, note));
 }
 
 void write_frame(const std::string& path, const StreamFormat& format, const Inputs& inputs, const DeformedShape& shape,

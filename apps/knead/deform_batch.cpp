@@ -21,6 +21,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/replay.h"
+#include "knead/splats.h"
 #include "knead/version.h"
 #include "output.h"
 
@@ -159,6 +160,9 @@ class Batch {
       write_options_ = write_options_for(options_, digits_, shape, options_.shape);
       replay_.remesh.single_precision = stores_floats(options_.shape, shape, write_options_);
       if (!options_.common.quiet && remeshes) print_notes(remesh_losses(options_.shape, shape));
+    }
+    if (!options_.common.quiet && are_splats(shape.mesh) && options_.max_splats != 0) {
+      print_message("note: long splats are not split with --table: they stay straight");
     }
     is_large_ = shape.mesh.vertex_count() > kLargeShape || is_animation_;
     threads_ = replay_.motion.threads;

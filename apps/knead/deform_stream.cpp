@@ -10,6 +10,7 @@
 #include "inputs.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/splats.h"
 #include "knead/vec.h"
 #include "output.h"
 #include "program.h"
@@ -117,6 +118,9 @@ class Stream {
                            "so it cannot be read in pieces");
       }
       if (is_first) notes_of_file(piece->notes);
+      if (is_first && are_splats(piece->mesh) && options_.max_splats != 0) {
+        notes_.insert("long splats are not split in a stream: they stay straight");
+      }
       is_first = false;
       progress.done = cloud_.position();
     }

@@ -187,14 +187,17 @@ std::function<void(const ReplayFrame&)> animation_writer(const std::filesystem::
 // InvalidInput for splats with another number of harmonics than there can be.
 std::vector<IndexRange> splats_among(std::span<const Mesh* const> meshes);
 
-// Returns the source with its long splats split; nothing if the session bends none. A splat is split where the second
+// Splits long splats, and returns false if the session bends none. A splat is split where the second
 // difference of the flow over a standard deviation is above 0.1 of the splat after it: into pieces along that axis, of
 // the same covariance, which together are as opaque as it was. Again until it holds, the worst first, and only as long
 // as there are at most `max_splats` (by default twice as many as before). The pieces are copies of the splat's row with
-// other centres, sizes and opacities: the first in its place, the others after all. Options: motion, part and what
-// replay() needs for strokes that read the surface. Throws as replay() and flow_of().
-std::optional<ShapeFile> split_splats(const ShapeFile& source, const Session& session, const ReplayOptions& options,
-                                      std::optional<std::size_t> max_splats = {});
+// other centres, sizes and opacities: the first in its place, the others after all. A splat of which a part would run
+// away (AdvectStatus::step_limit) stays whole; backwards, one of which the flow forwards would not bend the result.
+// Options: motion, part and what replay() needs for strokes that read the surface. `notes`: null, or what gets a
+// sentence on how many run away, and one on how many need more pieces than the limit allows. Throws as replay() and
+// flow_of().
+bool split_splats(ShapeFile& shape, const Session& session, const ReplayOptions& options,
+                  std::optional<std::size_t> max_splats = {}, std::vector<std::string>* notes = nullptr);
 
 // Writes what the source has become with all else that it has, as write_shape or write_remeshed: also the normals of
 // points, and splats. Throws as these.

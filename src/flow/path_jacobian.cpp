@@ -128,8 +128,15 @@ bool turns(const Segment& segment) {
   });
 }
 
-// Below this part of the reach of a step the error of a step that passes a kink would be seen.
+// Below this part of the reach of a step the error of a step that passes a kink would be seen; below the other one, as
+// an error of the Jacobian.
 constexpr double kToleranceThatSeesKinks = 1e-5;
+constexpr double kJacobianToleranceThatSeesKinks = 1e-6;
+
+bool sees_kinks(double reach, double tolerance, const WantedJacobian& wanted) {
+  const bool sees_them = wanted.jacobian_tolerance > 0 && wanted.jacobian_tolerance < kJacobianToleranceThatSeesKinks;
+  return std::isfinite(reach) && (sees_them || tolerance < kToleranceThatSeesKinks * reach);
+}
 
 }  // namespace
 
@@ -151,7 +158,7 @@ SegmentJacobians::SegmentJacobians(const Segment& segment, SegmentMask mask, con
       bound_(gradient_kernel(segment, mask_, kernels_.jacobians)),
       method_(method_in_double(options.integrator)),
       task_(task_in_double(segment, options.tolerance)),
-      stops_at_kinks_(std::isfinite(task_.reach) && options.tolerance < kToleranceThatSeesKinks * task_.reach) {
+      stops_at_kinks_(sees_kinks(task_.reach, options.tolerance, wanted)) {
   if (!segment.grid.is_empty()) nodes_ = std::make_unique<const GridNodes<double>>(segment.grid);
   if (!segment.parts.empty()) own_parts_ = parts_of(segment);
   if (!own_parts_.empty()) {
@@ -378,8 +385,9 @@ JacobianTask<n> SegmentJacobians::task_of_kernel() const {
   if (stops_at_kinks_) {
     task.kinks = this;
     task.part_before_kink = [](const void* kinks, const Vec3d(&places)[3], double t, double end) {
-      std::vector<Kinks> at[3];
+      thread_local std::vector<Kinks> at[3];
       for (std::size_t k = 0; k < 3; ++k) {
+        at[k].clear();
         const double time = t + 0.5 * static_cast<double>(k) * (end - t);
         static_cast<const SegmentJacobians*>(kinks)->append_kinks(places[k], time, at[k]);
       }

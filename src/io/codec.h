@@ -20,14 +20,22 @@
 
 namespace knead::io_detail {
 
+// What a mesh of vertices has beyond its file.
+struct VertexEdits {
+  std::vector<std::uint32_t> copied;    // the file's vertices of which those after its last one are copies, in order
+  std::vector<std::uint32_t> vertices;  // ascending: those with places and attributes that the file lacks
+  std::vector<std::string> attributes;  // the names of these, each with one component
+};
+
 // Holds the Layout type of the format that read the file, e.g. ply::Layout.
 struct AnyLayout {
   std::any value;
+  VertexEdits edits{};
 };
 
 template <class FormatLayout>
 void set_layout(ShapeFile& shape, FormatLayout layout) {
-  shape.layout = std::make_shared<const AnyLayout>(AnyLayout{std::move(layout)});
+  shape.layout = std::make_shared<const AnyLayout>(AnyLayout{std::move(layout), {}});
 }
 
 // Returns null for a shape of another format.
@@ -154,6 +162,9 @@ struct Codec {
 
   // Returns the file of the source with copies of these vertices after its last one. Null: it cannot.
   std::string (*with_copies)(const ShapeFile& source, std::span<const std::uint32_t> vertices) = nullptr;
+
+  // Returns whether the writers heed AnyLayout::edits of a source, which saves with_copies. Null: they never do.
+  bool (*writes_edits)(const ShapeFile& source) = nullptr;
 
   // Returns a new file, and what it leaves out of the mesh. Null: files are only written from files of their own.
   std::string (*generate)(const Mesh& mesh, const WriteOptions& options) = nullptr;

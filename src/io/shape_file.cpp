@@ -118,7 +118,9 @@ void check(const ShapeFile& source, std::span<const Vec3d> positions, const Writ
 }
 
 bool are_unchanged(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options) {
-  return options.changed.empty() && std::equal(positions.begin(), positions.end(), source.mesh.positions.begin());
+  const bool is_edited = source.layout != nullptr && !source.layout->edits.vertices.empty();
+  return !is_edited && options.changed.empty() &&
+         std::equal(positions.begin(), positions.end(), source.mesh.positions.begin());
 }
 
 // Passes on the bytes of the source with other positions. The arguments have been checked.

@@ -19,8 +19,9 @@ namespace {
 
 using session_detail::MovedSplats;
 
-constexpr double kSplatTolerance = 3e-8;     // of the path lines of splats, by the size of the shape
-constexpr double kJacobianTolerance = 3e-7;  // of a segment
+constexpr double kSplatTolerance = 1e-7;           // of the path lines of splats, by the size of the shape
+constexpr double kJacobianTolerance = 3e-7;        // of a segment
+constexpr double kPinnedJacobianTolerance = 3e-8;  // of one with pins, where errors grow
 constexpr std::size_t kBlock = 4096;
 
 // The Jacobian of one splat.
@@ -79,8 +80,10 @@ MovedSplats DeformedShape::moved_splats(const Flow& flow, AdvectOptions options)
   MovedSplats moved{splats_in_reach(flow), {}, {}};
   moved.centers.reserve(moved.vertices.size());
   for (const std::uint32_t vertex : moved.vertices) moved.centers.push_back(positions_[vertex]);
-  moved.jacobians =
-      move_with_jacobians(flow, moved.centers, options, std::min(kJacobianTolerance, motion_.relative_tolerance));
+  const auto is_pinned = [](const Segment& segment) { return segment.time_law == TimeLaw::pinned; };
+  const bool has_pins = std::any_of(flow.segments.begin(), flow.segments.end(), is_pinned);
+  const double tolerance = has_pins ? kPinnedJacobianTolerance : kJacobianTolerance;
+  moved.jacobians = move_with_jacobians(flow, moved.centers, options, std::min(tolerance, motion_.relative_tolerance));
   return moved;
 }
 

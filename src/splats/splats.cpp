@@ -14,6 +14,7 @@
 #include "knead/error.h"
 #include "knead/vec.h"
 #include "math/elementary.h"
+#include "splats/axes.h"
 
 namespace knead {
 
@@ -30,31 +31,6 @@ using Columns = std::array<Vec3d, 3>;
 
 // The coefficients of the harmonics of degrees 1 to 3, of red, green and blue.
 using Channels = std::array<std::array<double, 15>, kChannels>;
-
-// Rotates the columns, in pairs, until they are orthogonal to each other: M V = U S for M given. Turns by at most 45
-// degrees each time, so that columns stay near those that they were.
-void orthogonalise(Columns& m) {
-  constexpr int kMaxSweeps = 30;
-  constexpr double kOrthogonal = 1e-15;  // of the lengths' product
-  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
-    bool is_done = true;
-    for (const auto& [i, k] : {std::array{0, 1}, std::array{0, 2}, std::array{1, 2}}) {
-      const double a = norm2(m[i]);
-      const double b = norm2(m[k]);
-      const double c = dot(m[i], m[k]);
-      if (std::abs(c) <= kOrthogonal * std::sqrt(a * b)) continue;
-      is_done = false;
-      const double zeta = (b - a) / (2 * c);
-      const double t = (zeta < 0 ? -1 : 1) / (std::abs(zeta) + std::sqrt(1 + zeta * zeta));
-      const double cosine = 1 / std::sqrt(1 + t * t);
-      const Vec3d x = m[i];
-      const Vec3d y = m[k];
-      m[i] = (x - y * t) * cosine;
-      m[k] = (y + x * t) * cosine;
-    }
-    if (is_done) return;
-  }
-}
 
 Columns columns_of(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
 
@@ -259,7 +235,7 @@ void deform(SplatColumns& columns, std::size_t splat, const Mat3d& j, const Mat3
   for (std::size_t i = 0; i < 3; ++i) {
     axes[i] = j * axes[i] * elementary::exp(std::max(scales[i] - largest, -300.0));
   }
-  orthogonalise(axes);
+  detail::orthogonalise(axes);
   std::array<double, 3> lengths{};
   for (std::size_t i = 0; i < 3; ++i) {
     lengths[i] = norm(axes[i]);
@@ -333,6 +309,29 @@ std::array<double, 15> splat_harmonics(const Vec3d& direction) {
           -c4 * x * (4 * zz - xx - yy),
           c5 / 2 * z * (xx - yy),
           -c3 * x * (xx - 3 * yy)};
+}
+
+void detail::orthogonalise(std::array<Vec3d, 3>& m) {
+  constexpr int kMaxSweeps = 30;
+  constexpr double kOrthogonal = 1e-15;  // of the lengths' product
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+    bool is_done = true;
+    for (const auto& [i, k] : {std::array{0, 1}, std::array{0, 2}, std::array{1, 2}}) {
+      const double a = norm2(m[i]);
+      const double b = norm2(m[k]);
+      const double c = dot(m[i], m[k]);
+      if (std::abs(c) <= kOrthogonal * std::sqrt(a * b)) continue;
+      is_done = false;
+      const double zeta = (b - a) / (2 * c);
+      const double t = (zeta < 0 ? -1 : 1) / (std::abs(zeta) + std::sqrt(1 + zeta * zeta));
+      const double cosine = 1 / std::sqrt(1 + t * t);
+      const Vec3d x = m[i];
+      const Vec3d y = m[k];
+      m[i] = (x - y * t) * cosine;
+      m[k] = (y + x * t) * cosine;
+    }
+    if (is_done) return;
+  }
 }
 
 std::array<Vec3d, 3> splat_axes(std::array<double, 4> turn) { return axes_of(unit_of(turn)); }

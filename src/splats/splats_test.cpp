@@ -356,6 +356,12 @@ double bend_of(const Mesh& mesh, std::size_t i, const Flow& flow) {
   return bend;
 }
 
+std::optional<ShapeFile> split_of(ShapeFile shape, const Session& session, std::size_t max_splats,
+                                  std::vector<std::string>* notes = nullptr) {
+  const bool is_split = split_splats(shape, session, {}, max_splats, notes);
+  return is_split ? std::optional(shape) : std::nullopt;
+}
+
 TEST(Splats, LongOnesAreSplitUntilTheyBend) {
   const Session session = parse_session(
       R"({"knead": 1}
@@ -372,7 +378,7 @@ TEST(Splats, LongOnesAreSplitUntilTheyBend) {
   for (const bool is_text : {false, true}) {
     const std::string bytes = is_text ? text_of(mesh) : serialize_mesh("ply", mesh, {.double_coordinates = true});
     const ShapeFile source = parse_shape(bytes, "ply", "source.ply");
-    const std::optional<ShapeFile> split = split_splats(source, session, {}, 3000);
+    const std::optional<ShapeFile> split = split_of(source, session, 3000);
     ASSERT_TRUE(split);
     ASSERT_GT(split->mesh.vertex_count(), 203U);
     for (std::size_t i = 0; i < split->mesh.vertex_count(); ++i) EXPECT_LT(bend_of(split->mesh, i, flow), 0.101) << i;
@@ -381,10 +387,124 @@ TEST(Splats, LongOnesAreSplitUntilTheyBend) {
       EXPECT_EQ(split->mesh.positions[i], source.mesh.positions[i]);
       EXPECT_EQ(value(split->mesh, "scale_0", i), value(source.mesh, "scale_0", i));
     }
-    EXPECT_FALSE(split_splats(source, session, {}, 0));
-    EXPECT_FALSE(split_splats(*split, session, {}, 10'000));
-    EXPECT_LE(split_splats(source, session, {}, 210)->mesh.vertex_count(), 210U);
+    EXPECT_FALSE(split_of(source, session, 0));
+    EXPECT_FALSE(split_of(*split, session, 10'000));
+    std::vector<std::string> notes;
+    EXPECT_LE(split_of(source, session, 210, &notes)->mesh.vertex_count(), 210U);
+    EXPECT_EQ(notes.size(), 1U);
+    EXPECT_NE(notes[0].find("at most 210 splats are allowed, too few"), std::string::npos);
   }
+}
+
+// The mesh of a split file is what the written file holds: in place or with wider rows, moved or not, split once or
+// twice.
+TEST(Splats, PiecesAreRowsOfTheFile) {
+  const auto bend = [](int degrees) {
+    return parse_session(
+        fmt::format("{{\"knead\": 1}}\n{{\"tool\": \"bend\", \"center\": [0,0,0], \"axis\": [0,1,0], \"normal\": "
+                    "[0,0,1], \"width\": 1, \"angle_deg\": {}}}\n",
+                    degrees),
+        "s.knead");
+  };
+  std::string bytes = serialize_mesh("ply", random_splats(200, 9));
+  bytes.insert(bytes.find("end_header"), "element camera 1\nproperty uchar id\n");
+  bytes += "\7";
+  const ShapeFile source = parse_shape(bytes, "ply", "source.ply");
+  const std::optional<ShapeFile> once = split_of(source, bend(40), 3000);
+  ASSERT_TRUE(once);
+  const std::optional<ShapeFile> twice = split_of(*once, bend(160), 3000);
+  ASSERT_TRUE(twice);
+  EXPECT_GT(twice->mesh.vertex_count(), once->mesh.vertex_count());
+  for (const ShapeFile* split : {&*once, &*twice}) {
+    for (const bool as_doubles : {false, true}) {
+      for (const double shift : {0.0, 0.5}) {
+        std::vector<Vec3d> positions = split->mesh.positions;
+        for (Vec3d& p : positions) p.y = as_doubles ? p.y + shift : static_cast<float>(p.y + shift);
+        const std::string written = serialize_shape("ply", *split, positions, {.double_coordinates = as_doubles});
+        EXPECT_EQ(written.back(), '\7');
+        const ShapeFile read = parse_shape(written, "ply", "written.ply");
+        EXPECT_EQ(read.mesh.positions, positions);
+        EXPECT_EQ(read.mesh.attributes, split->mesh.attributes);
+      }
+    }
+  }
+}
+
+// Backwards the pieces are hardly split again (without regard to the way they came: into twice as many), and all
+// numbers come back.
+TEST(Splats, PiecesComeBackAsTheyWere) {
+  const Session session = parse_session(
+      R"({"knead": 1}
+{"tool": "bend", "center": [0,0,0], "axis": [0,1,0], "normal": [0,0,1], "width": 1, "angle_deg": 70}
+{"tool": "rotate", "center": [0, 0, 0.5], "axis": [0, 0, 1], "angle_deg": 60, "inner": 0.2, "outer": 0.9}
+)",
+      "s.knead");
+  Mesh mesh = random_splats(1000, 9);
+  normalise_turns(mesh);
+  const ShapeFile source = parse_shape(serialize_mesh("ply", mesh, {.double_coordinates = true}), "ply", "source.ply");
+  const std::optional<ShapeFile> split = split_of(source, session, 10'000);
+  ASSERT_TRUE(split);
+  EXPECT_GT(split->mesh.vertex_count(), 1200U);
+  const ReplayResult there = replay(borrow(split->mesh), session, {});
+  const ShapeFile bent = parse_shape(serialize_deformed("ply", *split, there.shape), "ply", "bent.ply");
+  ReplayOptions backwards;
+  backwards.part.direction = Direction::backwards;
+  ShapeFile again = bent;
+  split_splats(again, session, backwards, 20'000);
+  EXPECT_LE(again.mesh.vertex_count(), bent.mesh.vertex_count() + bent.mesh.vertex_count() / 500);
+  const ReplayResult back = replay(borrow(bent.mesh), session, backwards);
+  constexpr double kRounding = 3e-5;  // the file holds floats, and sizes differ by a factor of 1000
+  const Mesh found = with_splats(bent.mesh, back.shape);
+  for (std::size_t i = 0; i < found.vertex_count(); ++i) {  // turns about axes between equal sizes say nothing
+    EXPECT_LT(norm(found.positions[i] - split->mesh.positions[i]), 1e-5);
+    const Mat3d expected = covariance(split->mesh, i);
+    EXPECT_LT(row_sum_norm(covariance(found, i) + expected * -1.0), kRounding * row_sum_norm(expected));
+    for (std::size_t a = 0; a < found.attributes.size(); ++a) {
+      if (found.attributes[a].name.starts_with("rot_")) continue;
+      EXPECT_NEAR(found.attributes[a].values[i], split->mesh.attributes[a].values[i], kRounding);
+    }
+  }
+}
+
+// Points farther from the arc than half its radius run away: the splats that reach there stay as they were, and
+// the others are split as without them.
+TEST(Splats, OnlyThoseOfWhichAPartRunsAwayStayWhole) {
+  const Session session = parse_session(
+      R"({"knead": 1}
+{"tool": "curve", "from": [[-1, 0, 0], [1, 0, 0]], "angle_deg": 180, "axis": [0, 1, 0]}
+)",
+      "s.knead");
+  Mesh mesh = random_splats(1500, 0);
+  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) mesh.positions[i] = mesh.positions[i] * 0.1;
+  for (Attribute& attribute : mesh.attributes) {
+    if (attribute.name == "scale_0") attribute.values.assign(mesh.vertex_count(), std::log(0.15));
+    if (attribute.name == "scale_1" || attribute.name == "scale_2") {
+      attribute.values.assign(mesh.vertex_count(), std::log(0.01));
+    }
+    if (attribute.name.starts_with("rot_")) attribute.values.assign(mesh.vertex_count(), attribute.name == "rot_0");
+    if (attribute.name == "opacity") attribute.values.assign(mesh.vertex_count(), 2);
+  }
+  const auto split_with = [&](std::vector<std::uint32_t> long_ones) {
+    Mesh changed = mesh;
+    for (Attribute& attribute : changed.attributes) {
+      for (const std::uint32_t i : long_ones) {
+        if (attribute.name == "scale_1" || attribute.name == "scale_2") attribute.values[i] = std::log(0.7);
+      }
+    }
+    std::vector<std::string> notes;
+    const ShapeFile source = parse_shape(serialize_mesh("ply", changed), "ply", "source.ply");
+    const std::optional<ShapeFile> split = split_of(source, session, 100'000, &notes);
+    return std::pair{split ? split->mesh : Mesh{}, notes};
+  };
+  const auto [all, no_notes] = split_with({});
+  const auto [others, notes] = split_with({3, 700, 1499});
+  EXPECT_TRUE(no_notes.empty());
+  EXPECT_EQ(notes, std::vector<std::string>{"3 long splats kept whole: the strokes would take a part far away"});
+  ASSERT_GT(all.vertex_count(), 3000U);
+  EXPECT_LT(others.vertex_count(), all.vertex_count());
+  EXPECT_GT(others.vertex_count(), all.vertex_count() - 3 * 20);
+  EXPECT_EQ(others.positions[3], parse_shape(serialize_mesh("ply", mesh), "ply", "s").mesh.positions[3]);
+  EXPECT_EQ(others.positions[4], all.positions[4]);
 }
 
 TEST(Splats, FilesOfTextAndWithRowsWithoutPlacesGetThem) {

@@ -218,9 +218,11 @@ class Document {
   std::filesystem::path stamp_folder() const;
   Session to_session(const std::filesystem::path& path) const;
   Session history_session() const;
-  std::shared_ptr<const Mesh> base_mesh() const;
+  std::shared_ptr<const Mesh> base_mesh(std::shared_ptr<const ShapeFile> source = nullptr) const;
   std::filesystem::path shape_for(const std::filesystem::path& session, std::size_t number) const;
-  std::optional<DeformedShape> exported_cloud(Progress& progress) const;
+  std::shared_ptr<const ShapeFile> exported_source() const;
+  void carry_points(const ShapeFile& source, ReplayOptions& options) const;
+  std::optional<DeformedShape> exported_cloud(const std::shared_ptr<const ShapeFile>& source, Progress& progress) const;
   void write_objects(const std::filesystem::path& path, const ShapeState& state, const WriteOptions& options) const;
   std::function<void(const ReplayFrame&)> animation_of(const std::filesystem::path& file,
                                                        const AnimationOptions& animation, bool is_remeshed) const;

@@ -12,6 +12,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/replay.h"
+#include "knead/splats.h"
 
 namespace knead::studio {
 
@@ -213,25 +214,46 @@ void Document::save(const std::filesystem::path& path) {
   });
 }
 
-// The shape with what its moves do to normals of points and to splats; nothing if it has neither.
-std::optional<DeformedShape> Document::exported_cloud(Progress& progress) const {
+// The file of the only object, with long splats split so that they bend; of several the first one's.
+std::shared_ptr<const ShapeFile> Document::exported_source() const {
+  const DocumentObjects& objects = shown_.objects;
+  const std::shared_ptr<const ShapeFile>& source = objects.list.front().source;
+  if (objects.joined != nullptr || !are_splats(source->mesh)) return source;
+  auto split = std::make_shared<ShapeFile>(*source);
   ReplayOptions options;
+  options.motion.threads = options_.threads;
+  std::vector<std::string> notes;
+  const bool is_split = split_splats(*split, history_session(), options, {}, &notes);
+  for (const std::string& note : notes) options_.tell({false, note + "."});
+  return is_split ? split : source;
+}
+
+// Lets a replay carry normals of points, and splats. source: exported_source().
+void Document::carry_points(const ShapeFile& source, ReplayOptions& options) const {
   std::vector<const Mesh*> meshes;
   bool has_normals = false;
   for (const DocumentObject& object : shown_.objects.list) {
-    meshes.push_back(&object.source->mesh);
+    const ShapeFile& file = shown_.objects.joined == nullptr ? source : *object.source;
+    meshes.push_back(&file.mesh);
     const bool is_cloud = meshes.back()->face_count() == 0;
-    std::vector<Vec3d> normals = is_cloud ? vertex_normals_of(*object.source) : std::vector<Vec3d>{};
+    std::vector<Vec3d> normals = is_cloud ? vertex_normals_of(file) : std::vector<Vec3d>{};
     has_normals = has_normals || !normals.empty();
     normals.resize(meshes.back()->vertex_count());
     options.normals.insert(options.normals.end(), normals.begin(), normals.end());
   }
   if (!has_normals) options.normals.clear();
   options.splats = splats_among(meshes);
-  if (!has_normals && options.splats.empty()) return std::nullopt;
+}
+
+// The shape with what its moves do to normals of points and to splats; nothing if it has neither.
+std::optional<DeformedShape> Document::exported_cloud(const std::shared_ptr<const ShapeFile>& source,
+                                                      Progress& progress) const {
+  ReplayOptions options;
+  carry_points(*source, options);
+  if (options.normals.empty() && options.splats.empty()) return std::nullopt;
   options.may_cross = true;
   options.progress = &progress;
-  ReplayResult result = replay(base_mesh(), history_session(), options);
+  ReplayResult result = replay(base_mesh(source), history_session(), options);
   if (result.status != AdvectStatus::done) throw Cancelled();
   return std::move(result.shape);
 }
@@ -265,12 +287,13 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double, P
       const auto losses = is_remeshed ? remesh_losses(path, *object.source) : conversion_losses(path, *object.source);
       for (const std::string& loss : losses) options_.tell({false, loss});
     }
-    const std::optional<DeformedShape> cloud = is_remeshed ? std::nullopt : exported_cloud(progress);
+    const std::shared_ptr<const ShapeFile> source = exported_source();
+    const std::optional<DeformedShape> cloud = is_remeshed ? std::nullopt : exported_cloud(source, progress);
     stop_if_cancelled(&progress);
     FilesTogether files;
     const WriteOptions options{.double_coordinates = as_double};
     if (cloud && objects.joined == nullptr) {
-      write_deformed(path, *objects.list.front().source, *cloud, options);
+      write_deformed(path, *source, *cloud, options);
     } else {
       write_objects(path, cloud ? cloud->state() : state, options);
     }
@@ -299,11 +322,12 @@ Session Document::history_session() const {
   return session;
 }
 
-// The shape that the history moves. Outlives the document.
-std::shared_ptr<const Mesh> Document::base_mesh() const {
+// The shape that the history moves, or the file that stands for the only object. Outlives the document.
+std::shared_ptr<const Mesh> Document::base_mesh(std::shared_ptr<const ShapeFile> source) const {
   const DocumentObjects& objects = shown_.objects;
   if (objects.joined != nullptr) return {objects.joined, &objects.joined->mesh()};
-  return {objects.list.front().source, &objects.list.front().source->mesh};
+  if (source == nullptr) source = objects.list.front().source;
+  return {source, &source->mesh};
 }
 
 // How the motion of the whole history is replayed.
@@ -339,6 +363,7 @@ void Document::export_frames(const std::filesystem::path& file, const FrameExpor
   if (!history_) return;
   guarded(Subject::exporting, [&] {
     const Session session = history_session();
+    const std::shared_ptr<const ShapeFile> source = exported_source();
     ReplayOptions options = motion_of(how, progress);
     const bool is_one_file = is_animation(file) && file.filename().string().find(kNumber) == std::string::npos;
     options.frames.same_faces = is_one_file;
@@ -346,9 +371,11 @@ void Document::export_frames(const std::filesystem::path& file, const FrameExpor
     const std::size_t at = text.rfind(kNumber);
     options.frames.deliver = [&](const ReplayFrame& frame) {
       const std::string name = text.substr(0, at) + fmt::format("{:04}", frame.index) + text.substr(at + 4);
-      write_objects(name, frame.shape.state(), {});
+      shown_.objects.joined == nullptr ? write_deformed(name, *source, frame.shape)
+                                       : write_objects(name, frame.shape.state(), {});
     };
-    const std::shared_ptr<const Mesh> mesh = base_mesh();
+    const std::shared_ptr<const Mesh> mesh = base_mesh(is_one_file ? nullptr : source);
+    if (!is_one_file && !Replay(mesh, session, options).remeshes()) carry_points(*source, options);
     if (is_one_file) {
       options.frames.deliver =
           animation_of(file, {frame_count(options.frames), static_cast<double>(how.frames_per_second)},

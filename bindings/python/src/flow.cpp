@@ -169,9 +169,9 @@ std::optional<ShapeFile> deform_file(const Given& given, const ShapeFile& file, 
     whole = parse_shape(serialize_shape(file.format, file, points.span()), file.format, "shape." + file.format);
   }
   Progress progress;
-  run_watched(py::none(), progress, [&] {
-    if (auto split = split_splats(whole, session, options, max_splats)) whole = *std::move(split);
-  });
+  std::vector<std::string> notes;
+  run_watched(py::none(), progress, [&] { split_splats(whole, session, options, max_splats, &notes); });
+  warn(notes);
   options.normals = vertex_normals_of(whole);
   const std::optional<ReplayResult> replayed = replay_watched(given.progress, whole.mesh, session, options);
   if (!replayed) return std::nullopt;

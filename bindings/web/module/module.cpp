@@ -125,7 +125,7 @@ void deform_file(Task& task) {
   Options options = options_of(task.options);
   const Session session = without_off(parse_session(task.session, "session"));
   ShapeFile source = parse_shape(std::move(task.file), format_of(task.name), task.name);
-  if (std::optional<ShapeFile> split = split_splats(source, session, options.replay)) source = *std::move(split);
+  split_splats(source, session, options.replay);
   if (source.mesh.face_count() == 0) options.replay.normals = vertex_normals_of(source);
   options.replay.remesh.face_labels = face_labels(source);
   WriteOptions write;

@@ -37,6 +37,11 @@ class Reader {
   Value root() const { return document_.root(); }
 
   void note_extensions() {
+    for (std::size_t i = 0; i < root().count("extensionsUsed"); ++i) {
+      if (root().item("extensionsUsed", i).text() != "KHR_gaussian_splatting") continue;
+      shape_.notes.emplace_back(
+          "of its Gaussian splats only the centres move, and sizes, turns and colours stay; convert it to PLY first");
+    }
     for (std::size_t i = 0; i < root().count("extensionsRequired"); ++i) {
       const std::string extension = root().item("extensionsRequired", i).text();
       if (is_understood(extension)) continue;

@@ -68,6 +68,7 @@ std::optional<ShapeSummary> summarize(const ShapeFile& source, const std::string
 void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
              const WriteOptions& options, const ByteSink& out);
 std::string with_copies(const ShapeFile& source, std::span<const std::uint32_t> vertices);
+bool writes_edits(const ShapeFile& source);
 bool stores_floats(const ShapeFile& source);
 void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <limits>
 #include <optional>
 
 #include "io/codec.h"
@@ -33,6 +34,7 @@ class Rewriter {
            const WriteOptions& options)
       : source_(source),
         layout_(layout_of<Layout>(source)),
+        edits_(source.layout->edits),
         element_(layout_.elements[layout_.vertex_element]),
         ascii_(layout_.encoding == Encoding::ascii),
         swapped_(is_swapped(layout_.encoding)),
@@ -75,6 +77,12 @@ class Rewriter {
       position = row_end(position);
     }
   }
+
+  // Returns whether the rows are of one length and one for each vertex.
+  bool has_rows_of_one_length() const { return !ascii_ && stride_ > 0 && layout_.unplaced.empty(); }
+
+  // Returns whether patch() cannot write the edits.
+  bool widens_edited() const { return widened_ && !edits_.vertices.empty(); }
 
   // Returns the file with copies of these vertices after the last one.
   std::string with_copies(std::span<const std::uint32_t> vertices) {
@@ -186,26 +194,66 @@ class Rewriter {
   // Binary rows of equal length whose numbers keep their type: the source's bytes with numbers replaced in place.
   void patch(const ByteSink& out) {
     check_ranges();
-    source_.copy(0, layout_.vertex_begin, out);
+    if (edits_.copied.empty()) {
+      source_.copy(0, layout_.vertex_begin, out);
+    } else {
+      source_.copy(0, element_.count_begin, out);
+      out(std::to_string(positions_.size()));
+      source_.copy(element_.count_end, layout_.vertex_begin, out);
+    }
     const std::size_t most = std::max<std::size_t>(1, (std::size_t{1} << 18) / stride_);  // that the cache holds
-    for (std::size_t first = 0; first < positions_.size(); first += most) {
-      const Rows rows{first, std::min(first + most, positions_.size())};
-      const std::string_view piece =
-          source_.piece(layout_.vertex_begin + rows.first * stride_, (rows.last - rows.first) * stride_);
-      result_.assign(piece);
+    const std::size_t of_file = positions_.size() - edits_.copied.size();
+    for (std::size_t first = 0; first < of_file; first += most) {
+      const Rows rows{first, std::min(first + most, of_file)};
+      result_.assign(source_.piece(row_of_length(rows.first), (rows.last - rows.first) * stride_));
       patch_rows(rows);
       out(result_);
     }
-    source_.copy(layout_.vertex_begin + positions_.size() * stride_, source_.size(), out);
+    for (std::size_t first = of_file; first < positions_.size(); first += most) {
+      const Rows rows{first, std::min(first + most, positions_.size())};
+      result_.clear();
+      for (std::size_t i = rows.first; i < rows.last; ++i) {
+        result_ += source_.piece(row_of_length(edits_.copied[i - of_file]), stride_);
+      }
+      patch_rows(rows);
+      out(result_);
+    }
+    source_.copy(row_of_length(of_file), source_.size(), out);
   }
+
+  std::size_t row_of_length(std::size_t row) const { return layout_.vertex_begin + row * stride_; }
 
   struct Rows {
     std::size_t first;
     std::size_t last;  // not among them
   };
 
+  // Puts what the mesh has and the file has not into `result_`, which holds these rows.
+  void put_edited(Rows rows) {
+    const auto first = std::lower_bound(edits_.vertices.begin(), edits_.vertices.end(), rows.first);
+    const auto last = std::lower_bound(first, edits_.vertices.end(), rows.last);
+    if (first == last) return;
+    char* to = result_.data();
+    for (std::size_t p = 0; p < columns_.size(); ++p) {
+      const Property& property = element_.properties[p];
+      const auto& names = edits_.attributes;
+      const bool is_edited = std::find(names.begin(), names.end(), property.name) != names.end();
+      const Attribute* const attribute = is_edited ? source_mesh_.find_attribute(property.name) : nullptr;
+      const NewColumn& column = columns_[p];
+      const auto never = [](std::size_t) { return std::numeric_limits<double>::quiet_NaN(); };
+      for (auto row = first; row != last && (is_edited || column.role == Role::position); ++row) {
+        const auto number = [&](std::size_t i) {
+          return attribute != nullptr ? attribute->values[i] : source_mesh_.positions[i][column.axis];
+        };
+        patch_column(to + (*row - rows.first) * stride_, column, {*row, *row + std::size_t{1}}, number, never);
+      }
+      to += size_of(property.type);
+    }
+  }
+
   // Where `result_` holds these rows.
   void patch_rows(Rows rows) {
+    put_edited(rows);
     char* to = result_.data();
     for (const NewColumn& column : columns_) {
       if (column.role == Role::position) {
@@ -389,6 +437,7 @@ class Rewriter {
   SourceBytes source_;
   std::string_view bytes_;  // all, unless rows are patched
   const Layout& layout_;
+  const VertexEdits& edits_;
   const Element& element_;
   bool ascii_;
   bool swapped_;
@@ -414,7 +463,16 @@ class Rewriter {
 
 void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
              const WriteOptions& options, const ByteSink& out) {
-  Rewriter(source, positions, normals, options).run(out);
+  Rewriter rewriter(source, positions, normals, options);
+  if (!rewriter.widens_edited()) return rewriter.run(out);
+  std::string bytes;
+  Rewriter(source, source.mesh.positions, {}, {}).run([&](std::string_view piece) { bytes += piece; });
+  const ShapeFile edited = parse_shape(std::move(bytes), source.format, "edited." + source.format);
+  Rewriter(edited, positions, normals, options).run(out);
+}
+
+bool writes_edits(const ShapeFile& source) {
+  return Rewriter(source, source.mesh.positions, {}, {}).has_rows_of_one_length();
 }
 
 std::string with_copies(const ShapeFile& source, std::span<const std::uint32_t> vertices) {
