@@ -173,10 +173,6 @@ double rms_of(const Growth& growth, const PointPairs& pairs) {
   return std::sqrt(sum / static_cast<double>(pairs.from.size()));
 }
 
-void require(bool holds, const std::string& what) {
-  if (!holds) throw InvalidInput(what);
-}
-
 using Matrix4 = std::array<std::array<double, 4>, 4>;
 
 // Makes the entry (p, q) of a symmetric matrix 0 by a Jacobi rotation, which it also applies to `vectors`.
@@ -297,6 +293,10 @@ double rms_of(const RigidMap& map, std::span<const Vec3d> from, std::span<const 
   double sum = 0;
   for (std::size_t i = 0; i < from.size(); ++i) sum += norm2(map(from[i]) - to[i]);
   return std::sqrt(sum / static_cast<double>(from.size()));
+}
+
+void require(bool holds, const std::string& what) {
+  if (!holds) throw InvalidInput(what);
 }
 
 void require_usable(const BodyFitOptions& options) {

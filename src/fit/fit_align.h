@@ -45,6 +45,9 @@ RigidMap nearest_rigid(std::span<const Vec3d> from, std::span<const Vec3d> to, s
 // Returns the root mean square of the remaining distances.
 double rms_of(const RigidMap& map, std::span<const Vec3d> from, std::span<const Vec3d> to);
 
+// Throws InvalidInput with this text unless a condition holds.
+void require(bool holds, const std::string& what);
+
 // Throws InvalidInput for options out of range.
 void require_usable(const BodyFitOptions& options);
 

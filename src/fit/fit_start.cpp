@@ -29,10 +29,6 @@ constexpr std::size_t kTipSamples = 1500;
 constexpr double kMaxAlignRatio = 0.6;    // automatic alignment needs a distance below this fraction of the one before
 constexpr double kMinAlignOffset = 0.05;  // and a distance before above this fraction of the diagonal
 
-void require(bool holds, const std::string& what) {
-  if (!holds) throw InvalidInput(what);
-}
-
 }  // namespace
 
 Fitter::Fitter(const Mesh& source, const Mesh& target, const BodyFitOptions& options)
