@@ -301,7 +301,7 @@ std::optional<double> CurveTable<S>::step_from(const Section<double>& here, cons
   return std::clamp(inner(d, here.vector(kTangent)) / slope, -4 / per_cell_, 4 / per_cell_);
 }
 
-// Newton's method from a length along the curve.
+// Newton's method from a length along the curve. Nothing where it does not come to an end.
 template <class S>
 std::optional<double> CurveTable<S>::length_at(const Vec3d& x, double s) const {
   constexpr double kLast = 1e-7;  // of the length: the next step is rounded away
@@ -318,7 +318,8 @@ std::optional<double> CurveTable<S>::length_at(const Vec3d& x, double s) const {
     by = *next;
     s += by;
   }
-  return s;
+  const bool is_found = s <= 0 || s >= length_ || std::abs(by) <= kLast * length_;
+  return is_found ? std::optional(s) : std::nullopt;
 }
 
 template <class S>
