@@ -196,6 +196,22 @@ TEST(Curve, ATwistTurnsTheEndAndLeavesTheFixedOne) {
   EXPECT_NEAR(norm(moved[last] - Vec3d{6, 0.5, -0.5}), 0, 1e-9) << "(-y, -z) goes to (y, -z)";
 }
 
+// The ends of the shape, and what is beyond them, where no other end of a ring is near.
+TEST(Curve, TwistsAndWeakBendsAreTakenBackEverywhere) {
+  for (const std::string turn :
+       {"twist_deg=180", "twist_deg=90", "axis=0,1,0 angle_deg=60", "axis=0,1,0 angle_deg=1"}) {
+    const Flow flow = flow_of(parse_stroke("curve from=-6.4,0,0;0,0,0;6.4,0,0 " + turn, "stroke").stroke);
+    std::vector<Vec3d> before;
+    for (int i = 0; i <= 160; ++i) before.push_back({0.1 * (i - 80), 0.4 * std::sin(i), 0.4 * std::cos(3 * i)});
+    std::vector<Vec3d> points = before;
+    AdvectOptions options;
+    options.tolerance = 1e-5;
+    ASSERT_EQ(advect(flow, points, options).status, AdvectStatus::done);
+    ASSERT_EQ(advect(inverse(flow), points, options).status, AdvectStatus::done);
+    for (std::size_t i = 0; i < points.size(); ++i) ASSERT_LE(norm(points[i] - before[i]), 1e-8) << turn << ' ' << i;
+  }
+}
+
 TEST(Curve, WhatIsTooThickIsRefusedWithAnAngleThatWorks) {
   const Mesh mesh = bar(12, 2, 0.5);
   const std::string message = refusal_of(mesh, "curve axis=0,0,1 angle_deg=270");
