@@ -234,8 +234,8 @@ TEST(Curve, WhatMeetsItselfIsRefusedWithAnAngleThatWorks) {
             std::string::npos);
 }
 
-// Bars of several proportions, up to rings whose ends come nearer than they are thick: the motion can be taken back, so
-// that the inverse takes no point to the other end.
+// Bars of several proportions become rings. The gap between their ends gets smaller than the bar is thick. The inverse
+// brings every point back to its own end.
 TEST(Curve, RingsThatNearlyCloseAreTakenBack) {
   for (const auto& [thick, angle] :
        {std::pair(0.5, 300.0), std::pair(0.5, 340.0), std::pair(0.3, 352.0), std::pair(0.1, 357.0)}) {
