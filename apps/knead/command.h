@@ -108,6 +108,7 @@ struct ClosedPipe {};
 Subcommand deform_command();
 Subcommand bend_command();
 Subcommand twist_command();
+Subcommand stretch_command();
 Subcommand wrap_command();
 Subcommand resolve_command();
 Subcommand fit_command();

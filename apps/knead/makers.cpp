@@ -1,5 +1,5 @@
-// knead bend, twist and wrap: one stroke of the tool "curve" for a whole solid, from a few numbers. They take the
-// options of `knead deform`, too.
+// knead bend, twist, stretch and wrap: one stroke of the tool "curve" for a whole solid, from a few numbers. They take
+// the options of `knead deform`, too.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,12 +21,13 @@ namespace {
 
 constexpr double kChord = 1e-4;  // of the shape's size: the error of faces that are refined
 
-// The words of the three commands; what is not given is placed by the shape's box.
+// The words of the four commands; what is not given is placed by the shape's box.
 struct MakerOptions {
   DeformOptions deform;
   std::optional<double> angle;
   std::optional<double> around;
   std::optional<double> twist;
+  std::optional<double> longer_by;
   std::optional<std::string> axis;
   std::optional<std::string> along;  // a table of points
   std::optional<std::string> from;
@@ -66,6 +67,7 @@ void run_maker(MakerOptions& options) {
   if (options.angle) add("angle_deg", *options.angle);
   if (options.around) add("around", *options.around);
   if (options.twist) add("twist_deg", *options.twist);
+  if (options.longer_by) add("longer_by", *options.longer_by);
   if (options.axis) add("axis", axis_numbers(*options.axis));
   if (options.from) add("from", *options.from);
   if (options.fits) add("length", "fit");
@@ -154,6 +156,19 @@ Subcommand twist_command() {
   return {"twist", "Twist a whole solid about its length; volume stays", with_common(*options, std::move(own)),
           "  knead twist bar.stl --angle 180 -o twisted.stl\n"
           "  knead twist vase.stl --angle 60 --from '0,0,0;0,0,120' --fixed start -o turned.stl",
+          [options] { run_maker(*options); }};
+}
+
+Subcommand stretch_command() {
+  const auto options = std::make_shared<MakerOptions>();
+  std::vector<Option> own{
+      {"--by", &options->longer_by, "How much longer the shape becomes, in its unit; below 0: shorter", "LENGTH",
+       OptionKind::required},
+      keep_option(*options)};
+  return {"stretch", "Make a whole solid longer or shorter by a length; volume or thickness stays",
+          with_common(*options, std::move(own)),
+          "  knead stretch handle.stl --by 10 --keep thickness -o longer.stl\n"
+          "  knead stretch arm.stl --by 10 --from '20,0,0;60,0,0' --fixed start --keep thickness -o arm10.stl",
           [options] { run_maker(*options); }};
 }
 

@@ -264,6 +264,7 @@ struct CurveStroke {
   std::optional<Vec3d> axis = std::nullopt;        // of both: any length but 0; across the line
   double twist_deg = 0;                            // by which the end turns, seen from the start, counterclockwise
                                                    // seen from the end
+  double longer_by = 0;                            // the line keeps its direction and grows by this length
   CurveLength length = CurveLength::keep;          // of `to`
   CurveFixed fixed = CurveFixed::middle;
   CurveKeeps keep = CurveKeeps::volume;

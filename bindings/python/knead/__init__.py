@@ -19,7 +19,7 @@ from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._mean import Population, mean
 from ._measures import Measure, area_of, curvature, patch_distance, thickness_at, volume_of
-from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
+from ._meshes import deform_cells, deform_mesh, from_build123d, safe_until, widest_outer
 from ._session import Session
 from ._skin import Corrective, Posed, correctives, skin
 from ._shapes import Shape, check, check_cells, crossings, read, write
@@ -63,6 +63,7 @@ __all__ = [
     "deform_mesh",
     "fit",
     "frames",
+    "from_build123d",
     "mean",
     "patch_distance",
     "read",

@@ -390,6 +390,7 @@ USES = {
     "PaintDrag": use_paint_drag,
     "Surface": use_surface,
     "symmetric": use_symmetric,
+    "from_build123d": lambda draw: knead.from_build123d(draw(anything), draw(st.one_of(st.none(), st.floats()))),
     "frames": lambda draw: knead.frames(draw(vertices), draw(sessions), draw(moments), draw(faces), **draw(some(films))),
     "remesh": use_remesh,
     "render": lambda draw: knead.render(draw(vertices), draw(faces), **draw(some(looks))),
