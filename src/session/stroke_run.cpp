@@ -14,6 +14,7 @@
 #include "knead/io.h"
 #include "knead/vec.h"
 #include "session/deformed_shape_detail.h"
+#include "session/pattern_files.h"
 #include "strokes/describe.h"
 #include "strokes/limit_cylinder.h"
 #include "strokes/mirror.h"
@@ -122,6 +123,8 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   };
   surface.progress = progress;
   SurfaceRun run{surface, stroke.tool.get(), shape.motion().threads};
+  run.pattern = stroke.pattern.get();
+  run.mirror = mirror;
   try {
     with_row(whole ? *whole : stroke.stroke(), [&](const auto& row, const auto& own) { row.resolve(own, run); });
   } catch (const Cancelled&) {
@@ -225,6 +228,7 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
   prepared.reads_surface = reads_surface(stroke);
   if (prepared.reads_surface) {
     prepared.tool = tool_mesh_of(stroke, folder);
+    if (const auto* print = std::get_if<PrintStroke>(&stroke)) prepared.pattern = read_pattern(*print, folder);
     prepared.expected_segments = segments_of(stroke, prepared.tool.get());
     return prepared;
   }
