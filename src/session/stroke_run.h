@@ -27,6 +27,8 @@ struct PreparedStroke {
   std::shared_ptr<const GreyPattern> pattern;   // of a print
   Mask mask;                                    // of a stroke that is applied backwards; forwards the shape has it
   std::size_t expected_segments = 0;            // of one that reads the surface: at most
+  bool mesh_follows = false;                    // it is remeshed after the stroke
+  double detail = 0;                            // of reading it: the least radius that the mesh must show; 0: any
   StrokeOutcome outcome;                        // of reading it
 
   const Stroke& stroke() const { return beyond ? *beyond : source->stroke; }

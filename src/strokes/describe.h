@@ -82,6 +82,8 @@ struct SurfaceRun {
   std::optional<double> penetration{};  // how deep a stamp leaves the surface in its tool
   const GreyPattern* pattern = nullptr;  // of a print
   Mirror mirror{};                       // in which surface.apply makes images
+  bool mesh_follows = false;             // it is remeshed after the stroke
+  double detail = 0;                     // the least radius that the mesh must show then; 0: as the settings say
 };
 
 // The zone of a bend or twist, between what moves with the tool and what stays.

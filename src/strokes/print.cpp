@@ -26,13 +26,14 @@ using namespace tool_detail;
 constexpr double kApart = 0.4;            // pushes, of the bump
 constexpr double kBumpOfHeight = 1.0 / 12;  // by default, at most
 constexpr double kOuterOfHeight = 2;      // by default
-constexpr double kStepsPerBump = 6;       // each with the pushes where the surface is by then
+constexpr double kStepsPerBump = 2;       // each with the pushes where the surface is by then
 constexpr double kMinSteps = 4;
 constexpr double kMaxSteps = 300;
 constexpr int kPixelsOfFace = 192;  // along the longer side
 constexpr double kAround = 2.5;     // pushes: the bump
 constexpr double kTolerance = 1e-4;  // of path lines, of the bump
-constexpr double kHairline = 0.05;   // of the area may be thinner than the thinnest stroke
+constexpr double kHairline = 0.1;    // of the area may be thinner than the thinnest stroke
+constexpr double kThinner = 1.1;     // than twice the bump, which is worth a remark
 constexpr std::size_t kMaxPushes = 100'000;
 constexpr double kFewSteps = 4;      // of a walk along the surface, for each height
 constexpr double kMissing = 0.02;    // of the pattern, which is worth a remark
@@ -197,19 +198,15 @@ class Ground {
 
 class Printer {
  public:
-  Printer(const PrintStroke& stroke, const GreyPattern& pattern, const Mirror& mirror, const LiveSurface& surface,
-          int threads, std::vector<std::string>& remarks)
+  Printer(const PrintStroke& stroke, SurfaceRun& run)
       : stroke_(stroke),
-        pattern_(pattern),
-        mirror_(mirror),
-        surface_(surface),
-        threads_(threads),
-        remarks_(remarks),
-        pixel_(stroke.height / pattern.height),
-        thinnest_(thinnest_stroke(pattern) * pixel_),
+        pattern_(*run.pattern),
+        run_(run),
+        pixel_(stroke.height / pattern_.height),
+        thinnest_(thinnest_stroke(pattern_) * pixel_),
         bump_(stroke.bump.value_or(std::min(thinnest_ / 2, kBumpOfHeight * stroke.height))),
         outer_(stroke.outer.value_or(std::max(kOuterOfHeight * stroke.height, kWideOuter * bump_))) {
-    if (surface.triangles.empty()) {
+    if (run.surface.triangles.empty()) {
       throw InvalidInput("\"tool\": only a surface can be printed on, and a cloud has none");
     }
     if (!(thinnest_ > 0)) throw InvalidInput(fmt::format("\"{}\": there is nothing in it to print", source()));
@@ -217,22 +214,23 @@ class Printer {
       throw InvalidInput(fmt::format("\"outer\" must be a number greater than \"bump\" ({:.3g}), got {:.3g}", bump_,
                                      outer_));
     }
-    if (2 * bump_ > 1.05 * thinnest_) {
-      remarks_.push_back(fmt::format(
+    if (2 * bump_ > kThinner * thinnest_) {
+      run.remarks.push_back(fmt::format(
           "\"bump\" is {:.3g}, but the thinnest strokes are {:.3g} wide, and become shallow; at most half of that "
           "shows them",
           bump_, thinnest_));
     }
-    place_tiles(Ground(surface));
+    place_tiles(Ground(run.surface));
+    run.detail = bump_;
   }
 
   void run() {
     std::vector<Vec3d> at(places_.size());
     for (std::size_t i = 0; i < at.size(); ++i) at[i] = places_[i].start - stroke_.point;
-    const PushGrids pushes(at, bump_, outer_, threads_);
+    const PushGrids pushes(at, bump_, outer_, run_.threads);
     const double steps = std::clamp(std::ceil(std::abs(stroke_.depth) / bump_ * kStepsPerBump), kMinSteps, kMaxSteps);
     for (double step = 0; step < steps; ++step) {
-      stop_if_cancelled(surface_.progress);
+      stop_if_cancelled(run_.surface.progress);
       std::vector<PotentialGrid> grids = pushes.grids(at, vectors(step / steps, (step + 1) / steps));
       for (PotentialGrid& grid : grids) grid.origin += stroke_.point;
       std::vector<double> moved = motion(grids, at);
@@ -246,7 +244,7 @@ class Printer {
         at[i] = places_[i].start - stroke_.point + places_[i].direction * places_[i].got;
       }
       for (PotentialGrid& grid : grids) {
-        if (!surface_.apply(GridStroke{std::move(grid)})) return;
+        if (!run_.surface.apply(GridStroke{std::move(grid)})) return;
       }
     }
   }
@@ -280,11 +278,11 @@ class Printer {
       return static_cast<double>(count) / static_cast<double>(of);
     };
     if (share(missing, missing + places_.size()) > kMissing) {
-      remarks_.push_back(fmt::format("{:.0f}% of the pattern lies beside the surface, and is left out",
+      run_.remarks.push_back(fmt::format("{:.0f}% of the pattern lies beside the surface, and is left out",
                                      100 * share(missing, missing + places_.size())));
     }
-    if (share(coarse, places_.size()) > kMissing) {
-      remarks_.push_back(
+    if (!run_.mesh_follows && share(coarse, places_.size()) > kMissing) {
+      run_.remarks.push_back(
           fmt::format("the edges under the print are longer than its \"bump\", {:.3g}; let the mesh follow, refine it, "
                       "or make the print larger",
                       bump_));
@@ -424,8 +422,8 @@ class Printer {
     AdvectOptions options;
     options.tolerance = kTolerance * bump_;
     options.precision = Precision::float64;
-    options.threads = threads_;
-    for (const PotentialGrid& grid : grids) advect(flow_of(Stroke(GridStroke{grid}), mirror_), points, options);
+    options.threads = run_.threads;
+    for (const PotentialGrid& grid : grids) advect(flow_of(Stroke(GridStroke{grid}), run_.mirror), points, options);
     std::vector<double> moved(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) moved[i] = dot(points[i] - before[i], places_[i].direction);
     return moved;
@@ -444,10 +442,7 @@ class Printer {
 
   const PrintStroke& stroke_;
   const GreyPattern& pattern_;
-  const Mirror& mirror_;
-  const LiveSurface& surface_;
-  int threads_;
-  std::vector<std::string>& remarks_;
+  SurfaceRun& run_;
   double pixel_;  // its length
   double thinnest_;
   double bump_;
@@ -486,7 +481,7 @@ void validate(const PrintStroke& stroke) {
 }
 
 void resolve(const PrintStroke& stroke, SurfaceRun& run) {
-  print_on(stroke, *run.pattern, run.mirror, run.surface, run.threads, run.remarks);
+  if (stroke.depth != 0) Printer(stroke, run).run();
 }
 
 std::size_t segments(const PrintStroke& /*stroke*/, const Mesh* /*mesh*/) { return 60; }
@@ -540,12 +535,6 @@ GreyPattern face_of(const Mesh& mesh, const PrintStroke& stroke) {
   tile.left = -0.5 * tile.width;
   tile.top = 0.5 * tile.height;
   return {{std::move(tile)}, size.y / pixel};
-}
-
-void print_on(const PrintStroke& stroke, const GreyPattern& pattern, const Mirror& mirror, const LiveSurface& surface,
-              int threads, std::vector<std::string>& remarks) {
-  knead::validate(Stroke(stroke));
-  if (stroke.depth != 0) Printer(stroke, pattern, mirror, surface, threads, remarks).run();
 }
 
 }  // namespace tool_detail
