@@ -109,6 +109,7 @@ Subcommand deform_command();
 Subcommand bend_command();
 Subcommand twist_command();
 Subcommand wrap_command();
+Subcommand print_command();
 Subcommand resolve_command();
 Subcommand fit_command();
 Subcommand skin_command();

@@ -386,11 +386,12 @@ struct PrintStroke {
   // Relative to the session file: a picture, whose white is pressed to the full depth, or a mesh, whose lowest face
   // prints, as seen from above, and what is behind it by less than the depth.
   std::string file{};
-  Vec3d point{0, 0, 0};                          // on the surface or near it: the middle of the pattern
-  std::optional<Vec3d> up = std::nullopt;        // of the pattern; by default z, or y where the surface looks along z
+  // The middle of the pattern, on the surface or near it; by default the middle of the shape's top.
+  std::optional<Vec3d> point = std::nullopt;
+  std::optional<Vec3d> up = std::nullopt;         // of the pattern; by default z, or y where the surface looks along z
   std::optional<Vec3d> direction = std::nullopt;  // in which all is pressed; by default against each letter's normal
-  double height = 0;                             // of a capital letter, or of the file's pattern; > 0
-  double depth = 0;                              // below 0: raises
+  double height = 0;                              // of a capital letter, or of the file's pattern; > 0
+  double depth = 0;                               // below 0: raises
   // Radius over which edges are soft: by default half the width of the thinnest strokes, at most height / 12.
   std::optional<double> bump = std::nullopt;
   std::optional<double> outer = std::nullopt;  // what flows back spreads so far; by default 2 heights

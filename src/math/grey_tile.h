@@ -6,7 +6,7 @@
 namespace knead {
 
 struct GreyTile {
-  int width = 0;              // pixels
+  int width = 0;  // pixels
   int height = 0;
   std::vector<float> values;  // from 0 to 1, rows from the top
   double left = 0;            // of the left edge, to the right of the pattern's middle; in pixels

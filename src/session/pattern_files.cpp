@@ -58,8 +58,8 @@ GreyPattern read_picture(const fs::path& file) {
   const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
       stbi_load_16_from_memory(data, static_cast<int>(bytes.size()), &width, &height, &channels, 2), stbi_image_free);
   if (!pixels) {
-    throw InvalidInput(fmt::format("\"file\": {} is no picture that can be read ({}); write it as a grey PNG", file.string(),
-                                   stbi_failure_reason()));
+    throw InvalidInput(fmt::format("\"file\": {} is no picture that can be read ({}); write it as a grey PNG",
+                                   file.string(), stbi_failure_reason()));
   }
   GreyTile tile{width, height, {}, -0.5 * width, 0.5 * height};
   constexpr float kWhite = 65535;
@@ -93,7 +93,8 @@ std::vector<fs::path> font_folders() {
   std::vector<fs::path> folders{"/usr/share/fonts", "/usr/local/share/fonts", "/System/Library/Fonts", "/Library/Fonts",
                                 "C:/Windows/Fonts"};
   if (const char* const home = std::getenv("HOME")) {
-    for (const char* const own : {".local/share/fonts", ".fonts", "Library/Fonts"}) folders.push_back(fs::path(home) / own);
+    for (const char* const own : {".local/share/fonts", ".fonts", "Library/Fonts"})
+      folders.push_back(fs::path(home) / own);
   }
   return folders;
 }
@@ -121,16 +122,18 @@ std::optional<fs::path> find_font(const std::vector<std::string>& names) {
 fs::path font_file(const std::string& font, const fs::path& folder) {
   if (font.empty()) {
     const auto usual = find_font({"dejavusansbold", "liberationsansbold", "arialbold", "arialbd", "helvetica"});
-    if (!usual) throw InvalidInput("\"font\": no usual font was found on this computer; give the path of a font's file");
+    if (!usual)
+      throw InvalidInput("\"font\": no usual font was found on this computer; give the path of a font's file");
     return *usual;
   }
   std::error_code error;
   if (fs::is_regular_file(folder / font, error)) return folder / font;
   const auto named = find_font({font_key(font)});
   if (!named) {
-    throw InvalidInput(fmt::format("\"font\": there is no file {}, and no font of that name in the usual folders; give "
-                                   "the path of a TTF or OTF file",
-                                   font));
+    throw InvalidInput(
+        fmt::format("\"font\": there is no file {}, and no font of that name in the usual folders; give "
+                    "the path of a TTF or OTF file",
+                    font));
   }
   return *named;
 }
@@ -159,8 +162,7 @@ class Font {
  public:
   explicit Font(const fs::path& file) : name_(file.string()) {
     if (FT_Init_FreeType(&library_) != 0) throw InvalidInput("\"font\": FreeType does not start");
-    if (FT_New_Face(library_, name_.c_str(), 0, &face_) != 0 ||
-        FT_Set_Pixel_Sizes(face_, 0, kPixelsOfText) != 0) {
+    if (FT_New_Face(library_, name_.c_str(), 0, &face_) != 0 || FT_Set_Pixel_Sizes(face_, 0, kPixelsOfText) != 0) {
       FT_Done_FreeType(library_);
       throw InvalidInput(fmt::format("\"font\": {} is no font with outlines that can be read", name_));
     }
@@ -187,11 +189,15 @@ class Font {
       throw InvalidInput(fmt::format("\"font\": {} has a broken letter", name_));
     }
     const FT_Bitmap& bitmap = face_->glyph->bitmap;
-    GreyTile tile{static_cast<int>(bitmap.width), static_cast<int>(bitmap.rows), {}, pen + face_->glyph->bitmap_left,
+    GreyTile tile{static_cast<int>(bitmap.width),
+                  static_cast<int>(bitmap.rows),
+                  {},
+                  pen + face_->glyph->bitmap_left,
                   1.0 * face_->glyph->bitmap_top};
     for (unsigned row = 0; row < bitmap.rows; ++row) {
       const unsigned char* const line = bitmap.buffer + static_cast<std::ptrdiff_t>(row) * bitmap.pitch;
-      for (unsigned column = 0; column < bitmap.width; ++column) tile.values.push_back(static_cast<float>(line[column]) / 255);
+      for (unsigned column = 0; column < bitmap.width; ++column)
+        tile.values.push_back(static_cast<float>(line[column]) / 255);
     }
     pen += static_cast<double>(face_->glyph->linearHoriAdvance) / 65536;
     return tile;
@@ -219,9 +225,8 @@ GreyPattern set_text(const PrintStroke& stroke, const fs::path& folder) {
     tile.left -= pen / 2;
     tile.top -= pattern.height / 2;
   }
-  std::stable_sort(pattern.tiles.begin(), pattern.tiles.end(), [](const GreyTile& a, const GreyTile& b) {
-    return 2 * a.left + a.width < 2 * b.left + b.width;
-  });
+  std::stable_sort(pattern.tiles.begin(), pattern.tiles.end(),
+                   [](const GreyTile& a, const GreyTile& b) { return 2 * a.left + a.width < 2 * b.left + b.width; });
   return pattern;
 }
 #else

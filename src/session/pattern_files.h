@@ -9,8 +9,8 @@
 
 namespace knead::session_detail {
 
-// Returns the pattern of a valid print. Throws InvalidInput, beginning with the key in quotes, for a file that cannot be
-// read, for a font that is not found, and for a letter that it lacks.
+// Returns the pattern of a valid print. Throws InvalidInput, beginning with the key in quotes, for a file that cannot
+// be read, for a font that is not found, and for a letter that it lacks.
 std::shared_ptr<const GreyPattern> read_pattern(const PrintStroke& stroke, const std::filesystem::path& folder);
 
 }  // namespace knead::session_detail

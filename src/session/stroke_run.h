@@ -34,8 +34,8 @@ struct PreparedStroke {
   const Stroke& stroke() const { return beyond ? *beyond : source->stroke; }
 };
 
-// Reads the files that a stroke names, relative to the folder. The source must outlive the result. Throws InvalidInput for a
-// stroke that cannot be applied to any shape.
+// Reads the files that a stroke names, relative to the folder. The source must outlive the result. Throws InvalidInput
+// for a stroke that cannot be applied to any shape.
 PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem::path& folder);
 
 // How far a stroke is applied, and in which direction.

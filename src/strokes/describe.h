@@ -77,9 +77,9 @@ struct SurfaceRun {
   const LiveSurface& surface;
   const Mesh* mesh = nullptr;  // of a stamp's tool
   int threads = 0;
-  std::vector<std::string> remarks{};   // for the user
-  std::string shortfall{};              // says where the stroke fell short of what was asked; empty if it did not
-  std::optional<double> penetration{};  // how deep a stamp leaves the surface in its tool
+  std::vector<std::string> remarks{};    // for the user
+  std::string shortfall{};               // says where the stroke fell short of what was asked; empty if it did not
+  std::optional<double> penetration{};   // how deep a stamp leaves the surface in its tool
   const GreyPattern* pattern = nullptr;  // of a print
   Mirror mirror{};                       // in which surface.apply makes images
   bool mesh_follows = false;             // it is remeshed after the stroke

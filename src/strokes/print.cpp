@@ -23,21 +23,21 @@ namespace {
 
 using namespace tool_detail;
 
-constexpr double kApart = 0.4;            // pushes, of the bump
+constexpr double kApart = 0.4;              // pushes, of the bump
 constexpr double kBumpOfHeight = 1.0 / 12;  // by default, at most
-constexpr double kOuterOfHeight = 2;      // by default
-constexpr double kStepsPerBump = 2;       // each with the pushes where the surface is by then
+constexpr double kOuterOfHeight = 2;        // by default
+constexpr double kStepsPerBump = 2;         // each with the pushes where the surface is by then
 constexpr double kMinSteps = 4;
 constexpr double kMaxSteps = 300;
-constexpr int kPixelsOfFace = 192;  // along the longer side
-constexpr double kAround = 2.5;     // pushes: the bump
+constexpr int kPixelsOfFace = 192;   // along the longer side
+constexpr double kAround = 2.5;      // pushes: the bump
 constexpr double kTolerance = 1e-4;  // of path lines, of the bump
 constexpr double kHairline = 0.1;    // of the area may be thinner than the thinnest stroke
 constexpr double kThinner = 1.1;     // than twice the bump, which is worth a remark
 constexpr std::size_t kMaxPushes = 100'000;
-constexpr double kFewSteps = 4;      // of a walk along the surface, for each height
-constexpr double kMissing = 0.02;    // of the pattern, which is worth a remark
-constexpr double kTooCoarse = 1;     // of the bump: an edge on which the print cannot be seen
+constexpr double kFewSteps = 4;    // of a walk along the surface, for each height
+constexpr double kMissing = 0.02;  // of the pattern, which is worth a remark
+constexpr double kTooCoarse = 1;   // of the bump: an edge on which the print cannot be seen
 
 // Where a tile lies: a plane that touches the surface, with the pattern's directions.
 struct Frame {
@@ -61,9 +61,9 @@ struct Place {
 struct Raster {
   int columns = 0;
   int rows = 0;
-  std::vector<double> values;            // of the pattern; in cells
-  std::vector<std::int32_t> place_of;    // -1: none
-  std::vector<std::size_t> own;          // its places
+  std::vector<double> values;          // of the pattern; in cells
+  std::vector<std::int32_t> place_of;  // -1: none
+  std::vector<std::size_t> own;        // its places
 };
 
 // The bump's weights of the neighbours on the lattice.
@@ -148,6 +148,18 @@ class Ground {
  public:
   explicit Ground(const LiveSurface& surface) : surface_(surface), tree_(surface.triangles, surface.positions) {}
 
+  // The middle of the top: where a line through the middle of the box enters from above.
+  Vec3d top() const {
+    Box box;
+    for (const Triangle& t : surface_.triangles) {
+      for (const std::uint32_t v : t) box.extend(surface_.positions[v]);
+    }
+    const Vec3d above = box.center() + Vec3d{0, 0, box.max.z - box.min.z};
+    const std::optional<RayHit> hit = tree_.first_hit(above, {0, 0, -1});
+    if (!hit) throw InvalidInput("\"point\" is needed: nothing of the shape is below the middle of its top");
+    return {above.x, above.y, above.z - hit->t};
+  }
+
   Vec3d nearest(const Vec3d& p) const { return tree_.closest(p)->point; }
 
   // The sum of the normals, of the length of 1 each, of the triangles nearest to places of a rectangle.
@@ -211,8 +223,8 @@ class Printer {
     }
     if (!(thinnest_ > 0)) throw InvalidInput(fmt::format("\"{}\": there is nothing in it to print", source()));
     if (!(outer_ > bump_)) {
-      throw InvalidInput(fmt::format("\"outer\" must be a number greater than \"bump\" ({:.3g}), got {:.3g}", bump_,
-                                     outer_));
+      throw InvalidInput(
+          fmt::format("\"outer\" must be a number greater than \"bump\" ({:.3g}), got {:.3g}", bump_, outer_));
     }
     if (2 * bump_ > kThinner * thinnest_) {
       run.remarks.push_back(fmt::format(
@@ -220,19 +232,21 @@ class Printer {
           "shows them",
           bump_, thinnest_));
     }
-    place_tiles(Ground(run.surface));
+    const Ground ground(run.surface);
+    origin_ = stroke.point ? *stroke.point : ground.top();
+    place_tiles(ground);
     run.detail = bump_;
   }
 
   void run() {
     std::vector<Vec3d> at(places_.size());
-    for (std::size_t i = 0; i < at.size(); ++i) at[i] = places_[i].start - stroke_.point;
+    for (std::size_t i = 0; i < at.size(); ++i) at[i] = places_[i].start - origin_;
     const PushGrids pushes(at, bump_, outer_, run_.threads);
     const double steps = std::clamp(std::ceil(std::abs(stroke_.depth) / bump_ * kStepsPerBump), kMinSteps, kMaxSteps);
     for (double step = 0; step < steps; ++step) {
       stop_if_cancelled(run_.surface.progress);
       std::vector<PotentialGrid> grids = pushes.grids(at, vectors(step / steps, (step + 1) / steps));
-      for (PotentialGrid& grid : grids) grid.origin += stroke_.point;
+      for (PotentialGrid& grid : grids) grid.origin += origin_;
       std::vector<double> moved = motion(grids, at);
       if (step == 0) {
         gain_ = gain(moved, 1 / steps);
@@ -241,7 +255,7 @@ class Printer {
       }
       for (std::size_t i = 0; i < at.size(); ++i) {
         places_[i].got += moved[i];
-        at[i] = places_[i].start - stroke_.point + places_[i].direction * places_[i].got;
+        at[i] = places_[i].start - origin_ + places_[i].direction * places_[i].got;
       }
       for (PotentialGrid& grid : grids) {
         if (!run_.surface.apply(GridStroke{std::move(grid)})) return;
@@ -279,7 +293,7 @@ class Printer {
     };
     if (share(missing, missing + places_.size()) > kMissing) {
       run_.remarks.push_back(fmt::format("{:.0f}% of the pattern lies beside the surface, and is left out",
-                                     100 * share(missing, missing + places_.size())));
+                                         100 * share(missing, missing + places_.size())));
     }
     if (!run_.mesh_follows && share(coarse, places_.size()) > kMissing) {
       run_.remarks.push_back(
@@ -292,7 +306,7 @@ class Printer {
   Vec3d across(const Vec3d& v, const Vec3d& normal) const { return v - normal * dot(v, normal); }
 
   Frame first_frame(const Ground& ground) const {
-    Frame frame{ground.nearest(stroke_.point), {}, {}, {0, 0, 1}};
+    Frame frame{ground.nearest(origin_), {}, {}, {0, 0, 1}};
     frame.right = {1, 0, 0};
     frame.up = {0, 1, 0};
     frame.normal = stroke_.direction ? -unit(*stroke_.direction) : ground.normal(frame, 0, 0);
@@ -350,8 +364,8 @@ class Printer {
         const double x = x0 + column * step;
         const double y = y0 + row * step;
         const double value = mean_in(tile, x, y, x + step, y + step);
-        const auto cell = static_cast<std::size_t>(row) * static_cast<std::size_t>(raster.columns) +
-                          static_cast<std::size_t>(column);
+        const auto cell =
+            static_cast<std::size_t>(row) * static_cast<std::size_t>(raster.columns) + static_cast<std::size_t>(column);
         raster.values[cell] = value;
         if (!(value > 0)) continue;
         const Vec3d p = frame.center + frame.right * ((x + 0.5 * step - 0.5 * tile.width) * pixel_) +
@@ -370,16 +384,18 @@ class Printer {
     if (places_.size() > kMaxPushes) too_many();
     for (const std::size_t i : raster.own) {
       double sum = 0;
-      for_each_around(raster, places_[i], [&](std::size_t cell, double weight) { sum += weight * raster.values[cell]; });
+      for_each_around(raster, places_[i],
+                      [&](std::size_t cell, double weight) { sum += weight * raster.values[cell]; });
       places_[i].wanted = stroke_.depth * sum / stencil_.sum;
     }
     rasters_.push_back(std::move(raster));
   }
 
   [[noreturn]] void too_many() const {
-    throw InvalidInput(fmt::format("\"bump\": {:.3g} is too fine for so large a pattern; make it larger, or make several "
-                                   "prints",
-                                   bump_));
+    throw InvalidInput(
+        fmt::format("\"bump\": {:.3g} is too fine for so large a pattern; make it larger, or make several "
+                    "prints",
+                    bump_));
   }
 
   template <class Visit>
@@ -417,7 +433,7 @@ class Printer {
   // How far the grids and their mirror images move each place along its direction.
   std::vector<double> motion(const std::vector<PotentialGrid>& grids, const std::vector<Vec3d>& at) const {
     std::vector<Vec3d> points(at);
-    for (Vec3d& p : points) p += stroke_.point;
+    for (Vec3d& p : points) p += origin_;
     const std::vector<Vec3d> before = points;
     AdvectOptions options;
     options.tolerance = kTolerance * bump_;
@@ -443,6 +459,7 @@ class Printer {
   const PrintStroke& stroke_;
   const GreyPattern& pattern_;
   SurfaceRun& run_;
+  Vec3d origin_{};
   double pixel_;  // its length
   double thinnest_;
   double bump_;
@@ -458,7 +475,7 @@ std::vector<StrokeKey> keys(PrintStroke& s) {
   return {{"text", Quantity::other, &s.text, Presence::optional},
           {"font", Quantity::other, is_text ? &s.font : nullptr, Presence::optional, {}, "\"text\""},
           {"file", Quantity::other, &s.file, Presence::optional},
-          {"point", Quantity::finite, &s.point, Presence::required, "the middle of the pattern"},
+          {"point", Quantity::finite, &s.point, Presence::optional, "the middle of the pattern"},
           {"up", Quantity::direction, &s.up, Presence::optional, "of the pattern"},
           {"direction", Quantity::direction, &s.direction, Presence::optional, "in which all of it is pressed"},
           {"height", Quantity::positive, &s.height, Presence::required, "of a capital letter, or of the picture"},
@@ -475,8 +492,8 @@ void validate(const PrintStroke& stroke) {
     throw InvalidInput(fmt::format("\"text\" must have at most {} bytes, got {}", kMaxText, stroke.text.size()));
   }
   if (stroke.bump && stroke.outer && !(*stroke.outer > *stroke.bump)) {
-    throw InvalidInput(fmt::format("\"outer\" must be a number greater than \"bump\" ({}), got {}", *stroke.bump,
-                                   *stroke.outer));
+    throw InvalidInput(
+        fmt::format("\"outer\" must be a number greater than \"bump\" ({}), got {}", *stroke.bump, *stroke.outer));
   }
 }
 
@@ -496,7 +513,7 @@ void prolong(PrintStroke& stroke, double strength) { stroke.depth *= strength; }
 void move(PrintStroke& stroke, const std::optional<Vec3d>& /*signs*/, const PlaceMap& place) {
   const Vec3d origin = place({0, 0, 0});
   const auto turned = [&](const Vec3d& v) { return place(v) - origin; };
-  stroke.point = place(stroke.point);
+  if (stroke.point) stroke.point = place(*stroke.point);
   if (stroke.up) stroke.up = turned(*stroke.up);
   if (stroke.direction) stroke.direction = turned(*stroke.direction);
   if (dot(cross(turned({1, 0, 0}), turned({0, 1, 0})), turned({0, 0, 1})) < 0) stroke.flip = !stroke.flip;

@@ -16,9 +16,9 @@ namespace knead::tool_detail {
 namespace {
 
 constexpr double kNodesPerBump = 2;
-constexpr double kApart = 0.4;       // of the bump: closer pushes are joined
-constexpr double kLastRatio = 3;     // of the outer threshold and the bump of the last level, at most
-constexpr double kWorthSplitting = 0.75;  // of the nodes
+constexpr double kApart = 0.4;                // of the bump: closer pushes are joined
+constexpr double kLastRatio = 3;              // of the outer threshold and the bump of the last level, at most
+constexpr double kWorthSplitting = 0.75;      // of the nodes
 constexpr std::size_t kMaxNodes = 4'000'000;  // of all grids of a moment
 constexpr std::size_t kFewClusters = 8;
 
@@ -62,8 +62,7 @@ void split(std::vector<Cluster> clusters, double spacing, double outer, const Pl
     std::stable_sort(clusters.begin(), clusters.end(),
                      [&](const Cluster& a, const Cluster& b) { return place_of(a)[axis] < place_of(b)[axis]; });
     const auto middle = clusters.begin() + static_cast<std::ptrdiff_t>(clusters.size() / 2);
-    const std::size_t halves =
-        nodes_of(clusters.begin(), middle).first + nodes_of(middle, clusters.end()).first;
+    const std::size_t halves = nodes_of(clusters.begin(), middle).first + nodes_of(middle, clusters.end()).first;
     if (static_cast<double>(halves) < kWorthSplitting * static_cast<double>(nodes)) {
       split(std::vector<Cluster>(clusters.begin(), middle), spacing, outer, place_of, blocks);
       split(std::vector<Cluster>(middle, clusters.end()), spacing, outer, place_of, blocks);
@@ -173,9 +172,9 @@ PushGrids::PushGrids(std::span<const Vec3d> places, double bump, double outer, i
     std::map<std::array<double, 3>, Cluster> cells;
     for (std::uint32_t k = 0; k < places.size(); ++k) {
       const Vec3d cell = places[k] / (kApart * level.bump);
-      const std::array<double, 3> key =
-          level.bump == bump ? std::array{1.0 * k, 0.0, 0.0}
-                             : std::array{std::floor(cell.x), std::floor(cell.y), std::floor(cell.z)};
+      const std::array<double, 3> key = level.bump == bump
+                                            ? std::array{1.0 * k, 0.0, 0.0}
+                                            : std::array{std::floor(cell.x), std::floor(cell.y), std::floor(cell.z)};
       cells[key].push_back(k);
     }
     std::vector<Cluster> clusters;
@@ -191,9 +190,10 @@ PushGrids::PushGrids(std::span<const Vec3d> places, double bump, double outer, i
     }
   }
   if (nodes <= kMaxNodes) return;
-  throw InvalidInput(fmt::format("\"bump\": {:.3g} is too fine for so large a pattern; use about {:.2g}, or make "
-                                 "several prints",
-                                 bump, bump * std::cbrt(nodes / kMaxNodes)));
+  throw InvalidInput(
+      fmt::format("\"bump\": {:.3g} is too fine for so large a pattern; use about {:.2g}, or make "
+                  "several prints",
+                  bump, bump * std::cbrt(nodes / kMaxNodes)));
 }
 
 std::vector<PotentialGrid> PushGrids::grids(std::span<const Vec3d> places, std::span<const Vec3d> vectors) const {
