@@ -20,7 +20,7 @@ Segment push_of(const Vec3d& place, const Vec3d& vector, double bump, double out
   Field field;
   field.center = place;
   field.motion = Translation<double>{vector};
-  field.region = Ball{};
+  field.region = Ball<double>{};
   field.thresholds = {0, outer, kWideFalloff, bump};
   Segment segment;
   segment.fields = {field};
