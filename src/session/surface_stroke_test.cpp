@@ -226,6 +226,7 @@ TEST_F(SurfaceStroke, FieldsAreDivergenceFree) {
     int tried = 0;
     for (const SessionStroke& stroke : resolved_of(shape(), session(kind)).strokes) {
       for (const Segment& segment : flow_of(stroke.stroke).segments) {
+        if (!segment.grid.is_empty()) continue;  // a curl
         const Field& field = segment.fields.front();
         const Vec3d d{offset(random), offset(random), offset(random)};
         std::visit(

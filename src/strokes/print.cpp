@@ -36,6 +36,7 @@ constexpr double kHairline = 0.1;    // of the area may be thinner than the thin
 constexpr double kThinner = 1.1;     // than twice the bump, which is worth a remark
 constexpr std::size_t kMaxPushes = 100'000;
 constexpr double kFewSteps = 4;    // of a walk along the surface, for each height
+constexpr double kSteepUp = 0.1;   // of a unit vector, across the normal: the least of "up"
 constexpr double kMissing = 0.02;  // of the pattern, which is worth a remark
 constexpr double kTooCoarse = 1;   // of the bump: an edge on which the print cannot be seen
 
@@ -313,7 +314,7 @@ class Printer {
     Vec3d up = stroke_.up ? unit(*stroke_.up) : Vec3d{0, 0, 1};
     constexpr double kAlong = 0.9;
     if (!stroke_.up && std::abs(frame.normal.z) > kAlong) up = {0, 1, 0};
-    if (norm(across(up, frame.normal)) < 1e-3) {
+    if (norm(across(up, frame.normal)) < kSteepUp) {
       throw InvalidInput("\"up\" must not point along the direction in which the pattern is pressed");
     }
     set_up(frame, up);
@@ -471,9 +472,8 @@ class Printer {
 };
 
 std::vector<StrokeKey> keys(PrintStroke& s) {
-  const bool is_text = s.file.empty();
   return {{"text", Quantity::other, &s.text, Presence::optional},
-          {"font", Quantity::other, is_text ? &s.font : nullptr, Presence::optional, {}, "\"text\""},
+          {"font", Quantity::other, &s.font, Presence::optional},
           {"file", Quantity::other, &s.file, Presence::optional},
           {"point", Quantity::finite, &s.point, Presence::optional, "the middle of the pattern"},
           {"up", Quantity::direction, &s.up, Presence::optional, "of the pattern"},
@@ -488,6 +488,7 @@ std::vector<StrokeKey> keys(PrintStroke& s) {
 void validate(const PrintStroke& stroke) {
   constexpr std::size_t kMaxText = 1000;
   if (stroke.text.empty() == stroke.file.empty()) throw InvalidInput("\"text\" or \"file\" must be given, one of them");
+  if (!stroke.font.empty() && stroke.text.empty()) throw InvalidInput("\"font\" needs \"text\"");
   if (stroke.text.size() > kMaxText) {
     throw InvalidInput(fmt::format("\"text\" must have at most {} bytes, got {}", kMaxText, stroke.text.size()));
   }

@@ -18,9 +18,9 @@ namespace {
 constexpr double kNodesPerBump = 2;
 constexpr double kApart = 0.4;                // of the bump: closer pushes are joined
 constexpr double kLastRatio = 3;              // of the outer threshold and the bump of the last level, at most
-constexpr double kWorthSplitting = 0.75;      // of the nodes
+constexpr double kWorthDividing = 0.75;       // of the nodes
 constexpr std::size_t kMaxNodes = 4'000'000;  // of all grids of a moment
-constexpr std::size_t kFewClusters = 8;
+constexpr std::size_t kFewNodes = 4096;       // of a grid, which is not divided
 
 // The nodes of a grid: multiples of the spacing.
 struct NodeBox {
@@ -44,32 +44,27 @@ NodeBox nodes_around(const Box& box, double spacing, double outer) {
   return nodes;
 }
 
-// Halves clusters across the longest side of their box while that saves nodes.
-template <class Cluster, class PlaceOf>
-void split(std::vector<Cluster> clusters, double spacing, double outer, const PlaceOf& place_of,
-           std::vector<std::vector<Cluster>>& blocks) {
-  const auto nodes_of = [&](auto begin, auto end) {
-    Box box;
-    for (auto each = begin; each != end; ++each) box.extend(place_of(*each));
-    return std::pair{nodes_around(box, spacing, outer).nodes(), box};
-  };
-  const auto [nodes, box] = nodes_of(clusters.begin(), clusters.end());
-  if (clusters.size() > kFewClusters) {
-    std::size_t axis = 0;
-    for (std::size_t k = 1; k < 3; ++k) {
-      if (box.max[k] - box.min[k] > box.max[axis] - box.min[axis]) axis = k;
-    }
-    std::stable_sort(clusters.begin(), clusters.end(),
-                     [&](const Cluster& a, const Cluster& b) { return place_of(a)[axis] < place_of(b)[axis]; });
-    const auto middle = clusters.begin() + static_cast<std::ptrdiff_t>(clusters.size() / 2);
-    const std::size_t halves = nodes_of(clusters.begin(), middle).first + nodes_of(middle, clusters.end()).first;
-    if (static_cast<double>(halves) < kWorthSplitting * static_cast<double>(nodes)) {
-      split(std::vector<Cluster>(clusters.begin(), middle), spacing, outer, place_of, blocks);
-      split(std::vector<Cluster>(middle, clusters.end()), spacing, outer, place_of, blocks);
-      return;
-    }
+// Makes blocks of clusters: one, or those of the halves across the longest side of its box where they save nodes.
+// Returns the nodes of their grids.
+template <class Iterator, class PlaceOf, class Blocks>
+std::size_t divide(Iterator begin, Iterator end, double spacing, double outer, const PlaceOf& place_of,
+                   Blocks& blocks) {
+  Box box;
+  for (Iterator each = begin; each != end; ++each) box.extend(place_of(*each));
+  const std::size_t whole = nodes_around(box, spacing, outer).nodes();
+  if (whole > kFewNodes && end - begin > 1) {
+    const Vec3d size = box.max - box.min;
+    const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    std::stable_sort(begin, end, [&](const auto& a, const auto& b) { return place_of(a)[axis] < place_of(b)[axis]; });
+    const std::size_t before = blocks.size();
+    const Iterator middle = begin + (end - begin) / 2;
+    const std::size_t halves =
+        divide(begin, middle, spacing, outer, place_of, blocks) + divide(middle, end, spacing, outer, place_of, blocks);
+    if (static_cast<double>(halves) < kWorthDividing * static_cast<double>(whole)) return halves;
+    blocks.resize(before);
   }
-  blocks.push_back(std::move(clusters));
+  blocks.emplace_back(begin, end);
+  return whole;
 }
 
 double cubed(double x) { return x * x * x; }
@@ -181,13 +176,8 @@ PushGrids::PushGrids(std::span<const Vec3d> places, double bump, double outer, i
     clusters.reserve(cells.size());
     for (auto& [key, cluster] : cells) clusters.push_back(std::move(cluster));
     const auto place_of = [&](const Cluster& cluster) { return places[cluster.front()]; };
-    const double spacing = level.bump / kNodesPerBump;
-    split(std::move(clusters), spacing, level.outer, place_of, level.blocks);
-    for (const std::vector<Cluster>& block : level.blocks) {
-      Box box;
-      for (const Cluster& cluster : block) box.extend(place_of(cluster));
-      nodes += static_cast<double>(nodes_around(box, spacing, level.outer).nodes());
-    }
+    nodes += static_cast<double>(
+        divide(clusters.begin(), clusters.end(), level.bump / kNodesPerBump, level.outer, place_of, level.blocks));
   }
   if (nodes <= kMaxNodes) return;
   throw InvalidInput(
