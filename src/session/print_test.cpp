@@ -351,6 +351,9 @@ TEST_F(Print, SaysWhatIsWrong) {
   expect(sphere, R"("file": "bar.pgm", "point": [0, 0, 1], "up": [0, 0, 1], "height": 0.5, "depth": 0.1)",
          "\"up\" must");
   expect(sphere, R"("file": "bar.pgm", "bump": 1e-4, )" + place, "\"bump\": 0.0001 is too fine");
+  expect(sphere, R"("file": "bar.pgm", "bump": 1e-12, )" + place, "is too fine");
+  expect(sphere, R"("file": "bar.pgm", "bump": 0.02, "point": [0, 0, 1], "height": 0.5, "depth": 4)",
+         "\"depth\" must be");
   expect(sphere, R"("file": "bar.pgm", "bump": 0.1, "direction": [0, 0, 1], )" + place,
          "no surface is under the pattern");
   Mesh cloud;

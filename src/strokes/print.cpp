@@ -29,16 +29,17 @@ constexpr double kOuterOfHeight = 2;        // by default
 constexpr double kStepsPerBump = 2;         // each with the pushes where the surface is by then
 constexpr double kMinSteps = 4;
 constexpr double kMaxSteps = 300;
+constexpr double kMaxNodes = 2e7;    // of the grids of all steps: half a gigabyte
 constexpr int kPixelsOfFace = 192;   // along the longer side
 constexpr double kAround = 2.5;      // pushes: the bump
 constexpr double kTolerance = 1e-4;  // of path lines, of the bump
 constexpr double kHairline = 0.1;    // of the area may be thinner than the thinnest stroke
 constexpr double kThinner = 1.1;     // than twice the bump, which is worth a remark
-constexpr std::size_t kMaxPushes = 100'000;
-constexpr double kFewSteps = 4;    // of a walk along the surface, for each height
-constexpr double kSteepUp = 0.1;   // of a unit vector, across the normal: the least of "up"
-constexpr double kMissing = 0.02;  // of the pattern, which is worth a remark
-constexpr double kTooCoarse = 1;   // of the bump: an edge on which the print cannot be seen
+constexpr double kMaxCells = 4e5;    // of all tiles, and places
+constexpr double kFewSteps = 4;      // of a walk along the surface, for each height
+constexpr double kSteepUp = 0.1;     // of a unit vector, across the normal: the least of "up"
+constexpr double kMissing = 0.02;    // of the pattern, which is worth a remark
+constexpr double kTooCoarse = 1;     // of the bump: an edge on which the print cannot be seen
 
 // Where a tile lies: a plane that touches the surface, with the pattern's directions.
 struct Frame {
@@ -242,8 +243,14 @@ class Printer {
   void run() {
     std::vector<Vec3d> at(places_.size());
     for (std::size_t i = 0; i < at.size(); ++i) at[i] = places_[i].start - origin_;
+    const double steps = std::max(std::ceil(std::abs(stroke_.depth) / bump_ * kStepsPerBump), kMinSteps);
+    if (steps > kMaxSteps) {
+      throw InvalidInput(fmt::format("\"depth\" must be at most {:.3g}, {} times \"bump\", got {:.3g}",
+                                     kMaxSteps / kStepsPerBump * bump_, kMaxSteps / kStepsPerBump,
+                                     std::abs(stroke_.depth)));
+    }
     const PushGrids pushes(at, bump_, outer_, run_.threads);
-    const double steps = std::clamp(std::ceil(std::abs(stroke_.depth) / bump_ * kStepsPerBump), kMinSteps, kMaxSteps);
+    if (const double nodes = steps * pushes.nodes(); nodes > kMaxNodes) too_fine(std::cbrt(nodes / kMaxNodes));
     for (double step = 0; step < steps; ++step) {
       stop_if_cancelled(run_.surface.progress);
       std::vector<PotentialGrid> grids = pushes.grids(at, vectors(step / steps, (step + 1) / steps));
@@ -304,15 +311,13 @@ class Printer {
     }
   }
 
-  Vec3d across(const Vec3d& v, const Vec3d& normal) const { return v - normal * dot(v, normal); }
+  static Vec3d across(const Vec3d& v, const Vec3d& normal) { return v - normal * dot(v, normal); }
 
   Frame first_frame(const Ground& ground) const {
-    Frame frame{ground.nearest(origin_), {}, {}, {0, 0, 1}};
-    frame.right = {1, 0, 0};
-    frame.up = {0, 1, 0};
+    Frame frame{ground.nearest(origin_), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     frame.normal = stroke_.direction ? -unit(*stroke_.direction) : ground.normal(frame, 0, 0);
     Vec3d up = stroke_.up ? unit(*stroke_.up) : Vec3d{0, 0, 1};
-    constexpr double kAlong = 0.9;
+    constexpr double kAlong = 0.7;
     if (!stroke_.up && std::abs(frame.normal.z) > kAlong) up = {0, 1, 0};
     if (norm(across(up, frame.normal)) < kSteepUp) {
       throw InvalidInput("\"up\" must not point along the direction in which the pattern is pressed");
@@ -348,12 +353,12 @@ class Printer {
       set_up(frame, frame.up);
     }
     const double apart = kApart * bump_;
-    Raster raster;
-    raster.columns = static_cast<int>(std::ceil(wide / apart)) + 1;
-    raster.rows = static_cast<int>(std::ceil(high / apart)) + 1;
-    const double cells = static_cast<double>(raster.columns) * raster.rows;
-    if (cells + static_cast<double>(places_.size()) > 4.0 * kMaxPushes) too_many();
-    raster.values.resize(static_cast<std::size_t>(cells));
+    const double columns = std::ceil(wide / apart) + 1;
+    const double rows = std::ceil(high / apart) + 1;
+    const double cells = columns * rows + static_cast<double>(places_.size());
+    if (cells > kMaxCells) too_fine(std::sqrt(cells / kMaxCells));
+    Raster raster{static_cast<int>(columns), static_cast<int>(rows), {}, {}, {}};
+    raster.values.resize(static_cast<std::size_t>(columns * rows));
     raster.place_of.assign(raster.values.size(), -1);
     const double step = apart / pixel_;
     // The lattice is centred in the tile.
@@ -382,7 +387,6 @@ class Printer {
         places_.push_back({p - frame.normal * hit->t, -frame.normal, value, 0, 0, {column, row}});
       }
     }
-    if (places_.size() > kMaxPushes) too_many();
     for (const std::size_t i : raster.own) {
       double sum = 0;
       for_each_around(raster, places_[i],
@@ -392,11 +396,11 @@ class Printer {
     rasters_.push_back(std::move(raster));
   }
 
-  [[noreturn]] void too_many() const {
+  // By so much the bump must be larger.
+  [[noreturn]] void too_fine(double factor) const {
     throw InvalidInput(
-        fmt::format("\"bump\": {:.3g} is too fine for so large a pattern; make it larger, or make several "
-                    "prints",
-                    bump_));
+        fmt::format("\"bump\": {:.3g} is too fine for so large a pattern; use about {:.2g}, or make several prints",
+                    bump_, bump_ * factor));
   }
 
   template <class Visit>

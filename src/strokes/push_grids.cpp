@@ -1,8 +1,6 @@
 // Sums of wide pushes on potential grids.
 #include "strokes/push_grids.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,11 +14,10 @@ namespace knead::tool_detail {
 namespace {
 
 constexpr double kNodesPerBump = 2;
-constexpr double kApart = 0.4;                // of the bump: closer pushes are joined
-constexpr double kLastRatio = 3;              // of the outer threshold and the bump of the last level, at most
-constexpr double kWorthDividing = 0.75;       // of the nodes
-constexpr std::size_t kMaxNodes = 4'000'000;  // of all grids of a moment
-constexpr std::size_t kFewNodes = 4096;       // of a grid, which is not divided
+constexpr double kApart = 0.4;           // of the bump: closer pushes are joined
+constexpr double kLastRatio = 3;         // of the outer threshold and the bump of the last level, at most
+constexpr double kWorthDividing = 0.75;  // of the nodes
+constexpr std::size_t kFewNodes = 4096;  // of a grid, which is not divided
 
 // The nodes of a grid: multiples of the spacing.
 struct NodeBox {
@@ -70,17 +67,28 @@ std::size_t divide(Iterator begin, Iterator end, double spacing, double outer, c
 double cubed(double x) { return x * x * x; }
 
 // A part of the wide weight: the difference of two bumps over r^2, a polynomial inside the smaller one.
-struct LevelWeight {
-  double a2;
-  double b2;
+class LevelWeight {
+ public:
+  LevelWeight(double bump, double outer)
+      : bump2_(bump * bump),
+        outer2_(outer * outer),
+        per_outer2_(1 / outer2_),
+        value_(3 * (1 / bump2_ - per_outer2_)),
+        slope_(3 * (1 / (bump2_ * bump2_) - per_outer2_ * per_outer2_)),
+        curvature_(cubed(1 / bump2_) - cubed(per_outer2_)) {}
 
   double operator()(double r2) const {
-    if (r2 >= b2) return 0;
-    if (r2 >= a2) return cubed(1 - r2 / b2) / r2;
-    const double a = 1 / a2;
-    const double b = 1 / b2;
-    return 3 * (a - b) - r2 * (3 * (a * a - b * b) - r2 * (cubed(a) - cubed(b)));
+    if (r2 < bump2_) return value_ - r2 * (slope_ - r2 * curvature_);
+    return r2 < outer2_ ? cubed(1 - r2 * per_outer2_) / r2 : 0;
   }
+
+ private:
+  double bump2_;
+  double outer2_;
+  double per_outer2_;
+  double value_;
+  double slope_;
+  double curvature_;
 };
 
 // Turns values at nodes into the coefficients of a spline that is close to them: exact for cubic polynomials.
@@ -119,7 +127,7 @@ PotentialGrid grid_of(const std::vector<Push>& pushes, double bump, double outer
   grid.counts = nodes.count;
   grid.origin = Vec3d(nodes.first[0], nodes.first[1], nodes.first[2]) * grid.spacing;
   std::vector<Vec3d> values(nodes.nodes(), Vec3d{0, 0, 0});
-  const LevelWeight weight{bump * bump, outer * outer};
+  const LevelWeight weight(bump, outer);
   const auto row = static_cast<std::size_t>(nodes.count[0]);
   const auto plane = row * static_cast<std::size_t>(nodes.count[1]);
   const auto begin_of = [&](double x, double reach, std::size_t axis) {
@@ -162,7 +170,6 @@ PushGrids::PushGrids(std::span<const Vec3d> places, double bump, double outer, i
     levels_.push_back({a, kLastRatio * a < outer ? 2 * a : outer, {}});
   }
   std::reverse(levels_.begin(), levels_.end());
-  double nodes = 0;
   for (Level& level : levels_) {
     std::map<std::array<double, 3>, Cluster> cells;
     for (std::uint32_t k = 0; k < places.size(); ++k) {
@@ -176,14 +183,9 @@ PushGrids::PushGrids(std::span<const Vec3d> places, double bump, double outer, i
     clusters.reserve(cells.size());
     for (auto& [key, cluster] : cells) clusters.push_back(std::move(cluster));
     const auto place_of = [&](const Cluster& cluster) { return places[cluster.front()]; };
-    nodes += static_cast<double>(
+    nodes_ += static_cast<double>(
         divide(clusters.begin(), clusters.end(), level.bump / kNodesPerBump, level.outer, place_of, level.blocks));
   }
-  if (nodes <= kMaxNodes) return;
-  throw InvalidInput(
-      fmt::format("\"bump\": {:.3g} is too fine for so large a pattern; use about {:.2g}, or make "
-                  "several prints",
-                  bump, bump * std::cbrt(nodes / kMaxNodes)));
 }
 
 std::vector<PotentialGrid> PushGrids::grids(std::span<const Vec3d> places, std::span<const Vec3d> vectors) const {

@@ -16,15 +16,16 @@ namespace knead::tool_detail {
 // its outer. The potential of each lies on grids of half its bump, and pushes that are close for its bump are joined.
 class PushGrids {
  public:
-  // Throws InvalidInput, naming "bump", where the grids would have too many nodes.
+  // Time: n log^2 n.
   PushGrids(std::span<const Vec3d> places, double bump, double outer, int threads);
 
   // Returns the grids of the pushes at these places, as many as before and near them. A push alone moves its place by
   // its vector in a unit of time. The grids act one after the other, those of the greatest bump first.
   std::vector<PotentialGrid> grids(std::span<const Vec3d> places, std::span<const Vec3d> vectors) const;
 
-  // Returns the number of grids.
+  // Returns the number of grids, and of their nodes.
   std::size_t count() const;
+  double nodes() const { return nodes_; }
 
  private:
   // Pushes that act as one.
@@ -37,6 +38,7 @@ class PushGrids {
   };
 
   double factor_ = 1;  // of each level's weight
+  double nodes_ = 0;
   int threads_;
   std::vector<Level> levels_;
 };
