@@ -110,6 +110,7 @@ Subcommand bend_command();
 Subcommand twist_command();
 Subcommand stretch_command();
 Subcommand wrap_command();
+Subcommand print_command();
 Subcommand resolve_command();
 Subcommand fit_command();
 Subcommand skin_command();

@@ -112,10 +112,12 @@ T* find_value(Stroke& stroke, std::string_view key) {
   return nullptr;
 }
 
-// Returns the file that a stroke names, as a stamp does; empty: it names none.
+// Returns the file that a stroke names, as a stamp or print does; empty: it names none.
 inline std::string file_of(Stroke stroke) {
-  const auto* const file = find_value<std::string>(stroke, "mesh");
-  return file == nullptr ? std::string() : *file;
+  for (const char* const key : {"mesh", "file"}) {
+    if (const auto* const file = find_value<std::string>(stroke, key)) return *file;
+  }
+  return {};
 }
 
 // Returns what a stroke does, in a few words: "Pull 0.2 mm". `unit`: of its lengths; empty: none is named.
