@@ -114,10 +114,11 @@ WorkResult Workbench::compute(const ShapeState& from, bool again, const Work& wo
 AdvectStatus Workbench::apply(std::span<const SessionStroke> strokes, Progress* progress) {
   for (const SessionStroke& stroke : strokes) {
     StrokeOutcome outcome = shape_.apply(stroke, folder_, progress);
-    if (!outcome.shortfall.empty()) outcome.warnings.push_back(outcome.shortfall);
+    if (!outcome.shortfall.empty()) notes_.shortfall = std::move(outcome.shortfall);
+    notes_.reached = std::min(notes_.reached, outcome.reached);
     for (std::string& warning : outcome.warnings) {  // each piece of a growing stroke may give the same
-      if (std::find(warnings_.begin(), warnings_.end(), warning) == warnings_.end()) {
-        warnings_.push_back(std::move(warning));
+      if (std::find(notes_.warnings.begin(), notes_.warnings.end(), warning) == notes_.warnings.end()) {
+        notes_.warnings.push_back(std::move(warning));
       }
     }
     if (reads_surface(stroke.stroke) && !outcome.parts.empty()) part_ = std::move(outcome.parts.back().stroke);
@@ -191,14 +192,14 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
   const auto began = std::chrono::steady_clock::now();
   const std::uint64_t steps = steps_;
   part_.reset();
-  std::vector<std::string> warnings_before = change.from_start ? std::exchange(warnings_, {}) : warnings_;
+  StrokeNotes notes_before = change.from_start ? std::exchange(notes_, {}) : notes_;
   if (follows) {
     result = follow(std::get<PoseStroke>(strokes.front().stroke), progress);
   } else {
     result = apply_change(change, strokes, progress);
   }
   if (!result.is_done()) {
-    warnings_ = std::move(warnings_before);
+    notes_ = std::move(notes_before);
     return result;
   }
   is_approximate_ = follows;
@@ -251,7 +252,7 @@ WorkResult Workbench::finish_later(Progress* /*progress*/) {
   keep(*entry, live_state_);
   entry->info.seconds = live_seconds_;
   entry->info.steps = steps_ - live_steps_;
-  entry->info.warnings = std::exchange(warnings_, {});
+  entry->info.notes = std::exchange(notes_, {});
   add_finished(std::move(joined), std::move(entry), lines);
   return result;
 }
@@ -432,11 +433,11 @@ WorkResult Workbench::make_entry(const std::vector<SessionStroke>& strokes, cons
                                  Progress* progress) {
   const auto began = std::chrono::steady_clock::now();
   const std::uint64_t steps = steps_;
-  warnings_.clear();
+  notes_ = {};
   WorkResult result = compute(from, false, [&] { return apply(strokes, progress); });
   if (!result.is_done()) return result;
   keep(entry, *at_);
-  entry.info = {strokes, seconds_since(began), steps_ - steps, std::exchange(warnings_, {})};
+  entry.info = {strokes, seconds_since(began), steps_ - steps, std::exchange(notes_, {})};
   return result;
 }
 

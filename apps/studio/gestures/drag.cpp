@@ -447,7 +447,7 @@ void RelaxGesture::move(const GestureStep& step) {
 }
 
 void InflateGesture::move(const GestureStep& step) {
-  if (step.pointer.typed) stroke.volume = *step.pointer.typed;
+  if (step.pointer.typed) stroke.volume = *step.pointer.typed * percent();
   extend_on_surface(step.pointer, step.around, kSpacing * stroke.radius, last_point, stroke.points);
 }
 

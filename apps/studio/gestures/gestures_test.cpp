@@ -174,7 +174,7 @@ TEST_F(GesturesTest, AnInflatedShapeGainsTheVolumeThatIsSetAndNothingBeyondTheRa
   EXPECT_NEAR(volume_of(studio), before + volume, 1e-4 * volume);
   const InflateStroke stroke = std::get<InflateStroke>(last_strokes(studio).front());
   EXPECT_GT(stroke.points.size(), 1u);
-  EXPECT_EQ(words_of(studio.document().shown().history.back()->strokes, "mm"), "Grow by 0.0075 mm\u00b3");
+  EXPECT_EQ(words_of(studio.document().shown().history.back()->strokes, "mm"), "Grow by 1.4%");
   const std::vector<Vec3d> now = positions(studio);
   for (std::size_t i = 0; i < start.size(); ++i) {
     const bool is_far = std::all_of(stroke.points.begin(), stroke.points.end(),
@@ -192,13 +192,10 @@ TEST_F(GesturesTest, InflateShrinksWithCtrlAndTakesATypedVolume) {
   EXPECT_NEAR(volume_of(studio), before - 0.0075, 1e-5);
   run(studio, R"({"key": "Ctrl+Z"}
 {"press": [0, 0, 1]}
-{"key": "0"}
-{"key": "."}
-{"key": "0"}
-{"key": "1"})");
-  EXPECT_EQ(numbers_at_pointer(studio).front(), "Volume 0.01_");
+{"key": "2"})");
+  EXPECT_EQ(numbers_at_pointer(studio).front(), "Growth 2_%");
   run(studio, R"({"release": [0, 0, 1]})");
-  EXPECT_NEAR(volume_of(studio), before + 0.01, 1e-5);
+  EXPECT_NEAR(volume_of(studio), before + 0.02 * 4 / 3 * std::numbers::pi * 0.125, 1e-5);
   run(studio, R"({"key": "Ctrl+Z"}
 {"key": "I"}
 {"click": [0, 0, 1]})");

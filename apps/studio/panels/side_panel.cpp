@@ -38,7 +38,7 @@ void draw_numbers(LayerEditor& layers) {
 }
 
 void draw_text(LayerEditor& layers) {
-  if (!ImGui::TreeNode("Edit as session lines")) return;
+  if (!ImGui::TreeNode("As text")) return;
   const ImVec2 size{-1, ImGui::GetTextLineHeight() * 7};
   std::string text = layers.text;
   if (ImGui::InputTextMultiline("##lines", &text, size)) set_text(layers, std::move(text));
@@ -269,8 +269,7 @@ void draw_objects(Studio& studio) {
 namespace {
 
 void draw_matcaps(Look& look, const Gui& gui) {
-  const std::string chosen(title_of(look.matcap));
-  if (ImGui::BeginCombo("Matcap", chosen.c_str())) {
+  if (begin_list("Matcap", std::string(title_of(look.matcap)), -1.6F * ImGui::GetFontSize())) {
     for (const render::Matcap matcap : render::all_matcaps()) {
       gui.draw_ball(matcap);
       ImGui::SameLine();
@@ -287,7 +286,7 @@ void draw_background(std::string& background) {
   constexpr std::array<const char*, 3> titles{"Gradient", "Light", "Dark"};
   const std::optional<render::Color> own = render::color_from(background);
   const auto* const known = std::find(names.begin(), names.end(), background);
-  if (ImGui::BeginCombo("Background", own ? "Colour" : titles[static_cast<std::size_t>(known - names.begin())])) {
+  if (begin_list("Background", own ? "Colour" : titles[static_cast<std::size_t>(known - names.begin())])) {
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (ImGui::Selectable(titles[i], background == names[i])) background = names[i];
     }
