@@ -160,6 +160,7 @@ void draw_marks(Studio& studio) {
     if (part) placed.parts.stiffness[*part] = stiffness;
   }
   ImGui::BeginChild("##pins", {0, ImGui::GetFrameHeightWithSpacing() * kMarksShown + 2});
+  if (placed.pins.empty() && (!has_parts || placed.parts.holds.empty())) ImGui::TextDisabled(has_parts ? "No pins or parts yet." : "No pins yet.");
   if (has_parts) draw_parts(placed.parts);
   draw_pins(studio);
   ImGui::EndChild();
@@ -419,7 +420,7 @@ void draw_mirrors(Studio& studio) {
 
 void draw_center(Studio& studio) {
   Vec3d& center = studio.tools().settings().symmetry.center;
-  if (ImGui::Button("Through the middle of the shape")) studio.tools().center_symmetry();
+  if (ImGui::Button("Through the middle")) studio.tools().center_symmetry();
   help_on_hover("moves the mirrors x, y and z and the axis of the turns there");
   ImGui::SameLine();
   ImGui::BeginDisabled(center == Vec3d{0, 0, 0});
