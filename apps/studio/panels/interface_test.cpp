@@ -618,22 +618,22 @@ TEST(Search, SaysWhereEveryCommandIs) {
 TEST_F(InterfaceTest, APoseThatFallsShortOffersTheOneThingToDo) {
   ShownPanels panels(options(), 1280, 800);
   panels.studio.preferences().panels.closed.clear();
-  run(panels.studio, R"({"new": "box", "vertices": 400}
+  run(panels.studio, R"({"new": "sphere", "vertices": 642}
 {"key": "Alt+1"}
 {"key": "Home"}
 {"tool": "pose"}
 {"set": {"pose": "lasso", "detail": 0.1}}
 )");
   const auto round = [&](double from, double to) {
-    const auto a = pixel_of(panels.studio.view().screen(), {from, 1, 0});
-    const auto b = pixel_of(panels.studio.view().screen(), {to, -1, 0});
+    const auto a = pixel_of(panels.studio.view().screen(), {from, 1.1, 0});
+    const auto b = pixel_of(panels.studio.view().screen(), {to, -1.1, 0});
     return fmt::format(R"({{"drag": [[{0}, {1}], [{2}, {1}], [{2}, {3}], [{0}, {3}], [{0}, {4}]], "steps": 4}})", a->x,
                        a->y, b->x, b->y, a->y + 10);
   };
-  run(panels.studio, round(-3.2, -0.1) + "\n" + round(0.1, 3.2));
+  run(panels.studio, round(-1.1, -0.1) + "\n" + round(0.1, 1.1));
   ASSERT_EQ(panels.studio.tools().placed().parts.holds.size(), 2U);
-  run(panels.studio, R"({"press": [2.5, 0, 0.5]}
-{"move": [2.4, 0.5, 0.5]}
+  run(panels.studio, R"({"press": [0.6, 0, 0.8]}
+{"move": [0.5, 0.2, 0.8]}
 {"key": "1"}
 {"key": "2"}
 {"key": "0"}
