@@ -33,8 +33,14 @@ double seconds_since(std::chrono::steady_clock::time_point began) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
 }
 
-// What Studio calls a key of a session; others are called as they are written.
-std::string word_for(std::string key) {
+bool ends_with_article(std::string_view text) {
+  const std::array articles{"a ", "the ", "this ", "'s ", "same "};
+  return std::any_of(articles.begin(), articles.end(), [&](const char* end) { return text.ends_with(end); });
+}
+
+}  // namespace
+
+std::string word_for_key(std::string key) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 12> words{{{"outer", "radius"},
                                                                                  {"inner", "inner part"},
                                                                                  {"bump", "radius"},
@@ -54,13 +60,6 @@ std::string word_for(std::string key) {
   return key;
 }
 
-bool ends_with_article(std::string_view text) {
-  const std::array articles{"a ", "the ", "this ", "'s ", "same "};
-  return std::any_of(articles.begin(), articles.end(), [&](const char* end) { return text.ends_with(end); });
-}
-
-}  // namespace
-
 std::string in_words(const std::string& line) {
   static const std::regex key(R"re("([a-z_]+)"(: ?)?)re");
   std::string text;
@@ -71,7 +70,7 @@ std::string in_words(const std::string& line) {
     from = at + static_cast<std::size_t>(it->length());
     const bool has_colon = (*it)[2].matched;
     if (at == 0 && has_colon) continue;  // what the rest is about
-    text += (ends_with_article(text) ? "" : "the ") + word_for((*it)[1]) + (has_colon ? " " : "");
+    text += (ends_with_article(text) ? "" : "the ") + word_for_key((*it)[1]) + (has_colon ? " " : "");
   }
   text += line.substr(from);
   if (text.empty()) return text;

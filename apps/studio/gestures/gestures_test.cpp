@@ -88,7 +88,7 @@ TEST_F(GesturesTest, DownIsInWhereverAFaceThatIsLookedAtIsStamped) {
       Studio studio(options());
       run(studio, ball());
       run(studio, fmt::format(R"({{"view": {{"yaw_deg": 30, "pitch_deg": 25}}}}
-{{"key": "{}"}}
+{{"key": "{0}"}}
 {{"view": {{"target": [0, 0, 0], "height": 3}}}}
 {{"tool": "stamp"}}
 {{"set": {{"radius": 0.2}}}}

@@ -676,5 +676,27 @@ TEST_F(InterfaceTest, ABendThatFindsNoPartOffersThePose) {
   EXPECT_EQ(ShownPanels::area_of("Offer").width(), 0);
 }
 
+TEST_F(InterfaceTest, ABendThatIsRefusedOffersThePoseInItsMessage) {
+  ShownPanels panels(options(), 1280, 800);
+  run(panels.studio, R"({"new": "hand", "vertices": 4000}
+{"key": "Alt+1"}
+{"key": "Home"}
+{"tool": "bend"}
+{"click": [0.11, 0.6, 0.09]})");
+  panels.studio.document().tell({true, in_words("\"angle_deg\": the part would meet itself"), Subject::strokes});
+  for (int i = 0; i < 3; ++i) panels.frame();
+  ASSERT_EQ(panels.interface.messages().messages.size(), 1U);
+  EXPECT_EQ(panels.interface.messages().messages.front().notice.text, "The part would meet itself.");
+  ImGuiWindow* const messages = ImGui::FindWindowByName("Messages");
+  const int number = 0;
+  const ImGuiID button = ImHashStr("Pose it", 0, ImHashData(&number, sizeof number, messages->ID));
+  const auto place = panels.place_in(ShownPanels::area_of("Messages"), button);
+  ASSERT_TRUE(place);
+  panels.click(place->first, place->second);
+  EXPECT_EQ(panels.studio.tools().settings().tool->use, ToolUse::pose);
+  EXPECT_EQ(panels.studio.tools().placed().parts.holds.size(), 2U);
+  EXPECT_TRUE(panels.interface.messages().messages.empty());
+}
+
 }  // namespace
 }  // namespace knead::studio::interface_test

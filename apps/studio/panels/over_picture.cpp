@@ -31,11 +31,6 @@ void begin_row(const char* name) {
   ImGui::TableNextColumn();
 }
 
-void row(const char* name, const std::string& value) {
-  begin_row(name);
-  ImGui::TextUnformatted(value.c_str());
-}
-
 // For a column that is as wide as its table leaves room.
 void wrapped_row(const char* name, const std::string& value) {
   begin_row(name);
@@ -61,9 +56,13 @@ void draw_frame_times(const FrameTimes& times) {
                                    1000 * times.drawing));
 }
 
-constexpr float kWhatOfKeys = 0.53F;  // of a column of the help
+constexpr float kWhatOfKeys = 0.55F;  // of a column of the help
 
-float keys_column(const Gui& gui) { return std::min(450 * gui.unit(), 0.92F * ImGui::GetIO().DisplaySize.x); }
+// Three columns where they fit, else as wide as is easy to read.
+float keys_column(const Gui& gui) {
+  const float width = 0.97F * ImGui::GetIO().DisplaySize.x;
+  return std::min(std::clamp(width / 3, 400 * gui.unit(), 450 * gui.unit()), 0.95F * width);
+}
 
 // A table of what there is and how it is had, under a heading.
 bool begin_keys(const Gui& gui, const char* heading) {
@@ -72,6 +71,7 @@ bool begin_keys(const Gui& gui, const char* heading) {
   Gui::end_heading();
   if (!ImGui::BeginTable(heading, 2, ImGuiTableFlags_SizingFixedFit)) return false;
   ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed, kWhatOfKeys * keys_column(gui));
+  ImGui::TableSetupColumn("how", ImGuiTableColumnFlags_WidthFixed, (0.97F - kWhatOfKeys) * keys_column(gui));
   return true;
 }
 
@@ -79,7 +79,7 @@ void draw_keys_of(Studio& studio, const Gui& gui, const char* group) {
   if (!begin_keys(gui, group)) return;
   for (const Action action : all_actions()) {
     if (group_of(action) != group) continue;
-    row(std::string(title_of(action)).c_str(), keys_text(studio.preferences().keys, action));
+    wrapped_row(std::string(title_of(action)).c_str(), keys_text(studio.preferences().keys, action));
   }
   ImGui::EndTable();
 }
@@ -108,8 +108,8 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
   if (!begin_keys(gui, "Pointer")) return;
   const bool is_maya = preset == NavigationPreset::maya;
   for (const PointerUse& gesture : is_maya ? std::span<const PointerUse>(maya) : blender)
-    row(gesture.what, gesture.how);
-  for (const PointerUse& gesture : both) row(gesture.what, gesture.how);
+    wrapped_row(gesture.what, gesture.how);
+  for (const PointerUse& gesture : both) wrapped_row(gesture.what, gesture.how);
   ImGui::EndTable();
 }
 
@@ -131,6 +131,14 @@ std::optional<Action> remedy_of(Subject subject) {
   }
 }
 
+// What a bend cannot do, a pose can.
+constexpr const char* kPoseIt = "Pose it";
+constexpr const char* kPoseHelp = "Turns what is beyond this place as a pose.";
+
+bool has_placed_bend(const Studio& studio) {
+  return studio.tools().settings().tool->turning.takes_limit_cylinder && studio.tools().placed().placement;
+}
+
 // Draws one message; true where the person has clicked it away.
 bool draw_message(Studio& studio, const Notice& notice, float opacity, int id) {
   ImGui::PushStyleVar(ImGuiStyleVar_Alpha, opacity);
@@ -141,6 +149,14 @@ bool draw_message(Studio& studio, const Notice& notice, float opacity, int id) {
     if (const std::optional<Action> remedy = remedy_of(notice.subject)) {
       gone = ImGui::SmallButton(std::string(title_of(*remedy)).c_str());
       if (gone) studio.perform(*remedy);
+      ImGui::SameLine();
+    }
+    if (notice.subject == Subject::strokes && has_placed_bend(studio)) {
+      if (ImGui::SmallButton(kPoseIt)) {
+        studio.pose_placed();
+        gone = true;
+      }
+      help_on_hover(kPoseHelp);
       ImGui::SameLine();
     }
     gone = ImGui::SmallButton("Close") || gone;
@@ -194,7 +210,7 @@ void draw_help(Studio& studio, const Gui& gui) {
   if (ImGui::Begin("Keys", &open,
                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
     const float column = keys_column(gui);
-    const int columns = std::clamp(static_cast<int>(0.97F * size.x / column), 1, 3);
+    const int columns = std::clamp(static_cast<int>(0.98F * size.x / column), 1, 3);
     if (ImGui::BeginTable("groups", columns, ImGuiTableFlags_SizingFixedFit)) {
       for (int i = 0; i < columns; ++i) ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, column);
       ImGui::TableNextColumn();
@@ -611,8 +627,8 @@ float draw_pose_offer(Studio& studio, const Gui& gui, const StrokeNotes& notes) 
 // Of a twist or bend that finds no part.
 float draw_bend_offer(Studio& studio, const Gui& gui) {
   return draw_offer(studio, gui, fmt::format("{} finds no part here.", studio.tools().settings().tool->name), [&] {
-    if (ImGui::Button("Pose it")) studio.pose_placed();
-    help_on_hover("Turns what is beyond this place as a pose.");
+    if (ImGui::Button(kPoseIt)) studio.pose_placed();
+    help_on_hover(kPoseHelp);
   });
 }
 

@@ -59,7 +59,7 @@ void draw_limit_cylinder_settings(Studio& studio) {
   const bool is_known = placement && placement->limit_cylinder;
   const bool is_found = is_known && placement->limit_cylinder->problem.empty();
   // One line in each case, because it comes when the search ends: nothing moves.
-  ImGui::TextDisabled("%s", is_found   ? fmt::format("The part is {:.3g} thick.", 2 * placement->limit_cylinder->radius).c_str()
+  ImGui::TextDisabled("%s", is_found   ? "What is in the grey cylinder moves alone."
                             : is_known ? "No part is found here."
                                        : "Click on a finger, an arm or a leg.");
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -25,7 +26,9 @@ constexpr const char* kDragged = "layer";  // what is carried by drag and drop: 
 void draw_numbers(LayerEditor& layers) {
   for (const StrokeField& field : fields_of(layers.strokes)) {
     double value = field.value;
-    if (!type_number(field.name.c_str(), value, {-1e9, 1e9}, field.help.c_str())) continue;
+    std::string label = fmt::format("{}##{}", word_for_key(field.name), field.name);
+    label[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(label[0])));
+    if (!type_number(label.c_str(), value, {-1e9, 1e9}, field.help.c_str())) continue;
     std::vector<SessionStroke> strokes = layers.strokes;
     set_field(strokes, field.name, value);
     set_strokes(layers, std::move(strokes));
