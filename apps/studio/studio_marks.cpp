@@ -59,6 +59,8 @@ bool Studio::propose_limb(const ButtonChanged& button) {
     document_.tell({true, problem, Subject::gesture});
     return true;
   }
+  const PartMarks& parts = tools_.placed().parts;
+  if (part_at(pointer_, gesture_context(), parts) != parts.selected) return true;  // it is where the limb bends
   press({button.button, true, button.x, button.y, button.modifiers});
   auto* const part = gesture_ ? std::get_if<PartGesture>(&gesture_->kind) : nullptr;
   if (part != nullptr) part->handle.reset();

@@ -129,12 +129,14 @@ AdvectStatus Workbench::apply(std::span<const SessionStroke> strokes, Progress* 
 
 struct Workbench::Following {
   PoseDrag drag;
-  ShapeState state;  // after its last step
+  ShapeState state;      // after its last step
+  bool is_torn = false;  // the next step would tear the shape, which stays
 };
 
 // Continues the drag of a pose, or begins one.
 WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
   constexpr double kMaxSteps = 3;
+  constexpr double kMaxStretch = 8;  // of a triangle: more is not shown, and what follows is that of the whole pose
   const bool goes_on = following_ && following_->drag.takes(pose);
   std::shared_ptr<Following> following = std::exchange(following_, nullptr);
   const ShapeState from = goes_on ? following->state : last_state();
@@ -148,10 +150,15 @@ WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
         surface.progress = progress;
         following = std::make_shared<Following>(Following{PoseDrag(pose, surface, shape_.motion().threads), {}});
       }
+      if (following->is_torn) return status;
       following->drag.advance(pose, goes_on ? kMaxSteps : kInfinity, [&](const Stroke& part) {
         status = shape_.move(masked(flow_of(part), shape_.mask()), progress);
         return status == AdvectStatus::done;
       });
+      const std::vector<Vec3d> start = last_state().positions.copy();
+      following->is_torn = status == AdvectStatus::done && shape_.positions().size() == start.size() &&
+                           surface_stretch(shape_.triangles(), start, shape_.positions()).worst() > kMaxStretch;
+      if (following->is_torn) shape_.restore(from);
     } catch (const Cancelled&) {
       status = AdvectStatus::cancelled;
     }

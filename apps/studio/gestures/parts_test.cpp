@@ -324,7 +324,7 @@ TEST_F(PartsTest, ADoubleClickOnAFingerMakesItAPartAndHoldsTheRest) {
 
 // Where vertices are rare, that pin is farther from the pointer than a pin is met.
 TEST_F(PartsTest, ADoubleClickLeavesNoPinOnACoarseShape) {
-  for (const double y : {0.35, 0.47, 0.55, 0.62, 0.7}) {
+  for (const double y : {0.2, 0.27, 0.35, 0.47, 0.55, 0.62, 0.7}) {
     Studio studio(options());
     run(studio, fmt::format(R"({{"size": [1600, 1200]}}
 {{"new": "hand", "vertices": 1000}}
@@ -334,6 +334,24 @@ TEST_F(PartsTest, ADoubleClickLeavesNoPinOnACoarseShape) {
                             y));
     EXPECT_TRUE(studio.tools().placed().pins.empty()) << y;
   }
+}
+
+// A finger that is dragged through the one beside it.
+TEST_F(PartsTest, WhatIsShownDuringADragIsNotTorn) {
+  Studio studio(options());
+  run(studio, std::string(kHand) + R"({"double_click": [-0.15, 0.5, 0.08]}
+{"press": [-0.17, 0.65, 0.08]})");
+  ASSERT_TRUE(studio.gesture());
+  const std::vector<Vec3d> start = positions(studio);
+  const std::vector<Triangle> triangles = triangulate(*studio.document().shown().state.mesh);
+  double most = 1;
+  for (int i = 1; i <= 8; ++i) {
+    run(studio, fmt::format(R"({{"move": [{}, {}, 0.08]}})", -0.17 + 0.09 * i, 0.65 - 0.03 * i));
+    const double stretch = surface_stretch(triangles, start, positions(studio)).worst();
+    EXPECT_LT(stretch, 10) << i;
+    most = std::max(most, stretch);
+  }
+  EXPECT_GT(most, 1.2) << "it has been moved";
 }
 
 // Bend finds no part at the last joint of a finger; a pose turns what is beyond it.
