@@ -114,6 +114,8 @@ TEST_F(StudioTest, AMaskIsChangedAsAWhole) {
   run(studio, R"({"mask": "clear"})");
   EXPECT_EQ(masked_count(studio), 0u);
   EXPECT_EQ(studio.document().shown().history.size(), 7u);
+  EXPECT_EQ(words_of(studio.document().shown().history[5]->strokes, ""), "Mask");
+  EXPECT_EQ(words_of(studio.document().shown().history[6]->strokes, ""), "Clear the mask");
   EXPECT_EQ(errors(studio), "");
   run(studio, R"({"mask": "clear"})");  // changes nothing
   EXPECT_EQ(studio.document().shown().history.size(), 7u);

@@ -220,7 +220,7 @@ std::vector<Setting> brush_rows(ToolSettings& to) {
        "Falloff",
        "how the motion fades: 3 takes more of the surroundings along, 7 stays near"},
       {"depth", &to.depth, {0.005, 1}, "Depth", "how far one dab moves the surface; it grows with the radius"},
-      {"growth", &to.growth, {0.005, 0.5}, "Volume", "what the shape gains by a stroke; it grows with the radius"},
+      {"growth", &to.growth, {0.005, 0.5}, "Growth", "what the shape gains by a stroke, of the volume of the tool's ball"},
       {"pinch",
        &to.pinch,
        {0.02, 2},
@@ -234,11 +234,11 @@ std::vector<Setting> brush_rows(ToolSettings& to) {
        "half the length of the capsule; it grows with the radius"},
       {"stamp_size", &to.stamp_size, {0.05, 3}, "Size", "half the extent of the stamp; it grows with the radius"},
       {"contact",
-       choice_of(to.stamp_contact, {"auto", "stick", "slip"}, {"Print", "Stick", "Slip along"}),
+       choice_of(to.stamp_contact, {"auto", "stick", "slip"}, {"Print", "Carry along", "Groove"}),
        {},
-       "Contact",
-       "Print: pressed in, the stamp leaves a flat floor and upright walls. Slip along: a round stamp is dragged along "
-       "and leaves a groove. Stick: the surface goes with the stamp."},
+       "Leaves",
+       "Print: pressed in, the stamp leaves a flat floor and upright walls. Groove: a round stamp is dragged along and "
+       "leaves a groove. Carry along: the surface goes with the stamp."},
       {"exponent", &to.exponent},
       {"drag",
        choice_of(to.drag, {"view", "surface", "normal", "axis"},
@@ -265,11 +265,7 @@ std::vector<Setting> pose_and_mask_rows(ToolSettings& to) {
        "##pose",
        "Pins: click to set a pin, drag it or a part. Lasso, Brush: choose a part, which holds, and moves by its gizmo. "
        "Exact points: each pin goes to its place alone, with what is within its radius."},
-      {"detail",
-       &to.pose_detail,
-       {0.03, 0.15},
-       "Detail",
-       "the finest motion, as a fraction of the shape's size: smaller numbers follow thin parts and take longer"},
+      {"detail", &to.pose_detail, {0, 0.5, true}},
       {"lasso_selects",
        &to.lasso_selects,
        {},
@@ -311,7 +307,7 @@ std::vector<Setting> settings_of(ToolSettings& to) {
   append(pose_and_mask_rows(to), rows);
   append(symmetry_rows(to), rows);
   append({{"remesh", &to.remesh, {}, "Remesh when a drag ends"},
-          {"max_edge", &to.remesh_settings.max_edge, {1e-9, 1e9}, "Longest edge", "splits longer edges"}},
+          {"max_edge", &to.remesh_settings.max_edge, {1e-9, 1e9}, "Resolution"}},
          rows);
   return rows;
 }

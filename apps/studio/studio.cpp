@@ -20,6 +20,7 @@ constexpr double kWheelFactor = 1.1;
 constexpr double kRatioStep = 0.05;
 constexpr int kRings = 3;  // about the pointer, in which the shape is looked for
 constexpr int kRaysOfRing = 16;
+constexpr double kRoomOfPose = 0.25;  // of the shape's size: what is nearer to what moves shall not hold
 constexpr double kRest = 0.35;  // seconds without a move after which the pointer rests
 
 PreferencesFile preferences_of(const std::filesystem::path& folder, StudioDocument& document) {
@@ -329,13 +330,44 @@ void Studio::redo() {
   if (!gesture_ && !masks_.is_drawing()) history_.redo();
 }
 
-void Studio::remesh_last() {
+void Studio::change_last(const std::function<void(SessionStroke&)>& change) {
   interrupt();
   refresh();
   if (shown().history.empty()) return;
   std::vector<SessionStroke> strokes = shown().history.back()->strokes;
-  for (SessionStroke& stroke : strokes) stroke.remesh = settings().remesh_settings;
+  for (SessionStroke& stroke : strokes) change(stroke);
   history_.change(replaced(shown().history.size() - 1, std::move(strokes)));
+}
+
+bool Studio::can_refine_pose() const {
+  const std::vector<SessionStroke>& strokes = shown().history.back()->strokes;
+  return std::any_of(strokes.begin(), strokes.end(), [](const SessionStroke& stroke) {
+    const auto* const pose = std::get_if<PoseStroke>(&stroke.stroke);
+    return pose != nullptr && pose->detail > 0;
+  });
+}
+
+void Studio::improve_pose() {
+  refresh();
+  if (shown().history.empty()) return;
+  const bool refines = can_refine_pose();
+  const std::vector<Vec3d> positions = shown().before_stroke.value_or(shown().state).positions.copy();
+  change_last([&](SessionStroke& stroke) {
+    auto* const pose = std::get_if<PoseStroke>(&stroke.stroke);
+    if (pose == nullptr) return;
+    pose->detail = 0;
+    if (!refines) *pose = holding_less(std::move(*pose), positions, kRoomOfPose * shown().diagonal);
+  });
+}
+
+void Studio::pose_placed() {
+  const std::optional<Placement> joint = tools_.placed().placement;
+  if (!joint) return;
+  perform(action_of(studio_tool(ToolUse::pose)));
+  tools_.settings().pose = PoseMode::pins;
+  if (add_part_beyond(*joint, gesture_context(), tools_.placed())) return;
+  tools_.settings().pose = PoseMode::lasso;
+  document_.tell({false, "Draw a line round what shall turn, then drag it."});
 }
 
 void Studio::end_handle_drag(bool is_kept) {

@@ -76,6 +76,13 @@ class Studio {
   void remove_object(std::size_t object);
   // Changes the whole mask, as a stroke of its own.
   void change_mask(MaskEdit edit);
+  // Applies the last stroke, a pose that fell short, again: as fine as its parts are thin, or if it was with less that
+  // holds.
+  void improve_pose();
+  // Returns whether that would make it finer.
+  bool can_refine_pose() const;
+  // Chooses the pose, and makes a part of what lies beyond the twist or bend that is placed.
+  void pose_placed();
   // Moves the pin with this number in placed().pins as a drag does: by a stroke.
   void move_pin(std::size_t pin, const Vec3d& to);
 
@@ -138,7 +145,7 @@ class Studio {
   void interrupt();  // gives up the current gesture
   void end_handle_drag(bool is_kept);
   void remember_view();
-  void remesh_last();  // applies the last stroke again, and remeshes it
+  void change_last(const std::function<void(SessionStroke&)>& change);  // applies the last entry again
   void apply(std::vector<SessionStroke> strokes);
   void refresh_pins();
   bool change_pin(const Event& event);

@@ -23,6 +23,7 @@ void Studio::choose(const StudioTool& tool) {
 
 void Studio::perform(Action action) {
   refresh();
+  if (action == Action::frame_stroke) return view_.frame_stroke(tools_.placed_box());
   if (view_.perform(action) || tools_.perform(action) || perform_mask(action)) return;
   if (const StudioTool* tool = tool_of(action)) return choose(*tool);
   switch (action) {
@@ -42,7 +43,7 @@ void Studio::perform(Action action) {
     case Action::inner_ratio:
       return begin_adjusting(action);
     case Action::remesh_last:
-      return remesh_last();
+      return change_last([this](SessionStroke& stroke) { stroke.remesh = settings().remesh_settings; });
     default:
       request_ = action;
   }

@@ -192,7 +192,7 @@ void StudioFit::run() {
           const std::string complaint = complaint_about(fit.report, options);
           if (!complaint.empty()) {
             document_.tell(
-                {true, fmt::format("The fit is not sound: {}. Undo takes it back.", complaint), Subject::strokes});
+                {true, "The fit is not sound, undo takes it back. " + in_words(complaint), Subject::strokes});
           }
           document_.deliver([this, report = std::move(fit.report)] {
             report_ = report;
@@ -201,7 +201,7 @@ void StudioFit::run() {
         } catch (const Cancelled&) {
           return;
         } catch (const std::exception& error) {
-          document_.tell({true, fmt::format("The shape cannot be fitted: {}.", error.what()), Subject::strokes});
+          document_.tell({true, "The shape cannot be fitted. " + in_words(error.what()), Subject::strokes});
         }
       },
       "Fitting");

@@ -24,8 +24,9 @@ bool Studio::change_pin(const Event& event) {
   if (!is_meant || settings().tool->use != ToolUse::pose || shown().opened == 0 || shown().looked_at) return false;
   place_pointer(button->x, button->y, button->modifiers);
   std::optional<std::size_t> pin = pin_at(pointer_, gesture_context(), tools_.placed().pins);
-  if (pin && button->is_double && !has_exact_pins(settings()) && pin == tools_.set_pin()) {
-    tools_.remove_pin(*pin);  // by the first of the two clicks
+  const std::optional<std::size_t> first = tools_.set_pin();  // by the first of two clicks, on the nearest vertex
+  if (button->is_double && !has_exact_pins(settings()) && first && (!pin || pin == first)) {
+    tools_.remove_pin(*first);
     pin.reset();
   }
   if (!pin) return change_part(*button);
@@ -58,6 +59,8 @@ bool Studio::propose_limb(const ButtonChanged& button) {
     document_.tell({true, problem, Subject::gesture});
     return true;
   }
+  const PartMarks& parts = tools_.placed().parts;
+  if (part_at(pointer_, gesture_context(), parts) != parts.selected) return true;  // it is where the limb bends
   press({button.button, true, button.x, button.y, button.modifiers});
   auto* const part = gesture_ ? std::get_if<PartGesture>(&gesture_->kind) : nullptr;
   if (part != nullptr) part->handle.reset();

@@ -107,6 +107,38 @@ void StudioTools::clear_placed() {
   picking_ = PlanePick::none;
 }
 
+Box StudioTools::placed_box() const {
+  std::vector<Vec3d> places;
+  double around = settings_.radius;
+  switch (settings_.tool->use) {
+    case ToolUse::stamp:
+    case ToolUse::turn:
+      if (placed_.placement) places = {placed_.placement->center};
+      break;
+    case ToolUse::points:
+    case ToolUse::curve:
+      places = placed_.points;
+      for (const auto& curve : placed_.curves) places.insert(places.end(), curve.begin(), curve.end());
+      break;
+    case ToolUse::pose:
+      around = kFirstRadius * document_.shown().diagonal;
+      for (const Pin& pin : placed_.pins) places.push_back(pin.place);
+      if (!placed_.parts.selected || has_exact_pins(settings_)) break;
+      for (const std::uint32_t v : vertices_of(placed_.parts, *placed_.parts.selected)) {
+        places.push_back(document_.shown().state.positions[v]);
+      }
+      break;
+    default:
+      break;
+  }
+  Box box;
+  for (const Vec3d& p : places) {
+    box.extend(p - Vec3d{1, 1, 1} * around);
+    box.extend(p + Vec3d{1, 1, 1} * around);
+  }
+  return box;
+}
+
 void StudioTools::take_stamp_back(std::span<const SessionStroke> strokes) {
   const auto way = stamp_way(strokes);
   if (way && placed_.placement && placed_.placement->center == way->to) placed_.placement->center = way->from;
@@ -154,6 +186,13 @@ void StudioTools::remove_pin(std::size_t pin) {
   placed_.pins.erase(placed_.pins.begin() + static_cast<std::ptrdiff_t>(pin));
   placed_.lit_pin.reset();
   set_pin_.reset();
+}
+
+void StudioTools::remove_selected() {
+  std::erase_if(placed_.pins, [](const Pin& pin) { return pin.is_selected; });
+  placed_.lit_pin.reset();
+  set_pin_.reset();
+  if (placed_.parts.selected && !has_exact_pins(settings_)) remove_part(*placed_.parts.selected, placed_.parts);
 }
 
 void StudioTools::find_limit_cylinder(bool may_turn) {

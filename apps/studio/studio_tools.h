@@ -44,6 +44,9 @@ class StudioTools {
   // Removes what is placed, but for pins, parts and the stamp. No pin or part stays selected.
   void clear_placed();
 
+  // Returns a box about what the tool in use has placed; empty if there is nothing.
+  Box placed_box() const;
+
   // Takes a stamp that ended such strokes back to where they began.
   void take_stamp_back(std::span<const SessionStroke> strokes);
 
@@ -55,6 +58,7 @@ class StudioTools {
   void set_pins(std::vector<Pin> pins);
   void select_pins(bool are_selected);
   void remove_pin(std::size_t pin);
+  void remove_selected();  // pins, and the part
   // After a click, of the pins in placed(): the one that it has set.
   void note_set_pin(std::optional<std::size_t> pin) { set_pin_ = pin; }
   std::optional<std::size_t> set_pin() const { return set_pin_; }

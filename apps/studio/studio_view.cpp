@@ -136,9 +136,6 @@ bool StudioView::perform(Action action) {
     case Action::frame_all:
       frame_all();
       return true;
-    case Action::frame_stroke:
-      frame_stroke();
-      return true;
     case Action::projection:
       navigation_.view = toggled_projection(navigation_.view);
       return true;
@@ -239,9 +236,10 @@ Box reach_of(const std::vector<SessionStroke>& strokes) {
 }  // namespace
 
 // Strokes that a box does not tell: everything.
-void StudioView::frame_stroke() {
-  if (document_.shown().opened == 0 || document_.shown().history.empty()) return frame_all();
-  const Box box = reach_of(document_.shown().history.back()->strokes);
+void StudioView::frame_stroke(const Box& placed) {
+  const DocumentState& shown = document_.shown();
+  const bool has_stroke = shown.opened != 0 && !shown.history.empty();
+  const Box box = !placed.empty() || !has_stroke ? placed : reach_of(shown.history.back()->strokes);
   if (!(box.diagonal() > 0)) return frame_all();
   navigation_.view = framed(navigation_.view, box, {navigation_.width, navigation_.height, navigation_.covered});
   navigation_.home = box.center();

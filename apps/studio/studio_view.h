@@ -75,9 +75,9 @@ class StudioView {
 
   // Does what a key or a menu asks for; false if that is not about the view.
   bool perform(Action action);
-  // Frames the shape, or what the last stroke may have moved.
+  // Frames the shape; or a box, or if that is empty what the last stroke may have moved.
   void frame_all();
-  void frame_stroke();
+  void frame_stroke(const Box& placed);
   // Shows the shape from a side; its middle stays where it is in the picture.
   void look_from(StandardView side);
   // Turns the view about the middle of what was framed, as a drag of so many pixels does.

@@ -60,6 +60,14 @@ TEST_F(OwnSettingsTest, AToolHasItsRadiusInnerRatioFalloffAndDrag) {
   EXPECT_EQ(settings.inner_ratio, 0.7);
   EXPECT_EQ(settings.falloff, 6);
   EXPECT_EQ(settings.drag, DragMode::axis);
+  run(studio, R"({"tool": "crease"}
+{"set": {"pinch": 1.5, "paint_in": true}}
+{"tool": "flatten"})");
+  EXPECT_EQ(settings.pinch, OwnSettings{}.pinch);
+  EXPECT_FALSE(settings.paint_in);
+  run(studio, R"({"tool": "crease"})");
+  EXPECT_EQ(settings.pinch, 1.5);
+  EXPECT_TRUE(settings.paint_in);
   run(studio, ball());
   run(studio, R"({"tool": "stamp"})");
   EXPECT_EQ(settings.radius, settings.first_radius) << "another document has another size";

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "document/document.h"
 #include "keys.h"
 #include "knead/editor/render.h"
 
@@ -90,6 +91,32 @@ TEST(Words, TheDocumentationListsEveryActionAndMatcap) {
     const std::string name(render::name_of(matcap));
     EXPECT_NE(page.find("`" + name + "`"), std::string::npos) << name;
   }
+}
+
+// Whatever the library says about a stroke, no key of a session is shown.
+TEST(Words, NoKeyOfASessionStandsInWhatStudioSaysAboutAStroke) {
+  EXPECT_EQ(in_words("\"radius\": two pins are 3 apart; make \"radius\" larger"),
+            "Two pins are 3 apart; make the radius larger.");
+  EXPECT_EQ(in_words("\"inner\" is 0.9 of \"outer\": make \"outer\" larger"),
+            "The inner part is 0.9 of the radius make the radius larger.");
+  EXPECT_EQ(in_words("make the mask's \"width\" larger"), "Make the mask's border larger.");
+  EXPECT_EQ(in_words("triangles of \"radius\" 3; use \"radius\": 4, the nearest"),
+            "Triangles of the radius 3; use the radius 4, the nearest.");
+  const std::regex format(R"re("[a-z_]+"|[a-z]_[a-z]|\{"|exact"|max_edge|detail")re");
+  std::size_t count = 0;
+  for (const char* folder : {"src/strokes", "src/pose", "src/remesh", "src/session", "src/skin", "src/flow"}) {
+    for (const fs::path& file : files_under(kSources / folder)) {
+      if (file.extension() != ".cpp") continue;
+      for (std::string text : strings_of(text_of(file))) {
+        text = std::regex_replace(text, std::regex(R"(\\")"), "\"");
+        if (text.find("\" ") == std::string::npos || text.find(' ') == std::string::npos) continue;
+        ++count;
+        const std::string said = in_words(text);
+        EXPECT_FALSE(std::regex_search(said, format)) << file << ": " << said;
+      }
+    }
+  }
+  EXPECT_GT(count, 60u);
 }
 
 TEST(Words, TheTestFindsWhatItLooksFor) {

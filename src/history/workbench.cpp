@@ -114,10 +114,11 @@ WorkResult Workbench::compute(const ShapeState& from, bool again, const Work& wo
 AdvectStatus Workbench::apply(std::span<const SessionStroke> strokes, Progress* progress) {
   for (const SessionStroke& stroke : strokes) {
     StrokeOutcome outcome = shape_.apply(stroke, folder_, progress);
-    if (!outcome.shortfall.empty()) outcome.warnings.push_back(outcome.shortfall);
+    if (!outcome.shortfall.empty()) notes_.shortfall = std::move(outcome.shortfall);
+    notes_.reached = std::min(notes_.reached, outcome.reached);
     for (std::string& warning : outcome.warnings) {  // each piece of a growing stroke may give the same
-      if (std::find(warnings_.begin(), warnings_.end(), warning) == warnings_.end()) {
-        warnings_.push_back(std::move(warning));
+      if (std::find(notes_.warnings.begin(), notes_.warnings.end(), warning) == notes_.warnings.end()) {
+        notes_.warnings.push_back(std::move(warning));
       }
     }
     if (reads_surface(stroke.stroke) && !outcome.parts.empty()) part_ = std::move(outcome.parts.back().stroke);
@@ -128,12 +129,14 @@ AdvectStatus Workbench::apply(std::span<const SessionStroke> strokes, Progress* 
 
 struct Workbench::Following {
   PoseDrag drag;
-  ShapeState state;  // after its last step
+  ShapeState state;      // after its last step
+  bool is_torn = false;  // the next step would tear the shape, which stays
 };
 
 // Continues the drag of a pose, or begins one.
 WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
   constexpr double kMaxSteps = 3;
+  constexpr double kMaxStretch = 8;  // of a triangle: more is not shown, and what follows is that of the whole pose
   const bool goes_on = following_ && following_->drag.takes(pose);
   std::shared_ptr<Following> following = std::exchange(following_, nullptr);
   const ShapeState from = goes_on ? following->state : last_state();
@@ -147,10 +150,15 @@ WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
         surface.progress = progress;
         following = std::make_shared<Following>(Following{PoseDrag(pose, surface, shape_.motion().threads), {}});
       }
+      if (following->is_torn) return status;
       following->drag.advance(pose, goes_on ? kMaxSteps : kInfinity, [&](const Stroke& part) {
         status = shape_.move(masked(flow_of(part), shape_.mask()), progress);
         return status == AdvectStatus::done;
       });
+      const std::vector<Vec3d> start = last_state().positions.copy();
+      following->is_torn = status == AdvectStatus::done && shape_.positions().size() == start.size() &&
+                           surface_stretch(shape_.triangles(), start, shape_.positions()).worst() > kMaxStretch;
+      if (following->is_torn) shape_.restore(from);
     } catch (const Cancelled&) {
       status = AdvectStatus::cancelled;
     }
@@ -191,14 +199,14 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
   const auto began = std::chrono::steady_clock::now();
   const std::uint64_t steps = steps_;
   part_.reset();
-  std::vector<std::string> warnings_before = change.from_start ? std::exchange(warnings_, {}) : warnings_;
+  StrokeNotes notes_before = change.from_start ? std::exchange(notes_, {}) : notes_;
   if (follows) {
     result = follow(std::get<PoseStroke>(strokes.front().stroke), progress);
   } else {
     result = apply_change(change, strokes, progress);
   }
   if (!result.is_done()) {
-    warnings_ = std::move(warnings_before);
+    notes_ = std::move(notes_before);
     return result;
   }
   is_approximate_ = follows;
@@ -251,7 +259,7 @@ WorkResult Workbench::finish_later(Progress* /*progress*/) {
   keep(*entry, live_state_);
   entry->info.seconds = live_seconds_;
   entry->info.steps = steps_ - live_steps_;
-  entry->info.warnings = std::exchange(warnings_, {});
+  entry->info.notes = std::exchange(notes_, {});
   add_finished(std::move(joined), std::move(entry), lines);
   return result;
 }
@@ -432,11 +440,11 @@ WorkResult Workbench::make_entry(const std::vector<SessionStroke>& strokes, cons
                                  Progress* progress) {
   const auto began = std::chrono::steady_clock::now();
   const std::uint64_t steps = steps_;
-  warnings_.clear();
+  notes_ = {};
   WorkResult result = compute(from, false, [&] { return apply(strokes, progress); });
   if (!result.is_done()) return result;
   keep(entry, *at_);
-  entry.info = {strokes, seconds_since(began), steps_ - steps, std::exchange(warnings_, {})};
+  entry.info = {strokes, seconds_since(began), steps_ - steps, std::exchange(notes_, {})};
   return result;
 }
 

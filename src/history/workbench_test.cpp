@@ -240,10 +240,10 @@ TEST(Workbench, WarnsOfAGestureAsItIsAtItsEnd) {
   };
   for (const double way : {0.1, 0.25, 0.28, 0.29}) drag(way);
   EXPECT_TRUE(bench.finish().is_done());
-  EXPECT_EQ(bench.done().back()->warnings.size(), 1U);
+  EXPECT_EQ(bench.done().back()->notes.warnings.size(), 1U);
   for (const double way : {0.1, 0.25, 0.28, 0.29, 0.05}) drag(way);
   EXPECT_TRUE(bench.finish().is_done());
-  EXPECT_TRUE(bench.done().back()->warnings.empty());
+  EXPECT_TRUE(bench.done().back()->notes.warnings.empty());
 }
 
 TEST(Workbench, WhatCannotBeDoneLeavesTheShapeAsItWas) {

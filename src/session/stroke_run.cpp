@@ -137,6 +137,7 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   stroke.detail = run.detail;
   stroke.outcome.penetration = run.penetration;
   stroke.outcome.shortfall = std::move(run.shortfall);
+  stroke.outcome.reached = run.reached;
   std::move(run.remarks.begin(), run.remarks.end(), std::back_inserter(stroke.outcome.warnings));
   cut(stroke.outcome.parts, stroke.part, stroke.flow.segments.size());
   share_duration(stroke.outcome.parts, stroke.source->duration);

@@ -79,6 +79,7 @@ struct SurfaceRun {
   int threads = 0;
   std::vector<std::string> remarks{};    // for the user
   std::string shortfall{};               // says where the stroke fell short of what was asked; empty if it did not
+  double reached = 1;                    // the part of the stroke that was made, from 0 to 1
   std::optional<double> penetration{};   // how deep a stamp leaves the surface in its tool
   const GreyPattern* pattern = nullptr;  // of a print
   Mirror mirror{};                       // in which surface.apply makes images

@@ -377,9 +377,10 @@ void resolve(const InflateStroke& stroke, SurfaceRun& run) { inflate_on(stroke, 
 
 std::size_t segments(const InflateStroke& /*stroke*/, const Mesh* /*mesh*/) { return 4; }
 
-std::string words(const InflateStroke& stroke, const std::string& unit) {
-  const std::string cubes = unit.empty() ? "" : " " + unit + "\u00b3";
-  return fmt::format("{} by {:.2g}{}", stroke.volume < 0 ? "Shrink" : "Grow", std::abs(stroke.volume), cubes);
+// In percent of the tool's ball.
+std::string words(const InflateStroke& stroke, const std::string& /*unit*/) {
+  const double ball = 4 * std::numbers::pi / 3 * stroke.radius * stroke.radius * stroke.radius;
+  return fmt::format("{} by {:.2g}%", stroke.volume < 0 ? "Shrink" : "Grow", 100 * std::abs(stroke.volume) / ball);
 }
 
 }  // namespace

@@ -59,6 +59,10 @@ void validate(const MaskStroke& stroke) {
 
 Flow flow_of(const MaskStroke& /*stroke*/) { return {}; }
 
+std::string words(const MaskStroke& stroke, const std::string& /*unit*/) {
+  return is_empty(stroke) ? "Clear the mask" : "Mask";
+}
+
 bool reads_surface(const MaskStroke& stroke) { return !stroke.vertices.empty(); }
 
 // Masked points, and how much each is masked.
@@ -142,6 +146,7 @@ constinit const tool_detail::ToolRow<MaskStroke> MaskStroke::tool{.name = "mask"
                                                                   .validate = validate,
                                                                   .reads_surface = reads_surface,
                                                                   .resolve = resolve,
-                                                                  .flow = flow_of};
+                                                                  .flow = flow_of,
+                                                                  .words = words};
 
 }  // namespace knead

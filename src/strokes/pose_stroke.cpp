@@ -394,6 +394,7 @@ void resolve(const PoseStroke& stroke, SurfaceRun& run) {
   PoseResult result = pose_on(stroke, run.surface, run.threads);
   run.remarks = std::move(result.warnings);
   run.shortfall = std::move(result.shortfall);
+  run.reached = result.reached;
 }
 
 std::size_t segments(const PoseStroke& /*stroke*/, const Mesh* /*mesh*/) { return 10; }

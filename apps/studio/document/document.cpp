@@ -11,7 +11,9 @@
 #include <exception>
 #include <new>
 #include <numbers>
+#include <regex>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "gestures/gesture.h"
@@ -31,15 +33,50 @@ double seconds_since(std::chrono::steady_clock::time_point began) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
 }
 
-// The library's line as a sentence, without the key of a session that it begins with.
-std::string sentence(std::string line) {
-  const std::size_t end = line.find('"', 1);
-  if (line[0] == '"' && end != std::string::npos && line.compare(end, 3, "\": ") == 0) line.erase(0, end + 3);
-  line[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(line[0])));
-  return line + ".";
+bool ends_with_article(std::string_view text) {
+  const std::array articles{"a ", "the ", "this ", "'s ", "same "};
+  return std::any_of(articles.begin(), articles.end(), [&](const char* end) { return text.ends_with(end); });
 }
 
 }  // namespace
+
+std::string word_for_key(std::string key) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 12> words{{{"outer", "radius"},
+                                                                                 {"inner", "inner part"},
+                                                                                 {"bump", "radius"},
+                                                                                 {"angle_deg", "angle"},
+                                                                                 {"rate_deg", "angle"},
+                                                                                 {"width", "border"},
+                                                                                 {"max_edge", "longest edge"},
+                                                                                 {"detail", "finest motion"},
+                                                                                 {"full", "moving set"},
+                                                                                 {"zero", "fixed set"},
+                                                                                 {"to", "goals"},
+                                                                                 {"auto", "automatic radius"}}};
+  for (const auto& [from, to] : words) {
+    if (key == from) return std::string(to);
+  }
+  std::replace(key.begin(), key.end(), '_', ' ');
+  return key;
+}
+
+std::string in_words(const std::string& line) {
+  static const std::regex key(R"re("([a-z_]+)"(: ?)?)re");
+  std::string text;
+  std::size_t from = 0;
+  for (auto it = std::sregex_iterator(line.begin(), line.end(), key); it != std::sregex_iterator(); ++it) {
+    const auto at = static_cast<std::size_t>(it->position());
+    text += line.substr(from, at - from);
+    from = at + static_cast<std::size_t>(it->length());
+    const bool has_colon = (*it)[2].matched;
+    if (at == 0 && has_colon) continue;  // what the rest is about
+    text += (ends_with_article(text) ? "" : "the ") + word_for_key((*it)[1]) + (has_colon ? " " : "");
+  }
+  text += line.substr(from);
+  if (text.empty()) return text;
+  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text.ends_with('.') ? text : text + ".";
+}
 
 Document::Document(DocumentOptions options) : options_(std::move(options)) {}
 
@@ -53,7 +90,7 @@ bool Document::guarded(Subject subject, const std::function<void()>& work) const
   } catch (const std::bad_alloc&) {
     options_.tell({true, "There is not enough memory: close other programs, or open a smaller shape.", subject});
   } catch (const std::exception& error) {
-    options_.tell({true, error.what(), subject});
+    options_.tell({true, subject == Subject::strokes ? in_words(error.what()) : error.what(), subject});
   }
   return false;
 }
@@ -114,7 +151,7 @@ bool Document::take(const WorkResult& result, const char* what) {
 bool Document::tell_failure(const WorkResult& result, const char* what) const {
   if (result.is_done()) return true;
   if (!result.refusal.empty()) {
-    options_.tell({true, sentence(result.refusal), Subject::strokes});
+    options_.tell({true, in_words(result.refusal), Subject::strokes});
   } else if (result.status == AdvectStatus::step_limit) {
     options_.tell(
         {true, fmt::format("{}: a point needs too many steps there; make the stroke weaker.", what), Subject::strokes});
@@ -130,7 +167,7 @@ void Document::set_live(std::vector<SessionStroke> strokes, Progress& progress, 
     const auto began = std::chrono::steady_clock::now();
     const WorkResult result = history_->set_live(std::move(strokes), &progress, follows);
     shown_.live_seconds = seconds_since(began);
-    shown_.refusal = result.refusal;
+    shown_.refusal = in_words(result.refusal);
     shown_.contacts = result.part;
     journal(result.lines);
     volume_is_stale_ = history_->state().positions.size() > kMeasuredAtOnce;
@@ -145,8 +182,9 @@ void Document::set_live(std::vector<SessionStroke> strokes, Progress& progress, 
 void Document::tell_warnings(const HistoryEntry& entry) const {
   const auto is_stamp = [](const SessionStroke& stroke) { return !file_of(stroke.stroke).empty(); };
   const bool is_pressed = std::all_of(entry.strokes.begin(), entry.strokes.end(), is_stamp);
-  const std::size_t first = is_pressed && !entry.warnings.empty() ? entry.warnings.size() - 1 : 0;
-  for (std::size_t i = first; i < entry.warnings.size(); ++i) options_.tell({false, entry.warnings[i]});
+  const std::vector<std::string>& warnings = entry.notes.warnings;
+  const std::size_t first = is_pressed && !warnings.empty() ? warnings.size() - 1 : 0;
+  for (std::size_t i = first; i < warnings.size(); ++i) options_.tell({false, in_words(warnings[i])});
 }
 
 void Document::finish(Progress& progress) {
@@ -157,7 +195,7 @@ void Document::finish(Progress& progress) {
     if (!history_->live().empty()) {
       end_gesture(progress);
     } else if (!refusal.empty()) {
-      options_.tell({true, sentence(refusal), Subject::strokes});
+      options_.tell({true, refusal, Subject::strokes});
     }
     show_state();
   });
@@ -180,7 +218,7 @@ bool Document::settle(Progress& progress) {
   const auto before = history_->done();
   WorkResult result = history_->settle(&progress);
   journal(result.lines);
-  if (!result.refusal.empty()) options_.tell({true, sentence(result.refusal)});
+  if (!result.refusal.empty()) options_.tell({true, in_words(result.refusal)});
   if (result.status == AdvectStatus::step_limit) {
     options_.tell({true, "A point needs too many steps there; make the stroke weaker."});
   }

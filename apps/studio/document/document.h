@@ -72,6 +72,12 @@ struct DocumentState {
   std::size_t poor_triangles = 0;
 };
 
+// Returns what Studio calls a key of a session.
+std::string word_for_key(std::string key);
+
+// Returns the library's line about a stroke as a sentence in Studio's words: no key of a session stands in it.
+std::string in_words(const std::string& line);
+
 // Where the document keeps its files, and whom it informs.
 struct DocumentOptions {
   std::filesystem::path journals;  // root of the crash journals

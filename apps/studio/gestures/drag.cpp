@@ -13,8 +13,8 @@ constexpr double kShortestPiece = 0.01;         // of the radius
 constexpr double kShortestDisplacement = 0.03;  // of the radius, of a set of points
 // Sines of the angle between a line and the view: the line faces the viewer below the first, and is seen from the side
 // above the second.
-constexpr double kFacesViewer = 0.35;
-constexpr double kSeenFromSide = 0.6;
+constexpr double kFacesViewer = 0.6;
+constexpr double kSeenFromSide = 0.8;
 constexpr double kLevel = 1e-6;  // a line that is seen level counts as one that goes up
 constexpr double kMinPressure = 0.05;
 constexpr double kRadiusSteps = 16;     // of the radius, under a pen
@@ -447,7 +447,7 @@ void RelaxGesture::move(const GestureStep& step) {
 }
 
 void InflateGesture::move(const GestureStep& step) {
-  if (step.pointer.typed) stroke.volume = *step.pointer.typed;
+  if (step.pointer.typed) stroke.volume = *step.pointer.typed * percent();
   extend_on_surface(step.pointer, step.around, kSpacing * stroke.radius, last_point, stroke.points);
 }
 

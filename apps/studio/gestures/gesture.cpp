@@ -58,8 +58,10 @@ std::optional<Gesture> begin_placed(const Pointer& pointer, const GestureContext
 std::optional<Gesture> begin_pose(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   const PoseMode mode = around.settings.pose;
   const bool has_ctrl = pointer.modifiers.ctrl;
-  const bool is_gizmo = !has_ctrl && is_on_part_gizmo(pointer, around, placed);
-  if (is_gizmo || (mode == PoseMode::pins && !has_ctrl)) return made(begin_part(pointer, around, placed));
+  const std::optional<std::size_t>& selected = placed.parts.selected;
+  const bool is_on_selected = mode == PoseMode::lasso && selected && part_at(pointer, around, placed.parts) == selected;
+  const bool moves = mode == PoseMode::pins || is_on_selected || is_on_part_gizmo(pointer, around, placed);
+  if (moves && !has_ctrl) return made(begin_part(pointer, around, placed));
   if (mode == PoseMode::brush) return made(begin_part_paint(pointer, around, placed));
   return Gesture{LassoGesture{{{pointer.x, pointer.y}}, false, mode == PoseMode::lasso && has_ctrl}};
 }

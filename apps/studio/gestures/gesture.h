@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -68,9 +69,10 @@ struct Drag {
 };
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around);
 
-// The number that a person sees at the pointer and may type: a length in the mesh's units, a volume in their cubes,
-// degrees, or percent.
-enum class AmountKind { length, volume, angle, percent };
+// The number that a person sees at the pointer and may type: a length in the mesh's units, what a shape grows in percent
+// of the tool's ball, degrees, or percent.
+enum class AmountKind { length, growth, angle, percent };
+inline constexpr double kBallOfCube = 4.18879020478639;  // the volume of a ball of radius 1
 struct Amount {
   AmountKind kind = AmountKind::length;
   double value = 0;
@@ -134,7 +136,9 @@ struct InflateGesture {
   void move(const GestureStep& step);
   void end(const GestureStep& /*step*/) { has_ended = true; }
   std::vector<Stroke> strokes() const { return strokes_if(has_ended && stroke.volume != 0, stroke); }
-  Amount number() const { return {AmountKind::volume, stroke.volume}; }
+  // One percent of the tool's ball.
+  double percent() const { return 0.01 * kBallOfCube * stroke.radius * stroke.radius * stroke.radius; }
+  Amount number() const { return {AmountKind::growth, stroke.volume / percent()}; }
 };
 
 // A line drawn on the surface, to be moved later; a click sets a point.
@@ -351,6 +355,11 @@ std::shared_ptr<const PosePlan> plan_pose(const PinsGesture& gesture, const Shap
                                           const ToolSettings& settings);
 std::shared_ptr<const PosePlan> plan_pose(const PartGesture& gesture, const ShapeState& state,
                                           const ToolSettings& settings);
+
+// Returns the pose with less that holds: of held parts and pins what is nearer to what moves than `room`, or than
+// somewhat more than the nearest of them, becomes free. The same pose if nothing would hold then. The positions are those
+// before it.
+PoseStroke holding_less(PoseStroke pose, std::span<const Vec3d> positions, double room);
 
 // Returns where a motion takes a placement.
 Placement moved(const Placement& placement, const PartMotion& motion);

@@ -60,6 +60,9 @@ std::optional<PartGesture> begin_part(const Pointer& pointer, const GestureConte
 // one of the body, which holds. What bends between them becomes free. Returns why there is no limb; empty: there is
 // one.
 std::string add_limb(const Pointer& pointer, const GestureContext& around, PlacedTools& placed);
+// Makes a part of what lies beyond a joint, on the side of its z that is smaller, selected, and one of all else, which
+// holds. Returns false, and changes nothing, where the joint does not divide the shape.
+bool add_part_beyond(const Placement& joint, const GestureContext& around, PlacedTools& placed);
 // Makes a part of the vertices within the line, or frees them; the line of a click selects the part there.
 void end_part_lasso(const Pointer& pointer, const GestureContext& around, const LassoGesture& gesture,
                     PlacedTools& placed);

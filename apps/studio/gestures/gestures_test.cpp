@@ -83,18 +83,27 @@ TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {
 }
 
 TEST_F(GesturesTest, DownIsInWhereverAFaceThatIsLookedAtIsStamped) {
-  for (const double y : {-0.2, -0.1, 0.0, 0.1, 0.2}) {
-    Studio studio(options());
-    run(studio, ball());
-    run(studio, fmt::format(R"({{"view": {{"yaw_deg": 0, "pitch_deg": 0}}}}
+  for (const char* view : {"Alt+1", "Ctrl+Alt+1", "Alt+3", "Alt+7", "Ctrl+Alt+7", "Home"}) {
+    for (const int y : {-100, -40, 0, 40, 100}) {  // pixels from the middle of a ball of radius 200: up to 30 degrees
+      Studio studio(options());
+      run(studio, ball());
+      run(studio, fmt::format(R"({{"view": {{"yaw_deg": 30, "pitch_deg": 25}}}}
+{{"key": "{0}"}}
+{{"view": {{"target": [0, 0, 0], "height": 3}}}}
 {{"tool": "stamp"}}
 {{"set": {{"radius": 0.2}}}}
-{{"click": [0.05, {0}, 0.97]}}
-{{"move": [0.05, {0}, 0.97]}})",
-                            y));
-    const auto arrow = in_arrow(studio);
-    ASSERT_TRUE(arrow) << y;
-    EXPECT_GT(pixel_of(studio.view().screen(), arrow->to)->y, pixel_of(studio.view().screen(), arrow->from)->y) << y;
+{{"click": [410, {1}]}}
+{{"move": [410, {1}]}})",
+                              view, 300 + y));
+      const auto arrow = in_arrow(studio);
+      ASSERT_TRUE(arrow) << view << ' ' << y;
+      EXPECT_GT(pixel_of(studio.view().screen(), arrow->to)->y, pixel_of(studio.view().screen(), arrow->from)->y);
+      const Vec3d before = studio.tools().placed().placement->center;
+      const auto at = pixel_of(studio.view().screen(), before);
+      run(studio, fmt::format(R"({{"drag": [[{0}, {1}], [{0}, {2}]]}})", at->x, at->y, at->y + 30));
+      const Vec3d after = studio.tools().placed().placement->center;
+      EXPECT_LT(norm(after), norm(before)) << view << ' ' << y;
+    }
   }
 }
 
@@ -174,7 +183,7 @@ TEST_F(GesturesTest, AnInflatedShapeGainsTheVolumeThatIsSetAndNothingBeyondTheRa
   EXPECT_NEAR(volume_of(studio), before + volume, 1e-4 * volume);
   const InflateStroke stroke = std::get<InflateStroke>(last_strokes(studio).front());
   EXPECT_GT(stroke.points.size(), 1u);
-  EXPECT_EQ(words_of(studio.document().shown().history.back()->strokes, "mm"), "Grow by 0.0075 mm\u00b3");
+  EXPECT_EQ(words_of(studio.document().shown().history.back()->strokes, "mm"), "Grow by 1.4%");
   const std::vector<Vec3d> now = positions(studio);
   for (std::size_t i = 0; i < start.size(); ++i) {
     const bool is_far = std::all_of(stroke.points.begin(), stroke.points.end(),
@@ -192,13 +201,10 @@ TEST_F(GesturesTest, InflateShrinksWithCtrlAndTakesATypedVolume) {
   EXPECT_NEAR(volume_of(studio), before - 0.0075, 1e-5);
   run(studio, R"({"key": "Ctrl+Z"}
 {"press": [0, 0, 1]}
-{"key": "0"}
-{"key": "."}
-{"key": "0"}
-{"key": "1"})");
-  EXPECT_EQ(numbers_at_pointer(studio).front(), "Volume 0.01_");
+{"key": "2"})");
+  EXPECT_EQ(numbers_at_pointer(studio).front(), "Growth 2_%");
   run(studio, R"({"release": [0, 0, 1]})");
-  EXPECT_NEAR(volume_of(studio), before + 0.01, 1e-5);
+  EXPECT_NEAR(volume_of(studio), before + 0.02 * 4 / 3 * std::numbers::pi * 0.125, 1e-5);
   run(studio, R"({"key": "Ctrl+Z"}
 {"key": "I"}
 {"click": [0, 0, 1]})");

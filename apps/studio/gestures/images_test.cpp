@@ -198,6 +198,12 @@ TEST_F(GesturesTest, TheLastStrokeIsFramed) {
   EXPECT_NEAR(view.target.x, 0.73, 0.1);
   run(studio, R"({"key": "Home"})");
   EXPECT_GT(studio.view().navigation().view.height, 2);
+  // What is placed comes before that.
+  run(studio, R"({"tool": "stamp"}
+{"click": [-0.7, 0, 0.7]}
+{"key": "."})");
+  EXPECT_LT(studio.view().navigation().view.height, 2.5);
+  EXPECT_LT(studio.view().navigation().view.target.x, -0.5);
 }
 
 }  // namespace

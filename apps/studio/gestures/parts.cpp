@@ -18,6 +18,7 @@ namespace {
 constexpr std::uint8_t kUnknown = 255;
 constexpr double kBrush = 0.5;  // of the radius
 constexpr double kShaft = 68;   // pixels of an arrow
+constexpr double kBorderOfPiece = 0.7;  // of its extent: so near to a joint is the border of a piece that can turn there
 
 std::uint32_t source_of(const ShapeState& state, std::uint32_t vertex) {
   return state.provenance ? state.provenance->vertex_source[vertex] : vertex;
@@ -341,6 +342,62 @@ std::string add_limb(const Pointer& pointer, const GestureContext& around, Place
   }
   add_part(limb.vertices, around.state, parts);
   return {};
+}
+
+namespace {
+
+// What hangs together with a vertex on one side of a plane through a joint; none where that is joined to the other side
+// far from the joint, too.
+std::vector<std::uint32_t> piece_beyond(const Placement& joint, const Vec3d& direction, const GestureContext& around,
+                                        std::span<const Vec3d> positions) {
+  const auto is_beyond = [&](std::uint32_t v) { return dot(positions[v] - joint.center, direction) > 0; };
+  const auto distance = [&](std::uint32_t v) { return norm2(positions[v] - joint.center); };
+  std::optional<std::uint32_t> first;
+  for (std::uint32_t v = 0; v < positions.size(); ++v) {
+    if (is_beyond(v) && (!first || distance(v) < distance(*first))) first = v;
+  }
+  if (!first) return {};
+  std::vector<bool> is_in(positions.size(), false);
+  is_in[*first] = true;
+  double border2 = 0;
+  for (bool has_changed = true; has_changed;) {
+    has_changed = false;
+    for (const Triangle& t : around.picker->triangles()) {
+      if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_in[v]; })) continue;
+      for (const std::uint32_t v : t) {
+        if (!is_beyond(v)) border2 = std::max(border2, distance(v));
+        if (is_in[v] || !is_beyond(v)) continue;
+        is_in[v] = has_changed = true;
+      }
+    }
+  }
+  Box box;
+  std::vector<std::uint32_t> piece;
+  for (std::uint32_t v = 0; v < positions.size(); ++v) {
+    if (!is_in[v]) continue;
+    piece.push_back(v);
+    box.extend(positions[v]);
+  }
+  return border2 < std::pow(kBorderOfPiece * box.diagonal(), 2) ? piece : std::vector<std::uint32_t>{};
+}
+
+}  // namespace
+
+bool add_part_beyond(const Placement& joint, const GestureContext& around, PlacedTools& placed) {
+  if (around.picker == nullptr) return false;
+  const std::vector<Vec3d> positions = around.state.positions.copy();
+  std::vector<std::uint32_t> piece = piece_beyond(joint, joint.z, around, positions);
+  std::vector<std::uint32_t> other = piece_beyond(joint, -joint.z, around, positions);
+  if (piece.empty() || (!other.empty() && other.size() < piece.size())) piece = std::move(other);
+  if (piece.empty() || 2 * piece.size() > positions.size()) return false;
+  std::vector<std::uint32_t> rest;
+  for (std::uint32_t v = 0; v < positions.size(); ++v) {
+    if (!std::binary_search(piece.begin(), piece.end(), v)) rest.push_back(v);
+  }
+  placed.parts = {};
+  add_part(rest, around.state, placed.parts);
+  add_part(piece, around.state, placed.parts);
+  return true;
 }
 
 std::optional<PartGesture> begin_part(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {

@@ -99,6 +99,17 @@ TEST_F(PartsTest, ALassoMakesAPartThatHoldsAndIsSelected) {
   EXPECT_EQ(parts(studio).holds.size(), 2u) << "Escape removes no part";
 }
 
+TEST_F(PartsTest, InTheModeLassoADragOnTheSelectedPartTurnsItAndMarksNothing) {
+  Studio studio(options());
+  run(studio, two_parts() + R"({"set": {"pose": "lasso"}}
+{"drag": [[2.8, 0, 0.5], [2.6, 0.6, 0.5]], "steps": 2})");
+  EXPECT_EQ(parts(studio).holds.size(), 2u);
+  ASSERT_EQ(studio.document().shown().history.size(), 1u);
+  EXPECT_TRUE(part_of(last_pose(studio), 0).rotation);
+  run(studio, R"({"click": [-2.5, 0, 0.5]})");
+  EXPECT_EQ(parts(studio).selected, 0u) << "a click on another one selects it";
+}
+
 TEST_F(PartsTest, ADragOfAPartTurnsItAboutItsJointWhileTheOtherHolds) {
   Studio studio(options());
   run(studio, two_parts());
@@ -309,6 +320,70 @@ TEST_F(PartsTest, ADoubleClickOnAFingerMakesItAPartAndHoldsTheRest) {
   EXPECT_EQ(errors(studio), "");
   EXPECT_EQ(parts(studio).holds, (std::vector<bool>{true, true, true}));
   EXPECT_TRUE(studio.document().shown().history.empty());
+}
+
+// Where vertices are rare, that pin is farther from the pointer than a pin is met.
+TEST_F(PartsTest, ADoubleClickLeavesNoPinOnACoarseShape) {
+  for (const double y : {0.2, 0.27, 0.35, 0.47, 0.55, 0.62, 0.7}) {
+    Studio studio(options());
+    run(studio, fmt::format(R"({{"size": [1600, 1200]}}
+{{"new": "hand", "vertices": 1000}}
+{{"view": {{"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 2}}}}
+{{"tool": "pose"}}
+{{"double_click": [0.11, {}, 0.09]}})",
+                            y));
+    EXPECT_TRUE(studio.tools().placed().pins.empty()) << y;
+  }
+}
+
+// A finger that is dragged through the one beside it.
+TEST_F(PartsTest, WhatIsShownDuringADragIsNotTorn) {
+  Studio studio(options());
+  run(studio, std::string(kHand) + R"({"double_click": [-0.15, 0.5, 0.08]}
+{"press": [-0.17, 0.65, 0.08]})");
+  ASSERT_TRUE(studio.gesture());
+  const std::vector<Vec3d> start = positions(studio);
+  const std::vector<Triangle> triangles = triangulate(*studio.document().shown().state.mesh);
+  double most = 1;
+  for (int i = 1; i <= 8; ++i) {
+    run(studio, fmt::format(R"({{"move": [{}, {}, 0.08]}})", -0.17 + 0.09 * i, 0.65 - 0.03 * i));
+    const double stretch = surface_stretch(triangles, start, positions(studio)).worst();
+    EXPECT_LT(stretch, 10) << i;
+    most = std::max(most, stretch);
+  }
+  EXPECT_GT(most, 1.2) << "it has been moved";
+}
+
+// Bend finds no part at the last joint of a finger; a pose turns what is beyond it.
+TEST_F(PartsTest, WhatIsBeyondAPlacedBendBecomesAPart) {
+  for (const bool is_upside_down : {false, true}) {
+    Studio studio(options());
+    run(studio, std::string(kHand) + R"({"tool": "bend"}
+{"click": [0.11, 0.75, 0.09]})");
+    ASSERT_TRUE(studio.tools().placed().placement);
+    Placement joint{{0.11, 0.75, 0.02}};
+    joint.z = {0, is_upside_down ? -1.0 : 1.0, 0};
+    studio.tools().placed().placement = joint;
+    studio.pose_placed();
+    EXPECT_EQ(studio.tools().settings().tool->use, ToolUse::pose);
+    ASSERT_EQ(parts(studio).holds.size(), 2u);
+    EXPECT_EQ(parts(studio).selected, 1u);
+    const std::vector<Vec3d> shape = positions(studio);
+    for (std::uint32_t v = 0; v < shape.size(); ++v) {
+      const bool is_tip = shape[v].y > 0.75 && std::abs(shape[v].x - 0.11) < 0.12;
+      EXPECT_EQ(part_of(parts(studio), v), is_tip ? 1u : 0u) << shape[v].x << ' ' << shape[v].y;
+    }
+    EXPECT_LT(norm(parts(studio).placement->center - Vec3d{0.11, 0.75, 0.02}), 0.1) << "the gizmo is at the joint";
+  }
+  Studio studio(options());
+  run(studio, R"({"new": "torus", "vertices": 4000}
+{"tool": "bend"})");
+  Placement joint{{1, 0, 0}};
+  joint.z = {0, 1, 0};
+  studio.tools().placed().placement = joint;
+  studio.pose_placed();
+  EXPECT_TRUE(parts(studio).holds.empty()) << "a ring is not divided at one place";
+  EXPECT_EQ(studio.tools().settings().pose, PoseMode::lasso);
 }
 
 TEST_F(PartsTest, ADoubleClickAndADragTurnTheFingerAboutItsKnuckle) {

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kLiveDetail = 0.12;           // at least, while the pointer moves
 constexpr double kRoom = 0.06;                 // of the shape: what is nearer to what moves does not hold
+constexpr double kMoreRoom = 1.6;              // of the gap to what holds, where a pose is to have more room
 constexpr double kNearImage = 0.01;            // of the shape: what is nearer to an image of a part is of that image
 constexpr double kSamePart = 0.25;             // of its extent: images that are nearer to a part are that part
 constexpr std::size_t kPointsOfPart = 150;     // where it is named by its points
@@ -308,6 +309,71 @@ std::shared_ptr<const PosePlan> plan_pose(const PartGesture& gesture, const Shap
       {gesture.parts, state, taken}, left_out, [&](std::uint32_t v) { return bends[v]; }, plan.held);
   plan.stiffness = stiffness_of(gesture.parts, state);
   return std::make_shared<const PosePlan>(std::move(plan));
+}
+
+namespace {
+
+bool holds(const PoseItem& item) {
+  return std::visit([](const auto& own) { return own.hold; }, item);
+}
+
+// Calls visit(place) for the places of an item, and leaves out those for which it returns false.
+template <class Visit>
+void filter_places(PoseItem& item, std::span<const Vec3d> positions, const Visit& visit) {
+  if (auto* const pin = std::get_if<PosePin>(&item)) {
+    const bool stays = visit(pin->vertex ? positions[*pin->vertex] : *pin->point);
+    if (!stays) pin->hold = false;
+    return;
+  }
+  auto& part = std::get<PosePart>(item);
+  std::erase_if(part.points, [&](const Vec3d& p) { return !visit(p); });
+  std::vector<std::uint32_t> vertices;
+  for (const VertexRange& range : part.vertices) {
+    for (std::uint32_t v = range.first; v <= range.last; ++v) {
+      if (visit(positions[v])) vertices.push_back(v);
+    }
+  }
+  part.vertices = ranges_of(vertices);
+}
+
+bool is_nothing(const PoseItem& item) {
+  const auto* const part = std::get_if<PosePart>(&item);
+  return part != nullptr ? part->vertices.empty() && part->points.empty()
+                         : !holds(item) && std::get<PosePin>(item).path.empty();
+}
+
+}  // namespace
+
+PoseStroke holding_less(PoseStroke pose, std::span<const Vec3d> positions, double room) {
+  std::vector<Vec3d> moving;
+  for (PoseItem& item : pose.parts) {
+    if (holds(item)) continue;
+    filter_places(item, positions, [&](const Vec3d& p) {
+      moving.push_back(p);
+      return true;
+    });
+  }
+  moving = thinned(moving, kPointsOfPart);
+  const auto distance2 = [&](const Vec3d& p) {
+    double least = kInfinity;
+    for (const Vec3d& q : moving) least = std::min(least, norm2(p - q));
+    return least;
+  };
+  double gap2 = kInfinity;
+  const PoseStroke before = pose;
+  for (PoseItem& item : pose.parts) {
+    if (!holds(item)) continue;
+    filter_places(item, positions, [&](const Vec3d& p) {
+      gap2 = std::min(gap2, distance2(p));
+      return true;
+    });
+  }
+  const double least2 = std::max(room * room, kMoreRoom * kMoreRoom * gap2);
+  for (PoseItem& item : pose.parts) {
+    if (holds(item)) filter_places(item, positions, [&](const Vec3d& p) { return distance2(p) > least2; });
+  }
+  std::erase_if(pose.parts, is_nothing);
+  return std::any_of(pose.parts.begin(), pose.parts.end(), holds) ? pose : before;
 }
 
 std::vector<Stroke> PinsGesture::strokes(const ShapeState& start, const ToolSettings& settings) const {

@@ -169,6 +169,34 @@ TEST_F(PoseTest, ExactPointsAreTheOldPins) {
   EXPECT_EQ(studio.tools().settings().pose, PoseMode::exact) << "the tool keeps its mode";
 }
 
+TEST(HoldingLess, FreesWhatIsNearToWhatMovesAndNothingElse) {
+  std::vector<Vec3d> line;
+  for (int i = 0; i < 100; ++i) line.push_back({0.01 * i, 0, 0});
+  PoseStroke pose;
+  PosePart moving;
+  moving.vertices = {{90, 99}};
+  moving.translation = Vec3d{0, 0.1, 0};
+  PosePart held;
+  held.vertices = {{0, 85}};
+  held.hold = true;
+  PosePin pin;
+  pin.point = Vec3d{0.8, 0, 0};
+  pin.hold = true;
+  pose.parts = {moving, held, pin};
+  const PoseStroke less = holding_less(pose, line, 0.201);
+  ASSERT_EQ(less.parts.size(), 2u);
+  EXPECT_EQ(std::get<PosePart>(less.parts[0]), moving);
+  EXPECT_EQ(std::get<PosePart>(less.parts[1]).vertices, (std::vector<VertexRange>{{0, 69}}));
+  // The second time the gap grows.
+  EXPECT_LT(std::get<PosePart>(holding_less(less, line, 0.201).parts[1]).vertices.back().last, 60u);
+  EXPECT_EQ(holding_less(pose, line, 10), pose) << "something must hold";
+  // The same by points.
+  held.vertices.clear();
+  held.points.assign(line.begin(), line.begin() + 86);
+  pose.parts[1] = held;
+  EXPECT_EQ(std::get<PosePart>(holding_less(pose, line, 0.201).parts[1]).points.size(), 70u);
+}
+
 TEST(ExtendPath, KeepsTheWayInPiecesAndGoesBackWithThePointer) {
   const Vec3d start{0, 0, 0};
   std::vector<Vec3d> path;

@@ -178,11 +178,11 @@ const std::vector<StudioTool> kTools{
      .key = "J",
      .use = ToolUse::inflate,
      .group = ToolGroup::shape,
-     .tip = "Makes the shape grow by a volume along a line, or with Ctrl shrink.",
+     .tip = "Makes the shape grow along a line, or with Ctrl shrink.",
      .also = "blob swell puff grow shrink",
      .sliders = {"growth"},
-     .hint = "Draw a line on the shape, or click: it grows there by the volume. Type another one while you draw.",
-     .second_hint = "Draw a line on the shape, or click: it shrinks there by the volume; Ctrl makes it grow.",
+     .hint = "Draw a line on the shape, or click: it grows there. Type by how many percent of the ball while you draw.",
+     .second_hint = "Draw a line on the shape, or click: it shrinks there; Ctrl makes it grow.",
      .icon = {{wave, {-1, 0.8F, -0.4F, 0.8F, -0.75F, -0.2F, 0, -0.2F}},
               {wave, {0, -0.2F, 0.75F, -0.2F, 0.4F, 0.8F, 1, 0.8F}},
               {arrow, {0, 0.5F, 0, 0.05F}},
@@ -335,7 +335,7 @@ std::string pose_hint(PoseMode mode, const PlacedTools& placed) {
   }
   if (mode == PoseMode::exact) return {};
   if (mode == PoseMode::lasso)
-    return "Draw round a part; Ctrl frees what is within the line. The gizmo moves the part.";
+    return "Draw round a part, then drag it or its gizmo; Ctrl frees what is within the line.";
   if (mode == PoseMode::brush) return "Paint a part; Ctrl frees. Escape, then paint: the next one. The gizmo moves it.";
   if (placed.parts.selected) return "Drag the part about its joint, or its gizmo: arrows move it, rings turn it.";
   return {};
@@ -379,15 +379,10 @@ const StudioTool* studio_tool(std::string_view word) {
 void choose_tool(const StudioTool& tool, ToolSettings& settings) {
   const auto place = [](const StudioTool& of) { return static_cast<std::size_t>(&of - kTools.data()); };
   settings.kept.resize(kTools.size());
-  settings.kept[place(*settings.tool)] =
-      OwnSettings{settings.radius, settings.inner_ratio, settings.falloff, settings.drag};
+  settings.kept[place(*settings.tool)] = settings;
   const OwnSettings first{.radius = settings.first_radius, .drag = tool.drag};
-  const OwnSettings own = settings.kept[place(tool)].value_or(first);
+  static_cast<OwnSettings&>(settings) = settings.kept[place(tool)].value_or(first);
   settings.tool = &tool;
-  settings.radius = own.radius;
-  settings.inner_ratio = own.inner_ratio;
-  settings.falloff = own.falloff;
-  settings.drag = own.drag;
 }
 
 bool blends(const ToolSettings& settings) {

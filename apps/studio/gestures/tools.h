@@ -186,26 +186,22 @@ std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, Tur
 
 // What each tool keeps for itself while others are used.
 struct OwnSettings {
-  double radius = 1;
-  double inner_ratio = 0.35;
-  int falloff = kDefaultFalloff;
-  DragMode drag = DragMode::view;
-};
-
-// What is set at the panels and with keys. Lengths in the mesh's own units.
-struct ToolSettings {
-  const StudioTool* tool = &studio_tools().front();
   double radius = 1;              // the outer threshold, > 0
-  bool auto_radius = true;        // of exact pins: from their distances, instead of `radius`
   double inner_ratio = 0.35;      // inner over outer threshold, in [0.01, 0.95]
   int falloff = kDefaultFalloff;  // the shape of the blend, from 3 to 7 (knead/field.h)
   DragMode drag = DragMode::view;
   Vec3d axis{0, 0, 1};  // of DragMode::axis
   PullStart start = PullStart::inside;
+  double pinch = 0.7;     // of tools that pinch or flatten: the logarithm by which a layer thins the surface, > 0
+  bool paint_in = false;  // paint presses in, inflate shrinks; Ctrl inverts
+};
+
+// What is set at the panels and with keys. Lengths in the mesh's own units.
+struct ToolSettings : OwnSettings {
+  const StudioTool* tool = &studio_tools().front();
+  bool auto_radius = true;    // of exact pins: from their distances, instead of `radius`
   double capsule_length = 1;  // half of it, relative to the radius
   double depth = 0.15;        // of paint, relative to the radius, > 0
-  double pinch = 0.7;         // of tools that pinch or flatten: the logarithm by which a layer thins the surface, > 0
-  bool paint_in = false;      // paint presses in, inflate shrinks; Ctrl inverts
   double growth = 0.06;       // of inflate: the volume, relative to the radius' cube, > 0
   double smoothing = 0.5;     // of smooth: the part of the way to the smooth surface, in (0, 1]
   int exponent = 8;           // of points and curves; even, 4 or more
@@ -213,7 +209,7 @@ struct ToolSettings {
   StampContact stamp_contact = StampContact::automatic;
   bool lasso_selects = false;  // a drag beside the pins draws a line round those that it selects
   PoseMode pose = PoseMode::pins;
-  double pose_detail = 0.05;  // fine enough for fingers that move beside others
+  double pose_detail = 0;  // of the shape's size; 0: from the thickness of what moves
   PenPressure pressure = PenPressure::depth;
   MaskMode mask_mode = MaskMode::paint;
   double mask_width = 0.5;          // of a mask's border, relative to the radius, > 0
@@ -227,7 +223,7 @@ struct ToolSettings {
   std::vector<std::optional<OwnSettings>> kept{};  // of the other tools, in the order of studio_tools()
 };
 
-// Makes the tool the one that is used, with the radius, inner ratio, falloff and drag that it had when last used.
+// Makes the tool the one that is used, with the settings of its own that it had when last used.
 void choose_tool(const StudioTool& tool, ToolSettings& settings);
 
 // Returns whether the tool poses with exact pins, which have a radius.

@@ -44,7 +44,7 @@ void draw_new_shape(Studio& studio, Dialogs& dialogs) {
   if (!begin_question("New shape")) return;
   const std::span<const std::string_view> names = shape_names();
   const auto kind = static_cast<std::size_t>(dialogs.new_kind);
-  if (ImGui::BeginCombo("Kind", std::string(names[kind]).c_str())) {
+  if (begin_list("Kind", std::string(names[kind]), 20 * ImGui::GetFontSize())) {
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (ImGui::Selectable(std::string(names[i]).c_str(), i == kind)) dialogs.new_kind = static_cast<ShapeKind>(i);
     }
@@ -169,6 +169,8 @@ void do_or_ask(Studio& studio, Dialogs& dialogs, std::function<void()> what) {
 
 bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
   const auto ask_for_file = [&](FileUse use) {
+    const std::shared_ptr<const Mesh>& mesh = studio.document().shown().state.mesh;
+    dialogs.file.has_faces = mesh == nullptr || mesh->face_count() > 0;
     open_file_dialog(dialogs.file, use, nearby(studio, use), studio.preferences().desktop_dialogs);
   };
   switch (action) {
@@ -293,7 +295,7 @@ std::optional<Action> draw_found(const Studio& studio, CommandSearch& search, co
     for (std::size_t i = 0; i < found.size(); ++i) {
       const bool is_chosen = i == search.chosen;
       const std::string keys =
-          fmt::format("{}   {}", group_of(found[i]), keys_text(studio.preferences().keys, found[i]));
+          fmt::format("{}   {}", place_of(found[i]), keys_text(studio.preferences().keys, found[i]));
       ImGui::PushID(static_cast<int>(i));
       if (ImGui::Selectable(std::string(title_of(found[i])).c_str(), is_chosen)) clicked = found[i];
       if (is_chosen && !ImGui::IsItemVisible()) ImGui::SetScrollHereY();

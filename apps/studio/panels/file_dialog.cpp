@@ -27,6 +27,8 @@ std::string lower(std::string text) {
   return text;
 }
 
+constexpr float kFormatWidth = 12;  // font sizes
+
 bool ends_in(const std::string& name, std::span<const std::string> extensions) {
   const std::string end = lower(fs::path(name).extension().string());
   return extensions.empty() || std::find(extensions.begin(), extensions.end(), end) != extensions.end();
@@ -309,9 +311,22 @@ bool begin_dialog(const char* title, const Gui& gui, bool at_foot) {
   return ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove);
 }
 
+// The formats that can be exported, by the ends of names.
+void draw_formats(FileDialog& dialog) {
+  std::vector<std::string> formats;
+  for (const std::string_view name : written_extensions(dialog.has_faces)) formats.push_back(fmt::format(".{}", name));
+  if (dialog.use == FileUse::export_frames) formats.insert(formats.end(), {".pc2", ".mdd", ".usda", ".pvd"});
+  std::string format = fs::path(dialog.name).extension().string();
+  if (choose_one("Format", format, formats, [](const std::string& name) { return name.c_str(); }, kFormatWidth * ImGui::GetFontSize())) {
+    dialog.name = fs::path(dialog.name).replace_extension(format).string();
+    dialog.is_sure = false;
+  }
+}
+
 // Rows below the list of files.
 float rows_below(FileUse use) {
-  if (use == FileUse::export_frames || use == FileUse::poster) return 4.2F;
+  if (use == FileUse::export_frames) return 5.2F;
+  if (use == FileUse::poster) return 4.2F;
   return use == FileUse::export_shape || use == FileUse::turntable ? 3.2F : 2.2F;
 }
 
@@ -366,7 +381,13 @@ std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
   if (ImGui::InputText("Name", &dialog.name, ImGuiInputTextFlags_EnterReturnsTrue)) chosen = true;
   if (ImGui::IsItemEdited()) dialog.is_sure = false;
-  if (dialog.use == FileUse::export_shape) ImGui::Checkbox("PLY coordinates as doubles", &dialog.as_double);
+  if (dialog.use == FileUse::export_shape || dialog.use == FileUse::export_frames) draw_formats(dialog);
+  if (dialog.use == FileUse::export_shape) {
+    ImGui::SameLine();
+    ImGui::BeginDisabled(fs::path(dialog.name).extension() != ".ply");
+    ImGui::Checkbox("Coordinates as doubles", &dialog.as_double);
+    ImGui::EndDisabled();
+  }
   if (dialog.use == FileUse::turntable) ImGui::SliderInt("Pictures", &dialog.pictures, 2, 600);
   if (dialog.use == FileUse::poster) draw_poster(dialog.poster);
   if (dialog.use == FileUse::export_frames) draw_motion(dialog.motion, dialog.frame);

@@ -60,6 +60,7 @@ struct FileDialog {
   std::string name;
   FileList list;
   bool is_sure = false;    // that the file may be replaced
+  bool has_faces = true;   // what is exported
   bool as_double = false;  // of export_shape: coordinates of PLY as doubles
   FrameExport motion;      // of export_frames
   int frame = 0;           // of export_frames: that is looked at, from 1; 0 if none is

@@ -1,6 +1,7 @@
 // Which events go to panels, dialogs or the shape, and what panels may ask for.
 #include "panels/interface.h"
 
+#include <fmt/format.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -290,15 +291,21 @@ Layout lay_out_panels(const LayoutQuery& query) {
   if (!query.panels) return layout;
   layout.top_bar = {0, query.bar, query.width, bars};
   const float padding = kToolBarPadding * query.unit;
+  layout.tool_size = query.item;
   const auto height_of = [&](int rows) {
-    return static_cast<float>(rows) * (query.item + query.item_gap) + query.group_gaps + 2 * padding;
+    return static_cast<float>(rows) * (layout.tool_size + query.item_gap) + query.group_gaps + 2 * padding;
   };
-  layout.tool_columns = !query.labels && height_of(query.tools) > bottom - top ? 2 : 1;
+  const bool is_high = height_of(query.tools) > bottom - top;
+  layout.tool_columns = !query.labels && is_high ? 2 : 1;
+  if (query.labels && is_high) {
+    const float over = (height_of(query.tools) - (bottom - top)) / static_cast<float>(query.tools);
+    layout.tool_size = std::max(query.item - over, kSmallestTool * query.item);
+  }
   const float needed = height_of(layout.tool_columns == 1 ? query.tools : query.tool_pairs);
   layout.tool_bar_scrolls = needed > bottom - top;
   const float label = query.labels ? kToolLabelWidth * query.unit : 0;
   const float scrollbar = layout.tool_bar_scrolls ? kToolScrollbar * query.unit : 0;
-  const float items = static_cast<float>(layout.tool_columns) * query.item;
+  const float items = static_cast<float>(layout.tool_columns) * layout.tool_size;
   const float right = std::min(gap + 2 * padding + items + label + scrollbar, 0.5F * query.width);
   layout.tool_bar = {gap, top, right, std::min(top + needed, bottom)};
   const float wanted = std::clamp(query.panel_width, kMinPanelWidth, kMaxPanelWidth) * query.unit;
@@ -333,13 +340,6 @@ Margins margins_of(const Layout& layout, float width, float height) {
 
 namespace {
 
-void item(Studio& studio, Action action, bool chosen = false, bool enabled = true) {
-  const std::string title(title_of(action));
-  const KeyMap& keys = studio.preferences().keys;
-  const std::string key = keys.of(action).empty() ? "" : text_of(keys.of(action).front());
-  if (ImGui::MenuItem(title.c_str(), key.c_str(), chosen, enabled)) studio.perform(action);
-}
-
 void draw_recent(Studio& studio, Dialogs& dialogs) {
   if (!ImGui::BeginMenu("Recent", !studio.document().recent().empty())) return;
   for (const std::filesystem::path& path : studio.document().recent()) {
@@ -347,28 +347,6 @@ void draw_recent(Studio& studio, Dialogs& dialogs) {
       do_or_ask(studio, dialogs, [&studio, path] { studio.document().open(path); });
   }
   ImGui::EndMenu();
-}
-
-void draw_file_menu(Studio& studio, Dialogs& dialogs) {
-  const bool open = studio.document().shown().opened != 0;
-  item(studio, Action::new_shape);
-  item(studio, Action::open);
-  item(studio, Action::add_shape, false, open);
-  draw_recent(studio, dialogs);
-  item(studio, Action::recover, false, !studio.document().abandoned().empty());
-  ImGui::Separator();
-  item(studio, Action::save, false, open);
-  item(studio, Action::save_as, false, open);
-  item(studio, Action::export_shape, false, open);
-  item(studio, Action::export_frames, false, open);
-  item(studio, Action::picture, false, open);
-  item(studio, Action::poster, false, open);
-  item(studio, Action::turntable, false, open);
-  ImGui::Separator();
-  item(studio, Action::stamp_file, false, open);
-  item(studio, Action::reference_image, false, open);
-  ImGui::Separator();
-  item(studio, Action::quit);
 }
 
 void draw_preferences(Studio& studio) {
@@ -417,71 +395,108 @@ void draw_preferences(Studio& studio) {
   }
 }
 
-void draw_view_menu(Studio& studio) {
-  const ViewSettings& view = studio.view().settings();
-  for (const Action side : {Action::frame_all, Action::view_front, Action::view_back, Action::view_right,
-                            Action::view_left, Action::view_top, Action::view_bottom}) {
-    item(studio, side);
+// The actions of a menu, in groups.
+struct Menu {
+  const char* title;
+  std::vector<std::vector<Action>> groups;
+};
+
+const std::vector<Menu>& menus() {
+  using enum Action;
+  static const std::vector<Menu> kMenus{
+      {"File",
+       {{new_shape, open, add_shape, recover},
+        {save, save_as, export_shape, export_frames, picture, poster, turntable},
+        {stamp_file, reference_image},
+        {quit}}},
+      {"Edit", {{undo, redo}, {mirror_x, mirror_y, mirror_z, remesh, remesh_last}, {fit}}},
+      {"View",
+       {{frame_all, view_front, view_back, view_right, view_left, view_top, view_bottom, frame_stroke, projection},
+        {wireframe, shading, next_matcap, cavity, occlusion, background, references, influence, region, stretch,
+         cutting_plane},
+        {panels, tool_labels, history, statistics, full_screen}}},
+      {"Help", {{search, help, welcome, tour}}}};
+  return kMenus;
+}
+
+bool is_possible(const Studio& studio, Action action) {
+  const DocumentState& shown = studio.document().shown();
+  switch (action) {
+    case Action::recover:
+      return !studio.document().abandoned().empty();
+    case Action::undo:
+      return !shown.history.empty() || studio.gesture().has_value();
+    case Action::redo:
+      return !shown.redoable.empty();
+    case Action::remesh_last:
+      return !shown.history.empty();
+    case Action::new_shape:
+    case Action::open:
+    case Action::quit:
+      return true;
+    default:
+      return group_of(action) != "File" || shown.opened != 0;
   }
-  item(studio, Action::frame_stroke);
-  item(studio, Action::projection, studio.view().navigation().view.projection == render::Projection::perspective);
-  ImGui::Separator();
-  item(studio, Action::wireframe, view.wireframe);
-  item(studio, Action::shading);
-  item(studio, Action::next_matcap);
-  item(studio, Action::cavity, view.look.relief.cavity);
-  item(studio, Action::occlusion, view.look.relief.occlusion);
-  item(studio, Action::background);
-  item(studio, Action::references, view.references);
-  item(studio, Action::influence, view.influence);
-  item(studio, Action::region, view.region);
-  item(studio, Action::stretch, view.stretch != StretchView::off);
-  item(studio, Action::cutting_plane, view.cut);
-  ImGui::Separator();
-  item(studio, Action::panels, view.panels);
-  item(studio, Action::tool_labels, view.tool_labels);
-  item(studio, Action::history, view.history);
-  item(studio, Action::statistics, view.statistics);
-  item(studio, Action::full_screen);
+}
+
+bool is_chosen(Studio& studio, Action action) {
+  ToolSettings& tool = studio.tools().settings();
+  if (action >= Action::mirror_x && action <= Action::mirror_z) {
+    return tool.mirror[static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::mirror_x)];
+  }
+  if (action == Action::projection) {
+    return studio.view().navigation().view.projection == render::Projection::perspective;
+  }
+  if (action == Action::fit) return studio.fit().is_open();
+  const std::string_view key = action == Action::cutting_plane ? "cut" : name_of(action);
+  for (const std::vector<Setting>& rows : {settings_of(studio.view().settings()), settings_of(tool)}) {
+    const Setting* const row = find_setting(rows, key);
+    const auto* const flag = row == nullptr ? nullptr : std::get_if<bool*>(&row->value);
+    if (flag != nullptr) return **flag;
+  }
+  return action == Action::stretch && studio.view().settings().stretch != StretchView::off;
+}
+
+void draw_menu(Studio& studio, Dialogs& dialogs, const Menu& menu) {
+  const KeyMap& keys = studio.preferences().keys;
+  for (const std::vector<Action>& group : menu.groups) {
+    if (group != menu.groups.front()) ImGui::Separator();
+    for (const Action action : group) {
+      if (action == Action::recover) draw_recent(studio, dialogs);
+      const std::string key = keys.of(action).empty() ? "" : text_of(keys.of(action).front());
+      if (ImGui::MenuItem(std::string(title_of(action)).c_str(), key.c_str(), is_chosen(studio, action),
+                          is_possible(studio, action))) {
+        studio.perform(action);
+      }
+    }
+  }
+  if (std::string_view(menu.title) != "View") return;
   ImGui::Separator();
   draw_preferences(studio);
 }
 
-void draw_edit_menu(Studio& studio) {
-  item(studio, Action::undo, false, !studio.document().shown().history.empty() || studio.gesture().has_value());
-  item(studio, Action::redo, false, !studio.document().shown().redoable.empty());
-  ImGui::Separator();
-  for (const Action action : {Action::mirror_x, Action::mirror_y, Action::mirror_z}) {
-    item(studio, action,
-         studio.tools().settings().mirror[static_cast<std::size_t>(action) -
-                                          static_cast<std::size_t>(Action::mirror_x)]);
-  }
-  item(studio, Action::remesh, studio.tools().settings().remesh);
-  item(studio, Action::remesh_last, false, !studio.document().shown().history.empty());
-  ImGui::Separator();
-  item(studio, Action::fit, studio.fit().is_open(), studio.document().shown().opened != 0);
-}
-
 }  // namespace
+
+std::string place_of(Action action) {
+  if (const StudioTool* const tool = tool_of(action)) return fmt::format("Tools, {}", name_of(tool->group));
+  for (const Menu& menu : menus()) {
+    for (const std::vector<Action>& group : menu.groups) {
+      if (std::find(group.begin(), group.end(), action) != group.end()) return fmt::format("Menu {}", menu.title);
+    }
+  }
+  const bool is_mask = action >= Action::mask_fill && action <= Action::mask_shrink;
+  return is_mask ? "Mask: more settings" : action == Action::cancel || action == Action::finish ? "Key" : "Bar above";
+}
 
 bool draw_menus(Studio& studio, Dialogs& dialogs) {
   if (!ImGui::BeginMainMenuBar()) return false;
   bool is_open = false;
-  const auto menu = [&](const char* title, const auto& draw) {
-    if (!ImGui::BeginMenu(title)) return;
+  for (const Menu& menu : menus()) {
+    if (!ImGui::BeginMenu(menu.title)) continue;
     is_open = true;
-    draw();
+    draw_menu(studio, dialogs, menu);
     ImGui::EndMenu();
-  };
-  menu("File", [&] { draw_file_menu(studio, dialogs); });
-  menu("Edit", [&] { draw_edit_menu(studio); });
-  menu("View", [&] { draw_view_menu(studio); });
-  menu("Help", [&] {
-    item(studio, Action::search);
-    item(studio, Action::help, studio.view().settings().help);
-    item(studio, Action::welcome);
-    item(studio, Action::tour);
-  });
+  }
   ImGui::EndMainMenuBar();
   return is_open;
 }

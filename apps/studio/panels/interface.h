@@ -67,6 +67,9 @@ void do_or_ask(Studio& studio, Dialogs& dialogs, std::function<void()> what);
 // Does what Studio handed on; false if it is about the window itself (quit, full_screen).
 bool answer_request(Studio& studio, Dialogs& dialogs, Action action);
 
+// Returns where a person finds an action, in a few words.
+std::string place_of(Action action);
+
 // Returns whether a menu is open.
 bool draw_menus(Studio& studio, Dialogs& dialogs);
 

@@ -130,14 +130,11 @@ class ShownPanels {
     return stack.empty() ? nullptr : stack.back().Window;
   }
 
-  // Clicks on the side panel from its top to its bottom until a list opens. Returns whether one did.
+  // Opens a list of the side panel. Returns whether it is open.
   bool open_a_list() {
-    const Area& panel = interface.layout().side_panel;
-    for (float y = panel.top + 40 * gui.unit(); y < panel.bottom; y += 10 * gui.unit()) {
-      click(panel.left + 30 * gui.unit(), y);
-      if (is_list_open()) return true;
-    }
-    return false;
+    const auto place = place_of(ImGui::FindWindowByName("Settings")->GetID("##Shading"));
+    if (place) click(place->first, place->second);
+    return is_list_open();
   }
 
   Studio studio;

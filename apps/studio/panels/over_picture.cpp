@@ -31,11 +31,6 @@ void begin_row(const char* name) {
   ImGui::TableNextColumn();
 }
 
-void row(const char* name, const std::string& value) {
-  begin_row(name);
-  ImGui::TextUnformatted(value.c_str());
-}
-
 // For a column that is as wide as its table leaves room.
 void wrapped_row(const char* name, const std::string& value) {
   begin_row(name);
@@ -61,9 +56,13 @@ void draw_frame_times(const FrameTimes& times) {
                                    1000 * times.drawing));
 }
 
-constexpr float kWhatOfKeys = 0.53F;  // of a column of the help
+constexpr float kWhatOfKeys = 0.55F;  // of a column of the help
 
-float keys_column(const Gui& gui) { return std::min(450 * gui.unit(), 0.92F * ImGui::GetIO().DisplaySize.x); }
+// Three columns where they fit, else as wide as is easy to read.
+float keys_column(const Gui& gui) {
+  const float width = 0.97F * ImGui::GetIO().DisplaySize.x;
+  return std::min(std::clamp(width / 3, 400 * gui.unit(), 450 * gui.unit()), 0.95F * width);
+}
 
 // A table of what there is and how it is had, under a heading.
 bool begin_keys(const Gui& gui, const char* heading) {
@@ -72,6 +71,7 @@ bool begin_keys(const Gui& gui, const char* heading) {
   Gui::end_heading();
   if (!ImGui::BeginTable(heading, 2, ImGuiTableFlags_SizingFixedFit)) return false;
   ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed, kWhatOfKeys * keys_column(gui));
+  ImGui::TableSetupColumn("how", ImGuiTableColumnFlags_WidthFixed, (0.97F - kWhatOfKeys) * keys_column(gui));
   return true;
 }
 
@@ -79,7 +79,7 @@ void draw_keys_of(Studio& studio, const Gui& gui, const char* group) {
   if (!begin_keys(gui, group)) return;
   for (const Action action : all_actions()) {
     if (group_of(action) != group) continue;
-    row(std::string(title_of(action)).c_str(), keys_text(studio.preferences().keys, action));
+    wrapped_row(std::string(title_of(action)).c_str(), keys_text(studio.preferences().keys, action));
   }
   ImGui::EndTable();
 }
@@ -108,8 +108,8 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
   if (!begin_keys(gui, "Pointer")) return;
   const bool is_maya = preset == NavigationPreset::maya;
   for (const PointerUse& gesture : is_maya ? std::span<const PointerUse>(maya) : blender)
-    row(gesture.what, gesture.how);
-  for (const PointerUse& gesture : both) row(gesture.what, gesture.how);
+    wrapped_row(gesture.what, gesture.how);
+  for (const PointerUse& gesture : both) wrapped_row(gesture.what, gesture.how);
   ImGui::EndTable();
 }
 
@@ -131,6 +131,14 @@ std::optional<Action> remedy_of(Subject subject) {
   }
 }
 
+// What a bend cannot do, a pose can.
+constexpr const char* kPoseIt = "Pose it";
+constexpr const char* kPoseHelp = "Turns what is beyond this place as a pose.";
+
+bool has_placed_bend(const Studio& studio) {
+  return studio.tools().settings().tool->turning.takes_limit_cylinder && studio.tools().placed().placement;
+}
+
 // Draws one message; true where the person has clicked it away.
 bool draw_message(Studio& studio, const Notice& notice, float opacity, int id) {
   ImGui::PushStyleVar(ImGuiStyleVar_Alpha, opacity);
@@ -141,6 +149,14 @@ bool draw_message(Studio& studio, const Notice& notice, float opacity, int id) {
     if (const std::optional<Action> remedy = remedy_of(notice.subject)) {
       gone = ImGui::SmallButton(std::string(title_of(*remedy)).c_str());
       if (gone) studio.perform(*remedy);
+      ImGui::SameLine();
+    }
+    if (notice.subject == Subject::strokes && has_placed_bend(studio)) {
+      if (ImGui::SmallButton(kPoseIt)) {
+        studio.pose_placed();
+        gone = true;
+      }
+      help_on_hover(kPoseHelp);
       ImGui::SameLine();
     }
     gone = ImGui::SmallButton("Close") || gone;
@@ -194,7 +210,7 @@ void draw_help(Studio& studio, const Gui& gui) {
   if (ImGui::Begin("Keys", &open,
                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
     const float column = keys_column(gui);
-    const int columns = std::clamp(static_cast<int>(0.97F * size.x / column), 1, 3);
+    const int columns = std::clamp(static_cast<int>(0.98F * size.x / column), 1, 3);
     if (ImGui::BeginTable("groups", columns, ImGuiTableFlags_SizingFixedFit)) {
       for (int i = 0; i < columns; ++i) ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, column);
       ImGui::TableNextColumn();
@@ -245,8 +261,7 @@ StatusLine status_line(const Studio& studio) {
   const DocumentState& shown = studio.document().shown();
   const ImVec4 dim = ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
   if (!shown.journal_trouble.empty()) return {shown.journal_trouble, kError};
-  const std::string problem = shown.refusal.empty() ? Overlay::placement_problem(studio) : shown.refusal;
-  if (!problem.empty()) return {problem, kWarning};
+  if (!shown.refusal.empty()) return {shown.refusal, kWarning};
   if (std::string note = zone_note(studio); !note.empty()) return {note, ImGui::GetStyleColorVec4(ImGuiCol_Text)};
   if (shown.opened == 0) return {"No shape is open: File > New shape... or Open...", dim};
   if (studio.fit().is_open()) return {"Fit: drag beside a shape to turn it. The tools wait until Fit is closed.", dim};
@@ -559,20 +574,32 @@ void draw_label(const Studio& studio, const Gui& gui, const GreatestStretch& est
   list.AddText(corner, ImGui::GetColorU32(colour), text.c_str());
 }
 
-// Returns the height that it takes at the bottom of the view.
-float draw_remesh_offer(Studio& studio, const Gui& gui) {
-  const DocumentState& shown = studio.document().shown();
-  if (shown.poor_triangles == 0 || studio.gesture() || shown.looked_at || studio.document().worker().is_busy())
-    return 0;
+// Says what was reached or found, and below it what to do about it, at the lower left end of the view. Returns the
+// height that it takes.
+template <class Buttons>
+float draw_offer(const Studio& studio, const Gui& gui, const std::string& what, const Buttons& buttons) {
   const Margins& covered = studio.view().navigation().covered;
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
   const float gap = kPanelGap * gui.unit();
-  ImGui::SetNextWindowPos(
-      {static_cast<float>(covered.left) + gap, ImGui::GetIO().DisplaySize.y - static_cast<float>(covered.bottom) - gap},
-      ImGuiCond_Always, {0, 1});
+  const float room = size.x - static_cast<float>(covered.left + covered.right) - 2 * gap;
+  ImGui::SetNextWindowPos({static_cast<float>(covered.left) + gap, size.y - static_cast<float>(covered.bottom) - gap},
+                          ImGuiCond_Always, {0, 1});
   ImGui::SetNextWindowBgAlpha(0.9F);
-  if (ImGui::Begin("Poor triangles", nullptr, kOverlay)) {
-    const char* const end = shown.poor_triangles == 1 ? "" : "s";
-    ImGui::Text("The last stroke made %zu triangle%s thin or angular.", shown.poor_triangles, end);
+  if (ImGui::Begin("Offer", nullptr, kOverlay)) {
+    ImGui::PushTextWrapPos(room - 2 * gap);
+    ImGui::TextUnformatted(what.c_str());
+    ImGui::PopTextWrapPos();
+    buttons();
+  }
+  const float height = ImGui::GetWindowHeight();
+  ImGui::End();
+  return height + gap;
+}
+
+float draw_remesh_offer(Studio& studio, const Gui& gui) {
+  const std::size_t count = studio.document().shown().poor_triangles;
+  const char* const end = count == 1 ? "" : "s";
+  return draw_offer(studio, gui, fmt::format("The last stroke made {} triangle{} thin or angular.", count, end), [&] {
     if (ImGui::Button("Remesh")) studio.perform(Action::remesh_last);
     help_on_hover("Applies the last stroke again and remeshes what it moved.");
     ImGui::SameLine();
@@ -581,10 +608,38 @@ float draw_remesh_offer(Studio& studio, const Gui& gui) {
       studio.perform(Action::remesh_last);
     }
     help_on_hover("Remeshes this stroke and all that follow.");
-  }
-  const float height = ImGui::GetWindowHeight();
-  ImGui::End();
-  return height + gap;
+  });
+}
+
+// Of a pose that fell short.
+float draw_pose_offer(Studio& studio, const Gui& gui, const StrokeNotes& notes) {
+  const std::string what = notes.reached < 1
+                               ? fmt::format("The pose came {:.0f}% as far as you dragged it.", std::floor(100 * notes.reached))
+                               : "The pose ends a little beside its place.";
+  const bool refines = studio.can_refine_pose();
+  return draw_offer(studio, gui, what, [&] {
+    if (ImGui::Button(refines ? "Finer" : "Hold less")) studio.improve_pose();
+    help_on_hover(refines ? "Poses it again, as fine as its parts are thin."
+                          : "Poses it again, and lets more of what is beside it move along.");
+  });
+}
+
+// Of a twist or bend that finds no part.
+float draw_bend_offer(Studio& studio, const Gui& gui) {
+  return draw_offer(studio, gui, fmt::format("{} finds no part here.", studio.tools().settings().tool->name), [&] {
+    if (ImGui::Button(kPoseIt)) studio.pose_placed();
+    help_on_hover(kPoseHelp);
+  });
+}
+
+// One at a time.
+float draw_offers(Studio& studio, const Gui& gui) {
+  const DocumentState& shown = studio.document().shown();
+  if (studio.gesture() || shown.looked_at || studio.document().worker().is_busy()) return 0;
+  if (!Overlay::placement_problem(studio).empty()) return draw_bend_offer(studio, gui);
+  if (!shown.history.empty() && !shown.history.back()->notes.shortfall.empty())
+    return draw_pose_offer(studio, gui, shown.history.back()->notes);
+  return shown.poor_triangles > 0 ? draw_remesh_offer(studio, gui) : 0;
 }
 
 }  // namespace
@@ -592,7 +647,7 @@ float draw_remesh_offer(Studio& studio, const Gui& gui) {
 float draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched) {
   if (studio.view().settings().stretch != StretchView::off) draw_legend(studio, gui, stretched.is_known);
   if (stretched.estimate && studio.view().settings().tool) draw_label(studio, gui, *stretched.estimate);
-  return draw_remesh_offer(studio, gui);
+  return draw_offers(studio, gui);
 }
 
 }  // namespace knead::studio

@@ -60,6 +60,7 @@ struct Layout {
   Area top_bar;
   Area tool_bar;
   int tool_columns = 1;           // two where one without names is higher than the window
+  float tool_size = 46;           // of an entry, in pixels: smaller where a column with names is higher
   bool tool_bar_scrolls = false;  // not all entries fit
   Area side_panel;
   Area free;    // of the picture, between the panels
@@ -75,6 +76,7 @@ inline constexpr float kToolLabelWidth = 76;  // points
 inline constexpr float kPanelGap = 8;
 inline constexpr float kToolBarPadding = 4;
 inline constexpr float kToolScrollbar = 9;
+inline constexpr float kSmallestTool = 0.6F;  // of the size of an entry
 
 // Windows narrower than this, in points, or higher than wide by this factor, are compact: a phone, or a tablet held
 // upright. A bar at their bottom takes the place of the others.

@@ -44,6 +44,7 @@ TEST_F(PinsListTest, ChangesPins) {
   };
   ASSERT_TRUE(list() != nullptr);
   const double left = list()->Pos.x;
+  constexpr double kRows = 6;
   const double row = ImGui::GetFrameHeightWithSpacing();
   const double second = list()->Pos.y + 1.5 * row;
   const double font = ImGui::GetFontSize();
@@ -66,10 +67,17 @@ TEST_F(PinsListTest, ChangesPins) {
   EXPECT_EQ(stroke.to[1].z, before.z);
 
   panels.frame();
-  // The panel has a scroll bar now, and the list is narrower.
-  panels.click(list()->Pos.x + list()->Size.x - 0.6 * font, list()->Pos.y + 1.5 * row);
+  panels.click(left + 2.2 * font, second);
+  EXPECT_TRUE(panels.studio.tools().placed().pins[1].is_selected);
+  const ImVec2 place = list()->Pos;
+  ASSERT_TRUE(panels.click_item("Settings", "Remove"));
   EXPECT_EQ(panels.studio.tools().placed().pins.size(), 2u);
   EXPECT_EQ(panels.studio.document().shown().history.size(), 1u);
+  ASSERT_TRUE(panels.click_item("Settings", "Clear"));
+  panels.frame();
+  EXPECT_TRUE(panels.studio.tools().placed().pins.empty());
+  EXPECT_EQ(list()->Pos.y, place.y);
+  EXPECT_EQ(list()->Size.y, kRows * row + 2) << "as high as before: what is below has not moved";
   panels.move(480, 700);
   EXPECT_FALSE(panels.studio.pointed_pin());
 }

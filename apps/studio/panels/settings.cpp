@@ -21,10 +21,12 @@ namespace {
 constexpr float kEdge = 7;         // points at the left of the panel that can be dragged
 constexpr double kSoftest = 0.01;  // of a part of a pose
 constexpr double kStiffest = 100;
-constexpr std::size_t kPinsShown = 8;  // rows of their list; of more it scrolls
-// In font sizes: before the places in that list, and before and after them.
-constexpr float kBeforeNumbers = 3.2F;
-constexpr float kAroundNumbers = 5.2F;
+constexpr float kMarksShown = 6;       // rows of the list of pins and parts
+constexpr float kBeforeNumbers = 3.8F; // in font sizes: before the places in that list
+constexpr double kCoarsestPose = 0.15;  // of the shape's size
+constexpr int kFinestLevel = 6;
+constexpr int kCoarsestResolution = 10;
+constexpr int kFinestResolution = 1000;
 const ImVec4 kSelected{0.95F, 0.55F, 0.10F, 1};  // pins
 
 bool goes_along_a_drag(ToolUse use) {
@@ -54,27 +56,20 @@ void draw_limit_cylinder_settings(Studio& studio) {
   draw_tool_setting(studio, "limit_cylinder");
   draw_tool_setting(studio, "widens_zone");
   const auto& placement = studio.tools().placed().placement;
-  if (!placement || !placement->limit_cylinder) return;
-  if (placement->limit_cylinder->problem.empty()) {
-    ImGui::TextDisabled(
-        "%s", fmt::format("The limit cylinder has radius {:.3g}.", placement->limit_cylinder->radius).c_str());
-  } else {
-    text_in_colour(kWarning, placement->limit_cylinder->problem);
-  }
+  const bool is_known = placement && placement->limit_cylinder;
+  const bool is_found = is_known && placement->limit_cylinder->problem.empty();
+  // One line in each case, because it comes when the search ends: nothing moves.
+  ImGui::TextDisabled("%s", is_found   ? "What is in the grey cylinder moves alone."
+                            : is_known ? "No part is found here."
+                                       : "Click on a finger, an arm or a leg.");
 }
 
-// A pin in the list. Returns false if it was removed.
-bool draw_pin(Studio& studio, std::size_t number) {
-  const Pin pin = studio.tools().placed().pins[number];
-  bool holds = pin.holds;
-  if (pin.is_selected) ImGui::PushStyleColor(ImGuiCol_Text, kSelected);
-  if (ImGui::Checkbox(fmt::format("{}", number).c_str(), &holds)) studio.tools().placed().pins[number].holds = holds;
-  if (pin.is_selected) ImGui::PopStyleColor();
-  help_on_hover("Checked: the pin holds while others are dragged. Else it is free, and goes with the surface.");
-  Vec3d place = pin.place;
+// The places of a pin, each a number that can be typed.
+void draw_place_of_pin(Studio& studio, std::size_t number) {
+  Vec3d place = studio.tools().placed().pins[number].place;
   bool is_moved = false;
   const float font = ImGui::GetFontSize();
-  const float width = (ImGui::GetContentRegionAvail().x - kAroundNumbers * font) / 3;
+  const float width = (ImGui::GetContentRegionAvail().x - kBeforeNumbers * font) / 3;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     ImGui::SameLine(kBeforeNumbers * font + static_cast<float>(axis) * (width + 0.2F * font));
     ImGui::SetNextItemWidth(width);
@@ -83,78 +78,102 @@ bool draw_pin(Studio& studio, std::size_t number) {
     is_moved = type_number(label, place[axis], {-most, most}, nullptr, "%.4g") || is_moved;
   }
   if (is_moved) studio.move_pin(number, place);
-  ImGui::SameLine();
-  const bool is_removed = ImGui::SmallButton("x");
-  help_on_hover("Removes the pin (Alt+click on it).");
-  if (is_removed) studio.tools().remove_pin(number);
-  return !is_removed;
 }
 
-void draw_parts(Studio& studio) {
-  for (std::size_t part = 0; part < studio.tools().placed().parts.holds.size(); ++part) {
-    const PartMarks& parts = studio.tools().placed().parts;
+// Whether a pin or a part holds, and its name, which is clicked to select it. Returns whether it was clicked.
+bool draw_marked(bool& holds, bool is_selected, const std::string& name, float width) {
+  ImGui::Checkbox("##holds", &holds);
+  help_on_hover("Checked: it holds while others are dragged. Else it is free, and goes with the shape.");
+  ImGui::SameLine();
+  if (is_selected) ImGui::PushStyleColor(ImGuiCol_Text, kSelected);
+  const bool is_clicked = ImGui::Selectable(name.c_str(), is_selected, 0, {width, 0});
+  if (is_selected) ImGui::PopStyleColor();
+  return is_clicked;
+}
+
+void draw_parts(PartMarks& parts) {
+  for (std::size_t part = 0; part < parts.holds.size(); ++part) {
     ImGui::PushID(static_cast<int>(part));
     bool holds = parts.holds[part];
-    if (ImGui::Checkbox("##holds", &holds)) studio.tools().placed().parts.holds[part] = holds;
-    help_on_hover("Checked: the part holds while others are dragged. Else it is free, and goes with the shape.");
-    ImGui::SameLine();
     const bool is_selected = parts.selected == part;
-    if (is_selected) ImGui::PushStyleColor(ImGuiCol_Text, kSelected);
-    const float width = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetFontSize();
-    if (ImGui::Selectable(fmt::format("Part {}", part + 1).c_str(), is_selected, 0, {width, 0})) {
-      select_part(is_selected ? std::nullopt : std::optional(part), studio.tools().placed().parts);
+    if (draw_marked(holds, is_selected, fmt::format("Part {}", part + 1), 0)) {
+      select_part(is_selected ? std::nullopt : std::optional(part), parts);
     }
-    if (is_selected) ImGui::PopStyleColor();
-    ImGui::SameLine();
-    const bool is_removed = ImGui::SmallButton("x");
-    help_on_hover("Removes the part (Alt+click on it).");
-    double stiffness = parts.stiffness[part];
-    if (is_selected) {
-      slide("Stiffness", stiffness, {kSoftest, kStiffest},
-            "how stiff the part is where it bends: bone above 1, flesh below; it counts until the shape is remeshed");
-      if (stiffness != parts.stiffness[part]) studio.tools().placed().parts.stiffness[part] = stiffness;
-    }
+    parts.holds[part] = holds;
     ImGui::PopID();
-    if (!is_removed) continue;
-    remove_part(part, studio.tools().placed().parts);
-    break;
   }
-}
-
-// What is clicked stands above the lists of parts and pins, which grow and shrink.
-void draw_marks(Studio& studio) {
-  draw_tool_setting(studio, "lasso_selects");
-  if (ImGui::Button("Clear")) {
-    studio.tools().set_pins({});
-    if (!has_exact_pins(studio.tools().settings())) studio.tools().placed().parts = {};
-  }
-  const std::vector<Pin>& pins = studio.tools().placed().pins;
-  const std::size_t count = pins.size();
-  const auto selected = std::count_if(pins.begin(), pins.end(), [](const Pin& pin) { return pin.is_selected; });
-  ImGui::SameLine();
-  if (ImGui::Button(selected == 0 ? "Select all" : "Select none")) studio.tools().select_pins(selected == 0);
-  ImGui::SameLine();
-  ImGui::TextDisabled("%zu pins, %zu selected", count, static_cast<std::size_t>(selected));
 }
 
 void draw_pins(Studio& studio) {
-  const std::size_t count = studio.tools().placed().pins.size();
+  std::vector<Pin>& pins = studio.tools().placed().pins;
   studio.tools().placed().lit_pin.reset();
   const float row = ImGui::GetFrameHeightWithSpacing();
-  if (count == 0) return;
-  ImGui::BeginChild("##pins", {0, row * static_cast<float>(std::min<std::size_t>(count, kPinsShown)) + 2});
-  for (std::size_t i = 0; i < studio.tools().placed().pins.size(); ++i) {
-    ImGui::PushID(static_cast<int>(i));
+  for (std::size_t i = 0; i < pins.size(); ++i) {
+    ImGui::PushID(&pins + 1 + i);
     const float top = ImGui::GetCursorScreenPos().y;
-    const bool stays = draw_pin(studio, i);
+    if (draw_marked(pins[i].holds, pins[i].is_selected, fmt::format("{}", i), 1.4F * ImGui::GetFontSize())) {
+      pins[i].is_selected = !pins[i].is_selected;
+    }
+    draw_place_of_pin(studio, i);
     const float y = ImGui::GetIO().MousePos.y;
-    if (stays && ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem) && y >= top && y < top + row) {
+    if (ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem) && y >= top && y < top + row) {
       studio.tools().placed().lit_pin = i;
     }
     ImGui::PopID();
-    if (!stays) break;
   }
+}
+
+// Pins and parts, in a list that is as high whatever is in it, and above it what is done with those that are selected:
+// nothing that is clicked moves.
+void draw_marks(Studio& studio) {
+  PlacedTools& placed = studio.tools().placed();
+  const bool has_parts = !has_exact_pins(studio.tools().settings());
+  draw_tool_setting(studio, "lasso_selects");
+  const bool has_selected_part = has_parts && placed.parts.selected.has_value();
+  const auto selected = static_cast<std::size_t>(
+      std::count_if(placed.pins.begin(), placed.pins.end(), [](const Pin& pin) { return pin.is_selected; }));
+  ImGui::BeginDisabled(selected == 0 && !has_selected_part);
+  if (ImGui::Button("Remove")) studio.tools().remove_selected();
+  ImGui::EndDisabled();
+  help_on_hover("Removes the pins and the part that are selected (Alt+click removes one).");
+  ImGui::SameLine();
+  if (ImGui::Button("Clear")) {
+    studio.tools().set_pins({});
+    if (has_parts) placed.parts = {};
+  }
+  ImGui::SameLine();
+  const float width = ImGui::CalcTextSize("Select none").x + 2 * ImGui::GetStyle().FramePadding.x;
+  if (ImGui::Button(selected == 0 ? "Select all##pins" : "Select none##pins", {width, 0})) {
+    studio.tools().select_pins(selected == 0);
+  }
+  ImGui::SameLine();
+  ImGui::TextDisabled("%zu of %zu", selected, placed.pins.size());
+  help_on_hover("pins that are selected, and all");
+  if (has_parts) {
+    const std::optional<std::size_t> part = placed.parts.selected;
+    double stiffness = part ? placed.parts.stiffness[*part] : 1;
+    ImGui::BeginDisabled(!part);
+    slide("Stiffness", stiffness, {kSoftest, kStiffest},
+          "how stiff the selected part is where it bends: bone above 1, flesh below; it counts until the shape is "
+          "remeshed");
+    ImGui::EndDisabled();
+    if (part) placed.parts.stiffness[*part] = stiffness;
+  }
+  ImGui::BeginChild("##pins", {0, ImGui::GetFrameHeightWithSpacing() * kMarksShown + 2});
+  if (placed.pins.empty() && (!has_parts || placed.parts.holds.empty())) ImGui::TextDisabled(has_parts ? "No pins or parts yet." : "No pins yet.");
+  if (has_parts) draw_parts(placed.parts);
+  draw_pins(studio);
   ImGui::EndChild();
+}
+
+// How fine a pose is, in steps of a third: at 0 as the thickness of what moves asks.
+void draw_fineness(double& detail) {
+  int level = detail > 0 ? static_cast<int>(std::lround(std::log(kCoarsestPose / detail) / std::log(1.5))) + 1 : 0;
+  const std::string text = level == 0 ? "automatic" : fmt::format("{}", level);
+  if (slide_whole("Fineness", level, 0, kFinestLevel, text)) {
+    detail = level == 0 ? 0 : kCoarsestPose / std::pow(1.5, level - 1);
+  }
+  help_on_hover("how thin the parts are that move alone: finer takes longer; automatic: as thin as they are");
 }
 
 void draw_mask(Studio& studio) {
@@ -180,49 +199,23 @@ void draw_own_settings(Studio& studio) {
   }
   if (tool.turning.takes_limit_cylinder) draw_limit_cylinder_settings(studio);
   if (tool.use == ToolUse::pose) {
-    if (settings.pose != PoseMode::exact) draw_tool_setting(studio, "detail");
+    if (settings.pose != PoseMode::exact) draw_fineness(settings.pose_detail);
     draw_marks(studio);
-    if (!has_exact_pins(settings)) draw_parts(studio);
-    draw_pins(studio);
   }
   if (tool.use == ToolUse::mask) draw_mask(studio);
-}
-
-// A length that may be left to be chosen by itself.
-void optional_length(const char* label, std::optional<double>& value, double first, const char* help) {
-  bool own = value.has_value();
-  ImGui::PushID(label);
-  if (ImGui::Checkbox("##own", &own)) value = own ? std::optional(first) : std::nullopt;
-  ImGui::SameLine();
-  if (value) {
-    type_number(label, *value, {1e-9, 1e9}, help);
-  } else {
-    ImGui::TextDisabled("%s: auto", label);
-  }
-  ImGui::PopID();
 }
 
 void draw_remeshing(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
   draw_tool_setting(studio, "remesh");
   if (!settings.remesh) return;
-  ImGui::Indent();
-  RemeshSettings& own = settings.remesh_settings;
+  std::optional<double>& longest = settings.remesh_settings.max_edge;
   const double diagonal = studio.document().shown().diagonal;
-  optional_length("Longest edge", own.max_edge, 0.02 * diagonal, "splits longer edges");
-  optional_length("Shortest edge", own.min_edge, 0.002 * diagonal, "collapses shorter edges where the surface is flat");
-  bool rounds = own.iterations.has_value();
-  if (ImGui::Checkbox("##rounds", &rounds)) {
-    own.iterations = rounds ? std::optional(kDefaultRemeshIterations) : std::nullopt;
+  int edges = longest ? static_cast<int>(std::lround(diagonal / *longest)) : 0;
+  if (slide_whole("Resolution", edges, 0, kFinestResolution, longest ? fmt::format("{}", edges) : "automatic")) {
+    longest = edges < kCoarsestResolution ? std::nullopt : std::optional(diagonal / edges);
   }
-  ImGui::SameLine();
-  if (own.iterations) {
-    ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6);
-    ImGui::SliderInt("Rounds", &*own.iterations, 0, 20);
-  } else {
-    ImGui::TextDisabled("Rounds: auto");
-  }
-  ImGui::Unindent();
+  help_on_hover("edges of triangles across the shape; automatic: as fine as they are, and finer where a stroke needs it");
 }
 
 // A part of the side panel that can be folded, which is remembered by its name.
@@ -285,9 +278,9 @@ void draw_automatic_radius(Studio& studio) {
   help_on_hover("Twice the median distance of a pin from the third nearest one, or twice the displacement if longer.");
 }
 
-void choose_stamp(Studio& studio) {
+void choose_stamp(Studio& studio, float width) {
   const auto& stamp = studio.tools().placed().stamp;
-  if (!ImGui::BeginCombo("##stamp", stamp ? stamp->name.c_str() : "none")) return;
+  if (!begin_list("##stamp", stamp ? stamp->name : "none", width)) return;
   for (const std::string_view name : shape_names()) {
     if (ImGui::Selectable(std::string(name).c_str(), stamp && stamp->name == name)) {
       studio.tools().use_stamp(shape_kind(name));
@@ -310,11 +303,11 @@ void draw_setting(std::span<const Setting> rows, std::string_view key, std::opti
     slide(row.label, **number, {least, most}, nullptr, {"", width.value_or(-1)});
   }
   if (const auto* const choice = std::get_if<WordChoice>(&row.value)) {
-    if (width) ImGui::SetNextItemWidth(*width);
     std::vector<std::size_t> all(choice->titles.size());
     std::iota(all.begin(), all.end(), 0);
     std::size_t chosen = choice->chosen;
-    if (choose_one(row.label, chosen, all, [&](std::size_t i) { return choice->titles[i]; })) choice->choose(chosen);
+    const auto title = [&](std::size_t i) { return choice->titles[i]; };
+    if (choose_one(row.label, chosen, all, title, width.value_or(-1))) choice->choose(chosen);
   }
   help_on_hover(row.help);
 }
@@ -341,8 +334,7 @@ void draw_mode(Studio& studio, float width) {
   if (use == ToolUse::pose) draw_tool_setting(studio, "pose", width);
   if (use == ToolUse::mask) draw_tool_setting(studio, "mask_mode", width);
   if (use != ToolUse::stamp) return;
-  ImGui::SetNextItemWidth(width);
-  choose_stamp(studio);
+  choose_stamp(studio, width);
   help_on_hover("which solid is pressed in; File > Stamp from a file takes any closed mesh");
 }
 
@@ -428,7 +420,7 @@ void draw_mirrors(Studio& studio) {
 
 void draw_center(Studio& studio) {
   Vec3d& center = studio.tools().settings().symmetry.center;
-  if (ImGui::Button("Through the middle of the shape")) studio.tools().center_symmetry();
+  if (ImGui::Button("Through the middle")) studio.tools().center_symmetry();
   help_on_hover("moves the mirrors x, y and z and the axis of the turns there");
   ImGui::SameLine();
   ImGui::BeginDisabled(center == Vec3d{0, 0, 0});

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -25,7 +26,9 @@ constexpr const char* kDragged = "layer";  // what is carried by drag and drop: 
 void draw_numbers(LayerEditor& layers) {
   for (const StrokeField& field : fields_of(layers.strokes)) {
     double value = field.value;
-    if (!type_number(field.name.c_str(), value, {-1e9, 1e9}, field.help.c_str())) continue;
+    std::string label = fmt::format("{}##{}", word_for_key(field.name), field.name);
+    label[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(label[0])));
+    if (!type_number(label.c_str(), value, {-1e9, 1e9}, field.help.c_str())) continue;
     std::vector<SessionStroke> strokes = layers.strokes;
     set_field(strokes, field.name, value);
     set_strokes(layers, std::move(strokes));
@@ -38,7 +41,7 @@ void draw_numbers(LayerEditor& layers) {
 }
 
 void draw_text(LayerEditor& layers) {
-  if (!ImGui::TreeNode("Edit as session lines")) return;
+  if (!ImGui::TreeNode("As text")) return;
   const ImVec2 size{-1, ImGui::GetTextLineHeight() * 7};
   std::string text = layers.text;
   if (ImGui::InputTextMultiline("##lines", &text, size)) set_text(layers, std::move(text));
@@ -269,8 +272,7 @@ void draw_objects(Studio& studio) {
 namespace {
 
 void draw_matcaps(Look& look, const Gui& gui) {
-  const std::string chosen(title_of(look.matcap));
-  if (ImGui::BeginCombo("Matcap", chosen.c_str())) {
+  if (begin_list("Matcap", std::string(title_of(look.matcap)), -1.6F * ImGui::GetFontSize())) {
     for (const render::Matcap matcap : render::all_matcaps()) {
       gui.draw_ball(matcap);
       ImGui::SameLine();
@@ -287,7 +289,7 @@ void draw_background(std::string& background) {
   constexpr std::array<const char*, 3> titles{"Gradient", "Light", "Dark"};
   const std::optional<render::Color> own = render::color_from(background);
   const auto* const known = std::find(names.begin(), names.end(), background);
-  if (ImGui::BeginCombo("Background", own ? "Colour" : titles[static_cast<std::size_t>(known - names.begin())])) {
+  if (begin_list("Background", own ? "Colour" : titles[static_cast<std::size_t>(known - names.begin())])) {
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (ImGui::Selectable(titles[i], background == names[i])) background = names[i];
     }

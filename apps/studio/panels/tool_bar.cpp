@@ -94,6 +94,7 @@ constexpr float kPictureSize = 64;  // points, of the icon in a tooltip
 constexpr float kTipWidth = 230;
 
 void draw_tip(const Studio& studio, const StudioTool& tool, const Gui& gui) {
+  place_tooltip();
   ImGui::BeginTooltip();
   const float size = kPictureSize * gui.unit();
   const ImVec2 corner = ImGui::GetCursorScreenPos();
@@ -167,7 +168,7 @@ void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout) {
     const int chosen = static_cast<int>(studio.tools().settings().tool - studio_tools().data());
     const bool is_new = std::exchange(*scrolled_to, chosen) != chosen;
     const bool has_names = studio.view().settings().tool_labels;
-    const float size = kToolSize * gui.unit();
+    const float size = layout.tool_size;
     for (const ToolGroup group : kToolGroups) {
       if (group != kToolGroups.front()) ImGui::Dummy({1, kGroupGap * gui.unit()});
       int count = 0;
@@ -191,9 +192,12 @@ namespace {
 struct HandSetting {
   float width;
   std::function<void(float pixels)> draw;
+  bool is_fixed = false;  // its width
 };
 
 constexpr float kSliderWidth = 165;  // points
+constexpr float kNarrowest = 0.5F;   // of their widths, in a narrow window
+constexpr float kNameFrom = 820;     // points of a bar that has room for the tool's name
 
 void draw_hand_radius(Studio& studio, float width) {
   const double diagonal = studio.document().shown().diagonal;
@@ -211,9 +215,9 @@ void draw_hand_amount(Studio& studio, std::string_view key, float width) {
   const std::vector<Setting> rows = settings_of(settings);
   const Setting& row = *find_setting(rows, key);
   double& value = *std::get<double*>(row.value);
-  const bool is_volume = key == "growth";
-  const double unit = is_volume ? settings.radius * settings.radius * settings.radius : settings.radius;
-  const std::string sign = sign_of(is_volume ? AmountKind::volume : AmountKind::length, studio.preferences().unit);
+  const bool is_growth = key == "growth";
+  const double unit = is_growth ? 100 / kBallOfCube : settings.radius;
+  const std::string sign = sign_of(is_growth ? AmountKind::growth : AmountKind::length, studio.preferences().unit);
   const double before = value * unit;
   double amount = before;
   slide(row.label, amount, {row.range.least * unit, row.range.most * unit}, row.help, {sign.c_str(), width});
@@ -260,7 +264,7 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   if (blends(settings)) {
     all.push_back({110, [&](float width) { draw_tool_setting(studio, "falloff", width); }});
   }
-  all.push_back({142, [&](float /*pixels*/) { draw_hand_mirrors(studio); }});
+  all.push_back({142, [&](float /*pixels*/) { draw_hand_mirrors(studio); }, true});
   if (has_drag_mode(settings)) all.push_back({170, [&](float width) { draw_drag_mode(studio, width); }});
   return all;
 }
@@ -268,14 +272,16 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
 constexpr int kBar = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus |
                      ImGuiWindowFlags_NoFocusOnAppearing;
 
-// The name of the tool in use, after its icon.
-void draw_tool_name(const Studio& studio, const Gui& gui) {
+// The icon of the tool in use, and its name where there is room.
+void draw_tool_name(const Studio& studio, const Gui& gui, bool has_room = true) {
   const StudioTool& tool = *studio.tools().settings().tool;
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   const float height = ImGui::GetFrameHeight();
   draw_icon(tool, {corner.x + 0.5F * height, corner.y + 0.5F * height}, 0.45F * height);
   ImGui::Dummy({height, height});
+  help_on_hover(tool.tip);
   ImGui::SameLine();
+  if (!has_room) return;
   Gui::begin_heading();
   ImGui::SetCursorPosY(ImGui::GetCursorPosY() + 0.5F * (height - ImGui::GetFontSize()));
   ImGui::TextUnformatted(tool.name.c_str());
@@ -295,13 +301,21 @@ void draw_top_bar(Studio& studio, const Gui& gui, const Layout& layout) {
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
   if (ImGui::Begin("Tool", nullptr, kBar)) {
-    draw_tool_name(studio, gui);
+    draw_tool_name(studio, gui, area.width() > kNameFrom * gui.unit());
     const float spacing = ImGui::GetStyle().ItemSpacing.x;
     float left = ImGui::GetCursorPosX();
+    const std::vector<HandSetting> settings = hand_settings(studio);
+    float room = area.width() - spacing - left;
+    float wanted = 0;
+    for (const HandSetting& setting : settings) {
+      (setting.is_fixed ? room : wanted) += (setting.is_fixed ? -1 : 1) * setting.width * gui.unit();
+      room -= spacing;
+    }
+    const float part = std::clamp(room / std::max(wanted, 1.0F), kNarrowest, 1.0F);
     bool is_first = true;
     // What does not fit is at the pointer.
-    for (const HandSetting& setting : hand_settings(studio)) {
-      const float width = setting.width * gui.unit();
+    for (const HandSetting& setting : settings) {
+      const float width = setting.width * gui.unit() * (setting.is_fixed ? 1 : part);
       if (left + width > area.width() - spacing) break;
       if (!std::exchange(is_first, false)) ImGui::SameLine(left);
       setting.draw(width);

@@ -23,8 +23,31 @@ struct Limits {
   double most;
 };
 
+// The next tooltip stands beside the window of the last item, where it covers no other item.
+inline void place_tooltip() {
+  const ImGuiWindow& window = *ImGui::GetCurrentWindow()->RootWindow;
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const ImVec2 from = ImGui::GetItemRectMin();
+  const ImVec2 to = ImGui::GetItemRectMax();
+  const float gap = 0.4F * ImGui::GetFontSize();
+  const bool is_left = from.x < 0.6F * display.x;
+  const bool is_high = from.y < 0.6F * display.y;
+  ImVec2 at{is_left ? from.x : to.x, is_high ? from.y : to.y};
+  ImVec2 pivot{is_left ? 0.0F : 1.0F, is_high ? 0.0F : 1.0F};
+  if (window.Size.x > 0.5F * display.x) {
+    at.y = is_high ? window.Pos.y + window.Size.y + gap : window.Pos.y - gap;
+  } else {
+    const bool is_beside = window.Pos.x + 0.5F * window.Size.x < 0.5F * display.x;
+    at.x = is_beside ? window.Pos.x + window.Size.x + gap : window.Pos.x - gap;
+    pivot.x = is_beside ? 0.0F : 1.0F;
+  }
+  ImGui::SetNextWindowPos(at, ImGuiCond_Always, pivot);
+}
+
+// None while something is edited.
 inline void help_on_hover(const char* help) {
-  if (help == nullptr || !ImGui::IsItemHovered()) return;
+  if (help == nullptr || *help == '\0' || !ImGui::IsItemHovered() || ImGui::IsAnyItemActive()) return;
+  place_tooltip();
   ImGui::BeginTooltip();
   ImGui::PushTextWrapPos(ImGui::GetFontSize() * 28);
   ImGui::TextUnformatted(help);
@@ -159,11 +182,20 @@ inline bool type_number(const char* label, double& value, Limits limits, const c
   return true;
 }
 
-// One of several, in a list that folds out. name(value) gives what a person reads.
+// Begins a list that folds out, with its name and what is chosen in it, as sliders have them. A label that begins with
+// "##" has no name.
+inline bool begin_list(const char* label, const std::string& chosen, float width = -1) {
+  const bool has_name = label[0] != '#';
+  ImGui::SetNextItemWidth(width);
+  return ImGui::BeginCombo((has_name ? std::string("##") + label : label).c_str(),
+                           (has_name ? fmt::format("{}: {}", label, chosen) : chosen).c_str());
+}
+
+// One of several. name(value) gives what a person reads.
 template <class T, class Values, class Name>
-bool choose_one(const char* label, T& value, const Values& values, const Name& name) {
+bool choose_one(const char* label, T& value, const Values& values, const Name& name, float width = -1) {
   bool changed = false;
-  if (!ImGui::BeginCombo(label, name(value))) return false;
+  if (!begin_list(label, name(value), width)) return false;
   for (const T& each : values) {
     if (!ImGui::Selectable(name(each), each == value)) continue;
     changed = each != value;

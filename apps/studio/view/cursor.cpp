@@ -143,8 +143,8 @@ const char* word_of(const Amount& amount, bool is_adjusting) {
   switch (amount.kind) {
     case AmountKind::length:
       return is_adjusting ? "Radius" : "Distance";
-    case AmountKind::volume:
-      return "Volume";
+    case AmountKind::growth:
+      return "Growth";
     case AmountKind::angle:
       return "Angle";
     case AmountKind::percent:
@@ -154,7 +154,7 @@ const char* word_of(const Amount& amount, bool is_adjusting) {
 }
 
 std::string with_sign(const std::string& number, AmountKind kind, LengthUnit unit) {
-  const bool is_apart = (kind == AmountKind::length || kind == AmountKind::volume) && unit != LengthUnit::none;
+  const bool is_apart = kind == AmountKind::length && unit != LengthUnit::none;
   return number + (is_apart ? " " : "") + sign_of(kind, unit);
 }
 
@@ -253,10 +253,9 @@ std::string sign_of(AmountKind kind, LengthUnit unit) {
   switch (kind) {
     case AmountKind::length:
       return text_of(unit);
-    case AmountKind::volume:
-      return unit == LengthUnit::none ? "" : text_of(unit) + std::string("\u00b3");
     case AmountKind::angle:
       return "\u00b0";
+    case AmountKind::growth:
     case AmountKind::percent:
       return "%";
   }
@@ -266,9 +265,8 @@ std::string sign_of(AmountKind kind, LengthUnit unit) {
 std::string text_of(const Amount& amount, LengthUnit unit) {
   // No more digits than four, and no minus before zero.
   const double value = std::abs(amount.value) < 1e-12 ? 0 : amount.value;
-  const std::string number = amount.kind == AmountKind::length || amount.kind == AmountKind::volume
-                                 ? fmt::format("{:.4g}", value)
-                                 : fmt::format("{:.1f}", value);
+  const std::string number =
+      amount.kind == AmountKind::length ? fmt::format("{:.4g}", value) : fmt::format("{:.1f}", value);
   return with_sign(number, amount.kind, unit);
 }
 

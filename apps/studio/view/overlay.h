@@ -95,7 +95,7 @@ struct InArrow {
 // begin at the pointer. Nothing for other drags.
 std::optional<InArrow> in_arrow(const Studio& studio);
 
-// Returns what stands after a number: "mm", "mm\u00b3", "\u00b0", "%".
+// Returns what stands after a number: "mm", "\u00b0", "%".
 std::string sign_of(AmountKind kind, LengthUnit unit);
 
 // Returns a number as a person reads it: "12.5 mm", "45\u00b0", "30%".

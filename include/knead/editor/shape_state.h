@@ -144,6 +144,7 @@ struct StrokeOutcome {
   std::optional<double> penetration{};  // of a stamp: how deep the surface is left in its tool
   std::vector<std::string> warnings;    // a sentence each
   std::string shortfall{};              // where the stroke fell short of what was asked; empty if it did not
+  double reached = 1;                   // the part of the stroke that was made, from 0 to 1
 };
 
 // The result of DeformedShape::remesh().

@@ -40,12 +40,19 @@ struct StrokeDelta {
 // Returns the difference between the strokes applied before and those to apply now.
 StrokeDelta stroke_delta(std::span<const SessionStroke> before, std::span<const SessionStroke> now);
 
+// What there is to say about applied strokes.
+struct StrokeNotes {
+  std::vector<std::string> warnings;  // a sentence each
+  std::string shortfall{};            // where the last of them that fell short did so; empty if none did
+  double reached = 1;                 // the least part of a stroke that was made, from 0 to 1
+};
+
 // What a finished gesture became.
 struct HistoryEntry {
   std::vector<SessionStroke> strokes;  // in order
   double seconds = 0;                  // of computing
   std::uint64_t steps = 0;             // accepted, of all vertices
-  std::vector<std::string> warnings;   // a sentence each
+  StrokeNotes notes;
 };
 
 // The change of a session file that holds the strokes: undo the last `taken_back` lines, then append these.
@@ -219,9 +226,9 @@ class Workbench {
   ShapeState base_;
   std::optional<ShapeState> at_;  // the state of shape_; std::nullopt: between two states
   std::optional<Kept> kept_;
-  std::uint64_t steps_ = 0;            // accepted, of all work
-  std::optional<Stroke> part_;         // for WorkResult::part of the current call
-  std::vector<std::string> warnings_;  // for HistoryEntry::warnings of the current entry
+  std::uint64_t steps_ = 0;     // accepted, of all work
+  std::optional<Stroke> part_;  // for WorkResult::part of the current call
+  StrokeNotes notes_;           // for HistoryEntry::notes of the current entry
   History now_;
   std::vector<std::size_t> lines_;  // in the session file, of each entry of now_
   std::vector<Change> undo_;
