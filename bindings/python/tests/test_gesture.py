@@ -1,4 +1,4 @@
-"""From a pointer to strokes: Surface, PaintDrag, symmetric."""
+"""From a pointer to strokes: Surface, PaintDrag, brushes, symmetric."""
 
 import numpy as np
 import pytest
@@ -88,6 +88,45 @@ def test_paint_is_extended_live(sphere, surface):
     bench.finish()
     assert bits(bench.vertices) == bits(knead.deform(sphere.vertices, drag.strokes, sphere.faces))
     assert np.linalg.norm(bench.vertices, axis=1).min() < 0.99
+
+
+def test_brushes_go_either_way_whatever_the_size(sphere):
+    heights = {}
+    for size in (1e-3, 1, 1e3):
+        vertices = sphere.vertices * size
+        for name in ("move", "snakehook", "paint", "crease", "pinch", "flatten"):
+            pulls = name in ("move", "snakehook")
+            path = [[0, 0, size], [0, 0.1 * size, 1.3 * size]] if pulls else [[0, -0.3 * size, 0.95 * size], [0, 0.3 * size, 0.95 * size]]
+            for sign in (1,) if pulls else (1, -1):
+                amount = None if sign == 1 else -0.15 if name == "paint" else -0.7
+                made = knead.brush(name, path, radius=0.2 * size, amount=amount)
+                assert made.tool == ("implicit" if pulls else "paint") and made.falloff == "wide"
+                moved = knead.deform(vertices, made, sphere.faces)
+                far = np.linalg.norm(moved, axis=1) / size - 1
+                heights.setdefault((name, sign), []).append((far.min(), far.max()))
+    for lows in heights.values():
+        assert np.ptp(lows, axis=0).max() < 1e-3  # the same at every size
+    low, high = (dict((key, value[0][i]) for key, value in heights.items()) for i in (0, 1))
+    assert high["move", 1] > 0.2 and low["move", 1] > -0.03
+    assert high["paint", 1] > 0.015 and low["paint", -1] < -0.015
+    assert low["crease", 1] < -0.02 and high["crease", -1] > 0.02
+    assert low["flatten", 1] < -1e-3
+    with pytest.raises(knead.InvalidInput, match="move, snakehook, paint, crease"):
+        knead.brush("clay", [[0, 0, 1]], radius=0.1)
+
+
+def test_flattening_draws_to_the_mean_plane(sphere):
+    """On a shape with a bump the plane under the brush lies below the place that is touched."""
+    bumpy = knead.deform(sphere.vertices, knead.brush("move", [[0, 0, 1], [0, 0, 1.05]], radius=0.05), sphere.faces)
+    surface = knead.Surface(bumpy, sphere.faces)
+    heights = []
+    for mean in (surface, None):
+        drag = knead.PaintDrag(outer=0.2, depth=0, falloff="wide", pinch=-1, surface=mean)
+        drag.touch(*surface.hit([0, 0, 5], [0, 0, -1]))
+        drag.finish()
+        heights.append(knead.deform(bumpy, drag.strokes)[:, 2].max())
+    assert heights[0] < bumpy[:, 2].max() - 0.02
+    assert heights[0] < heights[1] - 0.01
 
 
 def test_images_keep_the_symmetry(sphere):
