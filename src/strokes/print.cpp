@@ -119,8 +119,9 @@ void add_widths(const GreyTile& tile, std::vector<double>& widths) {
   };
   const std::size_t stride = 1 + tile.values.size() / kSamples;
   for (std::size_t i = 0; i < tile.values.size(); i += stride) {
-    const auto column = static_cast<double>(i % static_cast<std::size_t>(tile.width)) + 0.5;
-    const auto row = static_cast<double>(i / static_cast<std::size_t>(tile.width)) + 0.5;
+    const std::size_t rows_before = i / static_cast<std::size_t>(tile.width);
+    const double row = static_cast<double>(rows_before) + 0.5;
+    const double column = static_cast<double>(i - rows_before * static_cast<std::size_t>(tile.width)) + 0.5;
     if (!is_in(column, row)) continue;
     std::array<double, kDirections> chords{};
     for (int k = 0; k < kDirections; ++k) {

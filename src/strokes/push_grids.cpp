@@ -164,8 +164,8 @@ PotentialGrid grid_of(const std::vector<Push>& pushes, double bump, double outer
 
 }  // namespace
 
-PushGrids::PushGrids(std::span<const Vec3d> places, double bump, double outer, int threads) : threads_(threads) {
-  factor_ = 0.5 * bump * bump / (3 * (1 - bump * bump / (outer * outer)));
+PushGrids::PushGrids(std::span<const Vec3d> places, double bump, double outer, int threads)
+    : factor_(0.5 * bump * bump / (3 * (1 - bump * bump / (outer * outer)))), threads_(threads) {
   for (double a = bump; a < outer; a = levels_.back().outer) {
     levels_.push_back({a, kLastRatio * a < outer ? 2 * a : outer, {}});
   }
