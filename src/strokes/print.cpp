@@ -23,26 +23,26 @@ namespace {
 
 using namespace tool_detail;
 
-constexpr double kApart = 0.4;              // pushes, of the bump
+constexpr double kPushesApart = 0.4;        // pushes, of the bump
 constexpr double kBumpOfHeight = 1.0 / 12;  // by default, at most
 constexpr double kOuterOfHeight = 2;        // by default
 constexpr double kStepsPerBump = 2;         // each with the pushes where the surface is by then
-constexpr double kMinSteps = 4;
-constexpr double kMaxSteps = 300;
-constexpr double kMaxNodes = 2e7;    // of the grids of all steps: half a gigabyte
-constexpr int kPixelsOfFace = 192;   // along the longer side
-constexpr double kAround = 2.5;      // pushes: the bump
-constexpr double kTolerance = 1e-4;  // of path lines, of the bump
-constexpr double kHairline = 0.1;    // of the area may be thinner than the thinnest stroke
-constexpr double kThinner = 1.1;     // than twice the bump, which is worth a remark
-constexpr double kMaxCells = 4e5;    // of all tiles, and places
-constexpr double kFewSteps = 4;      // of a walk along the surface, for each height
-constexpr double kSteepUp = 0.1;     // of a unit vector, across the normal: the least of "up"
-constexpr double kMissing = 0.02;    // of the pattern, which is worth a remark
-constexpr double kTooCoarse = 1;     // of the bump: an edge on which the print cannot be seen
+constexpr double kMinPrintSteps = 4;
+constexpr double kMaxPrintSteps = 300;
+constexpr double kMaxNodes = 2e7;        // of the grids of all steps: half a gigabyte
+constexpr int kPixelsOfFace = 192;       // along the longer side
+constexpr double kAround = 2.5;          // pushes: the bump
+constexpr double kPathTolerance = 1e-4;  // of path lines, of the bump
+constexpr double kHairline = 0.1;        // of the area may be thinner than the thinnest stroke
+constexpr double kThinner = 1.1;         // than twice the bump, which is worth a remark
+constexpr double kMaxCells = 4e5;        // of all tiles, and places
+constexpr double kFewSteps = 4;          // of a walk along the surface, for each height
+constexpr double kSteepUp = 0.1;         // of a unit vector, across the normal: the least of "up"
+constexpr double kMissing = 0.02;        // of the pattern, which is worth a remark
+constexpr double kTooCoarse = 1;         // of the bump: an edge on which the print cannot be seen
 
 // Where a tile lies: a plane that touches the surface, with the pattern's directions.
-struct Frame {
+struct TilePlane {
   Vec3d center;
   Vec3d right;
   Vec3d up;
@@ -50,7 +50,7 @@ struct Frame {
 };
 
 // A place of the surface that is pushed.
-struct Place {
+struct PushedPlace {
   Vec3d start;
   Vec3d direction;
   double value = 0;   // of the pattern
@@ -119,8 +119,9 @@ void add_widths(const GreyTile& tile, std::vector<double>& widths) {
   };
   const std::size_t stride = 1 + tile.values.size() / kSamples;
   for (std::size_t i = 0; i < tile.values.size(); i += stride) {
-    const auto column = static_cast<double>(i % static_cast<std::size_t>(tile.width)) + 0.5;
-    const auto row = static_cast<double>(i / static_cast<std::size_t>(tile.width)) + 0.5;
+    const std::size_t rows_before = i / static_cast<std::size_t>(tile.width);
+    const double row = static_cast<double>(rows_before) + 0.5;
+    const double column = static_cast<double>(i - rows_before * static_cast<std::size_t>(tile.width)) + 0.5;
     if (!is_in(column, row)) continue;
     std::array<double, kDirections> chords{};
     for (int k = 0; k < kDirections; ++k) {
@@ -165,7 +166,7 @@ class Ground {
   Vec3d nearest(const Vec3d& p) const { return tree_.closest(p)->point; }
 
   // The sum of the normals, of the length of 1 each, of the triangles nearest to places of a rectangle.
-  Vec3d normal(const Frame& frame, double wide, double high) const {
+  Vec3d normal(const TilePlane& frame, double wide, double high) const {
     Vec3d sum{0, 0, 0};
     for (const double x : {-0.4, 0.0, 0.4}) {
       for (const double y : {-0.4, 0.0, 0.4}) {
@@ -243,10 +244,10 @@ class Printer {
   void run() {
     std::vector<Vec3d> at(places_.size());
     for (std::size_t i = 0; i < at.size(); ++i) at[i] = places_[i].start - origin_;
-    const double steps = std::max(std::ceil(std::abs(stroke_.depth) / bump_ * kStepsPerBump), kMinSteps);
-    if (steps > kMaxSteps) {
+    const double steps = std::max(std::ceil(std::abs(stroke_.depth) / bump_ * kStepsPerBump), kMinPrintSteps);
+    if (steps > kMaxPrintSteps) {
       throw InvalidInput(fmt::format("\"depth\" must be at most {:.3g}, {} times \"bump\", got {:.3g}",
-                                     kMaxSteps / kStepsPerBump * bump_, kMaxSteps / kStepsPerBump,
+                                     kMaxPrintSteps / kStepsPerBump * bump_, kMaxPrintSteps / kStepsPerBump,
                                      std::abs(stroke_.depth)));
     }
     const PushGrids pushes(at, bump_, outer_, run_.threads);
@@ -283,7 +284,7 @@ class Printer {
     const auto right =
         std::partition_point(tiles.begin(), tiles.end(), [&](const GreyTile& tile) { return middle_of(tile) < 0; });
     const auto lay = [&](auto begin, auto end) {
-      Frame frame = first_frame(ground);
+      TilePlane frame = first_frame(ground);
       double at = 0;
       for (auto tile = begin; tile != end; ++tile) {
         const double way = middle_of(*tile) - at;
@@ -313,8 +314,8 @@ class Printer {
 
   static Vec3d across(const Vec3d& v, const Vec3d& normal) { return v - normal * dot(v, normal); }
 
-  Frame first_frame(const Ground& ground) const {
-    Frame frame{ground.nearest(origin_), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  TilePlane first_frame(const Ground& ground) const {
+    TilePlane frame{ground.nearest(origin_), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     frame.normal = stroke_.direction ? -unit(*stroke_.direction) : ground.normal(frame, 0, 0);
     Vec3d up = stroke_.up ? unit(*stroke_.up) : Vec3d{0, 0, 1};
     constexpr double kAlong = 0.7;
@@ -326,14 +327,14 @@ class Printer {
     return frame;
   }
 
-  void set_up(Frame& frame, const Vec3d& up) const {
+  void set_up(TilePlane& frame, const Vec3d& up) const {
     frame.up = normalized(across(up, frame.normal));
     frame.right = cross(frame.up, frame.normal) * (stroke_.flip ? -1 : 1);
   }
 
   // The frame at a distance to the right.
-  Frame beside(const Ground& ground, const Frame& frame, double by) const {
-    Frame next = frame;
+  TilePlane beside(const Ground& ground, const TilePlane& frame, double by) const {
+    TilePlane next = frame;
     const Vec3d to = frame.center + frame.right * by;
     next.center = stroke_.direction ? to : ground.nearest(to);
     if (stroke_.direction) return next;
@@ -345,14 +346,15 @@ class Printer {
     return next;
   }
 
-  void add_tile(const Ground& ground, const GreyTile& tile, Frame frame, std::size_t& missing, std::size_t& coarse) {
+  void add_tile(const Ground& ground, const GreyTile& tile, TilePlane frame, std::size_t& missing,
+                std::size_t& coarse) {
     const double wide = tile.width * pixel_;
     const double high = tile.height * pixel_;
     if (!stroke_.direction) {
       frame.normal = ground.normal(frame, wide, high);
       set_up(frame, frame.up);
     }
-    const double apart = kApart * bump_;
+    const double apart = kPushesApart * bump_;
     const double columns = std::ceil(wide / apart) + 1;
     const double rows = std::ceil(high / apart) + 1;
     const double cells = columns * rows + static_cast<double>(places_.size());
@@ -404,7 +406,7 @@ class Printer {
   }
 
   template <class Visit>
-  void for_each_around(const Raster& raster, const Place& place, const Visit& visit) const {
+  void for_each_around(const Raster& raster, const PushedPlace& place, const Visit& visit) const {
     for (const Stencil::Item& item : stencil_.items) {
       const int column = place.cell[0] + item.column;
       const int row = place.cell[1] + item.row;
@@ -424,7 +426,7 @@ class Printer {
         double weights = 0;
         for_each_around(raster, places_[i], [&](std::size_t cell, double weight) {
           if (raster.place_of[cell] < 0) return;
-          const Place& other = places_[static_cast<std::size_t>(raster.place_of[cell])];
+          const PushedPlace& other = places_[static_cast<std::size_t>(raster.place_of[cell])];
           lack += weight * (other.wanted * from - other.got);
           weights += weight;
         });
@@ -441,7 +443,7 @@ class Printer {
     for (Vec3d& p : points) p += origin_;
     const std::vector<Vec3d> before = points;
     AdvectOptions options;
-    options.tolerance = kTolerance * bump_;
+    options.tolerance = kPathTolerance * bump_;
     options.precision = Precision::float64;
     options.threads = run_.threads;
     for (const PotentialGrid& grid : grids) advect(flow_of(Stroke(GridStroke{grid}), run_.mirror), points, options);
@@ -472,7 +474,7 @@ class Printer {
   double gain_ = 1;
   Stencil stencil_;
   std::vector<Raster> rasters_;
-  std::vector<Place> places_;
+  std::vector<PushedPlace> places_;
 };
 
 std::vector<StrokeKey> keys(PrintStroke& s) {

@@ -14,7 +14,7 @@ namespace knead::tool_detail {
 namespace {
 
 constexpr double kNodesPerBump = 2;
-constexpr double kApart = 0.4;           // of the bump: closer pushes are joined
+constexpr double kJoined = 0.4;          // of the bump: closer pushes are joined
 constexpr double kLastRatio = 3;         // of the outer threshold and the bump of the last level, at most
 constexpr double kWorthDividing = 0.75;  // of the nodes
 constexpr std::size_t kFewNodes = 4096;  // of a grid, which is not divided
@@ -164,8 +164,8 @@ PotentialGrid grid_of(const std::vector<Push>& pushes, double bump, double outer
 
 }  // namespace
 
-PushGrids::PushGrids(std::span<const Vec3d> places, double bump, double outer, int threads) : threads_(threads) {
-  factor_ = 0.5 * bump * bump / (3 * (1 - bump * bump / (outer * outer)));
+PushGrids::PushGrids(std::span<const Vec3d> places, double bump, double outer, int threads)
+    : factor_(0.5 * bump * bump / (3 * (1 - bump * bump / (outer * outer)))), threads_(threads) {
   for (double a = bump; a < outer; a = levels_.back().outer) {
     levels_.push_back({a, kLastRatio * a < outer ? 2 * a : outer, {}});
   }
@@ -173,7 +173,7 @@ PushGrids::PushGrids(std::span<const Vec3d> places, double bump, double outer, i
   for (Level& level : levels_) {
     std::map<std::array<double, 3>, Cluster> cells;
     for (std::uint32_t k = 0; k < places.size(); ++k) {
-      const Vec3d cell = places[k] / (kApart * level.bump);
+      const Vec3d cell = places[k] / (kJoined * level.bump);
       const std::array<double, 3> key = level.bump == bump
                                             ? std::array{1.0 * k, 0.0, 0.0}
                                             : std::array{std::floor(cell.x), std::floor(cell.y), std::floor(cell.z)};

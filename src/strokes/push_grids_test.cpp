@@ -41,6 +41,7 @@ TEST(PushGrids, TheirSumIsThatOfThePushes) {
     }
     const std::vector<Vec3d> vectors(places.size(), Vec3d{0.01, 0.02, 0.05} * size);
     std::vector<Vec3d> at;
+    at.reserve(300);
     for (int i = 0; i < 300; ++i) at.push_back(Vec3d{uniform(random), uniform(random), 0.5 * uniform(random)} * size);
     std::vector<Vec3d> by_grids(at.size());
     const PushGrids pushes(places, bump, outer, 0);

@@ -427,6 +427,40 @@ class Inflate(Stroke):
         mirror: Mirror | None = None,
     ) -> None: ...
 
+class Print(Stroke):
+    text: str | None
+    font: str | None
+    file: str | None
+    point: Vector | None
+    up: Vector | None
+    direction: Vector | None
+    height: float
+    depth: float
+    bump: float | None
+    outer: float | None
+    flip: bool | None
+    def __init__(
+        self,
+        *,
+        height: float,
+        depth: float,
+        text: str | None = None,
+        font: str | None = None,
+        file: str | None = None,
+        point: Vector | None = None,
+        up: Vector | None = None,
+        direction: Vector | None = None,
+        bump: float | None = None,
+        outer: float | None = None,
+        flip: bool | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+        duration: float | None = None,
+        new_entry: bool | None = None,
+        mirror: Mirror | None = None,
+    ) -> None: ...
+
 class Relax(Stroke):
     points: Points3
     radius: float
