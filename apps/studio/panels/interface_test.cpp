@@ -528,6 +528,29 @@ TEST_F(InterfaceTest, NamesOfTheToolsFitBesideTheirIcons) {
   }
 }
 
+// The first click closes the editor of an entry above, so that the list moves.
+TEST_F(InterfaceTest, ADoubleClickRenamesTheEntryThatWasClicked) {
+  ShownPanels panels(options(), 1280, 900);
+  open_ball(panels);
+  panels.studio.preferences().panels.closed = {"tool", "view"};
+  for (int i = 0; i < 4; ++i) panels.drag(480, 450, 480, 400 + 10 * i);
+  ASSERT_EQ(panels.studio.document().shown().history.size(), 4U);
+  panels.studio.history().select(0);
+  for (int i = 0; i < 3; ++i) panels.frame();
+  const int entry = 3;
+  const ImGuiID history = ImGui::FindWindowByName("History")->ID;
+  const auto place = panels.place_of(ImHashStr("###name", 0, ImHashData(&entry, sizeof entry, history)));
+  ASSERT_TRUE(place);
+  panels.click(place->first, place->second);
+  panels.click(place->first, place->second);
+  panels.frame();
+  for (const char c : std::string("Horn")) panels.type(std::string(1, c));
+  panels.key("Enter");
+  for (int i = 0; i < 3; ++i) panels.frame();
+  EXPECT_EQ(name_of(panels.studio.document().shown().history[3]->strokes), "Horn");
+  EXPECT_EQ(strength_of(panels.studio.document().shown().history[3]->strokes), 1);
+}
+
 // At 1280 x 720 every tool is seen, with names and without; in a narrow bar every setting of every tool.
 TEST_F(InterfaceTest, ASmallWindowHasAllToolsAndAllTheirSettings) {
   {

@@ -149,6 +149,7 @@ bool has_radius(const ToolSettings& settings);
 // What is being typed or dragged in the history.
 struct HistoryEditor {
   std::optional<std::size_t> renaming;  // the entry whose name is typed
+  std::optional<std::size_t> clicked;   // the entry whose name was clicked last, unless something else was
   std::string name;                     // as typed so far
   bool is_beginning = false;            // the field is drawn for the first time
   std::optional<double> percent;        // strength, while its slider is dragged
