@@ -18,7 +18,8 @@ namespace {
 constexpr std::uint8_t kUnknown = 255;
 constexpr double kBrush = 0.5;  // of the radius
 constexpr double kShaft = 68;   // pixels of an arrow
-constexpr double kBorderOfPiece = 0.7;  // of its extent: so near to a joint is the border of a piece that can turn there
+constexpr double kBorderOfPiece =
+    0.7;  // of its extent: so near to a joint is the border of a piece that can turn there
 
 std::uint32_t source_of(const ShapeState& state, std::uint32_t vertex) {
   return state.provenance ? state.provenance->vertex_source[vertex] : vertex;

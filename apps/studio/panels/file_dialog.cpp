@@ -317,7 +317,9 @@ void draw_formats(FileDialog& dialog) {
   for (const std::string_view name : written_extensions(dialog.has_faces)) formats.push_back(fmt::format(".{}", name));
   if (dialog.use == FileUse::export_frames) formats.insert(formats.end(), {".pc2", ".mdd", ".usda", ".pvd"});
   std::string format = fs::path(dialog.name).extension().string();
-  if (choose_one("Format", format, formats, [](const std::string& name) { return name.c_str(); }, kFormatWidth * ImGui::GetFontSize())) {
+  if (choose_one(
+          "Format", format, formats, [](const std::string& name) { return name.c_str(); },
+          kFormatWidth * ImGui::GetFontSize())) {
     dialog.name = fs::path(dialog.name).replace_extension(format).string();
     dialog.is_sure = false;
   }

@@ -613,9 +613,9 @@ float draw_remesh_offer(Studio& studio, const Gui& gui) {
 
 // Of a pose that fell short.
 float draw_pose_offer(Studio& studio, const Gui& gui, const StrokeNotes& notes) {
-  const std::string what = notes.reached < 1
-                               ? fmt::format("The pose came {:.0f}% as far as you dragged it.", std::floor(100 * notes.reached))
-                               : "The pose ends a little beside its place.";
+  const std::string what = notes.reached < 1 ? fmt::format("The pose came {:.0f}% as far as you dragged it.",
+                                                           std::floor(100 * notes.reached))
+                                             : "The pose ends a little beside its place.";
   const bool refines = studio.can_refine_pose();
   return draw_offer(studio, gui, what, [&] {
     if (ImGui::Button(refines ? "Finer" : "Hold less")) studio.improve_pose();

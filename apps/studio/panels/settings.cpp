@@ -21,8 +21,8 @@ namespace {
 constexpr float kEdge = 7;         // points at the left of the panel that can be dragged
 constexpr double kSoftest = 0.01;  // of a part of a pose
 constexpr double kStiffest = 100;
-constexpr float kMarksShown = 6;       // rows of the list of pins and parts
-constexpr float kBeforeNumbers = 3.8F; // in font sizes: before the places in that list
+constexpr float kMarksShown = 6;        // rows of the list of pins and parts
+constexpr float kBeforeNumbers = 3.8F;  // in font sizes: before the places in that list
 constexpr double kCoarsestPose = 0.15;  // of the shape's size
 constexpr int kFinestLevel = 6;
 constexpr int kCoarsestResolution = 10;
@@ -160,7 +160,8 @@ void draw_marks(Studio& studio) {
     if (part) placed.parts.stiffness[*part] = stiffness;
   }
   ImGui::BeginChild("##pins", {0, ImGui::GetFrameHeightWithSpacing() * kMarksShown + 2});
-  if (placed.pins.empty() && (!has_parts || placed.parts.holds.empty())) ImGui::TextDisabled(has_parts ? "No pins or parts yet." : "No pins yet.");
+  if (placed.pins.empty() && (!has_parts || placed.parts.holds.empty()))
+    ImGui::TextDisabled(has_parts ? "No pins or parts yet." : "No pins yet.");
   if (has_parts) draw_parts(placed.parts);
   draw_pins(studio);
   ImGui::EndChild();
@@ -215,7 +216,8 @@ void draw_remeshing(Studio& studio) {
   if (slide_whole("Resolution", edges, 0, kFinestResolution, longest ? fmt::format("{}", edges) : "automatic")) {
     longest = edges < kCoarsestResolution ? std::nullopt : std::optional(diagonal / edges);
   }
-  help_on_hover("edges of triangles across the shape; automatic: as fine as they are, and finer where a stroke needs it");
+  help_on_hover(
+      "edges of triangles across the shape; automatic: as fine as they are, and finer where a stroke needs it");
 }
 
 // A part of the side panel that can be folded, which is remembered by its name.
