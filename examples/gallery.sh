@@ -52,7 +52,7 @@ take() { [[ -f $meshes/$1 ]] && ln -sf "$meshes/$1" "$out/$1"; }
 # --- what sessions and reports say ------------------------------------------------------------------------------------
 
 header() { sed -n '1s/.*"'"$2"'": *"\([^"]*\)".*/\1/p' "$1"; }                     # SESSION KEY
-stamp_tools() { sed -n 's/.*"tool": *"stamp".*"mesh": *"\([^"]*\)".*/\1/p' "$1"; } # SESSION
+stamp_tools() { sed -n 's/.*"tool": *"\(stamp\|print\)".*"\(mesh\|file\)": *"\([^"]*\)".*/\3/p' "$1"; } # SESSION
 value() { sed -n '/^ *"'"$2"'": *\([^,]*\),\{0,1\}$/{s//\1/p;q;}' "$1"; }          # REPORT KEY, the first of that name
 
 certified() { value <(sed -n '/"certificate"/,$p' "$1") "$2"; }                      # REPORT KEY, of its certificate
@@ -392,7 +392,7 @@ tool() {
   for file in "$mesh" $(stamp_tools "$out/tool_$name.knead"); do provide "$file"; done
   [[ $can_draw == yes ]] || return 0
   say "tool $name"
-  (cd "$out" && "$knead" render "$mesh" --session "tool_$name.knead" --until 0,1 "$@" -q -o "images/guide/$name.jpg")
+  (cd "$out" && "$knead" render "$mesh" --session "tool_$name.knead" --until "${until:-0,1}" "$@" -q -o "images/guide/$name.jpg")
 }
 
 tools() {
@@ -400,6 +400,7 @@ tools() {
   tool paint --size 900x380 --view 170,10
   tool points --size 900x330 --view 14,8
   tool stamp --size 900x330 --view 25,15
+  until=0,3 tool print --tools none --cavity --size 900x440 --view 0,0
   tool slip --size 900x330 --view 55,35
   tool rotate --size 900x330 --view 25,15
   tool stretch --size 900x330 --view 25,15

@@ -1,5 +1,5 @@
-// knead bend, twist and wrap: one stroke of the tool "curve" for a whole solid, from a few numbers. They take the
-// options of `knead deform`, too.
+// knead bend, twist, stretch and wrap: one stroke of the tool "curve" for a whole solid, from a few numbers; and knead
+// print: one of the tool "print". They take the options of `knead deform`, too.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include "command.h"
 #include "deform.h"
 #include "inputs.h"
+#include "json/json.h"
 #include "knead/session.h"
 #include "knead/stroke.h"
 
@@ -21,12 +22,13 @@ namespace {
 
 constexpr double kChord = 1e-4;  // of the shape's size: the error of faces that are refined
 
-// The words of the three commands; what is not given is placed by the shape's box.
+// The words of the four commands; what is not given is placed by the shape's box.
 struct MakerOptions {
   DeformOptions deform;
   std::optional<double> angle;
   std::optional<double> around;
   std::optional<double> twist;
+  std::optional<double> longer_by;
   std::optional<std::string> axis;
   std::optional<std::string> along;  // a table of points
   std::optional<std::string> from;
@@ -60,12 +62,22 @@ std::string axis_numbers(std::string text) {
   return text;
 }
 
+void run_stroke(MakerOptions& options, const std::string& stroke) {
+  options.deform.strokes = {stroke};
+  options.deform.is_brief = true;
+  options.deform.check = true;
+  options.deform.remesh.remesh = !options.keeps_faces;
+  if (!options.keeps_faces && !options.deform.remesh.max_chord) options.deform.remesh.max_chord = kChord;
+  run_deform(options.deform);
+}
+
 void run_maker(MakerOptions& options) {
   std::string words = "curve";
   const auto add = [&](std::string_view key, const auto& value) { words += fmt::format(" {}={}", key, value); };
   if (options.angle) add("angle_deg", *options.angle);
   if (options.around) add("around", *options.around);
   if (options.twist) add("twist_deg", *options.twist);
+  if (options.longer_by) add("longer_by", *options.longer_by);
   if (options.axis) add("axis", axis_numbers(*options.axis));
   if (options.from) add("from", *options.from);
   if (options.fits) add("length", "fit");
@@ -76,18 +88,25 @@ void run_maker(MakerOptions& options) {
     for (const Vec3d& p : path_points(*options.along)) to += fmt::format("{},{},{};", p.x, p.y, p.z);
     add("to", to);
   }
-  options.deform.strokes = {words};
-  options.deform.is_brief = true;
-  options.deform.check = true;
-  options.deform.remesh.remesh = !options.keeps_faces;
-  if (!options.keeps_faces && !options.deform.remesh.max_chord) options.deform.remesh.max_chord = kChord;
-  run_deform(options.deform);
+  run_stroke(options, words);
 }
 
 // The options of one command, and what all have in common.
-std::vector<Option> with_common(MakerOptions& options, std::vector<Option> own) {
+std::vector<Option> with_deform(MakerOptions& options, std::vector<Option> own) {
   own.insert(own.begin(), {"SHAPE", &options.deform.shape, "A solid, such as an STL, 3MF, OBJ, PLY or OFF file", "",
                            OptionKind::required});
+  own.push_back({"--keep-faces", &options.keeps_faces, "Do not refine faces that are too coarse for the motion"});
+  for (Option& option : describe(options.deform)) {
+    const bool is_ours = option.name == "SHAPE" || option.name == "SESSION" || option.name == "--stroke" ||
+                         option.name == "--remesh" || option.name == "--check" || option.name == "--table" ||
+                         option.name == "--set" || option.name == "--also" || option.name == "--stream" ||
+                         option.name == "--piece-mb";
+    if (!is_ours) own.push_back(std::move(option));
+  }
+  return own;
+}
+
+std::vector<Option> with_common(MakerOptions& options, std::vector<Option> own) {
   own.push_back({"--from", &options.from,
                  "The line through the shape, as two or more points x,y,z;x,y,z (default: the longest axis of its box)",
                  "POINTS"});
@@ -98,15 +117,7 @@ std::vector<Option> with_common(MakerOptions& options, std::vector<Option> own) 
                               options.fixed = std::vector<std::string>{"start", "middle", "end"}[word];
                             }},
                  "The place of the line that stays (default: middle)", "start|middle|end"});
-  own.push_back({"--keep-faces", &options.keeps_faces, "Do not refine faces that are too coarse for the motion"});
-  for (Option& option : describe(options.deform)) {
-    const bool is_ours = option.name == "SHAPE" || option.name == "SESSION" || option.name == "--stroke" ||
-                         option.name == "--remesh" || option.name == "--check" || option.name == "--table" ||
-                         option.name == "--set" || option.name == "--also" || option.name == "--stream" ||
-                         option.name == "--piece-mb";
-    if (!is_ours) own.push_back(std::move(option));
-  }
-  return own;
+  return with_deform(options, std::move(own));
 }
 
 Option keep_option(MakerOptions& options) {
@@ -119,6 +130,55 @@ Option keep_option(MakerOptions& options) {
 
 Option axis_option(MakerOptions& options, std::string help) {
   return {"--axis", &options.axis, std::move(help), "x|y|z|X,Y,Z"};
+}
+
+// The words of `knead print`.
+struct PrintOptions {
+  MakerOptions maker;
+  std::optional<std::string> text;
+  std::optional<std::string> font;
+  std::optional<std::string> file;
+  std::optional<std::string> at;
+  std::optional<std::string> up;
+  std::optional<std::string> direction;
+  std::optional<double> height;
+  std::optional<double> depth;
+  std::optional<double> bump;
+  std::optional<double> outer;
+  bool flips = false;
+};
+
+// The vector of "1,2,3", or of the name of an axis.
+Json vector_of(const std::string& name, const std::string& text) {
+  const std::string numbers = axis_numbers(text);
+  std::vector<double> vector;
+  for (std::size_t begin = 0; begin <= numbers.size();) {
+    const std::size_t end = std::min(numbers.find(',', begin), numbers.size());
+    const auto number = number_in(numbers.substr(begin, end - begin), ',');
+    if (!number) break;
+    vector.push_back(*number);
+    begin = end + 1;
+  }
+  if (vector.size() != 3) throw UsageError(fmt::format("{} takes three numbers x,y,z, got {}", name, text));
+  return vector;
+}
+
+void run_print(PrintOptions& options) {
+  if (options.text.has_value() == options.file.has_value()) throw UsageError("give --text TEXT or --file FILE");
+  Json stroke{{"tool", "print"}, {"height", *options.height}, {"depth", *options.depth}};
+  const auto set = [&](const char* key, const auto& value) {
+    if (value) stroke.set(key, *value);
+  };
+  set("text", options.text);
+  set("font", options.font);
+  set("file", options.file);
+  set("bump", options.bump);
+  set("outer", options.outer);
+  if (options.at) stroke.set("point", vector_of("--at", *options.at));
+  if (options.up) stroke.set("up", vector_of("--up", *options.up));
+  if (options.direction) stroke.set("direction", vector_of("--direction", *options.direction));
+  if (options.flips) stroke.set("flip", true);
+  run_stroke(options.maker, to_text(stroke));
 }
 
 }  // namespace
@@ -157,6 +217,19 @@ Subcommand twist_command() {
           [options] { run_maker(*options); }};
 }
 
+Subcommand stretch_command() {
+  const auto options = std::make_shared<MakerOptions>();
+  std::vector<Option> own{
+      {"--by", &options->longer_by, "How much longer the shape becomes, in its unit; below 0: shorter", "LENGTH",
+       OptionKind::required},
+      keep_option(*options)};
+  return {"stretch", "Make a whole solid longer or shorter by a length; volume or thickness stays",
+          with_common(*options, std::move(own)),
+          "  knead stretch handle.stl --by 10 --keep thickness -o longer.stl\n"
+          "  knead stretch arm.stl --by 10 --from '20,0,0;60,0,0' --fixed start --keep thickness -o arm10.stl",
+          [options] { run_maker(*options); }};
+}
+
 Subcommand wrap_command() {
   const auto options = std::make_shared<MakerOptions>();
   std::vector<Option> own{
@@ -170,6 +243,35 @@ Subcommand wrap_command() {
           "  knead wrap relief.3mf --radius 40 --keep thickness -o cup.3mf\n"
           "  knead wrap text.stl --radius 30 --axis z --session band.knead -o band.stl",
           [options] { run_maker(*options); }};
+}
+
+Subcommand print_command() {
+  const auto options = std::make_shared<PrintOptions>();
+  std::vector<Option> own{
+      {"--text", &options->text, "Press this line of text in, letter by letter along the surface", "TEXT"},
+      {"--font", &options->font, "A font's file or name, such as 'DejaVu Serif' (default: a bold one without serifs)",
+       "FONT"},
+      {"--file", &options->file,
+       "Or press in a picture (PNG, JPEG, PGM; white goes to the full depth), or the lowest face of a mesh", "FILE"},
+      {"--height", &options->height, "Of a capital letter, a picture or a mesh, in the shape's unit", "H",
+       OptionKind::required},
+      {"--depth", &options->depth, "How deep; below 0 the print is raised", "D", OptionKind::required},
+      {"--at", &options->at, "The middle of the print, on the surface or near it (default: the middle of the top)",
+       "X,Y,Z"},
+      {"--up", &options->up, "The print's upward direction (default: z, or y on faces that look along z)",
+       "x|y|z|X,Y,Z"},
+      {"--direction", &options->direction,
+       "Press all of it in this direction (default: each letter against the surface)", "x|y|z|X,Y,Z"},
+      {"--bump", &options->bump,
+       "Radius over which edges are soft (default: half of the thinnest stroke, at most H/12)", "A"},
+      {"--outer", &options->outer, "How far the volume goes (default: twice the height)", "R"},
+      {"--flip", &options->flips, "Mirror it from left to right, as for a mould"}};
+  return {"print", "Press text, a picture or the face of a mesh into a surface, or raise it; volume stays",
+          with_deform(options->maker, std::move(own)),
+          "  knead print plate.stl --text 'No. 7' --height 8 --depth 0.6 -o named.stl\n"
+          "  knead print cup.3mf --text KNEAD --at 40,0,30 --height 10 --depth -1 -o cup.3mf\n"
+          "  knead print tag.stl --file logo.png --height 20 --depth 0.5 -o tag_logo.stl",
+          [options] { run_print(*options); }};
 }
 
 }  // namespace knead::command

@@ -264,6 +264,7 @@ struct CurveStroke {
   std::optional<Vec3d> axis = std::nullopt;        // of both: any length but 0; across the line
   double twist_deg = 0;                            // by which the end turns, seen from the start, counterclockwise
                                                    // seen from the end
+  double longer_by = 0;                            // the line keeps its direction and grows by this length
   CurveLength length = CurveLength::keep;          // of `to`
   CurveFixed fixed = CurveFixed::middle;
   CurveKeeps keep = CurveKeeps::volume;
@@ -377,6 +378,30 @@ struct InflateStroke {
   friend bool operator==(const InflateStroke&, const InflateStroke&) = default;
 };
 
+// Print: presses text, a grey picture or the face of a mesh into the surface, against its normal, or raises it. Pushes
+// that the wide falloff spreads fill the pattern, so its volume goes far around. It reads the surface, and becomes grid
+// strokes. Has either a text or a file.
+struct PrintStroke {
+  std::string text{};  // one line of UTF-8
+  std::string font{};  // a font's file, relative to the session file, or its name; empty: a usual one
+  // Relative to the session file: a picture, whose white is pressed to the full depth, or a mesh, whose lowest face
+  // prints, as seen from above, and what is behind it by less than the depth.
+  std::string file{};
+  // The middle of the pattern, on the surface or near it; by default the middle of the shape's top.
+  std::optional<Vec3d> point = std::nullopt;
+  std::optional<Vec3d> up = std::nullopt;         // of the pattern; by default z, or y where the surface looks along z
+  std::optional<Vec3d> direction = std::nullopt;  // in which all is pressed; by default against each letter's normal
+  double height = 0;                              // of a capital letter, or of the file's pattern; > 0
+  double depth = 0;                               // below 0: raises
+  // Radius over which edges are soft: by default half the width of the thinnest strokes, at most height / 12.
+  std::optional<double> bump = std::nullopt;
+  std::optional<double> outer = std::nullopt;  // what flows back spreads so far; by default 2 heights
+  bool flip = false;                           // left and right change places
+
+  static const tool_detail::ToolRow<PrintStroke> tool;
+  friend bool operator==(const PrintStroke&, const PrintStroke&) = default;
+};
+
 // Relaxing (remesh/relax.h): smooths the triangles in the surface, and the surface itself, while its volume stays. At
 // each point in turn a dab moves the vertices within the radius. This is no flow: a session's line is {"relax": {...}}.
 struct RelaxStroke {
@@ -412,7 +437,7 @@ Mask mask_of(const MaskStroke& stroke, int threads = 0);
 // A stroke of any tool.
 using Stroke = std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke,
                             StretchStroke, TwistStroke, BendStroke, CurveStroke, PinsStroke, PoseStroke, GridStroke,
-                            InflateStroke, RelaxStroke, MaskStroke>;
+                            InflateStroke, PrintStroke, RelaxStroke, MaskStroke>;
 
 // Returns the tool's name in session files: "implicit", "paint", "points", ...
 std::string tool_name(const Stroke& stroke);

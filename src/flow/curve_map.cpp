@@ -232,7 +232,7 @@ bool CurveTable<S>::place(const CurvePoint<T>& at, Vec3<T>& x) const {
   T k[2] = {here[kBend] * T(per_cell_), here[kBend + 1] * T(per_cell_)};
   if (stretches_) {
     using std::sqrt;
-    const T root = sqrt(here[kStretch]);
+    const T root = keeps_thickness_ ? T(1) : sqrt(here[kStretch]);
     for (std::size_t i = 0; i < 2; ++i) {
       y[i] = y[i] / root;
       k[i] = k[i] / here[kStretch];
@@ -348,7 +348,7 @@ auto CurveTable<S>::on_section(const Vec3d& x, double s) const -> std::optional<
   const double k2 = k[0] * k[0] + k[1] * k[1];
   if (!(u < (keeps_thickness_ ? 0.5 : 1))) return std::nullopt;
   const double less = !keeps_thickness_ && k2 * (y[0] * y[0] + y[1] * y[1]) > kFlat ? 0.5 * u * u / k2 : 0;
-  const double root = stretches_ ? std::sqrt(here[kStretch]) : 1;
+  const double root = stretches_ && !keeps_thickness_ ? std::sqrt(here[kStretch]) : 1;
   for (std::size_t i = 0; i < 2; ++i) y[i] = (y[i] - less * k[i]) * root;
   if (!twists_) return CurvePoint<double>{s, {y[0], y[1]}};
   const SinCos<double> turn = sincos(here[kTwistAngle]);

@@ -1,4 +1,5 @@
 // Tests of the tool "curve": arcs, paths, twists, placing by the box, what is refused, and numbers that work.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -197,9 +198,10 @@ TEST(Curve, ATwistTurnsTheEndAndLeavesTheFixedOne) {
 }
 
 // The ends of the shape, and what is beyond them, where no other end of a ring is near.
-TEST(Curve, TwistsAndWeakBendsAreTakenBackEverywhere) {
+TEST(Curve, TwistsWeakBendsAndLengthsAreTakenBackEverywhere) {
   for (const std::string turn :
-       {"twist_deg=180", "twist_deg=90", "axis=0,1,0 angle_deg=60", "axis=0,1,0 angle_deg=1"}) {
+       {"twist_deg=180", "twist_deg=90", "axis=0,1,0 angle_deg=60", "axis=0,1,0 angle_deg=1", "longer_by=5",
+        "longer_by=-5 keep=thickness", "axis=0,1,0 angle_deg=40 longer_by=3 keep=thickness"}) {
     const Flow flow = flow_of(parse_stroke("curve from=-6.4,0,0;0,0,0;6.4,0,0 " + turn, "stroke").stroke);
     std::vector<Vec3d> before;
     for (int i = 0; i <= 160; ++i) before.push_back({0.1 * (i - 80), 0.4 * std::sin(i), 0.4 * std::cos(3 * i)});
@@ -253,6 +255,35 @@ TEST(Curve, RingsThatNearlyCloseAreTakenBack) {
   const Mesh mesh = bar(12, 0.5, 0.5);
   after(mesh, "curve axis=0,1,0 angle_deg=350");
   EXPECT_NE(refusal_of(mesh, "curve axis=0,1,0 angle_deg=365").find("meet itself"), std::string::npos);
+}
+
+// A part of a bar, and the whole: exactly so much longer. The ends stay rigid; the middle gets thinner, or does not.
+TEST(Curve, BecomesLongerByALength) {
+  const Mesh mesh = bar(12, 0.5, 0.3);
+  const auto across = [](const Vec3d& p) { return std::hypot(p.y, p.z); };
+  for (const bool keeps : {false, true}) {
+    const std::string keep = keeps ? " keep=thickness" : "";
+    for (const double by : {2.0, -1.5}) {
+      const std::vector<Vec3d> part =
+          after(mesh, fmt::format("curve from=-2,0,0;2,0,0 fixed=start longer_by={}{}", by, keep));
+      for (std::size_t i = 0; i < part.size(); ++i) {
+        const Vec3d& before = mesh.positions[i];
+        if (std::abs(before.x) >= 2) {
+          const Vec3d rigid = before + Vec3d{before.x > 0 ? by : 0, 0, 0};
+          EXPECT_LE(norm(part[i] - rigid), 1e-9) << before.x;
+        } else if (keeps) {
+          EXPECT_NEAR(across(part[i]), across(before), 1e-12);
+        }
+      }
+    }
+    const std::vector<Vec3d> whole = after(mesh, "curve longer_by=3" + keep);
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      EXPECT_NEAR(whole[i].x, mesh.positions[i].x * 15 / 12, 1e-9);
+      EXPECT_NEAR(across(whole[i]), across(mesh.positions[i]) * (keeps ? 1 : std::sqrt(12.0 / 15)), 1e-9);
+    }
+  }
+  EXPECT_NE(refusal_of(mesh, "curve longer_by=-11.9").find("can lose"), std::string::npos);
+  EXPECT_NE(refusal_of(mesh, "curve around=30 longer_by=1").find("\"longer_by\" goes with"), std::string::npos);
 }
 
 // A relief on a cylinder keeps its height; with the volume kept it gets lower.

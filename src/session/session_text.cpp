@@ -5,6 +5,7 @@
 #include <array>
 #include <span>
 
+#include "io/numbers.h"
 #include "knead/editor/tools.h"
 #include "knead/session.h"
 #include "session/stroke_json.h"

@@ -24,10 +24,11 @@ struct ToolLine {
 };
 
 // The first of these have no falloff from 3 to 7.
-constexpr int kToolsWithoutFalloff = 5;
+constexpr int kToolsWithoutFalloff = 6;
 constexpr ToolLine kTools[] = {
     {"pose",
      R"({"tool": "pose", "detail": 0.1, "parts": [{"vertices": [[0, 5]], "hold": true}, {"pin_point": [0, 0, 1], "to": [0.2, 0, 1.2]}])"},
+    {"print", R"({"tool": "print", "file": "ball.ply", "point": [0, 0, 1], "height": 0.6, "depth": 0.05)"},
     {"wide", R"({"tool": "implicit", "falloff": "wide", "bump": 0.2, "path": [[0,0,1], [0,0.2,1.1], [0.2,0.3,1.3]])"},
     {"wide_core",
      R"({"tool": "implicit", "falloff": "wide", "bump": 0.3, "outer": 0.8, "core": 0.4, "path": [[0,0,1], [0,0.2,1.1], [0,0.4,1.1]])"},

@@ -14,6 +14,7 @@
 #include "knead/io.h"
 #include "knead/vec.h"
 #include "session/deformed_shape_detail.h"
+#include "session/pattern_files.h"
 #include "strokes/describe.h"
 #include "strokes/limit_cylinder.h"
 #include "strokes/mirror.h"
@@ -31,6 +32,8 @@ using tool_detail::with_row;
 constexpr double kFastBorder = 2;
 // Motion by a tool and its images together that is worth a warning, by that of the tool.
 constexpr double kFastImages = 1.1;
+// The error of a mesh that shows a detail, by its radius: edges of half of that.
+constexpr double kChordOfDetail = 1.0 / 64;
 // Segments and vertices that are looked at for these.
 constexpr std::size_t kMaxSegments = 8;
 constexpr std::size_t kMaxPlaces = 4000;
@@ -122,12 +125,16 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   };
   surface.progress = progress;
   SurfaceRun run{surface, stroke.tool.get(), shape.motion().threads};
+  run.pattern = stroke.pattern.get();
+  run.mirror = mirror;
+  run.mesh_follows = stroke.mesh_follows;
   try {
     with_row(whole ? *whole : stroke.stroke(), [&](const auto& row, const auto& own) { row.resolve(own, run); });
   } catch (const Cancelled&) {
     stroke.outcome.status = AdvectStatus::cancelled;
     return;
   }
+  stroke.detail = run.detail;
   stroke.outcome.penetration = run.penetration;
   stroke.outcome.shortfall = std::move(run.shortfall);
   stroke.outcome.reached = run.reached;
@@ -226,6 +233,7 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
   prepared.reads_surface = reads_surface(stroke);
   if (prepared.reads_surface) {
     prepared.tool = tool_mesh_of(stroke, folder);
+    if (const auto* print = std::get_if<PrintStroke>(&stroke)) prepared.pattern = read_pattern(*print, folder);
     prepared.expected_segments = segments_of(stroke, prepared.tool.get());
     return prepared;
   }
@@ -240,6 +248,7 @@ StrokeRun::StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedS
     : stroke_(std::move(stroke)), options_(options), shape_(shape), progress_(progress) {
   const bool may_remesh = is_applied(*stroke_.source) && stroke_.relax == nullptr;
   if (!options_.backwards && may_remesh) settings_ = shape_.settings_of(*stroke_.source);
+  stroke_.mesh_follows = settings_.has_value();
 }
 
 double StrokeRun::length() const {
@@ -295,10 +304,13 @@ void StrokeRun::read() {
   if (!in_place) {
     DeformedShape copy = shape_;
     read_surface(stroke_, copy, progress_);
-    return;
+  } else {
+    read_surface(stroke_, shape_, progress_);
+    if (stroke_.limit_cylinders.empty()) at_ = end();
   }
-  read_surface(stroke_, shape_, progress_);
-  if (stroke_.limit_cylinders.empty()) at_ = end();
+  if (!settings_ || stroke_.detail == 0) return;
+  double& chord = settings_->max_chord.emplace(settings_->max_chord.value_or(kDefaultMaxChord));
+  chord = std::min(chord, kChordOfDetail * stroke_.detail / shape_.reference_length());
 }
 
 void StrokeRun::check_shape() {

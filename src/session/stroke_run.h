@@ -10,6 +10,7 @@
 
 #include "knead/editor/shape_state.h"
 #include "knead/editor/tools.h"
+#include "math/grey_tile.h"
 
 namespace knead::session_detail {
 
@@ -23,15 +24,18 @@ struct PreparedStroke {
   Flow flow;
   std::vector<StrokeCylinder> limit_cylinders;  // its own, and those of its images
   std::shared_ptr<const Mesh> tool;             // of a stamp
+  std::shared_ptr<const GreyPattern> pattern;   // of a print
   Mask mask;                                    // of a stroke that is applied backwards; forwards the shape has it
   std::size_t expected_segments = 0;            // of one that reads the surface: at most
+  bool mesh_follows = false;                    // it is remeshed after the stroke
+  double detail = 0;                            // of reading it: the least radius that the mesh must show; 0: any
   StrokeOutcome outcome;                        // of reading it
 
   const Stroke& stroke() const { return beyond ? *beyond : source->stroke; }
 };
 
-// Reads the file of a stamp, relative to the folder. The source must outlive the result. Throws InvalidInput for a
-// stroke that cannot be applied to any shape.
+// Reads the files that a stroke names, relative to the folder. The source must outlive the result. Throws InvalidInput
+// for a stroke that cannot be applied to any shape.
 PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem::path& folder);
 
 // How far a stroke is applied, and in which direction.

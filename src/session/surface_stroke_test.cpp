@@ -53,6 +53,11 @@ class SurfaceStroke : public testing::Test {
              (kind == "slip" ? R"("contact": "slip", )" : "") +
              R"("path": [[1.4, 0, 0], [1.1, 0, 0], [1.1, 0.2, 0]]})" + "\n" + turn + "\n";
     }
+    if (kind == "print") {
+      return pull + "\n" +
+             R"({"tool": "print", "file": "ball.ply", "point": [0, 0, 1.1], "height": 0.6, "depth": 0.1})" + "\n" +
+             turn + "\n";
+    }
     return pull + "\n" +
            R"({"tool": "twist", "center": [0, 0, 0.5], "axis": [0, 0, -1], "rate_deg": 20, "inner": -0.3, "outer": 0.2, )"
            R"("radius": "auto"})" +
@@ -63,7 +68,7 @@ class SurfaceStroke : public testing::Test {
   const std::filesystem::path& folder_ = scratch_.path();
 };
 
-const std::vector<std::string> kKinds{"paint", "handles", "stamp", "slip", "twist"};
+const std::vector<std::string> kKinds{"paint", "handles", "stamp", "slip", "print", "twist"};
 
 Mesh shape() { return make_shape(ShapeKind::sphere, 1500); }
 
@@ -221,6 +226,7 @@ TEST_F(SurfaceStroke, FieldsAreDivergenceFree) {
     int tried = 0;
     for (const SessionStroke& stroke : resolved_of(shape(), session(kind)).strokes) {
       for (const Segment& segment : flow_of(stroke.stroke).segments) {
+        if (!segment.grid.is_empty()) continue;  // a curl
         const Field& field = segment.fields.front();
         const Vec3d d{offset(random), offset(random), offset(random)};
         std::visit(
@@ -305,7 +311,7 @@ TEST_F(SurfaceStroke, UnweldedShapesMoveAsWeldedOnes) {
   const Mesh mesh = shape();
   const Mesh unwelded = test::unwelded(mesh);
   std::vector<std::string> lines;
-  for (const char* kind : {"paint", "stamp", "slip", "twist"}) lines.push_back(lines_of(kind));
+  for (const char* kind : {"paint", "stamp", "slip", "print", "twist"}) lines.push_back(lines_of(kind));
   lines.emplace_back(R"({"relax": {"points": [[0, 0, 1]], "radius": 0.5}})");
   lines.emplace_back(R"({"tool": "inflate", "points": [[0, 0, 1]], "radius": 0.4, "volume": 0.01})");
   for (const std::string& line : lines) {

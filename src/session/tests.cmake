@@ -7,6 +7,7 @@ knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/mask_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mirror_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/parameters_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/print_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/relax_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/replay_backend_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/remesh_limits_test.cpp

@@ -1,8 +1,10 @@
 // The tool "curve": takes a line through a shape to another curve, and the shape with it.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -20,17 +22,19 @@ namespace {
 using namespace tool_detail;
 
 std::vector<StrokeKey> keys(CurveStroke& s) {
-  return {{"from", Quantity::other, &s.from, Presence::optional, "a line through the shape"},
-          {"to", Quantity::other, &s.to, Presence::optional, "where the line goes"},
-          {"twist_deg", Quantity::rate, &s.twist_deg, Presence::optional, "of the end against the start"},
-          {"angle_deg", Quantity::angle, &s.angle_deg, Presence::optional, "of the arc that the line becomes"},
-          {"around", Quantity::rate, &s.around, Presence::optional, "the arc's radius; below 0: clockwise"},
-          {"axis", Quantity::direction, &s.axis, Presence::optional, "of the arc"},
-          {"length", Quantity::other, choice(s.length, {"keep", "fit"}), Presence::optional},
-          {"fixed", Quantity::other, choice(s.fixed, {"middle", "start", "end"}), Presence::optional},
-          {"keep", Quantity::other, choice(s.keep, {"volume", "thickness"}), Presence::optional},
-          {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional,
-           "only what is nearer to the line moves"}};
+  return {
+      {"from", Quantity::other, &s.from, Presence::optional, "a line through the shape"},
+      {"to", Quantity::other, &s.to, Presence::optional, "where the line goes"},
+      {"twist_deg", Quantity::rate, &s.twist_deg, Presence::optional, "of the end against the start"},
+      {"longer_by", Quantity::finite, &s.longer_by, Presence::optional, "length that the line gains; below 0: loses"},
+      {"angle_deg", Quantity::angle, &s.angle_deg, Presence::optional, "of the arc that the line becomes"},
+      {"around", Quantity::rate, &s.around, Presence::optional, "the arc's radius; below 0: clockwise"},
+      {"axis", Quantity::direction, &s.axis, Presence::optional, "of the arc"},
+      {"length", Quantity::other, choice(s.length, {"keep", "fit"}), Presence::optional},
+      {"fixed", Quantity::other, choice(s.fixed, {"middle", "start", "end"}), Presence::optional},
+      {"keep", Quantity::other, choice(s.keep, {"volume", "thickness"}), Presence::optional},
+      {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional,
+       "only what is nearer to the line moves"}};
 }
 
 bool is_arc(const CurveStroke& stroke) { return stroke.angle_deg || stroke.around; }
@@ -50,8 +54,11 @@ void require_line(std::string_view key, const std::vector<Vec3d>& points) {
 void require_one_aim(const CurveStroke& stroke) {
   const int aims = (stroke.to.empty() ? 0 : 1) + (stroke.angle_deg ? 1 : 0) + (stroke.around ? 1 : 0);
   if (aims > 1) throw InvalidInput(R"("to", "angle_deg" and "around" exclude each other; give one of them)");
-  if (aims == 0 && stroke.twist_deg == 0) {
-    throw InvalidInput(R"("to" is missing; give it, or "angle_deg", "around" or "twist_deg")");
+  if (aims == 0 && stroke.twist_deg == 0 && stroke.longer_by == 0) {
+    throw InvalidInput(R"("to" is missing; give it, or "angle_deg", "around", "twist_deg" or "longer_by")");
+  }
+  if (stroke.longer_by != 0 && (stroke.around || !stroke.to.empty())) {
+    throw InvalidInput(R"("longer_by" goes with "angle_deg" or "twist_deg", not with "to" or "around")");
   }
   if (stroke.length == CurveLength::fit && stroke.to.empty()) {
     throw InvalidInput(R"("length" "fit" needs a curve "to", to whose ends the shape is stretched)");
@@ -130,6 +137,7 @@ CurveStroke placed(CurveStroke stroke, const Box& box) {
     const double turned = static_cast<double>(intervals - 3) / (intervals - 2 * kArcRamp);
     half *= longer;
     stroke.twist_deg *= turned;
+    stroke.longer_by *= turned;
     if (stroke.angle_deg) *stroke.angle_deg *= turned;
   }
   stroke.from = {center - along * half, center + along * half};
@@ -152,14 +160,24 @@ void prolong(CurveStroke& stroke, double strength) {
     throw InvalidInput(fmt::format("\"strength\" must be from 0 to 1 for a curve with \"to\", got {}", strength));
   }
   stroke.twist_deg *= strength;
+  stroke.longer_by *= strength;
   if (stroke.angle_deg) *stroke.angle_deg *= strength;
   if (stroke.around) *stroke.around /= strength;
 }
 
 std::string words(const CurveStroke& stroke, const std::string& unit) {
-  if (stroke.angle_deg) return "Bend " + degrees_text(*stroke.angle_deg);
-  if (stroke.around) return "Wrap round " + length_text(std::abs(*stroke.around), unit);
-  return stroke.to.empty() ? "Twist " + degrees_text(stroke.twist_deg) : "Bend along a curve";
+  std::vector<std::string> parts;
+  if (stroke.angle_deg) parts.push_back("bend " + degrees_text(*stroke.angle_deg));
+  if (stroke.around) parts.push_back("wrap round " + length_text(std::abs(*stroke.around), unit));
+  if (!stroke.to.empty()) parts.push_back("bend along a curve");
+  if (stroke.twist_deg != 0) parts.push_back("twist " + degrees_text(stroke.twist_deg));
+  if (stroke.longer_by != 0) {
+    parts.push_back((stroke.longer_by > 0 ? "stretch by " : "shorten by ") +
+                    length_text(std::abs(stroke.longer_by), unit));
+  }
+  std::string text = fmt::format("{}", fmt::join(parts, ", "));
+  text[0] = static_cast<char>(std::toupper(text[0]));
+  return text;
 }
 
 }  // namespace

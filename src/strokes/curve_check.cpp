@@ -282,12 +282,16 @@ std::string advice(const CurveStroke& stroke, double share) {
   if (stroke.angle_deg) return fmt::format("bend by at most {:.3g} degrees{}", down(*stroke.angle_deg), too);
   if (stroke.around)
     return fmt::format("wrap it round a radius of at least {:.3g}{}", *stroke.around / (share * kRounded), too);
-  if (stroke.to.empty()) return twist;
+  if (!twist.empty()) return twist;
   return fmt::format("give \"strength\" {:.2g} or less, or a curve that bends less", std::floor(share * 100) / 100);
 }
 
 [[noreturn]] void refuse(const CurveStroke& stroke, Trouble trouble, double share) {
-  const char* key = stroke.angle_deg ? "angle_deg" : stroke.around ? "around" : stroke.to.empty() ? "twist_deg" : "to";
+  const char* key = stroke.angle_deg        ? "angle_deg"
+                    : stroke.around         ? "around"
+                    : !stroke.to.empty()    ? "to"
+                    : stroke.twist_deg != 0 ? "twist_deg"
+                                            : "longer_by";
   const char* const what =
       trouble == Trouble::meets
           ? "the shape would meet itself"

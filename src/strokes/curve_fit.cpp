@@ -1,10 +1,13 @@
 // Curves through points, their frames, and the splines of a curve stroke.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "knead/error.h"
 #include "math/elementary.h"
 #include "strokes/curve.h"
 #include "strokes/describe.h"
@@ -16,6 +19,7 @@ namespace {
 constexpr std::size_t kSteps = 16;  // of a piece between two points
 constexpr int kSamplesPerInterval = 4;
 constexpr int kInversionSteps = 4;
+constexpr double kMaxShortening = 0.9;  // of a piece of the line
 
 // A smooth curve through points, by its length: the natural cubic spline over the lengths of its chords, whose
 // curvature is 0 at both ends. Straight beyond them.
@@ -263,7 +267,11 @@ CurveMotion motion_of(const CurveStroke& stroke) {
   if (stroke.to.empty() && has_short_ramps(stroke.from)) {
     motion.part = {kArcRamp * spacing, motion.length - kArcRamp * spacing};
   }
-  double stretch = 0;
+  double stretch = stroke.longer_by / (nodes * spacing);
+  if (stretch < -kMaxShortening) {
+    throw InvalidInput(fmt::format("\"longer_by\": the line can lose {:.3g} of its length {:.3g} at most",
+                                   kMaxShortening * nodes * spacing, motion.length));
+  }
   const std::vector<Sample> bent = stroke.to.empty() ? rest : on_path(stroke, frame, motion, stretch);
   double more = stroke.around ? 1 / *stroke.around : 0;  // curvature
   if (stroke.angle_deg) more = *stroke.angle_deg * kRadiansPerDegree / (nodes * spacing);

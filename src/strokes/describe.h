@@ -11,6 +11,7 @@
 
 #include "knead/editor/tools.h"
 #include "knead/vec.h"
+#include "math/grey_tile.h"
 
 namespace knead::tool_detail {
 
@@ -76,10 +77,14 @@ struct SurfaceRun {
   const LiveSurface& surface;
   const Mesh* mesh = nullptr;  // of a stamp's tool
   int threads = 0;
-  std::vector<std::string> remarks{};   // for the user
-  std::string shortfall{};              // says where the stroke fell short of what was asked; empty if it did not
-  double reached = 1;                   // the part of the stroke that was made, from 0 to 1
-  std::optional<double> penetration{};  // how deep a stamp leaves the surface in its tool
+  std::vector<std::string> remarks{};    // for the user
+  std::string shortfall{};               // says where the stroke fell short of what was asked; empty if it did not
+  double reached = 1;                    // the part of the stroke that was made, from 0 to 1
+  std::optional<double> penetration{};   // how deep a stamp leaves the surface in its tool
+  const GreyPattern* pattern = nullptr;  // of a print
+  Mirror mirror{};                       // in which surface.apply makes images
+  bool mesh_follows = false;             // it is remeshed after the stroke
+  double detail = 0;                     // the least radius that the mesh must show then; 0: as the settings say
 };
 
 // The zone of a bend or twist, between what moves with the tool and what stays.
@@ -106,9 +111,10 @@ inline constexpr bool kBlends = requires(S stroke) {
   stroke.falloff;
 };
 
-// A tool whose strokes may have the wide falloff: S has the member `bump`.
+// A tool whose strokes may have the wide falloff: S has the member `bump`, too.
 template <class S>
 inline constexpr bool kMayBeWide = requires(S stroke) {
+  stroke.falloff;
   stroke.bump;
 };
 

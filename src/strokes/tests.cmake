@@ -13,6 +13,7 @@ knead_test(knead_strokes_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/mirror_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/placement_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/points_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/push_grids_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/pose_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stamp_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stamp_tool_test.cpp

@@ -112,6 +112,30 @@ TEST_F(MakersTest, AWrapKeepsTheThicknessIfAsked) {
   EXPECT_NE(line.find("det J from 1"), std::string::npos) << line;
 }
 
+// In the middle of the top is the hole; a bar of a picture goes beside it.
+TEST_F(MakersTest, PrintsAPictureAndRaisesIt) {
+  std::string picture = "P5\n40 20\n255\n";
+  for (int i = 0; i < 800; ++i) picture += i / 40 >= 5 && i / 40 < 15 && i % 40 >= 5 && i % 40 < 35 ? '\xff' : '\0';
+  write("bar.pgm", picture);
+  const Words words{"print", "--file", "bar.pgm", "--at", "25,10,4", "--height", "12"};
+  for (const double depth : {0.8, -0.8}) {
+    Words own = words;
+    own.insert(own.end(), {"--depth", std::to_string(depth)});
+    const Mesh mesh = made(own, "printed.stl");
+    expect_volume(mesh, 1, 1e-4);
+    double farthest = 0;
+    for (const Vec3d& p : mesh.positions) {
+      if (std::hypot(p.x - 25, p.y - 10) < 2 && p.z > 2) farthest = std::max(farthest, std::abs(p.z - 4 + depth));
+    }
+    EXPECT_LT(farthest, 0.04);
+  }
+  expect_error(knead({"print", "plate.obj", "--height", "2", "--depth", "1", "-o", "no.stl"}), 2,
+               "--text TEXT or --file");
+  expect_error(knead({"print", "plate.obj", "--file", "bar.pgm", "--at", "1,2", "--height", "2", "--depth", "1", "-o",
+                      "no.stl"}),
+               2, "--at takes three numbers");
+}
+
 TEST_F(MakersTest, TheSessionDoesTheSame) {
   made({"bend", "--angle", "90", "--session", "bend.knead"}, "one.ply");
   knead_ok({"deform", "plate.obj", "bend.knead", "-q", "--max-chord", "1e-4", "-o", "two.ply"});

@@ -1,10 +1,18 @@
 // What the driver that is killed and the test that kills it have in common.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <chrono>
 #include <cstdint>
 #include <cstring>
+#include <functional>
+#include <sstream>
+#include <string>
+#include <thread>
 
-#include "knead/replay.h"
+#include "script.h"
+#include "studio.h"
 
 namespace knead::test {
 
@@ -20,6 +28,8 @@ inline std::uint64_t hash_of(const Snapshot& positions) {
   }
   return hash;
 }
+
+inline std::string batch_line(const Snapshot& positions) { return fmt::format("batch {:016x}", hash_of(positions)); }
 
 // Every tool, undo, redo, a drag that is given up, a past stroke changed, layers, a remeshed one.
 inline constexpr const char* kKillScript = R"({"size": [800, 600]}
@@ -60,9 +70,34 @@ inline constexpr const char* kKillScript = R"({"size": [800, 600]}
 {"drag": [[0.25, 0.65, 1.1], [0.2, 0.5, 0.84]], "steps": 6}
 {"tool": "ball"}
 {"set": {"drag": "view", "remesh": true}}
-{"drag": [[-0.5, -0.5, 0.7], [-0.9, -0.9, 0.7]], "steps": 6}
+{"press": [-0.5, -0.5, 0.7]}
+{"move": [-0.58, -0.58, 0.7]}
+{"move": [-0.66, -0.66, 0.7]}
+{"move": [-0.74, -0.74, 0.7]}
+{"move": [-0.82, -0.82, 0.7]}
+{"move": [-0.9, -0.9, 0.7]}
+{"release": [-0.9, -0.9, 0.7]}
 {"key": "Ctrl+Z"}
 {"key": "Ctrl+Z"}
 )";
+
+// Runs a script and calls `tell` with the line "batch HASH" of the shape whenever a batch has come into the journal.
+inline void run_batches(studio::Studio& studio, const std::string& script, double pause,
+                        const std::function<void(const std::string&)>& tell) {
+  std::uint64_t version = 0;
+  studio::ScriptHost host;
+  host.after_event = [&] {
+    if (pause > 0) std::this_thread::sleep_for(std::chrono::duration<double>(pause));
+    studio.refresh();
+    const studio::DocumentState& shown = studio.document().shown();
+    if (shown.version == version || shown.opened == 0) return;
+    version = shown.version;
+    tell(batch_line(shown.state.positions));
+  };
+  std::istringstream lines(script);
+  studio::run_script(lines, "script", studio, host);
+  studio.document().worker().wait();
+  host.after_event();
+}
 
 }  // namespace knead::test

@@ -270,6 +270,18 @@ Stroke inflate(const Draw& draw) {
                        draw.sign() * draw.uniform(0.001, 0.006) * radius * radius * radius};
 }
 
+Stroke print(const Draw& draw) {
+  PrintStroke stroke;
+  stroke.file = draw.stamp_mesh;
+  stroke.point = draw.near(draw.vertex());
+  stroke.up = draw.direction();
+  stroke.height = draw.uniform(0.1, 0.2) * draw.size;
+  stroke.depth = draw.sign() * draw.uniform(0.05, 0.2) * stroke.height;
+  if (draw.uniform(0, 1) < 0.3) stroke.outer = draw.uniform(0.6, 3) * stroke.height;
+  stroke.flip = draw.uniform(0, 1) < 0.3;
+  return stroke;
+}
+
 Stroke relax(const Draw& draw) {
   const std::size_t v = draw.vertex();
   RelaxStroke stroke{{draw.near(v), draw.near(v)}, draw.uniform(0.05, 0.3) * draw.size};
@@ -291,10 +303,10 @@ Stroke mask(const Draw& draw) {
 }
 
 const std::vector<std::pair<std::string, Stroke (*)(const Draw&)>> kTools{
-    {"implicit", implicit}, {"paint", paint}, {"points", points},   {"handles", handles},
-    {"stamp", stamp},       {"rotate", turn}, {"stretch", stretch}, {"twist", twist},
-    {"bend", bend},         {"pins", pins},   {"pose", pose},       {"grid", grid},
-    {"inflate", inflate},   {"relax", relax}, {"mask", mask},       {"curve", curve}};
+    {"implicit", implicit}, {"paint", paint},     {"points", points},   {"handles", handles}, {"stamp", stamp},
+    {"rotate", turn},       {"stretch", stretch}, {"twist", twist},     {"bend", bend},       {"pins", pins},
+    {"pose", pose},         {"grid", grid},       {"inflate", inflate}, {"relax", relax},     {"mask", mask},
+    {"curve", curve},       {"print", print}};
 
 }  // namespace
 

@@ -18,6 +18,8 @@ build        libxsimd-dev               xsimd-devel            xsimd            
 build        libeigen3-dev              eigen3-devel           eigen              eigen-dev          eigen3-devel               eigen
 build        libdraco-dev               draco-devel            draco              draco-dev          draco-devel                draco
 build        libmeshoptimizer-dev       meshoptimizer-devel    meshoptimizer      meshoptimizer-dev  meshoptimizer-devel        meshoptimizer
+build        libfreetype-dev            freetype-devel         freetype2          freetype-dev       freetype2-devel            freetype
+build        libstb-dev                 stb-devel              stb                stb                stb-devel                  -
 build        zlib1g-dev                 zlib-devel             zlib               zlib-dev           zlib-devel                 zlib
 test         libgtest-dev               gtest-devel            gtest              gtest-dev          gtest                      googletest
 test         libboost-dev               boost-devel            boost              boost-dev          libboost_headers-devel|boost-devel boost

@@ -11,7 +11,7 @@ require python wheel || die "the wheel needs the packages above"
 venv=build/wheel/venv
 rm -rf build/wheel out/wheel
 mkdir -p build/wheel/licences
-for library in /usr/share/doc/{libtbb12,libfmt[0-9]*,libepoxy0,libdraco[0-9]*,libmeshoptimizer[0-9]*,zlib1g,libeigen3-dev,libxsimd-dev,nlohmann-json3-dev}; do
+for library in /usr/share/doc/{libtbb12,libfmt[0-9]*,libepoxy0,libdraco[0-9]*,libmeshoptimizer[0-9]*,zlib1g,libfreetype6,libeigen3-dev,libxsimd-dev,nlohmann-json3-dev}; do
   if [[ -f $library/copyright ]]; then cp "$library/copyright" "build/wheel/licences/$(basename "$library").txt"; fi
 done
 /usr/bin/python3 -m venv "$venv"

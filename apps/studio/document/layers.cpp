@@ -271,8 +271,9 @@ std::optional<StampWay> stamp_way(std::span<const SessionStroke> strokes) {
   std::optional<StampWay> way;
   for (const SessionStroke& line : strokes) {
     Stroke stroke = line.stroke;
-    if (file_of(stroke).empty()) break;
-    const std::vector<Vec3d>& path = *find_value<std::vector<Vec3d>>(stroke, "path");
+    const auto* const keyed = find_value<std::vector<Vec3d>>(stroke, "path");
+    if (file_of(stroke).empty() || keyed == nullptr) break;
+    const std::vector<Vec3d>& path = *keyed;
     if (!way) way = {path.front(), path.front()};
     if (path.front() == way->to) way->to = path.back();  // else an image in a mirror
   }

@@ -52,7 +52,7 @@ struct PullPlace {
 
 PullPlace start_of(const Pointer& pointer, const GestureContext& around) {
   const Vec3d forward = forward_of(around);
-  const PullStart start = around.settings.tool->is_wide ? PullStart::surface : around.settings.start;
+  const PullStart start = around.settings.tool->brush != nullptr ? PullStart::surface : around.settings.start;
   if (start != PullStart::plane) {
     if (const auto hit = hit_at(pointer, around)) {
       const Vec3d from = start == PullStart::inside ? under_surface(*hit, around) : hit->point;
@@ -100,7 +100,7 @@ PaintTouch touch_at(const SurfaceHit& hit, const Pointer& pointer, const ToolSet
 
 // Of a tool that flattens, else null; good for as long as what is around.
 PaintPlane plane_of(const GestureContext& around) {
-  if (!(around.settings.tool->pinch < 0) || around.picker == nullptr) return nullptr;
+  if (!(around.settings.tool->brush->pinch < 0) || around.picker == nullptr) return nullptr;
   return [&around](const PaintSample& at, double radius) {
     const auto position = [&](std::uint32_t vertex) { return around.state.positions[vertex]; };
     return mean_plane(around.picker->triangles(), position, at, radius);
@@ -207,12 +207,9 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& aro
   gesture.stroke.outer = settings.radius;
   gesture.stroke.falloff = settings.falloff;
   gesture.stroke.path = {start};
-  if (settings.tool->is_wide) {
-    gesture.stroke.inner = 0;
-    gesture.stroke.outer = 0;  // four times the bump
-    gesture.stroke.falloff = kWideFalloff;
-    gesture.stroke.bump = settings.radius;
-    gesture.stroke.taper = settings.tool->taper;
+  if (settings.tool->brush != nullptr) {
+    gesture.stroke = std::get<ImplicitStroke>(stroke_of(*settings.tool->brush, settings.radius, 0));
+    gesture.stroke.path = {start};
   }
   if (settings.tool->is_long) {
     gesture.stroke.region = ImplicitRegion::capsule;
@@ -285,16 +282,10 @@ std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most) {
 }
 
 PaintStroke brush_of(const ToolSettings& settings, const Pointer& pointer) {
-  const StudioTool& tool = *settings.tool;
+  const Brush& brush = *settings.tool->brush;
   const double sign = settings.paint_in != pointer.modifiers.ctrl ? -1 : 1;
-  PaintStroke brush;
-  brush.falloff = kWideFalloff;
-  brush.bump = settings.radius;
-  brush.depth = -sign * settings.depth * settings.radius;
-  if (tool.pinch == 0) return brush;
-  brush.depth = sign * tool.sink * settings.pinch * settings.radius;
-  brush.pinch = tool.pinch * settings.pinch * (tool.sink == 0 ? sign : 1);
-  return brush;
+  const double amount = sign * (brush.pinch == 0 ? settings.depth : settings.pinch);
+  return std::get<PaintStroke>(stroke_of(brush, settings.radius, amount));
 }
 
 PaintGesture begin_paint(const Pointer& pointer, const GestureContext& around) {

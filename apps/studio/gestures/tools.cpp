@@ -73,7 +73,7 @@ const std::vector<StudioTool> kTools{
      .group = ToolGroup::move,
      .tip = "Pulls the surface along with the pointer, and fills it up from far around.",
      .also = "grab snakehook elastic extrude pull",
-     .is_wide = true,
+     .brush = &brush_named("move"),
      .hint = kPullHint,
      .second_hint = kPullHint,
      .icon = {{wave, {-1, 0.8F, -0.2F, 0.8F, -0.35F, -0.1F, 0, -0.1F}},
@@ -85,8 +85,7 @@ const std::vector<StudioTool> kTools{
      .group = ToolGroup::move,
      .tip = "Pulls out a horn or a tail that ends in a point.",
      .also = "horn tail tentacle spike extrude snake hook pull",
-     .is_wide = true,
-     .taper = 0.9,
+     .brush = &brush_named("snakehook"),
      .hint = kPullHint,
      .second_hint = kPullHint,
      .icon = {{wave, {-1, 0.8F, -0.1F, 0.8F, -0.5F, -0.5F, 0.75F, -0.85F}},
@@ -123,7 +122,7 @@ const std::vector<StudioTool> kTools{
      .group = ToolGroup::shape,
      .tip = "Paints the surface outwards, or with Ctrl inwards.",
      .also = "clay draw layer brush build groove carve",
-     .is_wide = true,
+     .brush = &brush_named("paint"),
      .sliders = {"depth"},
      .hint = "Paint on the shape to pull it out; Ctrl presses it in (and does not snap).",
      .second_hint = "Paint on the shape to press it in; Ctrl pulls it out (and does not snap).",
@@ -137,9 +136,7 @@ const std::vector<StudioTool> kTools{
      .group = ToolGroup::shape,
      .tip = "Draws a sharp crease, or with Ctrl a sharp ridge.",
      .also = "groove wrinkle ridge carve line sharpen",
-     .is_wide = true,
-     .pinch = 1,
-     .sink = 0.3,
+     .brush = &brush_named("crease"),
      .strength = "pinch",
      .hint = "Paint a crease on the shape; Ctrl makes a ridge (and does not snap).",
      .second_hint = "Paint a ridge on the shape; Ctrl makes a crease (and does not snap).",
@@ -153,8 +150,7 @@ const std::vector<StudioTool> kTools{
      .group = ToolGroup::shape,
      .tip = "Draws the surface together, so that edges grow sharp; with Ctrl apart.",
      .also = "sharpen edge crease magnify",
-     .is_wide = true,
-     .pinch = 1,
+     .brush = &brush_named("pinch"),
      .strength = "pinch",
      .hint = "Paint along an edge to sharpen it; Ctrl draws the surface apart.",
      .second_hint = "Paint to draw the surface apart; Ctrl sharpens.",
@@ -168,8 +164,7 @@ const std::vector<StudioTool> kTools{
      .group = ToolGroup::shape,
      .tip = "Presses bumps and dents to a plane; with Ctrl it makes them stronger.",
      .also = "scrape plane level trim polish",
-     .is_wide = true,
-     .pinch = -1,
+     .brush = &brush_named("flatten"),
      .strength = "pinch",
      .hint = "Paint over bumps to level them; Ctrl makes them stronger.",
      .second_hint = "Paint over bumps to make them stronger; Ctrl levels them.",
@@ -388,7 +383,7 @@ void choose_tool(const StudioTool& tool, ToolSettings& settings) {
 bool blends(const ToolSettings& settings) {
   const ToolUse use = settings.tool->use;
   return use != ToolUse::mask && use != ToolUse::pose && use != ToolUse::inflate && use != ToolUse::smooth &&
-         (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick) && !settings.tool->is_wide;
+         (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick) && settings.tool->brush == nullptr;
 }
 
 const StudioTool& studio_tool(ToolUse use) {
@@ -471,7 +466,7 @@ std::vector<SymmetryImage> images_of(const ToolSettings& settings) {
 }
 
 double half_radius(const ToolSettings& settings, double inner_ratio) {
-  if (settings.tool->is_wide) return kHalfOfBump * settings.radius;
+  if (settings.tool->brush != nullptr) return kHalfOfBump * settings.radius;
   return settings.radius * (inner_ratio + (1 - inner_ratio) * falloff_facts(settings.falloff).half);
 }
 

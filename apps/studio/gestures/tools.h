@@ -140,14 +140,11 @@ struct StudioTool {
   const char* key;   // that chooses it, if the preferences say nothing else
   ToolUse use;
   ToolGroup group;
-  const char* tip;         // one sentence: what it does
-  const char* also = "";   // other words by which a person may look for it
-  bool has_inner = false;  // its inner ratio can be set
-  bool is_long = false;    // of ToolUse::pull: a capsule across the view instead of a ball
-  bool is_wide = false;    // of ToolUse::pull and paint: the wide falloff, whose bump has the radius that is set
-  double taper = 0;        // of a wide ToolUse::pull: how much thinner its end is
-  double pinch = 0;        // of a wide ToolUse::paint: 1 draws together, -1 flattens; times ToolSettings::pinch
-  double sink = 0;         // how deep that goes for a pinch of 1, relative to the radius
+  const char* tip;                 // one sentence: what it does
+  const char* also = "";           // other words by which a person may look for it
+  bool has_inner = false;          // its inner ratio can be set
+  bool is_long = false;            // of ToolUse::pull: a capsule across the view instead of a ball
+  const Brush* brush = nullptr;    // of ToolUse::paint, and of a ToolUse::pull with the wide falloff
   DragMode drag = DragMode::view;  // until the person chooses another one
   // The settings (setting.h) that are lengths relative to the radius, or a volume relative to its cube: a person sees
   // and sets the length or the volume itself.

@@ -49,7 +49,7 @@ void choose_axis(const char* name, Vec3d& chosen) {
 void draw_drag(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
   if (settings.drag == DragMode::axis) choose_axis("axis", settings.axis);
-  if (settings.tool->use == ToolUse::pull && !settings.tool->is_wide) draw_tool_setting(studio, "start");
+  if (settings.tool->use == ToolUse::pull && settings.tool->brush == nullptr) draw_tool_setting(studio, "start");
 }
 
 void draw_limit_cylinder_settings(Studio& studio) {

@@ -367,7 +367,9 @@ void draw_tools_popup(Studio& studio, const Gui& gui, const Area& bar) {
   ImGui::EndPopup();
 }
 
-bool has_strength(const StudioTool& tool) { return !tool.is_wide || !tool.sliders.empty() || !tool.strength.empty(); }
+bool has_strength(const StudioTool& tool) {
+  return tool.brush == nullptr || !tool.sliders.empty() || !tool.strength.empty();
+}
 
 // The strength of the tool, or what comes nearest to it.
 void draw_strength_of_tool(Studio& studio, float width) {

@@ -97,29 +97,59 @@ class Pull(AlongPath):
         self._start(self.point - self.normal * deep, _SHORTEST_PIECE * self.radius)
 
     def strokes(self):
-        if len(self.path) < 2:
-            return []
-        path = [p.tolist() for p in self.path]
-        return [knead.Implicit(path=path, inner=self.inner, outer=self.radius, **self.falloff)]
+        return [self._stroke([p.tolist() for p in self.path])] if len(self.path) > 1 else []
+
+    def _stroke(self, path):
+        return knead.Implicit(path=path, inner=self.inner, outer=self.radius, **self.falloff)
 
     def ring_at(self):
         return self.point + self.path[-1] - self.path[0], self.normal, (self.radius, self.inner)
 
 
-class Paint(Gesture):
-    """Dabs along the pointer's path. Ctrl presses in; a typed number is the depth."""
+class Move(Pull):
+    """The surface along the pointer's path, in the plane that faces the viewer."""
 
+    brush = "move"
+
+    def begin(self):
+        self._start(self.point, _SHORTEST_PIECE * self.radius)
+
+    def _stroke(self, path):
+        return knead.brush(self.brush, path, radius=self.radius)
+
+    def ring_at(self):
+        return (*super().ring_at()[:2], (self.radius,))
+
+
+class Snakehook(Move):
+    """The same, with a pointed end."""
+
+    brush = "snakehook"
+
+
+class Paint(Gesture):
+    """Dabs along the pointer's path. Ctrl does the contrary; a typed number is the height of a layer."""
+
+    brush = "paint"
     cls = knead.Paint
     unit = ""
 
     def begin(self):
         self._last = self.start
         self._touches = [(self.point.tolist(), self.normal.tolist(), self.start.pressure)]
-        self._depth = (1 if self.start.ctrl else -1) * self.settings.depth * self.radius
+        self._amount = (-1 if self.start.ctrl else 1) * self._wanted()
         self._again()
 
+    def _wanted(self):
+        return self.settings.depth
+
+    def _typed(self, number):
+        return number / self.radius
+
     def _again(self):
-        self._paint = knead.PaintDrag(outer=self.radius, depth=self._depth, **self.falloff)
+        keys = knead.brush(self.brush, [self.point], radius=self.radius, amount=self._amount)
+        how = {"falloff": "wide", "pinch": keys.pinch or 0.0, "surface": self.live.surface}
+        self._paint = knead.PaintDrag(outer=self.radius, depth=keys.depth, **how)
         for touch in self._touches:
             self._touch(*touch)
 
@@ -130,8 +160,8 @@ class Paint(Gesture):
         self._paint.touch(point, normal, outer=outer, pressure=pressure if kind == "DEPTH" else 1.0)
 
     def move(self, pointer):
-        if pointer.typed not in (None, 0) and self._depth != -pointer.typed:
-            self._depth = -pointer.typed
+        if pointer.typed not in (None, 0) and self._amount != self._typed(pointer.typed):
+            self._amount = self._typed(pointer.typed)
             self._again()
         way = pointer.pixel - self._last.pixel
         fine = max(0.25 * self._paint.spacing / self.view.pixel_size(self.point), 0.5)
@@ -150,13 +180,40 @@ class Paint(Gesture):
         self._paint.finish()
 
     def amount(self):
-        return -self._depth
+        return self._amount * self.radius
 
     def strokes(self):
         return self._paint.strokes
 
     def ring_at(self):
         return self.point, self.normal, (self.radius,)
+
+
+class Crease(Paint):
+    """A crease along the pointer's path, with Ctrl a ridge. A typed number is the strength."""
+
+    brush = "crease"
+
+    def _wanted(self):
+        return self.settings.pinch
+
+    def _typed(self, number):
+        return number
+
+    def amount(self):
+        return self._amount
+
+
+class Pinch(Crease):
+    """Draws the surface together, with Ctrl apart."""
+
+    brush = "pinch"
+
+
+class Flatten(Crease):
+    """Presses bumps and dents to a plane; Ctrl makes them stronger."""
+
+    brush = "flatten"
 
 
 class Turn(Gesture):
@@ -384,4 +441,7 @@ class Pose(AlongPath):
         return self.point + self.path[-1] - self.path[0], self.normal, (_PIN_SIZE * self.live.size,)
 
 
-ALL = {cls.__name__.lower(): cls for cls in (Pull, Paint, Rotate, Stretch, Twist, Bend, Stamp, Pose)}
+ALL = {
+    cls.__name__.lower(): cls
+    for cls in (Move, Snakehook, Paint, Crease, Pinch, Flatten, Pull, Rotate, Stretch, Twist, Bend, Stamp, Pose)
+}

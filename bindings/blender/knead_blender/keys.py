@@ -21,6 +21,8 @@ def _property(key):
         return FloatProperty(name=name, description=help_text, precision=4)
     if kind == "bool":
         return BoolProperty(name=name, description=help_text)
+    if kind.startswith("int") and "Literal" in kind:
+        return StringProperty(name=name, description=help_text)
     if kind.startswith("int"):
         return IntProperty(name=name, description=help_text)
     if kind == "Vector":
@@ -45,11 +47,20 @@ def _is_text(cls, name):
     return not (kind.startswith(("float", "int", "Literal")) or kind in ("bool", "Vector", "str"))
 
 
+def _is_number_or_word(cls, name):
+    kind = next(key["type"] for key in _described(cls) if key["name"] == name)
+    return kind.startswith("int") and "Literal" in kind
+
+
 def _as_property(cls, name, value):
+    if _is_number_or_word(cls, name):
+        return str(value)
     return json.dumps(value) if _is_text(cls, name) else value
 
 
 def _as_key(cls, name, value):
+    if _is_number_or_word(cls, name):
+        return int(value) if value.isdigit() else value
     if _is_text(cls, name):
         return json.loads(value)
     return list(value) if hasattr(value, "__len__") and not isinstance(value, str) else value

@@ -26,6 +26,9 @@ class KneadTools(bpy.types.PropertyGroup):
     depth: FloatProperty(
         name="Depth", description="Of a layer of paint: a fraction of the radius", default=0.15, min=0.005, max=1
     )
+    pinch: FloatProperty(
+        name="Strength", description="Of a layer of a crease, pinch or flatten: the logarithm by which it thins the surface", default=0.7, min=0.05, max=2
+    )
     pressure: EnumProperty(
         name="Pressure",
         description="What a pen's pressure changes while it paints",

@@ -257,8 +257,13 @@ class KNEAD_OT_inner(Radial, bpy.types.Operator):
 
 
 OPERATORS = (
-    _operator("pull", "Pull", "Pull a ball of the mesh along the pointer's path"),
+    _operator("move", "Move", "Move the surface along with the pointer, and fill it up from far around"),
+    _operator("snakehook", "Snakehook", "Pull out a horn or a tail that ends in a point"),
     _operator("paint", "Paint", "Paint the surface up, or with Ctrl down"),
+    _operator("crease", "Crease", "Draw a sharp crease, or with Ctrl a sharp ridge"),
+    _operator("pinch", "Pinch", "Draw the surface together, so that edges grow sharp; with Ctrl apart"),
+    _operator("flatten", "Flatten", "Press bumps and dents to a plane; with Ctrl make them stronger"),
+    _operator("pull", "Pull", "Pull a ball of the mesh along the pointer's path"),
     _operator("rotate", "Rotate", "Turn a ball of the mesh"),
     _operator("stretch", "Stretch", "Stretch a ball of the mesh along its normal"),
     _operator("twist", "Twist", "Twist a part of the mesh"),

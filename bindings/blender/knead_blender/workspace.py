@@ -7,11 +7,17 @@ import bpy
 import numpy as np
 from bpy_extras import view3d_utils
 
-from . import compat, live, rings, tools, view
+from . import compat, gestures, live, rings, tools, view
 
 _ICONS = os.path.join(os.path.dirname(__file__), "icons")
+_PINCHES = ("radius", "pinch", "pressure")
 _OF_TOOL = {
+    "move": ("radius",),
+    "snakehook": ("radius",),
     "paint": ("radius", "depth", "pressure"),
+    "crease": _PINCHES,
+    "pinch": _PINCHES,
+    "flatten": _PINCHES,
     "twist": ("radius", "whole_part", "widen_zone"),
     "bend": ("radius", "whole_part", "widen_zone"),
     "pose": ("pose_hold", "pose_detail"),
@@ -21,7 +27,8 @@ _OF_TOOL = {
 
 def _draw_settings(name):
     def draw_settings(context, layout, tool):
-        for setting in (*_OF_TOOL.get(name, ("radius", "inner_ratio")), *(() if name == "pose" else ("falloff",))):
+        has_falloff = name != "pose" and not hasattr(gestures.ALL[name], "brush")
+        for setting in (*_OF_TOOL.get(name, ("radius", "inner_ratio")), *(("falloff",) if has_falloff else ())):
             layout.prop(context.scene.knead, setting)
 
     return draw_settings
@@ -62,7 +69,8 @@ def _draw_cursor(context, tool, xy):
     corners = np.array(obj.bound_box)
     size = kept.size if kept else float(np.linalg.norm(np.ptp(corners, axis=0)))
     radius = context.scene.knead.radius * size
-    radii = (radius, radius * context.scene.knead.inner_ratio)
+    is_brush = hasattr(gestures.ALL[tool.idname.split(".")[1].removesuffix("_tool")], "brush")
+    radii = (radius,) if is_brush else (radius, radius * context.scene.knead.inner_ratio)
     found = rings.of(kept.surface, *hit, radii) if kept else rings.flat(*hit, radii)
     rings.draw(seen, found)
 

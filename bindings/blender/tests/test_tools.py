@@ -145,7 +145,7 @@ class Tools(Case):
                 paint.move(gestures.Pointer((i, 0), pressure=1 - i / 40))
             paint.end()
             strokes = paint.strokes()
-            radii = [stroke.outer for stroke in strokes]
+            radii = [stroke.bump for stroke in strokes]
             dabs = sum(len(stroke.samples) for stroke in strokes)
             if kind == "RADIUS":
                 self.assertGreater(len(radii), 2)
@@ -165,6 +165,34 @@ class Tools(Case):
             pole = first.live.base[:, 2].argmax()
             rise = float(first.live.coordinates[pole, 2]) - 1
             self.assertGreater(-rise if ctrl else rise, 0.05 * first.radius)
+
+    def height(self, kind, path, **settings):
+        """Returns how far the pole of a sphere rises under a brush, in radii of the brush, and the lowest place nearby."""
+        gestures, brush = self.gesture(kind, radius=0.08, **settings)
+        for pixel in path:
+            brush.move(gestures.Pointer(pixel))
+        brush.end()
+        brush.live.set_strokes(brush.strokes())
+        return np.linalg.norm(brush.live.coordinates.astype(float), axis=1) - 1, brush
+
+    def test_brushes_take_their_volume_from_far_around(self):
+        for kind in ("move", "snakehook"):
+            far, brush = self.height(kind, [(10 * i, 0) for i in range(1, 9)])
+            (stroke,) = brush.strokes()
+            self.assertEqual((stroke.falloff, stroke.bump), ("wide", brush.radius))
+            self.assertGreater(np.abs(far).max(), 0.05)
+            self.assertLess(-far.min(), 0.05)
+        far, _ = self.height("crease", [(4 * i, 0) for i in range(8)], pinch=0.7)
+        self.assertLess(far.min(), -0.01)
+        self.assertLess(far.max(), -0.5 * far.min())
+
+    def test_flatten_levels(self):
+        far, brush = self.height("flatten", [(0.5 * i, 0) for i in range(20)], pinch=1.0)
+        self.assertLess(far.min(), -0.002)
+        (stroke,) = brush.strokes()
+        self.assertLess(stroke.pinch, 0)
+        # The planes are the mean ones, below the pole.
+        self.assertLess(stroke.samples[0]["point"][2], 1 - 1e-3)
 
     def test_custom_normals_survive(self):
         obj = make_hand()

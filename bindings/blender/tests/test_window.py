@@ -12,9 +12,9 @@ import numpy as np
 sys.path.insert(0, os.path.dirname(__file__))
 from window_support import PICTURES, coordinates, run, scene
 
-DRAGS = {"pull": (40, 50), "paint": (2, -40), "rotate": (80, 0), "stretch": (80, 40), "twist": (150, 0), "bend": (110, 0),
+DRAGS = {"move": (40, 50), "snakehook": (40, 50), "pull": (40, 50), "paint": (2, -40), "crease": (2, -40), "pinch": (2, -40), "flatten": (2, -40),  "rotate": (80, 0), "stretch": (80, 40), "twist": (150, 0), "bend": (110, 0),
          "stamp": (10, 0), "pose": (30, -20)}
-TYPED = {"pull": ("TWO", 0.2), "rotate": ("FOUR", 4), "stretch": ("NINE", 9), "twist": ("FIVE", 5), "bend": ("SEVEN", 7), "paint": ("ONE", 0.1), "stamp": ("ONE", 0.1),
+TYPED = {"move": ("TWO", 0.2), "snakehook": ("TWO", 0.2), "crease": ("TWO", 2), "pinch": ("ONE", 1), "flatten": ("ONE", 1), "pull": ("TWO", 0.2), "rotate": ("FOUR", 4), "stretch": ("NINE", 9), "twist": ("FIVE", 5), "bend": ("SEVEN", 7), "paint": ("ONE", 0.1), "stamp": ("ONE", 0.1),
          "pose": ("ONE", 0.1)}
 
 
@@ -104,10 +104,17 @@ def check_tool(window, obj, name, mode):
 def check_number(name, strokes, value, before):
     """The number that was typed is the stroke's."""
     stroke = strokes[0]
-    if name == "pull":
+    if name in ("move", "snakehook", "pull"):
         found = np.linalg.norm(np.subtract(stroke["path"][-1], stroke["path"][0]))
-    elif name == "paint":
-        found = -stroke["depth"] * 6
+    elif name in ("paint", "crease", "pinch", "flatten"):
+        from knead_blender.native import knead
+
+        radius = stroke["bump"]
+        keys = knead.brush(name, [[0, 0, 0]], radius=radius, amount=value / radius if name == "paint" else value)
+        layer = knead.PaintDrag(outer=radius, depth=keys.depth, falloff="wide", pinch=keys.pinch or 0.0)
+        layer.touch([0, 0, 0], [0, 0, 1])
+        key = "depth" if name == "paint" else "pinch"
+        found = value * stroke[key] / getattr(layer.strokes[0], key)
     elif name == "stretch":
         found = 100 * (stroke["factor"] - 1)
     elif name == "twist":

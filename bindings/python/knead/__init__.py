@@ -15,11 +15,11 @@ Lengths are in the shape's units, angles in degrees. help(knead.deform) says how
 from . import _strokes
 from ._deform import Flow, Remeshed, Workbench, animate, certify, deform, frames, remesh, render, write_frames
 from ._fit import Fit, fit
-from ._gesture import PaintDrag, Surface, symmetric
+from ._gesture import PaintDrag, Surface, brush, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._mean import Population, mean
 from ._measures import Measure, area_of, curvature, patch_distance, thickness_at, volume_of
-from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
+from ._meshes import deform_cells, deform_mesh, from_build123d, safe_until, widest_outer
 from ._session import Session
 from ._skin import Corrective, Posed, correctives, skin
 from ._shapes import Shape, check, check_cells, crossings, read, write
@@ -52,6 +52,7 @@ __all__ = [
     "Workbench",
     "animate",
     "area_of",
+    "brush",
     "certify",
     "check",
     "check_cells",
@@ -63,6 +64,7 @@ __all__ = [
     "deform_mesh",
     "fit",
     "frames",
+    "from_build123d",
     "mean",
     "patch_distance",
     "read",

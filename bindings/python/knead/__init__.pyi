@@ -313,6 +313,7 @@ class Curve(Stroke):
     from_: Points3 | None
     to: Points3 | None
     twist_deg: float | None
+    longer_by: float | None
     angle_deg: float | None
     around: float | None
     axis: Vector | None
@@ -326,6 +327,7 @@ class Curve(Stroke):
         from_: Points3 | None = None,
         to: Points3 | None = None,
         twist_deg: float | None = None,
+        longer_by: float | None = None,
         angle_deg: float | None = None,
         around: float | None = None,
         axis: Vector | None = None,
@@ -934,6 +936,7 @@ def safe_until(
     progress: Progress | None = None,
 ) -> dict[str, Any] | None: ...
 def widest_outer(points: Points_, cells: Any, stroke: Stroke) -> float | None: ...
+def from_build123d(part: Any, tolerance: float | None = None) -> Shape: ...
 def deform_mesh(
     mesh: _Mesh,
     session: Strokes,

@@ -56,12 +56,13 @@ class PaintDrag:
 
     Each dab is where the dabs before it have moved its place, so the result does not depend on the pointer's speed.
     outer: the radius of a dab, or its bump with the falloff "wide". depth: of a whole layer, as the key of the stroke:
-    below 0 it pulls the surface out. pinch: of a whole layer with the falloff "wide", from -5 to 5.
+    below 0 it pulls the surface out. pinch: of a whole layer with the falloff "wide", from -5 to 5. surface: the Surface as it
+    was before the painting, to whose mean planes a pinch below 0 flattens; without it, to planes through the places touched.
     """
 
-    def __init__(self, *, outer, depth, falloff=4, pinch=0.0):
+    def __init__(self, *, outer, depth, falloff=4, pinch=0.0, surface=None):
         wide = falloff == "wide"
-        self._native = _knead.PaintDrag(outer, depth, 4 if wide else falloff, wide, pinch)
+        self._native = _knead.PaintDrag(outer, depth, 4 if wide else falloff, wide, pinch, surface and surface._native)
 
     def __reduce__(self):
         raise TypeError("a PaintDrag cannot be copied or pickled; send its strokes")
@@ -86,6 +87,17 @@ class PaintDrag:
     def strokes(self):
         """The strokes so far; later ones are the same with more samples, or more strokes."""
         return [_wrap(s) for s in self._native.strokes()]
+
+
+def brush(name, path, *, radius, amount=None):
+    """Returns the stroke of a brush of a sculptor: Implicit for "move" and "snakehook", else Paint.
+
+    name: "move", "snakehook", "paint", "crease", "pinch" or "flatten". path: points; of a pull the first is on the surface and
+    2 or more, of paint all are near it. radius: of the bump, above 0; its return reaches four times as far. amount, of paint:
+    how high a layer is, relative to the radius, else the logarithm by which it pinches; below 0 it does the contrary. None:
+    what suits as a rule. Raises InvalidInput for another name.
+    """
+    return _wrap(_knead.brush(name, [[float(x) for x in point] for point in path], radius, amount))
 
 
 def symmetric(strokes, planes, *, size=None, image_file=None):

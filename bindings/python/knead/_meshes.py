@@ -157,6 +157,34 @@ def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **opt
     return result
 
 
+def from_build123d(part, tolerance=None):
+    """Returns a part of build123d or CadQuery as a Shape of triangles.
+
+    tolerance: how far the triangles may be from the part, in its unit, above 0; None: 1e-4 of the diagonal of its box. A
+    CadQuery Workplane gives all solids that it holds. Equal places of different faces are one vertex, so that a solid is closed.
+    """
+    import numpy as np
+
+    part = getattr(part, "part", part)  # of a BuildPart
+    pieces = part.vals() if hasattr(part, "vals") else [part]
+    if not pieces or not all(hasattr(piece, "tessellate") for piece in pieces):
+        raise TypeError(f"from_build123d needs a part of build123d or CadQuery, got a {type(part).__name__}")
+
+    if tolerance is None:
+        box = pieces[0].bounding_box() if hasattr(pieces[0], "bounding_box") else pieces[0].BoundingBox()
+        tolerance = 1e-4 * getattr(box, "diagonal", getattr(box, "DiagonalLength", 1))
+    if not tolerance > 0:
+        raise InvalidInput(f"tolerance must be a length above 0, got {tolerance:g}")
+    vertices, faces = [], []
+    for piece in pieces:
+        places, corners = piece.tessellate(tolerance)
+        faces += [[len(vertices) + corner for corner in face] for face in corners]
+        vertices += [tuple(place) if hasattr(place, "__iter__") else place.toTuple() for place in places]
+    vertices, number = np.unique(np.array(vertices, float), axis=0, return_inverse=True)
+    faces = number.ravel()[np.array(faces, int)]
+    return Shape(vertices, faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)])  # none that became a line
+
+
 def _in_space(points):
     """Raises a sentence for the points of a plane mesh."""
     if points.ndim == 2 and points.shape[1] == 2:

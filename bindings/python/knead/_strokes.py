@@ -250,6 +250,12 @@ _DETAILS = {
 
         bigger = knead.deform(vertices, knead.Inflate(points=[place], radius=0.2, volume=1e-3), faces)
 """,
+    "print": """
+    Text, a picture or the lowest face of a mesh is pressed into the surface, or with a negative `depth` raised; the volume goes
+    far around. It reads the surface, so deform() and remesh() need `faces`; remesh() also shows it on coarse faces.
+
+        named = knead.remesh(vertices, faces, knead.Print(text="No. 7", height=8, depth=0.6))
+""",
 }
 
 

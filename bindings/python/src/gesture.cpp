@@ -130,6 +130,11 @@ class Surface {
     return keys;
   }
 
+  PaintSample plane(const PaintSample& at, double radius) const {
+    return mean_plane(
+        triangles_, [this](std::uint32_t vertex) { return mesh_.positions[vertex]; }, at, radius);
+  }
+
   // While a stroke is dragged, only its angle changes: the profile stays.
   SessionStroke with_safe_zone(SessionStroke stroke) {
     if (!check_zone(stroke.stroke, profile_)) {
@@ -187,6 +192,19 @@ class Surface {
   ZoneProfile profile_;
 };
 
+// The stroke of a brush along a path.
+SessionStroke brush(const std::string& name, const std::vector<Vector>& path, double radius,
+                    std::optional<double> amount) {
+  const Brush& found = brush_named(name);
+  SessionStroke result{stroke_of(found, radius, amount.value_or(found.amount))};
+  std::vector<Vec3d> points;
+  for (const Vector& p : path) points.push_back(vec(p, "path"));
+  found.pulls ? std::get<ImplicitStroke>(result.stroke).path = std::move(points)
+              : std::get<PaintStroke>(result.stroke).path = std::move(points);
+  validate(result.stroke);
+  return result;
+}
+
 std::vector<SessionStroke> session_strokes(std::vector<Stroke> strokes) {
   std::vector<SessionStroke> result;
   for (Stroke& stroke : strokes) {
@@ -199,8 +217,10 @@ std::vector<SessionStroke> session_strokes(std::vector<Stroke> strokes) {
 // Painting that begins with the first touch.
 class PaintPointer {
  public:
-  PaintPointer(double radius, double depth, int falloff, bool wide, double pinch)
-      : stroke_{wide ? 0 : radius, depth, {}, {}, wide ? kWideFalloff : falloff, wide ? radius : 0, pinch} {
+  // surface: outlives this; null: a pinch below 0 flattens to planes through the places that are touched.
+  PaintPointer(double radius, double depth, int falloff, bool wide, double pinch, const Surface* surface)
+      : stroke_{wide ? 0 : radius, depth, {}, {}, wide ? kWideFalloff : falloff, wide ? radius : 0, pinch},
+        surface_(surface) {
     PaintStroke check = stroke_;
     check.samples = {{{0, 0, 0}, {0, 0, 1}}};
     validate(Stroke(check));
@@ -213,7 +233,11 @@ class PaintPointer {
     if (drag_) {
       drag_paint(*drag_, touch);
     } else {
-      drag_ = begin_paint(stroke_, touch);
+      PaintPlane plane;
+      if (surface_ != nullptr && stroke_.pinch < 0) {
+        plane = [this](const PaintSample& at, double of) { return surface_->plane(at, of); };
+      }
+      drag_ = begin_paint(stroke_, touch, plane);
     }
   }
   void finish() {
@@ -228,6 +252,7 @@ class PaintPointer {
   double radius() const { return stroke_.falloff == kWideFalloff ? stroke_.bump : stroke_.outer; }
 
   PaintStroke stroke_;
+  const Surface* surface_;
   std::optional<PaintDrag> drag_;
 };
 
@@ -250,12 +275,13 @@ void add_gesture(py::module_& module) {
       .def("part", &Surface::part)
       .def("with_safe_zone", &Surface::with_safe_zone);
   py::class_<PaintPointer>(module, "PaintDrag")
-      .def(py::init<double, double, int, bool, double>())
+      .def(py::init<double, double, int, bool, double, const Surface*>(), py::keep_alive<1, 7>())
       .def("touch", &PaintPointer::touch)
       .def("finish", &PaintPointer::finish)
       .def("strokes", &PaintPointer::strokes)
       .def("spacing", &PaintPointer::spacing);
   module.def("symmetric", &symmetric);
+  module.def("brush", &brush);
 }
 
 }  // namespace knead::python

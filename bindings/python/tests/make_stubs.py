@@ -483,7 +483,13 @@ class Surface:
 
 class PaintDrag:
     def __init__(
-        self, *, outer: float, depth: float, falloff: int | Literal["wide"] = 4, pinch: float = 0.0
+        self,
+        *,
+        outer: float,
+        depth: float,
+        falloff: int | Literal["wide"] = 4,
+        pinch: float = 0.0,
+        surface: Surface | None = None,
     ) -> None: ...
     def touch(self, point: Vector, normal: Vector, *, outer: float | None = None, pressure: float = 1.0) -> None: ...
     def finish(self) -> None: ...
@@ -492,6 +498,13 @@ class PaintDrag:
     @property
     def strokes(self) -> list[Stroke]: ...
 
+def brush(
+    name: Literal["move", "snakehook", "paint", "crease", "pinch", "flatten"],
+    path: Sequence[Vector],
+    *,
+    radius: float,
+    amount: float | None = None,
+) -> Stroke: ...
 def symmetric(
     strokes: Strokes,
     planes: str,
@@ -531,6 +544,7 @@ def safe_until(
     progress: Progress | None = None,
 ) -> dict[str, Any] | None: ...
 def widest_outer(points: Points_, cells: Any, stroke: Stroke) -> float | None: ...
+def from_build123d(part: Any, tolerance: float | None = None) -> Shape: ...
 def deform_mesh(
     mesh: _Mesh,
     session: Strokes,

@@ -164,6 +164,15 @@ def test_a_functional_map_is_an_optional_extra(rod, monkeypatch):
         knead.fit((v, faces), (target, faces), map="other")
 
 
+def test_print_presses_a_picture_in(tmp_path):
+    picture = tmp_path / "white.pgm"
+    picture.write_bytes(b"P5\n2 1\n255\n\xff\xff")
+    v, faces = ellipsoid([1, 1, 1])
+    pressed = knead.Print(file=picture, point=[0, 0, 1], height=0.4, depth=0.1, bump=0.1)
+    assert knead.deform(v, pressed, faces)[0] == pytest.approx([0, 0, 0.9], abs=0.01)
+    assert knead.deform(v, pressed.replace(depth=-0.1), faces)[0] == pytest.approx([0, 0, 1.1], abs=0.01)
+
+
 def test_inflate_adds_the_volume_that_is_asked_for():
     v, faces = ellipsoid([1, 1, 1])
     grown = knead.deform(v, knead.Inflate(points=[[0, 0, 1]], radius=0.9, volume=0.05), faces)

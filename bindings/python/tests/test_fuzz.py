@@ -222,6 +222,12 @@ def use_paint_drag(draw):
     assert drag.spacing > 0 and all(stroke.tool == "paint" for stroke in drag.strokes)
 
 
+def use_brush(draw):
+    name = draw(st.one_of(st.sampled_from(["move", "snakehook", "paint", "crease", "pinch", "flatten", "clay"]), anything))
+    made = knead.brush(name, draw(st.lists(directions, max_size=3)), radius=draw(numbers), amount=draw(st.none() | numbers))
+    assert made.tool in ("implicit", "paint")
+
+
 def use_symmetric(draw):
     planes = draw(st.one_of(st.sampled_from(["", "x", "xz", "xyz", "w"]), anything))
     strokes = knead.symmetric(draw(sessions), planes, size=draw(numbers), image_file=draw(anything))
@@ -388,8 +394,10 @@ USES = {
     "flow": use_flow,
     "mean": use_mean,
     "PaintDrag": use_paint_drag,
+    "brush": use_brush,
     "Surface": use_surface,
     "symmetric": use_symmetric,
+    "from_build123d": lambda draw: knead.from_build123d(draw(anything), draw(st.one_of(st.none(), st.floats()))),
     "frames": lambda draw: knead.frames(draw(vertices), draw(sessions), draw(moments), draw(faces), **draw(some(films))),
     "remesh": use_remesh,
     "render": lambda draw: knead.render(draw(vertices), draw(faces), **draw(some(looks))),

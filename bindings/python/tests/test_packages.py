@@ -201,3 +201,40 @@ def test_manifold3d(tmp_path):
     knead.write(tmp_path / "bent.3mf", bent.vertices, bent.faces)
     back = knead.read(tmp_path / "bent.3mf")
     assert bits(back.vertices) == bits(bent.vertices) and np.array_equal(back.faces, bent.faces)
+
+
+class Tetrahedron:
+    """Tessellates as CAD programs do: each face has vertices of its own, and one face has become a line."""
+
+    size = 1.0
+
+    def tessellate(self, tolerance):
+        corners = [(0, 0, 0), (self.size, 0, 0), (0, self.size, 0), (0, 0, self.size)]
+        faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3), (1, 2, 2)]
+        return [corners[i] for face in faces for i in face], [(3 * i, 3 * i + 1, 3 * i + 2) for i in range(len(faces))]
+
+
+def test_parts_are_closed_whatever_their_faces_share():
+    for size in (1e-3, 1, 1e3):
+        part = Tetrahedron()
+        part.size = size
+        shape = knead.from_build123d(part, 0.1)
+        assert shape.vertices.shape == (4, 3) and len(shape.faces) == 4
+        found = knead.check(shape)
+        assert found["closed"] and found["manifold"]
+        assert found["volume"] == pytest.approx(size**3 / 6, rel=1e-6)
+    with pytest.raises(TypeError, match="a part of build123d or CadQuery"):
+        knead.from_build123d(np.zeros((3, 3)))
+    with pytest.raises(knead.InvalidInput, match="tolerance"):
+        knead.from_build123d(Tetrahedron(), 0)
+
+
+def test_build123d():
+    build123d = pytest.importorskip("build123d")
+    part = build123d.Box(30, 20, 6) - build123d.Cylinder(4, 20)
+    shape = knead.from_build123d(part)
+    found = knead.check(shape)
+    assert found["closed"] and found["manifold"] and found["self_intersections"] == 0
+    assert found["volume"] == pytest.approx(part.volume, rel=1e-3)
+    bent = knead.remesh(shape, None, knead.Curve(angle_deg=60), max_chord=1e-3)
+    assert knead.check(bent.vertices, bent.faces)["volume"] == pytest.approx(found["volume"], rel=1e-5)

@@ -112,10 +112,12 @@ T* find_value(Stroke& stroke, std::string_view key) {
   return nullptr;
 }
 
-// Returns the file that a stroke names, as a stamp does; empty: it names none.
+// Returns the file that a stroke names, as a stamp or print does; empty: it names none.
 inline std::string file_of(Stroke stroke) {
-  const auto* const file = find_value<std::string>(stroke, "mesh");
-  return file == nullptr ? std::string() : *file;
+  for (const char* const key : {"mesh", "file"}) {
+    if (const auto* const file = find_value<std::string>(stroke, key)) return *file;
+  }
+  return {};
 }
 
 // Returns what a stroke does, in a few words: "Pull 0.2 mm". `unit`: of its lengths; empty: none is named.
@@ -320,6 +322,24 @@ void paint_on(const PaintStroke& stroke, const LiveSurface& surface);
 // every triangle.
 PaintSample mean_plane(std::span<const Triangle> triangles, const std::function<Vec3d(std::uint32_t)>& position,
                        const PaintSample& at, double radius);
+
+// A brush of a sculptor: a pull, or paint, with the wide falloff.
+struct Brush {
+  std::string_view name;  // "move", "snakehook", "paint", "crease", "pinch" or "flatten"
+  bool pulls = false;     // along a path that begins on the surface; else it paints
+  double taper = 0;       // of a pull
+  double pinch = 0;       // of paint, by the amount: above 0 it draws together, below 0 it flattens
+  double sink = 0;        // of paint that pinches: the depth by the amount, relative to the radius
+  double amount = 0;      // that suits as a rule: what stroke_of() takes
+};
+
+// Throws InvalidInput for another name.
+const Brush& brush_named(std::string_view name);
+
+// Returns the stroke of a brush, without a path. radius: of the bump, > 0. amount, of paint: how high a layer is,
+// relative to the radius, or the logarithm by which it pinches; below 0 it does the contrary: it presses in, draws a
+// ridge in place of a crease, draws apart, makes bumps higher.
+Stroke stroke_of(const Brush& brush, double radius, double amount);
 
 // What a pointer touches while it paints.
 struct PaintTouch {

@@ -15,6 +15,7 @@ vcpkg_cmake_configure(
     -DKNEAD_BUILD_STUDIO=OFF
     -DKNEAD_BUILD_TESTS=OFF
     -DCMAKE_DISABLE_FIND_PACKAGE_draco=ON
+    -DCMAKE_DISABLE_FIND_PACKAGE_Freetype=ON
     -DCMAKE_DISABLE_FIND_PACKAGE_meshoptimizer=ON
     -DCMAKE_DISABLE_FIND_PACKAGE_ZLIB=ON)
 vcpkg_cmake_build(TARGET knead_core)

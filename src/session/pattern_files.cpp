@@ -1,0 +1,253 @@
+// Text, pictures and meshes as the patterns of prints. FreeType draws letters; stb reads pictures.
+#include "session/pattern_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "knead/error.h"
+#include "knead/io.h"
+#include "strokes/print.h"
+
+#if defined(KNEAD_HAS_FREETYPE)
+#include <ft2build.h>
+#include FT_FREETYPE_H
+#endif
+
+#if defined(KNEAD_HAS_STB)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#pragma GCC diagnostic ignored "-Wold-style-cast"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_NO_STDIO
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
+#define STBI_ONLY_PNM
+#define STBI_MAX_DIMENSIONS 8192
+#include <stb_image.h>
+#pragma GCC diagnostic pop
+#endif
+
+namespace knead::session_detail {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+#if defined(KNEAD_HAS_STB)
+GreyPattern read_picture(const fs::path& file) {
+  const std::string bytes = read_text(file);
+  int width = 0;
+  int height = 0;
+  int channels = 0;
+  const auto* const data = reinterpret_cast<const stbi_uc*>(bytes.data());  // NOLINT: bytes
+  const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
+      stbi_load_16_from_memory(data, static_cast<int>(bytes.size()), &width, &height, &channels, 2), stbi_image_free);
+  if (!pixels) {
+    throw InvalidInput(fmt::format("\"file\": {} is no picture that can be read ({}); write it as a grey PNG",
+                                   file.string(), stbi_failure_reason()));
+  }
+  GreyTile tile{width, height, {}, -0.5 * width, 0.5 * height};
+  constexpr float kWhite = 65535;
+  const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  tile.values.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const float grey = static_cast<float>(pixels.get()[2 * i]) / kWhite;
+    tile.values.push_back(grey * (static_cast<float>(pixels.get()[2 * i + 1]) / kWhite));
+  }
+  return {{std::move(tile)}, static_cast<double>(height)};
+}
+#else
+GreyPattern read_picture(const fs::path& /*file*/) {
+  throw InvalidInput("\"file\": this Knead was built without stb, and reads no pictures; print a mesh or a text");
+}
+#endif
+
+#if defined(KNEAD_HAS_FREETYPE)
+constexpr int kPixelsOfText = 256;  // of the font's size
+
+// Letters and digits only, which tell fonts apart.
+std::string font_key(std::string_view name) {
+  std::string key;
+  for (const char c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) key += c;
+  }
+  return lower(key);
+}
+
+std::vector<fs::path> font_folders() {
+  std::vector<fs::path> folders{"/usr/share/fonts", "/usr/local/share/fonts", "/System/Library/Fonts", "/Library/Fonts",
+                                "C:/Windows/Fonts"};
+  if (const char* const home = std::getenv("HOME")) {
+    for (const char* const own : {".local/share/fonts", ".fonts", "Library/Fonts"})
+      folders.push_back(fs::path(home) / own);
+  }
+  return folders;
+}
+
+// Returns the first file, by its path, of a font of one of these names; of the first name that there is.
+std::optional<fs::path> find_font(const std::vector<std::string>& names) {
+  std::vector<std::optional<fs::path>> found(names.size());
+  for (const fs::path& folder : font_folders()) {
+    std::error_code error;
+    fs::recursive_directory_iterator each(folder, fs::directory_options::skip_permission_denied, error);
+    for (; !error && each != fs::recursive_directory_iterator(); each.increment(error)) {
+      const std::string type = lower(each->path().extension().string());
+      if (type != ".ttf" && type != ".otf" && type != ".ttc") continue;
+      const std::string key = font_key(each->path().stem().string());
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        const bool is_it = key == names[i] || key == names[i] + "regular";
+        if (is_it && (!found[i] || each->path() < *found[i])) found[i] = each->path();
+      }
+    }
+  }
+  const auto first = std::find_if(found.begin(), found.end(), [](const auto& file) { return file.has_value(); });
+  return first == found.end() ? std::nullopt : *first;
+}
+
+fs::path font_file(const std::string& font, const fs::path& folder) {
+  if (font.empty()) {
+    const auto usual = find_font({"dejavusansbold", "liberationsansbold", "arialbold", "arialbd", "helvetica"});
+    if (!usual)
+      throw InvalidInput("\"font\": no usual font was found on this computer; give the path of a font's file");
+    return *usual;
+  }
+  std::error_code error;
+  if (fs::is_regular_file(folder / font, error)) return folder / font;
+  const auto named = find_font({font_key(font)});
+  if (!named) {
+    throw InvalidInput(
+        fmt::format("\"font\": there is no file {}, and no font of that name in the usual folders; give "
+                    "the path of a TTF or OTF file",
+                    font));
+  }
+  return *named;
+}
+
+// Returns the code points of UTF-8.
+std::vector<char32_t> code_points(std::string_view text) {
+  std::vector<char32_t> points;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i++]);
+    const int more = lead < 0x80 ? 0 : lead >> 5 == 6 ? 1 : lead >> 4 == 14 ? 2 : lead >> 3 == 30 ? 3 : -1;
+    char32_t point = more <= 0 ? lead : lead & (0x3fU >> more);
+    for (int k = 0; k < more; ++k) {
+      const auto next = i < text.size() ? static_cast<unsigned char>(text[i++]) : 0U;
+      point = next >> 6 == 2 ? point << 6 | (next & 0x3fU) : 0;
+    }
+    if (more < 0 || point < U' ') {
+      throw InvalidInput("\"text\" must be one line of UTF-8, without control characters");
+    }
+    points.push_back(point);
+  }
+  return points;
+}
+
+// A face of FreeType, and the library that it belongs to.
+class Font {
+ public:
+  explicit Font(const fs::path& file) : name_(file.string()) {
+    if (FT_Init_FreeType(&library_) != 0) throw InvalidInput("\"font\": FreeType does not start");
+    if (FT_New_Face(library_, name_.c_str(), 0, &face_) != 0 || FT_Set_Pixel_Sizes(face_, 0, kPixelsOfText) != 0) {
+      FT_Done_FreeType(library_);
+      throw InvalidInput(fmt::format("\"font\": {} is no font with outlines that can be read", name_));
+    }
+  }
+  Font(const Font&) = delete;
+  Font& operator=(const Font&) = delete;
+  Font(Font&&) = delete;
+  Font& operator=(Font&&) = delete;
+  ~Font() { FT_Done_FreeType(library_); }  // and its faces
+
+  // Draws a letter, with its left and upper edge about where the pen is, and moves the pen on.
+  GreyTile draw(char32_t letter, double& pen) {
+    const FT_UInt glyph = FT_Get_Char_Index(face_, letter);
+    if (glyph == 0) {
+      throw InvalidInput(fmt::format("\"text\": the font {} lacks the character U+{:04X}; choose another font", name_,
+                                     static_cast<std::uint32_t>(letter)));
+    }
+    FT_Vector kerning{};
+    if (last_ != 0) FT_Get_Kerning(face_, last_, glyph, FT_KERNING_UNFITTED, &kerning);
+    last_ = glyph;
+    pen += static_cast<double>(kerning.x) / 64;
+    if (FT_Load_Glyph(face_, glyph, FT_LOAD_NO_HINTING | FT_LOAD_NO_BITMAP) != 0 ||
+        FT_Render_Glyph(face_->glyph, FT_RENDER_MODE_NORMAL) != 0) {
+      throw InvalidInput(fmt::format("\"font\": {} has a broken letter", name_));
+    }
+    const FT_Bitmap& bitmap = face_->glyph->bitmap;
+    GreyTile tile{static_cast<int>(bitmap.width),
+                  static_cast<int>(bitmap.rows),
+                  {},
+                  pen + face_->glyph->bitmap_left,
+                  1.0 * face_->glyph->bitmap_top};
+    for (unsigned row = 0; row < bitmap.rows; ++row) {
+      const unsigned char* const line = bitmap.buffer + static_cast<std::ptrdiff_t>(row) * bitmap.pitch;
+      for (unsigned column = 0; column < bitmap.width; ++column)
+        tile.values.push_back(static_cast<float>(line[column]) / 255);
+    }
+    pen += static_cast<double>(face_->glyph->linearHoriAdvance) / 65536;
+    return tile;
+  }
+
+ private:
+  std::string name_;
+  FT_Library library_ = nullptr;
+  FT_Face face_ = nullptr;
+  FT_UInt last_ = 0;
+};
+
+GreyPattern set_text(const PrintStroke& stroke, const fs::path& folder) {
+  const fs::path file = font_file(stroke.font, folder);
+  GreyPattern pattern;
+  double ignored = 0;
+  pattern.height = Font(file).draw(U'H', ignored).height;
+  Font font(file);
+  double pen = 0;
+  for (const char32_t letter : code_points(stroke.text)) {
+    GreyTile tile = font.draw(letter, pen);
+    if (!tile.values.empty()) pattern.tiles.push_back(std::move(tile));
+  }
+  for (GreyTile& tile : pattern.tiles) {
+    tile.left -= pen / 2;
+    tile.top -= pattern.height / 2;
+  }
+  std::stable_sort(pattern.tiles.begin(), pattern.tiles.end(),
+                   [](const GreyTile& a, const GreyTile& b) { return 2 * a.left + a.width < 2 * b.left + b.width; });
+  return pattern;
+}
+#else
+GreyPattern set_text(const PrintStroke& /*stroke*/, const fs::path& /*folder*/) {
+  throw InvalidInput("\"text\": this Knead was built without FreeType, and prints no text; print a picture or a mesh");
+}
+#endif
+
+}  // namespace
+
+std::shared_ptr<const GreyPattern> read_pattern(const PrintStroke& stroke, const fs::path& folder) {
+  if (!stroke.text.empty()) return std::make_shared<const GreyPattern>(set_text(stroke, folder));
+  const fs::path file = folder / stroke.file;
+  const std::string type = lower(file.extension().string());
+  const bool is_picture = type == ".png" || type == ".pgm" || type == ".ppm" || type == ".jpg" || type == ".jpeg";
+  try {
+    return std::make_shared<const GreyPattern>(is_picture ? read_picture(file)
+                                                          : tool_detail::face_of(read_shape(file).mesh, stroke));
+  } catch (const IoError& error) {
+    throw InvalidInput(fmt::format("\"file\": {}", error.what()));
+  }
+}
+
+}  // namespace knead::session_detail
