@@ -55,7 +55,7 @@ std::optional<Radii> radii_of(const Studio& studio) {
     case ToolUse::paint: {
       const bool is_pressed = studio.gesture() && settings.pressure == PenPressure::depth;
       const double pressure = is_pressed ? studio.pointer().pressure : 1;
-      const double amount = settings.tool->pinch == 0 ? settings.depth : settings.pinch;
+      const double amount = settings.tool->brush->pinch == 0 ? settings.depth : settings.pinch;
       return Radii{settings.radius, half_radius(settings, 0), std::clamp(amount * pressure, 0.0, 1.0)};
     }
     case ToolUse::inflate:
