@@ -234,6 +234,9 @@ struct Stretched {
 // height that the offer takes at the bottom of the view.
 float draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched);
 
+// Draws the button that poses what the placed bend cannot bend. Returns whether it was clicked.
+bool draw_pose_button(Studio& studio);
+
 // Notices: what was done fades; what went wrong stays until it is closed, tried again, or half a minute old.
 struct Messages {
   struct Message {
