@@ -71,6 +71,8 @@ const std::vector<ActionInfo> kFixedActions{
     {view_left, "view_left", "From the left", "View", {"Ctrl+Numpad 3", "Ctrl+Alt+3"}},
     {view_top, "view_top", "From above", "View", {"Numpad 7", "Alt+7"}},
     {view_bottom, "view_bottom", "From below", "View", {"Ctrl+Numpad 7", "Ctrl+Alt+7"}},
+    {keep_view, "keep_view", "Keep this view", "View", {"Ctrl+Alt+K"}, "bookmark camera store"},
+    {kept_view, "kept_view", "Next kept view", "View", {"Alt+K"}, "bookmark camera recall"},
     {projection, "projection", "Perspective", "View", {"Numpad 5", "Alt+5"}},
     {wireframe, "wireframe", "Wireframe", "View", {"W"}},
     {shading, "shading", "Next shading", "View", {"S"}},

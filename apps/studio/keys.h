@@ -59,6 +59,8 @@ enum class Action {
   view_left,
   view_top,
   view_bottom,
+  keep_view,
+  kept_view,
   projection,
   wireframe,
   shading,

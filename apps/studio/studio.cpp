@@ -21,7 +21,7 @@ constexpr double kRatioStep = 0.05;
 constexpr int kRings = 3;  // about the pointer, in which the shape is looked for
 constexpr int kRaysOfRing = 16;
 constexpr double kRoomOfPose = 0.25;  // of the shape's size: what is nearer to what moves shall not hold
-constexpr double kRest = 0.35;  // seconds without a move after which the pointer rests
+constexpr double kRest = 0.35;        // seconds without a move after which the pointer rests
 
 PreferencesFile preferences_of(const std::filesystem::path& folder, StudioDocument& document) {
   LoadedPreferences loaded = load_preferences(folder);

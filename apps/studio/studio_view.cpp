@@ -96,6 +96,7 @@ void StudioView::remember_window(const WindowPlace& window) {
 
 void StudioView::begin_document() {
   turntable_.reset();
+  kept_views_.clear();
   settings_.cut = false;
   frame_all();
   load_references();
@@ -120,6 +121,16 @@ void StudioView::look_from(StandardView side) {
   if (norm(off - forward * dot(off, forward)) < kNearMiddle * view.height) view.target = middle;
 }
 
+void StudioView::keep_view() {
+  kept_views_.push_back(navigation_.view);
+  document_.tell({false, fmt::format("View {} is kept.", kept_views_.size())});
+}
+
+void StudioView::look_as_kept() {
+  if (kept_views_.empty()) return document_.tell({false, "No view is kept yet: View > Keep this view."});
+  navigation_.view = kept_views_[next_kept_view_++ % kept_views_.size()];
+}
+
 void StudioView::turn(double dx, double dy) {
   const View before = navigation_.view;
   navigation_.view = orbited_about(before, navigation_.home.value_or(before.target), dx, dy, navigation_.height);
@@ -135,6 +146,12 @@ bool StudioView::perform(Action action) {
   switch (action) {
     case Action::frame_all:
       frame_all();
+      return true;
+    case Action::keep_view:
+      keep_view();
+      return true;
+    case Action::kept_view:
+      look_as_kept();
       return true;
     case Action::projection:
       navigation_.view = toggled_projection(navigation_.view);

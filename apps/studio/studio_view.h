@@ -80,6 +80,9 @@ class StudioView {
   void frame_stroke(const Box& placed);
   // Shows the shape from a side; its middle stays where it is in the picture.
   void look_from(StandardView side);
+  // Keeps the view until another shape is opened; returns to the kept views in turn.
+  void keep_view();
+  void look_as_kept();
   // Turns the view about the middle of what was framed, as a drag of so many pixels does.
   void turn(double dx, double dy);
   // A drag that turns the view turns it about what the pointer is on.
@@ -120,6 +123,8 @@ class StudioView {
   ViewSettings settings_;
   std::vector<Reference> references_;
   std::vector<Reference> saved_references_;
+  std::vector<View> kept_views_;
+  std::size_t next_kept_view_ = 0;  // of kept_views_, in turn
   std::optional<Turntable> turntable_;
 };
 

@@ -26,8 +26,9 @@ if(TARGET knead_studio_panels)
   knead_test(knead_studio_panels_test SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/panels/fit_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/panels/interface_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/panels/offers_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/panels/panels_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/panels/tool_bar_test.cpp
     LIBRARIES knead_studio_panels
-    SLOW InterfaceTest.APoseThatFallsShortOffersTheOneThingToDo)
+    SLOW OffersTest.APoseThatFallsShortOffersTheOneThingToDo)
 endif()

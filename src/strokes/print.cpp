@@ -108,7 +108,7 @@ double mean_in(const GreyTile& tile, double x0, double y0, double x1, double y1)
 // Appends for some pixels of a tile how wide the stroke there is, in pixels: of eight chords the third shortest
 // (StampTool::narrowest_width).
 void add_widths(const GreyTile& tile, std::vector<double>& widths) {
-  constexpr std::size_t kSamples = 1000;
+  constexpr std::size_t kPixelsLookedAt = 1000;
   constexpr int kDirections = 8;
   if (tile.values.empty()) return;
   const float most = *std::max_element(tile.values.begin(), tile.values.end());
@@ -117,7 +117,7 @@ void add_widths(const GreyTile& tile, std::vector<double>& widths) {
     const auto at = static_cast<std::size_t>(static_cast<int>(y)) * static_cast<std::size_t>(tile.width);
     return tile.values[at + static_cast<std::size_t>(static_cast<int>(x))] > most / 2;
   };
-  const std::size_t stride = 1 + tile.values.size() / kSamples;
+  const std::size_t stride = 1 + tile.values.size() / kPixelsLookedAt;
   for (std::size_t i = 0; i < tile.values.size(); i += stride) {
     const std::size_t rows_before = i / static_cast<std::size_t>(tile.width);
     const double row = static_cast<double>(rows_before) + 0.5;

@@ -69,8 +69,8 @@ struct Drag {
 };
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around);
 
-// The number that a person sees at the pointer and may type: a length in the mesh's units, what a shape grows in percent
-// of the tool's ball, degrees, or percent.
+// The number that a person sees at the pointer and may type: a length in the mesh's units, what a shape grows in
+// percent of the tool's ball, degrees, or percent.
 enum class AmountKind { length, growth, angle, percent };
 inline constexpr double kBallOfCube = 4.18879020478639;  // the volume of a ball of radius 1
 struct Amount {
@@ -357,8 +357,8 @@ std::shared_ptr<const PosePlan> plan_pose(const PartGesture& gesture, const Shap
                                           const ToolSettings& settings);
 
 // Returns the pose with less that holds: of held parts and pins what is nearer to what moves than `room`, or than
-// somewhat more than the nearest of them, becomes free. The same pose if nothing would hold then. The positions are those
-// before it.
+// somewhat more than the nearest of them, becomes free. The same pose if nothing would hold then. The positions are
+// those before it.
 PoseStroke holding_less(PoseStroke pose, std::span<const Vec3d> positions, double room);
 
 // Returns where a motion takes a placement.

@@ -327,12 +327,14 @@ TEST_F(PartsTest, ADoubleClickLeavesNoPinOnACoarseShape) {
   for (const double y : {0.2, 0.27, 0.35, 0.47, 0.55, 0.62, 0.7}) {
     Studio studio(options());
     run(studio, fmt::format(R"({{"size": [1600, 1200]}}
-{{"new": "hand", "vertices": 1000}}
-{{"view": {{"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 2}}}}
+{{"new": "hand", "vertices": 4000}}
+{{"view": {{"yaw_deg": 0, "pitch_deg": 0, "target": [0.1, 0.4, 0], "height": 0.7}}}}
 {{"tool": "pose"}}
 {{"double_click": [0.11, {}, 0.09]}})",
                             y));
     EXPECT_TRUE(studio.tools().placed().pins.empty()) << y;
+    EXPECT_EQ(parts(studio).holds.size(), 2u) << y;
+    EXPECT_EQ(errors(studio), "") << y;
   }
 }
 
@@ -345,8 +347,8 @@ TEST_F(PartsTest, WhatIsShownDuringADragIsNotTorn) {
   const std::vector<Vec3d> start = positions(studio);
   const std::vector<Triangle> triangles = triangulate(*studio.document().shown().state.mesh);
   double most = 1;
-  for (int i = 1; i <= 8; ++i) {
-    run(studio, fmt::format(R"({{"move": [{}, {}, 0.08]}})", -0.17 + 0.09 * i, 0.65 - 0.03 * i));
+  for (int i = 1; i <= 4; ++i) {
+    run(studio, fmt::format(R"({{"move": [{}, {}, 0.08]}})", -0.17 + 0.18 * i, 0.65 - 0.06 * i));
     const double stretch = surface_stretch(triangles, start, positions(studio)).worst();
     EXPECT_LT(stretch, 10) << i;
     most = std::max(most, stretch);

@@ -528,57 +528,27 @@ TEST_F(InterfaceTest, NamesOfTheToolsFitBesideTheirIcons) {
   }
 }
 
-// At 1280 x 720 every tool is seen, with names and without; in a narrow bar every setting of every tool.
-TEST_F(InterfaceTest, ASmallWindowHasAllToolsAndAllTheirSettings) {
-  {
-    ShownPanels panels(options(), 1280, 720);
-    open_ball(panels);
-    for (int names = 0; names < 2; ++names) {
-      panels.frame();
-      EXPECT_EQ(ImGui::FindWindowByName("Tools")->ScrollMax.y, 0) << names;
-      EXPECT_LT(ShownPanels::area_of("Tools").bottom, 720 - panels.gui.bar_height());
-      panels.key("Shift+T");
-    }
-    panels.studio.document().close();
-  }
-  ShownPanels panels(options(), 1280, 800, 2);
+// The first click closes the editor of an entry above, so that the list moves.
+TEST_F(InterfaceTest, ADoubleClickRenamesTheEntryThatWasClicked) {
+  ShownPanels panels(options(), 1280, 900);
   open_ball(panels);
-  for (const StudioTool& tool : studio_tools()) {
-    panels.studio.perform(action_of(tool));
-    for (int i = 0; i < 2; ++i) panels.frame();
-    ImGuiWindow& bar = *ImGui::FindWindowByName("Tool");
-    const Area area{bar.Pos.x, bar.Pos.y, bar.Pos.x + bar.Size.x, bar.Pos.y + bar.Size.y};
-    EXPECT_LE(bar.ContentSize.x, 1280) << tool.name;
-    if (has_drag_mode(panels.studio.tools().settings())) {
-      EXPECT_TRUE(panels.place_in(area, bar.GetID("##drag"))) << tool.name;
-    }
-  }
-}
-
-TEST_F(InterfaceTest, ATooltipStandsBesideItsPanelAndGoesWhileASliderIsDragged) {
-  ShownPanels panels(options(), 1280, 800);
-  open_ball(panels);
-  const auto tip = [&]() -> const ImGuiWindow* {
-    for (int i = 0; i < 3; ++i) panels.frame();
-    const ImGuiWindow* const window = ImGui::FindWindowByName("##Tooltip_00");
-    return window != nullptr && window->Active ? window : nullptr;
-  };
-  for (const auto& [panel, label] : {std::pair{"Tool", "##Radius"}, {"Settings", "##Radial"}}) {
-    ImGuiWindow& window = *ImGui::FindWindowByName(panel);
-    const Area area{window.Pos.x, window.Pos.y, window.Pos.x + window.Size.x, window.Pos.y + window.Size.y};
-    const auto place = panels.place_in(area, window.GetID(label));
-    ASSERT_TRUE(place) << label;
-    panels.move(place->first, place->second);
-    const ImGuiWindow* const shown = tip();
-    ASSERT_NE(shown, nullptr) << label;
-    const bool is_beside = shown->Pos.y >= area.bottom || shown->Pos.x + shown->Size.x <= area.left;
-    EXPECT_TRUE(is_beside) << label;
-    EXPECT_GE(shown->Pos.x, 0);
-    panels.press(place->first, place->second);
-    panels.move(place->first + 5, place->second);
-    EXPECT_EQ(tip(), nullptr) << label;
-    panels.release(place->first + 5, place->second);
-  }
+  panels.studio.preferences().panels.closed = {"tool", "view"};
+  for (int i = 0; i < 4; ++i) panels.drag(480, 450, 480, 400 + 10 * i);
+  ASSERT_EQ(panels.studio.document().shown().history.size(), 4U);
+  panels.studio.history().select(0);
+  for (int i = 0; i < 3; ++i) panels.frame();
+  const int entry = 3;
+  const ImGuiID history = ImGui::FindWindowByName("History")->ID;
+  const auto place = panels.place_of(ImHashStr("###name", 0, ImHashData(&entry, sizeof entry, history)));
+  ASSERT_TRUE(place);
+  panels.click(place->first, place->second);
+  panels.click(place->first, place->second);
+  panels.frame();
+  for (const char c : std::string("Horn")) panels.type(std::string(1, c));
+  panels.key("Enter");
+  for (int i = 0; i < 3; ++i) panels.frame();
+  EXPECT_EQ(name_of(panels.studio.document().shown().history[3]->strokes), "Horn");
+  EXPECT_EQ(strength_of(panels.studio.document().shown().history[3]->strokes), 1);
 }
 
 TEST_F(InterfaceTest, ExportListsItsFormats) {
@@ -612,90 +582,6 @@ TEST(Search, SaysWhereEveryCommandIs) {
   EXPECT_EQ(place_of(Action::remesh), "Menu Edit");
   EXPECT_EQ(place_of(Action::mask_blur), "Mask: more settings");
   EXPECT_EQ(place_of(Action::radius), "Bar above");
-}
-
-// What a pose fell short of is shown with one button, and so is a bend that finds no part.
-TEST_F(InterfaceTest, APoseThatFallsShortOffersTheOneThingToDo) {
-  ShownPanels panels(options(), 1280, 800);
-  panels.studio.preferences().panels.closed.clear();
-  run(panels.studio, R"({"new": "sphere", "vertices": 642}
-{"key": "Alt+1"}
-{"key": "Home"}
-{"tool": "pose"}
-{"set": {"pose": "lasso", "detail": 0.1}}
-)");
-  const auto round = [&](double from, double to) {
-    const auto a = pixel_of(panels.studio.view().screen(), {from, 1.1, 0});
-    const auto b = pixel_of(panels.studio.view().screen(), {to, -1.1, 0});
-    return fmt::format(R"({{"drag": [[{0}, {1}], [{2}, {1}], [{2}, {3}], [{0}, {3}], [{0}, {4}]], "steps": 4}})", a->x,
-                       a->y, b->x, b->y, a->y + 10);
-  };
-  run(panels.studio, round(-1.1, -0.1) + "\n" + round(0.1, 1.1));
-  ASSERT_EQ(panels.studio.tools().placed().parts.holds.size(), 2U);
-  run(panels.studio, R"({"press": [0.6, 0, 0.8]}
-{"move": [0.5, 0.2, 0.8]}
-{"key": "1"}
-{"key": "2"}
-{"key": "0"}
-{"key": "Enter"})");
-  const auto last = [&] { return panels.studio.document().shown().history.back(); };
-  const auto detail = [&] { return std::get<PoseStroke>(last()->strokes.front().stroke).detail; };
-  ASSERT_EQ(panels.studio.document().shown().history.size(), 1U);
-  ASSERT_NE(last()->notes.shortfall, "");
-  EXPECT_EQ(detail(), 0.1);
-  const double reached = last()->notes.reached;
-  for (int i = 0; i < 3; ++i) panels.frame();
-  EXPECT_TRUE(panels.interface.messages().messages.empty()) << panels.interface.messages().messages.front().notice.text;
-  ASSERT_TRUE(panels.click_item("Offer", "Finer"));
-  for (int i = 0; i < 3; ++i) panels.frame();
-  ASSERT_EQ(panels.studio.document().shown().history.size(), 1U);
-  EXPECT_EQ(detail(), 0);
-  for (int tries = 0; tries < 3 && !last()->notes.shortfall.empty(); ++tries) {
-    ASSERT_TRUE(panels.click_item("Offer", "Hold less"));
-    for (int i = 0; i < 3; ++i) panels.frame();
-  }
-  EXPECT_GT(last()->notes.reached, reached);
-  EXPECT_EQ(last()->notes.shortfall, "");
-  EXPECT_FALSE(panels.click_item("Offer", "Hold less"));
-  EXPECT_EQ(errors(panels.studio), "");
-}
-
-TEST_F(InterfaceTest, ABendThatFindsNoPartOffersThePose) {
-  ShownPanels panels(options(), 1280, 800);
-  panels.studio.preferences().panels.closed.clear();
-  run(panels.studio, R"({"new": "torus", "vertices": 4000}
-{"key": "Alt+3"}
-{"key": "Home"}
-{"tool": "bend"}
-{"click": [1.3, 0, 0]})");
-  for (int i = 0; i < 3; ++i) panels.frame();
-  ASSERT_TRUE(panels.studio.tools().placed().placement);
-  ASSERT_TRUE(panels.click_item("Offer", "Pose it"));
-  panels.frame();
-  EXPECT_EQ(panels.studio.tools().settings().tool->use, ToolUse::pose);
-  EXPECT_EQ(ShownPanels::area_of("Offer").width(), 0);
-}
-
-TEST_F(InterfaceTest, ABendThatIsRefusedOffersThePoseInItsMessage) {
-  ShownPanels panels(options(), 1280, 800);
-  run(panels.studio, R"({"new": "hand", "vertices": 4000}
-{"key": "Alt+1"}
-{"key": "Home"}
-{"tool": "bend"}
-{"click": [0.11, 0.6, 0.09]})");
-  panels.studio.document().tell({true, in_words("\"angle_deg\": the part would meet itself"), Subject::strokes});
-  for (int i = 0; i < 3; ++i) panels.frame();
-  ASSERT_EQ(panels.interface.messages().messages.size(), 1U);
-  EXPECT_EQ(panels.interface.messages().messages.front().notice.text, "The part would meet itself.");
-  ImGuiWindow* const messages = ImGui::FindWindowByName("Messages");
-  const int number = 0;
-  const ImGuiID button = ImHashStr("Pose it", 0, ImHashData(&number, sizeof number, messages->ID));
-  const auto place = panels.place_in(ShownPanels::area_of("Messages"), button);
-  ASSERT_TRUE(place);
-  panels.click(place->first, place->second);
-  EXPECT_EQ(panels.studio.tools().settings().tool->use, ToolUse::pose);
-  EXPECT_EQ(panels.studio.tools().placed().parts.holds.size(), 2U);
-  EXPECT_TRUE(panels.interface.messages().messages.empty());
 }
 
 }  // namespace

@@ -149,6 +149,7 @@ bool has_radius(const ToolSettings& settings);
 // What is being typed or dragged in the history.
 struct HistoryEditor {
   std::optional<std::size_t> renaming;  // the entry whose name is typed
+  std::optional<std::size_t> clicked;   // the entry whose name was clicked last, unless something else was
   std::string name;                     // as typed so far
   bool is_beginning = false;            // the field is drawn for the first time
   std::optional<double> percent;        // strength, while its slider is dragged
@@ -232,6 +233,9 @@ struct Stretched {
 // The legend of stretches, the estimate beside the placed tool, and the offer to remesh the last stroke. Returns the
 // height that the offer takes at the bottom of the view.
 float draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched);
+
+// Draws the button that poses what the placed bend cannot bend. Returns whether it was clicked.
+bool draw_pose_button(Studio& studio);
 
 // Notices: what was done fades; what went wrong stays until it is closed, tried again, or half a minute old.
 struct Messages {

@@ -182,12 +182,9 @@ void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   const double strength = strength_of(shown.strokes);
   const float room = strength == 1 ? 0.0F : ImGui::GetFontSize() * 2.6F;
   const ImVec2 size{std::max(ImGui::GetContentRegionAvail().x - room, 1.0F), 0};
-  if (ImGui::Selectable(label.c_str(), is_lit, ImGuiSelectableFlags_AllowDoubleClick, size)) {
-    if (ImGui::IsMouseDoubleClicked(0)) {
-      begin_renaming(studio, editor, entry);
-    } else {
-      studio.history().select(is_open ? std::nullopt : std::optional(entry));
-    }
+  if (ImGui::Selectable(label.c_str(), is_lit, 0, size)) {
+    editor.clicked = entry;
+    studio.history().select(is_open ? std::nullopt : std::optional(entry));
   }
   help_on_hover(fmt::format("Entry {}: {}, {:.0f} ms. Double click to rename, drag to move.", entry + 1,
                             description_of(shown.strokes), 1000 * shown.seconds)
@@ -218,6 +215,11 @@ void draw_entry(Studio& studio, HistoryEditor& editor, std::size_t entry) {
 void draw_history(Studio& studio, HistoryEditor& editor) {
   const DocumentState& shown = studio.document().shown();
   if (shown.opened == 0) return;
+  // The second click of two is for the entry of the first, wherever that is by then, and for nothing else.
+  const bool renames = ImGui::IsMouseDoubleClicked(0) && editor.clicked && *editor.clicked < shown.history.size();
+  const std::optional<std::size_t> entry_clicked = editor.clicked;
+  if (ImGui::IsMouseClicked(0)) editor.clicked.reset();
+  ImGui::BeginDisabled(renames);
   draw_past_banner(studio);
   if (shown.history.size() >= kSearchedFrom || !editor.search.empty()) {
     ImGui::SetNextItemWidth(-1);
@@ -234,6 +236,8 @@ void draw_history(Studio& studio, HistoryEditor& editor) {
   for (const auto& entry : studio.document().shown().redoable) {
     ImGui::TextDisabled("%s", fmt::format("     {}", label_of(studio, *entry)).c_str());
   }
+  ImGui::EndDisabled();
+  if (renames) begin_renaming(studio, editor, *entry_clicked);
 }
 
 // --- several objects -------------------------------------------------------------------------------------------------
@@ -271,17 +275,23 @@ void draw_objects(Studio& studio) {
 
 namespace {
 
+// All of them side by side, as pictures.
 void draw_matcaps(Look& look, const Gui& gui) {
-  if (begin_list("Matcap", std::string(title_of(look.matcap)), -1.6F * ImGui::GetFontSize())) {
-    for (const render::Matcap matcap : render::all_matcaps()) {
-      gui.draw_ball(matcap);
-      ImGui::SameLine();
-      if (ImGui::Selectable(std::string(title_of(matcap)).c_str(), matcap == look.matcap)) look.matcap = matcap;
-    }
-    ImGui::EndCombo();
+  const float margin = 0.25F * ImGui::GetFontSize();
+  const float size = ImGui::GetFontSize() + 2 * margin;
+  for (const render::Matcap matcap : render::all_matcaps()) {
+    const std::string title(title_of(matcap));
+    if (matcap != render::all_matcaps().front()) ImGui::SameLine(0, margin);
+    const ImVec2 at = ImGui::GetCursorPos();
+    if (ImGui::Selectable(("##" + title).c_str(), matcap == look.matcap, 0, {size, size})) look.matcap = matcap;
+    help_on_hover(title.c_str());
+    ImGui::SameLine(at.x + margin);
+    ImGui::SetCursorPosY(at.y + margin);
+    gui.draw_ball(matcap);
+    ImGui::SameLine(at.x);
+    ImGui::SetCursorPosY(at.y);
+    ImGui::Dummy({size, size});
   }
-  ImGui::SameLine();
-  gui.draw_ball(look.matcap);
 }
 
 void draw_background(std::string& background) {

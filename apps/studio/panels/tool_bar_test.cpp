@@ -203,6 +203,60 @@ TEST_F(ToolBarTest, AnErrorOffersTheOneThingToDo) {
   EXPECT_TRUE(panels.interface.messages().messages.empty());
 }
 
+// At 1280 x 720 every tool is seen, with names and without; in a narrow bar every setting of every tool.
+TEST_F(ToolBarTest, ASmallWindowHasAllToolsAndAllTheirSettings) {
+  {
+    ShownPanels panels(options(), 1280, 720);
+    open_ball(panels);
+    for (int names = 0; names < 2; ++names) {
+      panels.frame();
+      EXPECT_EQ(ImGui::FindWindowByName("Tools")->ScrollMax.y, 0) << names;
+      EXPECT_LT(ShownPanels::area_of("Tools").bottom, 720 - panels.gui.bar_height());
+      panels.key("Shift+T");
+    }
+    panels.studio.document().close();
+  }
+  ShownPanels panels(options(), 1280, 800, 2);
+  open_ball(panels);
+  for (const StudioTool& tool : studio_tools()) {
+    panels.studio.perform(action_of(tool));
+    for (int i = 0; i < 2; ++i) panels.frame();
+    ImGuiWindow& bar = *ImGui::FindWindowByName("Tool");
+    const Area area{bar.Pos.x, bar.Pos.y, bar.Pos.x + bar.Size.x, bar.Pos.y + bar.Size.y};
+    EXPECT_LE(bar.ContentSize.x, 1280) << tool.name;
+    if (has_drag_mode(panels.studio.tools().settings())) {
+      EXPECT_TRUE(panels.place_in(area, bar.GetID("##drag"))) << tool.name;
+    }
+  }
+}
+
+TEST_F(ToolBarTest, ATooltipStandsBesideItsPanelAndGoesWhileASliderIsDragged) {
+  ShownPanels panels(options(), 1280, 800);
+  panels.studio.preferences().panels.closed.clear();
+  open_ball(panels);
+  const auto tip = [&]() -> const ImGuiWindow* {
+    for (int i = 0; i < 3; ++i) panels.frame();
+    const ImGuiWindow* const window = ImGui::FindWindowByName("##Tooltip_00");
+    return window != nullptr && window->Active ? window : nullptr;
+  };
+  for (const auto& [panel, label] : {std::pair{"Tool", "##Radius"}, {"Settings", "##Radial"}}) {
+    ImGuiWindow& window = *ImGui::FindWindowByName(panel);
+    const Area area{window.Pos.x, window.Pos.y, window.Pos.x + window.Size.x, window.Pos.y + window.Size.y};
+    const auto place = panels.place_in(area, window.GetID(label));
+    ASSERT_TRUE(place) << label;
+    panels.move(place->first, place->second);
+    const ImGuiWindow* const shown = tip();
+    ASSERT_NE(shown, nullptr) << label;
+    const bool is_beside = shown->Pos.y >= area.bottom || shown->Pos.x + shown->Size.x <= area.left;
+    EXPECT_TRUE(is_beside) << label;
+    EXPECT_GE(shown->Pos.x, 0);
+    panels.press(place->first, place->second);
+    panels.move(place->first + 5, place->second);
+    EXPECT_EQ(tip(), nullptr) << label;
+    panels.release(place->first + 5, place->second);
+  }
+}
+
 // --- welcome and tour ------------------------------------------------------------------------------------------------
 
 TEST_F(ToolBarTest, TheWelcomeSheetOpensAnExampleWithItsTool) {

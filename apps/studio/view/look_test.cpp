@@ -47,6 +47,26 @@ TEST_F(LookTest, KeysChangeHowTheShapeIsDrawn) {
   EXPECT_EQ(again.background_bottom, plain.background_bottom);
 }
 
+TEST_F(LookTest, KeptViewsComeBackInTurn) {
+  Studio studio(options());
+  run(studio, ball());
+  const auto yaw = [&] { return studio.view().navigation().view.yaw; };
+  run(studio, R"({"key": "Alt+K"})");
+  EXPECT_EQ(yaw(), 0) << "none is kept";
+  run(studio, R"({"key": "Ctrl+Alt+K"}
+{"key": "Alt+3"}
+{"key": "Ctrl+Alt+K"})");
+  const double right = yaw();
+  run(studio, R"({"key": "Alt+7"}
+{"key": "Alt+K"})");
+  EXPECT_EQ(yaw(), 0);
+  EXPECT_EQ(studio.view().navigation().view.pitch, 0);
+  run(studio, R"({"key": "Alt+K"})");
+  EXPECT_EQ(yaw(), right);
+  run(studio, R"({"key": "Alt+K"})");
+  EXPECT_EQ(yaw(), 0) << "and again from the first";
+}
+
 TEST_F(LookTest, TheNextStartRemembersIt) {
   const auto look_of = [](const Studio& studio) {
     Look look = studio.view().settings().look;
