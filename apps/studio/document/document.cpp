@@ -11,7 +11,6 @@
 #include <exception>
 #include <new>
 #include <numbers>
-#include <regex>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -61,18 +60,20 @@ std::string word_for_key(std::string key) {
 }
 
 std::string in_words(const std::string& line) {
-  static const std::regex key(R"re("([a-z_]+)"(: ?)?)re");
+  const auto is_in_key = [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; };
   std::string text;
-  std::size_t from = 0;
-  for (auto it = std::sregex_iterator(line.begin(), line.end(), key); it != std::sregex_iterator(); ++it) {
-    const auto at = static_cast<std::size_t>(it->position());
-    text += line.substr(from, at - from);
-    from = at + static_cast<std::size_t>(it->length());
-    const bool has_colon = (*it)[2].matched;
-    if (at == 0 && has_colon) continue;  // what the rest is about
-    text += (ends_with_article(text) ? "" : "the ") + word_for_key((*it)[1]) + (has_colon ? " " : "");
+  for (std::size_t at = 0; at < line.size();) {
+    const std::size_t end = line[at] == '"' ? line.find('"', at + 1) : std::string::npos;
+    const std::string key = end == std::string::npos ? "" : line.substr(at + 1, end - at - 1);
+    if (key.empty() || !std::all_of(key.begin(), key.end(), is_in_key)) {
+      text += line[at++];
+      continue;
+    }
+    const bool has_colon = line.compare(end + 1, 1, ":") == 0;
+    const bool is_subject = at == 0 && has_colon;  // what the rest is about
+    if (!is_subject) text += (ends_with_article(text) ? "" : "the ") + word_for_key(key) + (has_colon ? " " : "");
+    at = end + 1 + (line.compare(end + 1, 2, ": ") == 0 ? 2 : has_colon ? 1 : 0);
   }
-  text += line.substr(from);
   if (text.empty()) return text;
   text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
   return text.ends_with('.') ? text : text + ".";
