@@ -149,8 +149,6 @@ int run_subcommand(const Subcommand& subcommand) {
     return fail(kInvalidInput, error.what());
   } catch (const IoError& error) {
     return fail(error.operation() == IoError::Operation::write ? kOutputFailed : kInvalidInput, error.what());
-  } catch (const ClosedPipe&) {
-    return kOutputFailed;  // as `head` does when it has enough; there is nobody to tell
   } catch (const Interrupted&) {
     return fail(kInterrupted, "interrupted");
   }
@@ -275,6 +273,8 @@ int run_program(int argc, char** argv, const std::vector<Subcommand>& subcommand
     handle_interruptions();
     require_stack();
     return run(argc, argv, subcommands);
+  } catch (const ClosedPipe&) {
+    return kOutputFailed;  // as `head` does when it has enough; there is nobody to tell
   } catch (const IoError& error) {
     print_message(error.what());
     return kOutputFailed;

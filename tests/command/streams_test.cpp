@@ -64,6 +64,10 @@ TEST_F(StreamsTest, AClosedPipeIsNoMessage) {
       0);
   EXPECT_EQ(read("err.txt"), "");
   EXPECT_EQ(read("out.txt").substr(0, 2), "v ");
+  for (const char* const help : {"--help", "deform --help", "--version"}) {
+    EXPECT_EQ(shell(fmt::format("(sleep 0.2; {} {} 2> err.txt) | true", KNEAD_COMMAND, help)), 0);
+    EXPECT_EQ(read("err.txt"), "") << help;
+  }
 }
 
 TEST_F(StreamsTest, APipeCannotBeReadInPieces) {

@@ -922,7 +922,13 @@ class Surface:
 
 class PaintDrag:
     def __init__(
-        self, *, outer: float, depth: float, falloff: int | Literal["wide"] = 4, pinch: float = 0.0
+        self,
+        *,
+        outer: float,
+        depth: float,
+        falloff: int | Literal["wide"] = 4,
+        pinch: float = 0.0,
+        surface: Surface | None = None,
     ) -> None: ...
     def touch(self, point: Vector, normal: Vector, *, outer: float | None = None, pressure: float = 1.0) -> None: ...
     def finish(self) -> None: ...
@@ -931,6 +937,13 @@ class PaintDrag:
     @property
     def strokes(self) -> list[Stroke]: ...
 
+def brush(
+    name: Literal["move", "snakehook", "paint", "crease", "pinch", "flatten"],
+    path: Sequence[Vector],
+    *,
+    radius: float,
+    amount: float | None = None,
+) -> Stroke: ...
 def symmetric(
     strokes: Strokes,
     planes: str,
