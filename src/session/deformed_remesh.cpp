@@ -412,6 +412,13 @@ class MeshFollower {
     };
     deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
     deformation.feature = reach.smallest_feature();
+    const std::vector<Segment>& segments = part.flow.segments;
+    if (std::any_of(segments.begin(), segments.end(),
+                    [](const Segment& s) { return !(s.parts.empty() ? s : s.parts.front()).grid.is_empty(); })) {
+      deformation.feature_near = [&](const Vec3d& center, double radius) {
+        return reach.smallest_feature(center, radius);
+      };
+    }
     const KeptCount kept(progress_);
     try {
       options.progress = progress_;
