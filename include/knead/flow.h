@@ -260,6 +260,9 @@ class FlowReach {
   // half-spaces. Infinity without these.
   double smallest_feature() const;
 
+  // Returns the same of what the flow may move in a ball.
+  double smallest_feature(const Vec3d& center, double radius) const;
+
  private:
   struct Parts;
   std::unique_ptr<const Parts> parts_;

@@ -98,6 +98,8 @@ struct Deformation {
   // The size of the smallest detail of the deformation; a length. Larger faces are sampled inside to find such details.
   // Infinity: no face is sampled.
   double feature = kInfinity;
+  // Returns the size of the smallest detail in a ball, at least `feature`. Empty: it is `feature` everywhere.
+  std::function<double(const Vec3d& center, double radius)> feature_near{};
   // Returns about how many more points `carry` may move before the limit on the work. Empty: any number.
   std::function<double()> points_left{};
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -217,14 +218,26 @@ namespace knead {
 
 struct FlowReach::Parts {
   explicit Parts(const Flow& whole) : flow(detail::each_part(whole)) {
-    for (const Segment& segment : flow.segments) segments.emplace_back(segment);
+    for (const Segment& segment : flow.segments) {
+      segments.emplace_back(segment);
+      double& feature = features.emplace_back(segment.grid.is_empty() ? kInfinity : 2 * segment.grid.spacing);
+      if (!segment.curve.is_empty()) feature = detail::feature_of(segment.curve);
+      for (const Field& field : segment.fields) feature = std::min(feature, detail::feature_of(field));
+    }
   }
   Parts(const Parts&) = delete;
   Parts& operator=(const Parts&) = delete;
   ~Parts() = default;
 
+  bool may_move(std::size_t i, const Vec3d& center, double radius) const {
+    const auto& limit_cylinder = flow.segments[i].limit_cylinder;
+    if (limit_cylinder && detail::is_beyond(*limit_cylinder, center, radius)) return false;
+    return !segments[i].misses({center, radius});
+  }
+
   Flow flow;  // the bounds refer to its segments
   std::vector<detail::Culling> segments;
+  std::vector<double> features;  // of the segments
 };
 
 FlowReach::FlowReach(const Flow& flow) : parts_(std::make_unique<const Parts>(flow)) {}
@@ -234,19 +247,20 @@ FlowReach& FlowReach::operator=(FlowReach&&) noexcept = default;
 
 bool FlowReach::may_move(const Vec3d& center, double radius) const {
   for (std::size_t i = 0; i < parts_->segments.size(); ++i) {
-    const auto& limit_cylinder = parts_->flow.segments[i].limit_cylinder;
-    if (limit_cylinder && detail::is_beyond(*limit_cylinder, center, radius)) continue;
-    if (!parts_->segments[i].misses({center, radius})) return true;
+    if (parts_->may_move(i, center, radius)) return true;
   }
   return false;
 }
 
 double FlowReach::smallest_feature() const {
+  return std::accumulate(parts_->features.begin(), parts_->features.end(), kInfinity,
+                         [](double a, double b) { return std::min(a, b); });
+}
+
+double FlowReach::smallest_feature(const Vec3d& center, double radius) const {
   double smallest = kInfinity;
-  for (const Segment& segment : parts_->flow.segments) {
-    if (!segment.grid.is_empty()) smallest = std::min(smallest, 2 * segment.grid.spacing);
-    if (!segment.curve.is_empty()) smallest = std::min(smallest, detail::feature_of(segment.curve));
-    for (const Field& field : segment.fields) smallest = std::min(smallest, detail::feature_of(field));
+  for (std::size_t i = 0; i < parts_->segments.size(); ++i) {
+    if (parts_->features[i] < smallest && parts_->may_move(i, center, radius)) smallest = parts_->features[i];
   }
   return smallest;
 }

@@ -59,7 +59,8 @@ void FaceSamples::divide(std::uint32_t face, const std::array<Vec3d, 3>& before,
   const double radius =
       std::sqrt(std::max({norm2(before[0] - center), norm2(before[1] - center), norm2(before[2] - center)}));
   if (deformation_.may_move && !deformation_.may_move(center, radius)) return;
-  if (radius < 0.25 * deformation_.feature || depth == kMaxDepth) {
+  const double feature = deformation_.feature_near ? deformation_.feature_near(center, radius) : deformation_.feature;
+  if (radius < 0.25 * feature || depth == kMaxDepth) {
     faces_.push_back(face);
     before_.push_back(center);
     after_.push_back(center_of(after));

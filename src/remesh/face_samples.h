@@ -21,8 +21,8 @@ class FaceSamples {
   // Returns true if add() may add samples of the face.
   bool is_large(const std::array<Vec3d, 3>& before) const;
 
-  // Adds samples of a face, about a quarter of deformation.feature apart, where the face may be moved. A face smaller
-  // than half a feature gets none.
+  // Adds samples of a face, about a quarter of the smallest detail there apart, where the face may be moved. A face
+  // smaller than half a feature gets none.
   void add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after);
 
   // Returns the faces, in the order in which they were added, with a sample that the deformation moves farther than

@@ -158,6 +158,14 @@ void add(const RemeshCounts& more, RemeshCounts& counts) {
   counts.out_of_time = counts.out_of_time || more.out_of_time;
 }
 
+// Says how small the details of a flow are; those of grids differ from place to place.
+void set_features(const FlowReach& reach, const Flow& flow, Deformation& deformation) {
+  deformation.feature = reach.smallest_feature();
+  const auto has_grid = [](const Segment& s) { return !(s.parts.empty() ? s : s.parts.front()).grid.is_empty(); };
+  if (std::none_of(flow.segments.begin(), flow.segments.end(), has_grid)) return;
+  deformation.feature_near = [&](const Vec3d& center, double radius) { return reach.smallest_feature(center, radius); };
+}
+
 // Makes a second remesh, of what a first one made, one of the mesh before both.
 void join(const Remeshed& first, Remeshed& second) {
   for (std::uint32_t& face : second.face_source) face = first.face_source[face];
@@ -411,7 +419,7 @@ class MeshFollower {
       budget.points += static_cast<double>(points.size());
     };
     deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
-    deformation.feature = reach.smallest_feature();
+    set_features(reach, part.flow, deformation);
     const KeptCount kept(progress_);
     try {
       options.progress = progress_;

@@ -174,6 +174,21 @@ TEST_F(Print, TheMeshOfACoarsePlateFollows) {
   }
 }
 
+// Only under the print are the faces looked at as finely as it is.
+TEST_F(Print, ASmallPrintNeedsNoFineFaces) {
+  const ReplayResult result =
+      printed(plate(), R"("file": "bar.pgm", "height": 0.06, "depth": 0.005, "bump": 0.004)", remeshing());
+  double sum = 0;
+  int count = 0;
+  for (const Vec3d& p : result.shape.positions()) {
+    if (p.z < -0.2 || std::abs(p.x) > 0.035 || std::abs(p.y) > 0.005) continue;
+    sum += p.z;
+    ++count;
+  }
+  ASSERT_GT(count, 20);
+  EXPECT_NEAR(sum / count, -0.005, 0.0004);
+}
+
 TEST_F(Print, GreyIsPartOfTheDepth) {
   write_picture("grey.pgm", [](int x, int y) { return y < 20 || y >= 40 ? 0 : x < 60 ? 51 : 204; });
   const ReplayResult result =
