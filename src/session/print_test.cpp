@@ -205,6 +205,27 @@ TEST_F(Print, GreyIsPartOfTheDepth) {
   }
 }
 
+// A face that slants away prints less deep by as much as it lies behind its lowest place, in the size of the print.
+TEST_F(Print, ASlantingFaceOfAMeshPrintsASlope) {
+  Mesh face;
+  face.positions = {{-2, -1, 0}, {2, -1, 0.4}, {2, 1, 0.4}, {-2, 1, 0}};
+  for (const Triangle& t : std::vector<Triangle>{{0, 2, 1}, {0, 3, 2}}) face.add_face(t);
+  write_mesh(folder_ / "slant.ply", face);
+  const ReplayResult result =
+      printed(plate(), R"("file": "slant.ply", "height": 0.6, "depth": 0.1, "bump": 0.04)", remeshing());
+  for (const double x : {-0.35, 0.15}) {
+    double sum = 0;
+    int count = 0;
+    for (const Vec3d& p : result.shape.positions()) {
+      if (p.z < -0.29 || std::abs(p.x - x) > 0.1 || std::abs(p.y) > 0.15) continue;
+      sum += p.z - 0.1 * (p.x - x);  // as deep as at x
+      ++count;
+    }
+    ASSERT_GT(count, 10);
+    EXPECT_NEAR(sum / count, x < 0 ? -0.075 : -0.025, 0.005);
+  }
+}
+
 // Each letter is pressed against the normal there.
 TEST_F(Print, AWordGoesRoundACylinder) {
   const Mesh cylinder = make_shape(ShapeKind::cylinder, 60'000);

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <string_view>
-#include <vector>
 
 #include "knead/editor/tools.h"
 #include "knead/error.h"
@@ -29,8 +28,8 @@ const Brush& brush_named(std::string_view name) {
   const auto* const found =
       std::find_if(kBrushes.begin(), kBrushes.end(), [&](const Brush& b) { return b.name == name; });
   if (found != kBrushes.end()) return *found;
-  std::vector<std::string_view> names;
-  for (const Brush& brush : kBrushes) names.push_back(brush.name);
+  std::array<std::string_view, kBrushes.size()> names;
+  std::transform(kBrushes.begin(), kBrushes.end(), names.begin(), [](const Brush& brush) { return brush.name; });
   throw InvalidInput(fmt::format("there is no brush \"{}\"; there are {}", name, fmt::join(names, ", ")));
 }
 

@@ -543,7 +543,7 @@ GreyPattern face_of(const Mesh& mesh, const PrintStroke& stroke) {
   tile.width = static_cast<int>(std::ceil(size.x / pixel));
   tile.height = static_cast<int>(std::ceil(size.y / pixel));
   tile.values.resize(static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(tile.height));
-  const double behind = size.y / stroke.height / std::abs(stroke.depth);
+  const double behind = stroke.height / size.y / std::abs(stroke.depth);  // by the mesh's unit, of the depth
   parallel_for(static_cast<std::size_t>(tile.height), 1, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row) {
       for (std::size_t column = 0; column < static_cast<std::size_t>(tile.width); ++column) {

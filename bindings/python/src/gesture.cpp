@@ -3,6 +3,7 @@
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -197,8 +198,8 @@ SessionStroke brush(const std::string& name, const std::vector<Vector>& path, do
                     std::optional<double> amount) {
   const Brush& found = brush_named(name);
   SessionStroke result{stroke_of(found, radius, amount.value_or(found.amount))};
-  std::vector<Vec3d> points;
-  for (const Vector& p : path) points.push_back(vec(p, "path"));
+  std::vector<Vec3d> points(path.size());
+  std::transform(path.begin(), path.end(), points.begin(), [](const Vector& p) { return vec(p, "path"); });
   found.pulls ? std::get<ImplicitStroke>(result.stroke).path = std::move(points)
               : std::get<PaintStroke>(result.stroke).path = std::move(points);
   validate(result.stroke);
