@@ -158,8 +158,9 @@ void add(const RemeshCounts& more, RemeshCounts& counts) {
   counts.out_of_time = counts.out_of_time || more.out_of_time;
 }
 
-// Says how small the details of a flow are; those of grids differ from place to place.
-void set_features(const FlowReach& reach, const Flow& flow, Deformation& deformation) {
+// Says what a flow may move, and how small its details are; those of grids differ from place to place.
+void set_reach(const FlowReach& reach, const Flow& flow, Deformation& deformation) {
+  deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
   deformation.feature = reach.smallest_feature();
   const auto has_grid = [](const Segment& s) { return !(s.parts.empty() ? s : s.parts.front()).grid.is_empty(); };
   if (std::none_of(flow.segments.begin(), flow.segments.end(), has_grid)) return;
@@ -418,8 +419,7 @@ class MeshFollower {
       halving_.spent += spent;
       budget.points += static_cast<double>(points.size());
     };
-    deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
-    set_features(reach, part.flow, deformation);
+    set_reach(reach, part.flow, deformation);
     const KeptCount kept(progress_);
     try {
       options.progress = progress_;
