@@ -1,6 +1,4 @@
 // Text, pictures and meshes as the patterns of prints. FreeType draws letters; stb reads pictures.
-#include "session/pattern_files.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 
 #include "knead/error.h"
 #include "knead/io.h"
+#include "session/stroke_run.h"
 #include "strokes/print.h"
 
 #if defined(KNEAD_HAS_FREETYPE)

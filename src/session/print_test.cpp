@@ -411,13 +411,17 @@ TEST_F(Print, SaysWhatIsWrong) {
 TEST_F(Print, SaysWhereTextCannotBeSet) {
   const Mesh sphere = make_shape(ShapeKind::sphere, 1'000);
   const std::string place = R"("point": [0, 0, 1], "height": 0.3, "depth": 0.02)";
-  if (error_of(sphere, "\"text\": \"A\", " + place).find("FreeType") != std::string::npos) GTEST_SKIP();
+  if (error_of(sphere, "\"text\": \"A\", " + place).find("FreeType") != std::string::npos) {
+    GTEST_SKIP() << "the build has no FreeType";
+  }
   std::ofstream(folder_ / "no.ttf") << "nothing";
   EXPECT_NE(error_of(sphere, R"("text": "A", "font": "no such font", )" + place).find("\"font\": there is no file"),
             std::string::npos);
   EXPECT_NE(error_of(sphere, R"("text": "A", "font": "no.ttf", )" + place).find("no font with outlines"),
             std::string::npos);
-  if (error_of(sphere, "\"text\": \"A\", " + place).find("no usual font") != std::string::npos) GTEST_SKIP();
+  if (error_of(sphere, "\"text\": \"A\", " + place).find("no usual font") != std::string::npos) {
+    GTEST_SKIP() << "the computer has no usual font";
+  }
   EXPECT_NE(error_of(sphere, R"("text": "\uE000", )" + place).find("lacks the character U+E000"), std::string::npos);
   EXPECT_NE(error_of(sphere, R"("text": "A\nB", )" + place).find("one line"), std::string::npos);
   EXPECT_NE(error_of(sphere, R"("text": "  ", )" + place).find("nothing in it to print"), std::string::npos);

@@ -14,7 +14,6 @@
 #include "knead/io.h"
 #include "knead/vec.h"
 #include "session/deformed_shape_detail.h"
-#include "session/pattern_files.h"
 #include "strokes/describe.h"
 #include "strokes/limit_cylinder.h"
 #include "strokes/mirror.h"

@@ -10,7 +10,7 @@
 
 #include "knead/editor/shape_state.h"
 #include "knead/editor/tools.h"
-#include "math/grey_tile.h"
+#include "strokes/print.h"
 
 namespace knead::session_detail {
 
@@ -33,6 +33,10 @@ struct PreparedStroke {
 
   const Stroke& stroke() const { return beyond ? *beyond : source->stroke; }
 };
+
+// Returns the pattern of a valid print. Throws InvalidInput, beginning with the key in quotes, for a file that cannot
+// be read, for a font that is not found, and for a letter that it lacks.
+std::shared_ptr<const GreyPattern> read_pattern(const PrintStroke& stroke, const std::filesystem::path& folder);
 
 // Reads the files that a stroke names, relative to the folder. The source must outlive the result. Throws InvalidInput
 // for a stroke that cannot be applied to any shape.

@@ -11,7 +11,10 @@
 
 #include "knead/editor/tools.h"
 #include "knead/vec.h"
-#include "math/grey_tile.h"
+
+namespace knead {
+struct GreyPattern;  // strokes/print.h
+}
 
 namespace knead::tool_detail {
 

@@ -1,14 +1,34 @@
-// The face of a mesh as the pattern of the tool "print" (docs/decisions/0045-prints.md). Internal to the library.
+// The pattern of the tool "print" (docs/decisions/0045-prints.md). Internal to the library.
 #pragma once
+
+#include <vector>
 
 #include "knead/mesh.h"
 #include "knead/stroke.h"
-#include "math/grey_tile.h"
 
-namespace knead::tool_detail {
+namespace knead {
+
+// A grey picture that lies in a plane, such as a letter of a text.
+struct GreyTile {
+  int width = 0;  // pixels
+  int height = 0;
+  std::vector<float> values;  // from 0 to 1, rows from the top
+  double left = 0;            // of the left edge, to the right of the pattern's middle; in pixels
+  double top = 0;             // of the upper edge, above the middle
+};
+
+// Tiles side by side, of one scale.
+struct GreyPattern {
+  std::vector<GreyTile> tiles;
+  double height = 1;  // in pixels, of what the print's height says
+};
+
+namespace tool_detail {
 
 // Returns the face of a mesh that prints: what lies lowest, as seen from above; what is higher by less than the depth
 // is grey. Throws InvalidInput for a mesh without faces.
 GreyPattern face_of(const Mesh& mesh, const PrintStroke& stroke);
 
-}  // namespace knead::tool_detail
+}  // namespace tool_detail
+
+}  // namespace knead
