@@ -4,6 +4,7 @@
 #include <iterator>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 #include "gestures/gesture_kinds.h"
 #include "knead/editor/tools.h"
@@ -358,24 +359,29 @@ std::vector<std::uint32_t> piece_beyond(const Placement& joint, const Vec3d& dir
     if (is_beyond(v) && (!first || distance(v) < distance(*first))) first = v;
   }
   if (!first) return {};
-  std::vector<bool> is_in(positions.size(), false);
-  is_in[*first] = true;
-  double border2 = 0;
-  for (bool has_changed = true; has_changed;) {
-    has_changed = false;
-    for (const Triangle& t : around.picker->triangles()) {
-      if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_in[v]; })) continue;
-      for (const std::uint32_t v : t) {
-        if (!is_beyond(v)) border2 = std::max(border2, distance(v));
-        if (is_in[v] || !is_beyond(v)) continue;
-        is_in[v] = has_changed = true;
-      }
+  std::vector<std::uint32_t> links(positions.size());  // to a smaller vertex of the same piece, or to itself
+  std::iota(links.begin(), links.end(), 0U);
+  const auto root_of = [&](std::uint32_t v) {
+    while (links[v] != v) v = links[v] = links[links[v]];
+    return v;
+  };
+  for (const Triangle& t : around.picker->triangles()) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!is_beyond(t[k]) || !is_beyond(t[(k + 1) % 3])) continue;
+      const auto [smaller, greater] = std::minmax({root_of(t[k]), root_of(t[(k + 1) % 3])});
+      links[greater] = smaller;
     }
+  }
+  const auto is_in = [&](std::uint32_t v) { return is_beyond(v) && root_of(v) == root_of(*first); };
+  double border2 = 0;
+  for (const Triangle& t : around.picker->triangles()) {
+    if (std::none_of(t.begin(), t.end(), is_in)) continue;
+    for (const std::uint32_t v : t) border2 = is_beyond(v) ? border2 : std::max(border2, distance(v));
   }
   Box box;
   std::vector<std::uint32_t> piece;
   for (std::uint32_t v = 0; v < positions.size(); ++v) {
-    if (!is_in[v]) continue;
+    if (!is_in(v)) continue;
     piece.push_back(v);
     box.extend(positions[v]);
   }
