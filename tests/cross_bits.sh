@@ -25,7 +25,7 @@ jobs_of() {
   for name in "$root"/examples/tools/*.knead; do
     shape=$(sed -n '1s/.*"mesh": "\([^"]*\)".*/\1/p' "$name")
     name=$(basename "$name" .knead)
-    cp "$root/examples/tools/$name.knead" .
+    grep -v '"text"' "$root/examples/tools/$name.knead" >"$name.knead" # which fonts there are is the system's matter
     run deform "$shape" "$name.knead" -q -o "$name.ply"
     run deform "$shape" "$name.knead" -q --precision double --integrator rk4 -o "$name.double.ply"
     run resolve "$shape" "$name.knead" -q -o "$name.resolved.knead"
