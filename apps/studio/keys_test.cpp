@@ -64,15 +64,15 @@ TEST(Keys, TwoActionsCanSwapTheirKeys) {
 TEST(Keys, WhatCannotBeUsedIsToldAndTheRestIsUsed) {
   KeyMap keys = default_keys();
   const std::vector<KeyChoice> choices{
-      {"levitate", {"L"}}, {"undo", {"Strg+Z", "U"}}, {"redo", {"U", "Ctrl+U"}}, {"open", {"W"}}, {"quit", {}}};
+      {"levitate", {"L"}}, {"undo", {"Strg+Z", "Y"}}, {"redo", {"Y", "Ctrl+Y"}}, {"open", {"W"}}, {"quit", {}}};
   const std::vector<std::string> messages = choose_keys(keys, choices);
   ASSERT_EQ(messages.size(), 4U);
   EXPECT_NE(messages[0].find("levitate"), std::string::npos);
   EXPECT_NE(messages[1].find("Strg+Z"), std::string::npos);
   EXPECT_NE(messages[2].find("both \"undo\" and \"redo\""), std::string::npos) << messages[2];
   EXPECT_NE(messages[3].find("away from \"wireframe\""), std::string::npos) << messages[3];
-  EXPECT_EQ(action_of(keys, {"U", {}}), Action::undo);
-  EXPECT_EQ(action_of(keys, {"U", {false, true, false}}), Action::redo);
+  EXPECT_EQ(action_of(keys, {"Y", {}}), Action::undo);
+  EXPECT_EQ(action_of(keys, {"Y", {false, true, false}}), Action::redo);
   EXPECT_EQ(action_of(keys, {"W", {}}), Action::open);
   EXPECT_TRUE(keys.of(Action::quit).empty());
   EXPECT_EQ(action_of(keys, {"Z", {false, true, false}}), std::nullopt);

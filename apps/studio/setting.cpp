@@ -95,6 +95,11 @@ OwnForm background_form(std::string& name) {
   });
 }
 
+OwnForm text_form(std::string& value) {
+  return own_form("a text", value, value,
+                  [](const Json& json) { return json.is_text() ? std::optional(json.text()) : std::nullopt; });
+}
+
 OwnForm texts_form(std::vector<std::string>& list) {
   return own_form("a list of texts", list, list, [](const Json& json) {
     std::vector<std::string> found;
@@ -243,6 +248,8 @@ std::vector<Setting> brush_rows(ToolSettings& to) {
        "Leaves",
        "Print: pressed in, the stamp leaves a flat floor and upright walls. Groove: a round stamp is dragged along and "
        "leaves a groove. Carry along: the surface goes with the stamp."},
+      {"text", text_form(to.text)},
+      {"font", text_form(to.font)},
       {"exponent", &to.exponent},
       {"drag",
        choice_of(to.drag, {"view", "surface", "normal", "axis"},

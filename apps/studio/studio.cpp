@@ -100,8 +100,8 @@ bool Studio::is_beside_shape() const {
   const ToolUse use = settings().tool->use;
   const bool paints_mask = use == ToolUse::mask && settings().mask_mode == MaskMode::paint;
   const bool may_begin_beside = use == ToolUse::pull || use == ToolUse::paint || paints_mask;
-  const bool begins_on_shape = use == ToolUse::inflate || use == ToolUse::smooth || use == ToolUse::points ||
-                               use == ToolUse::curve || use == ToolUse::stamp;
+  const bool begins_on_shape = use == ToolUse::inflate || use == ToolUse::print || use == ToolUse::smooth ||
+                               use == ToolUse::points || use == ToolUse::curve || use == ToolUse::stamp;
   if (!(may_begin_beside || begins_on_shape) || !(pointer_.modifiers == Modifiers{})) return false;
   const GestureContext context = gesture_context();
   if (context.picker == nullptr || is_on_placed(pointer_, context, tools_.placed())) return false;

@@ -10,6 +10,7 @@
 
 #include "document/layers.h"
 #include "gestures/gesture_kinds.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
@@ -69,12 +70,14 @@ bool StudioTools::perform(Action action) {
 
 void StudioTools::begin_document() {
   const std::optional<StampShape> stamp = placed_.stamp;
+  const std::optional<PrintPicture> picture = placed_.picture;
   placed_ = {};
   settings_.first_radius = kFirstRadius * document_.shown().diagonal;
   settings_.radius = settings_.first_radius;
   settings_.kept.clear();
   settings_.remesh = document_.shown().shape_path.empty();
   if (stamp) set_stamp([stamp](Document& document) { return document.add_stamp(stamp->name, *stamp->mesh); });
+  if (picture) set_picture(picture->source);
 }
 
 void StudioTools::follow(bool has_gesture) {
@@ -99,6 +102,7 @@ void StudioTools::fix_radius() {
 void StudioTools::clear_placed() {
   PlacedTools kept;
   kept.stamp = std::move(placed_.stamp);
+  kept.picture = std::move(placed_.picture);
   select_pins(false);
   select_part(std::nullopt, placed_.parts);
   kept.pins = std::move(placed_.pins);
@@ -145,19 +149,32 @@ void StudioTools::take_stamp_back(std::span<const SessionStroke> strokes) {
 }
 
 void StudioTools::set_stamp(const std::function<StampShape(Document&)>& make) {
-  const auto load = [this, make](Document& document, Progress& progress) {
+  load([this, make](Document& document, Progress& progress) {
+    StampShape stamp = make(document);
+    stop_if_cancelled(&progress);
+    document_.deliver([this, stamp = std::move(stamp)] { placed_.stamp = stamp; });
+  });
+}
+
+void StudioTools::set_picture(const std::filesystem::path& source) {
+  load([this, source](Document& document, Progress& /*progress*/) {
+    const PrintPicture picture{document.keep_file(source), source};
+    document_.deliver([this, picture] { placed_.picture = picture; });
+  });
+}
+
+void StudioTools::load(const StudioDocument::Job& job) {
+  const auto guarded = [this, job](Document& document, Progress& progress) {
     document_.withdraw(Subject::stamp);
     try {
-      StampShape stamp = make(document);
-      stop_if_cancelled(&progress);
-      document_.deliver([this, stamp = std::move(stamp)] { placed_.stamp = stamp; });
+      job(document, progress);
     } catch (const Cancelled&) {
       document_.tell({false, "The stamp was not loaded."});
     } catch (const std::exception& error) {
       document_.tell({true, error.what(), Subject::stamp});
     }
   };
-  document_.post(load, "Loading the stamp");
+  document_.post(guarded, "Loading the stamp");
 }
 
 void StudioTools::use_stamp(ShapeKind kind) {
@@ -168,6 +185,10 @@ void StudioTools::use_stamp(ShapeKind kind) {
 
 void StudioTools::use_stamp(const std::filesystem::path& file) {
   interrupt_();
+  if (is_picture(file)) {
+    choose_tool(studio_tool(ToolUse::print), settings_);
+    return set_picture(file);
+  }
   choose_tool(studio_tool(ToolUse::stamp), settings_);
   set_stamp([file](Document& document) { return document.add_stamp(file.stem().string(), read_shape(file).mesh); });
 }

@@ -50,7 +50,7 @@ class StudioTools {
   // Takes a stamp that ended such strokes back to where they began.
   void take_stamp_back(std::span<const SessionStroke> strokes);
 
-  // Loads a stamp. A file also chooses the stamp tool.
+  // Loads a stamp. A file also chooses the tool: a mesh is stamped, a picture printed.
   void use_stamp(ShapeKind kind);
   void use_stamp(const std::filesystem::path& file);
 
@@ -77,6 +77,9 @@ class StudioTools {
 
  private:
   void set_stamp(const std::function<StampShape(Document&)>& make);
+  void set_picture(const std::filesystem::path& source);
+  // Has the worker do it, and tell what is wrong with a stamp.
+  void load(const StudioDocument::Job& job);
 
   StudioDocument& document_;
   std::function<void()> interrupt_;

@@ -9,6 +9,7 @@ knead_test(knead_studio_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/gestures/parts_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/pins_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/pose_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gestures/prints_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/selected_pins_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/preferences_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/words_test.cpp

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstdlib>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <system_error>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "session/stroke_run.h"
@@ -98,24 +100,31 @@ std::vector<fs::path> font_folders() {
   return folders;
 }
 
-// Returns the first file, by its path, of a font of one of these names; of the first name that there is.
-std::optional<fs::path> find_font(const std::vector<std::string>& names) {
-  std::vector<std::optional<fs::path>> found(names.size());
+// Returns the files of fonts in the usual folders, by their paths.
+std::vector<fs::path> all_fonts() {
+  std::vector<fs::path> files;
   for (const fs::path& folder : font_folders()) {
     std::error_code error;
     fs::recursive_directory_iterator each(folder, fs::directory_options::skip_permission_denied, error);
     for (; !error && each != fs::recursive_directory_iterator(); each.increment(error)) {
       const std::string type = lower(each->path().extension().string());
-      if (type != ".ttf" && type != ".otf" && type != ".ttc") continue;
-      const std::string key = font_key(each->path().stem().string());
-      for (std::size_t i = 0; i < names.size(); ++i) {
-        const bool is_it = key == names[i] || key == names[i] + "regular";
-        if (is_it && (!found[i] || each->path() < *found[i])) found[i] = each->path();
-      }
+      if (type == ".ttf" || type == ".otf" || type == ".ttc") files.push_back(each->path());
     }
   }
-  const auto first = std::find_if(found.begin(), found.end(), [](const auto& file) { return file.has_value(); });
-  return first == found.end() ? std::nullopt : *first;
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// Returns the first file, by its path, of a font of one of these names; of the first name that there is.
+std::optional<fs::path> find_font(const std::vector<std::string>& names) {
+  const std::vector<fs::path> files = all_fonts();
+  for (const std::string& name : names) {
+    for (const fs::path& file : files) {
+      const std::string key = font_key(file.stem().string());
+      if (key == name || key == name + "regular") return file;
+    }
+  }
+  return std::nullopt;
 }
 
 fs::path font_file(const std::string& font, const fs::path& folder) {
@@ -229,24 +238,80 @@ GreyPattern set_text(const PrintStroke& stroke, const fs::path& folder) {
   return pattern;
 }
 #else
+std::vector<fs::path> all_fonts() { return {}; }
+
 GreyPattern set_text(const PrintStroke& /*stroke*/, const fs::path& /*folder*/) {
   throw InvalidInput("\"text\": this Knead was built without FreeType, and prints no text; print a picture or a mesh");
 }
 #endif
+
+// Appends the lines on which a tile is half as high as at its highest place: one or two in each square of a lattice.
+void add_outline(const GreyTile& tile, double height, std::vector<PlaneLine>& lines) {
+  constexpr double kSquares = 40;  // of the pattern's height
+  const double side = std::max(height / kSquares, 1.0);
+  const double half = 0.5 * static_cast<double>(*std::max_element(tile.values.begin(), tile.values.end()));
+  // Over half, at a corner of the lattice, which goes a little beyond the tile.
+  const auto excess = [&](int column, int row) {
+    const double x = (column - 1) * side;
+    const double y = (row - 1) * side;
+    return tool_detail::mean_in(tile, x, y, x + side, y + side) - half;
+  };
+  constexpr std::array<std::array<int, 2>, 5> kRound{{{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}}};
+  for (int row = 0; (row - 0.5) * side < tile.height; ++row) {
+    for (int column = 0; (column - 0.5) * side < tile.width; ++column) {
+      std::vector<std::array<double, 2>> crossings;
+      for (std::size_t k = 0; k + 1 < kRound.size(); ++k) {
+        const auto [x0, y0] = kRound[k];
+        const auto [x1, y1] = kRound[k + 1];
+        const double from = excess(column + x0, row + y0);
+        const double to = excess(column + x1, row + y1);
+        if ((from > 0) == (to > 0)) continue;
+        const double t = from / (from - to);
+        const double x = tile.left + (column - 0.5 + x0 + t * (x1 - x0)) * side;
+        const double y = tile.top - (row - 0.5 + y0 + t * (y1 - y0)) * side;
+        crossings.push_back({x / height, y / height});
+      }
+      for (std::size_t k = 0; k + 1 < crossings.size(); k += 2) lines.push_back({crossings[k], crossings[k + 1]});
+    }
+  }
+}
 
 }  // namespace
 
 std::shared_ptr<const GreyPattern> read_pattern(const PrintStroke& stroke, const fs::path& folder) {
   if (!stroke.text.empty()) return std::make_shared<const GreyPattern>(set_text(stroke, folder));
   const fs::path file = folder / stroke.file;
-  const std::string type = lower(file.extension().string());
-  const bool is_picture = type == ".png" || type == ".pgm" || type == ".ppm" || type == ".jpg" || type == ".jpeg";
   try {
-    return std::make_shared<const GreyPattern>(is_picture ? read_picture(file)
-                                                          : tool_detail::face_of(read_shape(file).mesh, stroke));
+    return std::make_shared<const GreyPattern>(is_picture(file) ? read_picture(file)
+                                                                : tool_detail::face_of(read_shape(file).mesh, stroke));
   } catch (const IoError& error) {
     throw InvalidInput(fmt::format("\"file\": {}", error.what()));
   }
 }
 
 }  // namespace knead::session_detail
+
+namespace knead {
+
+std::vector<PlaneLine> print_outline(const PrintStroke& stroke, const std::filesystem::path& folder) {
+  validate(Stroke(stroke));
+  const std::shared_ptr<const GreyPattern> pattern = session_detail::read_pattern(stroke, folder);
+  std::vector<PlaneLine> lines;
+  for (const GreyTile& tile : pattern->tiles) session_detail::add_outline(tile, pattern->height, lines);
+  return lines;
+}
+
+bool is_picture(const std::filesystem::path& file) {
+  const std::string type = session_detail::lower(file.extension().string());
+  return std::find(kPictureExtensions.begin(), kPictureExtensions.end(), type) != kPictureExtensions.end();
+}
+
+std::vector<std::string> font_names() {
+  std::vector<std::string> names;
+  for (const std::filesystem::path& file : session_detail::all_fonts()) names.push_back(file.stem().string());
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
+}  // namespace knead

@@ -408,6 +408,21 @@ TEST_F(Print, SaysWhatIsWrong) {
   }
 }
 
+// The bar of bar.pgm is 80 by 20 pixels, the picture 60 high.
+TEST_F(Print, TheOutlineGoesRoundThePattern) {
+  PrintStroke stroke;
+  stroke.file = "bar.pgm";
+  stroke.height = stroke.depth = 1;
+  double length = 0;
+  for (const auto& [from, to] : print_outline(stroke, folder_)) {
+    length += std::hypot(to[0] - from[0], to[1] - from[1]);
+    for (const auto& [x, y] : {from, to}) {
+      EXPECT_NEAR(std::max(std::abs(x) - 40.0 / 60, std::abs(y) - 10.0 / 60), 0, 0.025) << x << ", " << y;
+    }
+  }
+  EXPECT_NEAR(length, 200.0 / 60, 0.15);
+}
+
 TEST_F(Print, SaysWhereTextCannotBeSet) {
   const Mesh sphere = make_shape(ShapeKind::sphere, 1'000);
   const std::string place = R"("point": [0, 0, 1], "height": 0.3, "depth": 0.02)";

@@ -91,20 +91,6 @@ struct Stencil {
   }
 };
 
-// The mean of a tile's pixels in a rectangle, in pixels from its upper left corner; what is beyond counts as 0.
-double mean_in(const GreyTile& tile, double x0, double y0, double x1, double y1) {
-  double sum = 0;
-  for (int y = std::max(0, static_cast<int>(y0)); y < std::min(tile.height, static_cast<int>(std::ceil(y1))); ++y) {
-    const double high = std::min(y1, y + 1.0) - std::max(y0, 1.0 * y);
-    for (int x = std::max(0, static_cast<int>(x0)); x < std::min(tile.width, static_cast<int>(std::ceil(x1))); ++x) {
-      const double wide = std::min(x1, x + 1.0) - std::max(x0, 1.0 * x);
-      const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(tile.width) + static_cast<std::size_t>(x);
-      sum += static_cast<double>(tile.values[at]) * std::max(0.0, wide) * std::max(0.0, high);
-    }
-  }
-  return sum / ((x1 - x0) * (y1 - y0));
-}
-
 // Appends for some pixels of a tile how wide the stroke there is, in pixels: of eight chords the third shortest
 // (StampTool::narrowest_width).
 void add_widths(const GreyTile& tile, std::vector<double>& widths) {
@@ -529,6 +515,19 @@ void move(PrintStroke& stroke, const std::optional<Vec3d>& /*signs*/, const Plac
 }  // namespace
 
 namespace tool_detail {
+
+double mean_in(const GreyTile& tile, double x0, double y0, double x1, double y1) {
+  double sum = 0;
+  for (int y = std::max(0, static_cast<int>(y0)); y < std::min(tile.height, static_cast<int>(std::ceil(y1))); ++y) {
+    const double high = std::min(y1, y + 1.0) - std::max(y0, 1.0 * y);
+    for (int x = std::max(0, static_cast<int>(x0)); x < std::min(tile.width, static_cast<int>(std::ceil(x1))); ++x) {
+      const double wide = std::min(x1, x + 1.0) - std::max(x0, 1.0 * x);
+      const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(tile.width) + static_cast<std::size_t>(x);
+      sum += static_cast<double>(tile.values[at]) * std::max(0.0, wide) * std::max(0.0, high);
+    }
+  }
+  return sum / ((x1 - x0) * (y1 - y0));
+}
 
 GreyPattern face_of(const Mesh& mesh, const PrintStroke& stroke) {
   const SurfaceTree tree(triangulate(mesh), mesh.positions);

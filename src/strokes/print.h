@@ -29,6 +29,9 @@ namespace tool_detail {
 // is grey. Throws InvalidInput for a mesh without faces.
 GreyPattern face_of(const Mesh& mesh, const PrintStroke& stroke);
 
+// Returns the mean of a tile's pixels in a rectangle, in pixels from its upper left corner; what is beyond counts as 0.
+double mean_in(const GreyTile& tile, double x0, double y0, double x1, double y1);
+
 }  // namespace tool_detail
 
 }  // namespace knead

@@ -54,6 +54,7 @@ use ball 1 583 592 611 611
 use move q 583 592 588 580
 use capsule 2 564 535 574 512
 use paint 3 574 611 621 602
+use print u 574 611 580 605
 xdotool key 4 sleep 0.3
 click 564 478
 use points 4 564 478 574 497

@@ -33,7 +33,7 @@ double seconds_since(std::chrono::steady_clock::time_point began) {
 }
 
 bool ends_with_article(std::string_view text) {
-  const std::array articles{"a ", "the ", "this ", "'s ", "same "};
+  const std::array articles{"a ", "the ", "this ", "its ", "'s ", "same "};
   return std::any_of(articles.begin(), articles.end(), [&](const char* end) { return text.ends_with(end); });
 }
 
@@ -42,7 +42,7 @@ bool ends_with_article(std::string_view text) {
 std::string word_for_key(std::string key) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 12> words{{{"outer", "radius"},
                                                                                  {"inner", "inner part"},
-                                                                                 {"bump", "radius"},
+                                                                                 {"bump", "soft edge"},
                                                                                  {"angle_deg", "angle"},
                                                                                  {"rate_deg", "angle"},
                                                                                  {"width", "border"},

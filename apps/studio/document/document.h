@@ -182,6 +182,9 @@ class Document {
   // and IoError.
   StampShape add_stamp(const std::string& name, const Mesh& mesh);
 
+  // Copies a file to the folder of stamps, and returns its name for strokes. Throws IoError.
+  std::string keep_file(const std::filesystem::path& from) const;
+
   // Returns the placement with the limit cylinder of the part that a twist or bend there moves. With may_turn (it was
   // just clicked) it may turn about its x towards the thinnest part there, and of equally thin ones towards the nearer
   // tip; else its z says where the tip is.

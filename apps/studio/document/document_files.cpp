@@ -5,6 +5,7 @@
 #include <chrono>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -23,23 +24,31 @@ std::filesystem::path stamps_beside(const std::filesystem::path& session) {
   return session.stem().string() + "_stamps";
 }
 
-std::string file_text(const std::filesystem::path& path) {
-  const ShapeFile file = read_shape(path);
-  return file.bytes;
-}
-
 // Empty for a file that cannot be read.
 std::string text_of_file(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// Calls change(file) for every stroke that names a file.
+// Calls change(file) for every file that a stroke names. A font without an extension is no file, but a name.
 template <class Change>
 void for_each_file(std::vector<SessionStroke>& strokes, const Change& change) {
   for (SessionStroke& stroke : strokes) {
-    if (auto* file = find_value<std::string>(stroke.stroke, "mesh")) change(*file);
+    for (const char* const key : {"mesh", "file", "font"}) {
+      std::string* const file = find_value<std::string>(stroke.stroke, key);
+      if (file != nullptr && std::filesystem::path(*file).has_extension()) change(*file);
+    }
   }
+}
+
+// Returns the path, or one with a number where another file is there, which strokes may name.
+template <class IsOther>
+std::filesystem::path free_name(const std::filesystem::path& path, const IsOther& is_other) {
+  std::filesystem::path free = path;
+  for (int number = 2; std::filesystem::exists(free) && is_other(free); ++number) {
+    free.replace_filename(fmt::format("{}_{}{}", path.stem().string(), number, path.extension().string()));
+  }
+  return free;
 }
 
 }  // namespace
@@ -73,7 +82,10 @@ StampShape Document::add_stamp(const std::string& name, const Mesh& mesh) {
   const Vec3d middle = bounding_box(plain.positions).center();
   for (Vec3d& p : plain.positions) p = p - middle;
   std::filesystem::create_directories(stamp_folder());
-  std::string file = "stamps/" + name + ".ply";
+  const auto is_other = [&](const std::filesystem::path& kept) {
+    return read_shape(kept).mesh.positions != plain.positions;
+  };
+  std::string file = "stamps/" + free_name(stamp_folder() / (name + ".ply"), is_other).filename().string();
   for (unsigned planes = 0; planes < 8; ++planes) {
     const std::string of_image = planes == 0 ? file : image_file(file, planes);
     const Mesh image = mirrored_mesh(plain, planes);
@@ -82,18 +94,24 @@ StampShape Document::add_stamp(const std::string& name, const Mesh& mesh) {
   return {name, file, std::make_shared<const Mesh>(std::move(plain))};
 }
 
+std::string Document::keep_file(const std::filesystem::path& from) const {
+  const std::string bytes = read_text(from);
+  const auto is_other = [&](const std::filesystem::path& kept) { return read_text(kept) != bytes; };
+  const std::filesystem::path path = free_name(stamp_folder() / from.filename(), is_other);
+  std::filesystem::create_directories(stamp_folder());
+  write_file_atomically(path, bytes);
+  return "stamps/" + path.filename().string();
+}
+
 // Strokes that were made elsewhere: their stamps are copied to this document's.
 void Document::append(Session session, Progress& progress) {
   const std::filesystem::path folder = std::filesystem::path(session.name).parent_path();
-  std::set<std::string> copied;
+  std::map<std::string, std::string> copied;
   for_each_file(session.strokes, [&](std::string& stamp) {
     const std::filesystem::path from = folder / stamp;
-    const std::string file = "stamps/" + from.filename().string();
-    if (copied.insert(file).second) {
-      std::filesystem::create_directories(stamp_folder());
-      write_file_atomically(stamp_folder().parent_path() / file, file_text(from));
-    }
-    stamp = file;
+    std::string& kept = copied[from.string()];
+    if (kept.empty()) kept = keep_file(from);
+    stamp = kept;
   });
   for (const std::string& warning : session.warnings) options_.tell({false, warning});
   parameters_ = session.parameters;  // no stroke is before it
@@ -194,7 +212,7 @@ void Document::save(const std::filesystem::path& path) {
       if (!written.insert(file).second) return;
       const std::filesystem::path to = path.parent_path() / file;
       std::filesystem::create_directories(to.parent_path());
-      write_file_atomically(to, file_text(stamp_folder() / to.filename()));
+      write_file_atomically(to, read_text(stamp_folder() / to.filename()));
     });
     FilesTogether files;
     std::string made;

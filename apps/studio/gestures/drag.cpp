@@ -333,6 +333,34 @@ std::optional<InflateGesture> begin_inflate(const Pointer& pointer, const Gestur
   return InflateGesture{{{hit->point}, settings.radius, settings.growth * cube * (shrinks ? -1 : 1)}, hit->point};
 }
 
+std::optional<PrintGesture> begin_print(const Pointer& pointer, const GestureContext& around,
+                                        const PlacedTools& placed) {
+  const auto hit = hit_at(pointer, around);
+  if (!hit) return std::nullopt;
+  const ToolSettings& settings = around.settings;
+  PrintGesture gesture;
+  PrintStroke& stroke = gesture.stroke;
+  if (placed.picture) {
+    stroke.file = placed.picture->file;
+  } else {
+    stroke.text = settings.text;
+    stroke.font = settings.font;
+  }
+  const bool presses_in = settings.paint_in != pointer.modifiers.ctrl;
+  stroke.height = settings.radius;
+  stroke.depth = settings.depth * settings.radius * (presses_in ? 1 : -1);
+  stroke.point = hit->point;
+  stroke.up = print_up(around.screen, hit->normal);
+  return gesture;
+}
+
+Vec3d print_up(const Screen& screen, const Vec3d& normal) {
+  constexpr double kSteep = 0.9;
+  const render::CameraFrame frame = render::camera_frame(screen.camera);
+  const double up = dot(normal, frame.up);
+  return std::abs(up) < kSteep ? frame.up : frame.forward * std::copysign(1, up);
+}
+
 void ImplicitGesture::move(const GestureStep& step) {
   const auto& [pointer, around, placed] = step;
   std::vector<Vec3d>& path = stroke.path;
@@ -440,6 +468,13 @@ void RelaxGesture::move(const GestureStep& step) {
 void InflateGesture::move(const GestureStep& step) {
   if (step.pointer.typed) stroke.volume = *step.pointer.typed * percent();
   extend_on_surface(step.pointer, step.around, kSpacing * stroke.radius, last_point, stroke.points);
+}
+
+void PrintGesture::move(const GestureStep& step) {
+  const auto hit = hit_at(step.pointer, step.around);
+  if (!hit) return;
+  stroke.point = hit->point;
+  stroke.up = print_up(step.around.screen, hit->normal);
 }
 
 }  // namespace knead::studio

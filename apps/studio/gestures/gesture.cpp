@@ -93,6 +93,9 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
     case ToolUse::inflate:
       if (around.state.mesh->face_count() == 0) return in_trouble("A point cloud has no surface to inflate.");
       return made(begin_inflate(pointer, around));
+    case ToolUse::print:
+      if (around.state.mesh->face_count() == 0) return in_trouble("A point cloud has no surface to print on.");
+      return made(begin_print(pointer, around, placed));
     case ToolUse::points:
     case ToolUse::curve:
       if (is_near(placed, pointer, around)) return Gesture{begin_points(pointer, around, placed)};

@@ -141,6 +141,16 @@ struct InflateGesture {
   Amount number() const { return {AmountKind::growth, stroke.volume / percent()}; }
 };
 
+// A text or picture that follows the pointer on the surface, and is printed when the drag ends: that takes a while.
+struct PrintGesture {
+  PrintStroke stroke;
+  bool has_ended = false;
+
+  void move(const GestureStep& step);
+  void end(const GestureStep& /*step*/) { has_ended = true; }
+  std::vector<Stroke> strokes() const { return strokes_if(has_ended, stroke); }
+};
+
 // A line drawn on the surface, to be moved later; a click sets a point.
 struct DrawGesture {
   std::vector<Vec3d> points;
@@ -275,7 +285,7 @@ struct GizmoGesture {
 // the strokes so far; and number(), what amount_of() returns. kHasImages: the strokes do what their images do, too.
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, LassoGesture,
-               PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PartGesture, PartPaintGesture>
+               PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PrintGesture, PartGesture, PartPaintGesture>
       kind;
   ShapeState start{};     // the shape as it was
   std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person
@@ -369,6 +379,10 @@ bool* rests_of(Gesture& gesture);
 
 // Returns the part of the pose that the pointer is on.
 std::optional<std::size_t> part_at(const Pointer& pointer, const GestureContext& around, const PartMarks& parts);
+
+// Returns the direction in which a print is upright on a surface with this normal: up in the picture, or away from the
+// viewer.
+Vec3d print_up(const Screen& screen, const Vec3d& normal);
 
 // Returns the stroke of the placed stamp: its pose, size and orientation.
 StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement);

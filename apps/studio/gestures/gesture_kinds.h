@@ -26,6 +26,9 @@ std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const GestureCon
 
 std::optional<InflateGesture> begin_inflate(const Pointer& pointer, const GestureContext& around);
 
+std::optional<PrintGesture> begin_print(const Pointer& pointer, const GestureContext& around,
+                                        const PlacedTools& placed);
+
 inline constexpr double kClick = 4;  // pixels that a click may move
 inline constexpr double kNear = 12;  // pixels from what is placed, to take hold of it
 

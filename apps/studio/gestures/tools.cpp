@@ -221,7 +221,7 @@ const std::vector<StudioTool> kTools{
      .use = ToolUse::stamp,
      .group = ToolGroup::shape,
      .tip = "Presses a solid into the shape.",
-     .also = "alpha text letter emboss engrave press",
+     .also = "emboss engrave press",
      .drag = DragMode::normal,
      .sliders = {"stamp_size"},
      .hint = "Click on the shape to place the stamp.",
@@ -229,6 +229,18 @@ const std::vector<StudioTool> kTools{
      .icon = {{box, {-0.35F, -0.9F, 0.35F, 0}},
               {wave, {-1, 0.2F, -0.4F, 0.2F, -0.7F, 0.8F, 0, 0.8F}},
               {wave, {0, 0.8F, 0.7F, 0.8F, 0.4F, 0.2F, 1, 0.2F}}}},
+    {.name = "Print",
+     .key = "U",
+     .use = ToolUse::print,
+     .group = ToolGroup::shape,
+     .tip = "Raises a text or a picture out of the surface, or with Ctrl presses it in.",
+     .also = "text letter word font alpha logo emboss engrave picture",
+     .sliders = {"depth"},
+     .hint = "Press on the shape, drag the text to its place, and let go: it is raised; Ctrl presses it in.",
+     .second_hint = "Press on the shape, drag the text to its place, and let go: it is pressed in; Ctrl raises it.",
+     .icon = {{line, {-0.6F, 0.85F, 0, -0.85F}},
+              {line, {0, -0.85F, 0.6F, 0.85F}},
+              {line, {-0.36F, 0.2F, 0.36F, 0.2F}}}},
     {.name = "Rotate",
      .key = "7",
      .use = ToolUse::turn,
@@ -383,8 +395,11 @@ void choose_tool(const StudioTool& tool, ToolSettings& settings) {
 bool blends(const ToolSettings& settings) {
   const ToolUse use = settings.tool->use;
   return use != ToolUse::mask && use != ToolUse::pose && use != ToolUse::inflate && use != ToolUse::smooth &&
-         (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick) && settings.tool->brush == nullptr;
+         use != ToolUse::print && (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick) &&
+         settings.tool->brush == nullptr;
 }
+
+bool has_two_signs(ToolUse use) { return use == ToolUse::paint || use == ToolUse::inflate || use == ToolUse::print; }
 
 const StudioTool& studio_tool(ToolUse use) {
   return *std::find_if(kTools.begin(), kTools.end(), [&](const StudioTool& tool) { return tool.use == use; });
@@ -400,7 +415,7 @@ std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, Tur
     std::string hint = pose_hint(settings.pose, placed);
     if (!hint.empty()) return hint;
   }
-  const bool is_placed = ((tool.use == ToolUse::paint || tool.use == ToolUse::inflate) && settings.paint_in) ||
+  const bool is_placed = (has_two_signs(tool.use) && settings.paint_in) ||
                          (tool.use == ToolUse::points && !placed.points.empty()) ||
                          (tool.use == ToolUse::curve && !placed.curves.empty()) ||
                          ((tool.use == ToolUse::stamp || tool.use == ToolUse::turn) && placed.placement) ||

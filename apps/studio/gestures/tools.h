@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -69,6 +70,12 @@ struct StampShape {
   std::shared_ptr<const Mesh> mesh;  // about its origin
 };
 
+// A picture that is printed.
+struct PrintPicture {
+  std::string file;              // in the document's folder of stamps
+  std::filesystem::path source;  // where it came from
+};
+
 // Where rotate, stretch, twist, bend and stamp are placed. x, y and z are unit vectors, perpendicular to each other; a
 // bend turns about x, all else goes along z.
 struct Placement {
@@ -91,6 +98,7 @@ enum class ToolUse {
   pull,     // a drag carries it along a path
   paint,    // a drag sets dabs on the surface
   inflate,  // a drag draws a line on the surface, along which the shape then grows by a volume
+  print,    // a drag lays a text or a picture on the surface, which is then raised or pressed in
   smooth,   // a drag smooths the surface, as Shift and a drag do with every tool
   points,   // clicks set points on the surface; a drag of one moves all
   curve,    // a drag draws a curve on the surface; another drag moves it
@@ -151,7 +159,7 @@ struct StudioTool {
   std::vector<std::string_view> sliders{};
   std::string_view strength{};  // the setting that is a plain number and says how much the tool does
   const char* hint;             // what to do first
-  const char* second_hint;      // once something is placed; for ToolUse::paint and inflate, when paint_in is set
+  const char* second_hint;      // once something is placed; for tools with paint_in, when that is set
   std::vector<IconPart> icon;
   Turning turning{};  // of ToolUse::turn
 };
@@ -167,6 +175,9 @@ const StudioTool* studio_tool(std::string_view word);
 
 // Returns whether the tool that is set moves the shape, and its falloff counts.
 bool blends(const ToolSettings& settings);
+
+// Returns whether the tool adds or takes away, as paint_in says.
+bool has_two_signs(ToolUse use);
 
 // Returns the first tool that is used so.
 const StudioTool& studio_tool(ToolUse use);
@@ -190,7 +201,7 @@ struct OwnSettings {
   Vec3d axis{0, 0, 1};  // of DragMode::axis
   PullStart start = PullStart::inside;
   double pinch = 0.7;     // of tools that pinch or flatten: the logarithm by which a layer thins the surface, > 0
-  bool paint_in = false;  // paint presses in, inflate shrinks; Ctrl inverts
+  bool paint_in = false;  // paint and print press in, inflate shrinks; Ctrl inverts
 };
 
 // What is set at the panels and with keys. Lengths in the mesh's own units.
@@ -198,12 +209,14 @@ struct ToolSettings : OwnSettings {
   const StudioTool* tool = &studio_tools().front();
   bool auto_radius = true;    // of exact pins: from their distances, instead of `radius`
   double capsule_length = 1;  // half of it, relative to the radius
-  double depth = 0.15;        // of paint, relative to the radius, > 0
+  double depth = 0.15;        // of paint and print, relative to the radius, > 0
   double growth = 0.06;       // of inflate: the volume, relative to the radius' cube, > 0
   double smoothing = 0.5;     // of smooth: the part of the way to the smooth surface, in (0, 1]
   int exponent = 8;           // of points and curves; even, 4 or more
   double stamp_size = 0.5;    // the tool's half extent, relative to the radius
   StampContact stamp_contact = StampContact::automatic;
+  std::string text = "Text";   // of print, where no picture is chosen; its capital letters are as high as the radius
+  std::string font;            // as a print names it; empty: a usual one
   bool lasso_selects = false;  // a drag beside the pins draws a line round those that it selects
   PoseMode pose = PoseMode::pins;
   double pose_detail = 0;  // of the shape's size; 0: from the thickness of what moves
@@ -265,6 +278,7 @@ struct PlacedTools {
   std::vector<std::vector<Vec3d>> curves;
   std::optional<Placement> placement;
   std::optional<StampShape> stamp;
+  std::optional<PrintPicture> picture;
   std::vector<Pin> pins;
   PartMarks parts;
   std::optional<std::size_t> lit_pin;  // that the panel points to

@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "knead/editor/tools.h"
 #include "knead/io.h"
 #include "panels/widgets.h"
 #include "platform/gui.h"
@@ -92,7 +93,7 @@ bool has_settings(FileUse use) { return writes(use) && use != FileUse::save && u
 const char* title_of(FileUse use) {
   constexpr std::array titles{"Open a shape or a session",
                               "Add a shape to those that are open",
-                              "Choose a closed shape as the stamp",
+                              "Choose a closed shape as the stamp, or a picture to print",
                               "Choose the shape to fit to",
                               "Choose a picture to model after",
                               "Save the session",
@@ -111,6 +112,7 @@ std::vector<std::string> extensions_of(FileUse use) {
   std::vector<std::string> extensions;
   for (const std::string_view name : shape_extensions()) extensions.push_back(fmt::format(".{}", name));
   if (use == FileUse::open) extensions.emplace_back(".knead");
+  if (use == FileUse::stamp) extensions.insert(extensions.end(), kPictureExtensions.begin(), kPictureExtensions.end());
   if (use == FileUse::export_frames) extensions.insert(extensions.end(), {".pc2", ".mdd", ".usda", ".pvd"});
   return extensions;
 }

@@ -1,6 +1,7 @@
 // The settings of the chosen tool, of symmetry, of remeshing and of the view.
 #include <fmt/format.h>
 #include <imgui.h>
+#include <imgui_stdlib.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +10,7 @@
 #include <numeric>
 
 #include "gestures/gesture_kinds.h"
+#include "knead/editor/tools.h"
 #include "knead/field.h"
 #include "knead/mesh.h"
 #include "panels/panels.h"
@@ -30,8 +32,7 @@ constexpr int kFinestResolution = 1000;
 const ImVec4 kSelected{0.95F, 0.55F, 0.10F, 1};  // pins
 
 bool goes_along_a_drag(ToolUse use) {
-  return use != ToolUse::paint && use != ToolUse::inflate && use != ToolUse::smooth && use != ToolUse::turn &&
-         use != ToolUse::mask;
+  return !has_two_signs(use) && use != ToolUse::smooth && use != ToolUse::turn && use != ToolUse::mask;
 }
 
 // The three axes, side by side.
@@ -188,11 +189,25 @@ void draw_mask(Studio& studio) {
   }
 }
 
+// The fonts of this computer, which are listed once.
+void draw_font(std::string& font) {
+  static const std::vector<std::string> kFonts = font_names();
+  if (begin_list("Font", font.empty() ? "standard" : font)) {
+    if (ImGui::Selectable("standard", font.empty())) font.clear();
+    for (const std::string& name : kFonts) {
+      if (ImGui::Selectable(name.c_str(), name == font)) font = name;
+    }
+    ImGui::EndCombo();
+  }
+  help_on_hover("of the text; its capital letters are as high as the radius");
+}
+
 void draw_own_settings(Studio& studio) {
   ToolSettings& settings = studio.tools().settings();
   const StudioTool& tool = *settings.tool;
   if (tool.use == ToolUse::stamp) draw_tool_setting(studio, "contact");
-  if (tool.use == ToolUse::paint || tool.use == ToolUse::inflate) draw_tool_setting(studio, "paint_in");
+  if (has_two_signs(tool.use)) draw_tool_setting(studio, "paint_in");
+  if (tool.use == ToolUse::print && !studio.tools().placed().picture) draw_font(settings.font);
   if (tool.use == ToolUse::points || tool.use == ToolUse::curve) {
     ImGui::TextDisabled("%zu points, %zu curves", studio.tools().placed().points.size(),
                         studio.tools().placed().curves.size());
@@ -291,6 +306,20 @@ void choose_stamp(Studio& studio, float width) {
   ImGui::EndCombo();
 }
 
+// The text, or the picture in its place, which a click takes away.
+void draw_printed(Studio& studio, float width) {
+  std::optional<PrintPicture>& picture = studio.tools().placed().picture;
+  ImGui::SetNextItemWidth(width);
+  if (!picture) {
+    ImGui::InputText("##text", &studio.tools().settings().text);
+    help_on_hover("the text that is printed; File > Stamp from a file takes a picture in its place");
+    return;
+  }
+  const std::string name = picture->source.filename().string() + "##picture";
+  if (ImGui::Button(name.c_str(), {width, 0})) picture.reset();
+  help_on_hover("The picture that is printed: white goes to the full depth. Click to print a text again.");
+}
+
 }  // namespace
 
 void draw_setting(std::span<const Setting> rows, std::string_view key, std::optional<float> width) {
@@ -328,13 +357,14 @@ bool has_radius(const ToolSettings& settings) {
 
 bool has_mode(const Studio& studio) {
   const ToolUse use = studio.tools().settings().tool->use;
-  return use == ToolUse::stamp || use == ToolUse::pose || use == ToolUse::mask;
+  return use == ToolUse::stamp || use == ToolUse::print || use == ToolUse::pose || use == ToolUse::mask;
 }
 
 void draw_mode(Studio& studio, float width) {
   const ToolUse use = studio.tools().settings().tool->use;
   if (use == ToolUse::pose) draw_tool_setting(studio, "pose", width);
   if (use == ToolUse::mask) draw_tool_setting(studio, "mask_mode", width);
+  if (use == ToolUse::print) draw_printed(studio, width);
   if (use != ToolUse::stamp) return;
   choose_stamp(studio, width);
   help_on_hover("which solid is pressed in; File > Stamp from a file takes any closed mesh");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "gestures/gesture_kinds.h"
 #include "gestures/tools.h"
@@ -68,6 +69,8 @@ std::optional<Radii> radii_of(const Studio& studio) {
     case ToolUse::pose:
       if (settings.pose == PoseMode::brush) return Radii{0.5 * settings.radius};
       if (settings.auto_radius || !has_exact_pins(settings)) return std::nullopt;
+      return Radii{settings.radius};
+    case ToolUse::print:
       return Radii{settings.radius};
     case ToolUse::stamp:
     case ToolUse::turn:
@@ -205,9 +208,23 @@ double weight_at(const Segment& segment, const Vec3d& p) {
   return most;
 }
 
+// A print's outline where the print would be.
+void add_outline(const Studio& studio, const CursorPlace& place, std::span<const PlaneLine> outline, double thickness,
+                 std::vector<render::Line>& lines) {
+  const Vec3d to_up = print_up(studio.view().screen(), place.normal);
+  const Vec3d up = normalized(to_up - place.normal * dot(to_up, place.normal)) * studio.tools().settings().radius;
+  const Vec3d right = cross(up, place.normal);
+  for (const auto& [from, to] : outline) {
+    lines.push_back(
+        {.points = {place.center + right * from[0] + up * from[1], place.center + right * to[0] + up * to[1]},
+         .radius = thickness,
+         .color = studio.preferences().outer_ring});
+  }
+}
+
 }  // namespace
 
-void add_cursor(const Studio& studio, std::vector<render::Line>& lines) {
+void add_cursor(const Studio& studio, std::span<const PlaneLine> outline, std::vector<render::Line>& lines) {
   const DocumentState& shown = studio.document().shown();
   const std::optional<Radii> radii = radii_of(studio);
   if (!radii || shown.opened == 0 || shown.looked_at) return;
@@ -217,8 +234,11 @@ void add_cursor(const Studio& studio, std::vector<render::Line>& lines) {
   const double pixel = pixel_size(studio.view().screen(), place->center);
   const auto ring = [&](double radius) { return render::ring(place->center, place->normal, radius, kPoints); };
   std::vector<render::Line> cursor;
-  cursor.push_back(
-      {.points = ring(radii->outer), .radius = kThickness * pixel, .closed = true, .color = preferences.outer_ring});
+  if (outline.empty()) {
+    cursor.push_back(
+        {.points = ring(radii->outer), .radius = kThickness * pixel, .closed = true, .color = preferences.outer_ring});
+  }
+  add_outline(studio, *place, outline, kThickness * pixel, cursor);
   const double thickness = kThickness * (1 + (kThickest - 1) * radii->strength) * pixel;
   if (radii->inner > 0) {
     add_dashes(ring(radii->inner), {.points = {}, .radius = thickness, .color = preferences.inner_ring}, cursor);

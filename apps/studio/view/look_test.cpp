@@ -111,7 +111,7 @@ struct Cursor {
 
 Cursor cursor_of(const Studio& studio) {
   std::vector<render::Line> lines;
-  add_cursor(studio, lines);
+  add_cursor(studio, {}, lines);
   Cursor cursor;
   for (const render::Line& line : lines) {
     if (line.closed) {

@@ -229,8 +229,7 @@ void add_symmetry(const Studio& studio, const Box& box, render::LiveScene& scene
 // The tools at the pointer and in a drag are seen by the cursor; their regions only on demand, and fainter in a drag.
 bool shows_region(const Studio& studio) {
   const ToolUse use = studio.tools().settings().tool->use;
-  const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::inflate ||
-                          use == ToolUse::smooth || use == ToolUse::pose;
+  const bool has_cursor = use == ToolUse::pull || has_two_signs(use) || use == ToolUse::smooth || use == ToolUse::pose;
   return !has_cursor || studio.view().settings().region || studio.document().shown().looked_at.has_value();
 }
 
@@ -352,6 +351,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
       if (const auto& at = studio.tools().placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
       break;
     case ToolUse::inflate:
+    case ToolUse::print:
     case ToolUse::smooth:
     case ToolUse::stamp:
     case ToolUse::mask:
@@ -385,6 +385,28 @@ std::optional<std::vector<float>> Overlay::mask(const Studio& studio) {
   }
   has_mask_ = std::any_of(shades.begin(), shades.end(), [](float shade) { return shade > 0; });
   return shades;
+}
+
+const std::vector<PlaneLine>& Overlay::outline(const Studio& studio) {
+  const ToolSettings& settings = studio.tools().settings();
+  const std::optional<PrintPicture>& picture = studio.tools().placed().picture;
+  PrintStroke stroke;
+  stroke.height = stroke.depth = 1;  // a picture's and a text's outlines do not depend on these
+  if (settings.tool->use == ToolUse::print && picture) {
+    stroke.file = picture->source.string();
+  } else if (settings.tool->use == ToolUse::print) {
+    stroke.text = settings.text;
+    stroke.font = settings.font;
+  }
+  if (stroke == outlined_) return outline_;
+  outline_.clear();
+  try {
+    if (!(stroke.text.empty() && stroke.file.empty())) outline_ = print_outline(stroke, {});
+  } catch (const InvalidInput&) {
+    outline_.clear();  // the stroke says why it cannot be printed
+  }
+  outlined_ = std::move(stroke);
+  return outline_;
 }
 
 render::LiveScene Overlay::scene(const Studio& studio) {
@@ -426,7 +448,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   add(parts_.surfaces, scene.surfaces);
   add(parts_.arrows, scene.arrows);
   add(parts_.lines, scene.lines);
-  add_cursor(studio, scene.lines);
+  add_cursor(studio, outline(studio), scene.lines);
   add_in_arrow(studio, scene.arrows);
   const PlacedTools& placed = studio.tools().placed();
   add_placed_points(placed, 0.004 * shown.diagonal, scene.lines);

@@ -21,9 +21,9 @@ GestureContext next_context(const Studio& studio);
 
 // Adds the cursor: a solid ring where the tool's outer region ends, and a dashed one where its motion has fallen to its
 // half, as thick as the tool is strong. Both are round, in the tangent plane of the surface at the pointer, during a
-// pull at the tool, and beside the shape in a plane that faces the person. Mirror images are dots. Tools that are
-// placed have no cursor.
-void add_cursor(const Studio& studio, std::vector<render::Line>& lines);
+// pull at the tool, and beside the shape in a plane that faces the person. Mirror images are dots. A print's outline
+// stands in the place of the rings. Tools that are placed have no cursor.
+void add_cursor(const Studio& studio, std::span<const PlaneLine> outline, std::vector<render::Line>& lines);
 
 // Remembers what it drew, so that nothing is made anew while nothing changes.
 class Overlay {
@@ -50,10 +50,14 @@ class Overlay {
   std::optional<std::vector<float>> stretch(const Studio& studio);
   std::optional<std::vector<float>> parts(const Studio& studio);
   std::optional<std::vector<float>> distances(const Studio& studio);
+  // Of what the tool would print; empty if that is nothing, or no print.
+  const std::vector<PlaneLine>& outline(const Studio& studio);
 
   std::vector<Stroke> drawn_;  // strokes whose regions are in parts_
   render::Scene parts_;
   render::SurfaceCache surfaces_;
+  PrintStroke outlined_;  // whose outline this is
+  std::vector<PlaneLine> outline_;
   std::vector<Stroke> influencing_;
   std::uint64_t influenced_version_ = 0;
   bool has_influence_ = false;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
@@ -122,6 +123,23 @@ inline std::string file_of(Stroke stroke) {
 
 // Returns what a stroke does, in a few words: "Pull 0.2 mm". `unit`: of its lengths; empty: none is named.
 std::string words_of(const Stroke& stroke, const std::string& unit);
+
+// A straight line in the plane of a print's pattern: from its middle to the right, and upwards; of the pattern's
+// height.
+using PlaneLine = std::array<std::array<double, 2>, 2>;
+
+// Returns the outline of what a print presses, where that is half as deep as at its deepest place. Its file is relative
+// to the folder. Throws InvalidInput as a replay of the print.
+std::vector<PlaneLine> print_outline(const PrintStroke& stroke, const std::filesystem::path& folder);
+
+// Returns the names of the fonts in this system's usual folders, as a print takes them, sorted.
+std::vector<std::string> font_names();
+
+// The extensions, in lower case, of the pictures that a print reads; its other files are meshes.
+inline constexpr std::array<std::string_view, 5> kPictureExtensions{".png", ".jpg", ".jpeg", ".pgm", ".ppm"};
+
+// Returns whether a file's name ends in one of them, in lower or upper case.
+bool is_picture(const std::filesystem::path& file);
 
 // A surface that a stroke reads and moves at the same time.
 
