@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -13,6 +15,7 @@
 #include "deform.h"
 #include "inputs.h"
 #include "json/json.h"
+#include "knead/error.h"
 #include "knead/session.h"
 #include "knead/stroke.h"
 
@@ -62,13 +65,49 @@ std::string axis_numbers(std::string text) {
   return text;
 }
 
+// What a quoted key of a stroke is called on the command line; other words stay.
+std::string option_of(const std::string& quoted, const MakerOptions& options) {
+  const std::string key = quoted.substr(1, quoted.size() - 2);
+  const bool is_twist = options.twist && !options.angle && !options.along;
+  if (key == "angle_deg" || (key == "twist_deg" && is_twist)) return "--angle";
+  if (key == "twist_deg") return "--twist";
+  if (key == "longer_by") return "--by";
+  if (key == "around") return "--radius";
+  if (key == "to") return "--along";
+  if (key == "point") return "--at";
+  constexpr std::array<std::string_view, 14> kSame{"axis",   "from",  "fixed", "keep",      "text", "font",  "file",
+                                                   "height", "depth", "up",    "direction", "bump", "outer", "flip"};
+  return std::find(kSame.begin(), kSame.end(), key) == kSame.end() ? quoted : "--" + key;
+}
+
+// A message about the stroke, in the words that were typed.
+std::string in_options(std::string message, const MakerOptions& options) {
+  constexpr std::string_view kStroke = "--stroke: ";
+  if (!message.starts_with(kStroke)) return message;
+  message.erase(0, kStroke.size());
+  for (std::size_t at = message.find('"'); at != std::string::npos; at = message.find('"', at)) {
+    const std::size_t end = message.find('"', at + 1);
+    if (end == std::string::npos) break;
+    const std::string option = option_of(message.substr(at, end + 1 - at), options);
+    message.replace(at, end + 1 - at, option);
+    at += option.size();
+  }
+  return message;
+}
+
 void run_stroke(MakerOptions& options, const std::string& stroke) {
   options.deform.strokes = {stroke};
   options.deform.is_brief = true;
   options.deform.check = true;
   options.deform.remesh.remesh = !options.keeps_faces;
   if (!options.keeps_faces && !options.deform.remesh.max_chord) options.deform.remesh.max_chord = kChord;
-  run_deform(options.deform);
+  try {
+    run_deform(options.deform);
+  } catch (const QualityLimit& error) {
+    throw QualityLimit(in_options(error.what(), options));
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(in_options(error.what(), options));
+  }
 }
 
 void run_maker(MakerOptions& options) {

@@ -136,6 +136,16 @@ TEST_F(MakersTest, PrintsAPictureAndRaisesIt) {
                2, "--at takes three numbers");
 }
 
+TEST_F(MakersTest, ErrorsNameTheOptionsThatWereTyped) {
+  const std::string bent = knead({"bend", "plate.obj", "--angle", "700", "-o", "no.stl"}).err;
+  EXPECT_NE(bent.find("--angle"), std::string::npos) << bent;
+  EXPECT_EQ(bent.find("angle_deg"), std::string::npos) << bent;
+  EXPECT_EQ(bent.find("--stroke"), std::string::npos) << bent;
+  expect_error(knead({"print", "plate.obj", "--text", "A", "--font", "no such", "--height", "2", "--depth", "1", "-o",
+                      "no.stl"}),
+               3, "--font: there is no file");
+}
+
 TEST_F(MakersTest, TheSessionDoesTheSame) {
   made({"bend", "--angle", "90", "--session", "bend.knead"}, "one.ply");
   knead_ok({"deform", "plate.obj", "bend.knead", "-q", "--max-chord", "1e-4", "-o", "two.ply"});
