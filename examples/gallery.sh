@@ -225,7 +225,7 @@ intro() {
 
 \`./dev gallery --docs\` writes this page. The figures are those of W. von Funck, H. Theisel, H.-P. Seidel, "Vector Field Based
 Shape Deformations", SIGGRAPH 2006; pins, poses and fits follow. A name leads to its session. \`./dev gallery\` leaves the
-sessions with their shapes in \`out/gallery\`, for you to change:
+sessions with their shapes in \`out/gallery\`, to change:
 
     knead deform sphere.ply fig05_implicit.knead -o out.ply
     knead render sphere.ply --session fig05_implicit.knead --until 0,0.5,1 --tools each -o steps.png
