@@ -19,7 +19,7 @@ struct Bound {
   double limit = 0;
 };
 
-// The name of the bound on pairs of triangles that cross: who gives it wants no other refusal of them.
+// The name of the bound on pairs of triangles that cross. Given, it replaces all other refusals of crossings.
 inline constexpr const char* kCrossingsBound = "crossings";
 
 // Returns all names, each with the placeholder of its limit, separated by commas.

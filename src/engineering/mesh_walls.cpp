@@ -42,7 +42,7 @@ double fade(double distance, double width) {
   return t < 1 ? (1 - t * t) * (1 - t * t) : 0;
 }
 
-// The vector, turned as one unit normal is turned into another by the shortest way.
+// Returns v after the smallest rotation that takes the unit normal `from` to `to`; v itself for more than 120 degrees.
 Vec3d turned(const Vec3d& v, const Vec3d& from, const Vec3d& to) {
   const double cosine = dot(from, to);
   if (!(cosine > -0.5)) return v;

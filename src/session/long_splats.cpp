@@ -31,9 +31,9 @@ namespace {
 
 constexpr double kMaxBend = 0.1;  // the second difference over one standard deviation, by the largest after the flow
 constexpr double kMaxBendBack = 0.13;  // of what moves back: so the pieces of what was moved forth stay as they are
-constexpr double kAim = 0.8;           // of that, after a split: the flow does not bend all pieces alike
-constexpr double kSmallest = 0.004;    // standard deviation that can bend so much, by the smallest feature of the flow
-constexpr double kPathTolerance = 1e-5;  // by the same
+constexpr double kAim = 0.8;           // of that bound, after a split: the flow does not bend all pieces alike
+constexpr double kSmallest = 0.004;    // standard deviation below which no splat bends, by the flow's smallest feature
+constexpr double kPathTolerance = 1e-5;  // by the flow's smallest feature
 constexpr double kLargestPart = 0.8;     // of a standard deviation, after one split
 constexpr double kSmallestPart = 1.0 / 16;
 constexpr int kMaxRounds = 8;

@@ -70,19 +70,19 @@ inline constexpr double kMaxOfPlainBend = 170;
 // separates the part from the rest, or where the part comes back over the zone or over what rests.
 bool bends_body(const BendStroke& stroke, const LiveSurface& surface);
 
-// Bends what lies in the zone of the stroke along an arc as long as the zone is wide, through the middle of the part;
-// what is beyond `inner` moves rigidly, all else holds, and nothing flows along the axis. With "auto" the part is what
-// hangs together with the zone's piece that is nearest to the centre, on the side of `inner`; with a radius it is what
-// is within the limit cylinder. Passes GridStrokes to surface.apply, as pose_on. Throws InvalidInput, beginning with
-// the key in quotes, for a zone without vertices, for a part that the rest also hangs together with elsewhere, for a
-// zone too short for its angle, and for a bend that would spoil the shape: the angle that does not is then named.
+// Bends the stroke's zone along an arc as long as the zone is wide, through the middle of the part. The part beyond
+// `inner` moves rigidly, everything else holds, and nothing flows along the axis. With "auto" the part is connected to
+// the zone's piece nearest to the centre, on the side of `inner`; with a radius it is inside the limit cylinder. Passes
+// GridStrokes to surface.apply, as pose_on. Throws InvalidInput, beginning with the key in quotes, for a zone without
+// vertices, for a part that is also connected to the rest elsewhere, for a zone too short for its angle, and for a bend
+// that would spoil the shape; the message then names an angle that does not.
 PoseResult bend_on(const BendStroke& stroke, const LiveSurface& live, int threads);
 
-// Inflates the surface: finds the grids of the whole motion, and passes them to surface.apply as GridStrokes. The
-// volume that the triangles bound changes by what the stroke says within 1e-6 of it, but for the accuracy of apply.
-// Returns false if that did. Time: about 0.2 s a step for a path as long as the radius. Throws InvalidInput, beginning
-// with the key in quotes, for an invalid stroke, for a place where nothing can grow, and for a volume that is too much
-// for the radius. Nothing has moved then.
+// Inflates the surface: finds the grids of the whole motion, and passes them to surface.apply as GridStrokes. The volume
+// inside the triangles changes by the stroke's volume, with a relative error of 1e-6 and that of apply. Returns false if
+// apply did. Time: about 0.2 s a step for a path as long as the radius. Throws InvalidInput, beginning with the key in
+// quotes, for an invalid stroke, for a place where nothing can grow, and for a volume too large for the radius. Nothing
+// has moved then.
 bool inflate_on(const InflateStroke& stroke, const LiveSurface& surface, int threads);
 
 namespace tool_detail {

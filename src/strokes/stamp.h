@@ -123,22 +123,22 @@ std::vector<Penetration> find_intrusions(const StampTool& tool, const LiveSurfac
 std::vector<StampPlace> find_touching(const StampTool& tool, const LiveSurface& surface, const StampStep& step,
                                       double distance);
 
-// How deep the surface's deepest place lies inside the tool; the step's motion counts for nothing.
+// Returns the greatest depth of the surface inside the tool at the step's end; 0 if it is outside.
 double deepest_penetration(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
 
 // Where a stamp's tool slides along the surface: the contacts as pins (method, end of section 9).
 
-// Places inside the tool become pins that go the shortest way out. Places where the tool has been become pins that
-// stay, so that the flow back does not fill the groove behind the tool.
+// Surface points inside the tool become pins that move to the nearest point outside. Points that the tool touched become
+// pins that stay, so that the flow back does not fill the groove behind the tool.
 class SlippingContacts {
  public:
   // The tool must outlive this. radius: of the pins.
   SlippingContacts(const StampTool& tool, double radius) : tool_(tool), radius_(radius) {}
 
-  // Remembers, as if the tool had been there, what is nearer than `distance` to the tool at the step's end.
+  // Holds, from now on, the surface points nearer than `distance` to the tool at the step's end.
   void hold_what_touches(const LiveSurface& surface, const StampStep& step, double distance);
 
-  // Returns the pins that push the surface out of the tool at the step's end; nothing where it is out.
+  // Returns the pins that push the surface out of the tool at the step's end; nothing if no point is inside.
   std::optional<PinsStroke> pins(const LiveSurface& surface, const StampStep& step);
 
  private:

@@ -208,7 +208,7 @@ struct PinsGesture {
   PartMarks parts{};      // as they were
   std::size_t dragged = 0;
   Vec3d to;                   // of the dragged pin
-  std::vector<Vec3d> path{};  // of the dragged pin, without its start; it is cut where the pointer went back
+  std::vector<Vec3d> path{};  // of the dragged pin, without its start; shortened when the pointer returns along it
   bool has_gone = false;      // farther than a click may
   bool rests = false;         // the pointer does: the pose has all its detail
 
