@@ -119,8 +119,8 @@ bool Studio::is_beside_shape() const {
   return true;
 }
 
-// True for gestures that need the surface only when they begin. The others also need it while they move, in the state at
-// their start, and a hit test shows only the current state.
+// True for gestures that need the surface only when they begin. The others also need it while they move, in the state
+// at their start, and a hit test shows only the current state.
 bool Studio::asks_hit_test() const {
   const bool asks_once = settings().tool->use == ToolUse::pull;
   return hit_test_ && asks_once && shown().objects.are_all_met() && settings().drag != DragMode::surface &&

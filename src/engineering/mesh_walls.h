@@ -42,8 +42,8 @@ struct WallParts {
   std::vector<std::array<std::uint32_t, 2>> pairs{};  // of points that move alike; the second is the first, shifted
 };
 
-// The walls of a mesh, and its cells. A point near a wall that is followed moves with the nearest point of that wall, and
-// keeps its offset, turned as the normal turns. Farther away the flow takes over, smoothly.
+// The walls of a mesh, and its cells. A point near a wall that is followed moves with the nearest point of that wall,
+// and keeps its offset, turned as the normal turns. Farther away the flow takes over, smoothly.
 class MeshWalls : public PointConstraint {
  public:
   // `diagonal`: of the mesh's box. Throws Cancelled.

@@ -150,8 +150,8 @@ struct Parts {
   bool is_joined_twice = false;  // the part that moves is also joined to the rest elsewhere
 };
 
-// Finds the parts by connectivity: the zone's piece nearest to the centre bends, and the vertices connected to it on the
-// side of `inner` move. Returns nothing if the zone has no vertex.
+// Finds the parts by connectivity: the zone's piece nearest to the centre bends, and the vertices connected to it on
+// the side of `inner` move. Returns nothing if the zone has no vertex.
 std::optional<Parts> parts_by_pieces(const BendStroke& stroke, const Arc& arc, const LiveSurface& surface) {
   const std::size_t count = surface.positions.size();
   std::vector<bool> bends(count);

@@ -78,11 +78,11 @@ bool bends_body(const BendStroke& stroke, const LiveSurface& surface);
 // that would spoil the shape; the message then names an angle that does not.
 PoseResult bend_on(const BendStroke& stroke, const LiveSurface& live, int threads);
 
-// Inflates the surface: finds the grids of the whole motion, and passes them to surface.apply as GridStrokes. The volume
-// inside the triangles changes by the stroke's volume, with a relative error of 1e-6 and that of apply. Returns false if
-// apply did. Time: about 0.2 s a step for a path as long as the radius. Throws InvalidInput, beginning with the key in
-// quotes, for an invalid stroke, for a place where nothing can grow, and for a volume too large for the radius. Nothing
-// has moved then.
+// Inflates the surface: finds the grids of the whole motion, and passes them to surface.apply as GridStrokes. The
+// volume inside the triangles changes by the stroke's volume, with a relative error of 1e-6 and that of apply. Returns
+// false if apply did. Time: about 0.2 s a step for a path as long as the radius. Throws InvalidInput, beginning with
+// the key in quotes, for an invalid stroke, for a place where nothing can grow, and for a volume too large for the
+// radius. Nothing has moved then.
 bool inflate_on(const InflateStroke& stroke, const LiveSurface& surface, int threads);
 
 namespace tool_detail {

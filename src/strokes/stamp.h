@@ -128,8 +128,8 @@ double deepest_penetration(const StampTool& tool, const LiveSurface& surface, co
 
 // Where a stamp's tool slides along the surface: the contacts as pins (method, end of section 9).
 
-// Surface points inside the tool become pins that move to the nearest point outside. Points that the tool touched become
-// pins that stay, so that the flow back does not fill the groove behind the tool.
+// Surface points inside the tool become pins that move to the nearest point outside. Points that the tool touched
+// become pins that stay, so that the flow back does not fill the groove behind the tool.
 class SlippingContacts {
  public:
   // The tool must outlive this. radius: of the pins.

@@ -193,8 +193,8 @@ class Document {
   // Keeps a text about the view in the journal's folder, for `recover`.
   void remember_view(const std::string& view) const;
 
-  // Does the work that can wait: remeshes after strokes, builds the tree for picking, flushes the journal to disk. After
-  // a cancellation the next call continues it.
+  // Does the work that can wait: remeshes after strokes, builds the tree for picking, flushes the journal to disk.
+  // After a cancellation the next call continues it.
   void when_idle(Progress& progress);
 
   // Closes the document and removes its journal.

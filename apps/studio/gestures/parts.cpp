@@ -348,8 +348,8 @@ std::string add_limb(const Pointer& pointer, const GestureContext& around, Place
 
 namespace {
 
-// Returns the connected vertices beyond a plane through a joint, on the side that `direction` points to. Returns none if
-// they are also connected to the other side far from the joint.
+// Returns the connected vertices beyond a plane through a joint, on the side that `direction` points to. Returns none
+// if they are also connected to the other side far from the joint.
 std::vector<std::uint32_t> piece_beyond(const Placement& joint, const Vec3d& direction, const GestureContext& around,
                                         std::span<const Vec3d> positions) {
   const auto is_beyond = [&](std::uint32_t v) { return dot(positions[v] - joint.center, direction) > 0; };
