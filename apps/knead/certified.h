@@ -1,5 +1,5 @@
-// Applies a session to a shape, certifies the result, and tries again with a finer mesh if bounds are not met; and what
-// people can ask of a deformation or a shape.
+// Applies a session to a shape, certifies the result, and tries again with a finer mesh if it misses a bound. Reads the
+// bounds of --require.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What can be asked for with a key, and which key asks for it.
+// The actions that can have a key, and their keys.
 #pragma once
 
 #include <optional>

@@ -1,6 +1,6 @@
-// The walls of a session on a mesh. Planes of mirrors the flow itself never leaves. Other walls (planes that face each
-// other, curved patches, periodic ones) have their points put back after each part of a stroke, and the mesh near them
-// follows. Internal to the library.
+// The walls of a session on a mesh. Points in planes of mirrors stay there by the flow itself. Points of other walls
+// (planes that face each other, curved and periodic patches) are put back after each part of a stroke, and the mesh
+// near them follows. Internal to the library.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The splats of a deformed shape: what its moves do to them.
+// Updates the splats of a deformed shape when it moves.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

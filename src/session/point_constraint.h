@@ -1,5 +1,5 @@
-// What keeps points in place besides the flow. Walls and the quality of cells stand behind it (module engineering).
-// Internal to the library.
+// The interface of constraints on points besides the flow: walls and the quality of cells (module engineering)
+// implement it. Internal to the library.
 #pragma once
 
 #include <cstddef>

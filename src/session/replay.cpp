@@ -1,4 +1,4 @@
-// The replay of a session: what becomes of a shape.
+// Applies a session to a shape.
 #include <fmt/format.h>
 
 #include <algorithm>

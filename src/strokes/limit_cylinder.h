@@ -1,4 +1,4 @@
-// Which vertices of a deformed shape the stroke of a limit cylinder had moved: what its inverse needs to know.
+// Finds the vertices that a stroke with a limit cylinder has moved, for the inverse of the stroke.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The tool "pins": places that go elsewhere exactly, or hold.
+// The tool "pins": points that move exactly to their places, or hold.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The tool of a stamp: a closed mesh in its pose, and what is asked of it.
+// The tool of a stamp: a closed mesh in its pose, its contacts with a surface, and its measures.
 #pragma once
 
 #include <array>

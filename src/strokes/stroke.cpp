@@ -1,4 +1,4 @@
-// What holds for strokes of every tool: it comes from the rows of the tools.
+// Functions of strokes of every tool, by the rows of the tools.
 #include "knead/stroke.h"
 
 #include <fmt/format.h>

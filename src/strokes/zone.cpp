@@ -1,4 +1,4 @@
-// The zones of bends and twists, and what a shape wants of them.
+// The zones of bends and twists, and the widths that a shape needs.
 #include <fmt/format.h>
 
 #include <algorithm>

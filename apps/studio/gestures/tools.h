@@ -1,4 +1,4 @@
-// The tools: what each is called, how it is placed and dragged, what its button shows; and what is set and placed.
+// The tools of Studio: their names, buttons, placement and drags; the settings of a tool, and what is placed for it.
 #pragma once
 
 #include <array>

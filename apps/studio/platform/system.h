@@ -1,4 +1,4 @@
-// What systems do differently for a program with a window.
+// The differences between systems for a program with a window.
 #pragma once
 
 #include <filesystem>
