@@ -22,15 +22,15 @@
 
 namespace knead::detail {
 
-// A wall, and how far from it the mesh follows.
+// A wall, and the distance to which the mesh near it follows.
 struct SlidingWall {
   WallSurface surface;
-  std::optional<double> width{};  // nothing: a tenth of the diagonal, or 3/4 of how far the mesh goes from it
+  std::optional<double> width{};  // nothing: a tenth of the diagonal, at most 3/4 of the mesh's greatest distance
   bool is_followed = true;        // false: it only keeps its points, and the mesh near it does not follow
-  bool keeps_layers = false;      // it is there for that alone
+  bool keeps_layers = false;      // it only keeps the layers beside it
 };
 
-// What MeshWalls is made of, besides the mesh.
+// The parts of MeshWalls, besides the mesh.
 struct WallParts {
   // A plane in which all strokes are mirrored, and the points in it.
   struct Plane {
@@ -77,8 +77,7 @@ class MeshWalls : public PointConstraint {
   double width_of(const SlidingWall& wall, std::span<const Vec3d> points, const WallOptions& options) const;
   void find_links(std::span<const Vec3d> points, const WallOptions& options);
   std::vector<Turns> turns_of(std::span<const Vec3d> before, std::span<const Vec3d> after) const;
-  // Moves the points of the links to where the walls take them, which are at `after`; `flowed`: where the flow took
-  // all.
+  // Moves the points of the links with their walls, whose points are at `after`. `flowed`: all points after the flow.
   void follow(const std::vector<Link>& links, std::span<const Vec3d> before, std::span<const Vec3d> flowed,
               std::span<Vec3d> after, int threads) const;
   void put_points_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const;
