@@ -225,16 +225,15 @@ intro() {
 
 \`./dev gallery --docs\` writes this page. The figures are those of W. von Funck, H. Theisel, H.-P. Seidel, "Vector Field Based
 Shape Deformations", SIGGRAPH 2006; pins, poses and fits follow. A name leads to its session. \`./dev gallery\` leaves the
-sessions with their shapes in \`out/gallery\`, for you to change:
+sessions with their shapes in \`out/gallery\`, to change:
 
     knead deform sphere.ply fig05_implicit.knead -o out.ply
     knead render sphere.ply --session fig05_implicit.knead --until 0,0.5,1 --tools each -o steps.png
 
 Red is where the inner region ends, green where the outer one begins; a stamp is blue. Three shapes with edges are the shape,
-the plain result, and the one with \`--remesh\`. Triangles as large as the gap between them can cross although the surface does
-not; none do unless a line counts crossings. The number behind the vertices is the volume error. Degrees are the smallest
-angle, and the last number the greatest distance from the exact image, by box diagonal, both of
-[the certificate](command.md#the-certificate).
+the plain result, and the one with \`--remesh\`. Nothing crosses unless a line counts crossings: triangles as large as the gap can
+cross although the surface does not. After the vertices comes the volume error; then smallest angle and greatest distance from the exact
+image, by box diagonal, of [the certificate](command.md#the-certificate).
 
 END
 }

@@ -78,7 +78,7 @@ bool is_out_of_time(const Certified& certified) {
                                  counted(static_cast<std::size_t>(refinements), "refinement")));
 }
 
-// A certified result whose mesh follows is near to the exact image, also where nothing was asked for.
+// A certified result with remeshing is near the exact image, even without a bound on it.
 std::vector<Bound> with_distance(std::vector<Bound> bounds, const Inputs& inputs, const ReplayOptions& options) {
   const bool is_bounded =
       std::any_of(bounds.begin(), bounds.end(), [](const Bound& bound) { return bound.name.starts_with(kDistance); });

@@ -1,5 +1,5 @@
-// Applies a session to a shape, certifies the result, and tries again with a finer mesh if bounds are not met; and what
-// people can ask of a deformation or a shape.
+// Applies a session to a shape, certifies the result, and tries again with a finer mesh if it misses a bound. Reads the
+// bounds of --require.
 #pragma once
 
 #include <optional>
@@ -19,7 +19,7 @@ struct Bound {
   double limit = 0;
 };
 
-// The name of the bound on pairs of triangles that cross: who gives it wants no other refusal of them.
+// The name of the bound on pairs of triangles that cross. Given, it replaces all other refusals of crossings.
 inline constexpr const char* kCrossingsBound = "crossings";
 
 // Returns all names, each with the placeholder of its limit, separated by commas.

@@ -26,7 +26,7 @@ namespace knead::command {
 
 namespace {
 
-// Lays out the help. CLI11's own layout is another one in each version, and manual pages are made of what is printed.
+// Lays out the help. CLI11's own layout differs between versions, and manual pages are made from the printed help.
 class HelpFormatter : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode) const override {
@@ -47,7 +47,7 @@ class HelpFormatter : public CLI::Formatter {
   }
 
  private:
-  // What stands behind an option's names.
+  // The text after an option's names.
   static std::string form_of(const CLI::Option& option) {
     if (option.get_type_size() == 0) return {};
     std::string text;
@@ -64,10 +64,10 @@ class HelpFormatter : public CLI::Formatter {
 };
 
 void add_examples(CLI::App& app, const std::string& examples) { app.footer("Examples:\n" + examples); }
-// "--vertices" of "-n,--vertices".
+// Returns the long name of an option: "--vertices" of "-n,--vertices".
 std::string long_name(const Option& option) { return option.name.substr(option.name.rfind(',') + 1); }
 
-// "first, each or none"
+// Returns words as a list: "first, each or none".
 std::string listed(const std::vector<std::string>& words) {
   return fmt::format("{} or {}", fmt::join(words.begin(), words.end() - 1, ", "), words.back());
 }
@@ -99,7 +99,7 @@ struct AddOption {
   }
 };
 
-// Throws UsageError for a number that the option does not accept; what is no number is left to the parser.
+// Throws UsageError for a number that the option does not accept; the parser refuses other texts.
 CLI::Validator only_accepted(const Option& option) {
   const auto check = [option](const std::string& text) {
     double number = 0;
@@ -109,7 +109,7 @@ CLI::Validator only_accepted(const Option& option) {
   return {check, ""};
 }
 
-// What an option or argument without a value, as in --until '', is refused with.
+// Returns the message on an option or argument with an empty value, as in --until ''.
 CLI::Validator not_empty() {
   const auto check = [](const std::string& value) {
     return value.empty() ? std::string("its value is empty; give one, or leave it out") : std::string();
@@ -274,7 +274,7 @@ int run_program(int argc, char** argv, const std::vector<Subcommand>& subcommand
     require_stack();
     return run(argc, argv, subcommands);
   } catch (const ClosedPipe&) {
-    return kOutputFailed;  // as `head` does when it has enough; there is nobody to tell
+    return kOutputFailed;  // the reader, as `head`, has enough; no message is needed
   } catch (const IoError& error) {
     print_message(error.what());
     return kOutputFailed;

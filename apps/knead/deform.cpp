@@ -62,7 +62,7 @@ void write_frame(const std::string& path, const StreamFormat& format, const Inpu
 
 namespace {
 
-// What to write: one file for each frame, one for all of them, or one for the result if there are no frames.
+// The files to write: one for each frame, one for all of them, or one for the result if there are no frames.
 class Target {
  public:
   Target(const DeformOptions& options, const FrameOptions& frames) : path_(options.output) {
@@ -83,7 +83,7 @@ class Target {
   std::string path(int index) const { return pattern_ ? frame_path(*pattern_, index) : path_; }
   std::string last_path() const { return path(count_ - 1); }
 
-  // Of an animation: a series of ParaView has one for each frame, and one that names them.
+  // Returns the files of an animation: a series of ParaView has one for each frame, and one that names them.
   std::size_t files() const {
     return lower_case(std::filesystem::path(path_).extension().string()) == ".pvd"
                ? static_cast<std::size_t>(count_) + 1
@@ -153,7 +153,7 @@ std::string summary(const std::string& output, const std::string& frames, const 
                             seconds.total, seconds.read, seconds.deform, seconds.write, seconds.measure);
 }
 
-// What was done, in one line.
+// Returns one line that says what was done.
 std::string brief(const std::string& output, const Session& session, const Report& report) {
   std::string text = output + ": ";
   for (const SessionStroke& stroke : session.strokes) text += words_of(stroke.stroke, "") + ", ";
@@ -198,7 +198,7 @@ Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& rep
   }
   if (options.inverse) resolve_on_own_shape(inputs.session, replay, quiet);
   const std::filesystem::path path = format_path(target.path(0), options.format);
-  std::vector<std::string> losses;  // found also where nobody reads them, since formats refuse shapes there
+  std::vector<std::string> losses;  // found even if they are not printed, because formats refuse shapes there
   if (!target.is_animation()) {
     losses = inputs.remeshes ? remesh_losses(path, inputs.shape) : conversion_losses(path, inputs.shape);
   } else if (inputs.remeshes) {

@@ -33,7 +33,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kName = "name";
 constexpr const char* kResults = "results.csv";
-// Of a result, besides the values. "made_of" tells what it was made of, so that it need not be made again.
+// The columns of a result, after the values. "made_of" identifies the inputs, so that the result need not be made
+// again.
 constexpr std::array<std::string_view, 8> kColumns{
     "file",           "moved_vertices", "volume_error", "greatest_stretch", "flipped_triangles",
     "inverted_cells", "made_of",        "error"};
@@ -42,7 +43,7 @@ constexpr std::size_t kError = 7;
 // Shapes of more vertices are deformed one after the other, by all threads.
 constexpr std::size_t kLargeShape = 500'000;
 
-// One row of the table, and what has become of it.
+// One row of the table, and its result.
 struct Variant {
   const Table::Row* row = nullptr;
   std::string name;
@@ -127,7 +128,7 @@ class Batch {
     require_shape_extension(options_.shape);
   }
 
-  // The columns of parameters. Throws InvalidInput for names that mean nothing, before anything is done.
+  // Finds the columns of parameters. Throws InvalidInput for unknown names, before anything is done.
   void find_columns() {
     const Place header{table_.path, 1};
     if (table_.names.empty()) throw InvalidInput(header, "the first line must name the columns by parameters");
@@ -184,7 +185,7 @@ class Batch {
     }
   }
 
-  // Fills in what the row says. What is wrong with it is its own failure.
+  // Reads the values of a row. An error is a failure of that row alone.
   void add(const Table::Row& row) {
     Variant& variant = variants_.emplace_back();
     variant.row = &row;
@@ -229,7 +230,7 @@ class Batch {
     variant.output = (fs::path(options_.output) / file).string();
   }
 
-  // Finds what is wrong with the values, and what the result is made of.
+  // Checks the values, and finds the inputs of the result.
   void begin(Variant& variant) {
     if (variant.has_failed) return;
     guarded(variant, [&] {
@@ -238,7 +239,7 @@ class Batch {
     });
   }
 
-  // Calls do_it; what it throws is the failure of the variant. What cannot be written ends the batch.
+  // Calls do_it. An exception is the failure of the variant; a file that cannot be written ends the batch.
   template <class DoIt>
   void guarded(Variant& variant, const DoIt& do_it) {
     std::string error;
@@ -337,7 +338,7 @@ class Batch {
 
   fs::path results_path() const { return fs::path(options_.output) / kResults; }
 
-  // A result counts if it was made of the same, and its file is still there.
+  // An earlier result counts if it has the same inputs, and its file still exists.
   void skip_what_is_there() {
     std::error_code error;
     if (!fs::exists(results_path(), error)) return;
@@ -377,7 +378,7 @@ class Batch {
     return line + "\n";
   }
 
-  // Those that are done, in the order of the table.
+  // Writes the results so far, in the order of the table.
   void write_results() const {
     std::string text{kName};
     for (const Parameter& parameter : inputs_.session.parameters) text.append(",").append(parameter.name);

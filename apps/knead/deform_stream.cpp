@@ -39,7 +39,7 @@ bool is_larger_than_half_the_memory(const std::string& path) {
   return size > memory_bytes() / 2;
 }
 
-// What must be known of the whole before a piece is moved.
+// The properties of the whole cloud that must be known before a piece is moved.
 struct Whole {
   CloudBox cloud;
   std::optional<int> decimals;
@@ -72,7 +72,7 @@ class Stream {
     require_different(options_.shape, options_.output);
     require_same_type();
     const bool quiet = options_.common.quiet;
-    Progress progress;  // an interruption ends the program at once, as there is nothing to put right
+    Progress progress;  // an interruption ends the program at once, because nothing must be cleaned up
     {
       progress.total = 2 * cloud_.size();
       ProgressBar bar(progress, progress.total, !quiet);
@@ -191,7 +191,7 @@ bool is_streamed(const DeformOptions& options) {
     const CloudPieces cloud(options.shape, 1);
     return format_of(options.output) == format_of(options.shape) && !needs_faces(read_session_with(source_of(options)));
   } catch (const std::exception&) {
-    return false;  // what is wrong is said where it is read as a whole
+    return false;  // reading it as a whole names the error
   }
 }
 

@@ -57,7 +57,7 @@ std::vector<std::string> sources_of(const DeformOptions& options) {
   return sources;
 }
 
-// Where the result of one shape goes.
+// The output of one shape.
 struct PartTarget {
   std::string path;                     // of the result, or of an animation
   std::optional<FramePattern> pattern;  // one file for each frame
@@ -167,7 +167,7 @@ Inputs read_together(const DeformOptions& options, const ReplayOptions& replay) 
   return inputs;
 }
 
-// Writes what becomes of the shapes. The files take their places at the end, all or none.
+// Writes the deformed shapes. The files take their places at the end, all or none.
 class TogetherOutput {
  public:
   TogetherOutput(const DeformOptions& options, const Inputs& inputs, std::vector<PartTarget> targets,
@@ -306,7 +306,7 @@ void run_together(const DeformOptions& options) {
   replay.normals = normals_of_clouds(inputs);
   replay.splats = splats_among(meshes_of(inputs));
   replay.remesh.face_labels = labels_together(inputs);
-  // What was made on several shapes is as it was made.
+  // A session that was made on several shapes is not changed.
   if (inputs.session.also.empty()) replay.motion.diagonal = reference_length(inputs.shape.mesh);
 
   TogetherOutput output(options, inputs, std::move(targets), replay);
@@ -323,7 +323,7 @@ void run_together(const DeformOptions& options) {
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames.frames) add({0, certified.result.shape});
 
-  // The files wait meanwhile: what is interrupted leaves none.
+  // The files wait meanwhile, so that an interruption leaves none.
   const Clock measuring;
   Report report;
   if (is_reported(options)) {

@@ -48,7 +48,7 @@ void require_volume(const std::string& path, const Mesh& mesh) {
   throw InvalidInput(Place{path}, "--scale needs the volume of both shapes, and this one is not closed; leave it out");
 }
 
-// Where the scaled source is written: OUT_source.EXT beside OUT.
+// Returns the file for the scaled source: OUT_source.EXT beside OUT.
 std::string scaled_path(const FitOptions& options) {
   const std::filesystem::path out = options.output;
   const std::string name = out.stem().string() + "_source" + std::filesystem::path(options.source).extension().string();
@@ -144,7 +144,7 @@ void check_options(const FitOptions& options) {
   require_writable(scaled_path(options));
 }
 
-// What is wrong with pairs is said with their file.
+// Adds the file of the pairs to messages about them.
 BodyFit fitted(const FitOptions& options, const Mesh& source, const Mesh& target, const BodyFitOptions& fit) {
   try {
     return watched(options, source, target, fit);

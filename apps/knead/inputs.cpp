@@ -1,4 +1,4 @@
-// Reads what the subcommands work on, and replays sessions with a progress bar.
+// Reads the inputs of the subcommands, and replays sessions with a progress bar.
 #include "inputs.h"
 
 #include <fmt/format.h>
@@ -166,7 +166,7 @@ Inputs read_inputs(const std::string& shape, const StreamFormat& format, const S
     if (extension != fmt::format(".{}", mesh)) continue;
     throw UsageError(fmt::format("{}: a shape stands where the session belongs; name a .knead file", session));
   }
-  inputs.session = without_off(read_session_with(source));  // first: it is the shorter, and the one that people mistype
+  inputs.session = without_off(read_session_with(source));  // first, because it is shorter and more often has errors
   inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMaxKeptBytes});
   if (!inputs.session.walls.empty() || !is_stream(shape)) put_on_walls_watched(inputs, shape, threads);
   if (!quiet) {

@@ -1,5 +1,5 @@
-// What subcommands read, and the long work on it: shapes and sessions, standard input and output (`-` with --format),
-// the backend, landmarks.
+// Reads the inputs of subcommands: shapes, sessions and landmarks, also from standard input (`-` with --format); and
+// replays sessions with a backend and a progress bar.
 #pragma once
 
 #include <filesystem>

@@ -193,7 +193,7 @@ void add_point(const Table& table, const Table::Row& row, const std::array<std::
   if (label && *label < row.fields.size()) points.labels.push_back(row.fields[*label]);
 }
 
-// What a line "# NAME = VALUE" of an .fcsv file says.
+// Returns the value of a line "# NAME = VALUE" of an .fcsv file.
 std::string fcsv_value(const std::string& bytes, std::string_view name) {
   for (const std::string& line : lines_of(bytes)) {
     const std::size_t equals = line.find('=');

@@ -1,4 +1,4 @@
-// What the command writes: results, messages, and files that are checked before the work begins.
+// Writes the results and messages of the command, and checks output files before the work begins.
 #include "output.h"
 
 #include <fmt/format.h>
@@ -193,7 +193,7 @@ ProgressBar::ProgressBar(const Progress& progress, std::uint64_t total, bool wan
 
 namespace {
 
-// What the next interruption cancels. A signal handler can be reached through nothing else.
+// The progress that the next interruption cancels. A signal handler can only use a global variable.
 std::atomic<Progress*> cancellable = nullptr;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 // Set before the last file is written.
 std::atomic<bool> awaits_last_output = false;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)

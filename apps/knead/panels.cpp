@@ -32,7 +32,7 @@ void check_strokes(const PanelOptions& options, const Session& session) {
   }
 }
 
-// A part of a resolved stroke reads no surface.
+// A part of a resolved stroke; it reads no surface.
 struct PlayedPart {
   SessionStroke stroke;
   double segments = 0;  // as far as its strength applies them

@@ -231,7 +231,7 @@ class Encoder {
   PipedProgram program_;
 };
 
-// Where the pictures go.
+// The files of the pictures.
 class Film {
  public:
   explicit Film(const FilmRequest& request) : request_(request), kind_(kind_of(request.output)) {

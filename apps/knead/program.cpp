@@ -1,4 +1,4 @@
-// What the command asks of the system: signals, the terminal, other programs.
+// The command's calls of the system: signals, the terminal, other programs.
 #include "program.h"
 
 #include <fcntl.h>
@@ -78,7 +78,7 @@ BOOL WINAPI on_control(DWORD event) {
   return TRUE;
 }
 
-// One word of a command line, as programs take it apart.
+// Quotes one word of a command line in the way that programs parse it.
 std::wstring quoted(const std::wstring& word) {
   std::wstring text = L"\"";
   std::size_t slashes = 0;  // before a quote they are doubled

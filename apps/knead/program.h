@@ -1,5 +1,5 @@
-// What the command asks of the system: Linux, macOS or Windows. What differs between them is here and, for the library,
-// in knead/math/system.h; no other source asks which system it is on.
+// The command's calls of the system: Linux, macOS or Windows. Their differences are here and, for the library, in
+// math/system.h; no other source asks which system it is on.
 #pragma once
 
 #include <cstdint>

@@ -46,7 +46,7 @@ struct RenderOptions {
   CommonOptions common;
 };
 
-// The numbers of "1,0.5,2"; none where the text is anything else.
+// Returns the numbers of "1,0.5,2"; none for other texts.
 std::vector<double> numbers_of(std::string_view text) {
   std::vector<double> numbers;
   const char* at = text.data();
@@ -62,7 +62,7 @@ std::vector<double> numbers_of(std::string_view text) {
   }
 }
 
-// The two numbers of "1600x1200" or "30,-20"; nothing where the text is anything else.
+// Returns the two numbers of "1600x1200" or "30,-20"; nothing for other texts.
 template <class T>
 std::optional<std::pair<T, T>> two_numbers(std::string_view text, char separator) {
   const char* const end = text.data() + text.size();
@@ -157,7 +157,7 @@ void set_look(const RenderOptions& options, PictureRequest& request) {
   request.relief = {options.cavity, options.occlusion};
 }
 
-// All but the panels and the format.
+// Returns the job of the options, without the panels and the format.
 PictureRequest look_of(const RenderOptions& options) {
   PictureRequest request;
   set_size(options, request);
@@ -217,7 +217,7 @@ FilmRequest film_of_session(const RenderOptions& options, PictureRequest& reques
   return film;
 }
 
-// The camera goes round the middle of the shapes, at a distance from which all sides are seen whole.
+// Moves the camera round the middle of the shapes, at a distance from which all sides are completely visible.
 FilmRequest film_of_turntable(const RenderOptions& options, PictureRequest& request) {
   request.panels = make_panels(options.panels);
   Box box;

@@ -117,15 +117,14 @@ std::string summary(const SkinFlags& flags, const SkinReport& report) {
                      100 * report.part_distance, 100 * report.part_distance_95);
 }
 
-// Throws QualityError with the first complaint about results: their names, each with its complaint. What was made has
-// been written.
+// Throws QualityError with the first complaint about results, given by their names. The results have been written.
 void require_sound(const SkinFlags& flags, const std::vector<std::pair<std::string, std::string>>& results) {
   for (const auto& [name, complaint] : results) {
     if (!complaint.empty()) throw QualityError(fmt::format("{}: {}{}", flags.output, name, complaint));
   }
 }
 
-// Does the work, which takes options, with a progress that is shown, and that Ctrl-C ends.
+// Calls the work with options whose progress is shown, and which Ctrl-C cancels.
 template <class Work>
 auto watched(const SkinFlags& flags, SkinOptions options, const Work& work) {
   Progress progress;

@@ -312,7 +312,7 @@ class Application {
 
 namespace {
 
-// What other runs left behind and nobody misses: what is empty, or saved.
+// Discards the journals of other runs that are empty or saved.
 void discard_needless_journals(Studio& studio) {
   const std::vector<AbandonedJournal> journals = studio.document().abandoned();
   for (const AbandonedJournal& journal : journals) {

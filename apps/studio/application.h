@@ -1,4 +1,4 @@
-// The window with the Studio in it.
+// Studio in a window: runs it until it is closed, step by step, or by a script without a window.
 #pragma once
 
 #include <filesystem>
@@ -14,19 +14,18 @@
 namespace knead::studio {
 
 struct ApplicationOptions {
-  std::optional<std::filesystem::path> shape;  // a sphere where there is none
+  std::optional<std::filesystem::path> shape;  // none: a sphere
   std::vector<std::filesystem::path> also;     // further shapes
   std::optional<std::filesystem::path> session;
-  std::optional<BackendChoice> backend;  // that of the preferences where there is none
+  std::optional<BackendChoice> backend;  // none: that of the preferences
 };
 
-// Runs until the person quits. Throws std::runtime_error where there is no display or no OpenGL.
+// Runs until the user quits. Throws std::runtime_error without a display or OpenGL.
 void run_application(const ApplicationOptions& options);
 
 class Application;
 
-// The same, where the system asks for one picture after the other, as a browser does. Where no thread can be started,
-// all work is done in step().
+// The same for systems that ask for each picture, as browsers do. If no thread can be started, step() does all work.
 class SteppedApplication {
  public:
   explicit SteppedApplication(const ApplicationOptions& options);
@@ -34,10 +33,10 @@ class SteppedApplication {
   SteppedApplication(const SteppedApplication&) = delete;
   SteppedApplication& operator=(const SteppedApplication&) = delete;
 
-  // Takes the events, and draws a picture if something changes. Returns false once the person has quit.
+  // Handles the events, and draws a picture if something changed. Returns false once the user has quit.
   bool step();
 
-  // The message that appeared last, while it is shown; empty: none.
+  // Returns the latest message while it is shown; else an empty text.
   std::string message() const;
 
  private:

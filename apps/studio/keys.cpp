@@ -232,7 +232,7 @@ std::vector<std::string> choose_keys(KeyMap& keys, std::span<const KeyChoice> ch
     const std::optional<Action> action = action_named(choice.action);
     if (!action) {
       messages.push_back(
-          fmt::format("keys: there is no action \"{}\"; docs/studio.md lists the actions", choice.action));
+          fmt::format("keys: there is no action \"{}\"; docs/command.md lists the actions", choice.action));
       continue;
     }
     chosen[static_cast<std::size_t>(*action)] = true;

@@ -1,4 +1,4 @@
-// What can be asked for with a key, and which key asks for it.
+// The actions that can have a key, and their keys.
 #pragma once
 
 #include <optional>
@@ -92,8 +92,8 @@ std::span<const Action> all_actions();
 Action action_of(const StudioTool& tool);
 const StudioTool* tool_of(Action action);
 
-// A key with the modifiers held. A letter is the one printed on the key; another key's name is that of its place on a
-// US keyboard: see key_names().
+// A key with the modifiers held. A letter is the one printed on the key; other keys are named by their places on a US
+// keyboard: see key_names().
 struct Chord {
   std::string key;
   Modifiers modifiers{};
@@ -101,21 +101,22 @@ struct Chord {
   friend bool operator==(const Chord&, const Chord&) = default;
 };
 
-// "Ctrl+Shift+Z", "Numpad 5", "Alt+[".
+// Returns the chord as text: "Ctrl+Shift+Z", "Numpad 5", "Alt+[".
 std::string text_of(const Chord& chord);
 
-// The other way, in upper or lower case and with modifiers in any order; nothing where a name is not known.
+// Returns the chord of a text, in upper or lower case and with modifiers in any order; nothing for an unknown name.
 std::optional<Chord> chord_of(std::string_view text);
 
-// Every key that there is: "A" to "Z", "0" to "9", "F1" to "F12", "[", "Space", "Escape", "Numpad 1", "Home", ...
+// Returns the names of all keys: "A" to "Z", "0" to "9", "F1" to "F12", "[", "Space", "Escape", "Numpad 1", "Home", ...
 std::span<const std::string_view> key_names();
 
-// How an action is named: in the configuration file ("save_as"), and by a person ("Save as...").
+// Return the name of an action in the configuration file ("save_as"), its title in menus ("Save as..."), and the action
+// with a name.
 std::string_view name_of(Action action);
 std::string_view title_of(Action action);
 std::optional<Action> action_named(std::string_view name);
 
-// Under which heading of the help an action stands: "File", "Edit", "Tools", "View" or "Window".
+// Returns the heading of the help that lists an action: "File", "Edit", "Tools", "View" or "Window".
 std::string_view group_of(Action action);
 
 // The chords of each action; no chord belongs to two.
@@ -130,29 +131,28 @@ struct KeyMap {
 
 KeyMap default_keys();
 
-// What the key asks for.
+// Returns the action of a chord; nothing if it has none.
 std::optional<Action> action_of(const KeyMap& keys, const Chord& chord);
 
-// What a person reads beside an action: "Ctrl+Z", "H or F1"; empty for none.
+// Returns the keys of an action for menus: "Ctrl+Z", "H or F1"; empty if it has none.
 std::string keys_text(const KeyMap& keys, Action action);
 
-// One line of a configuration: the action of that name is to have these chords and no others.
+// One line of a configuration: an action, and its only chords.
 struct KeyChoice {
   std::string action;
   std::vector<std::string> chords;
 };
 
-// Changes the map by these lines. A chord is taken away from the action that has it by default. Returns a sentence for
-// each line or chord that could not be used (unknown, or given twice), and for each action that was left without a key
-// by another one; the rest is used all the same.
+// Changes the map by these lines. A chord is removed from the action that has it by default. Returns a sentence for
+// each line or chord that is ignored (unknown, or given twice), and for each action that lost its only key to another
+// one.
 std::vector<std::string> choose_keys(KeyMap& keys, std::span<const KeyChoice> choices);
 
-// --- commands found by what a person types
-// ----------------------------------------------------------------------------
+// --- search of commands ----------------------------------------------------------------------------
 
 // Returns the actions in whose title, group or name every word of the text occurs, in upper or lower case: first those
-// whose title begins with the text, then those with a word that begins with its first word, then the others. All
-// actions if the text holds no word.
+// whose title begins with the text, then those with a word that begins with its first word, then the others. Returns
+// all actions for a text without words.
 std::vector<Action> found_actions(std::string_view text);
 
 }  // namespace knead::studio

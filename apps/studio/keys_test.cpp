@@ -1,3 +1,4 @@
+// Keys and actions: names, chords, settings, and the search of commands.
 #include <gtest/gtest.h>
 
 #include <algorithm>

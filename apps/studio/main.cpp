@@ -25,7 +25,7 @@ constexpr const char* kHelp =
     "\n"
     "--backend gpu: the GPU moves the shape during a drag (View > Deform on).\n"
     "--script needs no display: it does what the lines of FILE say, as a person would (- is standard input;\n"
-    "docs/studio.md has the lines).\n";
+    "docs/command.md has the lines).\n";
 
 int fail(int code, const char* message) {
   knead::studio::show_failure(std::string("knead-studio: ") + message);

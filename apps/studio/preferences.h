@@ -1,4 +1,4 @@
-// What Studio remembers from one start to the next, and where: preferences, how the shape is drawn, the files opened
+// The files that Studio keeps from one start to the next: preferences with the look of the shape, the files opened
 // last, and the pictures behind the shape.
 #pragma once
 
@@ -15,19 +15,20 @@
 
 namespace knead::studio {
 
-// $XDG_CONFIG_HOME/knead and $XDG_STATE_HOME/knead, by default ~/.config/knead and ~/.local/state/knead. As the
-// standard says, a variable that is no absolute path counts as not set; without a home, a folder of the temporary ones.
+// Return $XDG_CONFIG_HOME/knead and $XDG_STATE_HOME/knead, by default ~/.config/knead and ~/.local/state/knead. As the
+// standard says, a variable that is no absolute path counts as not set. Without a home folder, they are temporary
+// folders.
 std::filesystem::path config_folder();
 std::filesystem::path state_folder();
 
-// What moves the shape during a drag. The result always comes from the CPU.
+// The backend that moves the shape during a drag. The result always comes from the CPU.
 enum class BackendChoice { cpu, gpu };
 
-// The unit of the numbers in shape files, as the person says; it is shown with lengths.
+// The unit of the numbers in shape files, as the user sets it; it is shown with lengths.
 enum class LengthUnit { none, millimetre, centimetre, metre };
 const char* text_of(LengthUnit unit);  // "", "mm", "cm", "m"
 
-// How the panels were left.
+// The state of the panels.
 struct PanelState {
   bool shown = true;
   bool history = true;
@@ -38,7 +39,7 @@ struct PanelState {
   friend bool operator==(const PanelState&, const PanelState&) = default;
 };
 
-// How the shape is drawn.
+// The look of the shape.
 struct Look {
   render::Material material = render::Material::matcap;
   render::Matcap matcap = render::Matcap::terracotta;
@@ -57,39 +58,39 @@ struct Preferences {
   BackendChoice backend = BackendChoice::cpu;
   LengthUnit unit = LengthUnit::none;
   PenPressure pressure = PenPressure::depth;
-  // Of the rings at the cursor. The defaults are colours that people who see few colours tell apart.
+  // Colours of the rings at the cursor. People with colour vision deficiency can tell the defaults apart.
   render::Color outer_ring{0.00f, 0.45f, 0.70f, 1};
   render::Color inner_ring{0.90f, 0.62f, 0.00f, 1};
   PanelState panels;
   WindowPlace window;
   Look look;
   bool welcome = true;           // the sheet at the start
-  bool desktop_dialogs = true;   // the desktop's own dialog asks for files, where there is one
-  double interface_scale = 1;    // of texts and panels beyond what the display asks for, from 0.5 to 3
-  double undo_memory_mb = 1024;  // of the states that undo reaches at once, from 0 to 1e6; older ones are made again
+  bool desktop_dialogs = true;   // the desktop's own dialog asks for files, if it has one
+  double interface_scale = 1;    // of texts and panels, times the display's scale; from 0.5 to 3
+  double undo_memory_mb = 1024;  // of the states that undo keeps, from 0 to 1e6; older ones are computed again
 };
 
 struct LoadedPreferences {
   Preferences preferences;
-  std::vector<std::string> messages;  // what could not be used, a line each
+  std::vector<std::string> messages;  // one line for each ignored setting
 };
 
 // Reads studio.json of this folder, e.g. {"keys": {"undo": "Ctrl+Z", "redo": ["Ctrl+Y", "F5"]}, "navigation": "maya",
-// "up": "z", "backend": "gpu", "interface_scale": 1.25, "unit": "mm", "outer_ring": "#0073b3", "inner_ring":
-// "#e69e00", "shading": "matcap", "matcap": "jade", "cavity": true, "occlusion": true, "background": "#303540",
-// "projection": "orthographic", "field_of_view_deg": 50}. What is missing is as by default. Nothing in it is fatal:
-// what cannot be used is left out with a message, and a file that is no JSON object is renamed to studio.json.broken.
+// "up": "z", "backend": "gpu", "interface_scale": 1.25, "unit": "mm", "outer_ring": "#0073b3", "inner_ring": "#e69e00",
+// "shading": "matcap", "matcap": "jade", "cavity": true, "occlusion": true, "background": "#303540", "projection":
+// "orthographic", "field_of_view_deg": 50}. Missing settings have their defaults. Invalid ones are ignored with a
+// message, and a file that is no JSON object is renamed to studio.json.broken.
 LoadedPreferences load_preferences(const std::filesystem::path& folder);
 
-// Writes what differs from the defaults, all but the keys, into studio.json; keys and whatever else a person wrote
-// there stay. The file is replaced whole. Throws IoError(write).
+// Writes the settings that differ from the defaults, without the keys, to studio.json. Keys and unknown settings in the
+// file stay. The file is replaced as a whole. Throws IoError(write).
 void save_preferences(const std::filesystem::path& folder, const Preferences& preferences);
 
-// The files that were opened last, the latest first, from recent.json of the state folder. Those that are there no
-// longer are left out; a broken file counts as none.
+// Returns the files that were opened last, the latest first, from recent.json of the state folder. Files that no longer
+// exist are left out; a broken list counts as empty.
 std::vector<std::filesystem::path> load_recent(const std::filesystem::path& folder);
 
-// Puts a file in front of the list, which holds at most kMaxRecent, each once.
+// Puts a file in front of the list, which holds at most kMaxRecent files, each once.
 inline constexpr std::size_t kMaxRecent = 12;
 void add_recent(std::vector<std::filesystem::path>& recent, const std::filesystem::path& file);
 
@@ -124,21 +125,21 @@ render::CameraFrame frame_of(ReferencePlane plane, UpAxis up);
 // Returns the plane that this view looks at most directly.
 ReferencePlane plane_of(const View& view);
 
-// Returns what a view shows of the references.
+// Returns the references that a view shows.
 std::vector<render::PlacedImage> placed_images(const std::vector<Reference>& references, const View& view);
 
 // Reads a PNG or JPEG file. Throws IoError or InvalidInput.
 std::shared_ptr<const render::Image> read_reference(const std::filesystem::path& file);
 
 // The references of a document, from references.json of the state folder; `document` is the file of its shape or
-// session. Pictures that cannot be read any more are left out with a message.
+// session. Pictures that cannot be read are left out with a message.
 struct LoadedReferences {
   std::vector<Reference> references;
   std::vector<std::string> messages;
 };
 LoadedReferences load_references(const std::filesystem::path& folder, const std::filesystem::path& document);
 
-// Keeps them for the next time; those of other documents stay. Throws IoError(write).
+// Writes the references of a document; those of other documents stay. Throws IoError(write).
 void save_references(const std::filesystem::path& folder, const std::filesystem::path& document,
                      const std::vector<Reference>& references);
 

@@ -1,3 +1,4 @@
+// Preferences: reading, writing, and files that are broken.
 #include "preferences.h"
 
 #include <fmt/format.h>

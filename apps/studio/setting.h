@@ -23,8 +23,8 @@ struct View;
 struct ViewSettings;
 struct WindowPlace;
 
-// What a slider goes over. Outside of it a strict range refuses numbers; else a whole number is moved into it, and
-// another one is taken if it is above 0 where the range is.
+// The range of a slider. A strict range refuses other numbers. Otherwise a whole number is clamped to it, and any other
+// number is accepted, but above 0 if the range is.
 struct Range {
   double least = -kInfinity;
   double most = kInfinity;
@@ -32,7 +32,7 @@ struct Range {
 };
 inline constexpr Range kAboveZero{std::numeric_limits<double>::min(), kInfinity};
 
-// An enum whose values are 0, 1, ... in the order of the words. A person reads the titles, if there are any.
+// An enum whose values are 0, 1, ... in the order of the words. Panels show the titles, if there are any.
 struct WordChoice {
   std::vector<std::string_view> words;
   std::size_t chosen = 0;
@@ -40,7 +40,7 @@ struct WordChoice {
   std::vector<const char*> titles{};
 };
 
-// A value with a form of its own in JSON. `read` returns false for what is no such value: then messages say what is
+// A value with a form of its own in JSON. `read` returns false for an invalid value; messages then say what is
 // expected.
 struct OwnForm {
   std::string_view expected;
@@ -52,11 +52,11 @@ struct Setting {
   std::string key;
   std::variant<bool*, int*, double*, std::optional<double>*, WordChoice, OwnForm> value;
   Range range{};
-  const char* label = "";  // in panels; empty: it is not shown as it is
+  const char* label = "";  // in panels; empty: no panel shows it by this row
   const char* help = nullptr;
 };
 
-// Return the rows of what they are given, which must outlive them.
+// Return the rows of an object, which must outlive them.
 std::vector<Setting> settings_of(ToolSettings& to);
 std::vector<Setting> settings_of(View& view);
 std::vector<Setting> settings_of(ViewSettings& view);

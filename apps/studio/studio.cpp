@@ -18,10 +18,11 @@ namespace {
 
 constexpr double kWheelFactor = 1.1;
 constexpr double kRatioStep = 0.05;
-constexpr int kRings = 3;  // about the pointer, in which the shape is looked for
+constexpr int kRings = 3;  // rings of pixels around the pointer in which the shape is sought
 constexpr int kRaysOfRing = 16;
-constexpr double kRoomOfPose = 0.25;  // of the shape's size: what is nearer to what moves shall not hold
-constexpr double kRest = 0.35;        // seconds without a move after which the pointer rests
+constexpr double kRoomOfPose =
+    0.25;                       // of the shape's size: with "Hold less", points nearer to a moving one do not hold
+constexpr double kRest = 0.35;  // seconds without a move after which the pointer rests
 
 PreferencesFile preferences_of(const std::filesystem::path& folder, StudioDocument& document) {
   LoadedPreferences loaded = load_preferences(folder);
@@ -88,14 +89,14 @@ GestureContext Studio::gesture_context() const {
           snap_length(shown().diagonal)};
 }
 
-// Whether the picker knows the shape as it is seen.
+// Returns whether the picker is up to date with the shown shape.
 bool Studio::picker_is_right() const {
   const bool fits = shown().picker && shown().picker->fits(shown().state);
   return fits && !shown().picker_is_behind && shown().ended == ended_;
 }
 
-// Whether a drag would begin beside the shape, and turn the view: for tools that may begin there, farther from the
-// shape than they are wide, as it is seen. With modifiers the drag is meant otherwise.
+// Returns whether a drag would begin beside the shape, and turn the view. Tools that may begin there need a distance
+// from the shape in the picture greater than their radius. A drag with modifiers never turns the view.
 bool Studio::is_beside_shape() const {
   const ToolUse use = settings().tool->use;
   const bool paints_mask = use == ToolUse::mask && settings().mask_mode == MaskMode::paint;
@@ -119,7 +120,8 @@ bool Studio::is_beside_shape() const {
   return true;
 }
 
-// Other gestures also need the surface while they move, as it was when they began; a hit test shows it as it is now.
+// True for gestures that need the surface only when they begin. The others also need it while they move, in the state
+// at their start, and a hit test shows only the current state.
 bool Studio::asks_hit_test() const {
   const bool asks_once = settings().tool->use == ToolUse::pull;
   return hit_test_ && asks_once && shown().objects.are_all_met() && settings().drag != DragMode::surface &&
@@ -181,7 +183,7 @@ void Studio::remove_object(std::size_t object) {
 
 // --- the pointer -----------------------------------------------------------------------------------------------------
 
-// Keeps the pressure and what was typed.
+// Keeps the pressure and the typed number.
 void Studio::place_pointer(double x, double y, const Modifiers& modifiers) {
   pointer_.x = x;
   pointer_.y = y;
@@ -264,7 +266,7 @@ void Studio::release(const ButtonChanged& button) {
 }
 
 void Studio::accept() {
-  // Nothing waits any more that could still be changed: what was sent is kept as it is.
+  // The sent strokes are final now.
   GestureContext around = gesture_context();
   const std::size_t pins = tools_.placed().pins.size();
   end_gesture(pointer_, around, tools_.placed(), *gesture_);
@@ -375,7 +377,7 @@ void Studio::end_handle_drag(bool is_kept) {
   history_.end_handle(is_kept);
 }
 
-// What moves is remembered when it rests.
+// Writes the view to the journal when it rests.
 void Studio::remember_view() {
   const bool is_moving = gesture_ || adjusting_ || view_.turntable() || view_.navigation().drag != NavigationDrag::none;
   if (shown().opened == 0 || is_moving) return;

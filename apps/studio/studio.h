@@ -48,10 +48,10 @@ class Studio {
 
   void handle(const Event& event);
 
-  // Takes over what the worker has completed. To be called once a frame.
+  // Takes over the completed work of the worker. Call this once a frame.
   void refresh();
 
-  // Does what a key or a menu asks for. Actions that need a dialog go to the window: take_request.
+  // Performs an action of a key or menu. Actions that need a dialog go to the window, by take_request().
   void perform(Action action);
   std::optional<Action> take_request() { return std::exchange(request_, std::nullopt); }
 
@@ -76,12 +76,12 @@ class Studio {
   void remove_object(std::size_t object);
   // Changes the whole mask, as a stroke of its own.
   void change_mask(MaskEdit edit);
-  // Applies the last stroke, a pose that fell short, again: as fine as its parts are thin, or if it was with less that
-  // holds.
+  // Applies the last stroke, a pose that fell short, again: with a detail that fits its parts, or if it had that, with
+  // fewer holding points.
   void improve_pose();
-  // Returns whether that would make it finer.
+  // Returns whether improve_pose() would make it finer.
   bool can_refine_pose() const;
-  // Chooses the pose, and makes a part of what lies beyond the twist or bend that is placed.
+  // Chooses the tool Pose, and makes a part of the vertices beyond the placed twist or bend.
   void pose_placed();
   // Moves the pin with this number in placed().pins as a drag does: by a stroke.
   void move_pin(std::size_t pin, const Vec3d& to);
@@ -95,14 +95,15 @@ class Studio {
   // Returns the number that the pointer sets.
   std::optional<PointedNumber> number() const;
   const Pointer& pointer() const { return pointer_; }
-  // Returns whether the pointer is changing something: the shape, a number, the history, a mask.
+  // Returns whether a drag is changing the shape, a number, the history or a mask.
   bool is_in_hand() const { return gesture_ || adjusting_ || history_.is_dragging() || masks_.is_drawing(); }
   bool pointer_is_over_view() const { return pointer_is_over_view_; }
   void set_pointer_over_view(bool is_over) { pointer_is_over_view_ = is_over; }
   // Returns the pin that is dragged, or that the panel or the pointer points to.
   std::optional<std::size_t> pointed_pin() const;
 
-  // Sets how a drag of a ball or capsule finds its start while the picker is not up to date; empty: it waits.
+  // Sets the hit test by which a drag of a ball or capsule finds its start while the picker is not up to date. Empty:
+  // the drag waits for the picker.
   void set_hit_test(HitTest hit_test) { hit_test_ = std::move(hit_test); }
 
  private:

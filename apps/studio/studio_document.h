@@ -1,4 +1,4 @@
-// The open document as the window's thread sees it. What takes time is done on the Document by the worker's thread.
+// The open document for the window's thread. The worker's thread does the work on the Document.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ class StudioDocument {
  public:
   using Job = std::function<void(Document&, Progress&)>;
 
-  // `after_post` is called whenever a job was posted: without a worker's thread the job is done by then.
+  // Calls `after_post` after each job is posted; without a worker's thread the job is done by then.
   StudioDocument(const StudioOptions& options, std::function<void()> after_post);
   ~StudioDocument() { end_work(); }
   StudioDocument(const StudioDocument&) = delete;
@@ -36,20 +36,18 @@ class StudioDocument {
 
   // Returns the document as of the last refresh().
   const DocumentState& shown() const { return shown_; }
-  // Takes over what the worker has done. Returns true if another document was opened.
+  // Takes over the results of the worker. Returns true if another document was opened.
   bool refresh();
 
-  // Has the worker do a job, after those that were posted before; `what` names it for people. For post_latest see
-  // Worker.
+  // Posts a job to the worker, which does jobs in order; `what` names it for people. For post_latest see Worker.
   void post(const Job& job, std::string what = {});
   std::uint64_t post_latest(const Job& job, std::string what = {}, bool gives_way = false);
-  // Called by a job: the next refresh() calls `result`, on the window's thread.
+  // For jobs: makes the next refresh() call `result`, on the window's thread.
   void deliver(std::function<void()> result);
   Worker& worker() { return *worker_; }
   const Worker& worker() const { return *worker_; }
 
-  // Messages for the person; every thread may tell one. A notice without an error withdraws the errors about its
-  // subject.
+  // Messages for the user, from any thread. A notice without an error withdraws the errors about its subject.
   void tell(Notice notice);
   void withdraw(Subject subject) { tell({false, {}, subject}); }
   std::vector<Notice> take_notices();
@@ -79,11 +77,11 @@ class StudioDocument {
   // Closes the document and removes its journal. Otherwise the next start offers to recover it.
   void close();
 
-  // Does what was posted and ends the worker's thread. Nothing may be posted any more. Whoever posts jobs that use
-  // more than the document calls it while that is still there.
+  // Completes the posted jobs and ends the worker's thread. Post nothing afterwards. If jobs use other objects than the
+  // document, call this before those are destroyed.
   void end_work() { worker_.reset(); }
 
-  // Has the crossings of the shape counted; shown() then has their number.
+  // Counts the crossings of the shape in the background; shown() then has their number.
   void count_crossings();
 
  private:

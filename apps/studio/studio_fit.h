@@ -1,4 +1,4 @@
-// Fitting the shape to another one: that shape and the view of it, pairs of points, and how far apart the two are.
+// Fits the shape to another one: the target and its view, pairs of points, and the distances between both shapes.
 #pragma once
 
 #include <cstddef>
@@ -18,13 +18,13 @@
 
 namespace knead::studio {
 
-// A point of the shape and its place on the target, as numbers of vertices; nothing where it is still to be clicked.
+// A vertex of the shape and one of the target; nothing for one that has not been clicked yet.
 struct ClickedPair {
   std::optional<std::uint32_t> source;
   std::optional<std::uint32_t> target;
 };
 
-// What a fit is made of, besides its pairs.
+// The settings of a fit, besides its pairs.
 struct FitSettings {
   bool grows = false;   // FitVolume::free in the place of keep
   bool surface = true;  // the whole surface, not the pairs alone
@@ -37,27 +37,29 @@ class StudioFit {
  public:
   StudioFit(StudioDocument& document, int threads) : document_(document), threads_(threads) {}
 
-  // Reads the target and opens its view, seen as `like` is; a notice says if it cannot be read. close() forgets it.
+  // Reads the target and opens its view, with the direction of `like`; a notice says if it cannot be read. close()
+  // drops the target.
   void open(const std::filesystem::path& file, const Navigation& like);
   void close();
   bool is_open() const { return target_ != nullptr; }
 
-  // The rest is for an open fit.
+  // The following functions need an open fit.
   const ShapeState& target() const { return target_->state; }
   const std::string& name() const { return target_->name; }
   FitSettings& settings() { return settings_; }
 
-  // The view of the target. Events have their places in it.
+  // The view of the target. Places of events are pixels of this view.
   Screen screen() const;
   void set_size(const Picture& picture);
   void handle(const Event& event);
   bool is_turning() const { return navigation_.drag != NavigationDrag::none; }
 
-  // The point of the shape under the pointer belongs to the pair that is begun, or begins one. False: there is none.
+  // Adds the point of the shape under the pointer to the incomplete pair, or begins a pair. Returns false without a
+  // point.
   bool choose(const Pointer& pointer, const GestureContext& around);
   const std::vector<ClickedPair>& pairs() const { return pairs_; }
   std::size_t complete_pairs() const;
-  // In the place of all pairs. False, and nothing changes, if a shape has no such vertex.
+  // Replaces all pairs. Returns false, and changes nothing, if a shape has no such vertex.
   bool set_pairs(std::vector<ClickedPair> pairs);
   void remove_last_pair();
   void clear_pairs() { pairs_.clear(); }
@@ -65,12 +67,12 @@ class StudioFit {
   // Fits the shape to the target, as one entry of the history. A notice says what is wrong with the result, or why the
   // shape cannot be fitted as it is: a mask acts, or the past is looked at.
   void run();
-  // Of the last fit, while the shape is what it made.
+  // Returns the report of the last fit while the shape is its result.
   const std::optional<BodyFitReport>& report() const { return report_; }
 
-  // Follows the document: measures distances where the shape is another one. A shape with other faces has no pairs.
+  // Adapts to the document: measures distances if the shape has changed, and drops the pairs if it has other faces.
   void follow(bool has_gesture);
-  // How far each vertex of the shape is from the target, in kFarFromTarget, from 0 to 1; empty until it is measured.
+  // Returns the distance of each vertex from the target, divided by kFarFromTarget and at most 1; empty until measured.
   const std::vector<float>& distances() const { return distances_; }
   std::uint64_t measured() const { return measured_; }     // grows with every measurement
   double mean_distance() const { return mean_distance_; }  // of the diagonal

@@ -1,6 +1,6 @@
 // The history of the open document as panels and the pointer change it.
 //
-// Changes (document/layers.h) are made in the background: what is seen stays until they are done.
+// Changes (document/layers.h) are made in the background; the view shows the old state until they are done.
 #pragma once
 
 #include <cstddef>
@@ -16,13 +16,13 @@ namespace knead::studio {
 
 class StudioHistory {
  public:
-  // `interrupt` gives up the gesture under way, before the history changes.
+  // `interrupt` gives up the current gesture, before the history changes.
   StudioHistory(StudioDocument& document, std::function<void()> interrupt);
 
   void undo();
   void redo();
   void change(const LayerChange& change);
-  // The steps of a drag are one change; only the latest step counts.
+  // Changes the history during a drag. The steps of a drag are one change; only the latest step counts.
   void drag(const LayerChange& change);
   void end_drag(bool is_kept);
 
@@ -34,12 +34,11 @@ class StudioHistory {
   void select(std::optional<std::size_t> entry);
   LayerEditor& editor() { return editor_; }
   const LayerEditor& editor() const { return editor_; }
-  // Follows the document after its refresh(). clear() forgets all: another document was opened.
+  // Adapts to the document after its refresh(). clear() drops everything when another document was opened.
   void follow();
   void clear();
 
-  // Handles of the selected entry, which the pointer drags in the plane of the view. Returns the one that the pointer
-  // is on, or drags.
+  // Returns the handle of the selected entry that the pointer is on, or drags in the plane of the view.
   std::optional<LayerHandle> pointed_handle(const Screen& screen, const Pointer& pointer) const;
   bool is_dragging() const { return drag_.has_value(); }
   bool begin_handle(const Screen& screen, const Pointer& pointer);  // returns false if it is on none

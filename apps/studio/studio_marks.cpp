@@ -1,4 +1,4 @@
-// What is marked on the shape: pins and parts, which are clicked, changed by their list, and follow the shape.
+// Clicks on pins and parts, changes by their list, and their adaptation to the shape.
 #include <algorithm>
 #include <utility>
 
@@ -8,7 +8,7 @@
 
 namespace knead::studio {
 
-// After a drag the pins are where it took them, before the shape is.
+// After a drag the pins are at their new places before the shape has followed.
 void Studio::refresh_pins() {
   const bool drags_one = gesture_ && (std::holds_alternative<PinsGesture>(gesture_->kind) ||
                                       std::holds_alternative<PartGesture>(gesture_->kind));

@@ -22,7 +22,7 @@ double snap_length(double diagonal);
 
 class StudioTools {
  public:
-  // `interrupt` gives up the gesture under way, before another tool is chosen.
+  // `interrupt` gives up the current gesture, before another tool is chosen.
   StudioTools(StudioDocument& document, std::function<void()> interrupt)
       : document_(document), interrupt_(std::move(interrupt)) {}
 
@@ -31,23 +31,23 @@ class StudioTools {
   PlacedTools& placed() { return placed_; }
   const PlacedTools& placed() const { return placed_; }
 
-  // Does what a key or a menu asks for; false if that is not about the tool in use.
+  // Performs an action of a key or menu; returns false if it does not concern the tool in use.
   bool perform(Action action);
-  // Adapts to the document that was opened. follow() adapts to its changes, fully while no gesture is under way.
+  // Adapts to a new document. follow() adapts to its changes, completely only between gestures.
   void begin_document();
   void follow(bool has_gesture);
 
-  // Returns the radius of the tool: of pins that which they give themselves, unless it is set. fix_radius sets it.
+  // Returns the radius of the tool; for pins the automatic one, unless it is set. fix_radius() sets it to that.
   double radius() const;
   void fix_radius();
 
-  // Removes what is placed, but for pins, parts and the stamp. No pin or part stays selected.
+  // Removes everything that is placed, except pins, parts and the stamp, and deselects pins and parts.
   void clear_placed();
 
-  // Returns a box about what the tool in use has placed; empty if there is nothing.
+  // Returns the box of everything that the tool in use has placed; empty if there is nothing.
   Box placed_box() const;
 
-  // Takes a stamp that ended such strokes back to where they began.
+  // Moves the placed stamp back to the start of these strokes, if it is at their end.
   void take_stamp_back(std::span<const SessionStroke> strokes);
 
   // Loads a stamp. A file also chooses the tool: a mesh is stamped, a picture printed.
@@ -59,18 +59,19 @@ class StudioTools {
   void select_pins(bool are_selected);
   void remove_pin(std::size_t pin);
   void remove_selected();  // pins, and the part
-  // After a click, of the pins in placed(): the one that it has set.
+  // The pin in placed() that the last click has set.
   void note_set_pin(std::optional<std::size_t> pin) { set_pin_ = pin; }
   std::optional<std::size_t> set_pin() const { return set_pin_; }
 
-  // Looks for the part that the placed twist or bend moves. With may_turn (it was just clicked) its axis may turn.
+  // Finds the part that the placed twist or bend moves. `may_turn`, for a new placement: its axis may turn.
   void find_limit_cylinder(bool may_turn);
 
-  // The next click on the shape (`face`), or the next three, give one more mirror's plane. A second call gives that up.
+  // Uses the next click on the shape (`face`), or the next three, for the plane of one more mirror. A second call
+  // cancels this.
   enum class PlanePick { none, face, three_points };
   void pick_mirror(PlanePick how);
   PlanePick picking_mirror() const { return picking_; }
-  // Returns whether the click was for that.
+  // Returns whether the click was used for the plane.
   bool pick_plane(const Pointer& pointer, const GestureContext& context);
   // Moves the mirrors x, y and z and the axis to the middle of the shape's box.
   void center_symmetry();
@@ -87,7 +88,7 @@ class StudioTools {
   PlacedTools placed_;
   PlanePick picking_ = PlanePick::none;
   std::optional<std::size_t> set_pin_;
-  // Of the shape when the limit cylinder was looked for; a remesh may follow later.
+  // The mesh for which the limit cylinder was found; remeshing may change it later.
   std::shared_ptr<const Mesh> limit_cylinder_mesh_;
 };
 
@@ -97,10 +98,10 @@ class StudioMasks {
   // `apply` applies strokes to the document as a gesture of their own.
   StudioMasks(StudioDocument& document, StudioTools& tools, std::function<void(std::vector<SessionStroke>)> apply);
 
-  // Returns how much each vertex is masked, as painted so far; empty: no vertex is.
+  // Returns the mask's value at each vertex, with the current drag; empty if no vertex is masked.
   const MaskValues& values() const { return values_; }
 
-  // Paints or draws a line from one event to the next.
+  // Paint, or draw a line, from one event to the next.
   void begin(const Pointer& pointer, const GestureContext& context);
   void move(const Pointer& pointer, const GestureContext& context);
   void end(bool is_kept);
@@ -111,7 +112,7 @@ class StudioMasks {
   // Changes the whole mask.
   void change(MaskEdit edit);
 
-  // Takes over the mask of the document if it has changed. clear() ends what is being drawn, without effect.
+  // Takes over the mask of the document if it has changed. clear() ends the current drag without effect.
   void follow();
   void clear() { drawing_.reset(); }
 

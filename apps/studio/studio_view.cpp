@@ -240,7 +240,7 @@ void extend(Box& box, const Segment& segment) {
   }
 }
 
-// What the strokes may move, as far as a box tells. Empty for half-spaces.
+// Returns a box of the points that the strokes may move; empty for half-spaces.
 Box reach_of(const std::vector<SessionStroke>& strokes) {
   Box box;
   for (const SessionStroke& stroke : strokes) {
@@ -252,7 +252,7 @@ Box reach_of(const std::vector<SessionStroke>& strokes) {
 
 }  // namespace
 
-// Strokes that a box does not tell: everything.
+// Frames everything if there is no such box.
 void StudioView::frame_stroke(const Box& placed) {
   const DocumentState& shown = document_.shown();
   const bool has_stroke = shown.opened != 0 && !shown.history.empty();
@@ -262,7 +262,7 @@ void StudioView::frame_stroke(const Box& placed) {
   navigation_.home = box.center();
 }
 
-// A drag that turns the view turns it about what the pointer is on.
+// A drag that turns the view turns it about the point under the pointer.
 void StudioView::set_pivot(const Event& event) {
   const auto* const button = std::get_if<ButtonChanged>(&event);
   if (button == nullptr || !button->down || navigation_.drag != NavigationDrag::none) return;

@@ -1,4 +1,4 @@
-// How the open document is looked at: the view and its settings, the pictures behind the shape, turntables.
+// The view of the open document: camera, settings, the pictures behind the shape, turntables.
 #pragma once
 
 #include <filesystem>
@@ -15,11 +15,11 @@
 
 namespace knead::studio {
 
-// What the colours of stretches refer to.
+// The reference of the colours of stretches.
 enum class StretchView { off, since_start, last_stroke };
 
 struct ViewSettings {
-  Look look;  // but for the projection, which is the navigation's
+  Look look;  // without the projection, which belongs to the navigation
   bool wireframe = false;
   bool influence = false;  // the region of influence as colour on the shape
   bool tool = true;        // the cursor on the surface, and the picture of what is placed
@@ -43,7 +43,7 @@ struct Turntable {
   std::filesystem::path pattern;  // with %04d in its name
   int pictures = 0;
   int next = 0;  // the number of the next picture, from 0
-  View start;    // the view of the first picture, which is also that afterwards
+  View start;    // the view of the first picture, restored at the end
 };
 
 // Returns a recording that has not begun, with a numbered() pattern. Throws InvalidInput for another format than PNG,
@@ -73,40 +73,40 @@ class StudioView {
   const Navigation& navigation() const { return navigation_; }
   Screen screen() const;
 
-  // Does what a key or a menu asks for; false if that is not about the view.
+  // Performs an action of a key or menu; returns false if it does not concern the view.
   bool perform(Action action);
-  // Frames the shape; or a box, or if that is empty what the last stroke may have moved.
+  // frame_all() frames the shape; frame_stroke() frames the box, or if it is empty the region of the last stroke.
   void frame_all();
   void frame_stroke(const Box& placed);
-  // Shows the shape from a side; its middle stays where it is in the picture.
+  // Shows the shape from a side; its middle keeps its place in the picture.
   void look_from(StandardView side);
-  // Keeps the view until another shape is opened; returns to the kept views in turn.
+  // keep_view() keeps the view until another shape is opened; look_as_kept() shows the kept views in turn.
   void keep_view();
   void look_as_kept();
-  // Turns the view about the middle of what was framed, as a drag of so many pixels does.
+  // Turns the view about the middle of the framed box, as a drag of that many pixels does.
   void turn(double dx, double dy);
-  // A drag that turns the view turns it about what the pointer is on.
+  // Makes a drag that turns the view turn it about the point under the pointer.
   void set_pivot(const Event& event);
   // Frames the document that was opened, and reads its references.
   void begin_document();
 
   std::vector<Reference>& references() { return references_; }
   const std::vector<Reference>& references() const { return references_; }
-  // Puts the picture in a PNG or JPEG file behind the shape, in the plane that the view looks at. Returns false if it
-  // cannot be read, and tells why.
+  // Puts the picture of a PNG or JPEG file behind the shape, in the plane that the view looks at. Returns false, with a
+  // notice, if it cannot be read.
   bool add_reference(const std::filesystem::path& file);
 
-  // Write into the preferences, if that differs from what they hold: how the shape is drawn, and the references of the
-  // document; which panels are shown; the window's place.
+  // Write to the preferences, if it changed: the look of the shape and the references of the document; the shown
+  // panels; the window's place.
   void remember_look();
   void remember_panels();
   void remember_window(const WindowPlace& window);
 
-  // Writes the whole shape as `knead render` draws it, seen and shaded as it is now. The view is rounded to hundredths
-  // of a degree. Takes about 20 s for a picture of 3840 x 2160 pixels without a GPU; Escape stops it.
+  // Writes a picture of the whole shape as `knead render` draws it, with the current view and shading. The view is
+  // rounded to hundredths of a degree. Takes about 20 s for 3840 x 2160 pixels without a GPU; Escape stops it.
   void write_poster(const std::filesystem::path& file, const Poster& poster);
 
-  // Records a turntable: every step_turntable shows the next view and has it written. It returns false at the end.
+  // Records a turntable: every step_turntable() shows the next view and calls `write`. It returns false at the end.
   void record_turntable(const std::filesystem::path& pattern, int pictures);
   bool step_turntable(const std::function<void(const std::filesystem::path&)>& write);
   void stop_turntable();

@@ -82,7 +82,7 @@ TEST(Words, NoRetiredWordStandsInWhatIsInstalledBesideStudio) {
 
 // The messages about a setting that is not known send readers there.
 TEST(Words, TheDocumentationListsEveryActionAndMatcap) {
-  const std::string page = text_of(kSources / "docs/studio.md");
+  const std::string page = text_of(kSources / "docs/command.md");
   for (const Action action : all_actions()) {
     const std::string name(tool_of(action) == nullptr ? name_of(action) : "tool_");
     EXPECT_NE(page.find("`" + name + "`"), std::string::npos) << name;

@@ -21,12 +21,12 @@ struct AnimationOptions {
 // Returns whether the path's extension, in upper or lower case, is one of .pc2, .mdd, .glb, .usda and .pvd.
 bool is_animation(const std::filesystem::path& path);
 
-// Returns what an animation in this format leaves out of the source, a sentence each.
+// Returns one sentence for each property of the source that an animation in this format leaves out.
 std::vector<std::string> animation_losses(const std::filesystem::path& path, const ShapeFile& source);
 
 // An animation that is written frame by frame. The vertices and faces are those of the source in every frame.
 //
-// .pc2   PointCache2, version 1: positions as little-endian floats; start 0, one frame a sample.
+// .pc2   PointCache2, version 1: positions as little-endian floats; starts at 0, one sample for each frame.
 // .mdd   LightWave's motion designer file: times in seconds, positions as big-endian floats.
 // .glb   glTF 2.0: the source, with one morph target (positions, normals) for each different frame after the first, and
 //        an animation of their weights. A source in glTF keeps everything that it has.
@@ -71,10 +71,10 @@ class AnimationFile {
 struct MorphTargets {
   std::vector<std::vector<Vec3d>> shapes;  // each with a position for each vertex of the source; may be empty
   std::vector<std::string> names{};        // one for each shape, or empty
-  std::vector<double> weights;             // one for each shape: without animation
+  std::vector<double> weights;             // one for each shape, for a viewer that plays no animation
   std::vector<double> times{};             // seconds, 0 or more, ascending; empty: no animation of the weights
-  std::vector<double> keys{};              // the weights of all shapes at the first time, at the second one ...
-  std::size_t animation = 0;               // the file's animation that gets the keys; a new one if the file has none
+  std::vector<double> keys{};              // the weights of all shapes at the first time, then at the second one ...
+  std::size_t animation = 0;               // number of the file's animation that gets the keys; new if it has none
 };
 
 // Returns the bytes of a file in the format "glb" or "gltf" with the source and these morph targets (positions and

@@ -37,8 +37,8 @@ struct ShapeInfo {
 // Returns the description of a shape, with the reader's notes if it is from a file. Time: linear.
 ShapeInfo describe(const Mesh& mesh);
 ShapeInfo describe(const ShapeFile& file);
-// Does this for a file that was read from the path, with its cells and patches. If these cannot be read, a note says
-// why.
+// Returns the description of a file that was read from the path, with its cells and patches. If these cannot be read, a
+// note says why.
 ShapeInfo describe(const ShapeFile& file, const std::filesystem::path& path);
 
 // The defects of a surface. The members are keys of `knead check --json`.
@@ -54,7 +54,7 @@ struct SurfaceCheck {
 // Returns the defects of a surface. `info`: its description, to which a note about the intersections may be added.
 // progress: cancels the search for intersections, which then throws Cancelled.
 SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info, const Progress* progress = nullptr);
-// Does this for several shapes as one surface.
+// Returns the defects of several shapes as one surface.
 SurfaceCheck check_surfaces(const JoinedMeshes& joined, ShapeInfo info, const Progress* progress = nullptr);
 
 // Return one JSON object, indented, with a line end.
@@ -151,7 +151,7 @@ Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Sess
 // Returns one JSON object, indented, with a line end.
 std::string to_json(const Certificate& certificate);
 
-// The distance of two surfaces: of the vertices of each from the other surface, both together.
+// The distances between two surfaces: of the vertices of each surface from the other one, taken together.
 struct SurfaceDistance {
   double mean = 0;
   double percentile_95 = 0;  // 95% are at most this
@@ -228,7 +228,7 @@ struct Report {
   std::optional<std::uint64_t> self_intersections_after;
   std::optional<std::uint64_t> crossings_between{};  // pairs of triangles of two different shapes, if there are several
   std::optional<RemeshReport> remesh;                // if the result was remeshed
-  std::optional<CellCheck> cells{};                  // of a volume mesh after it: the key "volume_cells"
+  std::optional<CellCheck> cells{};                  // of the deformed volume mesh; the key is "volume_cells"
   std::optional<Certificate> certificate;            // if the caller made one
 };
 

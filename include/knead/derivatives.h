@@ -16,23 +16,23 @@
 
 namespace knead {
 
-// How path lines are followed for their derivatives, always in double.
+// How derivatives are integrated along path lines, always in double.
 struct DerivativeOptions {
-  // Error of one path line and of its derivative over one segment: of the place as a fraction of the diagonal, of the
-  // derivative as a fraction of itself. From 1e-13 to 1. That of deform, 1e-5, takes a third of the default's time.
+  // Error of one path line over one segment: that of its position divided by the diagonal, and the relative error of
+  // its derivative. From 1e-13 to 1. The tolerance of deform, 1e-5, takes a third of the time of 1e-8.
   double relative_tolerance = 1e-8;
-  std::optional<double> diagonal{};  // by default that of the points' box
+  std::optional<double> diagonal{};  // a length; by default the diagonal of the points' box
   int threads = 0;                   // 0: as many as the machine has
   Progress* progress = nullptr;      // counts points times segments
 };
 
-// Points where a flow takes them, and how they move there per unit of a direction in the space of the parameters.
+// Deformed points, and their derivatives along a direction in the space of the parameters.
 struct PointTangents {
   std::vector<Vec3d> points;
   std::vector<Vec3d> tangents;
 };
 
-// The gradient of a function of the deformed points, with respect to the points before and to each parameter.
+// The gradient of a function of the deformed points with respect to the undeformed points and to each parameter.
 struct SessionGradient {
   std::vector<Vec3d> points;
   std::vector<double> parameters;
@@ -42,10 +42,9 @@ struct SessionGradient {
 // is that of the exact flow (docs/decisions/0037-derivatives.md).
 class SessionDerivatives {
  public:
-  // Throws InvalidInput where flow_of does; naming it, for a parameter of which the flow has no derivative: it chooses
-  // a whole number or how many segments there are, or it is in a mask, or in the nodes of a grid.
-  // Costs some 20 flow_of() for each parameter, of the strokes that name it, each with the solution of its pins. Throws
-  // Cancelled.
+  // Throws InvalidInput where flow_of does, and for a parameter, which the message names, that has no derivative: it
+  // sets a whole number or the number of segments, or is part of a mask or of a grid's nodes. Throws Cancelled. Cost:
+  // for each parameter about 20 calls of flow_of() for the strokes that name it, each with the solution for its pins.
   explicit SessionDerivatives(const Session& session, const SessionPart& part = {}, int threads = 0,
                               const Progress* progress = nullptr);
   SessionDerivatives(const SessionDerivatives&) = delete;
@@ -55,16 +54,16 @@ class SessionDerivatives {
   // Returns the number of the flow's segments.
   std::size_t segments() const;
 
-  // Forwards: returns where the flow takes each of the points, and the derivative of that place along the direction,
-  // one number for each parameter of the session. The bits of a result depend on its point and the diagonal alone.
-  // Cost: about 2 us for a point that a segment of one field reaches. Throws InvalidInput for numbers that are not
-  // finite or not so many, a tolerance out of range, and a path line that needs over a million steps; Cancelled.
+  // Forwards: returns the deformed position of each point, and its derivative along the direction, which has one number
+  // for each parameter of the session. The bits of a result depend on its point and the diagonal alone. Cost: about 2
+  // us for a point that a segment of one field reaches. Throws InvalidInput for numbers that are not finite, a
+  // direction of another length, a tolerance out of range, and a path line that needs over a million steps; Cancelled.
   PointTangents jvp(std::span<const Vec3d> points, std::span<const double> direction,
                     const DerivativeOptions& options) const;
 
-  // Backwards: returns the gradient of a function of the deformed points, from its gradient with respect to these, one
-  // vector for each point. Sums are taken in a fixed order: the result does not depend on the number of threads. Cost:
-  // about one jvp(), however many parameters there are. Throws as jvp.
+  // Backwards: takes the gradient of a function with respect to the deformed points, one vector for each point, and
+  // returns its gradient with respect to the undeformed points and the parameters. The result has the same bits for
+  // every number of threads. Cost: about one jvp(), for any number of parameters. Throws as jvp().
   SessionGradient vjp(std::span<const Vec3d> points, std::span<const Vec3d> gradient,
                       const DerivativeOptions& options) const;
 
@@ -73,26 +72,27 @@ class SessionDerivatives {
   std::unique_ptr<const Parts> parts_;
 };
 
-// Numbers measured on a surface, with their derivatives with respect to its points: an optimiser's constraints. Where a
-// number has no derivative, as at the edge of what a thickness meets, one of the derivatives beside it is given.
+// Values measured on a surface, with their derivatives with respect to its points: constraints for an optimiser. Where
+// a value has no derivative, as a thickness measured onto an edge, the derivative on one side is given.
 struct SurfaceMeasures {
   std::vector<double> values;
-  // Of each value in turn, up to ends[i]: the points on which it depends, and its derivatives with respect to these.
+  // Value i depends on the points vertices[ends[i - 1]] to vertices[ends[i] - 1] (from 0 for the first value), and has
+  // the derivatives at the same indices with respect to them.
   std::vector<std::size_t> ends;
   std::vector<std::uint32_t> vertices;
   std::vector<Vec3d> derivatives;
   std::size_t points = 0;  // of the surface
 
-  // Returns how fast the values change where the points move by the tangents. Throws InvalidInput unless there is one
-  // for each point.
+  // Returns the derivative of each value when the points move along the tangents. Throws InvalidInput unless there is
+  // one tangent for each point.
   std::vector<double> jvp(std::span<const Vec3d> tangents) const;
-  // Returns the gradient by the points of the sum of weights times values. Throws InvalidInput unless there is one for
-  // each value.
+  // Returns the gradient of the weighted sum of the values with respect to the points. Throws InvalidInput unless there
+  // is one weight for each value.
   std::vector<Vec3d> vjp(std::span<const double> weights) const;
 };
 
-// These throw InvalidInput for a number that is no vertex, and for coordinates that are not finite. Triangles are
-// counter-clockwise seen from outside.
+// The following functions throw InvalidInput for a number that is no vertex, and for coordinates that are not finite.
+// Triangles are counter-clockwise seen from outside.
 
 // Returns the volume within a closed surface. Throws InvalidInput if it is open.
 SurfaceMeasures volume_of(std::span<const Vec3d> points, std::span<const Triangle> triangles);
@@ -105,12 +105,12 @@ SurfaceMeasures area_of(std::span<const Vec3d> points, std::span<const Triangle>
 SurfaceMeasures thickness_at(std::span<const Vec3d> points, std::span<const Triangle> triangles,
                              std::span<const std::uint32_t> vertices);
 
-// Returns the mean curvature at each of the vertices, 1 / r on a sphere, below 0 in hollows: of the cotangent Laplacian
-// (Meyer et al. 2003), with a third of the area around. Throws InvalidInput at a border.
+// Returns the mean curvature at each of the vertices: 1 / r on a sphere, below 0 in hollows. Throws InvalidInput at a
+// border. Method: the cotangent Laplacian (Meyer et al. 2003), divided by a third of the area of the faces around.
 SurfaceMeasures curvature_at(std::span<const Vec3d> points, std::span<const Triangle> triangles,
                              std::span<const std::uint32_t> vertices);
 
-// Returns the distance of each of the vertices from a patch. Where it is 0, so is its derivative.
+// Returns the distance of each of the vertices from a patch. The derivative of a distance of 0 is given as 0.
 SurfaceMeasures patch_distance(std::span<const Vec3d> points, std::span<const std::uint32_t> vertices,
                                std::span<const Triangle> patch);
 

@@ -37,8 +37,9 @@ inline constexpr int kPinFalloff = 0;
 inline constexpr int kPinRotationFalloff = 1;
 inline constexpr int kPinStrainFalloff = 2;
 
-// The wide falloff, of balls only: what a pushed ball displaces comes back from far around, and not from beside it
-// (docs/mathematics.md). `bump` = a is the radius of what moves, `outer` = R that of what flows back, inner < a < R:
+// The wide falloff, for balls only: the volume that a moving ball displaces flows back far around it, and not close to
+// it (docs/mathematics.md). `bump` = a is the radius of the part that moves along, `outer` = R the radius of the part
+// that flows back, inner < a < R:
 //   w = ((1 - r^2/R^2)^3 - (1 - r^2/a^2)^3) a^2 R^2 / (3 r^2 (R^2 - a^2)), each bracket 0 where it is negative.
 // That is for inner = 0; else w is 1 up to `inner`. w has two continuous derivatives, and is 0 from R on.
 inline constexpr int kWideFalloff = 8;
@@ -90,9 +91,9 @@ constexpr S rounded_up() {
   return S(1) + S(4) * std::numeric_limits<S>::epsilon();
 }
 
-// Returns w and (dw/dr) / r of the wide falloff with an inner region. All lengths are in units of `bump`; c is inner, g
-// the profile of v across the motion, G(s) = (1 - s^2)^2 with s = (r - c) / (1 - c) that of the bump and with
-// s = (r - c) / (outer - c) that of the flow back: g = alpha G - beta G', and w = 2/r^2 times the integral of g r dr.
+// Returns w and (dw/dr) / r of the wide falloff with an inner region. All lengths are in units of `bump`; c is inner.
+// g is the profile of v across the motion: g = alpha G(s) - beta G(s') with G(s) = (1 - s^2)^2. For the bump
+// s = (r - c) / (1 - c), for the flow back s' = (r - c) / (outer - c). w is 2/r^2 times the integral of g r dr.
 template <class T, class S>
 Weight<T> wide_weight_around_core(const T& square, const Thresholds<S>& thresholds) {
   using std::sqrt;
@@ -128,8 +129,8 @@ Weight<T> wide_weight_around_core(const T& square, const Thresholds<S>& threshol
           select(inside, slope, -chord * chord * T(beta) - value) * inverse * T(S(2) * per_square)};
 }
 
-// Returns w and (dw/dr) / r of the wide falloff at r^2 = square: without an inner region polynomials of y = r^2/a^2,
-// within the bump without cancellation, and exactly 0 from `outer` on.
+// Returns w and (dw/dr) / r of the wide falloff at r^2 = square, exactly 0 from `outer` on. Without an inner region
+// they are polynomials of y = r^2/a^2 within the bump, written so that nothing cancels.
 template <class T, class S>
 Weight<T> wide_weight(const T& square, const Thresholds<S>& thresholds) {
   if (thresholds.inner > S(0)) return wide_weight_around_core(square, thresholds);
@@ -484,7 +485,8 @@ Vec3<T> masked_velocity_where(const RegionValue<T>& r, const M& motion, const Th
   return mul_add(inner.velocity, w.value * mask.value, cross(across, inner.potential - Vec3<T>(offset)));
 }
 
-// The divisor of a ball's formula at its centre, where the dividend is 0. Its square is not 0, for dual numbers.
+// The least divisor in a ball's formula, used at its centre, where the dividend is 0. Its square is above 0, because
+// the derivative of a dual number is divided by it.
 template <class S>
 inline constexpr S kMinDistance = sizeof(S) == sizeof(float) ? S(1e-18) : S(1e-150);
 
@@ -499,7 +501,7 @@ Weight<T> ball_weight(const T& square, const Thresholds<S>& thresholds) {
   return {w.value, w.derivative / maximum(r, T(kMinDistance<S>))};
 }
 
-// Returns the same for a ball, where r = |d|: grad r x A = d x A / r, and for translations and strains
+// Returns v at d = x - c(t) for a ball, where r = |d|: grad r x A = d x A / r, and for translations and strains
 // d x (u x d) = u |d|^2 - d (u.d).
 template <class T, class M, class S>
 Vec3<T> velocity(const M& motion, const Ball<S>& /*region*/, const Thresholds<S>& thresholds, const Vec3<T>& d,

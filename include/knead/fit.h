@@ -38,11 +38,12 @@ enum class FitVolume {
 // How one shape is fitted to another.
 struct BodyFitOptions {
   std::vector<FitPair> landmarks{};  // at most 2000
-  // Approximate pairs, of any number: the start for matching the surfaces. Empty: where both shapes have the same
-  // faces, vertices of the same number are pairs, unless landmarks, max_stretch or a volume that stays say otherwise.
+  // Approximate pairs, of any number: the start for matching the surfaces. Empty: if both shapes have the same faces,
+  // vertices of the same number are pairs, unless these contradict the landmarks, max_stretch or a volume that is kept.
   std::vector<FitPair> map{};
   bool surface = true;  // matches the whole surface; false: landmarks and map alone
-  // Matches only what both surfaces have: what faces a hole or a cut of the other one is left alone.
+  // Matches only the parts that both surfaces have; parts opposite a hole or a cut of the other surface are not
+  // matched.
   bool partial = false;
   FitAlign align = FitAlign::automatic;
   FitVolume volume = FitVolume::keep;
@@ -51,8 +52,8 @@ struct BodyFitOptions {
   Progress* progress = nullptr;  // counts up to its total, and cancels within 0.5 s
 };
 
-// Distances of two surfaces: of the vertices of each from the other one, both together, as fractions of the source's
-// diagonal.
+// Distances between two surfaces, as fractions of the source's diagonal. They are those of the vertices of each surface
+// from the other one, taken together.
 struct FitDistance {
   double mean = 0;
   double percentile_95 = 0;  // 95% are at most this
@@ -72,15 +73,15 @@ struct BodyFitReport {
   double landmark_distance = 0;  // the greatest distance of a landmark from its target
   double landmark_rms = 0;       // root mean square of these distances
   double landmark_excess = 0;    // the greatest part of such a distance beyond its tolerance
-  double reached = 1;            // the part of their paths on which landmarks and map were sound
-  std::string obstacle;          // why they stopped there; empty: they came to their end
+  double reached = 1;            // the fraction of their paths that landmarks and map moved while the shape was sound
+  std::string obstacle;          // why they stopped there; empty if they reached their targets
   double map_distance = 0;       // the median distance of the map's pairs after the fit
   FitDistance before;            // of the source from the target before the fit
   FitDistance after;
-  // For an open target: the mean distance of its vertices from the fitted source; with `partial` the lesser of both
-  // ways.
+  // For an open target: the mean distance of its vertices from the fitted source. With `partial`: this, or the mean
+  // distance of the fitted source's vertices from the target if that is smaller.
   std::optional<double> after_covered;
-  std::optional<double> matched;  // with `partial`: the part of the source's surface that was matched last
+  std::optional<double> matched;  // with `partial`: the fraction of the source's surface that was matched last
   double after_landmarks = 0;     // the mean distance before the surfaces were matched
   // The relative change of the source's volume; nothing unless closed and oriented. An error, except with
   // FitVolume::free.
@@ -121,7 +122,7 @@ inline constexpr double kFitExact = 2e-5;
 // the equations cannot be solved. Throws Cancelled.
 BodyFit fit_body(const Mesh& source, const Mesh& target, const BodyFitOptions& options);
 
-// Returns about the first value of progress->total, which grows when a stage is repeated.
+// Returns the first value of progress->total, approximately. The total grows when a stage is repeated.
 std::uint64_t fit_work(const Mesh& source, const BodyFitOptions& options);
 
 // Returns the sentence that says which bound a fit misses and what to do; empty if it is sound.

@@ -47,36 +47,36 @@ struct PinTurn {
 // A node of the splines of a curve, by the length along the curve at t = 0.
 struct CurveNode {
   std::array<double, 2> rest{};  // curvature vector at t = 0, in the curve's frame
-  std::array<double, 2> bent{};  // the same at t = 1; per length at t = 0, as all of these
+  std::array<double, 2> bent{};  // curvature vector at t = 1; per unit of length at t = 0, as all values here
   double twist = 0;              // radians per length by which the surroundings turn about the curve
-  double stretch = 0;            // by which a unit of length grows; above -1
+  double stretch = 0;            // growth of a unit of length; above -1
 
   friend bool operator==(const CurveNode&, const CurveNode&) = default;
 };
 
-// A curve that becomes another curve, and its surroundings, which follow it and keep their volume exactly, or their
-// thickness: a map in closed form (docs/mathematics.md, "Curves"). The values of the nodes are the coefficients of
-// uniform cubic B-splines that are 0 at both ends: node i lies at (i + 2) spacing(). All of them go linearly from t = 0
-// to t = 1. The frame of the curve turns about its tangent nowhere (rotation minimising); beyond both ends the curve is
-// straight.
+// A curve that becomes another curve. Its surroundings follow, and keep their volume exactly, or their thickness: a map
+// in closed form (docs/mathematics.md, "Curves"). The values of the nodes are the coefficients of uniform cubic
+// B-splines that are 0 at both ends: node i lies at (i + 2) spacing(). They change linearly from t = 0 to t = 1. The
+// frame of the curve never turns about its tangent (rotation minimising); beyond both ends the curve is straight.
 struct CurveMotion {
-  double length = 0;               // of the curve at t = 0, above 0
-  SharedList<CurveNode> nodes;     // at least 1
-  int anchor = 0;                  // the multiple of spacing() along the curve where these are given:
-  Vec3d place;                     // of the curve at t = 0
-  Vec3d shift{0, 0, 0};            // and its displacement until t = 1
-  Mat3d frame{};                   // rows: tangent and two unit vectors across, right-handed, at t = 0
-  Vec3d turn{0, 0, 0};             // the frame turns about this axis, by its length in radians, until t = 1
-  std::optional<double> radius{};  // only what is nearer to the curve moves; else everything
-  // The part of the curve, by its length, that the shape is about: an inverse map takes a point to the nearest place of
-  // this part, and goes on from there. The straight lines beyond the curve's ends count as far as it goes.
+  double length = 0;            // of the curve at t = 0, above 0
+  SharedList<CurveNode> nodes;  // at least 1
+  int anchor = 0;               // the next four values belong to the place at this multiple of spacing() on the curve
+  Vec3d place;                  // position at t = 0
+  Vec3d shift{0, 0, 0};         // displacement until t = 1
+  Mat3d frame{};                // rows: tangent and two unit vectors across, right-handed, at t = 0
+  Vec3d turn{0, 0, 0};          // the frame turns about this axis, by its length in radians, until t = 1
+  std::optional<double> radius{};  // only points nearer to the curve move; else all
+  // The interval of arc length, from the curve's start, around which the shape lies. The inverse map starts from the
+  // nearest place in it. The interval may extend onto the straight lines beyond the ends.
   std::array<double, 2> part{-kInfinity, kInfinity};
-  bool keeps_thickness = false;  // the distances across the curve stay, and the volume changes
+  bool keeps_thickness = false;  // keeps distances across the curve, and changes the volume
 
   // Returns whether there are no nodes, so that nothing moves.
   bool is_empty() const { return nodes.empty(); }
-  // Returns the number of the splines' intervals, and the length of one.
+  // Returns the number of the splines' intervals.
   int intervals() const { return static_cast<int>(nodes.size()) + 3; }
+  // Returns the length of an interval.
   double spacing() const { return length / intervals(); }
 
   friend bool operator==(const CurveMotion&, const CurveMotion&) = default;
@@ -95,7 +95,7 @@ struct Segment {
   double begin = 0;
   double end = 1;
   PotentialGrid grid{};          // not empty: there are no fields, no displacement, no limit cylinder and no turns
-  CurveMotion curve{};           // not empty: the same, and no grid; where it moves anything, there is no mask
+  CurveMotion curve{};           // not empty: the same, and no grid; the mask must hold no point that it moves
   std::vector<PinTurn> turns{};  // of a pinned segment, by ascending pin; other pins prescribe no rotation
   // Not empty: v is the sum of the velocities of these 2 to kMaxParts segments, which act at the same time, such as a
   // stroke and its mirror images. The sum itself has only the mask, `begin` and `end`, which all parts share. A limit
@@ -148,7 +148,7 @@ Flow flow_between(const Flow& flow, double from, double to);
 //     displacement, a limit cylinder or turns besides,
 //   - a curve's length is not above 0, its stretch not above -1, its frame not of unit vectors at right angles, its
 //     anchor beyond its ends, or there is a field, a grid, a displacement, a limit cylinder or turns besides,
-//   - a turn is none of a pin's, or the pins of turns do not ascend,
+//   - a turn names no pin, or the turns are not in ascending order of their pins,
 //   - a sum has 1 part, or more than kMaxParts, or a field of its own, or a part that is pinned, a curve, a sum, masked
 //   or cut,
 //   - begin or end lies outside [0, 1].
@@ -188,9 +188,9 @@ class BlockMover;
 // Throws InvalidInput with the number of the first point that has a coordinate that is not finite.
 void require_finite(std::span<const Vec3d> points);
 
-// Points in blocks of 64 neighbours, each with a box, and 64 blocks to a group, for moving them many times at little
-// cost: a group or block that a tool does not reach costs one test. Points keep their numbers. Stores the boxes, and
-// copies of the points of groups that have been moved.
+// Points in blocks of 64 neighbours, and groups of 64 blocks, for points that are moved many times: a group or block
+// that a tool does not reach costs one test of its box. Points keep their numbers. Stores the boxes, and copies of the
+// points of groups that have been moved.
 class PointBlocks {
  public:
   // The order of points in blocks:
@@ -240,8 +240,8 @@ class PointBlocks {
   std::vector<Bounds> groups_;
 };
 
-// Tells which balls of space a flow may move. Keeps a copy of the flow. A call costs a distance for each field of each
-// segment.
+// Finds out whether a flow may move a ball of space. Keeps a copy of the flow. A call costs a distance for each field
+// of each segment.
 class FlowReach {
  public:
   explicit FlowReach(const Flow& flow);
@@ -251,8 +251,8 @@ class FlowReach {
   FlowReach(FlowReach&&) noexcept;
   FlowReach& operator=(FlowReach&&) noexcept;
 
-  // Returns false only if every point of the ball keeps its bits; radius >= 0. Returns true for some balls that a tool
-  // passes narrowly.
+  // Returns false only if every point of the ball keeps its bits; radius >= 0. May return true for a ball that a tool
+  // passes closely.
   bool may_move(const Vec3d& center, double radius) const;
 
   // Returns the size of the smallest part of a surface that the flow may move or bend: the least `outer` of balls,
@@ -260,7 +260,7 @@ class FlowReach {
   // half-spaces. Infinity without these.
   double smallest_feature() const;
 
-  // Returns the same of what the flow may move in a ball.
+  // Returns the same for the parts of the flow that may move a point of the ball.
   double smallest_feature(const Vec3d& center, double radius) const;
 
  private:
@@ -308,13 +308,13 @@ struct AdvectResult {
   AdvectResult& operator+=(const AdvectResult& other);
 };
 
-// Moves every point along its path line from the flow's beginning to its end, in place.
-// The bits of a result depend on its point alone: not on the other points, the number of threads or the instruction
-// set. A point that no tool reaches keeps its bits. Cost: a few ns for each evaluation of a field; a point that no tool
-// reaches costs a distance. Throws InvalidInput where validate(flow) or validate(options) does, and with its number
-// for a point that is not finite. Leaves the points as they were if the status is `cancelled`, or `step_limit`: a path
-// line needed over a million steps, for example because it runs to infinity far out in the slab of a bend, or a point
-// is farther from a curve than half the curve's radius of curvature, where nothing can follow it.
+// Moves every point along its path line from the flow's beginning to its end, in place. The bits of a result depend on
+// its point alone: not on the other points, the number of threads or the instruction set. A point that no tool reaches
+// keeps its bits. Cost: a few ns for each evaluation of a field; a point that no tool reaches costs a distance. Throws
+// InvalidInput where validate(flow) or validate(options) does, and with its number for a point that is not finite.
+// Leaves the points as they were if the status is `cancelled`, or `step_limit`: a path line needed over a million
+// steps, for example because it runs to infinity far out in the slab of a bend, or a point is farther from a curve than
+// half the curve's radius of curvature, where its map is not defined.
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
 // Does the same for points that are moved many times: a group of 4096 points that a tool does not reach costs one test.

@@ -43,27 +43,27 @@ struct ShapeFile {
 
 // How a file is read.
 struct ReadOptions {
-  // Larger files are read in pieces and not kept, where the format allows it: binary PLY in a regular file. The
-  // writers then read the file again, in pieces if the source's faces stay. Once the file has changed they throw
-  // IoError(read); another file that takes its name is no change.
+  // Larger files are read in pieces and not kept in memory, if they are regular files in binary PLY. The writers then
+  // read the file again, in pieces if the source's faces are the same. They throw IoError(read) if its contents have
+  // changed; a new file under its name does no harm.
   std::size_t most_kept_bytes = std::numeric_limits<std::size_t>::max();
 };
 
-// Reads a file in the format that its extension names, in upper or lower case. Opens no other file but those in the
-// same folder, by plain names and no links, that hold the buffers of a glTF file. Throws
-// IoError(read) for a file that cannot be read; InvalidInput for an unknown extension, malformed or missing data,
-// indices out of range and coordinates that are not finite. The message names the line, or in binary files the byte.
+// Reads a file in the format that its extension names, in upper or lower case. Opens other files only for the buffers
+// of a glTF file: in the same folder, with plain names, no links. Throws IoError(read) for a file that cannot be read;
+// InvalidInput for an unknown extension, malformed or missing data, indices out of range and coordinates that are not
+// finite. The message names the line, or in binary files the byte.
 ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& options = {});
 
 // Reads a file from memory. `format` is the name of a format; `name` stands in messages. Memory is bounded by a small
 // multiple of bytes.size(), whatever the file declares.
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name);
 
-// Returns a text file, without a byte order mark. Throws IoError(read) for a file that cannot be read; InvalidInput for
-// UTF-16, and for what only stands in for the file: a pointer of Git LFS, or a web page.
+// Returns the contents of a text file, without a byte order mark. Throws IoError(read) for a file that cannot be read;
+// InvalidInput for UTF-16, and for a placeholder of the file: a pointer of Git LFS, or a web page.
 std::string read_text(const std::filesystem::path& path);
 
-// What can be said of a shape without looking at which faces are neighbours.
+// A description of a shape that needs no connectivity.
 struct ShapeSummary {
   std::string format;
   std::size_t vertices = 0;
@@ -71,11 +71,11 @@ struct ShapeSummary {
   std::size_t triangles = 0;            // of the faces
   Box box;                              // shape_box()
   std::vector<std::string> attributes;  // names
-  std::vector<std::string> notes;       // as ShapeFile::notes, without that on coarse coordinates
+  std::vector<std::string> notes;       // as ShapeFile::notes, without the one on coarse coordinates
 };
 
-// Returns the summary of a file. Refuses what read_shape() and parse_shape() refuse. A binary PLY file is read in
-// pieces, and takes about a tenth of a second for 100 MB; other files take what reading them takes.
+// Returns the summary of a file. Throws as read_shape() and parse_shape(). A binary PLY file is read in pieces, and
+// takes about a tenth of a second for 100 MB; other files take as long as read_shape().
 ShapeSummary read_summary(const std::filesystem::path& path);
 ShapeSummary parse_summary(std::string bytes, std::string_view format, const std::string& name);
 
@@ -86,11 +86,11 @@ struct WriteOptions {
   bool double_coordinates = false;
   // The new normals of a shape without faces (DeformedShape::normals), one per vertex; empty: they stay as they are.
   std::span<const Vec3d> normals{};
-  // Vertex attributes of one component with other values than the source's of the same names, for the vertices that
-  // `changed` names in ascending order: one value for each of these (ChangedSplats).
+  // New values of the source's vertex attributes with one component, by their names: one value for each of the vertices
+  // in `changed`, which ascend (ChangedSplats).
   std::span<const Attribute> attributes{};
   std::span<const std::uint32_t> changed{};
-  // The digits after the point of coordinates that differ, in text files: 0 to 17. A coordinate that rounds to the old
+  // Digits after the decimal point of changed coordinates in text files, 0 to 17. A coordinate that rounds to the old
   // one keeps its spelling; components of normals have at least six digits. Empty: the shortest form that reads back as
   // the same number.
   std::optional<int> decimals{};
@@ -114,16 +114,16 @@ std::string serialize_shape(std::string_view format, const ShapeFile& source, st
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options = {});
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options = {});
 
-// Returns what write_shape leaves out when it writes the source to this path, a sentence each; empty for the source's
-// own format. Throws InvalidInput if the format cannot hold the shape at all (points in STL).
+// Returns one sentence for each property of the source that write_shape() leaves out when it writes to this path; none
+// for the source's own format. Throws InvalidInput if the format cannot hold the shape at all (points in STL).
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source);
 
-// A point cloud that is read and written in pieces, because it is larger than memory: binary PLY whose only rows are
-// vertices without lists, and XYZ. Its header, count and names of columns are in no piece.
+// A point cloud that is read and written in pieces, for files larger than memory: XYZ, and binary PLY whose only rows
+// are vertices without lists. The pieces do not contain the header, the count or the names of columns.
 class CloudPieces {
  public:
-  // Opens a cloud; a piece has about so many bytes, at least one row. Throws IoError(read); InvalidInput with the
-  // reason where a file cannot be read in pieces.
+  // Opens a cloud. A piece has about `piece_bytes` bytes, and at least one row. Throws IoError(read); InvalidInput with
+  // the reason if the file cannot be read in pieces.
   explicit CloudPieces(const std::filesystem::path& path, std::size_t piece_bytes = std::size_t{1} << 25);
   ~CloudPieces();
   CloudPieces(const CloudPieces&) = delete;
@@ -136,15 +136,17 @@ class CloudPieces {
   std::optional<ShapeFile> next();
   // Goes back to the first piece.
   void rewind();
-  // Bytes of the file up to the end of the last piece, for progress; of the whole file.
+  // Returns the number of bytes up to the end of the last piece that was read, for progress.
   std::uintmax_t position() const;
+  // Returns the number of bytes of the file.
   std::uintmax_t size() const;
 
-  // What stands before the first row of the file, and after the last one.
+  // Returns the bytes before the first row of the file.
   const std::string& head() const;
+  // Returns the bytes after the last row of the file.
   const std::string& tail() const;
-  // Returns the rows of a piece that serialize_shape() has written: what is left of `bytes`. Throws InvalidInput where
-  // the type of coordinates would change, which the header states for all rows.
+  // Returns the rows of a piece: `bytes`, as serialize_shape() has written them, without their header. Throws
+  // InvalidInput if the type of coordinates would change, which the header states for all rows.
   std::string rows(const ShapeFile& piece, std::string bytes) const;
 
  private:
@@ -156,11 +158,11 @@ class CloudPieces {
 // this path, whatever the options: as GLB, binary STL or binary OFF.
 bool stores_floats(const std::filesystem::path& path, const ShapeFile& source);
 
-// Returns true if they do so with these options.
+// Returns true if they round the coordinates with these options.
 bool stores_floats(const std::filesystem::path& path, const ShapeFile& source, const WriteOptions& options);
 
-// Returns the most digits after the point that a coordinate of a text file has, those of a number with an exponent as
-// if it were written without; nothing for binary files. For WriteOptions::decimals.
+// Returns the greatest number of digits after the decimal point of a coordinate in a text file; nothing for binary
+// files. Numbers with an exponent count as if written without it. For WriteOptions::decimals.
 std::optional<int> decimals_of(const ShapeFile& source);
 
 // Returns the normal of each vertex of the source (the attribute "normal" of vertices); empty if it has none.
@@ -169,21 +171,21 @@ std::vector<Vec3d> vertex_normals_of(const ShapeFile& source);
 // Copies the material files that an OBJ file names from the folder of `source`, the file that the shape was read from,
 // to the folder of `target`, and returns the paths written. Copies only regular files (no links) of at most 64 MB whose
 // plain names end in .mtl; never replaces a file. Skips what it cannot read, because the shape does not need it.
-// Returns an empty list if both folders are the same or the shape is not from an OBJ file. `notes`: null, or what gets
-// a sentence for each file that was copied, was not, or is another one in that folder, and for each texture of a glTF
-// file that is not there. Throws IoError(write).
+// Returns an empty list if both folders are the same or the shape is not from an OBJ file. `notes`: null, or receives a
+// sentence for each file that was copied, skipped, or differs from the one already there, and for each missing texture
+// of a glTF file. Throws IoError(write).
 std::vector<std::filesystem::path> copy_material_files(const ShapeFile& shape, const std::filesystem::path& source,
                                                        const std::filesystem::path& target,
                                                        std::vector<std::string>* notes = nullptr);
 
-// Returns the extensions of files that can be read and written, without the point: those of each format together, the
-// one that is the format's name first.
+// Returns the extensions of files that can be read and written, without the point, grouped by format. The name of the
+// format comes first in its group.
 std::vector<std::string_view> shape_extensions();
 
-// Returns the formats of which a new file can hold a mesh with faces, or points without.
+// Returns the formats of new files that can hold a mesh with faces, or without: points.
 std::vector<std::string_view> written_extensions(bool has_faces);
 
-// Returns the end of a file's name that names its format, as it is spelled: ".ply"; ".msh.gz" of a compressed file;
+// Returns the suffix of a path that names its format, as it is spelled: ".ply"; ".msh.gz" for a compressed file;
 // ".points" for OpenFOAM's files, which are named `points`. Empty if it has none.
 std::string shape_suffix(const std::filesystem::path& path);
 
@@ -202,12 +204,13 @@ struct Patch {
 std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFile& shape);
 
 // Returns the cells of the file that a shape was read from: those of gmsh and SU2 of the first and second order, and of
-// OpenFOAM, whose files `faces`, `owner` and `neighbour` lie beside `points`. Where all z are alike, the triangles and
+// OpenFOAM, whose files `faces`, `owner` and `neighbour` lie beside `points`. If all z are equal, the triangles and
 // quadrilaterals are the cells. Empty for other formats. Throws as read_shape.
 VolumeCells read_cells(const std::filesystem::path& path, const ShapeFile& shape);
 
-// Returns the cells that a deformation of the shape must keep: as read_cells(), but none where they cannot be read,
-// unless they are needed. Appends a sentence to `notes` where they are not judged, or by their corners only.
+// Returns the cells that a deformation of the shape must not invert, as read_cells(). If they cannot be read, throws as
+// read_cells() if they `are_needed`, and otherwise returns none. Appends a sentence to `notes` if cells cannot be
+// judged, or only by their corners.
 VolumeCells cells_to_judge(const std::filesystem::path& path, const ShapeFile& shape, bool are_needed,
                            std::vector<std::string>& notes);
 
@@ -225,20 +228,19 @@ std::string format_of(const std::filesystem::path& path);
 //         coordinates become doubles if a position is not whole; indices get a wider type if they need it; strips of
 //         triangles become faces. Elements other than vertices and faces stay if they cannot refer to vertices (only
 //         reals and bytes, no lists). Other elements are left out, and all lists but vertex indices and texcoord.
-//   OBJ   every line that does not name vertices, in place. A new face stands where the face stood that it lies in, so
+//   OBJ   every line that does not name vertices, in place. A new face takes the place of its source face, so
 //         it keeps material, groups, object and smoothing. v (with colors), vt and vn, each value once, stand before
-//         the first line that could name them. A face has texture coordinates, or normals, if the face that it lies in
-//         has them.
+//         the first line that could name them. A face has texture coordinates, or normals, if its source face has them.
 //   GLB   everything but the numbers of the primitives that changed: each keeps its material and the triangles that
 //         lie in it. If several nodes place a mesh, those that changed get copies. Unchanged numbers keep their bits.
 //         Points and lines whose vertices are in no face move with them if the mesh has as many such vertices as the
 //         source, in its order; otherwise they stay. Points and lines among vertices of faces are left out if these
 //         change.
 //   STL   header, names, solids, the 16 bits, bytes after the last triangle; normals stay on their side, or zero. In
-//         text a new triangle stands where the triangle stood that it lies in, with its spelling.
-//   3MF   all parts but the models that changed, and in these all but the meshes that changed: build, materials,
-//         metadata. A new triangle has the properties of the one that it lies in. The ranges of triangles by which
-//         PrusaSlicer knows volumes follow.
+//         text a new triangle takes the place and the spelling of its source triangle.
+//   3MF   all parts except changed models, and in these all except changed meshes: build, materials, metadata.
+//         A new triangle has the properties of its source triangle. The ranges of triangles by which PrusaSlicer
+//         identifies volumes are updated.
 //   OFF   text or binary with its byte order; keyword, everything before the counts and after the last face; normals,
 //         texture coordinates, colors of vertices and faces. The count of edges becomes 0 (not counted).
 // A mesh that equals the source's gives the bytes of the source. Another format is generated from the mesh as by
@@ -259,8 +261,8 @@ void write_remeshed(const std::filesystem::path& path, const ShapeFile& source, 
 // with these face_labels keeps the lines between groups.
 std::vector<std::uint32_t> face_labels(const ShapeFile& source);
 
-// Returns what write_remeshed may leave out when it writes to this path, a sentence each; for a format other than the
-// source's, what conversion_losses says. Throws InvalidInput if write_remeshed would throw for every mesh.
+// Returns one sentence for each property that write_remeshed() may leave out when it writes to this path; for a format
+// other than the source's, those of conversion_losses(). Throws InvalidInput if write_remeshed() would for every mesh.
 std::vector<std::string> remesh_losses(const std::filesystem::path& path, const ShapeFile& source);
 
 // Writes files as a whole: after a failure the old file is still there.
@@ -277,8 +279,8 @@ class AtomicFile {
   // Creates the temporary file. Throws IoError(write).
   explicit AtomicFile(const std::filesystem::path& path);
 
-  // Creates the temporary file of a part that belongs to another file in the same folder, which is put in place last.
-  // If the program is killed, both are known as abandoned together. Throws IoError(write).
+  // Creates the temporary file of a part that belongs to the file `whole` in the same folder, which is put in place
+  // last. If the program is killed, discard_abandoned_files() treats both as one. Throws IoError(write).
   AtomicFile(const std::filesystem::path& path, const AtomicFile& whole);
 
   // Without finish() before, the old file stays.
@@ -294,8 +296,8 @@ class AtomicFile {
   // Syncs and closes the temporary file: nothing can be written after it. Throws IoError(write).
   void close();
 
-  // Closes the file, if that is not done, and puts it in place; while this thread has a FilesTogether, leaves that to
-  // it. Throws IoError(write).
+  // Closes the file, if it is open, and puts it in place. If this thread has a FilesTogether, the file waits for its
+  // finish(). Throws IoError(write).
   void finish();
 
  private:
@@ -305,8 +307,8 @@ class AtomicFile {
   friend class FilesTogether;
 };
 
-// While it lives, files that this thread finishes wait, and take their places all together: of several results either
-// all are there or none. One at a time in a thread.
+// Puts several files in place together, so that of several results either all are there or none. Files that this thread
+// finishes during its lifetime wait for finish(). At most one exists in a thread.
 class FilesTogether {
  public:
   FilesTogether();
@@ -316,7 +318,7 @@ class FilesTogether {
   // Without finish() before, the old files stay.
   ~FilesTogether();
 
-  // Returns how many files wait.
+  // Returns the number of waiting files.
   std::size_t count() const { return waiting_.size(); }
 
   // Puts all files in place, one right after the other; files that are finished afterwards do not wait. Throws
@@ -337,8 +339,8 @@ void discard_unfinished_files() noexcept;
 // Removes the temporary files in a folder that killed programs have left behind. Those of running programs stay.
 void discard_abandoned_files(const std::filesystem::path& folder) noexcept;
 
-// Returns how many files were put in place so far; one that is renamed at this moment may count
-// twice. A signal handler may call this: a larger number than before means that a file is in place.
+// Returns how many files were put in place so far; a file that is being renamed may count twice. A signal handler may
+// call this: a larger number than before means that a file is in place.
 std::size_t count_files_in_place() noexcept;
 
 // Returns the file that a path stands for, whether it exists or not: links at its end are followed.

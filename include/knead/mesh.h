@@ -75,9 +75,9 @@ struct Mesh {
   }
 };
 
-// Returns the factor that scales the values of a color to the range from 0 to 1. It follows from the type for bytes and
-// shorts, else from the greatest value, which may be up to 1, 255 or 65535. Reals up to 16 keep their values: they are
-// light brighter than white.
+// Returns the factor that scales the values of a color to the range from 0 to 1. The type decides for bytes and shorts.
+// For other types the greatest value decides, which may be up to 1, 255 or 65535. Reals up to 16 keep their values:
+// they are light brighter than white.
 double color_scale(const Attribute& color);
 
 // Throws InvalidInput, with the number of the first vertex, face or corner at fault, unless the invariants hold, every
@@ -188,7 +188,7 @@ class WeldedMesh {
   // Returns the number of vertices that are joined to an earlier one.
   std::size_t count() const { return count_; }
 
-  // Gives every vertex the item of the first one that it is joined with.
+  // Gives every vertex the item of the first vertex that it is joined with. `items`: one for each vertex.
   template <class T>
   void share(std::vector<T>& items) const {
     for (std::uint32_t v = 0; v < first_.size(); ++v) items[v] = items[first_[v]];
@@ -289,9 +289,9 @@ std::span<const Finger> hand_fingers();
 
 // Measures: counts, topology, volume, area, flipped triangles and folded edges.
 
-// Finds the box of a point cloud, without stray points, from its points in any order. Memory: constant. Stray points
-// are farther from all others than 10 times the extent of these; at most 5% of the points, and at most 64 on each side
-// of each axis, can be strays. Clouds of fewer than 20 points have none.
+// Finds the box of a point cloud without its stray points. The points may come in any order. Memory: constant. A point
+// is stray if its distance from all others is more than 10 times the extent of these. At most 5% of the points, and at
+// most 64 on each side of each axis, are strays; clouds of fewer than 20 points have none.
 class CloudBox {
  public:
   // Adds points, whose coordinates are finite.
@@ -471,15 +471,16 @@ class SurfaceTree {
 struct SurfaceStretch {
   double greatest = 1;
   double least = 1;
-  double percentile_99 = 1;        // 99% of the triangles are neither stretched nor pressed by more
+  double percentile_99 = 1;        // 99% of the triangles are stretched or compressed by at most this factor
   double rms_log = 0;              // root mean square of the logarithms
-  std::size_t worst_triangle = 0;  // the one stretched or pressed most
+  std::size_t worst_triangle = 0;  // the triangle that is stretched or compressed most
 
-  // Returns by how much a triangle is stretched or pressed at most.
+  // Returns the greatest factor by which a triangle is stretched or compressed.
   double worst() const { return least > 0 ? std::max(greatest, 1 / least) : kInfinity; }
 };
 
-// Returns how triangles with an area are stretched from `rest` to `now`, which have a position for each vertex.
+// Returns the stretches of the triangles from the positions `rest` to `now`, one for each vertex. Triangles without
+// area do not count.
 SurfaceStretch surface_stretch(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
                                std::span<const Vec3d> now);
 

@@ -82,11 +82,11 @@ struct PointSet {
   friend bool operator==(const PointSet&, const PointSet&) = default;
 };
 
-// Handles: r = D_full / (D_full + D_zero), a ratio and not a length: exactly 0 on the full set and exactly 1 on the
-// zero set (method, section 2). The two sets have no point in common. D is the smooth distance from a point set. Both
-// sets are given relative to c at t = 0. The full set follows the motion: it has moved by t * sweep (sweep is the
-// segment's displacement) and turned about the unit axis through c by turn_angle * t radians. The zero set rests in
-// space. The thresholds are 0 and 1; the outer region is the zero set alone. Set: how the points are stored.
+// Handles: r = D_full / (D_full + D_zero), a ratio and not a length: exactly 0 on the moving set `full` and exactly 1
+// on the fixed set `zero` (method, section 2). The two sets have no point in common. D is the smooth distance from a
+// point set. Both sets are given relative to c at t = 0. The moving set has moved by t * sweep (sweep is the segment's
+// displacement) and turned about the unit axis through c by turn_angle * t radians. The fixed set rests in space. The
+// thresholds are 0 and 1; the outer region is the fixed set alone. Set: how the points are stored.
 template <class S, class Set = PointSet<S>>
 struct Handles {
   Set full;
@@ -180,15 +180,15 @@ RegionValue<T> evaluate(const CustomRegion& region, const Vec3<T>& d, const T& t
   return {static_cast<T>(value.value), Vec3<T>(value.gradient)};
 }
 
-// D and its gradient for the full and the zero set of handles.
+// D and its gradient for the moving set `full` and the fixed set `zero` of handles.
 template <class T>
 struct HandlesDistances {
   RegionValue<T> full;
   RegionValue<T> zero;
 };
 
-// Returns both distances at d = x - c(t). The full set has turned with the motion, so d is turned back into its frame;
-// the sweep has left the zero set behind.
+// Returns both distances at d = x - c(t). The moving set has turned, so d is turned back into its frame. The fixed set
+// lies t * sweep behind c(t).
 template <class T, class S, class Set>
 HandlesDistances<T> handles_distances(const Handles<S, Set>& region, const Vec3<T>& d, const T& t) {
   const RegionValue<T> zero = evaluate(region.zero, d + Vec3<T>(region.sweep) * t, t);
@@ -200,9 +200,9 @@ HandlesDistances<T> handles_distances(const Handles<S, Set>& region, const Vec3<
   return {full, zero};
 }
 
-// Returns r = F / (F + Z) and grad r = (Z grad F - F grad Z) / (F + Z)^2, with F = D_full and Z = D_zero. The kinks of
-// F and Z at their points do no harm: dw/dr falls to 0 there, with the square of r and the cube of 1 - r. In single
-// precision both distances may be 0 where points of the two sets nearly coincide; such a place rests.
+// Returns r = F / (F + Z) and grad r = (Z grad F - F grad Z) / (F + Z)^2, with F = D_full and Z = D_zero. F and Z are
+// not smooth at their points, but dw/dr is 0 there: it falls with the square of r and the cube of 1 - r. In single
+// precision both distances may be 0 where points of the two sets nearly coincide; r is 1 there.
 template <class T>
 RegionValue<T> region_between(const HandlesDistances<T>& distance) {
   const T& full = distance.full.value;

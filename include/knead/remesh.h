@@ -56,7 +56,7 @@ class RemeshLimit : public QualityLimit {
   using QualityLimit::QualityLimit;
 };
 
-inline constexpr double kExactDistance = 1e-6;
+inline constexpr double kExactDistance = 1e-6;  // of remesh(mesh, settings): a fraction of the diagonal
 inline constexpr double kDefaultMaxAngleDeg = 30;
 inline constexpr double kDefaultMaxChord = 3e-4;
 inline constexpr int kDefaultRemeshIterations = 4;
@@ -78,13 +78,13 @@ inline constexpr double kDefaultCreaseDeg = 40;
 
 // Returns the creases of a mesh, ascending. An edge is sharp if the normals of its two faces differ by more than
 // angle_deg. Creases are
-// - sharp edges between two flat faces of several triangles, or where most edges around are flat or sharp (CAD parts
+// - sharp edges between two flat faces of several triangles, or where most edges around are flat or sharp: CAD parts
 // and
-//   polyhedra);
+//   polyhedra;
 // - the other edges of flat faces that have at least three triangles, or are long and narrow as the strips of a fillet;
 //   and edges between two vertices of creases;
-// - connected sets of at least five sharp edges, a third of them with an angle above 60 degrees, each of which another
-//   one continues, with a turn of at most 45 degrees, at one end at least.
+// - chains of at least five connected sharp edges, a third of them with an angle above 60 degrees. Each edge of a chain
+//   has a next one at one end or both, which turns by at most 45 degrees.
 // Other sharp edges are noise of a rough surface. Triangles count as flat if they lie in one plane to the rounding of
 // float coordinates. Call this for the shape before any deformation: folds that a deformation makes are no creases.
 std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg = kDefaultCreaseDeg);
@@ -117,7 +117,7 @@ struct RemeshOptions {
   bool stop_where_crossed = false;
   // Also stops before improving anything if over 5000 pairs of triangles cross that did not before.
   bool stop_where_thousands_cross = false;
-  // Creases of the mesh before. They may be split, but are not smoothed. remesh() finds no others by itself.
+  // Creases of the mesh before. They may be split, but are not smoothed. remesh() does not look for others.
   std::span<const MeshEdge> creases{};
   // A label for each face (material, group), or empty. Edges between different labels are treated like seams.
   std::span<const std::uint32_t> face_labels{};
@@ -142,13 +142,13 @@ struct RemeshCounts {
   std::size_t curves = 0;            // connected sets of these pairs
   std::size_t curves_before = 0;     // the same before the deformation; 0 if none cross in the result
   std::size_t faces = 0;             // faces with a moved vertex after refinement: the work grows with their number
-  bool stopped = false;              // because of RemeshOptions::stop_where_crossed or the next one
+  bool stopped = false;              // by RemeshOptions::stop_where_crossed or stop_where_thousands_cross
   double missing_volume = 0;         // true volume minus the volume of the refined mesh
   double compensated_volume = 0;     // the part of it that was restored
   bool out_of_time = false;          // RemeshOptions::seconds ended the work
   double distance = 0;               // from the old to the new surface; of remesh(mesh, settings) only
   // False if a limit on rounds or time left edges that do not meet the targets, if most triangles were too thin to
-  // improve, or if the triangles lie in a heap, where nearly every pair overlaps.
+  // improve, or if nearly every pair of triangles overlaps.
   bool complete = true;
 };
 
@@ -193,7 +193,7 @@ Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions 
 // What a deformation did to the cells of a volume mesh.
 struct CellSummary {
   std::size_t inverted = 0;
-  std::size_t below = 0;  // inverted cells, and cells below the bound that were not below it before
+  std::size_t below = 0;  // inverted cells, and cells that fell below CellOptions::least_scaled_jacobian
   double least_scaled_jacobian = 1;
   double mean_volume_change = 0;  // the mean of |volume ratio - 1| of the cells that had a volume
 };
@@ -220,10 +220,10 @@ struct DeformedCells {
 };
 
 // Deforms a volume mesh and keeps its cells good. Points on the boundary, fixed points, and points that the deformation
-// does not move go exactly where it takes them. An interior point next to a bad cell may move on, to where the least
-// scaled Jacobian around it is greater. If cells remain bad, the motion is divided into 8 or 32 parts, and points move
-// on after each; the best of these results is returned. So the result never has more inverted cells than the
-// deformation alone.
+// does not move go exactly where it takes them. An interior point next to a bad cell may move further, to a place where
+// the least scaled Jacobian around it is greater. If cells remain bad, the motion is divided into 8 or 32 parts, with
+// such moves after each part; the best of these results is returned. So the result never has more inverted cells than
+// the deformation alone.
 //
 // The result has the same bits for every number of threads if those of `carry` have. Throws InvalidInput for options
 // out of range and where compare_cells() does; Cancelled.

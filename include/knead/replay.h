@@ -21,7 +21,7 @@
 namespace knead {
 
 // forwards: the strokes in their order.
-// backwards: the inverse strokes, the latest first, which restores a deformed shape.
+// backwards: the inverse strokes, the last one first, which restores a deformed shape.
 enum class Direction { forwards, backwards };
 
 // Which part of a session is applied, and in which direction. Strokes that are off are not counted.
@@ -37,28 +37,28 @@ struct ReplayFrame {
   const DeformedShape& shape;
 };
 
-// The most frames, and the most that are held at each end.
+// The greatest number of frames, and of repeated frames at each end.
 inline constexpr int kMaxFrames = 1'000'000;
 
-// How the time of an animation runs. Smooth: slowly at its beginning and end (3 t^2 - 2 t^3 of the linear one).
+// How the time of an animation runs. smooth: slowly at the beginning and end, 3 t^2 - 2 t^3 of the linear time t.
 enum class Ease { linear, smooth };
 
-// Moments of the deformation, evenly spaced in time, the start and the end among them; 1: the end only; 0: none. A
-// stroke takes SessionStroke::duration.
+// The moments of the deformation that are delivered: evenly spaced in time, from the start to the end. A stroke lasts
+// SessionStroke::duration.
 struct FrameOptions {
-  int count = 0;
+  int count = 0;  // 1: the end only; 0: none
   Ease ease = Ease::linear;
-  int hold = 0;  // further frames of the start before the others, and of the end after them; 0 or more
+  int hold = 0;  // how often the first and the last frame are repeated; 0 or more
   // For a session that remeshes. True: every frame has the vertices and faces of the result; the flow takes the
   // vertices back to their places at each moment. False: each frame has faces of its own.
   bool same_faces = false;
-  std::function<void(const ReplayFrame&)> deliver{};  // called for one frame after the other
+  std::function<void(const ReplayFrame&)> deliver{};  // called for each frame, in order
 };
 
-// Returns how many frames are delivered: count, and those that are held.
+// Returns the number of frames that are delivered, with the repeated ones.
 int frame_count(const FrameOptions& frames);
 
-// What one stroke did, up to where it was applied.
+// What one stroke did, as far as it was applied.
 struct AppliedStroke {
   std::size_t line = 0;  // of the session
   const Flow& flow;      // which moved the vertices
@@ -74,18 +74,18 @@ struct ReplayOptions {
   RemeshPolicy remesh{};
   SessionPart part{};
   FrameOptions frames{};
-  std::vector<Vec3d> normals{};                           // DeformedShape's
-  std::vector<IndexRange> splats{};                       // of several meshes, see splats_among(); of one its own
+  std::vector<Vec3d> normals{};                           // of a point cloud, see DeformedShape; or empty
+  std::vector<IndexRange> splats{};                       // splats_among() joined meshes; empty: those of the mesh
   std::function<void(const AppliedStroke&)> on_stroke{};  // called when a stroke is complete
   Progress* progress = nullptr;                           // counts up to Replay::work(), its total
-  // Keeps the result of a stroke after which triangles cross that did not before, although the mesh followed it. False:
-  // such a stroke is refused (RemeshLimit), unless RemeshPolicy::seconds ended the work.
+  // Keeps the result if triangles cross after a remeshed stroke that did not cross before. False: such a stroke is
+  // refused (RemeshLimit), unless RemeshPolicy::seconds ended the work.
   bool may_cross = false;
   // Refuses (QualityLimit) a result whose faces are far from the exact image of the surface: a root mean square of more
   // than 1e-2 of the size, or a fraction of 1e-2 of the volume; where the mesh follows, 1e-3 of the size, or 1e-2 at
   // one place. Also refuses a flow that moves faces, but no vertex. False: a warning.
   bool must_follow = false;
-  bool strokes_warn = true;  // false: the result lacks Replay::warnings(), for a caller who has shown them
+  bool strokes_warn = true;  // false: the result lacks Replay::warnings(), for callers that have shown them
 };
 
 // Why a replay ends in step_limit, and what to do.
@@ -100,31 +100,31 @@ struct ReplayResult {
   DeformedShape shape;          // without vertices unless the status is done
   std::size_t strokes = 0;      // applied; a part of one counts as one
   std::size_t segments = 0;
-  std::optional<double> penetration{};         // the deepest of all stamps, each at its end, into the stamp's tool
+  std::optional<double> penetration{};         // the greatest depth of the surface inside a stamp's tool, at its end
   std::shared_ptr<const VolumeCells> cells{};  // of the session's mesh, see on_walls(); null: none
   std::vector<SessionStroke> resolved;  // the applied strokes as strokes that read no surface, in the session's order
   std::vector<std::string> warnings;    // each with the session's file and line
-  std::vector<std::string> shortfalls;  // the same: where a stroke fell short of what was asked; the result is sound
+  std::vector<std::string> shortfalls;  // as warnings: strokes that did not reach their targets; the result is sound
 };
 
-// Applies a session to a shape, which stays as it is. The result depends only on the mesh, the motion, the remesh
-// policy, the part and the normals, bit for bit. The last frame is the result, and every frame is the result of a
-// replay until that moment (with FrameOptions::same_faces, up to the tolerance and the faces).
+// Applies a session to a shape and returns the result; the mesh does not change. The bits of the result depend only on
+// the mesh, the motion, the remesh policy, the part and the normals. The last frame is the result, and every frame is
+// the result of a replay until that moment (with FrameOptions::same_faces, up to the tolerance and the faces).
 //
-// A stroke that reads the surface reads it as the standard MotionOptions give it, whatever the options: `resolved` does
-// not depend on them. With other options a second shape is deformed by those, for such sessions.
+// A stroke that reads the surface reads the shape that the default MotionOptions give, so `resolved` does not depend on
+// the options. If such a session has other options, a second shape is deformed with these.
 //
-// Remeshing: a stroke moves the vertices, then the mesh follows once (knead/remesh.h), also where the stroke resolves
-// to several. Frames within a stroke are remeshed from the beginning of the stroke. Handles given by the numbers of
-// vertices are refused once a remesh has changed the numbers. Point clouds are not remeshed, and no shape is remeshed
-// backwards. Where remeshing leaves triangles that cross and did not before, RemeshLimit is thrown with the session's
-// line; see ReplayOptions::may_cross.
+// Remeshing: a stroke moves the vertices, then the mesh follows once (knead/remesh.h), even if the stroke resolves to
+// several strokes. Frames within a stroke are remeshed from the beginning of the stroke. Handles given by the numbers
+// of vertices are refused once a remesh has changed the numbers. Point clouds are not remeshed, and no shape is
+// remeshed backwards. If remeshing leaves triangles that cross and did not before, RemeshLimit is thrown with the
+// session's line; see ReplayOptions::may_cross.
 //
-// Relax strokes are not in `resolved`, for they are no flows. They are refused backwards, for point clouds, and where
-// frames have the same faces as a remeshed result.
+// Relax strokes are not in `resolved`, because they are no flows. They are refused backwards, for point clouds, and
+// where frames have the same faces as a remeshed result.
 //
-// Throws InvalidInput where validate(*mesh) does and for options out of range before anything is done, and with the
-// session's line for a stroke that the shape cannot take, perhaps after frames were delivered.
+// Throws InvalidInput where validate(*mesh) does and for options out of range, before anything is done. Throws it with
+// the session's line for a stroke that cannot be applied to the shape; frames may have been delivered then.
 ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options = {});
 
 // Does the same for a mesh that is not shared: moved or copied into the result.
@@ -136,8 +136,8 @@ struct Plan;  // what a replay does, in order
 
 }  // namespace session_detail
 
-// replay() in steps, for a caller who wants to know before the work begins what it will be. The first of work() and
-// run() makes the plan: it checks the strokes, makes the flows of those that read no surface, and reads stamps.
+// replay() in steps, for callers that need the amount of work in advance. The first call of work() or run() makes the
+// plan: it checks the strokes, makes the flows of those that read no surface, and reads stamps.
 class Replay {
  public:
   // The session and the options must outlive the object. Costs nothing.
@@ -146,11 +146,11 @@ class Replay {
   Replay& operator=(const Replay&) = delete;
   ~Replay();
 
-  // Returns whether the mesh is to follow a stroke. Costs nothing.
+  // Returns whether the mesh will be remeshed after a stroke. Costs nothing.
   bool remeshes() const;
 
-  // Returns the warnings about the strokes as they are written, each with the session's file and line. Of a stroke of
-  // many pins this takes about 0.15 s.
+  // Returns the warnings that need no surface, each with the session's file and line. Takes about 0.15 s for a stroke
+  // of many pins.
   std::vector<std::string> warnings() const;
 
   // Returns what run() adds to Progress::done if it is not cancelled. Throws as run().
@@ -168,9 +168,10 @@ class Replay {
   std::unique_ptr<session_detail::Plan> plan_;
 };
 
-// Returns the flow of a session that reads no surface, for any points: advect() with it moves points as replay() does,
-// bit for bit, where no limit cylinder is torn. Throws InvalidInput for a part out of range, and with the session's
-// line for a stroke that reads the surface, or relaxes it, and for a mask by the numbers of vertices.
+// Returns the flow of a session that reads no surface, for any points. advect() with it moves points as replay() does,
+// bit for bit; replay() also refuses a limit cylinder that would tear the surface. Throws InvalidInput for a part out
+// of range, and with the session's line for a stroke that reads or relaxes the surface and for a mask given by the
+// numbers of vertices.
 Flow flow_of(const Session& session, const SessionPart& part = {}, int threads = 0);
 
 // Returns whether replay() looks at the faces: to read the surface, to relax it, to check a limit cylinder, or to
@@ -184,23 +185,23 @@ std::function<void(const ReplayFrame&)> animation_writer(const std::filesystem::
                                                          bool is_remeshed, const AnimationOptions& options);
 
 // Returns the vertices that are splats (splats.h), by their numbers in JoinedMeshes of these meshes. Throws
-// InvalidInput for splats with another number of harmonics than there can be.
+// InvalidInput as splat_degree() for splats with a wrong number of harmonics.
 std::vector<IndexRange> splats_among(std::span<const Mesh* const> meshes);
 
-// Splits long splats, and returns false if the session bends none. A splat is split where the second
-// difference of the flow over a standard deviation is above 0.1 of the splat after it: into pieces along that axis, of
-// the same covariance, which together are as opaque as it was. Again until it holds, the worst first, and only as long
-// as there are at most `max_splats` (by default twice as many as before). The pieces are copies of the splat's row with
-// other centres, sizes and opacities: the first in its place, the others after all. A splat of which a part would run
-// away (AdvectStatus::step_limit) stays whole; backwards, one of which the flow forwards would not bend the result.
-// Options: motion, part and what replay() needs for strokes that read the surface. `notes`: null, or what gets a
-// sentence on how many run away, and one on how many need more pieces than the limit allows. Throws as replay() and
-// flow_of().
+// Splits splats that are too long for the flow to bend as one. Returns false if it splits none. A splat is too long if
+// the second difference of the flow over one standard deviation is above 0.1 of the deformed splat. It is split along
+// that axis into pieces, which together have its covariance and opacity. Splitting goes on, the worst splat first,
+// until no splat is too long or there are `max_splats` (by default twice as many as before). A piece is a copy of the
+// splat's row with its own centre, sizes and opacity; the first piece takes the splat's place, the others come after
+// all splats. A splat stays whole if a part of it would run to infinity (AdvectStatus::step_limit); backwards, also if
+// the flow forwards would not bend its result. Uses the options motion, part, and those that replay() needs for strokes
+// that read the surface. `notes`: null, or receives a sentence on how many splats run to infinity, and one on how many
+// need more pieces than `max_splats` allows. Throws as replay() and flow_of().
 bool split_splats(ShapeFile& shape, const Session& session, const ReplayOptions& options,
                   std::optional<std::size_t> max_splats = {}, std::vector<std::string>* notes = nullptr);
 
-// Writes what the source has become with all else that it has, as write_shape or write_remeshed: also the normals of
-// points, and splats. Throws as these.
+// Writes the deformed shape with everything else that the source has, as write_shape() or write_remeshed(); also new
+// normals of points, and new values of splats. Throws as these.
 void write_deformed(const std::filesystem::path& path, const ShapeFile& source, const DeformedShape& shape,
                     const WriteOptions& options = {});
 
@@ -215,8 +216,8 @@ struct ShapePart {
   std::size_t number = 0;  // of the mesh in `joined`
 };
 
-// Writes what became of the part in a state of JoinedMeshes::mesh(), with all else that its source has, as write_shape
-// or write_remeshed. Throws as these.
+// Writes one part of a deformed state of JoinedMeshes::mesh(), with everything else that its source has, as
+// write_shape() or write_remeshed(). Throws as these.
 void write_part(const std::filesystem::path& path, const ShapePart& part, const ShapeState& state,
                 const WriteOptions& options = {});
 

@@ -63,7 +63,7 @@ struct SkinOptions {
   double detail = 0;          // the spacing of the grids as a fraction of the limb's radius at a joint, from 0.5 to 4;
                               // 0: 2, and 1.5 for fingers
   int threads = 0;            // 0: all; does not change a bit of the result
-  Progress* progress = nullptr;  // counts up to its total, anew for each pose, and cancels
+  Progress* progress = nullptr;  // counts up to its total, from 0 for each pose; cancels the work
 };
 
 // The effect of one method of posing on a shape.
@@ -82,14 +82,14 @@ struct SkinReport {
   SkinMeasures dual;       // of dual_quaternion_blend
   SkinMeasures flow;       // of the result
   std::size_t bones = 0;   // bones that moved against each other
-  std::size_t stages = 0;  // joints of about one size move at once, the smallest first
+  std::size_t stages = 0;  // groups of joints of similar size that move at once; the smallest first
   std::size_t segments = 0;
   std::size_t unknowns = 0;        // of the largest grid
   double part_distance = 0;        // the greatest distance of a rigid vertex from where its bone takes it
   double part_distance_95 = 0;     // 95% of these distances are at most this
   double seconds = 0;              // to compute the flow, without the measures
-  double reached = 1;              // the least part of a joint's turn that was sound, from 0 to 1
-  std::string shortfall;           // which joints came how far, and what was in the way; empty if all came to their end
+  double reached = 1;              // the smallest fraction of its turn that a joint made, from 0 to 1
+  std::string shortfall;           // how far the joints turned that fell short, and why; empty if none did
   std::vector<std::string> notes;  // about the input, in sentences
 };
 
@@ -119,12 +119,11 @@ struct SkinResult {
 // closed surface loses volume where flat triangles bend, although the flow keeps it; the last grid of a stage, with
 // `growth`, restores this volume.
 //
-// A step after which triangles would cross that did not at rest, or be stretched by more than kMaxPosedStretch, is
-// halved, or solved on other grids; where nothing helps, the joints of its stage stay where they came to, and the
-// report says so.
+// A step is refused if triangles cross that did not at rest, or if one is stretched by more than kMaxPosedStretch. It
+// is then halved, or solved on other grids. If nothing helps, the joints of its stage stop there; see `shortfall`.
 //
 // `measured`: the report compares with linear blend and dual quaternions. Time: about 1 s for a body of 14,000 vertices
-// on two cores, besides the measures. Throws InvalidInput for an invalid mesh, skin, pose or option, and if the
+// on two cores, without these measures. Throws InvalidInput for an invalid mesh, skin, pose or option, and if the
 // equations cannot be solved. Throws Cancelled.
 SkinResult pose_skin(const Mesh& mesh, const Skin& skin, const SkinPose& pose, const SkinOptions& options = {},
                      bool measured = true);
@@ -142,11 +141,11 @@ struct BoneTurn {
   double angle_deg = 0;
 };
 
-// Returns the pose in which these bones turn with all their descendants. Throws InvalidInput for a bone that the skin
-// does not have.
+// Returns the pose in which these bones turn, and their descendants with them. Throws InvalidInput for a bone that the
+// skin does not have.
 SkinPose turned_pose(const Skin& skin, std::span<const BoneTurn> turns);
 
-// Returns the pose in which each joint has its greatest turn of all the poses, of which there is at least one.
+// Returns the pose in which each joint has its greatest turn among the poses. There must be at least one pose.
 SkinPose widest_pose(const Skin& skin, std::span<const SkinPose> poses);
 
 // A corrective shape and the joints that drive it.
@@ -156,7 +155,7 @@ struct Corrective {
   std::vector<double> angles_deg;    // of each bone: its turn at weight 1, against its parent; above 0
   std::vector<Vec3d> offsets;        // added to each vertex at rest
   SkinMeasures flow{};               // of the pose from which it was made
-  std::string problem{};             // as complaint_about() of that pose
+  std::string problem{};             // complaint_about() that pose
 };
 
 // Returns the weight of each corrective in a pose. For one joint: the square of the fraction of its angle that it turns
@@ -170,7 +169,7 @@ std::vector<double> corrective_weights(std::span<const Corrective> correctives, 
 std::vector<Corrective> make_correctives(const Mesh& mesh, const Skin& skin, const SkinPose& pose,
                                          const SkinOptions& options = {});
 
-// Returns the positions by linear blend of the shape at rest with these correctives.
+// Returns the positions by linear blend of the shape at rest to which the weighted correctives were added.
 std::vector<Vec3d> corrected_blend(std::span<const Vec3d> positions, std::span<const Corrective> correctives,
                                    const Skin& skin, const SkinPose& pose);
 

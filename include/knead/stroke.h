@@ -3,8 +3,9 @@
 //
 // A stroke holds exactly the numbers of its line in a session file: lengths in the mesh's own units, angles in degrees,
 // axes and normals as given (any length but zero). It contains no mesh. `falloff` is the shape of the blend
-// (knead/field.h), a whole number from 3 to 7; where a stroke has a `bump`, also kWideFalloff. With that `bump` is the
-// radius of what moves, `outer` that of what flows back, 4 times the bump where it is 0, and `inner` has no meaning.
+// (knead/field.h), a whole number from 3 to 7, or kWideFalloff for strokes with a `bump`. Then `bump` is the radius of
+// the part that moves along, `outer` the radius of the part that flows back (0: 4 times the bump), and `inner` has no
+// meaning.
 #pragma once
 
 #include <cstdint>
@@ -29,8 +30,9 @@ struct ToolRow;
 enum class ImplicitRegion { ball, capsule };
 
 // The implicit tool (paper, section 4.1): moves a ball or capsule along a path, one segment for each piece. Pieces of
-// length zero are skipped. inner > 0. With a taper the tool's radii fall evenly along the path, to (1 - taper) of
-// themselves but to no less than a twentieth; pieces are cut so that they change by about a tenth at a time.
+// length zero are skipped. inner > 0. With a taper the tool's radii fall evenly along the path, to 1 - taper times
+// their value, and at least to a twentieth. Pieces are cut so that the radii change by about a tenth from one to the
+// next.
 struct ImplicitStroke {
   std::vector<Vec3d> path;  // 2 or more points
   double inner = 0;
@@ -41,7 +43,7 @@ struct ImplicitStroke {
   TimeLaw time = TimeLaw::swept;
   int falloff = kDefaultFalloff;  // wide: ball only
   double bump = 0;
-  std::optional<double> core = std::nullopt;  // of the wide ball, as a part of the bump: moves rigidly; 0 to 0.8
+  std::optional<double> core = std::nullopt;  // of the wide ball: the fraction of the bump that moves rigidly; 0 to 0.8
   double taper = 0;                           // 0 to 1
 
   static const tool_detail::ToolRow<ImplicitStroke> tool;
@@ -59,9 +61,10 @@ struct PaintSample {
 // Painting (paper, section 4.2): moves the surface at each sample by depth against the normal; a negative depth pulls
 // it out. Has either samples or a path of 1 or more points, which reads the surface (knead/editor/tools.h).
 //
-// With a pinch it is wide, and each dab is a strain along the normal by that logarithm, thinner across it: above 0 it
-// draws the surface together, with a depth into a crease or with a negative one into a ridge; below 0 it flattens what
-// is around towards the plane through the sample across the normal. A path then flattens towards mean planes.
+// `pinch`, from -5 to 5, needs the wide falloff. Each dab then is a strain: it stretches along the normal by the factor
+// exp(pinch), and shrinks across it. A positive pinch draws the surface together: into a crease if the depth is
+// positive, into a ridge if it is negative. A negative pinch flattens the surface towards the plane through the sample
+// across the normal; along a path, towards mean planes.
 struct PaintStroke {
   double outer = 0;
   double depth = 0;
@@ -75,7 +78,7 @@ struct PaintStroke {
   friend bool operator==(const PaintStroke&, const PaintStroke&) = default;
 };
 
-// parts: each connected part of the set has its own centre; barycentre: one centre for all, as in the paper.
+// The centre of a moving point set. parts: each connected part has its own; barycentre: one for all, as in the paper.
 enum class PointsCenter { parts, barycentre };
 
 // A moving point set (paper, section 4.3): one segment per displacement; the points and polylines move along.
@@ -93,13 +96,13 @@ struct PointsStroke {
   friend bool operator==(const PointsStroke&, const PointsStroke&) = default;
 };
 
-// A translation of the full set.
+// A translation of the moving set.
 struct HandlesTranslation {
   Vec3d by;
 
   friend bool operator==(const HandlesTranslation&, const HandlesTranslation&) = default;
 };
-// A rotation of the full set about the axis through the centre.
+// A rotation of the moving set about the axis through the centre.
 struct HandlesRotation {
   Vec3d axis;
   Vec3d center;
@@ -108,10 +111,10 @@ struct HandlesRotation {
   friend bool operator==(const HandlesRotation&, const HandlesRotation&) = default;
 };
 
-using HandlesMotion = std::variant<HandlesTranslation, HandlesRotation>;  // of the full set
+using HandlesMotion = std::variant<HandlesTranslation, HandlesRotation>;  // of the moving set
 
-// Handles (the paper's future work): the full set follows the motion exactly, the zero set stays. Each set is given
-// either as points or as vertices of the shape, which are looked up when the stroke begins.
+// Handles (the paper's future work): the moving set `full` follows the motion exactly, the fixed set `zero` stays. Each
+// set is given either as points or as vertices of the shape, which are looked up when the stroke begins.
 struct HandlesStroke {
   std::vector<Vec3d> full;
   std::vector<Vec3d> zero;
@@ -125,9 +128,9 @@ struct HandlesStroke {
   friend bool operator==(const HandlesStroke&, const HandlesStroke&) = default;
 };
 
-// What the surface does where a stamp touches it. stick: it goes with the tool. slip: it goes only out of the tool's
-// way, so that the tool slides along it and its print keeps its walls. automatic: slip, or stick where `outer`,
-// `exponent` or `falloff` is given, as strokes that gave them had it before they could slip.
+// How the surface moves where a stamp touches it. stick: with the tool. slip: only as far as the tool pushes it out, so
+// that the tool slides along it and its print keeps its walls. automatic: stick if `outer`, `exponent` or `falloff` is
+// given, as in older sessions; otherwise slip.
 enum class StampContact { automatic, stick, slip };
 
 // Stamping (paper, section 4.4): moves a closed tool mesh along the path; at every step its contacts with the surface
@@ -136,11 +139,11 @@ struct StampStroke {
   std::string mesh;                             // the tool's file, relative to the session file
   std::vector<Vec3d> path;                      // 2 or more positions of the tool's origin
   Mat3d pose{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // rotation and scale, applied to the tool before it is moved
-  // By default 1.5 times half the tool's largest extent across the motion; of an automatic contact 3 times
-  // the width of its narrowest strokes, from 0.9 to 1.5 times that half.
+  // Let h be half the tool's largest extent across the motion. Default for an automatic contact: 3 times the width of
+  // the tool's narrowest strokes, but 0.9 h to 1.5 h; for others: 1.5 h.
   std::optional<double> outer = std::nullopt;
-  // Longest motion between two collision tests; by default outer / 25, and half of it where outer is by default that of
-  // an automatic contact.
+  // Longest motion between two collision tests. Default: outer / 25, or outer / 50 if `outer` has the default for an
+  // automatic contact.
   std::optional<double> step = std::nullopt;
   StampContact contact = StampContact::automatic;
   int exponent = 16;              // of stick
@@ -239,17 +242,17 @@ struct BendStroke {
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
 };
 
-// What becomes of the length of a shape along a curve. keep: the shape keeps it, and lies on a part of the curve, or
-// goes straight on beyond its ends. fit: the shape is stretched to the ends of the curve, and grows thinner by the
-// square root, or thicker.
+// The length of a shape along a curve. keep: the shape keeps its length; it lies on a part of the curve, or continues
+// straight beyond its ends. fit: the shape is stretched to the ends of the curve, and its thickness changes by the
+// inverse square root of the stretch.
 enum class CurveLength { keep, fit };
 
-// The place of a curve that stays, or goes to the same place of the other curve.
+// The place of a curve that does not move, or that moves to the same place of the other curve.
 enum class CurveFixed { middle, start, end };
 
-// What stays of the surroundings of a curve. volume: that of every piece, exactly; what lies outside of a bend grows
-// thinner. thickness: distances from the curve across it, so that walls and reliefs keep their height, and the volume
-// changes: det J = 1 - (curvature vector) . (place across the curve).
+// The measure of a curve's surroundings that does not change. volume: that of every piece, exactly; the outer side of a
+// bend grows thinner. thickness: distances from the curve across it, so that walls and reliefs keep their height; the
+// volume changes: det J = 1 - (curvature vector) . (place across the curve).
 enum class CurveKeeps { volume, thickness };
 
 // Curve: a line through the shape becomes another curve, and the shape follows; the volume is kept exactly
@@ -262,13 +265,13 @@ struct CurveStroke {
   std::optional<double> angle_deg = std::nullopt;  // of the arc, counterclockwise seen from the tip of the axis
   std::optional<double> around = std::nullopt;     // the arc's radius; below 0: clockwise
   std::optional<Vec3d> axis = std::nullopt;        // of both: any length but 0; across the line
-  double twist_deg = 0;                            // by which the end turns, seen from the start, counterclockwise
-                                                   // seen from the end
+  double twist_deg = 0;                            // turn of the end relative to the start, counterclockwise seen from
+                                                   // the end
   double longer_by = 0;                            // the line keeps its direction and grows by this length
   CurveLength length = CurveLength::keep;          // of `to`
   CurveFixed fixed = CurveFixed::middle;
   CurveKeeps keep = CurveKeeps::volume;
-  std::optional<double> radius = std::nullopt;  // only what is nearer to the line moves; else everything
+  std::optional<double> radius = std::nullopt;  // only points nearer to the line move; else everything
   bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/editor/tools.h)
 
   static const tool_detail::ToolRow<CurveStroke> tool;
@@ -283,16 +286,17 @@ struct PinRotation {
   friend bool operator==(const PinRotation&, const PinRotation&) = default;
 };
 
-// Pins (method, section 9): every point goes to its place exactly, in a straight line, or is held where both are equal;
-// everything within the radius of a pin follows. Two pins never meet on the way. 1 to 2000 pins.
+// Pins (method, section 9): every point moves exactly to its place, in a straight line, or is held if both are equal.
+// Everything within the radius of a pin follows. No two pins meet while they move. 1 to 2000 pins.
 struct PinsStroke {
   std::vector<Vec3d> points;
-  std::vector<Vec3d> to;                        // as many
+  std::vector<Vec3d> to;                        // a place for each point
   std::optional<double> radius = std::nullopt;  // > 0
-  // Use twice the median distance of a pin from the third nearest one, or twice the longest way of a pin if that is
-  // more. Of fewer pins the farthest one counts.
+  // Use twice the median distance of a pin from its third nearest pin (the farthest if there are fewer), or twice the
+  // greatest displacement of a pin if that is more.
   bool radius_auto = false;
-  // One item a pin, or empty: how the shape turns about it, as a rigid body there; std::nullopt: as the flow takes it.
+  // Empty, or for each pin the rotation of the shape about it, as a rigid body there; std::nullopt: as the flow turns
+  // it.
   std::vector<std::optional<PinRotation>> turn{};
 
   static const tool_detail::ToolRow<PinsStroke> tool;
@@ -307,26 +311,28 @@ struct VertexRange {
   friend bool operator==(const VertexRange&, const VertexRange&) = default;
 };
 
-// A part of a shape that holds, or moves rigidly: by the rotation and the translation at once, as a screw.
+// A part of a shape that holds, or moves rigidly: by the rotation and the translation at the same time, as a screw. It
+// is given by vertices or by points.
 struct PosePart {
-  std::vector<VertexRange> vertices{};  // of the shape when the stroke begins; or in their place
+  std::vector<VertexRange> vertices{};  // of the shape when the stroke begins
   std::vector<Vec3d> points{};
-  bool hold = false;  // or one of these, or both:
+  bool hold = false;  // false: `rotation` or `translation` is set, or both
   std::optional<HandlesRotation> rotation{};
   std::optional<Vec3d> translation{};
 
   friend bool operator==(const PosePart&, const PosePart&) = default;
 };
 
-// A point of a shape that holds, or follows a path. What is near it moves as a rigid patch.
+// A point of a shape that holds, or follows a path. The surface near it moves as a rigid patch. It is given by a vertex
+// or by a point.
 struct PosePin {
-  std::optional<std::uint32_t> vertex{};  // of the shape when the stroke begins; or in its place
+  std::optional<std::uint32_t> vertex{};  // of the shape when the stroke begins
   std::optional<Vec3d> point{};
-  bool hold = false;                      // or
-  std::vector<Vec3d> path{};              // the places that it goes to, in straight lines
-  double size = 0.025;                    // of the patch: a radius, as a fraction of the shape's diagonal; above 0
-  bool turns_freely = true;               // the patch turns as the body takes it; or
-  std::optional<PinRotation> rotation{};  // by this, while the pin moves; std::nullopt: it keeps its direction
+  bool hold = false;                      // false: it follows `path`
+  std::vector<Vec3d> path{};              // the places that it moves to, in straight lines
+  double size = 0.025;                    // radius of the patch, as a fraction of the shape's diagonal; above 0
+  bool turns_freely = true;               // the patch turns with the body around it; false: by `rotation`
+  std::optional<PinRotation> rotation{};  // of the patch while the pin moves; std::nullopt: it keeps its direction
 
   friend bool operator==(const PosePin&, const PosePin&) = default;
 };
@@ -334,7 +340,7 @@ struct PosePin {
 // What a pose is made of.
 using PoseItem = std::variant<PosePart, PosePin>;
 
-// How stiff some vertices are, and what is inside the shape next to them.
+// The stiffness of some vertices, and of the inside of the shape next to them.
 struct PoseStiffness {
   std::vector<VertexRange> vertices;
   double value = 1;  // from 0.01 to 100; elsewhere the stiffness is 1
@@ -342,14 +348,14 @@ struct PoseStiffness {
   friend bool operator==(const PoseStiffness&, const PoseStiffness&) = default;
 };
 
-// Pose: parts and pins go to their places, others stay, and the body between follows as nearly rigidly as a flow that
-// keeps the volume can (docs/mathematics.md). It reads the surface, and becomes grid strokes.
+// Pose: parts and pins move to their places, others stay, and the body between follows as rigidly as a flow that keeps
+// the volume can (docs/mathematics.md). It reads the surface, and becomes grid strokes.
 struct PoseStroke {
   // Greatest spacing of the field's grid, as a fraction of the shape's diagonal; from 0.01 to 0.5. It is smaller, down
   // to 0.025, where a part moves close past one that holds. 0: a quarter of the thickness of the thinnest part that
   // moves, from 0.02 to 0.075.
   double detail = 0;
-  double tolerance = 0.005;  // of parts and pins: their greatest distance from their places, of the diagonal
+  double tolerance = 0.005;  // greatest distance of parts and pins from their places, as a fraction of the diagonal
   std::vector<PoseItem> parts;
   std::vector<PoseStiffness> stiffness{};
   bool exact = false;  // a last stroke of pins takes parts and pins exactly to their places
@@ -366,44 +372,43 @@ struct GridStroke {
   friend bool operator==(const GridStroke&, const GridStroke&) = default;
 };
 
-// Inflate: the shape grows, or shrinks, by a volume within the tool, most along the path through the points, and its
-// surface moves. Nothing farther than the radius from the path moves at all. It reads the surface, and becomes grid
-// strokes that change volume on purpose.
+// Inflate: the shape grows or shrinks by a volume, most along the path through the points. Nothing farther from the
+// path than the radius moves. It reads the surface, and becomes grid strokes that change volume on purpose.
 struct InflateStroke {
   std::vector<Vec3d> points;  // 1 or more, on the surface or near it
   double radius = 0;          // > 0
-  double volume = 0;          // that the shape gains; below 0: loses
+  double volume = 0;          // added to the shape; below 0: removed
 
   static const tool_detail::ToolRow<InflateStroke> tool;
   friend bool operator==(const InflateStroke&, const InflateStroke&) = default;
 };
 
-// Print: presses text, a grey picture or the face of a mesh into the surface, against its normal, or raises it. Pushes
-// that the wide falloff spreads fill the pattern, so its volume goes far around. It reads the surface, and becomes grid
-// strokes. Has either a text or a file.
+// Print: presses text, a grey picture or the face of a mesh into the surface, against its normal, or raises it. The
+// pattern consists of pushes with the wide falloff, so its volume goes far around. It reads the surface, and becomes
+// grid strokes. Has either a text or a file.
 struct PrintStroke {
   std::string text{};  // one line of UTF-8
-  std::string font{};  // a font's file, relative to the session file, or its name; empty: a usual one
-  // Relative to the session file: a picture, whose white is pressed to the full depth, or a mesh, whose lowest face
-  // prints, as seen from above, and what is behind it by less than the depth.
+  std::string font{};  // a font's file, relative to the session file, or its name; empty: a default font
+  // Relative to the session file. A picture: white is pressed to the full depth. A mesh: its lowest face is printed as
+  // seen from above, with everything that lies less than the depth above it.
   std::string file{};
   // The middle of the pattern, on the surface or near it; by default the middle of the shape's top.
   std::optional<Vec3d> point = std::nullopt;
   std::optional<Vec3d> up = std::nullopt;         // of the pattern; by default z, or y where the surface looks along z
-  std::optional<Vec3d> direction = std::nullopt;  // in which all is pressed; by default against each letter's normal
+  std::optional<Vec3d> direction = std::nullopt;  // of all pushes; by default against the normal at each letter
   double height = 0;                              // of a capital letter, or of the file's pattern; > 0
   double depth = 0;                               // below 0: raises
   // Radius over which edges are soft: by default half the width of the thinnest strokes, at most height / 12.
   std::optional<double> bump = std::nullopt;
-  std::optional<double> outer = std::nullopt;  // what flows back spreads so far; by default 2 heights
+  std::optional<double> outer = std::nullopt;  // radius of the part that flows back; by default 2 heights
   bool flip = false;                           // left and right change places
 
   static const tool_detail::ToolRow<PrintStroke> tool;
   friend bool operator==(const PrintStroke&, const PrintStroke&) = default;
 };
 
-// Relaxing (remesh/relax.h): smooths the triangles in the surface, and the surface itself, while its volume stays. At
-// each point in turn a dab moves the vertices within the radius. This is no flow: a session's line is {"relax": {...}}.
+// Relaxing (remesh/relax.h): makes the triangles even and the surface smooth, and keeps its volume. At each point in
+// turn a dab moves the vertices within the radius. This is no flow: a session's line is {"relax": {...}}.
 struct RelaxStroke {
   std::vector<Vec3d> points;  // 1 or more
   double radius = 0;          // of a dab, > 0
@@ -415,14 +420,14 @@ struct RelaxStroke {
   friend bool operator==(const RelaxStroke&, const RelaxStroke&) = default;
 };
 
-// The mask of the strokes after it (knead/field.h), which replaces the one before; without points and vertices: no
-// mask. It moves nothing itself. The masked places are given as points or as vertices of the shape, which are looked up
-// when the mask begins.
+// The mask of the strokes after it (knead/field.h). It replaces the mask before; without points and vertices it ends
+// that. It moves nothing itself. The masked places are given as points, or as vertices of the shape when the mask
+// begins.
 struct MaskStroke {
   std::vector<Vec3d> points;
   std::vector<VertexRange> vertices;
-  std::vector<double> values;                  // of each point or range, from 0: free to 1: stays; empty: all 1
-  std::optional<double> width = std::nullopt;  // of the border between what stays and what is free
+  std::vector<double> values;                  // for each point or range, from 0 (free) to 1 (fixed); empty: all 1
+  std::optional<double> width = std::nullopt;  // of the border between fixed and free places
 
   static const tool_detail::ToolRow<MaskStroke> tool;
   friend bool operator==(const MaskStroke&, const MaskStroke&) = default;
@@ -450,11 +455,11 @@ void validate(const Stroke& stroke);
 // with vertices, an automatic radius. Also true for a relax stroke, which is no flow.
 bool reads_surface(const Stroke& stroke);
 
-// Returns false for a stroke that never becomes a flow: relax. It can be neither resolved nor inverted.
+// Returns false for a relax stroke, which has no flow and can be neither resolved nor inverted.
 bool is_flow(const Stroke& stroke);
 
-// Returns the segments, in order, of a stroke that reads no surface. Throws InvalidInput as validate(stroke), and for
-// strokes that read the surface. Time: linear, for a point set times the logarithm of its size. A mask has none.
+// Returns the segments, in order, of a stroke that reads no surface; none for a mask. Throws InvalidInput as
+// validate(stroke), and for strokes that read the surface. Time: linear; for a point set n log n.
 Flow flow_of(const Stroke& stroke);
 
 // A plane in which a stroke is mirrored.
@@ -472,42 +477,42 @@ using Mirror = std::vector<MirrorPlane>;
 // are not at right angles.
 void validate(const Mirror& mirror);
 
-// Returns the coordinate planes through the origin whose names the text has: "x" is the plane x = 0, "xz" are x = 0 and
-// z = 0. Throws InvalidInput for anything but some of the letters x, y and z, each once.
+// Returns the coordinate planes through the origin that the letters name: "x" is the plane x = 0; "xz" names two
+// planes, x = 0 and z = 0. Throws InvalidInput for another letter, and for a letter that is there twice.
 Mirror coordinate_mirror(std::string_view names);
 
-// Returns the segments of a stroke that reads no surface and of its images: as many as of the stroke alone, each the
-// sum of one of the stroke's segments and its images. Images that do the same to every point count once. Pins are
-// joined by their images instead, so that all go to their places exactly; a pin in a plane stays in it, and goes to the
-// place in the plane that is nearest to its target. Throws InvalidInput as flow_of(stroke), for a mirror that is not
-// valid, for a mask or relax, for a grid unless the normals are along axes, and for pins that are each other's images
-// but whose targets are not.
+// Returns the segments of a stroke that reads no surface, with its mirror images. There are as many as for the stroke
+// alone; each is the sum of one of the stroke's segments and its images. Images that do the same to every point count
+// once. For pins, the images are further pins, so that all move exactly to their places; a pin in a plane stays in it,
+// and moves to the place in the plane that is nearest to its target. Throws InvalidInput as flow_of(stroke), for a
+// mirror that is not valid, for a mask or relax, for a grid unless the normals are along axes, and for pins that are
+// each other's images if their targets are not.
 Flow flow_of(const Stroke& stroke, const Mirror& mirror);
 
-// Returns the falloff of a stroke, from 3 to 7; std::nullopt for one that blends nothing: relax, mask, and a stamp
-// that slips; and for the wide falloff.
+// Returns the falloff of a stroke, from 3 to 7; std::nullopt for the wide falloff, and for strokes without a blend:
+// relax, mask, and a stamp that slips.
 std::optional<int> falloff_of(const Stroke& stroke);
 
-// Gives a stroke that blends another falloff. A bend between given thresholds keeps its zone, and its centre moves
-// along the normal with the place where the weight is one half. Throws InvalidInput for a falloff that is not 3 to 7.
+// Sets the falloff of a stroke that has one. A bend with given thresholds keeps its zone, and its centre moves along
+// the normal with the place where the weight is one half. Throws InvalidInput for a falloff that is not 3 to 7.
 void set_falloff(Stroke& stroke, int falloff);
 
-// Returns what is allowed but likely to disappoint (strong flow back beside the tool): one sentence each, with what to
-// do. The stroke is valid. Says nothing of handles given by vertices.
+// Returns one sentence, with advice, for each property of a valid stroke that is likely to disappoint, such as strong
+// flow back beside the tool. Does not judge handles given by vertices.
 std::vector<std::string> warnings(const Stroke& stroke);
 
-// Returns the stroke that begins as `stroke` does and goes on to `strength` times what it does, strength >= 1:
-//   a path or a list of displacements goes on in its last direction until it is so many times as long; a tapered
-//   path ends where it does;
-//   an angle, a rate, a depth and the motion of handles are multiplied, and a factor is raised to that power;
-//   the amount of a relax is multiplied, up to 1.
-// Throws InvalidInput for a tool that cannot go on, and for values that its tool cannot use.
+// Returns the stroke, prolonged to `strength` times its effect, strength >= 1. It begins as `stroke` does.
+// - A path or a list of displacements is extended in its last direction, to `strength` times its length. A tapered path
+//   keeps its end.
+// - An angle, a rate, a depth and the motion of handles are multiplied; a factor is raised to that power.
+// - The amount of a relax is multiplied, up to 1.
+// Throws InvalidInput for a tool that cannot be prolonged, and for values that its tool cannot use.
 Stroke prolonged(const Stroke& stroke, double strength);
 
-// Returns the stroke that does to the mirror image of a shape, in the plane where the coordinate `axis` (0: x, 1: y,
-// 2: z) is zero, what `stroke` does to the shape; equal up to rounding. A stamp's pose is mirrored so that it fits the
-// mirror image of the tool, which its `mesh` must then name. Throws InvalidInput for handles given by vertices: their
-// mirror images need not be vertices.
+// Returns the mirror image of a stroke, in the plane where the coordinate `axis` (0: x, 1: y, 2: z) is zero: it takes
+// the mirror image of a shape to the mirror image of the result, up to rounding. A stamp's pose is mirrored so that it
+// fits the mirror image of the tool, which its `mesh` must then name. Throws InvalidInput for handles given by
+// vertices: their mirror images need not be vertices.
 Stroke mirrored(const Stroke& stroke, int axis);
 
 // x -> turn x + shift. turn is orthogonal: a rotation, or a rotation of a mirror image. By default the identity.
@@ -532,9 +537,9 @@ RigidMotion reflection_in(const Vec3d& point, const Vec3d& normal);
 // length but 0.
 RigidMotion rotation_about(const Vec3d& point, const Vec3d& axis, double angle_rad);
 
-// Returns the stroke that does to a shape moved by the motion what `stroke` does to the shape, moved by the motion;
-// equal up to rounding. After a reflection a stamp's pose fits the mirror image of its tool in the plane x = 0, which
-// its `mesh` must then name. Throws as mirrored(), and for a grid unless `turn` only mirrors along axes.
+// Returns the stroke, moved by the motion: it takes the moved shape to the moved result, up to rounding. After a
+// reflection a stamp's pose fits the mirror image of its tool in the plane x = 0, which its `mesh` must then name.
+// Throws as mirrored(), and for a grid unless `turn` only mirrors along axes.
 Stroke transformed(const Stroke& stroke, const RigidMotion& motion);
 
 }  // namespace knead

@@ -16,12 +16,12 @@ namespace knead::detail {
 namespace {
 
 constexpr double kWidth = 0.1;         // of the diagonal
-constexpr double kDepth = 0.75;        // of how far the mesh goes from the wall
-constexpr double kSmall = 0.125;       // of the width: a correction that the mesh beside the wall follows well
+constexpr double kDepth = 0.75;        // of the greatest distance of the mesh from the wall
+constexpr double kSmall = 0.125;       // of the width: a correction that the mesh beside the wall can follow
 constexpr double kSmallTurn = 0.94;    // cosine of 20 degrees, by which a normal may turn at once
 constexpr int kRounds = 16;            // over points that are kept by several walls
 constexpr double kSame = 1e-13;        // of the diagonal
-constexpr std::size_t kPoints = 1024;  // that one thread looks at together
+constexpr std::size_t kPoints = 1024;  // that one thread processes together
 
 void count(std::size_t points, const WallOptions& options) {
   stop_if_cancelled(options.progress);
@@ -36,13 +36,13 @@ double distance_to_box(const Vec3d& p, const Box& box) {
   return norm(out);
 }
 
-// 1 at the wall, 0 at the width; smooth at both.
+// Returns a weight of 1 at the wall and 0 at the width, smooth at both.
 double fade(double distance, double width) {
   const double t = distance / width;
   return t < 1 ? (1 - t * t) * (1 - t * t) : 0;
 }
 
-// The vector, turned as one unit normal is turned into another by the shortest way.
+// Returns v after the smallest rotation that takes the unit normal `from` to `to`; v itself for more than 120 degrees.
 Vec3d turned(const Vec3d& v, const Vec3d& from, const Vec3d& to) {
   const double cosine = dot(from, to);
   if (!(cosine > -0.5)) return v;
@@ -139,7 +139,7 @@ std::vector<Vec3d> MeshWalls::no_worse(std::span<const Vec3d> before, std::span<
 
 namespace {
 
-// Middle nodes go along with the corners beside them.
+// Moves middle nodes along with the corners beside them.
 void move_middle_nodes(const VolumeCells& cells, std::span<const Vec3d> flowed, std::span<Vec3d> points) {
   for (std::size_t i = 0; i < cells.middles.cells.size(); ++i) {
     const std::size_t cell = cells.middles.cells[i];
@@ -161,7 +161,7 @@ std::optional<KeptCells> MeshWalls::keep_cells(std::span<const Vec3d> before, st
   std::size_t count = count_inverted_since(*cells_, before, after, threads);
   if (count == 0) return std::nullopt;
   KeptCells kept{{after.begin(), after.end()}};
-  // The cells of a layer have no points inside, and nodes of the third order would not go along.
+  // The cells of a layer have no points inside, and nodes of the third order would not move with it.
   if (!cells_->is_flat && cells_->by_corners == 0 && cells_->cells.size() > 0) {
     std::vector<std::uint8_t> fixed(after.size());
     for (const std::uint32_t v : cells_->on_surfaces) fixed[v] = 1;
@@ -187,7 +187,7 @@ double MeshWalls::width_of(const SlidingWall& wall, std::span<const Vec3d> point
     return wall.width.value_or(kInfinity);
   }
   const double most = kWidth * diagonal_;
-  Box box;  // of the wall: what is far from it is far from the wall, and quickly found
+  Box box;  // of the wall: points far from the box are far from the wall
   for (const std::uint32_t i : wall.surface.numbers()) box.extend(points[i]);
   std::atomic<bool> goes_far = std::any_of(points.begin(), points.end(),
                                            [&](const Vec3d& p) { return distance_to_box(p, box) > most / kDepth; });
@@ -205,7 +205,7 @@ double MeshWalls::width_of(const SlidingWall& wall, std::span<const Vec3d> point
   return depth > 0 ? std::min(most, kDepth * depth) : most;
 }
 
-// Where several walls are near, the nearer one has the greater share, and at a wall all of it.
+// If several walls are near, the nearer one has the greater weight, and at a wall it has the whole weight.
 void MeshWalls::find_links(std::span<const Vec3d> points, const WallOptions& options) {
   const auto is_on = [&](std::uint32_t wall, std::uint32_t i) {
     const std::vector<std::uint32_t>& numbers = walls_[wall].surface.numbers();
@@ -238,7 +238,7 @@ void MeshWalls::find_links(std::span<const Vec3d> points, const WallOptions& opt
   }
 }
 
-// Both points of a pair make the mean of their motions.
+// Moves both points of a pair by the mean of their motions.
 void MeshWalls::move_pairs(std::span<const Vec3d> before, std::span<Vec3d> after) const {
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     const auto [first, second] = pairs_[k];
@@ -275,7 +275,7 @@ void MeshWalls::put_points_back(std::span<const Vec3d> before, std::span<Vec3d> 
   }
 }
 
-// Where the wall takes a point beside it.
+// Returns the place to which the wall moves a point beside it.
 Vec3d MeshWalls::beside(const Link& link, const Turns& turns, std::span<const Vec3d> before,
                         std::span<const Vec3d> after) const {
   const std::vector<std::uint32_t>& numbers = walls_[link.wall].surface.numbers();

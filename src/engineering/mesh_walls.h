@@ -1,6 +1,6 @@
-// The walls of a session on a mesh. Planes of mirrors the flow itself never leaves. Other walls (planes that face each
-// other, curved patches, periodic ones) have their points put back after each part of a stroke, and the mesh near them
-// follows. Internal to the library.
+// The walls of a session on a mesh. Points in planes of mirrors stay there by the flow itself. Points of other walls
+// (planes that face each other, curved and periodic patches) are put back after each part of a stroke, and the mesh
+// near them follows. Internal to the library.
 #pragma once
 
 #include <array>
@@ -22,15 +22,15 @@
 
 namespace knead::detail {
 
-// A wall, and how far from it the mesh follows.
+// A wall, and the distance to which the mesh near it follows.
 struct SlidingWall {
   WallSurface surface;
-  std::optional<double> width{};  // nothing: a tenth of the diagonal, or 3/4 of how far the mesh goes from it
+  std::optional<double> width{};  // nothing: a tenth of the diagonal, at most 3/4 of the mesh's greatest distance
   bool is_followed = true;        // false: it only keeps its points, and the mesh near it does not follow
-  bool keeps_layers = false;      // it is there for that alone
+  bool keeps_layers = false;      // it only keeps the layers beside it
 };
 
-// What MeshWalls is made of, besides the mesh.
+// The parts of MeshWalls, besides the mesh.
 struct WallParts {
   // A plane in which all strokes are mirrored, and the points in it.
   struct Plane {
@@ -42,8 +42,8 @@ struct WallParts {
   std::vector<std::array<std::uint32_t, 2>> pairs{};  // of points that move alike; the second is the first, shifted
 };
 
-// The walls of a mesh, and its cells. Near a wall that is followed a point goes with the place of the wall that it was
-// nearest to: it keeps its place beside it, and turns with its normal. Farther away the flow takes over, smoothly.
+// The walls of a mesh, and its cells. A point near a wall that is followed moves with the nearest point of that wall,
+// and keeps its offset, turned as the normal turns. Farther away the flow takes over, smoothly.
 class MeshWalls : public PointConstraint {
  public:
   // `diagonal`: of the mesh's box. Throws Cancelled.
@@ -77,8 +77,7 @@ class MeshWalls : public PointConstraint {
   double width_of(const SlidingWall& wall, std::span<const Vec3d> points, const WallOptions& options) const;
   void find_links(std::span<const Vec3d> points, const WallOptions& options);
   std::vector<Turns> turns_of(std::span<const Vec3d> before, std::span<const Vec3d> after) const;
-  // Moves the points of the links to where the walls take them, which are at `after`; `flowed`: where the flow took
-  // all.
+  // Moves the points of the links with their walls, whose points are at `after`. `flowed`: all points after the flow.
   void follow(const std::vector<Link>& links, std::span<const Vec3d> before, std::span<const Vec3d> flowed,
               std::span<Vec3d> after, int threads) const;
   void put_points_back(std::span<const Vec3d> before, std::span<Vec3d> after, int threads) const;

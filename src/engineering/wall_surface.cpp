@@ -16,10 +16,10 @@ namespace knead::detail {
 
 namespace {
 
-constexpr double kRound = 1e-5;      // of the radius: how far points may lie from a cylinder or sphere
+constexpr double kRound = 1e-5;      // of the radius: the allowed distance of points from a cylinder or sphere
 constexpr double kAlongAxis = 1e-7;  // an axis this near to a coordinate axis is that axis
 constexpr double kGreatest =
-    1e3;  // radius over the patch's size; a rounder patch is nearly flat, and its own faces will do
+    1e3;  // radius over the patch's size; a patch with a greater one is nearly flat, and its own faces suffice
 constexpr int kNewtonSteps = 40;       // of the least squares for a cylinder; about 5 are needed
 constexpr double kSearchSlack = 1e-9;  // rounding of a distance
 constexpr double kCreaseDegrees = 40;  // between the faces at an edge, or between the edges at a corner
@@ -63,7 +63,7 @@ std::array<Vec3d, 2> frame_of(const Vec3d& axis) {
   return {u, cross(axis, u)};
 }
 
-// Whether all points are at one distance from the centre or axis, to kRound of it. The points' size is about 1.
+// Returns whether all points are at one distance from the centre or axis, to kRound of it. The points' size is about 1.
 bool fits(const RoundForm& form, const std::vector<Vec3d>& points) {
   double least = kInfinity;
   double greatest = 0;
@@ -84,7 +84,7 @@ std::optional<RoundForm> sphere_of(const std::vector<Vec3d>& points) {
   return fits(form, points) ? std::optional(form) : std::nullopt;
 }
 
-// The middle of the circle that the points lie on nearly, seen along the axis.
+// Returns the middle of the circle on which the points nearly lie, seen along the axis.
 bool find_center(const std::vector<Vec3d>& points, RoundForm& form) {
   const auto [u, v] = frame_of(form.axis);
   LeastSquares<3> equations;

@@ -27,7 +27,7 @@ std::optional<RoundForm> round_form_of(std::span<const Triangle> faces, std::spa
 // 0.
 Vec3d wall_normal(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
-// A patch as it was, and where each of its points may go.
+// A patch at the start, and the places that each of its points may take.
 class WallSurface {
  public:
   enum class Form {
@@ -51,8 +51,8 @@ class WallSurface {
   const std::vector<Triangle>& faces() const { return faces_; }           // which name places in numbers()
   const SurfaceTree& tree() const { return *tree_; }
 
-  // Returns the place nearest to `p` where the point that is the i-th of numbers() may be. `before`: a place where it
-  // was allowed to be; the nearer, the less this costs.
+  // Returns the allowed place nearest to `p` of the i-th point of numbers(). `before`: an earlier allowed place; the
+  // nearer it is, the less this costs.
   Vec3d put_back(std::size_t i, const Vec3d& p, const Vec3d& before) const;
 
   // Returns unit normals at the patch's points, from the faces around each. The side is that of the first face.

@@ -23,9 +23,9 @@ using detail::WallSurface;
 
 namespace {
 
-constexpr double kAlike = 1e-6;      // of the diagonal: how far periodic patches differ at most
-constexpr double kFlat = 1e-7;       // of the diagonal of the shape: how far a plane patch leaves its plane
-constexpr double kBorder = 0.05;     // of the diagonal: the width around what is held, where none is given
+constexpr double kAlike = 1e-6;   // of the diagonal: the greatest difference of periodic patches
+constexpr double kFlat = 1e-7;    // of the diagonal of the shape: the greatest distance of a plane patch from its plane
+constexpr double kBorder = 0.05;  // of the diagonal: the default width around a held wall
 constexpr double kAlongAxis = 1e-9;  // a normal this near to an axis is that axis
 
 Vec3d mean_of(std::span<const std::uint32_t> numbers, std::span<const Vec3d> points) {
@@ -95,7 +95,7 @@ bool are_valid(const Mirror& mirror) {
   }
 }
 
-// The walls of a session, as they are found.
+// Finds the walls of a session on a mesh.
 class WallFinder {
  public:
   WallFinder(std::span<const Vec3d> points, double diagonal, Place place)

@@ -416,7 +416,7 @@ struct GridNodes {
   ~GridNodes() = default;
 };
 
-// Tells for boxes whether a grid's v is 0 in them.
+// Tests whether a grid's v is 0 in a box.
 class GridSupport {
  public:
   explicit GridSupport(const PotentialGrid& grid);

@@ -48,10 +48,10 @@ class FitMotion {
   void set_guides(std::vector<Vec3d> points) { guides_ = std::move(points); }
   const std::vector<Vec3d>& guides() const { return guides_; }
 
-  // Sets how much a triangle may be stretched or pressed against the start.
+  // Sets the greatest stretch or compression of a triangle since the start.
   void set_max_stretch(double stretch) { max_stretch_ = stretch; }
 
-  // Makes the body stiff from the next spacing on where steps were not sound and not taken; or again as soft as it was.
+  // From the next spacing on, makes the body stiff where refused steps were not sound; or soft again everywhere.
   void stiffen() { stiff_ = unsound_; }
   void soften();
   // Returns true if a position is near one of them.

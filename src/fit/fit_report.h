@@ -49,7 +49,8 @@ std::optional<double> relative(const std::optional<double>& now, const std::opti
 // Returns the mean length of the edges; there is at least one triangle.
 double mean_edge(std::span<const Triangle> triangles, std::span<const Vec3d> positions);
 
-// Returns how many pairs of triangles may cross anew: 1% of those of a scan that crosses itself everywhere; else none.
+// Returns the number of new crossing pairs that are allowed: 1% of those of a scan that crosses itself everywhere; else
+// 0.
 inline std::size_t max_new_crossings(std::size_t own) { return own < 1000 ? 0 : own / 100; }
 
 // Adds the distances of landmarks from their targets. `at`: the position of each.

@@ -27,8 +27,8 @@ using detail::SoundReach;
 
 inline constexpr double kMaxStep = 0.03;  // of the diagonal: the greatest motion in a step
 inline constexpr std::size_t kMaxMapAnchors = 1500;
-inline constexpr double kMaxPathStretch = 2;  // of a triangle on the way to the landmarks, relative to max_stretch
-inline constexpr double kMaxKeptDifference = 0.03;     // of volumes: with more, a note advises to let them change
+inline constexpr double kMaxPathStretch = 2;        // of a triangle while the landmarks move, relative to max_stretch
+inline constexpr double kMaxKeptDifference = 0.03;  // of volumes: with more, a note advises to let them change
 inline constexpr std::size_t kDistanceSamples = 3000;  // vertices of each shape between levels
 inline constexpr std::size_t kCandidates = 8000;
 

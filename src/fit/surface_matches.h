@@ -94,7 +94,7 @@ struct Matches {
 struct MatchOptions {
   double normal_length = 0;  // as for SampleTree
   double far = 0;            // a length: the match of a match must come back within it
-  // For each candidate: matches that end there are dropped, for the surface goes on elsewhere. Empty: none.
+  // For each candidate: matches that end there are dropped, because the other surface continues beyond it. Empty: none.
   std::vector<bool> source_border{};
   std::vector<bool> target_border{};
   int threads = 0;

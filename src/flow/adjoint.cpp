@@ -22,7 +22,7 @@
 namespace knead::detail {
 namespace {
 
-// One point's way through one segment.
+// The passage of one point through one segment.
 struct Passage {
   std::size_t segment = 0;
   unsigned parts = 0;  // that move it, as bits
@@ -32,7 +32,7 @@ struct Passage {
   std::vector<TangentStep> steps;  // if numbers are wanted
 };
 
-// Gives one number after the other: those that are wanted as variables.
+// Returns one number after the other, the wanted ones as variables.
 class NextTaped {
  public:
   NextTaped(const WantedNumbers& wanted, Tape& tape) : wanted_(wanted), tape_(tape) {}
@@ -110,7 +110,7 @@ class SegmentAdjoint {
     }
   }
 
-  // Moves a point; returns whether the gradient changes on the way back.
+  // Moves a point; returns whether the segment changes the gradient.
   bool move(Vec3d& x, Passage& passage) const {
     const Mat3d unit;
     TangentState state{x, unit.row0, unit.row1, unit.row2};
@@ -175,7 +175,7 @@ using VariableRates = std::vector<std::span<const double>>;
 // Of each segment: of its variables, or of its numbers where the gradient goes back through steps.
 using Sums = std::vector<std::vector<double>>;
 
-// Which numbers some variable changes.
+// Returns which numbers some variable changes.
 WantedNumbers wanted_numbers(const VariableRates& rates) {
   WantedNumbers wanted;
   for (const std::span<const double> of_variable : rates) {
@@ -185,7 +185,7 @@ WantedNumbers wanted_numbers(const VariableRates& rates) {
   return wanted;
 }
 
-// Neighbouring points on their way forwards, and their gradient on its way back.
+// Neighbouring points during the forward pass, and their gradient during the backward pass.
 struct Chunk {
   std::vector<std::size_t> order;  // the numbers of the points
   std::vector<Vec3d> points;
@@ -193,7 +193,7 @@ struct Chunk {
   std::vector<std::pair<Box, bool>> boxes;  // of kPointsOfCull points each; whether these have moved since
 };
 
-// What a segment did to some points of a chunk.
+// The effect of a segment on some points of a chunk.
 struct ChunkPassage {
   std::size_t segment = 0;
   std::vector<std::size_t> who;

@@ -26,8 +26,8 @@ constexpr std::size_t kMinSegmentsToSort = 4;
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 // The number of segments that are prepared together. Those of large sets need much memory, so each is done alone.
 constexpr std::size_t kSegmentsAtATime = 64;
-// A box is fitted anew when its points may have moved by this part of its size: to cull the block, and to find that its
-// points need not be classified.
+// A box is fitted again when its points may have moved by this fraction of its size: for culling the block, and for
+// finding that its points need not be classified.
 constexpr double kSlackToCull = 0.25;
 constexpr double kSlackToClassify = 1;
 

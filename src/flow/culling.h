@@ -38,8 +38,8 @@ class Culling {
  public:
   explicit Culling(const Segment& segment);
 
-  // Returns true only if no resting point of the ball is in the support of a field at any time of the segment. Returns
-  // false for some balls that the tool passes narrowly.
+  // Returns true only if no resting point of the ball is in the support of a field at any time of the segment. May
+  // return false for a ball that the tool passes closely.
   bool misses(const Surround& ball) const;
 
   // Returns true only if every point of the ball is in the intermediate region at the segment's beginning, or in the

@@ -301,7 +301,7 @@ std::optional<double> CurveTable<S>::step_from(const Section<double>& here, cons
   return std::clamp(inner(d, here.vector(kTangent)) / slope, -4 / per_cell_, 4 / per_cell_);
 }
 
-// Newton's method from a length along the curve. Nothing where it does not come to an end.
+// Newton's method from a length along the curve. Returns nothing if it does not converge.
 template <class S>
 std::optional<double> CurveTable<S>::length_at(const Vec3d& x, double s) const {
   constexpr double kLast = 1e-7;  // of the length: the next step is rounded away

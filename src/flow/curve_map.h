@@ -31,7 +31,8 @@ class CurveTable {
  public:
   CurveTable(const CurveMotion& curve, const S& time);
 
-  // Returns the place of a point. T: S, or a dual number. Nothing follows where 2 u >= 1: returns false.
+  // Sets the place of a point. T: S, or a dual number. Returns false where 2 u >= 1, because the map is not defined
+  // there.
   template <class T>
   bool place(const CurvePoint<T>& at, Vec3<T>& x) const;
 
@@ -95,7 +96,7 @@ class CurveTable {
   std::array<End, 2> ends_;
 };
 
-// What a segment with a curve may move.
+// The space in which a segment with a curve may move points.
 class CurveReach {
  public:
   explicit CurveReach(const Segment& segment);
@@ -108,8 +109,8 @@ class CurveReach {
   Vec3d tangent_;
   double length_;
   std::optional<double> radius_;
-  bool is_straight_;             // at the beginning; else everything may move
-  std::array<bool, 2> rests_{};  // what is beyond the curve's first and last end
+  bool is_straight_;             // the curve is straight at the beginning; else everything may move
+  std::array<bool, 2> rests_{};  // the parts beyond the curve's first and last end rest
 };
 
 // The motion of points about a curve from one time to another.
@@ -136,7 +137,8 @@ class CurveMap {
   bool is_straight_ = false;    // at the beginning
 };
 
-// Returns the segment. Throws InvalidInput if it has a mask that meets what a curve moves: no part can be held.
+// Returns the segment. Throws InvalidInput if its mask meets the part that the curve moves, because a curve cannot hold
+// a part of that.
 const Segment& without_acting_mask(const Segment& segment);
 
 // Moves a group's points by a segment with a curve.

@@ -29,7 +29,7 @@ using session_detail::kSessionFile;
 
 namespace {
 
-// The file of a journal that nobody else holds, locked for as long as this lives.
+// The file of a journal that no other process holds; locked for the lifetime of this object.
 class Unheld {
  public:
   explicit Unheld(const fs::path& folder)
@@ -236,7 +236,7 @@ void discard_journal(const fs::path& folder) {
   {
     const Unheld file(folder);
     if (!file.is_file() || file.held()) return;
-    fs::remove(folder / kSessionFile, ignored);  // while nobody else can take it up
+    fs::remove(folder / kSessionFile, ignored);  // while no other process can lock it
   }
   fs::remove_all(folder, ignored);
 }

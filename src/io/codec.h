@@ -1,4 +1,5 @@
-// What a file format is to the library: its Codec; what its reader leaves for its writers; and the bytes of its files.
+// The Codec of a file format: its functions; the layout that its reader keeps for its writers; and the bytes of its
+// files.
 #pragma once
 
 #include <any>
@@ -20,7 +21,7 @@
 
 namespace knead::io_detail {
 
-// What a mesh of vertices has beyond its file.
+// Vertices and attribute values of a mesh that its file does not contain.
 struct VertexEdits {
   std::vector<std::uint32_t> copied;    // the file's vertices of which those after its last one are copies, in order
   std::vector<std::uint32_t> vertices;  // ascending: those with places and attributes that the file lacks
@@ -132,8 +133,8 @@ class BySource {
 // Takes the bytes of a file, one piece after the other.
 using ByteSink = std::function<void(std::string_view)>;
 
-// What the library can do with a format. Null: the format cannot, or need not. A list of losses has one sentence for
-// each thing that is left out.
+// The functions of a format. Null: the format does not support it, or does not need it. A list of losses has one
+// sentence for each property that is left out.
 struct Codec {
   std::string_view name;                           // also an extension of its files
   std::span<const std::string_view> extensions{};  // the others
@@ -141,14 +142,14 @@ struct Codec {
   // Reads shape.bytes: sets the mesh, the notes and the layout. `name` is for messages.
   void (*read)(ShapeFile& shape, const std::string& name) = nullptr;
 
-  // Reads shape.bytes with what lies beside the file. Null: a file is whole in itself.
+  // Reads shape.bytes with further files beside it. Null: the format has one file.
   void (*read_beside)(ShapeFile& shape, const std::filesystem::path& path) = nullptr;
 
   // Reads shape.file piece by piece. Returns false if this file's writers need all bytes. Null: they always do.
   bool (*read_in_pieces)(ShapeFile& shape, const std::string& name) = nullptr;
 
-  // Returns the summary of a source of which only the bytes or the file are set; nothing if that takes reading it as a
-  // shape. Null: it always does.
+  // Returns the summary of a source of which only the bytes or the file are set; nothing if the summary needs read().
+  // Null: it always does.
   std::optional<ShapeSummary> (*summarize)(const ShapeFile& source, const std::string& name) = nullptr;
 
   // Returns the bytes of the source with other positions, of which at least one differs, and with the normals of
@@ -163,17 +164,18 @@ struct Codec {
   // Returns the file of the source with copies of these vertices after its last one. Null: it cannot.
   std::string (*with_copies)(const ShapeFile& source, std::span<const std::uint32_t> vertices) = nullptr;
 
-  // Returns whether the writers heed AnyLayout::edits of a source, which saves with_copies. Null: they never do.
+  // Returns whether the writers write AnyLayout::edits of a source, so that with_copies is not needed. Null: they do
+  // not.
   bool (*writes_edits)(const ShapeFile& source) = nullptr;
 
-  // Returns a new file, and what it leaves out of the mesh. Null: files are only written from files of their own.
+  // Returns a new file, and its losses. Null: files are only written from files of the same format.
   std::string (*generate)(const Mesh& mesh, const WriteOptions& options) = nullptr;
   std::vector<std::string> (*losses)(const Mesh& mesh) = nullptr;
 
-  // Returns what a file of another format leaves out that is in this source but not in its mesh.
+  // Returns the losses of a file of another format: the contents of this source that its mesh does not hold.
   std::vector<std::string> (*source_losses)(const ShapeFile& source) = nullptr;
 
-  // Returns a file like the source's with another mesh, and what it leaves out of the source. Null: points.
+  // Returns a file like the source's with another mesh, and its losses. Null: a format of points.
   std::string (*remeshed)(const NewMesh& shape, const WriteOptions& options) = nullptr;
   std::vector<std::string> (*remesh_losses)(const ShapeFile& source) = nullptr;
 
@@ -197,7 +199,7 @@ struct Codec {
   // Writes the bytes of a file of the source with the files beside it that belong to it. Null: there are none.
   void (*write)(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes) = nullptr;
 
-  // Does what copy_material_files promises, from one folder to another. Null: a file names no others.
+  // Does copy_material_files(), from one folder to another. Null: a file names no others.
   std::vector<std::filesystem::path> (*copy_beside)(const ShapeFile& source, const std::filesystem::path& from,
                                                     const std::filesystem::path& to, const ByteSink& note) = nullptr;
 };
@@ -214,17 +216,17 @@ const Codec& codec_named(std::string_view name, const std::string& file);
 // lists the known ones and names `file`.
 const Codec& codec_with_extension(std::string_view extension, const std::string& file);
 
-// Returns what a file is that does not fit its format, and what to do: a format that is not read, or one that is read
-// by another name. `head`: its first bytes, of so many. Empty: nothing is known.
+// Returns a sentence on the kind of a file that does not fit its format, with advice: a format that Knead does not
+// read, or one that it reads by another extension. `head`: its first bytes. Empty if the kind is unknown.
 std::optional<std::string> other_kind(std::string_view head, std::size_t size, std::string_view format);
 
-// Returns what a user should know of splats (splats.h).
+// Returns the notes on splats (splats.h).
 std::string splat_note(const Mesh& splats);
 
 // Returns whether all whole lines of a text are those of an OBJ file with vertices.
 bool looks_like_obj(std::string_view head);
 
-// Returns what is in a file, without its compression by gzip. Throws IoError(read).
+// Returns the contents of a file, decompressed if it is in gzip. Throws IoError(read).
 std::string bytes_of_file(const std::filesystem::path& path);
 
 // Replaces a file, or creates it; compresses the bytes if its name says so.
@@ -237,14 +239,14 @@ std::filesystem::path folder_of(const std::filesystem::path& path);
 inline constexpr std::string_view kGzip = ".gz";
 bool is_gzip_name(const std::filesystem::path& path);
 
-// Returns what compressed bytes hold, of all members one after the other. Throws InvalidInput for damaged ones, and if
+// Returns the decompressed bytes of all members, one after the other. Throws InvalidInput for damaged bytes, and if
 // Knead was built without zlib.
 std::string unzipped(std::string_view bytes, const std::string& name);
 
 // Returns the bytes, compressed without a name or time. Throws InvalidInput if Knead was built without zlib.
 std::string zipped(std::string_view bytes, const std::string& name);
 
-// Returns what a stream of deflate (RFC 1951) holds. Throws as unzipped().
+// Returns the decompressed bytes of a stream of deflate (RFC 1951). Throws as unzipped().
 std::string inflate_bytes(std::string_view bytes, const std::string& name);
 
 // Returns the bytes as such a stream; nothing if Knead was built without zlib.

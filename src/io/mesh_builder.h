@@ -20,7 +20,7 @@
 
 namespace knead::io_detail {
 
-// What a value of a color is multiplied with to be from 0 to 1.
+// Returns the factor that scales a value of a color to the range from 0 to 1.
 inline double unit_scale(NumberType type) {
   if (type == NumberType::uint8) return 1.0 / 255;
   return type == NumberType::uint16 ? 1.0 / 65535 : 1.0;
@@ -34,19 +34,20 @@ inline double as_byte(double value, NumberType type) {
 // Returns whether all colors are bytes, shorts, or reals from 0 to 1.
 bool has_unit_colors(const Mesh& mesh);
 
-// Makes them so, by their color_scale().
+// Converts colors to such values, by their color_scale().
 Mesh with_unit_colors(Mesh mesh);
 
 // Attributes of corners and of vertices, one as the other.
 
-// An attribute of corners as one of vertices, if all corners at each vertex have the same values; vertices in no face
-// have 0.
+// Returns an attribute of corners as one of vertices, if all corners at each vertex have the same values; vertices in
+// no face have 0.
 std::optional<Attribute> merge_corners(const Mesh& mesh, const Attribute& attribute);
 
-// The first attribute of that name and number of components that vertices have, or that corners have and vertices can.
+// Returns the first attribute of that name and number of components: of vertices, or of corners if it can become one of
+// vertices.
 std::optional<Attribute> vertex_attribute(const Mesh& mesh, const std::string& name, int components);
 
-// Faces as readers add them: what is no face is left out and counted.
+// The faces that a reader adds; faces of fewer than three corners are left out and counted.
 
 inline std::string counted(std::size_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
@@ -153,10 +154,10 @@ class Welder {
 // Returns which vertices some face uses.
 std::vector<bool> used_vertices(const Mesh& mesh);
 
-// What a reader says of a shape that has no faces.
+// Returns the note of readers on a shape without faces.
 inline constexpr const char* kCloudNote = "has no faces and is read as a point cloud";
 
-// The values of attributes as they are read: those that are not finite become 0, and are counted.
+// Takes values of attributes from readers: values that are not finite become 0, and are counted.
 class FiniteValues {
  public:
   double operator()(double value) {
@@ -172,10 +173,10 @@ class FiniteValues {
   std::size_t replaced_ = 0;
 };
 
-// Vertices whose coordinates are not finite, as scanners write for what they did not see: they stay in the file as they
-// are and are no part of the mesh.
+// Vertices whose coordinates are not finite, as scanners write for directions without a point. They stay in the file
+// unchanged, and do not belong to the mesh.
 
-// Where such vertices are in a file: rows ascend, counted from 0 with all vertices of the file.
+// The rows of such vertices in a file, ascending; they are counted from 0, with all vertices of the file.
 struct Unplaced {
   std::vector<std::uint32_t> rows;
   std::vector<std::size_t> begin;  // the byte of each row, for messages
@@ -201,7 +202,7 @@ std::vector<Vec3d> by_row(std::span<const Vec3d> values, std::span<const std::ui
 // Returns the note that says so; empty without such vertices.
 std::string unplaced_note(std::size_t count);
 
-// Returns what a file that holds only the mesh leaves out; empty without such vertices.
+// Returns the loss of a file that holds only the mesh; empty without such vertices.
 std::string unplaced_loss(std::size_t count);
 
 // The normals of a file after its shape has moved.
@@ -215,10 +216,10 @@ std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d>
 // Returns the source's mesh at the new positions, with its normals and tangents turned.
 Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options);
 
-// Memory for what is still to come in a file.
+// Memory for the rest of a file.
 
-// Lets a vector grow once instead of again and again: as far as the rest of the file would fill it if it went on like
-// the part since its first item. Memory that is set aside and not used is never touched.
+// Reserves memory of a vector once instead of repeatedly: as much as the rest of the file fills if it is like the part
+// since the first item. Reserved memory that is not used is never touched.
 class RoomAhead {
  public:
   // Makes room for `more` items; `position` is how much of the file's `size` bytes has been read.

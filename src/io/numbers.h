@@ -54,7 +54,7 @@ std::size_t size_of(Type type) {
 
 inline bool is_integer(NumberType type) { return type != NumberType::float32 && type != NumberType::float64; }
 
-// The number of that type at `from`, which has enough bytes.
+// Returns the number of that type at `from`, which must have enough bytes.
 template <class Type>
 double read_binary(const char* from, Type type, bool swapped) {
   return visit_type(type, [&](auto value) {
@@ -75,7 +75,7 @@ void append_binary(std::string& bytes, Type type, double number, bool swapped) {
   });
 }
 
-// The nearest value that the type can hold; integers are rounded.
+// Returns the nearest value that the type can hold; integers are rounded.
 inline double nearest_of(NumberType type, double value) {
   return visit_type(type, [&](auto number) {
     using Limits = std::numeric_limits<decltype(number)>;
@@ -156,7 +156,7 @@ inline void put_float(std::string& bytes, std::size_t at, double value, std::end
   std::memcpy(bytes.data() + at, &stored, sizeof stored);
 }
 
-// Replaces those of three floats that differ from what they were.
+// Replaces those of three floats that differ from their old values.
 inline void replace_floats(std::string& bytes, std::size_t at, const Vec3d& from, const Vec3d& to, std::endian order) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (from[axis] != to[axis]) put_float(bytes, at + axis * sizeof(float), to[axis], order);
@@ -165,7 +165,7 @@ inline void replace_floats(std::string& bytes, std::size_t at, const Vec3d& from
 
 using WordVisitor = std::function<void(std::string_view word)>;
 
-// Appends a number with so many digits after the point; without, the shortest form that reads back as the same number.
+// Appends a number with `decimals` digits after the point, or in the shortest form that reads back as the same number.
 void append_decimals(std::string& text, double value, std::optional<int> decimals);
 
 // Appends "x y z".
@@ -174,7 +174,7 @@ void append_point(std::string& text, const Vec3d& p, std::optional<int> decimals
 // Returns the digits after the point that a number has when it is written without exponent: 3 for "0.120" and "1.2e-2".
 int decimals_in(std::string_view word);
 
-// Returns the decimals for the components of unit vectors beside coordinates with so many: at least six.
+// Returns the decimals of unit vectors' components, given those of coordinates: the same, but at least six.
 std::optional<int> direction_decimals(std::optional<int> decimals);
 
 }  // namespace knead::io_detail
@@ -220,15 +220,15 @@ std::to_chars_result float_to_chars(char* first, char* last, double value, Float
 
 #endif
 
-// Returns the bytes that base64 text (RFC 4648) stands for; nothing where it is malformed.
+// Returns the bytes of base64 text (RFC 4648); nothing if it is malformed.
 std::optional<std::string> from_base64(std::string_view text);
 std::string to_base64(std::string_view bytes);
 
 // A copy of a text with some of its words replaced.
 class Splice {
  public:
-  // The source must outlive this. Numbers have so many digits after the point, or the shortest form that reads back as
-  // the same number.
+  // The source must outlive this. Numbers have `decimals` digits after the point, or the shortest form that reads back
+  // as the same number.
   explicit Splice(std::string_view source, std::optional<int> decimals = std::nullopt)
       : source_(source), decimals_(decimals) {
     reserve_large(result_, source.size() + source.size() / 4 + 64);
@@ -274,7 +274,7 @@ class Splice {
     }
   }
 
-  // Where the rounded number is the old one, its spelling stays.
+  // If the rounded number equals the old one, its spelling stays.
   void replace(std::string_view word, double from, double to, std::optional<int> decimals) {
     if (from == to) return;
     number_.clear();

@@ -1,4 +1,4 @@
-// What a file is that is not what its name says: for messages.
+// Recognises files that are not what their names say, for messages.
 #include <algorithm>
 #include <array>
 

@@ -17,8 +17,8 @@ namespace knead::io_detail {
 
 enum class ParseResult { ok, malformed, overflow };
 
-// The number that a whole token spells, e.g. "-1.5e3", "+2", "nan"; one too small to be held becomes 0. What
-// Microsoft's libraries once printed for numbers that are not finite ("-1.#IND") is NaN.
+// Returns the number that a whole token spells, e.g. "-1.5e3", "+2", "nan"; 0 for one too small for a double. The texts
+// of old Microsoft libraries for numbers that are not finite ("-1.#IND") give NaN.
 ParseResult parse_real(std::string_view token, double& value);
 ParseResult parse_real(std::string_view token, float& value);
 
@@ -26,22 +26,22 @@ ParseResult parse_real(std::string_view token, float& value);
 void append_real(std::string& text, double value);
 void append_real(std::string& text, float value);
 
-// A number for a message, e.g. "8", "2.5", "1e+66".
+// Returns a number for a message, e.g. "8", "2.5", "1e+66".
 std::string shown(double value);
 
-// The line, counted from 1, of a byte of a text whose lines end with LF, CR LF or CR.
+// Returns the line, counted from 1, of a byte of a text whose lines end with LF, CR LF or CR.
 std::size_t line_of(std::string_view text, std::size_t position);
 
-// Whether a finite number is within the range of float.
+// Returns whether a finite number is within the range of float.
 inline bool fits_float(double value) { return std::abs(value) <= double{std::numeric_limits<float>::max()}; }
 
 inline bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 inline bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 
-// The byte after the token that begins at `begin`: the next blank, line end or end of the text.
+// Returns the position after the token that begins at `begin`: that of the next blank, line end or end of the text.
 std::size_t token_end(std::string_view text, std::size_t begin);
 
-// The text without the zero bytes that end it, which some programs write.
+// Returns the text without zero bytes at its end, which some programs write.
 std::string_view without_end_zeros(std::string_view text);
 
 // Returns the text with the letters a to z, or A to Z, in the other case.
@@ -57,10 +57,10 @@ bool is_digits(std::string_view word);
 // Returns the first line end of a text; "\n" without one.
 std::string_view line_end_of(std::string_view text);
 
-// A piece of the file for a message: in quotes, cut to a few characters, without control characters.
+// Returns a piece of the file for a message: in quotes, cut to a few characters, without control characters.
 std::string in_quotes(std::string_view text);
 
-// Says that a file is too short for what it declares, e.g. "8 points", with so many bytes left.
+// Returns the message that a file is too short for its declared contents, e.g. "8 points", with `left` bytes left.
 std::string too_many(const std::string& what, std::size_t left);
 
 template <class T>
@@ -79,11 +79,12 @@ T swap_bytes(T value) {
 [[noreturn]] void fail_at_line(const std::string& name, std::string_view bytes, std::size_t position,
                                const std::string& what);
 
-// Returns what bytes are that stand where a file should be, and what to do: a pointer of Git LFS, or a web page.
+// Returns a sentence, with advice, on bytes in the place of a file: a pointer of Git LFS, or a web page. Returns
+// nothing for others.
 std::optional<std::string> stand_in(std::string_view bytes);
 
-// The first byte of a text after a UTF-8 byte-order mark, if it has one. Throws InvalidInput for UTF-16 and for what
-// only stands in for the file.
+// Returns the position of the first byte of a text after a UTF-8 byte-order mark. Throws InvalidInput for UTF-16, and
+// for a placeholder of a file.
 std::size_t text_begin(std::string_view bytes, const std::string& name);
 
 // Goes through a binary file front to back. Every failure is an InvalidInput that names the byte.
@@ -96,7 +97,7 @@ class ByteCursor {
   std::size_t position() const { return position_; }
   std::size_t left() const { return bytes_.size() - position_; }
 
-  // The next number; `expected` says what it is, e.g. "the count of triangles".
+  // Returns the next number; `expected` names it for messages, e.g. "the count of triangles".
   template <class T>
   T take(const char* expected) {
     const std::string_view from = take_bytes(sizeof(T), expected);
@@ -130,11 +131,11 @@ class TextCursor {
   TextCursor(std::string_view bytes, const std::string& name, std::size_t position = 0)
       : bytes_(bytes), name_(name), position_(position) {}
 
-  // The byte after the word that was taken last.
+  // Returns the position after the last word.
   std::size_t position() const { return position_; }
   std::size_t word_begin() const { return word_begin_; }
 
-  // The next word of this line; empty where the line, or the file, has no more.
+  // Returns the next word of this line; empty at the end of the line or file.
   std::string_view next_on_line() {
     while (position_ < bytes_.size() && is_blank(bytes_[position_])) ++position_;
     word_begin_ = position_;
@@ -143,10 +144,10 @@ class TextCursor {
     return bytes_.substr(word_begin_, position_ - word_begin_);
   }
 
-  // Goes to the beginning of the next line; false at the end of the file.
+  // Moves to the beginning of the next line; returns false at the end of the file.
   bool next_line();
 
-  // The next word on this line or a later one; empty at the end of the file.
+  // Returns the next word on this line or a later one; empty at the end of the file.
   std::string_view next() {
     std::string_view word = next_on_line();
     while (word.empty() && next_line()) word = next_on_line();
@@ -160,8 +161,8 @@ class TextCursor {
     return bytes_.substr(begin, end - begin);
   }
 
-  // The number that a word of the file spells; failures name its line. An empty word is a missing number, at the word
-  // that was taken last; `expected` says which, e.g. "a coordinate".
+  // Returns the number that a word of the file spells; failures name its line. An empty word is a missing number after
+  // the last word; `expected` names it, e.g. "a coordinate".
   double real(std::string_view word, const char* expected) const;
 
   // The same for a coordinate: a number that is finite.
@@ -170,7 +171,7 @@ class TextCursor {
   // The same for a whole number from 0 to `most`.
   std::size_t whole(std::string_view word, std::size_t most, const char* expected) const;
 
-  // Names the line of the word that was taken last.
+  // Throws InvalidInput with the line of the last word.
   [[noreturn]] void fail(const std::string& what) const { fail_at_line(name_, bytes_, word_begin_, what); }
 
  private:

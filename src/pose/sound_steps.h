@@ -1,5 +1,5 @@
-// Steps that are taken only where what came out is sound: a surface that refuses what would spoil it, and the rule for
-// smaller steps and other grids. Internal to the library.
+// Steps that are taken only if their result is sound: the judge of a surface, a surface that refuses unsound steps, and
+// the rule for smaller steps and other grids. Internal to the library.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ struct StepProblem {
   std::vector<std::uint32_t> where{};  // corners of triangles that would cross, or would be stretched most
 };
 
-// Judges steps of a surface by what they change against its start.
+// Judges steps of a surface by their result, compared with the surface at the start.
 class SoundJudge {
  public:
   // `max_new_crossings`: pairs of triangles that may cross though they did not at the start. If not 0, pairs of two
@@ -31,11 +31,11 @@ class SoundJudge {
   SoundJudge(std::span<const Vec3d> start, std::span<const Triangle> triangles, std::size_t max_new_crossings,
              int threads, const Progress* progress);
 
-  // Returns why a step is not sound. `max_stretch`: how much a triangle may be stretched or pressed against the start.
+  // Returns why a step is not sound. `max_stretch`: the greatest stretch or compression of a triangle since the start.
   // Time: a search for crossings of the triangles that move. Throws Cancelled.
   StepProblem problem_of(std::span<const Vec3d> before, std::span<const Vec3d> after, double max_stretch) const;
 
-  // Returns which triangles cross anew, of pairs with one that moves.
+  // Returns the triangles of new crossing pairs, among pairs with one that moves.
   StepProblem crossing_of(std::span<const Vec3d> next, const std::vector<bool>& moves) const;
 
  private:

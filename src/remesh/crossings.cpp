@@ -16,7 +16,7 @@ namespace knead::remesh_detail {
 
 namespace {
 
-// Random strong strokes on scans need up to 371 tests a face (docs/remeshing.md); a heap of faces took 287,000.
+// Random strong strokes on scans need up to 371 tests a face; a heap of overlapping faces took 287,000.
 constexpr std::uint64_t kMaxTestsPerFace = 1000;
 constexpr std::uint64_t kExtraFaces = 200;  // added to the number of faces, so that few faces have enough tests
 

@@ -94,16 +94,16 @@ class CrossingGuard {
   // Returns true if the face is alive and crosses another triangle.
   bool crosses(std::uint32_t face);
 
-  // Returns true if the limit on tested pairs is reached: the faces then lie in a heap, where nearly every pair
-  // overlaps. Improving such a surface further would take long and not help.
+  // Returns true if the limit on tested pairs is reached, because nearly every pair of faces overlaps. Improving such a
+  // surface further would take long and not help.
   bool is_spent() const { return tests_ > max_tests_; }
 
-  // To be called after a face, or those around a vertex, have changed.
+  // Call this after a face, or those around a vertex, have changed.
   void update(std::uint32_t face);
   void update_around(std::uint32_t v);
-  // To be called first for a face that a split has made of another.
+  // Call this first for a face that a split has made from another.
   void add(std::uint32_t face, std::uint32_t from);
-  // To be called for a face before it is removed.
+  // Call this for a face before it is removed.
   void remove(std::uint32_t face);
 
  private:

@@ -1,4 +1,4 @@
-// The splats of a deformed shape: what its moves do to them.
+// Updates the splats of a deformed shape when it moves.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -97,7 +97,7 @@ void DeformedShape::put(const MovedSplats& moved) {
     if (!constraint_) positions_[vertex] = moved.centers[k];
     entries.emplace_back(provenance_ ? provenance_->vertex_source[vertex] : vertex, moved.jacobians[k]);
   }
-  free_layout();  // it has the places without that
+  free_layout();  // it has the old places
   if (provenance_) std::sort(entries.begin(), entries.end(), by_splat);
   splats_ = std::make_shared<const SplatJacobians>(composed(*splats_, entries));
 }

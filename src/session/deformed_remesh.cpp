@@ -22,16 +22,15 @@ namespace {
 
 constexpr const char* kNormals = "knead carried normal";  // the vertex attribute that carries normals through a remesh
 
-// The work of a remesh is limited to so many evaluations for each vertex that the mesh may have (a few seconds by
-// default), or to so many times what the stroke itself takes. That is found on some of the vertices: how often the
-// stroke has been begun and undone until now, in a drag, must not decide. kElements points of a set, or pins, cost
-// as much as a field.
+// Limits on the work of a remesh: evaluations for each vertex that the mesh may have (a few seconds by default), or a
+// multiple of the work of the stroke itself. That is measured on some of the vertices, so that it does not depend on
+// how often the stroke was begun and undone in a drag. kElements points of a set, or pins, cost as much as a field.
 constexpr double kEvaluationsPerVertex = 350;
 constexpr double kMoreThanStroke = 10;
 constexpr double kElements = 4;
 constexpr std::size_t kElementsOfGrid = 12;
 constexpr double kMinEach = 0.1;          // evaluations for each segment: to find that a point rests is work, too
-constexpr double kFewPoints = 100;        // say little about the cost of others
+constexpr double kFewPoints = 100;        // too few to estimate the cost of others
 constexpr std::size_t kCostSamples = 64;  // vertices
 
 // Returns the cost of an evaluation relative to one of a ball.
@@ -56,7 +55,7 @@ double cost_of(const Flow& flow) {
   return 1 + static_cast<double>(elements) / (kElements * static_cast<double>(flow.segments.size()));
 }
 
-// What carrying the points of a remesh costs, and all of them for a stroke may cost.
+// The cost of carrying the points of a remesh, and its limit for a stroke.
 struct CarryBudget {
   double most = 0;           // evaluations, in those of a ball
   double points = 0;         // carried
@@ -64,24 +63,25 @@ struct CarryBudget {
   double of_the_stroke = 0;  // for each vertex
   double least = 0;          // for each point
 
-  // Returns about how many more points may be carried when so much has been spent for the stroke.
+  // Returns about how many more points may be carried, given the evaluations spent for the stroke.
   double points_left(double spent_for_the_stroke) const {
     const double each = std::max(least, points < kFewPoints ? of_the_stroke : spent / points);
     return std::max(0.0, most - spent_for_the_stroke) / each;
   }
 };
 
-// A flow after which triangles cross is halved again and again, so often at most. All halves together may have so many
-// times the faces of the whole, and none is begun where more than so many pairs cross for each face: that has not paid.
+// A flow after which triangles cross is halved at most kMaxHalvings times. All halves together may have at most
+// kMoreThanWhole times the faces of the whole. None is begun if more than kMaxPairsPerFace pairs cross for each face,
+// because halves do not help then.
 constexpr int kMaxHalvings = 3;
 constexpr std::size_t kMoreThanWhole = 4;
 constexpr double kMaxPairsPerFace = 0.5;
-constexpr double kTimeOfHalves = 0.5;  // of the time that is left
+constexpr double kTimeOfHalves = 0.5;  // of the remaining time
 
 // A mask's border is narrow if the stroke moves a vertex farther than twice its width. Places along it then drift apart
 // exponentially, and with them grows the mesh that a whole flow needs; halves, remeshed in between, need far less. So
-// each part of the flow may take so much of the work only, before its halves are tried, and all of them so much. A face
-// that is remeshed counts as so many evaluations.
+// these fractions limit the work of each part of the flow, before its halves are tried, and of all parts. The last
+// number is the cost of a remeshed face, in evaluations.
 constexpr double kNarrow = 0.5;
 constexpr double kWorkOfPart = 1.0 / 64;
 constexpr double kWorkOfNarrow = 1.0 / 8;
@@ -91,7 +91,7 @@ constexpr double kRoundedUp = 1.05;  // a width in a message, so that its two di
 
 using Moment = std::chrono::steady_clock::time_point;
 
-constexpr double kLongest = 1e9;  // seconds, 30 years: longer is for ever
+constexpr double kLongest = 1e9;  // seconds, 30 years: no limit above that
 
 Moment after(double seconds) {
   if (seconds > kLongest) return Moment::max();
@@ -134,7 +134,7 @@ struct Stopped {
 };
 struct TooMuchWork {};
 
-// What is left of the budget is an estimate, because path lines differ: so many times the budget is the end.
+// The remaining budget is an estimate, because path lines differ: the work ends at this multiple of the budget.
 constexpr double kMoreThanBudget = 2;
 constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
 
@@ -158,7 +158,8 @@ void add(const RemeshCounts& more, RemeshCounts& counts) {
   counts.out_of_time = counts.out_of_time || more.out_of_time;
 }
 
-// Says what a flow may move, and how small its details are; those of grids differ from place to place.
+// Sets the functions of a deformation that say what a flow may move, and the size of its details, which for grids
+// depends on the place.
 void set_reach(const FlowReach& reach, const Flow& flow, Deformation& deformation) {
   deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
   deformation.feature = reach.smallest_feature();
@@ -167,7 +168,7 @@ void set_reach(const FlowReach& reach, const Flow& flow, Deformation& deformatio
   deformation.feature_near = [&](const Vec3d& center, double radius) { return reach.smallest_feature(center, radius); };
 }
 
-// Makes a second remesh, of what a first one made, one of the mesh before both.
+// Combines two remeshes: makes the second one, of the result of the first, a remesh of the mesh before both.
 void join(const Remeshed& first, Remeshed& second) {
   for (std::uint32_t& face : second.face_source) face = first.face_source[face];
   for (std::size_t v = 0; v < second.vertex_source.size(); ++v) {
@@ -237,7 +238,7 @@ std::shared_ptr<const Mesh> mesh_at(const std::shared_ptr<const Mesh>& mesh, std
   return std::make_shared<const Mesh>(std::move(result));
 }
 
-// What is known of the vertices and faces before a remesh, handed on to those after it.
+// Hands on the data of the vertices and faces before a remesh to those after it.
 Provenance after_remesh(const Provenance& before, const Remeshed& remeshed, const std::vector<bool>& touched_before,
                         std::span<const Vec3d> positions_before) {
   const std::size_t count = remeshed.vertex_source.size();
@@ -300,13 +301,13 @@ class MeshFollower {
     const Flow& flow;
   };
 
-  // What all parts of the stroke share.
+  // The state that all parts of the stroke share.
   struct Halving {
     int left = 0;                // how often the flow may still be halved
     bool is_narrow = false;      // a mask's border is: halves are tried, too, where the whole is much work
     double spent = 0;            // evaluations on the points of all remeshes of the stroke
-    double narrow_most = 0;      // of them, where the border is narrow
-    double narrow_done = 0;      // the part of the flow that has been remeshed there
+    double narrow_most = 0;      // the limit on `spent` if the border is narrow
+    double narrow_done = 0;      // the fraction of the flow that has been remeshed then
     std::size_t faces = 0;       // of the whole and of the halves that have been begun
     std::size_t most_faces = 0;  // that all of them may have together; 0 before the whole
     Moment end = Moment::max();  // of the time for them
@@ -364,15 +365,15 @@ class MeshFollower {
     RemeshOptions options;
     options.targets = shape_.targets_of(settings_);
     options.single_precision = shape_.policy_->single_precision;
-    options.assume_valid = true;  // the mesh at the start was looked at, and path lines end at finite places
+    options.assume_valid = true;  // the mesh was checked at the start, and path lines end at finite places
     options.face_labels = labels;
     options.creases = *shape_.provenance_->creases;
     options.threads = shape_.motion_.threads;
     return options;
   }
 
-  // Tries halves where the whole is too much work. Returns no mesh if they are, too, or if the rest of the flow, in
-  // parts of this length, would be.
+  // Tries halves if the whole is too much work. Returns no mesh if they are too much, too, or if the rest of the flow
+  // would be, in parts of this length.
   RemeshOutcome remesh_narrow(const Mesh& mesh, const Part& part) {
     const double before = halving_.spent;
     const double parts = std::ldexp(1.0, kMaxHalvingsOfNarrow - halving_.left);
@@ -386,7 +387,7 @@ class MeshFollower {
     return remesh_in_halves(part);
   }
 
-  // Says what following a part may cost. Returns the most for a stroke as a whole.
+  // Sets the limit on the cost of following a part. Returns the limit for the stroke as a whole.
   double set_budget(const Part& part, double cost, std::size_t max_vertices, CarryBudget& budget) {
     budget.least = std::max(1.0, kMinEach * static_cast<double>(part.flow.segments.size()));
     budget.of_the_stroke = cost * evaluations_each(part);
@@ -468,7 +469,7 @@ class MeshFollower {
            seconds_until(halving_.end) > 0;
   }
 
-  // Remeshes the whole to its end, after a first remesh that stopped where many triangles crossed. Where the time does
+  // Remeshes the whole completely, after a first remesh that stopped because many triangles crossed. If the time does
   // not suffice, keeps the result with fewer crossings.
   void finish_stopped(const Mesh& mesh, const Deformation& deformation, const RemeshOptions& options, Remeshed& stopped,
                       remesh_detail::MorePlaces& places) const {
@@ -485,7 +486,7 @@ class MeshFollower {
     stopped.counts.complete = false;
   }
 
-  // Moves and remeshes the shape by the first half of the flow, then by the second. Leaves it as it is if that fails.
+  // Moves and remeshes the shape by the first half of the flow, then by the second. Does not change it if that fails.
   RemeshOutcome remesh_in_halves(const Part& part) {
     DeformedShape halves = shape_;
     --halving_.left;

@@ -35,8 +35,8 @@ namespace {
 using session_detail::has_direction;
 using session_detail::TransportedNormals;
 
-// Of the diagonal: the error of the path lines around a point with a normal, and the distance at which they begin. That
-// leaves about 1e-5 of a normal's direction to the rounding of the path lines, and less to the curvature of the flow.
+// Of the diagonal: the error of the path lines around a point with a normal, and the distance at which they begin. The
+// direction of a normal then has an error of about 1e-5 by rounding, and a smaller one by the curvature of the flow.
 constexpr double kNormalTolerance = 1e-9;
 constexpr double kNormalReach = 1e-4;
 
@@ -47,7 +47,7 @@ constexpr double kSmallestShape = 1e-15;
 
 constexpr double kMinConstrainedPart = 1.0 / 64;  // of a segment
 
-// To sort the vertices takes longer than it saves for fewer segments.
+// With fewer segments, sorting the vertices takes longer than it saves.
 constexpr std::size_t kSegmentsWorthSorting = 4;
 
 std::shared_ptr<const Mesh> checked(std::shared_ptr<const Mesh> mesh) {
@@ -81,10 +81,10 @@ TransportedNormals carry_normals(std::span<const Vec3d> positions, std::vector<V
   return carried;
 }
 
-// Returns the normal of the k-th vertex that has points, as they show it now; its length is kept. It keeps its bits if
-// the points did not move, or were torn apart (at the wall of a limit cylinder).
+// Returns the normal of the k-th vertex with points, from their present places; its length does not change. It keeps
+// its bits if the points did not move, or were torn apart (at the wall of a limit cylinder).
 Vec3d turned(const TransportedNormals& carried, std::size_t k) {
-  constexpr double torn = 1e3;  // times their distance before: no flow of a tool stretches so much over so little
+  constexpr double torn = 1e3;  // times their distance before: no flow of a tool stretches more at this scale
   const Vec3d& normal = carried.normals[carried.vertex[k]];
   const std::span<const Vec3d> now = std::span(carried.now).subspan(4 * k, 4);
   if (std::equal(now.begin(), now.end(), carried.begin.begin() + static_cast<std::ptrdiff_t>(4 * k))) return normal;
@@ -107,7 +107,7 @@ Vec3d turned_normal(const TransportedNormals& carried, std::uint32_t vertex) {
   return turned(carried, static_cast<std::size_t>(found - carried.vertex.begin()));
 }
 
-// What a mask holds stays; nothing without a mask.
+// Returns a flag for each vertex that the mask holds; empty without a mask.
 remesh_detail::RelaxTopology masked_topology(const Mask& mask, const remesh_detail::RelaxTopology& topology,
                                              std::span<const Vec3d> positions) {
   if (mask.is_empty()) return {};
@@ -322,7 +322,7 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   return std::exchange(work_.status, AdvectStatus::done);
 }
 
-// In parts so short that what each puts back is small.
+// Moves the points in parts that are so short that the corrections are small.
 AdvectResult DeformedShape::move_constrained(const Flow& flow, const AdvectOptions& options) {
   AdvectResult all;
   const auto put_on_planes = [&] {

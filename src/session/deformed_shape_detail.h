@@ -1,4 +1,4 @@
-// What the sources of a deformed shape share: progress by pieces of work, and normals.
+// Parts of the sources of a deformed shape: progress by pieces of work, splats that moved, and normals.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace knead::session_detail {
 
-// Counts pieces of work, whatever the work itself adds to Progress::done meanwhile.
+// Counts pieces of work in Progress::done, and replaces what the work itself adds there.
 class ScopedProgress {
  public:
   ScopedProgress(Progress* progress, std::uint64_t total) : progress_(progress) {
@@ -34,8 +34,8 @@ class ScopedProgress {
   std::uint64_t done_ = 0;
 };
 
-// Puts the count of the work around it back when work that counts its own steps ends. The total is 0 meanwhile if it is
-// hidden.
+// Keeps the count of a progress during work that counts its own steps, and restores it at the end. `hides_total` sets
+// the total to 0 in between.
 class KeptCount {
  public:
   explicit KeptCount(Progress* progress, bool hides_total = false) : progress_(progress) {

@@ -26,7 +26,7 @@ namespace {
 // The numbers of each segment of a flow, or their derivatives with respect to one parameter.
 using FlowNumbers = std::vector<std::vector<double>>;
 
-// About how much a parameter may change: its value, or its bounds.
+// Returns the scale of a parameter: of its value, or of its bounds.
 double size_of(const Parameter& parameter) {
   const double value = std::abs(parameter.value);
   if (value > 0) return value;
@@ -38,7 +38,7 @@ double size_of(const Parameter& parameter) {
 // costs as much in a long session as in a short one.
 class ParameterStrokes {
  public:
-  // The session has no bounds from here on: differences pass them.
+  // Removes the bounds of the session's parameters, because differences exceed them.
   ParameterStrokes(const Session& session, const SessionPart& part) : part_(part), whole_(session) {
     for (Parameter& parameter : whole_.parameters) {
       parameter.least.reset();
@@ -77,7 +77,7 @@ class ParameterStrokes {
     return all;
   }
 
-  // Some strokes alone, under the masks of the session.
+  // Returns the session with some strokes only, and all masks.
   struct Some {
     Session session;
     SessionPart part;
@@ -129,8 +129,8 @@ class ParameterStrokes {
   std::vector<std::vector<std::size_t>> strokes_of_;
 };
 
-// A stroke that does nothing at a value, such as a path of length 0, has no segments there, but has some beside it:
-// then the parameter is moved by this part of its size.
+// A stroke that does nothing at a value, such as a path of length 0, has no segments there, but has some at other
+// values. The parameter is then moved by this fraction of its scale.
 constexpr double kNudge = 1e-11;
 
 void move_beside_nothing(ParameterStrokes& strokes, std::size_t p, int threads, const Progress* progress) {
@@ -152,12 +152,12 @@ void move_beside_nothing(ParameterStrokes& strokes, std::size_t p, int threads, 
   if (after && count(-step) == after && count(0) != after) strokes.set_value(p, parameter.value + step);
 }
 
-// Of a parameter's own size: the first steps of its differences. Smaller ones are tried where a flow does not exist, or
-// has other segments, so far away.
+// The first steps of the differences, relative to the scale of the parameter. Smaller ones are tried if the flow does
+// not exist at that distance, or has other segments there.
 constexpr std::array<double, 6> kSteps{0.02, 0.005, 1e-3, 1e-4, 1e-5, 1e-6};
 constexpr std::size_t kCentralLevels = 4;  // of halved steps: the error falls with the eighth power of the step
 constexpr std::size_t kSidedLevels = 7;    // with the seventh
-// Relative to the greatest derivative: what is good enough at once, and what a derivative has to reach.
+// Errors relative to the greatest derivative: the differences end at the first; a derivative must reach the second.
 constexpr double kGoodAgreement = 1e-11;
 constexpr double kRequiredAgreement = 1e-7;
 
@@ -239,7 +239,7 @@ class FlowOfParameter {
   }
 
  private:
-  // Nothing where there is no flow, or one that is not alike.
+  // Returns nothing if there is no flow, or one with other segments.
   std::optional<FlowNumbers> at(double step) const {
     stop_if_cancelled(progress_);
     Flow flow;

@@ -22,26 +22,28 @@ namespace knead::session_detail {
 
 namespace {
 
-// Parts of the smallest feature of the flow. A shorter edge misses a negligible part of a bend; a face that was not
-// moved may hold a feature inside if its edge is longer; pieces of faces are not cut below this.
+// Fractions of the smallest feature of the flow: an edge shorter than the first misses a negligible part of a bend; a
+// face with an edge longer than the second may contain a feature although its vertices rest; pieces of faces are not
+// cut below the third.
 constexpr double kLong = 0.05;
 constexpr double kHoldsFeature = 0.5;
 constexpr double kPiece = 0.25;
 
 constexpr std::size_t kFewestSamples = 1024;
 constexpr std::size_t kVerticesPerSample = 64;
-constexpr std::size_t kFacesPerSample = 2;  // of the faces that are looked at whatever their size
+constexpr std::size_t kFacesPerSample = 2;  // of the faces that are checked whatever their size
 constexpr std::size_t kFacesAtOnce = 4096;
 
-constexpr double kFar = 1e-3;  // of the reference length: a distance from the face itself that asks for the nearest one
-// How far the faces may be from the image (root mean square), and how much they may change the volume: where the mesh
-// stays, and where it is to follow. Parts of the size, and of the volume.
+constexpr double kFar =
+    1e-3;  // of the reference length: at this distance from its own face, the nearest face is sought
+// Bounds of the distance of the faces from the image (root mean square, relative to the size), and of the relative
+// change of the volume: without remeshing, and with it.
 constexpr double kFarFromImage = 1e-2;
-constexpr double kFarOfOpen = 5e-2;  // the first of a surface that is not closed, which bounds no solid
+constexpr double kFarOfOpen = 5e-2;  // the bound of the distance for an open surface, which bounds no solid
 constexpr double kFarOfRemeshed = 1e-3;
-constexpr double kChordsOfRemeshed = 4;  // or so many times the chord that was asked for
-constexpr double kFarPlace = 10;         // a single place may be so many times farther, where the mesh is to follow
-constexpr double kWorthAWord = 0.5;      // of these bounds
+constexpr double kChordsOfRemeshed = 4;  // a bound with remeshing is at least this multiple of max_chord
+constexpr double kFarPlace = 10;         // factor of the bound for a single place, with remeshing
+constexpr double kWorthAWord = 0.5;      // of these bounds: a note begins there
 
 constexpr double kVolume = 1e-3;  // a change that asks whether the shape is closed
 
@@ -56,8 +58,8 @@ struct Piece {
 
 struct Samples {
   std::vector<Vec3d> points;
-  std::vector<Triangle> faces;  // of the shape before, that each lies in
-  std::vector<double> areas;    // of the pieces that they stand for
+  std::vector<Triangle> faces;  // the face of the shape before in which each lies
+  std::vector<double> areas;    // of the pieces that they represent
 };
 
 struct ImageError {
@@ -95,7 +97,7 @@ bool may_move(const FlowReach& reach, std::span<const Vec3d> corners) {
   return reach.may_move(box.center(), 0.5 * box.diagonal() * (1 + 1e-9));
 }
 
-// Of a shape and what became of it.
+// Distances between a shape's exact image and its result.
 struct Compared {
   const Mesh& before;
   const DeformedShape& now;
@@ -103,7 +105,7 @@ struct Compared {
   FlowReach reach;
   double feature = 0;
 
-  // Whether to look at the k-th face.
+  // Returns whether to check the k-th face.
   bool is_chosen(std::size_t f, std::size_t stride, std::vector<Vec3d>& corners) const {
     const std::span<const std::uint32_t> face = before.face(f);
     corners.clear();
@@ -193,7 +195,7 @@ std::vector<double> distances_of(const Samples& samples, const Compared& work, c
   return distances;
 }
 
-// The root mean square over the surface before: what was not sampled has none. Pieces of pieces count again.
+// Returns the root mean square over the surface before. Parts without samples count as 0; pieces of pieces count again.
 double rms_of(const std::vector<double>& distances, const Samples& samples, const Mesh& before) {
   double sum = 0;
   double area = 0;
@@ -216,7 +218,7 @@ double volume_change(const Mesh& before, const Flow& flow, const DeformedShape& 
 }
 
 // Compares the shape with the image of `before` under the flow, at points of the longest faces that it moves. Large
-// faces are also looked at inside, down to the size of what the flow moves.
+// faces also get samples inside, down to the size of the flow's features.
 ImageError image_error(const Mesh& before, const Flow& flow, const DeformedShape& now, bool same_faces,
                        Progress* progress) {
   const double feature = std::min(FlowReach(flow).smallest_feature(), now.reference_length());

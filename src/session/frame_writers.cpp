@@ -1,4 +1,4 @@
-// Writes what a replay makes of shapes: one, one of several, or its frames in one file.
+// Writes the shapes that a replay makes: one, one of several, or all frames in one file.
 #include <filesystem>
 #include <functional>
 #include <memory>

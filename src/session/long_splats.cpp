@@ -1,5 +1,5 @@
-// Splits splats that reach farther than the flow about them is uniform: copies of their rows, with centres, sizes and
-// opacities of their own.
+// Splits splats that are longer than the flow around them is uniform, into copies of their rows with other centres,
+// sizes and opacities.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,9 +31,9 @@ namespace {
 
 constexpr double kMaxBend = 0.1;  // the second difference over one standard deviation, by the largest after the flow
 constexpr double kMaxBendBack = 0.13;  // of what moves back: so the pieces of what was moved forth stay as they are
-constexpr double kAim = 0.8;           // of that, after a split: the flow does not bend all pieces alike
-constexpr double kSmallest = 0.004;    // standard deviation that can bend so much, by the smallest feature of the flow
-constexpr double kPathTolerance = 1e-5;  // by the same
+constexpr double kAim = 0.8;           // of that bound, after a split: the flow does not bend all pieces alike
+constexpr double kSmallest = 0.004;    // standard deviation below which no splat bends, by the flow's smallest feature
+constexpr double kPathTolerance = 1e-5;  // by the flow's smallest feature
 constexpr double kLargestPart = 0.8;     // of a standard deviation, after one split
 constexpr double kSmallestPart = 1.0 / 16;
 constexpr int kMaxRounds = 8;
@@ -41,7 +41,7 @@ constexpr int kOpacityRounds = 30;
 constexpr double kMinOpacity = 1e-4;  // less is not seen
 constexpr double kMaxOpacity = 0.9999;
 constexpr double kMaxScale = 300;  // a logarithm whose exponential is finite
-// Evaluations of the flow after which points count as running away: of a group, and more for each of its points.
+// Evaluations of the flow after which points count as running to infinity: of a group, and more for each of its points.
 constexpr std::uint64_t kGroupEvaluations = 100'000;
 constexpr std::uint64_t kPointEvaluations = 100;  // for each segment
 constexpr std::size_t kGroupPieces = 512;
@@ -55,7 +55,7 @@ struct SplatPiece {
   bool is_split = false;
 };
 
-// How one axis of a piece bends.
+// The bend of one axis of a piece.
 struct Bend {
   std::size_t piece = 0;
   std::size_t axis = 0;
@@ -185,15 +185,16 @@ class Splitter {
     std::erase_if(pieces_, [&](const SplatPiece& piece) { return whole_.contains(piece.source); });
   }
 
-  // The pieces of what is split, of each splat the first one first.
+  // Returns the pieces of the split splats; the first piece of each splat comes first.
   std::span<const SplatPiece> pieces() const { return pieces_; }
-  // Returns how many splats stay whole because a part of them would run away.
+  // Returns the number of splats that stay whole because a part of them would run to infinity.
   std::size_t whole() const { return whole_.size(); }
   // Returns how many splats would have more pieces if there could be more splats.
   std::size_t limited() const { return limited_.size(); }
 
  private:
-  // Moves points, `each` of every piece. Returns which pieces have one that runs away; the points of these stay.
+  // Moves points, `each` of every piece. Returns the pieces with a point that runs to infinity; their points do not
+  // move.
   std::vector<bool> move(const Flow& flow, std::span<Vec3d> points, std::size_t each) const {
     std::vector<bool> runs_away(points.size() / each);
     if (!points.empty()) move_group(flow, points, each, 0, runs_away);
@@ -311,7 +312,7 @@ class Splitter {
 
 double logit(double x) { return elementary::log(x / (1 - x)); }
 
-// Where the pieces of what is split are: the first of a splat in its place, the others after all.
+// The rows of the pieces: the first piece of a splat takes its place, the others come after all splats.
 struct PieceRows {
   std::vector<std::uint32_t> copied;  // the splats that the others are pieces of
   std::vector<std::pair<std::uint32_t, const SplatPiece*>> rows;

@@ -1,4 +1,4 @@
-// The replay of a session: what becomes of a shape.
+// Applies a session to a shape.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,11 +34,11 @@ constexpr double kFloatNoise = 1e-6;
 
 constexpr std::size_t kManyVertices = 20'000;
 
-// What an edge may reach over: a square prism of one ring of triangles loses up to 21% of its volume when it is twisted
-// by 30 degrees, 46% by 60.
+// The greatest twist over one edge without a warning: a square prism of one ring of triangles loses up to 21% of its
+// volume when it is twisted by 30 degrees, 46% by 60.
 constexpr double kMaxTurnOfAnEdgeDeg = 30;
 
-constexpr std::size_t kMaxPairsOfOldCurves = 2;  // where triangles crossed, so many times as many pairs may cross
+constexpr std::size_t kMaxPairsOfOldCurves = 2;  // times the pairs before may cross along a curve that crossed before
 
 void require_flow(const SessionStroke& stroke) {
   if (!is_applied(stroke)) return;
@@ -75,7 +75,7 @@ void add_warnings(const Session& session, const SessionStroke& source, std::vect
   }
 }
 
-// The shape that strokes read the surface of.
+// Returns the shape whose surface strokes read.
 DeformedShape reference_shape(const std::shared_ptr<const Mesh>& mesh, const ReplayOptions& options) {
   MotionOptions motion;
   motion.threads = options.motion.threads;
@@ -131,7 +131,7 @@ class PlanRun {
 
  private:
   void constrain(const Mesh& mesh) {
-    if (session_.walls.empty()) return;  // there are cells alone
+    if (session_.walls.empty()) return;  // the constraint consists of cells only
     const Place place{session_.name, 1};
     if (mesh.face_count() > 0) throw InvalidInput(place, "walls need a mesh without faces");
     if (mesh.vertex_count() < session_.constraint->points()) {
@@ -145,14 +145,14 @@ class PlanRun {
     }
   }
 
-  // Where keeping layers would cost quality. `plain`: the same without that; nothing where no wall asks for it.
+  // Reduces the layers that would make cells worse. `plain`: the shape without layers; nothing if no wall keeps them.
   void keep_quality(const std::optional<DeformedShape>& plain, DeformedShape& shape) const {
     if (!plain || result_.status != AdvectStatus::done) return;
     shape.set_positions(session_.constraint->no_worse(mesh_->positions, shape.positions(), plain->positions(),
                                                       options_.motion.threads));
   }
 
-  // Where `flow` has taken the shape.
+  // Returns the positions to which the flow has moved the shape.
   void keep_cells(const Flow& flow, DeformedShape& shape) {
     const bool has_cells = session_.constraint && session_.constraint->points() <= mesh_->vertex_count();
     if (!has_cells || shape.is_remeshed() || result_.status != AdvectStatus::done) return;
@@ -216,7 +216,7 @@ class PlanRun {
     take(run);
   }
 
-  // Before the shape moves. Where vertices are many, their edges show nothing more.
+  // Warns of zones that are too thin, before the shape moves. Edges are measured only if vertices are few.
   void warn_of_zones(const StrokeRun& run) {
     for (const SessionStroke& part : run.stroke().outcome.parts) {
       if (!tool_detail::has_zone(part.stroke)) continue;
@@ -242,8 +242,8 @@ class PlanRun {
                     turn));
   }
 
-  // Where the remesh after the stroke has left triangles that cross and did not before. Along a curve in which the
-  // shape crossed before, other triangles lie now, and their pairs may be more.
+  // Refuses a stroke whose remesh has left triangles that cross and did not before. Along a curve in which the shape
+  // crossed before, there are other triangles now, and they may have more pairs.
   void refuse_crossings(const SessionStroke& stroke, const DeformedShape& shape) const {
     if (options_.may_cross || !shape.is_remeshed() || !shape.settings_of(stroke)) return;
     const RemeshCounts& counts = shape.provenance()->counts;
@@ -257,7 +257,7 @@ class PlanRun {
         shape.mask().is_empty() ? "" : "make the mask's \"width\" larger, "));
   }
 
-  // A stroke that reads the surface is then read. After the last of these, the surface is not needed any more.
+  // Lets a stroke read the reference surface. After the last of these, that surface is released.
   void apply_to_reference(PreparedStroke& stroke) {
     StrokeRun run(stroke, {}, *reference_, options_.progress);
     run.read();
@@ -274,7 +274,7 @@ class PlanRun {
                         run.stroke().relax});
   }
 
-  // Of what has moved the vertices since the last time.
+  // Compares the shape with its exact image under the strokes since the last comparison.
   void compare_with_image() {
     std::optional<std::string> error;
     try {
@@ -301,7 +301,7 @@ class PlanRun {
                             std::make_move_iterator(outcome.parts.end()));
   }
 
-  // What has moved the mesh until a moment of the stroke; nothing without cells.
+  // Returns the flow that has moved the mesh until a moment of the stroke; nothing without cells.
   Flow flow_until(const StrokeRun& run, double moment) const {
     if (!session_.constraint) return {};
     Flow all = done_;
@@ -340,13 +340,13 @@ class PlanRun {
   std::uint64_t work_ = 0;              // segments done
   std::optional<DeformedShape> plain_;  // the shape without layers kept, if a wall keeps them
   int frame_ = 0;
-  Flow done_;               // what has moved the mesh, if it has cells
+  Flow done_;               // the flow that has moved the mesh so far, if it has cells
   bool has_freed_ = false;  // points of the mesh from the flow
   ReplayResult result_;
 };
 
-// Vertices cannot be taken back through what is no flow. Where the strokes that are applied are not those of the
-// session, one for one, `until` would mean another moment.
+// Refuses sessions whose vertices cannot be taken back: those with strokes that are no flow. `until` needs the applied
+// strokes to be those of the session, one for one.
 void require_inverse(const Session& session, const ReplayOptions& options) {
   for (const SessionStroke& stroke : session.strokes) {
     if (!is_applied(stroke) || is_flow(stroke.stroke)) continue;
@@ -447,7 +447,7 @@ std::uint64_t Replay::work() { return plan().work(); }
 ReplayResult Replay::run() {
   if (options_.remesh.settings) validate(*options_.remesh.settings);
   if (!(options_.remesh.seconds > 0)) throw InvalidInput("the seconds of a remesh must be above 0");
-  simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault
+  simd_name();  // refuses a wrong KNEAD_SIMD here, without naming a stroke
   const bool keeps_faces = options_.frames.same_faces && options_.frames.count > 0 && remeshes();
   if (keeps_faces) require_inverse(session_, options_);
   if (options_.progress != nullptr) options_.progress->total = work();

@@ -21,15 +21,16 @@ struct PlannedStroke {
   RunOptions run;
   std::vector<double> frames;  // moments of the stroke, from 0 to 1, in order of delivery
 
-  std::size_t work() const;  // segments that it moves the points through, at most
+  std::size_t work() const;  // upper bound of the segments by which it moves the points
 };
 
 struct Plan {
   std::vector<PlannedStroke> strokes;  // in order of application
   std::size_t last_frames = 0;         // delivered after all strokes
-  // Where strokes read a surface that is not the result's own: how many strokes there are up to the last of these.
+  // The number of first strokes that are also applied to a second shape, because one of them reads the surface and the
+  // options are not the default ones.
   std::size_t strokes_on_reference = 0;
-  std::uint64_t points = 0;  // that a segment moves, of all shapes
+  std::uint64_t points = 0;  // points of all shapes that a segment moves
 
   // Returns what the replay adds to Progress::done.
   std::uint64_t work() const;
@@ -44,7 +45,7 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
 
 inline bool is_backwards(const ReplayOptions& options) { return options.part.direction == Direction::backwards; }
 
-// Throws InvalidInput if walls of the session are kept by more than its flow.
+// Throws InvalidInput if the session is no flow, because it puts points back onto walls.
 void require_flow_alone(const Session& session);
 
 // Returns the strokes that are not off, up to the one that the part ends in.
@@ -56,17 +57,18 @@ bool has_settings(const Session& session, const ReplayOptions& options);
 // Returns Replay::remeshes().
 bool remeshes(const Mesh& mesh, const Session& session, const ReplayOptions& options);
 
-// The exact image of a surface, which strokes move.
+// The exact image of a surface under strokes.
 class ExactImage {
  public:
   explicit ExactImage(std::shared_ptr<const Mesh> surface) : surface_(std::move(surface)) {}
 
-  // Follows a stroke that has moved the shape. After a relax, which is no flow, it is the image of that shape.
+  // Adds a stroke that has moved the shape. A relax is no flow: after it the image is that of the relaxed shape.
   void add(const StrokeRun& run, const DeformedShape& shape);
 
-  // Compares the shape with the image, once for each stroke. Returns a sentence if it is far from it, nothing if not,
-  // or where a path line runs away. Throws QualityLimit if options.must_follow is not met. Takes the time of moving
-  // 1024 points and 1.6% of the vertices; where the shape is remeshed or far, also that of a tree over its faces.
+  // Compares the shape with the image; call this once for each stroke. Returns a sentence if the shape is far from it;
+  // nothing if it is near, or if a path line runs to infinity. Throws QualityLimit if options.must_follow is not met.
+  // Time: that of moving 1024 points and 1.6% of the vertices, and of a tree over the faces if the shape is remeshed or
+  // far.
   std::optional<std::string> compare(const DeformedShape& shape, const ReplayOptions& options);
 
  private:

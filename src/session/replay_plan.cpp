@@ -49,7 +49,7 @@ PreparedStroke prepare(const Session& session, const SessionStroke& source, bool
   });
 }
 
-// The time that strokes take, each its duration.
+// The times at which strokes begin and end, by their durations.
 class Timing {
  public:
   // `until`: within the last stroke, or at its end.
@@ -99,7 +99,7 @@ std::vector<double> frame_moments(const ReplayOptions& options, const std::vecto
   return moments;
 }
 
-// Whether the strokes that read the surface would find another one than with the standard options.
+// Returns whether the strokes that read the surface would read another one than with the default options.
 bool differs_from_standard(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   return !options.motion.is_standard() || (!options.remesh.single_precision && remeshes(mesh, session, options));
 }

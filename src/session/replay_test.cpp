@@ -1,3 +1,4 @@
+// Replays: their result, parts, inverse, warnings and normals.
 #include "knead/replay.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Reads the .knead file; and what the keys that every stroke may have mean.
+// Reads the .knead file, and applies the keys that every stroke may have.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Messages about invalid session files: file, line, key, and what was expected.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,3 +1,4 @@
+// Session files: round trips of every stroke, defaults, undo and redo.
 #include "knead/session.h"
 
 #include <gtest/gtest.h>

@@ -19,7 +19,7 @@
 
 namespace knead::session_detail {
 
-// What is at one key of an object, or an item of it; knows its name for messages.
+// The value of a key, or an item of it, with its name for messages.
 class JsonValue {
  public:
   JsonValue(const Json& value, std::string name, const Place& place)
@@ -56,11 +56,11 @@ class JsonObject {
   // `what` names the object in messages, e.g. "a rotate stroke".
   JsonObject(const JsonValue& value, const Place& place, std::string what);
 
-  // Fails for any other key than these, which a message lists.
+  // Fails for a key that is not one of these; the message lists them.
   void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const { return value_.has(key); }
-  JsonValue at(std::string_view key) const;  // fails where the key is missing
+  JsonValue at(std::string_view key) const;  // fails if the key is missing
 
   double number(std::string_view key) const { return at(key).number(); }
   std::optional<double> optional_number(std::string_view key) const;
@@ -74,27 +74,27 @@ class JsonObject {
   std::string what_;
 };
 
-// Returns one line as JSON, or nothing if the text ends before its JSON does. Throws InvalidInput for whatever else
-// parse_json refuses.
+// Returns one line as JSON, or nothing if the text ends before its JSON does. Throws InvalidInput for everything else
+// that parse_json refuses.
 std::optional<Json> parse_line(std::string_view line, const Place& place);
 
 // Strokes and the settings of a remesh event from JSON, and as JSON.
 
-// Returns the stroke of an object with the key "tool", and what the keys of all tools say. Throws InvalidInput for
-// anything that is not exactly a valid stroke of a tool that this version has.
+// Returns the stroke of an object with the key "tool", with the keys that every stroke may have. Throws InvalidInput
+// for anything that is not exactly a valid stroke of a tool of this version.
 SessionStroke read_stroke(const JsonValue& line, const Place& place);
 
 // Returns the tool whose event (Tool::is_event) the line is, or a null pointer.
 const Tool* event_tool(const JsonObject& line);
 
-// Returns the stroke of such an event from what is at its key: null, or an object. Throws InvalidInput as above.
+// Returns the stroke of such an event from the value of its key: null, or an object. Throws InvalidInput as above.
 SessionStroke read_event_stroke(const Tool& tool, const JsonValue& value, const Place& place);
 
 // Returns the value at the header's key "parameters". Throws InvalidInput as above.
 std::vector<Parameter> read_parameters(const JsonValue& value, const Place& place);
 
-// Returns the parameters with these values. Throws InvalidInput with the place for a name that is none of theirs, and
-// for a value that is not finite or beyond its bounds.
+// Returns the parameters with these values. Throws InvalidInput with the place for an unknown name, and for a value
+// that is not finite or beyond its bounds.
 std::vector<Parameter> changed(std::vector<Parameter> parameters, const ParameterValues& values, const Place& place);
 
 // A stroke's line with numbers in the place of parameters.
@@ -104,16 +104,16 @@ struct FilledLine {
 };
 
 // Returns the line with the values of parameters in the place of texts "$name". Texts at the keys "tool", "name" and
-// "mesh" stay. Throws InvalidInput for a name that is none of the parameters'.
+// "mesh" do not change. Throws InvalidInput for an unknown name.
 FilledLine fill_in(const Json& line, std::span<const Parameter> parameters, const Place& place);
 
 // Returns the value at the key "remesh": null or an object. Throws InvalidInput as above.
 std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& place);
 
-// Returns the stroke as one line; with the names of parameters that its keys were given by, if it shall have them.
+// Returns the stroke as one line. `names_parameters`: with parameters' names for the keys that use them.
 std::string line_of(const SessionStroke& stroke, bool names_parameters);
 
-// Returns the value of a key of a stroke as stroke_line writes it, also of one with its default value. Empty: it has
+// Returns the value of a stroke's key as stroke_line writes it, even if it is the default. Empty if the stroke has
 // none.
 std::string key_text(const SessionStroke& stroke, std::string_view key);
 

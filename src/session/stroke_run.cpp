@@ -27,17 +27,17 @@ using tool_detail::segments_of;
 using tool_detail::SurfaceRun;
 using tool_detail::with_row;
 
-// Flow along a mask's border that is worth a warning, by the tool's speed.
+// The speed of the flow along a mask's border from which on there is a warning, relative to the tool's speed.
 constexpr double kFastBorder = 2;
-// Motion by a tool and its images together that is worth a warning, by that of the tool.
+// The speed of a tool and its images together from which on there is a warning, relative to that of the tool.
 constexpr double kFastImages = 1.1;
-// The error of a mesh that shows a detail, by its radius: edges of half of that.
+// The allowed error of a mesh that shows a detail, relative to its radius: edges of half the radius.
 constexpr double kChordOfDetail = 1.0 / 64;
-// Segments and vertices that are looked at for these.
+// The numbers of segments and vertices that are checked for these.
 constexpr std::size_t kMaxSegments = 8;
 constexpr std::size_t kMaxPlaces = 4000;
 
-// Some of the points in the mask's box, evenly through the list.
+// Returns some of the points in the mask's box, evenly through the list.
 std::vector<Vec3d> places_near(const Mask& mask, std::span<const Vec3d> points) {
   const Box box = mask.box();
   std::vector<Vec3d> near;
@@ -73,7 +73,7 @@ void append(const Stroke& part, const SessionStroke& source, std::vector<Session
   parts.back().mirror = source.mirror;
 }
 
-// Gives the parts of a stroke the strengths that cut them where the stroke is cut, at a number of segments.
+// Sets the strengths of a stroke's parts so that together they end after that number of segments.
 void cut(std::vector<SessionStroke>& parts, double part, std::size_t segments) {
   if (part == 1) return;
   if (parts.size() == 1) {
@@ -89,7 +89,7 @@ void cut(std::vector<SessionStroke>& parts, double part, std::size_t segments) {
   std::erase_if(parts, [](const SessionStroke& each) { return each.strength == 0; });
 }
 
-// Gives each part of a stroke its share of the time, by its segments.
+// Divides the duration of a stroke among its parts, by their segments.
 void share_duration(std::vector<SessionStroke>& parts, double duration) {
   if (parts.size() == 1) {
     parts.front().duration = duration;
@@ -102,9 +102,9 @@ void share_duration(std::vector<SessionStroke>& parts, double duration) {
   for (std::size_t i = 0; i < parts.size(); ++i) parts[i].duration = duration * segments[i] / all;
 }
 
-// Resolves a stroke on a shape, and moves the shape through it, but not through one with limit cylinders, which are
-// checked first. A pose with a mirror is that of all parts and their images; its grids and their images add up to their
-// mean, which is exactly symmetric.
+// Resolves a stroke on a shape, and moves the shape by it, unless it has limit cylinders, which must be checked first.
+// A pose with a mirror contains all parts and their images; its grids and their images add up to their mean, which is
+// exactly symmetric.
 void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progress) {
   const Mirror& mirror = stroke.source->mirror;
   LiveSurface surface;
@@ -143,7 +143,7 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   stroke.reads_surface = false;
 }
 
-// A mask stroke gives the shape its mask.
+// Sets the mask of the shape if the stroke is a mask.
 void set_mask(PreparedStroke& stroke, DeformedShape& shape) {
   if (!std::holds_alternative<MaskStroke>(stroke.source->stroke) || !is_applied(*stroke.source)) return;
   if (shape.motion().backend && shape.mask().is_empty()) {
@@ -153,7 +153,7 @@ void set_mask(PreparedStroke& stroke, DeformedShape& shape) {
   shape.set_mask(mask_of(std::get<MaskStroke>(stroke.outcome.parts.back().stroke), shape.motion().threads));
 }
 
-// A vertex's number means nothing once the vertices have other numbers.
+// Refuses vertices given by numbers once remeshing has changed the numbers.
 void require_no_numbers(Stroke stroke) {
   for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
     const std::string instead = tool_detail::instead_of_vertices(key);
@@ -163,7 +163,7 @@ void require_no_numbers(Stroke stroke) {
   }
 }
 
-// Names places where triangles still cross, each far from the others.
+// Returns a text with places at which triangles still cross, each far from the others.
 std::string out_of_time_warning(const Remeshed& remeshed, double diagonal) {
   constexpr std::size_t most = 3;
   constexpr double far = 0.02;  // of the diagonal
@@ -195,7 +195,7 @@ Flow without_limit_cylinders(Flow flow) {
   return flow;
 }
 
-// Without the limit cylinders, and of sums only these parts.
+// Returns the flow without limit cylinders, and of sums only with the given parts.
 Flow without_limit_cylinders(Flow flow, unsigned parts) {
   for (Segment& segment : flow.segments) {
     if (!segment.parts.empty()) segment = detail::chosen_parts(segment, parts);
@@ -275,7 +275,7 @@ void StrokeRun::begin() {
   warn_of_images();
 }
 
-// Beside a plane of its mirror, or a wall that slides, a tool and its image hold the same part of the shape.
+// Warns if a tool and its image, beside a mirror plane or a sliding wall, move the same part of the shape.
 void StrokeRun::warn_of_images() {
   const std::vector<Segment>& segments = stroke_.flow.segments;
   double fastest = 1;
@@ -292,7 +292,7 @@ void StrokeRun::warn_of_images() {
                   100 / fastest));
 }
 
-// The shape itself goes through a stroke that is applied as a whole; else a copy goes ahead of it.
+// A stroke that is applied as a whole moves the shape itself while it reads the surface; else a copy is moved.
 void StrokeRun::read() {
   if (settings_) start_ = shape_.positions();
   stroke_.flow = masked(std::move(stroke_.flow), options_.backwards ? stroke_.mask : shape_.mask());
@@ -349,7 +349,7 @@ void StrokeRun::warn_of_cpu() {
                                                                                    : "mirror images at the same time"));
 }
 
-// Where the flow along the mask's border is much faster than the tool, it distorts the shape there.
+// Warns if the flow along the mask's border is much faster than the tool: it distorts the shape there.
 void StrokeRun::warn_of_border() {
   if (shape_.mask().is_empty() || stroke_.flow.segments.empty()) return;
   const std::vector<Vec3d>& positions = shape_.positions();
@@ -367,7 +367,7 @@ void StrokeRun::warn_of_border() {
       fastest.at_border / fastest.of_tool));
 }
 
-// The shape rests between whole segments only: the result is the same whether or not it does.
+// Stops the shape only between whole segments, so that the result does not depend on frames.
 const DeformedShape& StrokeRun::frame(double moment) {
   const double to = std::min(moment * length(), end());
   advance(options_.backwards ? std::min(std::ceil(to), at_) : std::floor(to));
@@ -413,7 +413,7 @@ void StrokeRun::move_between(double from, double to, DeformedShape& shape) {
     stroke_.outcome.status = shape.move(flow, progress_);
     return;
   }
-  const DeformedShape start = shape;  // which the parts leave one after the other
+  const DeformedShape start = shape;  // from which all parts start
   for (const InverseImage& image : inverse_images()) {
     DeformedShape moved = to == 0 ? image.shape : start;
     const AdvectStatus status =
@@ -437,8 +437,8 @@ std::vector<bool> StrokeRun::members_of(const StrokeCylinder& limit_cylinder, co
   return members;
 }
 
-// Leaves the limit cylinders out: limit_cylinder_members says which points each held. All points moved where each limit
-// cylinder held the whole shape, as those about one line do.
+// Inverts the parts without limit cylinders; limit_cylinder_members() then says which points each of these contained.
+// If each contains the whole shape, as those about one line do, all points moved.
 const std::vector<StrokeRun::InverseImage>& StrokeRun::inverse_images() {
   if (inverse_images_) return *inverse_images_;
   inverse_images_.emplace();

@@ -17,19 +17,19 @@ namespace knead::session_detail {
 // A stroke that is ready to be applied.
 struct PreparedStroke {
   const SessionStroke* source = nullptr;
-  std::shared_ptr<const Stroke> beyond;  // takes the source's place if its strength is above 1
-  double part = 1;                       // of the segments, by the source's strength
-  const RelaxStroke* relax = nullptr;    // the stroke, if it is one: without a flow
-  bool reads_surface = false;            // the flow and the limit cylinders are unknown until it is read
+  std::shared_ptr<const Stroke> beyond;  // the prolonged stroke if the source's strength is above 1
+  double part = 1;                       // the fraction of the segments that the source's strength applies
+  const RelaxStroke* relax = nullptr;    // the stroke if it relaxes; there is no flow then
+  bool reads_surface = false;            // the flow and the limit cylinders are unknown until it has read the surface
   Flow flow;
   std::vector<StrokeCylinder> limit_cylinders;  // its own, and those of its images
   std::shared_ptr<const Mesh> tool;             // of a stamp
   std::shared_ptr<const GreyPattern> pattern;   // of a print
   Mask mask;                                    // of a stroke that is applied backwards; forwards the shape has it
-  std::size_t expected_segments = 0;            // of one that reads the surface: at most
-  bool mesh_follows = false;                    // it is remeshed after the stroke
-  double detail = 0;                            // of reading it: the least radius that the mesh must show; 0: any
-  StrokeOutcome outcome;                        // of reading it
+  std::size_t expected_segments = 0;            // upper bound, for a stroke that reads the surface
+  bool mesh_follows = false;                    // the mesh is remeshed after the stroke
+  double detail = 0;                            // set by reading: the least radius that the mesh must show; 0: any
+  StrokeOutcome outcome;                        // set by reading
 
   const Stroke& stroke() const { return beyond ? *beyond : source->stroke; }
 };
@@ -45,21 +45,21 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
 // How far a stroke is applied, and in which direction.
 struct RunOptions {
   bool backwards = false;
-  double part = 1;          // of what its strength applies, from the first segment on
-  bool has_frames = false;  // moments within the stroke will be asked for
+  double part = 1;          // the fraction of the segments that its strength applies, from the first one on
+  bool has_frames = false;  // frame() will be called
 };
 
-// Call begin, then frame for any number of moments in order, then finish. Each does nothing once the status is not
-// done.
+// Applies a stroke: call begin(), then frame() for any number of moments in order, then finish(). Each does nothing if
+// the status is not `done`.
 class StrokeRun {
  public:
   // The shape must outlive the run.
   StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedShape& shape, Progress* progress);
 
-  // Reads the surface if the stroke has not been read, and checks its limit cylinders. Throws InvalidInput for a stroke
-  // that the shape cannot take.
+  // Reads the surface, unless read() has, and checks the limit cylinders. Throws InvalidInput for a stroke that cannot
+  // be applied to the shape.
   void begin();
-  // Does the same without the check.
+  // Reads the surface.
   void read();
 
   // Returns the shape at a moment of the stroke, from 0 to 1; the next call changes it.
@@ -69,16 +69,16 @@ class StrokeRun {
   void finish();
 
   AdvectStatus status() const { return stroke_.outcome.status; }
-  const PreparedStroke& stroke() const { return stroke_; }  // after begin: as it was read
+  const PreparedStroke& stroke() const { return stroke_; }  // complete after begin()
   StrokeOutcome take_outcome() { return std::move(stroke_.outcome); }
-  std::size_t segments() const;  // of the flow that have moved the shape, a part of one counted as one
-  // Returns the flow that the stroke moves the shape by until a moment from 0 to 1, as far as it is applied.
+  std::size_t segments() const;  // segments that have moved the shape; a part of one counts as one
+  // Returns the flow by which the stroke moves the shape until a moment from 0 to 1, as far as it is applied.
   Flow flow(double moment = 1) const;
   const std::optional<Remeshed>& remeshed() const { return remeshed_; }
 
  private:
-  // For a stroke with limit cylinders, of one segment: the points that the same parts of its flow moved, one part or
-  // the sum of several, and the shape that the inverse of these parts makes if it moves every point.
+  // For a stroke with limit cylinders and one segment, and for one set of its parts: the shape that the inverse of
+  // these parts makes if it moves every point, and the points that exactly these parts have moved.
   struct InverseImage {
     unsigned parts = 1;  // as bits
     DeformedShape shape{};
@@ -86,7 +86,7 @@ class StrokeRun {
     std::vector<bool> members{};
   };
 
-  double length() const;  // as far as its strength applies the stroke, in segments or points to relax at
+  double length() const;  // of the stroke as far as its strength applies it, in segments or points of a relax
   double end() const { return options_.part * length(); }
   void check_shape();
   void check_limit_cylinder();
@@ -107,7 +107,7 @@ class StrokeRun {
   DeformedShape frame_;
   Progress* progress_;
   std::optional<RemeshSettings> settings_;
-  double at_ = 0;             // where the shape is within the stroke, in segments or points to relax at
+  double at_ = 0;             // the moment of the shape within the stroke, in segments or points of a relax
   std::vector<Vec3d> start_;  // the positions at the beginning of a stroke that is remeshed
   std::optional<std::vector<InverseImage>> inverse_images_;
   std::optional<Remeshed> remeshed_;

@@ -1,3 +1,4 @@
+// Gaussian splats under a Jacobian: covariances, axes and harmonics, against formulas written in another form.
 #include "knead/splats.h"
 
 #include <fmt/format.h>

@@ -72,7 +72,7 @@ class Arc {
 
   Vec3d point(double height) const { return root_ + normal_ * (height - between_.outer); }
 
-  // Takes the arc from the centre to the middle of the part's points. Returns how thick the part is.
+  // Moves the arc from the centre to the middle of the part's points. Returns the thickness of the part.
   double center_on(std::span<const Vec3d> points) {
     double least = kInfinity;
     double most = -least;
@@ -84,7 +84,7 @@ class Arc {
     return most - least;
   }
 
-  // Where a point of the part that moves is at a time from 0 to 1.
+  // Returns the place of a point of the moving part at a time from 0 to 1.
   Vec3d place(const Vec3d& start, double time) const {
     const Vec3d d = start - root_;
     const SinCos<double> turn = sincos(angle_ * time);
@@ -129,7 +129,7 @@ DisjointSets pieces_of(const LiveSurface& surface, const std::vector<bool>& chos
   return sets;
 }
 
-// The vertex that is in the zone and nearest to its centre; vertices without triangles do not count.
+// Returns the vertex in the zone that is nearest to its centre; vertices without triangles do not count.
 std::optional<std::uint32_t> middle_of_zone(const BendStroke& stroke, const LiveSurface& surface,
                                             const std::vector<bool>& in_zone) {
   std::optional<std::uint32_t> nearest;
@@ -150,8 +150,8 @@ struct Parts {
   bool is_joined_twice = false;  // the part that moves is also joined to the rest elsewhere
 };
 
-// By what hangs together: the zone's piece nearest to the centre bends, and what is joined to it on the side of `inner`
-// moves. Nothing if the zone has no vertex.
+// Finds the parts by connectivity: the zone's piece nearest to the centre bends, and the vertices connected to it on
+// the side of `inner` move. Returns nothing if the zone has no vertex.
 std::optional<Parts> parts_by_pieces(const BendStroke& stroke, const Arc& arc, const LiveSurface& surface) {
   const std::size_t count = surface.positions.size();
   std::vector<bool> bends(count);
@@ -216,7 +216,7 @@ std::vector<Vec3d> where(std::span<const Vec3d> positions, const std::vector<Rol
   return result;
 }
 
-// Takes the arc to the middle of what bends; refuses what is too thick for it.
+// Moves the arc to the middle of the bending part; refuses a part that is too thick for it.
 void fit(Arc& arc, const std::vector<Vec3d>& bending) {
   const double thickness = arc.center_on(bending);
   const double turn = std::abs(arc.angle());
@@ -231,7 +231,7 @@ void fit(Arc& arc, const std::vector<Vec3d>& bending) {
                   0.5 * thickness * turn / kMaxBending * per_arc));
 }
 
-// The middle of the zone is free, so that it finds the motion that strains it least.
+// Returns the problem of the bend. The middle of the zone is free: it follows with the least strain.
 PoseProblem problem_of(const BendStroke& stroke, const LiveSurface& surface, int threads,
                        std::vector<std::string>& warnings) {
   Arc arc(stroke);
@@ -251,7 +251,7 @@ PoseProblem problem_of(const BendStroke& stroke, const LiveSurface& surface, int
       std::max(kMinSpacing * problem.diagonal, std::min(kSpacing * problem.diagonal, kSpacingOfZone * arc.width()));
   problem.across = arc.axis();
   problem.body = body_of(surface, problem.spacing, kSamplesInside, threads, warnings);
-  problem.body.stiffness.clear();  // all alike: a bar with few vertices keeps its volume better so
+  problem.body.stiffness.clear();  // one stiffness everywhere keeps the volume of a bar with few vertices better
   std::vector<Vec3d> rests;
   std::vector<Vec3d> moves;
   const auto assign = [&](const Vec3d& p, Role role) {
@@ -266,7 +266,7 @@ PoseProblem problem_of(const BendStroke& stroke, const LiveSurface& surface, int
         "\"center\": nothing of the shape lies where the bend would move it; move the zone towards "
         "what should stay");
   }
-  // Where vertices are few, the body's samples say more of where its parts are.
+  // If vertices are few, the body's samples represent its parts better.
   const std::vector<std::uint32_t> nearest = nearest_of(surface.positions, problem.body.points);
   for (std::size_t i = 0; i < nearest.size(); ++i) assign(problem.body.points[i], roles[nearest[i]]);
   if (!rests.empty()) problem.parts.push_back(part_of(rests, problem.spacing));
@@ -300,7 +300,7 @@ SolvedBend solved(const BendStroke& stroke, const LiveSurface& surface, int thre
   return solved;
 }
 
-// The share of a bend's segments that spoil nothing.
+// Returns the fraction of a bend's segments that spoil nothing.
 double sound_share(const SolvedBend& bend, const LiveSurface& surface, int threads) {
   const std::size_t count = bend.flow.segments.size() - 1;  // the last one takes no time
   std::size_t sound = 0;
@@ -314,7 +314,7 @@ double sound_share(const SolvedBend& bend, const LiveSurface& surface, int threa
   return static_cast<double>(sound) / static_cast<double>(count);
 }
 
-// Names an angle that was tried, at most this one.
+// Returns advice to use an angle that was tried, at most this one.
 [[noreturn]] void refuse(BendStroke stroke, double angle, const LiveSurface& surface, int threads) {
   constexpr double kLess = 0.92;
   const double sign = stroke.angle_deg < 0 ? -1 : 1;
@@ -332,7 +332,7 @@ struct SplitSurface {
   std::vector<Vec3d> positions;
   std::vector<Triangle> triangles;
 
-  // Makes four triangles of each.
+  // Divides each triangle into four.
   void split() {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
@@ -433,8 +433,8 @@ void warn(const BendStroke& stroke, Warnings& warnings) {
   }
 }
 
-// Returns a strong bend of all of a shape as a curve, which needs no solve; nothing if the shape would meet itself or
-// reach too far to the inner side.
+// Returns a strong bend of a whole shape as a curve, which needs no solve; nothing if the shape would meet itself or
+// extend too far to the inner side.
 std::optional<CurveStroke> as_curve(const BendStroke& stroke, const LiveSurface& surface) {
   if (std::abs(stroke.angle_deg) <= kMaxOfPlainBend || stroke.radius || stroke.radius_auto) return std::nullopt;
   Arc arc(stroke);

@@ -1,3 +1,4 @@
+// Bends by more than 170 degrees, which are poses of the body.
 #include "strokes/pose.h"
 
 #include <gtest/gtest.h>

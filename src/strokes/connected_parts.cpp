@@ -36,8 +36,8 @@ double squared_box_distance(const Box& a, const Box& b) {
                      gap(a.min.z, a.max.z, b.min.z, b.max.z)});
 }
 
-// Joins everything nearer than the reach, from the leaves of a box hierarchy upwards, so that whatever already hangs
-// together is not compared again.
+// Joins all pieces nearer than the reach, from the leaves of a box hierarchy upwards, so that connected pieces are not
+// compared again.
 class Joiner {
  public:
   Joiner(std::vector<Piece> pieces, std::size_t elements, double reach)

@@ -1,4 +1,4 @@
-// The parts of the tool "curve": the motion of a stroke, and what a shape allows it to do. Internal to the library.
+// The parts of the tool "curve": the motion of a stroke, and checks of a shape on it. Internal to the library.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace knead::tool_detail {
 
-// The number of intervals of the splines of an arc or twist of a line between two points; of other lines.
+// The number of intervals of the splines: for an arc or twist of a line between two points; and for other lines.
 inline constexpr int kArcIntervals = 32;
 inline constexpr int kPathIntervals = 128;
 // The number of these at each end in which the curvature of an arc rises from 0 to its value.
@@ -19,9 +19,9 @@ inline constexpr int kArcRamp = 3;
 // Returns the motion of a valid curve stroke that has `from`, and an axis if it is an arc.
 CurveMotion motion_of(const CurveStroke& stroke);
 
-// Throws InvalidInput, with a number that works, if the shape would reach too far to the inner side of the curve at
-// some time, or meet itself, or if the radius tears the surface. The stroke has `from`; `given` is the one whose
-// numbers the message names.
+// Throws InvalidInput, with a number that works, if the shape would extend too far to the inner side of the curve at
+// some time, or meet itself, or if the radius tears the surface. The stroke has `from`; the message names numbers of
+// `given`.
 void check_curve(const CurveStroke& stroke, const CurveStroke& given, const LiveSurface& surface);
 
 // Replaces the radius "auto" by that of propose_limit_cylinder about the line. Throws InvalidInput if there is none.

@@ -20,8 +20,8 @@ using detail::CurveTable;
 
 constexpr int kSlices = 96;        // along the curve
 constexpr int kSlicesBeyond = 24;  // at most, beyond an end
-constexpr int kTimes = 16;         // at which the slices are looked at
-constexpr int kBisections = 6;     // for the last time at which all is well
+constexpr int kTimes = 16;         // at which the slices are checked
+constexpr int kBisections = 6;     // for the last time without a problem
 constexpr std::size_t kSides = 8;  // of the outline of a slice
 
 // The directions of an outline's sides.
@@ -73,7 +73,7 @@ struct MovedSlice {
   double radius = 0;
 };
 
-// The part of the line in which two planes meet that lies in a slice; nothing if the other plane misses it.
+// Returns the part of two planes' common line that lies in a slice; nothing if the other plane misses the slice.
 std::optional<std::pair<double, double>> part_of(const MovedSlice& slice, const MovedSlice& other, const Vec3d& line) {
   double low = kInfinity;
   double high = -kInfinity;
@@ -119,11 +119,11 @@ bool lies_between(const Vec3d& p, const MovedSlice& a, const MovedSlice& b) {
   return true;
 }
 
-// Whether a slice reaches into what is between two neighbours, as where a ring goes round twice.
+// Returns whether a slice enters the space between two neighbouring slices, as in a ring that goes round twice.
 bool reaches_into(const MovedSlice& slice, const MovedSlice& a, const MovedSlice& b) {
   if (norm(slice.middle - a.middle) > slice.radius + a.radius + norm(b.middle - a.middle)) return false;
   if (lies_between(slice.middle, a, b)) return true;
-  constexpr double kWithin = 0.99;  // of the way to a corner: what touches does not meet
+  constexpr double kWithin = 0.99;  // of the distance to a corner: slices that only touch do not meet
   return std::any_of(slice.corners.begin(), slice.corners.end(), [&](const Vec3d& corner) {
     const Vec3d by = corner - slice.middle;
     return lies_between(slice.middle + by * kWithin, a, b) || lies_between(slice.middle + by * 0.5, a, b);
@@ -193,7 +193,7 @@ class Body {
     return false;
   }
 
-  // Nothing for what is beyond the radius, and so rests.
+  // Returns nothing for a place beyond the radius, which rests.
   std::vector<std::optional<CurvePoint<double>>> places_of(std::span<const Vec3d> positions) const {
     const CurveTable<double> table(curve_, 0.0);
     std::vector<std::optional<CurvePoint<double>>> places;
@@ -270,7 +270,7 @@ class Body {
   std::vector<Slice> slices_;
 };
 
-// What works: a share of the angle, a greater radius, or a part of the way.
+// Returns advice with a number that works: a smaller angle, a greater radius, or a part of the motion.
 std::string advice(const CurveStroke& stroke, double share) {
   constexpr double kMinShare = 0.01;
   if (share < kMinShare) return "give another line \"from\"";

@@ -165,7 +165,7 @@ std::array<double, 2> node_of(const std::vector<Sample>& samples, int interval) 
   return {(8 * here[0] - before[0] - after[0]) / 6, (8 * here[1] - before[1] - after[1]) / 6};
 }
 
-// The least rotation that takes one unit vector to another, as an axis of the length of its angle.
+// Returns the smallest rotation that takes one unit vector to another, as an axis whose length is the angle.
 Vec3d least_turn(const Frame& from, const Vec3d& to) {
   const Vec3d axis = cross(from.tangent, to);
   const double sine = norm(axis);
@@ -174,8 +174,7 @@ Vec3d least_turn(const Frame& from, const Vec3d& to) {
   return from.second * angle;  // 0, or half a turn
 }
 
-// Returns sigma(s) at all samples, where sigma' is 1 but for a spline with equal coefficients: by Simpson's rule, which
-// is exact.
+// Returns sigma(s) at all samples; sigma' is 1 plus a spline with equal coefficients. Simpson's rule is exact for it.
 std::vector<double> stretched_lengths(int intervals, double spacing, double coefficient, std::vector<double>& stretch) {
   const int count = intervals * kSamplesPerInterval;
   const auto sigma = [&](double at) {  // in intervals
@@ -209,8 +208,8 @@ double offset_of(CurveFixed fixed, double by) {
   return fixed == CurveFixed::start ? 0 : fixed == CurveFixed::end ? by : 0.5 * by;
 }
 
-// Returns the samples of the curve `to` where those of the motion's curve go, whose frame at the anchor is given. Finds
-// the motion of the anchor, and the coefficients of the stretch.
+// Returns the samples of the curve `to` to which those of the motion's curve move; the frame at the anchor is given.
+// Also finds the motion of the anchor and the coefficients of the stretch.
 std::vector<Sample> on_path(const CurveStroke& stroke, const Frame& frame, CurveMotion& motion, double& stretch) {
   const SmoothCurve to(stroke.to);
   const double spacing = motion.length / kPathIntervals;

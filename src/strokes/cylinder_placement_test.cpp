@@ -1,3 +1,4 @@
+// The search for a place at which a limit cylinder separates a part.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,5 @@
-// The row of a tool: all that the library knows of it; and what the rows share, such as the checks of numbers.
+// The row of a tool: everything that the library knows of it; and functions that the rows share, such as checks of
+// numbers.
 #pragma once
 
 #include <optional>
@@ -27,7 +28,7 @@ void require_finite(std::string_view key, const std::vector<Vec3d>& values);
 // Finite and greater than 0.
 void require_positive(std::string_view key, double value);
 
-// A factor from 1e-6 to 1e6: beyond that nothing is left of a shape, and path lines take for ever.
+// A factor from 1e-6 to 1e6: beyond that a shape has no extent left, and path lines need too many steps.
 void require_factor(std::string_view key, double value);
 
 // Finite, and not the zero vector.
@@ -35,7 +36,7 @@ void require_direction(std::string_view key, const Vec3d& value);
 
 inline constexpr double kMaxDegrees = 360000;
 
-// A number of degrees whose sine the evaluation can take: at most 360,000 either way.
+// A number of degrees for which the evaluation has a sine: from -360,000 to 360,000.
 void require_angle(std::string_view key, double degrees);
 
 void require_count(std::string_view key, std::size_t count, std::size_t least, std::string_view what);
@@ -58,15 +59,15 @@ void require_wide_thresholds(const Thresholds<double>& thresholds);
 // v / |v| for any finite v but zero, also where |v|^2 overflows or underflows.
 Vec3d unit(const Vec3d& v);
 
-// What Studio says about the thresholds of most tools.
+// Help of Studio on the thresholds of most tools.
 inline constexpr std::string_view kInnerHelp = "everything nearer moves rigidly with the tool";
 inline constexpr std::string_view kOuterHelp = "everything farther stays";
 inline constexpr std::string_view kBumpHelp = "radius of what moves with the tool";
 inline constexpr std::string_view kWide = R"("falloff": "wide")";
 inline constexpr std::string_view kNotWide = R"(a "falloff" from 3 to 7)";
 
-// Of the flow that returns past a set to the tool's speed; more is warned of. For a set of radius R it is R / (2
-// outer), or R / (2 gap) between two sets (method, section 2).
+// Warnings begin above this ratio of the speed of the flow back past a set to the tool's speed. For a set of radius R
+// it is R / (2 outer), or R / (2 gap) between two sets (method, section 2).
 inline constexpr double kStrongReturn = 4;
 
 inline constexpr double kRadiansPerDegree = 0.017453292519943295769;
@@ -81,13 +82,13 @@ struct SurfaceRun {
   const Mesh* mesh = nullptr;  // of a stamp's tool
   int threads = 0;
   std::vector<std::string> remarks{};    // for the user
-  std::string shortfall{};               // says where the stroke fell short of what was asked; empty if it did not
-  double reached = 1;                    // the part of the stroke that was made, from 0 to 1
+  std::string shortfall{};               // says how the stroke missed its targets; empty if it reached them
+  double reached = 1;                    // the fraction of the stroke that was applied, from 0 to 1
   std::optional<double> penetration{};   // how deep a stamp leaves the surface in its tool
   const GreyPattern* pattern = nullptr;  // of a print
   Mirror mirror{};                       // in which surface.apply makes images
-  bool mesh_follows = false;             // it is remeshed after the stroke
-  double detail = 0;                     // the least radius that the mesh must show then; 0: as the settings say
+  bool mesh_follows = false;             // the mesh is remeshed after the stroke
+  double detail = 0;                     // the least radius that the remeshed mesh must show; 0: as the settings say
 };
 
 // The zone of a bend or twist, between what moves with the tool and what stays.
@@ -138,40 +139,40 @@ Thresholds<double> thresholds_of(const S& stroke) {
   return thresholds;
 }
 
-// The row of the tool with strokes S. What is null does not apply to the tool.
+// The row of the tool with strokes S. A null member does not apply to the tool.
 template <class S>
 struct ToolRow {
   std::string_view name;  // these three as in Tool
   bool is_flow = true;
   bool is_event = false;
 
-  // What the numbers are, and what they become.
-  std::vector<StrokeKey> (*keys)(S&);                // but for "falloff"
+  // The numbers of a stroke, and its flow.
+  std::vector<StrokeKey> (*keys)(S&);                // without "falloff"
   void (*prepare)(S&, const HasKey&) = nullptr;      // as in Tool
   void (*validate)(const S&) = nullptr;              // throws for values that the tool cannot use
   bool (*reads_surface)(const S&) = nullptr;         // null: if there is no `flow`
   void (*resolve)(const S&, SurfaceRun&) = nullptr;  // applies a valid stroke that reads the surface
   // Throws for a shape to which a valid stroke that does not read it cannot be applied.
   void (*check)(const S&, const LiveSurface&) = nullptr;
-  Flow (*flow)(const S&) = nullptr;  // of a valid stroke that does not
+  Flow (*flow)(const S&) = nullptr;  // of a valid stroke that does not read the surface
   // Returns about how many segments the stroke becomes; with the mesh of a stamp's tool, at most. Null: one.
   std::size_t (*segments)(const S&, const Mesh* mesh) = nullptr;
   void (*warn)(const S&, Warnings&) = nullptr;                        // adds sentences about a valid stroke
   std::string (*words)(const S&, const std::string& unit) = nullptr;  // as words_of(); null: the name
 
-  // How they change.
+  // Changes of the numbers.
   void (*prolong)(S&, double strength) = nullptr;  // as prolonged(); null: multiplies the angles
   bool (*blends)(const S&) = nullptr;              // null: if there is a falloff
-  void (*keep_zone)(S&, int falloff) = nullptr;    // changes what another falloff would move
+  void (*keep_zone)(S&, int falloff) = nullptr;    // adapts the stroke so that its zone stays with this falloff
   void (*zone)(const S&, StrokeZone&) = nullptr;
   void (*set_zone)(S&, const StrokeZone&) = nullptr;
 
-  // Images. `move` is for strokes whose keys depend on each other; `signs`: of the axes, nothing if the motion does
-  // more than mirror. `with_images` returns one stroke that does what all images do, on a shape with these vertices.
+  // Images. `move` is for strokes whose keys depend on each other; `signs`: of the axes; nothing if the motion does
+  // more than mirror. `with_images` returns one stroke with the effect of all images, on a shape with these vertices.
   void (*move)(S&, const std::optional<Vec3d>& signs, const PlaceMap& place) = nullptr;
   S (*with_images)(const S&, const Mirror&, std::span<const Vec3d> positions) = nullptr;
 
-  // How a stroke grows while it is drawn (strokes/suffix.h). `path`: along which the tool goes, a segment for each
+  // Growth of a stroke while it is drawn (strokes/suffix.h). `path`: the path of the tool, with one segment for each
   // piece.
   std::vector<Vec3d> S::*path = nullptr;
   bool (*grows)(const S& before, const S& now) = nullptr;
@@ -194,7 +195,7 @@ Choice choice(E& value, std::vector<std::string_view> words) {
   return {std::move(words), static_cast<std::size_t>(value), [&value](std::size_t i) { value = static_cast<E>(i); }};
 }
 
-// Makes a path so many times as long, in its last direction. A path of length 0 stays.
+// Extends a path in its last direction, to `strength` times its length. A path of length 0 does not change.
 void prolong_path(std::vector<Vec3d>& path, double strength);
 
 // Returns a segment with one field that is carried along with its displacement.
@@ -206,12 +207,11 @@ Segment resting_segment(Field field);
 // Warns of a strong flow back beside the tool, which a thin intermediate region causes (inner / outer above 0.9).
 void warn_of_thin_shell(const Thresholds<double>& thresholds, Warnings& warnings);
 
-// Returns what to do where a key names vertices by their numbers: "name points instead, with ..."; empty: it names
-// none.
+// Returns advice for a key that names vertices by their numbers: "name points instead, with ..."; empty if it does not.
 std::string instead_of_vertices(const StrokeKey& key);
 
-// Returns about how many segments a stroke becomes; of one that reads the surface at most so many, if the mesh of a
-// stamp's tool is given.
+// Returns about how many segments a stroke becomes; if it reads the surface, an upper bound (for a stamp only with the
+// mesh of its tool).
 std::size_t segments_of(const Stroke& stroke, const Mesh* mesh = nullptr);
 
 // Returns whether the stroke is a bend or twist.

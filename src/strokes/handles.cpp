@@ -16,9 +16,9 @@ namespace {
 
 using namespace tool_detail;
 
-// The full set should not come nearer to the zero set on its way than this part of what was between them.
+// A warning says if the distance between the moving and the fixed set falls below this fraction of that at the start.
 constexpr double kClosePass = 0.1;
-// Of the points of a set, and of the moments on its way, that warnings look at.
+// The numbers of points of a set, and of moments of its motion, that warnings check.
 constexpr std::size_t kMaxLookedAt = 300;
 constexpr int kMoments = 64;
 
@@ -37,7 +37,7 @@ void validate_motion(const HandlesRotation& motion) {
   require_angle("angle_deg", motion.angle_deg);
 }
 
-// Something that is in both, if there is.
+// Returns a member of both sets, if there is one.
 template <class T, class Less>
 const T* common(const std::vector<T>& a, std::vector<T> b, Less less) {
   std::sort(b.begin(), b.end(), less);
@@ -101,8 +101,8 @@ std::vector<Vec3d> thinned(const std::vector<Vec3d>& points) {
   return result;
 }
 
-// The least distance between the sets. Sorted along their longest extent, a point need only be compared with those that
-// are not already too far along it.
+// Returns the least distance between the sets. They are sorted along their longest extent, so that a point is compared
+// only with points that are near along it.
 double gap(std::vector<Vec3d> full, std::vector<Vec3d> zero) {
   Box box = bounding_box(full);
   for (const Vec3d& p : zero) box.extend(p);
@@ -133,7 +133,7 @@ std::vector<Vec3d> at_moment(const std::vector<Vec3d>& points, const HandlesRota
   return result;
 }
 
-// The least gap between the sets on the way.
+// Returns the least distance between the sets during the motion.
 double least_gap(const HandlesStroke& stroke, const std::vector<Vec3d>& full, const std::vector<Vec3d>& zero) {
   double least = kInfinity;
   for (int i = 0; i <= kMoments; ++i) {
@@ -179,7 +179,7 @@ Flow flow_of(const HandlesStroke& stroke) {
 }
 
 void warn(const HandlesStroke& stroke, Warnings& warnings) {
-  if (stroke.full.empty() || stroke.zero.empty()) return;  // vertices that are yet to be looked up
+  if (stroke.full.empty() || stroke.zero.empty()) return;  // given by vertices, whose places are not known yet
   const std::vector<Vec3d> full = thinned(stroke.full);
   const std::vector<Vec3d> zero = thinned(stroke.zero);
   const double between = gap(stroke.full, stroke.zero);
@@ -208,7 +208,7 @@ void prolong(HandlesStroke& stroke, double strength) {
   if (auto* rotation = std::get_if<HandlesRotation>(&stroke.motion)) rotation->angle_deg *= strength;
 }
 
-// The points of a set that was given by its vertices.
+// Returns the points of a set that is given by its vertices.
 void look_up(const char* key, std::span<const Vec3d> positions, std::vector<std::uint32_t>& vertices,
              std::vector<Vec3d>& points) {
   for (const std::uint32_t vertex : vertices) {

@@ -1,3 +1,4 @@
+// The tool "handles": exact motion of the moving set, exact rest of the fixed set, and a smooth field between them.
 #include <gtest/gtest.h>
 
 #include <algorithm>

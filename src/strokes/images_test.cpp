@@ -1,3 +1,4 @@
+// Images of strokes in planes and about an axis, and the dabs of a drag that paints.
 #include <gtest/gtest.h>
 
 #include <bit>

@@ -30,7 +30,7 @@ constexpr double kMinSpacings = 7;        // these
 constexpr std::size_t kUnknowns = 12000;  // that count as many
 constexpr double kFull = 0.8;             // of the radius: farther away the body does not grow
 constexpr double kCellsOfBody = 0.6;      // the samples' spacing, in that of the grid
-constexpr double kGrowthWeight = 3;       // of the growth that is wanted, beside strain
+constexpr double kGrowthWeight = 3;       // of the wanted growth, relative to strain
 constexpr double kStepLength = 1;         // of the grid's spacing, at most
 constexpr double kStepGrowth = 0.4;       // of log det J, at most
 constexpr std::size_t kMinSteps = 3;      // each with the grid elsewhere, so that no pattern of its nodes is seen
@@ -43,7 +43,7 @@ constexpr double kExactVolume = 1e-7;  // of the volume
 constexpr int kCorrections = 6;
 constexpr std::size_t kMaxPoints = 10'000;
 
-// What is within the radius of the stroke's path.
+// The space within the radius of the stroke's path.
 struct InflateTool {
   const std::vector<Vec3d>& path;
   double radius = 0;
@@ -76,7 +76,7 @@ struct InflateTool {
     return result;
   }
 
-  // How fast the body grows at a distance, of the rate at the path.
+  // Returns the rate of growth at a distance, relative to that at the path.
   double rate(double distance) const {
     const double s = distance / (kFull * radius);
     const double rest = std::max(0.0, 1 - s * s);
@@ -123,7 +123,7 @@ class MovedSurface {
 
   bool empty() const { return triangles_.empty(); }
 
-  // By how much the volume grows, times the sign of the surface.
+  // Returns the growth of the volume, times the sign of the surface.
   double volume_between(const std::vector<Vec3d>& before, const std::vector<Vec3d>& after) const {
     std::vector<double> parts;
     parts.reserve(triangles_.size());
@@ -133,7 +133,7 @@ class MovedSurface {
     return sum_of(std::move(parts)) / 6;
   }
 
-  // Volume for a time through the surface.
+  // Returns the volume that flows through the surface per unit of time.
   double flux(const std::vector<Vec3d>& velocities) const {
     std::vector<double> parts;
     parts.reserve(triangles_.size());
@@ -144,13 +144,13 @@ class MovedSurface {
     return sum_of(std::move(parts)) / 6;
   }
 
-  // By how much a triangle is stretched or pressed at most.
+  // Returns the greatest factor by which a triangle is stretched or compressed.
   double stretch_from(const std::vector<Vec3d>& before) const {
     return surface_stretch(triangles_, before, points).worst();
   }
 
   std::vector<Vec3d> points;
-  std::vector<std::uint32_t> vertices;  // which these are
+  std::vector<std::uint32_t> vertices;  // their numbers
 
  private:
   // Six times the volume of a triangle's cone.
@@ -297,7 +297,7 @@ class Inflation {
     });
   }
 
-  // What grows inside must come out through the surface, which the tool's end at last prevents.
+  // The volume that grows inside must leave through the surface; near the end of the tool little can.
   void require_flux(double flux, double grown) const {
     if (flux > kMinFlux * inside_) return;
     if (grown == 0) {

@@ -1,3 +1,4 @@
+// The tool "inflate": the volume that it adds, its reach, its inverse, and refusals.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -17,7 +17,7 @@ namespace knead {
 namespace {
 
 constexpr std::size_t kLevels = 200;  // from the tip to the farthest place
-constexpr double kWidens = 0.75;      // of the girth ahead, below which a girth is a neck
+constexpr double kWidens = 0.75;      // of the greatest girth within the next thickness: less is a neck
 constexpr double kSameNeck = 1.2;     // of a girth: what a thinner place near it may have
 constexpr double kMaxArea = 0.6;      // of the surface, of a limb
 // Thicknesses that bend: of the limb beyond its neck, behind it, and along what runs beside the limb.
@@ -27,7 +27,7 @@ constexpr double kBendingBeside = 0.8;
 constexpr double kMaxThickness = 0.08;  // of the shape's diagonal
 constexpr std::size_t kEnds = 5;        // of a shape, that are looked at
 constexpr double kCoreOfLimb = 1.1;     // of the least distance from the farthest end
-constexpr double kStraightLimb = 0.7;   // of a way along the surface: how far it rises if it leads along a limb
+constexpr double kStraightLimb = 0.7;   // of a distance along the surface: the least rise of a path along a limb
 constexpr double kTip = 0.9;            // of that, at a tip
 
 // The vertices next to each vertex.
@@ -60,7 +60,7 @@ class Neighbours {
 using Reached = std::pair<double, std::uint32_t>;
 using Queue = std::priority_queue<Reached, std::vector<Reached>, std::greater<>>;
 
-// Along edges; infinite where none lead.
+// Returns distances along edges; infinite for unconnected vertices.
 std::vector<double> distances_from(std::span<const std::uint32_t> starts, std::span<const Vec3d> positions,
                                    const Neighbours& neighbours) {
   std::vector<double> distances(positions.size(), kInfinity);
@@ -100,7 +100,7 @@ std::uint32_t farthest(const std::vector<double>& distances) {
   return best;
 }
 
-// What is about equally far from the ends of the shape, on all sides of it.
+// Returns the core of the shape: the vertices about equally far from its ends.
 std::vector<std::uint32_t> core_of(std::vector<double> nearest, std::span<const Vec3d> positions,
                                    const Neighbours& neighbours) {
   std::vector<double> greatest(positions.size());
@@ -119,7 +119,8 @@ std::vector<std::uint32_t> core_of(std::vector<double> nearest, std::span<const 
   return core;
 }
 
-// The highest of the places to which the surface rises from the vertex without a detour, and what is about as high.
+// Returns the highest of the places to which the surface rises from the vertex without a detour, and those about as
+// high.
 std::vector<std::uint32_t> tip_above(std::uint32_t vertex, std::span<const Vec3d> positions,
                                      const Neighbours& neighbours) {
   const std::vector<double> from_vertex = distances_from(vertex, positions, neighbours);
@@ -194,7 +195,7 @@ Sections sections_of(std::span<const Vec3d> positions, std::span<const Triangle>
   return sections;
 }
 
-// How the girth is to that within one thickness ahead: small before the shape widens.
+// Returns the girth divided by the greatest one within the next thickness: small before the shape widens.
 double neck_at(const Sections& sections, std::size_t i) {
   double most = sections.girths[i];
   for (std::size_t k = i; k <= kLevels && sections.level(k) <= sections.level(i) + sections.thickness(i); ++k) {
@@ -203,10 +204,10 @@ double neck_at(const Sections& sections, std::size_t i) {
   return most > 0 ? sections.girths[i] / most : 1;
 }
 
-// The first neck from a level on; nothing where there is none.
+// Returns the first neck from a level on; nothing if there is none.
 std::optional<std::size_t> find_neck(const Sections& sections, std::size_t from) {
   for (std::size_t i = from; i <= kLevels && sections.areas[i] <= kMaxArea; ++i) {
-    // Nearer to the tip than a limb is thick, it is the tip that widens.
+    // Within one thickness of the tip, the shape widens because of the tip.
     const bool is_tip = !(sections.girths[i] > 0) || sections.level(i) < sections.thickness(i);
     if (is_tip || neck_at(sections, i) > kWidens) continue;
     std::size_t best = i;
@@ -220,7 +221,7 @@ std::optional<std::size_t> find_neck(const Sections& sections, std::size_t from)
   return std::nullopt;
 }
 
-// Where a part of a shape ends.
+// The cross-section at which a part of a shape ends.
 struct Border {
   Vec3d middle{0, 0, 0};
   double girth = 0;  // 0: nowhere

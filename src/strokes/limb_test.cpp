@@ -1,3 +1,4 @@
+// The limb of a surface at a vertex: its vertices, its neck, and the body.
 #include "knead/editor/tools.h"
 
 #include <gtest/gtest.h>

@@ -80,7 +80,7 @@ std::optional<double> nearest_radius(const CylinderCheck& check, double radius) 
 
 namespace {
 
-// still: the motion leaves it where it is, so that nothing needs to be known.
+// still: the stroke does not move the vertex, whether it is in the limit cylinder or not.
 enum class Kind : std::uint8_t { still, moved, unmoved, open };
 
 double distance_from_axis(const StrokeCylinder& limit_cylinder, const Vec3d& x) {
@@ -154,7 +154,7 @@ struct Polygon {
   void add(const Vec3d& p) { corners[count++] = p; }
 };
 
-// The part of the triangle, given relative to the centre, with normal.d <= outer; empty where none of it is below.
+// Returns the part of the triangle with normal.d <= outer; empty if there is none. Places are relative to the centre.
 Polygon clip(const Corners& triangle, const Vec3d& normal, double outer) {
   Polygon result;
   std::array<double, 3> above{};
@@ -170,11 +170,11 @@ Polygon clip(const Corners& triangle, const Vec3d& normal, double outer) {
   return result;
 }
 
-// d without its part along the axis, rounded as advect rounds it when it decides whether a point belongs.
+// Returns d without its component along the axis, rounded as advect does when it decides whether a point is inside.
 Vec3d across_axis(const Vec3d& d, const Vec3d& axis) { return d - axis * dot(axis, d); }
 
-// Whether the axis meets the polygon, given its corners across the axis: they wind about the axis in one sense. Seen
-// edge-on it is as near as its edges, and the signs are noise.
+// Returns whether the axis meets the polygon, from its corners across the axis: they wind about the axis in one sense.
+// For a polygon seen edge-on the signs are rounding errors, but its edges then have its least distance.
 bool is_pierced(const Polygon& across, const Vec3d& axis, double farthest) {
   constexpr double kEdgeOn = 1e-12;
   bool positive = false;
@@ -321,8 +321,8 @@ std::vector<Reach> later_reaches(const StrokeCylinder& limit_cylinder, std::span
   return merged(std::move(all));
 }
 
-// What `taken` leaves of the gap (low, high): the nearest piece that is wide enough, else the widest, by the ratio of
-// its ends; all of the gap where nothing is left.
+// Returns the free part of the gap (low, high) outside `taken`: the nearest piece whose ends have a large enough ratio,
+// else the piece with the largest ratio; the whole gap if nothing is free.
 Reach free_part(double low, double high, const std::vector<Reach>& taken) {
   constexpr double kWide = kFree * kFree;
   Reach best{low, low};
@@ -384,8 +384,8 @@ namespace {
 
 using namespace tool_detail;
 
-constexpr double kSpread = 1.6;   // times the thickness: the farthest that the part may reach in the plane r = outer
-constexpr double kMargin = 1.1;   // distance of everything else over that of the part
+constexpr double kSpread = 1.6;   // times the thickness: the greatest extent of the part in the plane r = outer
+constexpr double kMargin = 1.1;   // the distance of all other parts, divided by that of the part
 constexpr double kStride = 0.25;  // of the thickness: from place to place
 constexpr int kMaxPlaces = 200;
 
@@ -422,7 +422,7 @@ double length_of(const StrokeCylinder& limit_cylinder, const CylinderPieces& pie
   return length;
 }
 
-// Completes the proposal at its centre, or says what is wrong there.
+// Completes the proposal at its centre, or returns the problem there.
 void try_place(CylinderPlacement& proposal, const Vec3d& last_normal, const Shape& shape) {
   const StrokeCylinder limit_cylinder{proposal.center, proposal.normal, 0, proposal.outer, last_normal};
   const CylinderPieces pieces = limit_cylinder_pieces(limit_cylinder, shape.positions, shape.triangles);
@@ -437,7 +437,7 @@ void try_place(CylinderPlacement& proposal, const Vec3d& last_normal, const Shap
   }
 }
 
-// With a zone of that width: from the point towards the tip, to the first place that will do.
+// Moves the proposal, with a zone of that width, from the point towards the tip, to the first suitable place.
 CylinderPlacement first_place(const CylinderQuery& query, const Vec3d& direction, double thickness, double width,
                               const Shape& shape, const Progress* progress) {
   CylinderPlacement proposal{query.point, -direction, -kCenterFraction * width, (1 - kCenterFraction) * width, 0,

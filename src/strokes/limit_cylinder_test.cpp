@@ -1,3 +1,4 @@
+// Limit cylinders: crossed and torn triangles, and suggested radii.
 #include "knead/editor/tools.h"
 
 #include <gtest/gtest.h>

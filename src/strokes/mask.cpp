@@ -65,7 +65,7 @@ std::string words(const MaskStroke& stroke, const std::string& /*unit*/) {
 
 bool reads_surface(const MaskStroke& stroke) { return !stroke.vertices.empty(); }
 
-// Masked points, and how much each is masked.
+// Masked points and their values.
 struct MaskedPoints {
   std::vector<Vec3d> points;
   std::vector<double> values;
@@ -76,7 +76,7 @@ double longest_edge(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 }
 
 // Adds points inside the triangles whose three corners are masked, so close that the mask's grid has no gap between
-// them: a large face would bend between its corners, which stay. `level`: of each vertex, how much it is masked.
+// them. Otherwise a large face would bend between its fixed corners. `level`: the value of each vertex.
 void add_points_between(const LiveSurface& surface, const std::vector<double>& level, double width,
                         MaskedPoints& masked) {
   constexpr double kSpacingOfWidth = 1.0 / 16;  // of the width: half a cell of the grid

@@ -41,7 +41,7 @@ std::optional<unsigned> coordinate_plane(const MirrorPlane& plane) {
   return axis && plane.point[*axis] == 0 ? std::optional(1U << *axis) : std::nullopt;
 }
 
-// What each axis plane gives to the sum of all images.
+// Returns for each axis the position of the mirror plane at a right angle to it, if there is one.
 std::array<std::optional<double>, 3> planes_of(const Mirror& mirror) {
   std::array<std::optional<double>, 3> planes;
   for (const MirrorPlane& plane : mirror) {
@@ -50,7 +50,7 @@ std::array<std::optional<double>, 3> planes_of(const Mirror& mirror) {
   return planes;
 }
 
-// Places by which a field's motion is told from others, about a place that it moves.
+// Places around a place that a field moves, at which its motion is compared with others.
 void add_places(const Vec3d& anchor, double size, std::vector<Vec3d>& places) {
   for (const Vec3d& by :
        {Vec3d{0.31, 0.17, -0.23}, Vec3d{-0.29, 0.41, 0.13}, Vec3d{0.07, -0.53, 0.37}, Vec3d{-0.11, -0.19, -0.61}}) {
@@ -114,7 +114,7 @@ bool have_same_limit_cylinder(const std::optional<LimitCylinder>& a, const std::
          norm(cross(a->axis, by)) <= kSameImage * a->radius;
 }
 
-// Whether two images of a segment do the same to every point, up to rounding.
+// Returns whether two images of a segment move every point alike, up to rounding.
 bool are_same(const Segment& a, const Segment& b) {
   if (a == b) return true;
   if (!have_same_limit_cylinder(a.limit_cylinder, b.limit_cylinder)) return false;
@@ -140,7 +140,7 @@ bool are_same(const Segment& a, const Segment& b) {
   return true;
 }
 
-// Does the motion at a part of its speed.
+// Multiplies the speed of a motion.
 struct Slow {
   double factor;
 
@@ -151,8 +151,8 @@ struct Slow {
   void operator()(CustomMotion& /*motion*/) const {}  // no stroke has one
 };
 
-// One segment of the stroke, and those of its images: their sum, slowed down where they overlap so that it moves
-// nothing faster than one of them alone.
+// Returns the sum of one segment of the stroke and those of its images. If they overlap, the sum is slowed down, so
+// that it moves nothing faster than one of them alone.
 Segment sum_of(const std::vector<Segment>& images, const Mirror& mirror) {
   Segment sum;
   for (const Segment& image : images) {
@@ -169,7 +169,7 @@ Segment sum_of(const std::vector<Segment>& images, const Mirror& mirror) {
   return sum;
 }
 
-// Places in and about the tool at a time, the same ones of each image in the same order.
+// Returns places in and around the tool at a time; those of all images have the same order.
 std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
   std::vector<Vec3d> places;
   for (std::size_t i = 0; i < segment.fields.size(); i += segment.fields.size() / kMaxAnchors + 1) {
@@ -186,7 +186,7 @@ std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
   return places;
 }
 
-// Places all over where the first part overlaps another one, if it reaches only so far: elsewhere it acts alone.
+// Returns places throughout the overlap of the first part with other ones; elsewhere it acts alone.
 void add_overlaps(const Segment& sum, std::vector<Vec3d>& places) {
   constexpr int along = 11;  // odd: some places lie in the plane
   const Box first = detail::support_of(sum.parts.front());

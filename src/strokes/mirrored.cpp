@@ -17,7 +17,7 @@ namespace knead {
 
 namespace {
 
-// Calls `with` for all that a motion of a stroke may change in the value of a key.
+// Calls `with` for every member of a key's value that a motion of the stroke may change.
 template <class With>
 struct EachPart {
   With with;
@@ -98,7 +98,7 @@ struct Numbers {
   }
 };
 
-// Of two ways to write the same turn or stretch always the same one. A twist about the other axis has another region.
+// Chooses one of the two forms of the same turn or stretch (axis and its opposite). For a twist the regions differ.
 void choose_sense(Stroke& stroke) {
   Vec3d* axis = nullptr;
   double* angle = nullptr;
@@ -142,7 +142,7 @@ struct CoordinateMirror {
     return m;
   }
   bool turns_round() const { return true; }
-  // Where each axis goes to the other side.
+  // The sign of each axis in the mirror image.
   std::optional<Vec3d> flips() const { return direction({1, 1, 1}); }
 };
 
@@ -160,7 +160,7 @@ struct AnyMotion {
     return result;
   }
   bool turns_round() const { return is_reflection(motion); }
-  // Nothing where an axis goes anywhere else.
+  // Returns nothing if an axis is not mapped to itself or its opposite.
   std::optional<Vec3d> flips() const {
     const Vec3d signs{motion.turn.row0.x, motion.turn.row1.y, motion.turn.row2.z};
     const bool is_flip = motion.turn == Mat3d{{signs.x, 0, 0}, {0, signs.y, 0}, {0, 0, signs.z}};

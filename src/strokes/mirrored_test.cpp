@@ -1,3 +1,4 @@
+// Strokes that are mirrored or moved, and rigid motions.
 #include "knead/stroke.h"
 
 #include <gtest/gtest.h>

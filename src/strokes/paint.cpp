@@ -25,7 +25,7 @@ constexpr double kMaxPinch = 5;
 
 constexpr std::size_t kPartsPerPiece = 16;
 constexpr int kDabs = 6;                  // that add up to the full depth
-constexpr double kProbe = 1e-3;           // of the radius: how far apart the points are that tell a normal
+constexpr double kProbe = 1e-3;           // of the radius: the distance of the points from which a normal follows
 constexpr double kProbeTolerance = 1e-7;  // of the radius
 
 // The curve through all points, in order: a cubic Hermite curve with centripetal parameters (Yuksel, Schaefer and
@@ -106,9 +106,9 @@ constexpr double kMaxLift = 0.6;  // of the bump: a centre that is higher moves 
 constexpr int kLiftSamples = 64;  // of a weight along a line
 constexpr int kHalvings = 40;
 
-// The depth in bumps that a row of pinching dabs has for each unit of pinch, their centres so many bumps above the
-// surface. At x along the row a dab pushes with w + x^2 w' / (2 r), whose integral is half that of w; with the centre
-// on the surface that is the length of a dab.
+// Returns the depth, in bumps and for each unit of pinch, of a row of pinching dabs whose centres are `lift` bumps
+// above the surface. At x along the row a dab pushes with w + x^2 w' / (2 r), whose integral is half that of w; for a
+// centre on the surface that is the length of a dab.
 double depth_at(double lift, const Thresholds<double>& thresholds) {
   const double end = thresholds.outer / thresholds.bump;
   const auto weights_along = [&](double height) {
@@ -122,7 +122,7 @@ double depth_at(double lift, const Thresholds<double>& thresholds) {
   return lift * weights_along(lift) / weights_along(0);
 }
 
-// How far above the surface the dabs have their centres: outside where they press in.
+// Returns the height of the dabs' centres above the surface: above 0, outside, if they press in.
 double lift_of(const PaintStroke& stroke) {
   if (stroke.depth == 0) return 0;
   const Thresholds<double> thresholds = thresholds_of(stroke);
@@ -136,7 +136,7 @@ double lift_of(const PaintStroke& stroke) {
   return (stroke.depth / stroke.pinch > 0 ? low : -low) * thresholds.bump;
 }
 
-// The radius of what a dab moves with it.
+// Returns the radius of the part that moves along with a dab.
 double radius_of(const PaintStroke& stroke) { return is_wide(stroke) ? stroke.bump : stroke.outer; }
 
 std::vector<StrokeKey> keys(PaintStroke& s) {
@@ -240,7 +240,7 @@ bool continues(const PaintStroke& last, const PaintStroke& next) {
          last.falloff == next.falloff && last.bump == next.bump && last.pinch == next.pinch;
 }
 
-// The sample at a place of the surface as it was, where the dabs so far have brought it.
+// Returns the sample of a place on the original surface, at its present position after the dabs so far.
 PaintSample carried(const PaintSample& at, const PaintDrag& drag) {
   const double radius = radius_of(drag.stroke);
   const Vec3d u = any_orthogonal(at.normal);
@@ -255,7 +255,7 @@ PaintSample carried(const PaintSample& at, const PaintDrag& drag) {
   return {points[0], norm(normal) > 0 ? normalized(normal) : at.normal};
 }
 
-// Goes on with another radius: the depth of a dab is relative to it.
+// Continues with another radius; the depth of a dab is relative to it.
 void set_radius(double radius, PaintDrag& drag) {
   PaintStroke& stroke = drag.stroke;
   if (radius_of(stroke) == radius) return;

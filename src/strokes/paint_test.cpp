@@ -1,3 +1,4 @@
+// The tool "paint": dabs on a surface that moves, depths, pinches and refusals.
 #include "knead/editor/tools.h"
 
 #include <gtest/gtest.h>

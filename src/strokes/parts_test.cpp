@@ -1,3 +1,4 @@
+// Connected parts of points and curves, against a comparison of every pair.
 #include "strokes/connected_parts.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The tool "pins": places that go elsewhere exactly, or hold.
+// The tool "pins": points that move exactly to their places, or hold.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,18 +17,18 @@ namespace {
 using namespace tool_detail;
 
 constexpr std::size_t kMaxPins = 2000;
-// Within the radius of each other at some time: about 15 s and 300 MB for solving the equations.
+// The greatest number of pairs of pins within the radius of each other: their equations take about 15 s and 300 MB.
 constexpr std::size_t kMaxPairs = 200'000;
-// Two pins nearer than this part of the radius are one place; with different motions they contradict each other.
+// Two pins nearer than this fraction of the radius count as one place; different motions of these are a contradiction.
 constexpr double kOnePlace = 1e-6;
 constexpr double kContradiction = 1e-3;
-// "auto": so many times the median distance to the third nearest pin, and the longest displacement.
+// Of the radius "auto": the factor of the median distance to the third nearest pin, and of the longest displacement.
 constexpr double kSpacings = 2;
 constexpr double kDisplacements = 2;
 constexpr std::size_t kNeighbor = 3;
-// The stretch is found before the flow is used, and in every batch of a drag. So of more pins than a pack holds only a
-// pack is looked at: the pin that differs most from others, and those nearest to it. Only about the first of them the
-// pack's flow is near enough to the whole one.
+// The stretch is measured before the flow is used, and in every batch of a drag. So only as many pins as a pack holds
+// are measured: the pin that differs most from others, and those nearest to it. Near the first of them the flow of the
+// pack is close enough to that of all pins.
 constexpr std::size_t kPack = 200;
 constexpr std::size_t kCore = 40;
 constexpr double kStrongStretchOfPins = 10;
@@ -41,7 +41,7 @@ Vec3d rate_of(const PinsStroke& stroke, std::size_t i) {
   return unit(stroke.turn[i]->axis) * (stroke.turn[i]->angle_deg * kRadiansPerDegree);
 }
 
-// Of the third nearest other pin; of the farthest where there are fewer.
+// Returns the distance of the third nearest other pin, or of the farthest if there are fewer.
 double distance_to_neighbor(const PinsStroke& stroke, std::size_t i) {
   std::vector<double> square;
   for (std::size_t j = 0; j < stroke.points.size(); ++j) {
@@ -67,7 +67,7 @@ double automatic_radius(const PinsStroke& stroke) {
 
 double radius_of(const PinsStroke& stroke) { return stroke.radius ? *stroke.radius : automatic_radius(stroke); }
 
-// When two pins are nearest to each other, and how near.
+// The time at which two pins are nearest to each other, and their distance then.
 struct Approach {
   double t = 0;
   double distance = 0;
@@ -96,7 +96,7 @@ std::vector<StrokeKey> keys(PinsStroke& s) {
           {"turn", Quantity::other, &s.turn, Presence::optional}};
 }
 
-// How many vectors of unknowns a pin has.
+// Returns the number of vectors of unknowns of a pin.
 std::size_t unknowns_of(const PinsStroke& stroke, std::size_t i) {
   return !stroke.turn.empty() && stroke.turn[i] ? 4 : 1;
 }
@@ -181,8 +181,8 @@ Flow flow_of(const PinsStroke& stroke) {
   return {{std::move(segment)}};
 }
 
-// Places about the first pins where the flow may stretch a shape most: at them, between each and its nearest one, and
-// ahead, behind and beside those that move.
+// Returns places around the first pins at which the flow may stretch a shape most: at the pins, between each and its
+// nearest one, and in front of, behind and beside moving ones.
 std::vector<Vec3d> places_about(const PinsStroke& stroke, std::size_t count, double radius) {
   std::vector<Vec3d> places(stroke.points.begin(), stroke.points.begin() + static_cast<std::ptrdiff_t>(count));
   for (std::size_t i = 0; i < count; ++i) {
@@ -204,8 +204,8 @@ std::vector<Vec3d> places_about(const PinsStroke& stroke, std::size_t count, dou
   return places;
 }
 
-// How fast the flow stretches between each pin and another one at least: their velocity against each other by their
-// least distance, or the pin's own velocity by the radius.
+// Returns a lower bound of the rate of stretch between each pin and another one: their relative velocity divided by
+// their least distance, or the pin's own velocity divided by the radius.
 std::vector<double> strain_rates(const PinsStroke& stroke, double radius) {
   std::vector<double> rates;
   for (std::size_t i = 0; i < stroke.points.size(); ++i) {
@@ -221,7 +221,7 @@ std::vector<double> strain_rates(const PinsStroke& stroke, double radius) {
   return rates;
 }
 
-// The numbers of the pins that come nearest to a pin, the nearest first: the pin itself.
+// Returns the numbers of the pins that come nearest to a pin, the nearest first, beginning with the pin itself.
 std::vector<std::size_t> pack_about(const PinsStroke& stroke, std::size_t pin) {
   std::vector<std::pair<double, std::size_t>> distances;
   for (std::size_t i = 0; i < stroke.points.size(); ++i) {
@@ -319,7 +319,7 @@ class MirroredPins {
 
   static Vec3d vector_of(const PinRotation& turn) { return normalized(turn.axis) * turn.angle_deg; }
 
-  // A pin that is its own image goes where the images on the whole go, and turns as they do.
+  // A pin that is its own image gets the mean of its images' targets and rotations.
   void keep_in_planes(std::size_t i) {
     Vec3d to = result_.to[i];
     Vec3d turn = result_.turn[i] ? vector_of(*result_.turn[i]) : Vec3d{};

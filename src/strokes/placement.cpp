@@ -15,7 +15,7 @@ namespace {
 
 using namespace tool_detail;
 
-// How far the part's triangles go along the axis, away from the outer plane.
+// Returns the extent of the part's triangles along the axis, from the outer plane.
 double length_of(const StrokeCylinder& limit_cylinder, const CylinderPieces& pieces, std::span<const Vec3d> positions,
                  std::span<const Triangle> triangles) {
   double length = 0;
@@ -28,7 +28,8 @@ double length_of(const StrokeCylinder& limit_cylinder, const CylinderPieces& pie
   return length;
 }
 
-// How far the centre must at least be moved against the normal for a radius to exist, in 1/24 of the part's length.
+// Returns the least displacement of the centre against the normal for which a radius exists, in steps of 1/24 of the
+// part's length.
 std::optional<double> freeing_shift(const StrokeCylinder& limit_cylinder, double length,
                                     std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
   constexpr int kPlaces = 24;

@@ -1,3 +1,4 @@
+// Proposed radii of limit cylinders.
 #include "knead/editor/tools.h"
 
 #include <gtest/gtest.h>

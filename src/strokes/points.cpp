@@ -57,8 +57,8 @@ Vec3d barycentre(const PointsStroke& stroke, const Part& part) {
   return origin + sum / weight;
 }
 
-// The curve relative to c; a point that repeats the one before is left out, also where single precision cannot tell
-// the two apart, unless that would leave no curve.
+// Returns the curve relative to c. Points that repeat the one before, also those that single precision cannot
+// distinguish, are left out, unless less than a curve would remain.
 std::vector<Vec3d> curve_about(const std::vector<Vec3d>& curve, const Vec3d& c) {
   std::vector<Vec3d> exact;
   exact.reserve(curve.size());
@@ -79,7 +79,7 @@ Field field_of(const PointsStroke& stroke, const Part& part) {
   return {c, Translation<double>{}, std::move(region), {stroke.inner, stroke.outer}};
 }
 
-// The greatest distance of the set from its centre.
+// Returns the greatest distance of the set from its centre.
 double radius_of(const Field& field) {
   const auto& set = std::get<PointSet<double>>(field.region);
   double radius2 = 0;
@@ -90,7 +90,7 @@ double radius_of(const Field& field) {
   return std::sqrt(radius2);
 }
 
-// How far the parts lie from the one centre of all, at most.
+// Returns the greatest distance of the parts' centres from the common centre.
 double farthest_part(const PointsStroke& stroke, const std::vector<Part>& parts) {
   const Vec3d center = barycentre(stroke, parts_of(stroke).front());
   double farthest = 0;
@@ -175,7 +175,8 @@ std::string words(const PointsStroke& stroke, const std::string& unit) {
   return fmt::format("Move {} {}", stroke.points.empty() ? "a curve" : "points", length_text(norm(by), unit));
 }
 
-// The places after each displacement. Only about the flow of the whole: its centres are added up otherwise.
+// Returns a stroke for each displacement. Their flows are that of the whole up to rounding: its centres are added up in
+// another way.
 std::vector<Stroke> pieces(const PointsStroke& stroke) {
   std::vector<Stroke> pieces;
   PointsStroke piece = stroke;

@@ -1,3 +1,4 @@
+// The tool "points": centres, weights of curves, and exact motion of its points.
 #include <gtest/gtest.h>
 
 #include <cmath>

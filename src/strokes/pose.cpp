@@ -27,13 +27,13 @@ using namespace tool_detail;
 
 constexpr double kMaxStretch = 6;  // of a triangle
 constexpr double kMinDetail = 0.025;
-constexpr std::size_t kUsualUnknowns = 4500;  // at most, of a pose that names no detail
+constexpr std::size_t kUsualUnknowns = 4500;  // at most, for a pose without a detail
 constexpr double kThinDetail = 0.02;          // the least that the thickness of the parts gives,
 constexpr double kThickDetail = 0.075;        // the most,
 constexpr double kDetailOfThickness = 0.25;   // and the fraction of the thickness
-constexpr double kCoarserDetail = 1.5;        // times as much, where that falls short
+constexpr double kCoarserDetail = 1.5;        // factor of a second detail, if the pose falls short with the first
 constexpr double kSamePlace = 1e-6;           // of the diagonal
-constexpr double kSpacingOfGap = 1.25;        // at most: a wider spacing cannot part what moves from what holds
+constexpr double kSpacingOfGap = 1.25;        // at most: a wider spacing cannot separate moving from holding parts
 
 std::vector<Vec3d> all_points_of(const PosePart& part, std::span<const Vec3d> positions) {
   std::vector<Vec3d> all = part.points;
@@ -88,7 +88,7 @@ void require_apart(const std::vector<PosedPin>& pins) {
   }
 }
 
-// A sample is as stiff as the nearest vertex.
+// Gives each sample the stiffness of the nearest vertex.
 void stiffen(const PoseStroke& stroke, std::span<const Vec3d> positions, BodySamples& body) {
   if (stroke.stiffness.empty()) return;
   std::vector<double> of_vertex(positions.size(), 1.0);
@@ -102,7 +102,7 @@ void stiffen(const PoseStroke& stroke, std::span<const Vec3d> positions, BodySam
   for (std::size_t i = 0; i < nearest.size(); ++i) body.stiffness[i] *= of_vertex[nearest[i]];
 }
 
-// From a part that moves to one that holds; infinite where there are no such parts.
+// Returns the distance of a moving part from a holding one; infinite if there are no such parts.
 double least_gap(const PoseStroke& stroke, std::span<const Vec3d> positions) {
   std::vector<Vec3d> held;
   std::vector<Vec3d> moved;
@@ -120,7 +120,7 @@ double least_gap(const PoseStroke& stroke, std::span<const Vec3d> positions) {
   return least;
 }
 
-// A sample rests if the nearest vertex is of a part that holds.
+// Marks the samples that rest: those whose nearest vertex belongs to a holding part.
 void mark_held(const PoseStroke& stroke, std::span<const Vec3d> positions, BodySamples& body) {
   std::vector<bool> holds(positions.size(), false);
   for (const PoseItem& item : stroke.parts) {
@@ -134,7 +134,7 @@ void mark_held(const PoseStroke& stroke, std::span<const Vec3d> positions, BodyS
   for (const std::uint32_t vertex : nearest_of(positions, body.points)) body.held.push_back(holds[vertex]);
 }
 
-// A place far from the shape is a mistake.
+// Refuses places far from the shape, which are mistakes.
 void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
   constexpr double kFar = 10;  // diagonals
   const Vec3d& there = surface.positions[surface.triangles.empty() ? 0 : surface.triangles.front()[0]];
@@ -145,7 +145,7 @@ void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
                   p.x, p.y, p.z));
 }
 
-// Returns the points of a part that moves, or the vertices about a pin that does; none for what holds.
+// Returns the points of a moving part, or the vertices around a moving pin; none for a part or pin that holds.
 std::vector<Vec3d> moving_points(const PoseItem& item, std::span<const Vec3d> positions, double diagonal) {
   if (const auto* part = std::get_if<PosePart>(&item)) {
     return part->hold ? std::vector<Vec3d>{} : all_points_of(*part, positions);
@@ -203,7 +203,7 @@ LiveSurface with_probes(const LiveSurface& cloud, double diagonal, std::vector<V
   return surface;
 }
 
-// Says where the pose fell short of what was asked; empty if it did not.
+// Returns a sentence on how the pose missed its targets; empty if it reached them.
 std::string shortfall_of(const PoseOutcome& outcome, double distance, double tolerance) {
   if (outcome.reached < 1) {
     return fmt::format(
@@ -297,7 +297,7 @@ SolvedPose solve_pose(const PoseStroke& stroke, const LiveSurface& surface, int 
   return solved;
 }
 
-// Where the usual detail falls short, a coarser one may come farther.
+// Poses without a detail: if the automatic detail falls short, tries a coarser one, and keeps the better result.
 SolvedPose solve_as_far_as_possible(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   SolvedPose solved = solve_pose(stroke, surface, threads);
   if (solved.outcome.reached >= 1 || stroke.detail > 0) return solved;
@@ -349,13 +349,13 @@ namespace {
 using namespace detail;
 
 constexpr double kCellsOfSample = 0.4;      // the samples' greatest spacing, in that of the grid
-constexpr double kSurfaceStiffness = 20;    // of samples on the surface, which is what is seen
-constexpr std::size_t kPointsOfPart = 300;  // that ask for its motion; more where these lie farther apart than
+constexpr double kSurfaceStiffness = 20;    // of samples on the surface, which is visible
+constexpr std::size_t kPointsOfPart = 300;  // points with a wanted velocity; more if these lie farther apart than
 constexpr double kCellsOfPart = 0.5;        // this, in the spacing of the grid
 constexpr std::size_t kMaxPointsOfPart = 20000;
-constexpr std::size_t kCheckedOfPart = 2000;  // points whose places are looked at
-constexpr std::size_t kLookedAt = 400;        // points at which the flow's stretch is measured,
-constexpr double kStretchTolerance = 1e-5;    // with path lines so exact, of the diagonal
+constexpr std::size_t kCheckedOfPart = 2000;  // points whose distances from their targets are measured
+constexpr std::size_t kLookedAt = 400;        // points at which the flow's stretch is measured
+constexpr double kStretchTolerance = 1e-5;    // of path lines for this, of the diagonal
 
 std::vector<Vec3d> chosen(const std::vector<Vec3d>& points, const std::vector<std::uint32_t>& numbers) {
   std::vector<Vec3d> result;

@@ -25,7 +25,7 @@ constexpr double kMinDetailOfStroke = 0.05;
 constexpr double kStepAngle = 8;     // degrees
 constexpr double kStepOfDrag = 0.5;  // of the grid's spacing
 
-// The same pose with nothing said of how far parts and pins go.
+// Returns the pose without the targets of its parts and pins.
 PoseStroke without_ways(PoseStroke stroke) {
   for (PoseItem& item : stroke.parts) {
     if (auto* part = std::get_if<PosePart>(&item)) {
@@ -38,7 +38,7 @@ PoseStroke without_ways(PoseStroke stroke) {
   return stroke;
 }
 
-// How far a part has gone.
+// The motion of a part so far.
 struct Way {
   double angle_deg = 0;
   Vec3d translation{0, 0, 0};
@@ -61,8 +61,8 @@ std::vector<Way> ways_of(const PoseStroke& stroke) {
 }  // namespace
 
 struct PoseDrag::State {
-  PoseStroke pose;               // without ways
-  std::vector<PosedPart> parts;  // as they were at the beginning
+  PoseStroke pose;               // without targets
+  std::vector<PosedPart> parts;  // at the beginning
   std::vector<PosedPin> pins;
   double spacing = 0;
   std::vector<Way> ways;      // that the parts have gone
@@ -75,7 +75,7 @@ struct PoseDrag::State {
            way.translation;
   }
 
-  // How many steps it takes to get there.
+  // Returns the number of steps to the targets.
   double steps_to(const std::vector<Way>& to, const std::vector<Vec3d>& pins_to) const {
     double steps = 1;
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -170,7 +170,7 @@ std::vector<StrokeKey> keys(PoseStroke& s) {
           {"exact", Quantity::other, &s.exact, Presence::optional}};
 }
 
-// Which part a range of vertices belongs to.
+// A range of vertices and its part.
 struct OwnedRange {
   VertexRange range;
   std::size_t part = 0;
@@ -186,7 +186,7 @@ void append(const std::vector<VertexRange>& ranges, std::size_t part, std::vecto
   }
 }
 
-// Nothing can move in two ways.
+// Refuses parts that have a vertex in common.
 void require_apart(const PoseStroke& stroke) {
   std::vector<OwnedRange> ranges;
   for (std::size_t i = 0; i < stroke.parts.size(); ++i) {
@@ -297,7 +297,7 @@ void validate(const PoseStroke& stroke) {
   validate_stiffness(stroke);
 }
 
-// The last place of the path moves on in the last direction, so that there are as many places as before.
+// Moves the last place of the path in its last direction; the number of places does not change.
 void go_on(PosePin& pin, double strength) {
   if (!pin.point && pin.path.size() < 2) {
     throw InvalidInput("a pin that is a vertex cannot go on beyond its only place; give \"pin_point\", or a \"path\"");
@@ -308,7 +308,7 @@ void go_on(PosePin& pin, double strength) {
   pin.path.back() = path.back();
 }
 
-// Angles and translations are multiplied; a path goes on in its last direction.
+// Prolongs a pose: multiplies angles and translations, and extends paths in their last directions.
 void prolong(PoseStroke& stroke, double strength) {
   for (PoseItem& item : stroke.parts) {
     if (auto* part = std::get_if<PosePart>(&item)) {
@@ -361,7 +361,7 @@ class MirroredPose {
     pin.vertex.reset();
   }
 
-  // The image of item i: a part that holds gets the image's points, what is its own image stays alone.
+  // Adds the image of item i. A holding part gets the image's points; an item that is its own image is not repeated.
   void add(const PoseItem& image, std::size_t i) {
     if (const auto* pin = std::get_if<PosePin>(&image)) return add(*pin, std::get<PosePin>(result_.parts[i]));
     const auto& part = std::get<PosePart>(image);

@@ -1,3 +1,4 @@
+// The tool "pose" on surfaces: rigid limbs, exact ends, drags, bits and refusals.
 #include "strokes/pose.h"
 
 #include <gtest/gtest.h>

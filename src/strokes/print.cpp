@@ -26,7 +26,7 @@ using namespace tool_detail;
 constexpr double kPushesApart = 0.4;        // pushes, of the bump
 constexpr double kBumpOfHeight = 1.0 / 12;  // by default, at most
 constexpr double kOuterOfHeight = 2;        // by default
-constexpr double kStepsPerBump = 2;         // each with the pushes where the surface is by then
+constexpr double kStepsPerBump = 2;         // each with the pushes on the surface at that time
 constexpr double kMinPrintSteps = 4;
 constexpr double kMaxPrintSteps = 300;
 constexpr double kMaxNodes = 2e7;        // of the grids of all steps: half a gigabyte
@@ -34,14 +34,14 @@ constexpr int kPixelsOfFace = 192;       // along the longer side
 constexpr double kAround = 2.5;          // pushes: the bump
 constexpr double kPathTolerance = 1e-4;  // of path lines, of the bump
 constexpr double kHairline = 0.1;        // of the area may be thinner than the thinnest stroke
-constexpr double kThinner = 1.1;         // than twice the bump, which is worth a remark
+constexpr double kThinner = 1.1;         // of the thinnest stroke: a remark if twice the bump is more
 constexpr double kMaxCells = 4e5;        // of all tiles, and places
 constexpr double kFewSteps = 4;          // of a walk along the surface, for each height
 constexpr double kSteepUp = 0.1;         // of a unit vector, across the normal: the least of "up"
-constexpr double kMissing = 0.02;        // of the pattern, which is worth a remark
-constexpr double kTooCoarse = 1;         // of the bump: an edge on which the print cannot be seen
+constexpr double kMissing = 0.02;        // of the pattern: a missing part from which on there is a remark
+constexpr double kTooCoarse = 1;         // of the bump: the length of an edge that cannot show the print
 
-// Where a tile lies: a plane that touches the surface, with the pattern's directions.
+// The frame of a tile: a plane that touches the surface, with the pattern's directions.
 struct TilePlane {
   Vec3d center;
   Vec3d right;
@@ -54,7 +54,7 @@ struct PushedPlace {
   Vec3d start;
   Vec3d direction;
   double value = 0;   // of the pattern
-  double wanted = 0;  // in the end, along the direction
+  double wanted = 0;  // the displacement at the end, along the direction
   double got = 0;
   std::array<int, 2> cell{};  // column and row in its tile
 };
@@ -91,7 +91,7 @@ struct Stencil {
   }
 };
 
-// Appends for some pixels of a tile how wide the stroke there is, in pixels: of eight chords the third shortest
+// Appends the width of the stroke at some pixels of a tile, in pixels: the third shortest of eight chords
 // (StampTool::narrowest_width).
 void add_widths(const GreyTile& tile, std::vector<double>& widths) {
   constexpr std::size_t kPixelsLookedAt = 1000;
@@ -137,7 +137,7 @@ class Ground {
  public:
   explicit Ground(const LiveSurface& surface) : surface_(surface), tree_(surface.triangles, surface.positions) {}
 
-  // The middle of the top: where a line through the middle of the box enters from above.
+  // Returns the middle of the top: the point at which a line through the middle of the box enters from above.
   Vec3d top() const {
     Box box;
     for (const Triangle& t : surface_.triangles) {
@@ -169,7 +169,7 @@ class Ground {
     return length > 0 ? across / length : Vec3d{0, 0, 0};
   }
 
-  // Where a line along a direction enters the surface nearest to p, if within `reach`.
+  // Returns the point nearest to p at which a line along a direction enters the surface, if it is within `reach`.
   std::optional<RayHit> entry(const Vec3d& p, const Vec3d& direction, double reach) const {
     std::optional<RayHit> found;
     for (RayHit hit : tree_.hits(p - direction * reach, direction)) {
@@ -325,7 +325,7 @@ class Printer {
     next.center = stroke_.direction ? to : ground.nearest(to);
     if (stroke_.direction) return next;
     next.normal = ground.normal(next, stroke_.height / kFewSteps, stroke_.height);
-    // The line goes straight on along the surface.
+    // The line continues straight along the surface.
     const Vec3d right = normalized(across(frame.right, next.normal));
     next.up = cross(next.normal, right) * (stroke_.flip ? -1 : 1);
     next.right = right;
@@ -384,7 +384,7 @@ class Printer {
     rasters_.push_back(std::move(raster));
   }
 
-  // By so much the bump must be larger.
+  // The factor by which the bump must be larger.
   [[noreturn]] void too_fine(double factor) const {
     throw InvalidInput(
         fmt::format("\"bump\": {:.3g} is too fine for so large a pattern; use about {:.2g}, or make several prints",
@@ -402,8 +402,9 @@ class Printer {
     }
   }
 
-  // The vectors of the pushes from a part of the depth to another one: the way, and what lacks of the way before,
-  // smoothed. (Weights that meet the depth at every place would grow without bound: pushes have no net flux.)
+  // Returns the vectors of the pushes from one fraction of the depth to another one: the displacement of this step, and
+  // the part that earlier steps have missed, smoothed. (Weights that meet the depth at every place would grow without
+  // bound, because pushes have no net flux.)
   std::vector<Vec3d> vectors(double from, double to) const {
     std::vector<Vec3d> result(places_.size());
     for (const Raster& raster : rasters_) {
@@ -423,7 +424,7 @@ class Printer {
     return result;
   }
 
-  // How far the grids and their mirror images move each place along its direction.
+  // Returns the displacement of each place along its direction by the grids and their mirror images.
   std::vector<double> motion(const std::vector<PotentialGrid>& grids, const std::vector<Vec3d>& at) const {
     std::vector<Vec3d> points(at);
     for (Vec3d& p : points) p += origin_;
@@ -438,7 +439,7 @@ class Printer {
     return moved;
   }
 
-  // By which the first step must be multiplied to come as deep as is wanted.
+  // Returns the factor of the first step with which it reaches the wanted depth.
   double gain(const std::vector<double>& moved, double part) const {
     double of_moved = 0;
     double of_wanted = 0;

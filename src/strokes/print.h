@@ -13,20 +13,20 @@ struct GreyTile {
   int width = 0;  // pixels
   int height = 0;
   std::vector<float> values;  // from 0 to 1, rows from the top
-  double left = 0;            // of the left edge, to the right of the pattern's middle; in pixels
-  double top = 0;             // of the upper edge, above the middle
+  double left = 0;            // position of the left edge, to the right of the pattern's middle; in pixels
+  double top = 0;             // position of the upper edge, above the middle
 };
 
 // Tiles side by side, of one scale.
 struct GreyPattern {
   std::vector<GreyTile> tiles;
-  double height = 1;  // in pixels, of what the print's height says
+  double height = 1;  // the print's height, in pixels
 };
 
 namespace tool_detail {
 
-// Returns the face of a mesh that prints: what lies lowest, as seen from above; what is higher by less than the depth
-// is grey. Throws InvalidInput for a mesh without faces.
+// Returns the pattern of a mesh: its lowest face, as seen from above. Points that lie less than the depth above it are
+// grey. Throws InvalidInput for a mesh without faces.
 GreyPattern face_of(const Mesh& mesh, const PrintStroke& stroke);
 
 // Returns the mean of a tile's pixels in a rectangle, in pixels from its upper left corner; what is beyond counts as 0.

@@ -31,7 +31,7 @@ struct NodeBox {
   }
 };
 
-// All nodes nearer than `outer` to the box, and one more on each side for the spline.
+// Returns the nodes nearer than `outer` to the box, and one more on each side for the spline.
 NodeBox nodes_around(const Box& box, double spacing, double outer) {
   NodeBox nodes;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -41,8 +41,8 @@ NodeBox nodes_around(const Box& box, double spacing, double outer) {
   return nodes;
 }
 
-// Makes blocks of clusters: one, or those of the halves across the longest side of its box where they save nodes.
-// Returns the nodes of their grids.
+// Makes blocks of clusters: one block, or those of the two halves across the longest side of its box if these save
+// nodes. Returns the number of nodes of their grids.
 template <class Iterator, class PlaceOf, class Blocks>
 std::size_t divide(Iterator begin, Iterator end, double spacing, double outer, const PlaceOf& place_of,
                    Blocks& blocks) {
@@ -91,7 +91,7 @@ class LevelWeight {
   double curvature_;
 };
 
-// Turns values at nodes into the coefficients of a spline that is close to them: exact for cubic polynomials.
+// Replaces values at nodes by the coefficients of a spline that approximates them; exact for cubic polynomials.
 void filter(std::vector<Vec3d>& values, const std::array<int, 3>& counts) {
   std::array<std::size_t, 3> size{};
   std::copy(counts.begin(), counts.end(), size.begin());

@@ -12,18 +12,20 @@
 
 namespace knead::tool_detail {
 
-// The wide weight of bump a and outer R is a sum of weights of bumps a, 2a, 4a, ... up to R, each with the next one as
-// its outer. The potential of each lies on grids of half its bump, and pushes that are close for its bump are joined.
+// The wide weight of bump a and outer R is a sum of weights of bumps a, 2a, 4a, ... up to R, whose outer is the next
+// bump. The potential of each lies on grids with half its bump as spacing. Pushes that are close, by its bump, are
+// joined.
 class PushGrids {
  public:
   // Time: n log^2 n.
   PushGrids(std::span<const Vec3d> places, double bump, double outer, int threads);
 
-  // Returns the grids of the pushes at these places, as many as before and near them. A push alone moves its place by
-  // its vector in a unit of time. The grids act one after the other, those of the greatest bump first.
+  // Returns the grids of the pushes at these places, which must be near those of the constructor and as many. A push
+  // alone moves its place by its vector in a unit of time. The grids act one after the other, those of the greatest
+  // bump first.
   std::vector<PotentialGrid> grids(std::span<const Vec3d> places, std::span<const Vec3d> vectors) const;
 
-  // Returns the number of grids, and of their nodes.
+  // Returns the number of grids.
   std::size_t count() const;
   double nodes() const { return nodes_; }
 

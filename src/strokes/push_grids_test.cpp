@@ -1,3 +1,4 @@
+// Sums of wide pushes as grids, against the pushes themselves.
 #include "strokes/push_grids.h"
 
 #include <gtest/gtest.h>

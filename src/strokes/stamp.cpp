@@ -18,12 +18,13 @@ namespace {
 
 // Closer pins follow the tool no better, and their equations take longer.
 constexpr double kPinsPerRadius = 5;
-// Of a step's motion: what is not deeper inside the tool counts as outside.
+// Of a step's motion: places less deep inside the tool count as outside.
 constexpr double kShallow = 0.01;
-// Of the distance between pins: two of them cannot meet. What lies deeper comes out step by step. Twice the default
-// step.
+// The greatest displacement of a pin in a round, of the distance between pins: so two pins cannot meet. Deeper places
+// come out step by step. It is twice the default step.
 constexpr double kLongest = 0.4;
-// Of a round; what is left moves in the next one, or is not held. A pins stroke may have 2000.
+// The greatest number of pins in a round; further places move in the next one, or are not held. A pins stroke may have
+// 2000.
 constexpr std::size_t kMaxMoving = 1000;
 constexpr std::size_t kMaxPinsOfStamp = 1900;
 
@@ -85,8 +86,8 @@ using tool_detail::StampStep;
 using tool_detail::StampTool;
 
 constexpr double kDefaultOuter = 1.5;    // of the tool's half width
-constexpr double kNarrowestPrint = 0.9;  // of it, the least where Knead chooses the contact
-constexpr double kStrokesPerPrint = 3;   // of the narrowest width: between these two
+constexpr double kNarrowestPrint = 0.9;  // of the half width: the least `outer` for an automatic contact
+constexpr double kStrokesPerPrint = 3;   // of the narrowest width, clamped to these two
 constexpr double kNarrowOuter = 1.1;     // below that the return flow bends the side walls into the tool
 constexpr double kStepsPerOuter = 25;    // by default
 constexpr double kStepsPerPrint = 50;    // of a print
@@ -94,7 +95,7 @@ constexpr double kCoarsestSpacing = 20;  // of the contacts, in the outer thresh
 constexpr double kFinestSpacing = 200;   // however narrow the tool
 constexpr std::size_t kMaxDirections = 8;
 constexpr int kQuarters = 4;      // of a step
-constexpr double kLatest = 0.25;  // of a quarter: what is hit later waits for the next
+constexpr double kLatest = 0.25;  // of a quarter: places that are hit later wait for the next quarter
 constexpr int kMaxStepsOfStamp = 1'000'000;
 constexpr int kSlipRounds = 2;  // of a step
 
@@ -106,7 +107,7 @@ double reading_at(double outer, double spacing, int exponent) {
   return sum > 1 ? outer * inverse_root(sum, exponent) : outer;
 }
 
-// What a stroke's lengths stand for with its tool.
+// The lengths of a stroke, with the defaults that its tool determines.
 struct Lengths {
   double half_width = 0;  // the tool's greatest over all directions of the path
   double outer = 0;
@@ -115,7 +116,7 @@ struct Lengths {
   double spacing = 0;    // of the contacts
 };
 
-// The directions of some of a path's pieces, evenly spread over it; any where it has no length.
+// Returns the directions of some of a path's pieces, evenly spread over it; any direction for a path without length.
 std::vector<Vec3d> directions_of(std::span<const Vec3d> path) {
   std::vector<Vec3d> directions;
   const std::size_t stride = 1 + (path.size() - 2) / kMaxDirections;

@@ -1,3 +1,4 @@
+// The tool "stamp": contact with a surface, depth, the support radius and refusals.
 #include "strokes/stamp.h"
 
 #include <gtest/gtest.h>

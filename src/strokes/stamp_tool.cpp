@@ -47,13 +47,12 @@ bool may_reach(const Box& box, const std::array<Vec3d, 3>& c) {
   return true;
 }
 
-// Into how many parts no longer than spacing.
+// Returns the number of parts, no longer than spacing, of a length.
 int parts_of(double length, double spacing) {
   return static_cast<int>(std::clamp<double>(std::ceil(length / spacing), 1, kMaxSamples));
 }
 
-// Places on the triangle, its corners left out, in rows along its longest side: no more of them on a sliver than on a
-// line.
+// Adds places on the triangle, without its corners, in rows along its longest side: a sliver gets no more than a line.
 void sample(const Triangle& t, const std::array<Vec3d, 3>& c, const Box& box, double spacing,
             std::vector<StampPlace>& places) {
   std::size_t i = 0;
@@ -231,7 +230,7 @@ Vec3d StampTool::normal_of(std::uint32_t triangle) const {
   return length > 0 ? normal / length : Vec3d{0, 0, 0};
 }
 
-// A ray that leaves more often than it enters starts inside, and is out where it has left as often as that.
+// A ray that leaves the tool more often than it enters starts inside; it is outside once all these exits are passed.
 std::optional<StampTool::Front> StampTool::front(const Vec3d& p, const Vec3d& direction) const {
   const std::vector<RayHit> hits = tree_.hits(p, direction);
   int inside = 0;
@@ -286,8 +285,8 @@ std::optional<double> StampTool::width_at(const Vec3d& p, std::span<const Vec3d>
   return chords[2];
 }
 
-// Beside a wall the chords along it are short however wide the tool: so of eight chords, evenly turned, the third
-// shortest counts, which is at most 1.2 times the width of a bar.
+// Beside a wall the chords that cross it are short for any width of the tool. So the third shortest of eight evenly
+// turned chords counts, which is at most 1.2 times the width of a bar.
 double StampTool::narrowest_width(const Vec3d& direction, double below) const {
   constexpr std::size_t samples = 128;
   constexpr double left_out = 0.05;

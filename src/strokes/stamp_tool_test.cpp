@@ -1,3 +1,4 @@
+// The mesh of a stamp: its pose, depths inside it, and its widths.
 #include "strokes/stamp.h"
 
 #include <gtest/gtest.h>

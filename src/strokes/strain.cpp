@@ -1,4 +1,4 @@
-// How far a flow stretches a surface or the space about points.
+// Stretches of a surface, or of the space around points, by a flow.
 #include "knead/editor/tools.h"
 
 #include <algorithm>
@@ -19,8 +19,8 @@ namespace {
 // As for carried normals: they leave about 1e-5 of a stretch to the errors of the path lines.
 constexpr double kTolerance = 1e-5;  // of the step
 constexpr std::size_t kPathLines = 7;
-// Of the mean speed of two opposite neighbours: how much they differ where the map is smooth at most. The flow of a
-// tool bends by less over 1e-4 of the shape.
+// The greatest difference of two opposite neighbours where the map is smooth, relative to their mean displacement. The
+// flow of a tool bends by less over 1e-4 of the shape.
 constexpr double kTorn = 0.5;
 constexpr std::size_t kMaxWeights = 4'000'000;
 constexpr std::size_t kPointsAtOnce = 1024;
@@ -71,7 +71,7 @@ bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& p) {
   return norm2(d - limit_cylinder.axis * dot(d, limit_cylinder.axis)) <= limit_cylinder.radius * limit_cylinder.radius;
 }
 
-// How far r changes at a point while a half-space turns: the inner region turns as much against it.
+// Returns the change of r at a point while a half-space turns: the inner region turns as much against it.
 double turn_slack(const Region& region, const Vec3d& d) {
   const auto* half_space = std::get_if<HalfSpace<double>>(&region);
   if (half_space == nullptr || half_space->turn_angle == 0) return 0;

@@ -1,3 +1,4 @@
+// Stretches by flows, against exact values, and the zones of bends and twists.
 #include "knead/editor/tools.h"
 
 #include <gtest/gtest.h>

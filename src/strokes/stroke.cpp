@@ -1,4 +1,4 @@
-// What holds for strokes of every tool: it comes from the rows of the tools.
+// Functions of strokes of every tool, by the rows of the tools.
 #include "knead/stroke.h"
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ namespace {
 
 using namespace tool_detail;
 
-// What everybody may know of a row.
+// Returns the public description of a row.
 template <class S>
 Tool described(const ToolRow<S>& row) {
   Tool tool{row.name, S{}, row.is_flow, row.is_event, {}, {}};
@@ -46,7 +46,7 @@ std::span<const Tool* const> described_tools(std::variant<S...>* /*type only*/) 
   return kPointers;
 }
 
-// Checks one value by what it means. (Pointers to const would lose against the template below.)
+// Checks one value by the quantity that it is. (Pointers to const would lose against the template below.)
 struct Check {
   const StrokeKey& key;
 
@@ -90,7 +90,8 @@ struct Check {
   void operator()(const T& /*by the tool itself*/) const {}
 };
 
-// What to do where a key names vertices; empty: it names none. (Pointers to const would lose against the template.)
+// Returns advice for a key that names vertices; empty if it names none. (Pointers to const would lose against the
+// template.)
 struct InsteadOfVertices {
   std::string_view key;
 
@@ -271,8 +272,8 @@ namespace {
 
 constexpr double kThinShell = 0.9;
 
-// How fast, in units of the tool's speed, a translating ball's field flows back on its equator, where
-// v = (w + r/2 dw/dr) u.
+// Returns the greatest speed of the flow back on the equator of a translating ball's field, in units of the tool's
+// speed; there v = (w + r/2 dw/dr) u.
 double counter_flow(const Thresholds<double>& thresholds) {
   constexpr int kSamples = 1000;
   double least = 0;

@@ -1,3 +1,4 @@
+// Strokes as flows: segments, fields and motion of each tool, and checks of their numbers.
 #include "knead/stroke.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What continues a stroke, and pieces joined to one.
+// The new part of a growing stroke, and pieces joined to one stroke.
 #include "strokes/suffix.h"
 
 #include "strokes/describe.h"

@@ -17,8 +17,8 @@ namespace knead {
 // same segments as `now`, bit for bit. Returns nothing if the strokes are equal, or `now` does not extend `before`.
 std::optional<Stroke> suffix_since(const Stroke& before, const Stroke& now);
 
-// Returns the flow of that part; works also for point sets with more displacements. The strokes are valid. Nothing for
-// relax strokes, which are no flow. Both are mirrored.
+// Returns the flow of suffix_since(), also for point sets with more displacements; both strokes are mirrored. Returns
+// nothing for relax strokes, which are no flow. The strokes must be valid.
 std::optional<Flow> flow_suffix_since(const Stroke& before, const Stroke& now, const Mirror& mirror = {});
 
 // Returns whether `next` begins where `last` ended, with the same tool and the same numbers: an implicit stroke or a
@@ -26,8 +26,8 @@ std::optional<Flow> flow_suffix_since(const Stroke& before, const Stroke& now, c
 // Painted strokes do not show whether the pointer was released between them.
 bool continues(const Stroke& last, const Stroke& next);
 
-// Appends `next` to a stroke that it continues: `last` then gives the result of the two, one after the other, bit for
-// bit. Returns false if no stroke does, as for stamps, whose contacts are chosen for a whole stroke.
+// Appends `next` to a stroke that it continues: `last` then gives the result of both, one after the other, bit for bit.
+// Returns false if no stroke can, as for stamps, whose contacts are chosen for a whole stroke.
 bool join(Stroke& last, const Stroke& next);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// Where a point meets a surface that moves.
+// The closest point of a surface that moves, and its normal.
 #pragma once
 
 #include <cstdint>
@@ -10,17 +10,17 @@
 
 namespace knead::tool_detail {
 
-// Finds the closest points of a surface as it is at the moment. The surface outlives it.
+// Finds the closest points on the current surface. The surface must outlive it.
 class SurfaceFinder {
  public:
   explicit SurfaceFinder(const LiveSurface& surface);
 
-  // The closest point of the surface and the unit normal there: of triangles, interpolated from the angle-weighted
-  // normals of the vertices (Thurmer and Wuthrich 1998); of a point cloud, the weighted mean of the nearest points and
-  // normals. Nothing where there is no such normal.
+  // Returns the closest point of the surface and the unit normal there: of triangles, interpolated from the
+  // angle-weighted normals of the vertices (Thurmer and Wuthrich 1998); of a point cloud, the weighted mean of the
+  // nearest points and normals. Returns nothing if there is no such normal.
   std::optional<PaintSample> closest(const Vec3d& p) const;
 
-  // Follows a motion of the surface in which only vertices within `radius` of p have moved.
+  // Updates the finder after a motion of the surface in which only vertices within `radius` of p have moved.
   void follow(const Vec3d& p, double radius);
 
  private:

@@ -1,4 +1,4 @@
-// The zones of bends and twists, and what a shape wants of them.
+// The zones of bends and twists, and the widths that a shape needs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ constexpr double kMinWidth = 1.6;
 constexpr double kSafeShear = 1.5;
 constexpr int kMaxRounds = 64;  // of widening; each takes in at least one slice
 
-// How steep the motion is at most, by the angle over the width: in a bend the slope of w, in a twist that of r w.
+// Returns the greatest slope of the motion, divided by angle / width: in a bend that of w, in a twist that of r w.
 double steepness(const StrokeZone& zone, int falloff) {
   if (zone.bends()) return falloff_facts(falloff).slope;
   constexpr int kSamplesOfZone = 256;
@@ -44,7 +44,7 @@ double steepness(const StrokeZone& zone, int falloff) {
   return most;
 }
 
-// The angle over the zone that stretches as much with the default falloff, for which the constants above hold.
+// Returns the angle over the zone that stretches as much with the default falloff; the constants above are for that.
 double default_angle(const StrokeZone& zone) {
   return zone.angle * steepness(zone, zone.between.falloff) / steepness(zone, kDefaultFalloff);
 }
@@ -92,7 +92,8 @@ void add_edge(ZoneProfile& profile, const Vec3d& a, const Vec3d& b) {
   }
 }
 
-// The greatest distance of what lies between two heights, or comes there while the zone of a bend turns.
+// Returns the greatest distance of the parts between two heights, also of those that come there while a bend's zone
+// turns.
 double reach_within(const ZoneProfile& profile, double inner, double outer, double turn) {
   double most = 0;
   for (std::size_t i = 0; i < profile.reach.size(); ++i) {
@@ -128,7 +129,7 @@ StrokeZone widened(const StrokeZone& zone, double width) {
   return wider;
 }
 
-// Widening takes in more of the shape, which may reach farther; it ends because the shape does.
+// Widening includes more of the shape, which may be wider there; it ends at the end of the shape.
 StrokeZone with_safe_width(StrokeZone zone, const ZoneProfile& profile) {
   for (int round = 0; round < kMaxRounds; ++round) {
     const double width = safe_width(zone, reach_of(zone, profile));
@@ -147,7 +148,7 @@ bool fits(const StrokeZone& zone, const ZoneProfile& profile) {
 
 double stretch_of_shear(double gamma) { return 0.5 * gamma + std::sqrt(1 + 0.25 * gamma * gamma); }
 
-// Of a stroke whose `outer` is a distance from its tool; else null.
+// Returns the `outer` of a stroke if it is a distance from its tool; else null.
 double* outer_of(Stroke& stroke) {
   for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
     if (key.quantity == Quantity::outer) return std::get<double*>(key.value);

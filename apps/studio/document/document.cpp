@@ -148,7 +148,7 @@ bool Document::take(const WorkResult& result, const char* what) {
   return tell_failure(result, what);
 }
 
-// Tells why something was not done; true where it was.
+// Tells why a call failed. Returns true if it succeeded.
 bool Document::tell_failure(const WorkResult& result, const char* what) const {
   if (result.is_done()) return true;
   if (!result.refusal.empty()) {
@@ -178,8 +178,8 @@ void Document::set_live(std::vector<SessionStroke> strokes, Progress& progress, 
   if (!is_told) show();
 }
 
-// Of a stamp that was pressed in pieces only the last warning: where a piece begins, the surface lies against the tool
-// that the one before left there.
+// Tells only the last warning of a stamp that was pressed in pieces: at the start of a piece the surface touches the
+// tool at the end of the piece before.
 void Document::tell_warnings(const HistoryEntry& entry) const {
   const auto is_stamp = [](const SessionStroke& stroke) { return !file_of(stroke.stroke).empty(); };
   const bool is_pressed = std::all_of(entry.strokes.begin(), entry.strokes.end(), is_stamp);
@@ -211,7 +211,7 @@ void Document::end_gesture(Progress& progress) {
   picker_is_stale_ = true;
 }
 
-// Does what finished strokes have left: false if it was stopped. Not during a gesture.
+// Completes the postponed work of finished strokes. Returns false if it was stopped. Do not call it during a gesture.
 bool Document::settle(Progress& progress) {
   if (history_->is_settled()) return true;
   if (!history_->live().empty()) return false;
@@ -283,7 +283,7 @@ void Document::drag_layers(const LayerChange& change, Progress& progress) {
   guarded([&] { arrange(change, true, progress); });
 }
 
-// What gives a drag up needs no work that could be cancelled: the states before it are known.
+// Giving a drag up takes no work that could be cancelled, because the states before it are known.
 void Document::end_layer_drag(bool is_kept) {
   if (!history_ || !is_dragging_layers_) return;
   guarded([&] {
@@ -313,7 +313,7 @@ void Document::measure_volume() {
   shown_.volume = measure_volume_and_area(*history_->state().mesh, history_->state().positions.copy()).volume;
 }
 
-// While nothing else is to be done, and not at every step of a drag.
+// Measures when there is no other work, not at every step of a drag.
 void Document::measure_large_volume() {
   if (!volume_is_stale_ || seconds_since(measured_) < kMeasuredEvery) return;
   volume_is_stale_ = false;
@@ -343,11 +343,11 @@ bool has_thin_angle(const std::array<Vec3d, 3>& p) {
   return false;
 }
 
-// One poor triangle of so many that a stroke deforms is not seen.
+// One poor triangle among this many deformed ones is not visible.
 constexpr std::size_t kFewOf = 500;
-constexpr double kDeformed = 1.1;  // a stretch: what a wide stroke moves far around is hardly deformed
+constexpr double kDeformed = 1.1;  // a stretch: less counts as not deformed, as far from a wide stroke
 
-// Whether a triangle is seen as a facet: the normals at its corners are of length 1.
+// Returns whether a triangle is visible as a facet. The normals at its corners have length 1.
 bool is_angular(const std::array<Vec3d, 3>& p, const std::array<Vec3d, 3>& normals) {
   const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
   const double bound = std::cos(kAngularAngle * std::numbers::pi / 180) * norm(normal);
@@ -450,7 +450,7 @@ Placement Document::with_limit_cylinder(const Placement& placement, bool bends, 
 
 namespace {
 
-// What the window allocates to draw a shape, while it makes what is drawn of it (render::LiveMesh).
+// Bytes that the window allocates to draw a shape, at most, while it makes a render::LiveMesh.
 constexpr std::size_t kBytesOfVertex = 160;
 constexpr std::size_t kBytesOfCorner = 60;
 
@@ -459,7 +459,7 @@ void check_room_for_drawing(const Mesh& mesh) {
   ::operator delete(::operator new(mesh.vertex_count() * kBytesOfVertex + mesh.corner_vertex.size() * kBytesOfCorner));
 }
 
-// A shape and what is made of it, before it takes the place of the document.
+// A shape and everything made from it, before they replace the document.
 struct Opening {
   DocumentObjects objects;
   std::optional<Journal> journal;
@@ -468,7 +468,7 @@ struct Opening {
   Measures measures;
 };
 
-// Everything that can run out of memory is done here, while the document before it is still open.
+// Does everything that can run out of memory while the previous document is still open.
 Opening prepare(std::vector<DocumentObject> list, const std::string& title, const DocumentOptions& options,
                 PickerPool& pickers) {
   Opening opening;
@@ -498,7 +498,7 @@ Opening prepare(std::vector<DocumentObject> list, const std::string& title, cons
   return opening;
 }
 
-// The stamps and the view of a journal, for the one that takes its place.
+// Copies the stamps and the view of a journal to the one that replaces it.
 void copy_folder(const std::filesystem::path& from, const std::filesystem::path& to) {
   namespace fs = std::filesystem;
   std::error_code ignored;  // a view is not worth a failure, and a stamp that is missing is named where it is needed
@@ -591,7 +591,7 @@ void Document::remove_object(std::size_t object, Progress& progress) {
   });
 }
 
-// The history is applied to all shapes from the beginning; until that is done the document is the one before.
+// Applies the history to all shapes from the beginning. The document does not change before that is done.
 bool Document::put_objects(std::vector<DocumentObject> list, std::optional<std::size_t> active, const char* doing,
                            Progress& progress) {
   PickerPool pickers;

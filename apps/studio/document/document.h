@@ -1,5 +1,5 @@
 // The document: a shape, its history, its files and its journal. Its calls take time, so only the worker's thread uses
-// it; what the window shows of it is a value (DocumentState) that any thread may keep.
+// it. The window shows a value (DocumentState), which any thread may keep.
 #pragma once
 
 #include <chrono>
@@ -24,7 +24,7 @@
 
 namespace knead::studio {
 
-// What a notice is about. A new attempt at the same withdraws the errors about it.
+// The subject of a notice. A new attempt withdraws earlier errors on its subject.
 enum class Subject { other, opening, saving, exporting, strokes, gesture, stamp, picture, preferences, gpu };
 
 struct Notice {
@@ -33,32 +33,32 @@ struct Notice {
   Subject subject = Subject::other;
 };
 
-// The entries of the history, each as its strokes, and a change of them (document/layers.h).
+// The entries of the history, each as a list of strokes, and a change of them (document/layers.h).
 using Layers = std::vector<std::vector<SessionStroke>>;
 using LayerChange = std::function<void(Layers&)>;
 
-// The document as a person sees it at one moment.
+// The document as the window shows it at one moment.
 struct DocumentState {
   std::uint64_t version = 0;  // grows with every change
   std::uint64_t opened = 0;   // grows when another shape is opened; 0: none is
-  std::uint64_t ended = 0;    // gestures that were kept or given up, so far
+  std::uint64_t ended = 0;    // the number of gestures that were kept or given up
   ShapeState state;           // of all objects, to be drawn
   DocumentObjects objects;
   std::shared_ptr<const Picker> picker;
   bool picker_is_behind = false;  // the shape has changed since the picker was made
   std::vector<std::shared_ptr<const HistoryEntry>> history;
   std::vector<std::shared_ptr<const HistoryEntry>> redoable;  // next first
-  std::optional<std::size_t> looked_at;                       // that many entries done, where the past is looked at
+  std::optional<std::size_t> looked_at;                       // the number of applied entries if the past is shown
   std::string title;
   std::filesystem::path shape_path;     // of the first object; empty: the shape was made, not read
   std::filesystem::path session_path;   // empty: never saved
   bool is_changed = false;              // since it was saved
   double diagonal = 1;                  // of the box of the shape as it was opened
   std::optional<double> volume_before;  // of a closed shape as it was opened
-  std::optional<double> volume;         // as it is, when last measured: during a drag, and at its end
-  double live_seconds = 0;              // that the last step of a drag took
+  std::optional<double> volume;         // the last measured one: during a drag, and at its end
+  double live_seconds = 0;              // duration of the last step of a drag
   std::uint64_t live_steps = 0;         // accepted steps of the last entry
-  double journal_seconds = 0;           // that the last batch took to be written
+  double journal_seconds = 0;           // duration of writing the last batch
   std::string journal_trouble;          // one line while the disk refuses the journal
   std::optional<Stroke> contacts;       // of the stamp being dragged: the points that it pushed last
   std::string recovered_view;           // of a recovered document: its view, as remember_view kept it
@@ -66,25 +66,25 @@ struct DocumentState {
   ShapeState start;                     // the shape as it was opened
   std::optional<ShapeState>
       before_stroke;  // before the current gesture, else before the last entry; std::nullopt: not kept
-  // That the last entry made thin or angular, if it was not remeshed: stretched more than kStrongStretch times, with an
-  // angle below 5 degrees, or inclined by more than 30 degrees to the normal at a corner, which they were not before. 0
-  // where they are fewer than 1 in 500 of those that it touched.
+  // The number of triangles that the last entry made poor, if it was not remeshed: newly stretched more than
+  // kStrongStretch times, with an angle below 5 degrees, or inclined by more than 30 degrees to the normal at a corner.
+  // 0 if they are fewer than 1 in 500 of the triangles that it touched.
   std::size_t poor_triangles = 0;
 };
 
-// Returns what Studio calls a key of a session.
+// Returns Studio's word for a key of a session.
 std::string word_for_key(std::string key);
 
-// Returns the library's line about a stroke as a sentence in Studio's words: no key of a session stands in it.
+// Returns the library's line about a stroke as a sentence in Studio's words, without keys of a session.
 std::string in_words(const std::string& line);
 
-// Where the document keeps its files, and whom it informs.
+// The folders of the document, and the functions that it calls.
 struct DocumentOptions {
   std::filesystem::path journals;  // root of the crash journals
   int threads = 0;
   std::function<void(const DocumentState&)> show;  // called after every change
-  std::function<void(Notice)> tell;                // a notice for the person
-  std::function<void(std::string)> name_work;      // says what is being done, for the progress bar; may be empty
+  std::function<void(Notice)> tell;                // called with a notice for the user
+  std::function<void(std::string)> name_work;      // called with the name of the current work; may be empty
 };
 
 // The file in a journal's folder that holds the view.
@@ -99,14 +99,14 @@ ShapeFile made_shape(ShapeKind kind, std::size_t vertices);
 // The digits of the number in names of frames and pictures.
 inline constexpr const char* kNumber = "%04d";
 
-// Returns the name with "_%04d" before its extension, or as it is if it has that.
+// Returns the name with "_%04d" before its extension; unchanged if it has "%04d".
 std::filesystem::path numbered(const std::filesystem::path& pattern);
 
 // How the motion of a session is exported.
 struct FrameExport {
   int frames = 24;  // 1 or more
   int frames_per_second = 24;
-  int hold = 0;            // frames that are added of the start and of the end
+  int hold = 0;            // how often the first and the last frame are repeated
   bool is_smooth = false;  // begins and ends slowly
 
   friend bool operator==(const FrameExport&, const FrameExport&) = default;
@@ -121,7 +121,7 @@ struct Poster {
   bool has_ground = true;      // the shadow on the ground
 };
 
-// How a poster is seen and shaded.
+// The view and shading of a poster.
 struct PosterScene {
   render::ViewDirection view;
   bool is_z_up = false;
@@ -133,19 +133,19 @@ class Document {
  public:
   explicit Document(DocumentOptions options);
 
-  // Limits what undo keeps (Workbench::limit_memory), also of shapes that are opened later.
+  // Limits the memory of undo (Workbench::limit_memory), also for shapes that are opened later.
   void limit_undo_memory(std::size_t bytes);
 
-  // Open a shape or a session. They close the work before it and remove its journal. If the file cannot be read, a
-  // notice says why and everything stays as it was.
+  // Open a shape or a session. They close the previous work and remove its journal. If the file cannot be read, a
+  // notice says why and nothing changes.
   void open_shape(const std::filesystem::path& path, Progress& progress);
   void open_session(const std::filesystem::path& path, Progress& progress);  // on the shape that is open, or its own
   void open_made(ShapeKind kind, std::size_t vertices, Progress& progress);
   // Adds a shape to those that are open, or opens it. The whole history moves it, too. If it cannot be read, or a
-  // stroke cannot be applied to all, a notice says why and everything stays as it was.
+  // stroke cannot be applied to all, a notice says why and nothing changes.
   void add_shape(const std::filesystem::path& path, Progress& progress);
-  // Removes one of several objects; the whole history moves the others. Refuses one that has no file, because nothing
-  // could bring it back. Other failures are as in add_shape.
+  // Removes one of several objects; the whole history moves the others. Refuses an object without a file, because it
+  // could not be added again. Other failures are as in add_shape.
   void remove_object(std::size_t object, Progress& progress);
   void recover(const std::filesystem::path& journal, Progress& progress);
 
@@ -156,26 +156,26 @@ class Document {
   void undo(Progress& progress);
   void redo(Progress& progress);
   void change_layers(const LayerChange& change, Progress& progress);
-  // The same for the steps of a drag, of a slider or a handle. All its steps until the end are one change, which undo
-  // takes back and the journal has from its end on.
+  // The same for the steps of a drag of a slider or a handle. All steps until end_layer_drag() are one change for undo;
+  // the journal gets it at the end.
   void drag_layers(const LayerChange& change, Progress& progress);
   void end_layer_drag(bool is_kept);
   void look_at(std::optional<std::size_t> entries, Progress& progress);
 
-  // Shows or hides an object, or makes it the active one (nothing: none is). The shapes stay as they are.
+  // Shows or hides an object, or makes it the active one (std::nullopt: none). The shapes do not change.
   void show_object(std::size_t object, bool is_visible);
   void make_active(std::optional<std::size_t> object);
 
-  // Write files. A notice says when they are done. Of several objects each is exported to a file of its own
-  // (path_of_object); all files appear at once, or none.
+  // Write files. A notice says when they are done. Several objects are exported to a file each (path_of_object); all
+  // files appear at once, or none.
   void save(const std::filesystem::path& path);
   void export_shape(const std::filesystem::path& path, bool as_double, Progress& progress);
   void export_frames(const std::filesystem::path& file, const FrameExport& how, Progress& progress);
-  // Several pictures go to numbered() files.
+  // Writes a poster; several pictures go to numbered() files.
   void write_poster(const std::filesystem::path& file, const PosterScene& how, int pictures, Progress& progress);
 
-  // Shows a frame (from 0) of those that would be exported, without those that are held. The first call makes all of
-  // them, fewer where they would take more than half a GB; then each is shown at once, until anything else is.
+  // Shows a frame (from 0) of the export, without repeated ones. The first call makes all frames, or fewer if they
+  // would take more than half a GB. Later calls show a frame at once, until something else is shown.
   void look_at_frame(const FrameExport& how, int frame, Progress& progress);
 
   // Writes a closed shape and its mirror images to the folder of stamps and returns it as a stamp. Throws InvalidInput
@@ -185,19 +185,19 @@ class Document {
   // Copies a file to the folder of stamps, and returns its name for strokes. Throws IoError.
   std::string keep_file(const std::filesystem::path& from) const;
 
-  // Returns the placement with the limit cylinder of the part that a twist or bend there moves. With may_turn (it was
-  // just clicked) it may turn about its x towards the thinnest part there, and of equally thin ones towards the nearer
-  // tip; else its z says where the tip is.
+  // Returns the placement with the limit cylinder of the part that a twist or bend there moves. `may_turn`, for a new
+  // placement: it may turn about its x towards the thinnest part there, and of equally thin ones towards the nearer
+  // tip. Otherwise its z points to the tip.
   Placement with_limit_cylinder(const Placement& placement, bool bends, bool may_turn, const Progress& progress) const;
-  // Returns the profile of the shape for a twist or bend that is placed so.
+  // Returns the profile of the shape for a twist or bend with this placement.
   std::shared_ptr<const ZoneProfile> profile(const ToolSettings& settings, const Placement& placement) const;
   void count_crossings(Progress& progress);
 
   // Keeps a text about the view in the journal's folder, for `recover`.
   void remember_view(const std::string& view) const;
 
-  // Does what can wait until there is no other work: remeshes after strokes, builds the tree for picking, flushes the
-  // journal to disk. Cancelled, it goes on with that when it is called again.
+  // Does the work that can wait: remeshes after strokes, builds the tree for picking, flushes the journal to disk.
+  // After a cancellation the next call continues it.
   void when_idle(Progress& progress);
 
   // Closes the document and removes its journal.
@@ -270,18 +270,18 @@ std::string image_file(const std::string& file, unsigned planes);
 // --- masks
 // ------------------------------------------------------------------------------------------------------------
 
-// For each vertex, from 0: free to 255: stays; empty: no vertex is masked.
+// For each vertex, from 0 (free) to 255 (fixed); empty: no vertex is masked.
 using MaskValues = std::vector<std::uint8_t>;
 
-// Returns the values of the mask that is in force after these entries, for the vertices of the state. After remeshing,
-// new vertices are masked where the mask holds them.
+// Returns the values of the mask after these entries, for the vertices of the state. After remeshing, new vertices are
+// masked where the mask holds them.
 MaskValues mask_values(std::span<const std::shared_ptr<const HistoryEntry>> history, const ShapeState& state);
 
-// Returns the stroke that masks the vertices of the state so, with a border of this width. It names vertices, or points
-// where remeshing has changed the vertices' numbers.
+// Returns the stroke that masks the vertices of the state with these values and a border of this width. It names
+// vertices, or points if remeshing has changed the vertices' numbers.
 MaskStroke mask_stroke(const MaskValues& values, const ShapeState& state, double width);
 
-// What changes a whole mask: blur takes means over neighbours, grow the greatest and shrink the smallest value.
+// Changes of a whole mask: blur takes means over neighbours, grow the greatest and shrink the smallest value.
 enum class MaskEdit { fill, clear, invert, blur, grow, shrink };
 
 // Returns the edit with a name in lower case, or nothing.
@@ -298,7 +298,7 @@ struct MaskBrush {
 };
 void paint(const MaskBrush& brush, const Snapshot& positions, MaskValues& values);
 
-// Masks or frees every vertex that is seen within a closed line, also behind others.
+// Masks or frees every vertex within a closed line of the view, also hidden ones.
 void fill(std::span<const Pixel> line, const Screen& screen, bool erases, const Snapshot& positions,
           MaskValues& values);
 

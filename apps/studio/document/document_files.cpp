@@ -1,4 +1,4 @@
-// What the document reads and writes.
+// The files of the document: sessions, stamps, exports, frames and posters.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -103,7 +103,7 @@ std::string Document::keep_file(const std::filesystem::path& from) const {
   return "stamps/" + path.filename().string();
 }
 
-// Strokes that were made elsewhere: their stamps are copied to this document's.
+// Copies the stamps of strokes from another document to this one's folder.
 void Document::append(Session session, Progress& progress) {
   const std::filesystem::path folder = std::filesystem::path(session.name).parent_path();
   std::map<std::string, std::string> copied;
@@ -165,7 +165,8 @@ void Document::recover(const std::filesystem::path& journal, Progress& progress)
   });
 }
 
-// Replaced as a whole, but not flushed to the disk: a kill does not lose it, and a view is not worth a wait.
+// Replaces the file as a whole, but does not flush it to the disk: it survives the end of the program, and a view is
+// not worth the wait.
 void Document::remember_view(const std::string& view) const {
   if (!journal_) return;
   const std::filesystem::path path = journal_->folder() / kViewFile;
@@ -175,7 +176,7 @@ void Document::remember_view(const std::string& view) const {
   std::filesystem::rename(next, path, ignored);
 }
 
-// Where the shape of an object lies for a session: its file, or beside the session.
+// Returns the file of an object for a session: its own file, or one beside the session.
 std::filesystem::path Document::shape_for(const std::filesystem::path& session, std::size_t number) const {
   const DocumentObject& object = shown_.objects.list[number];
   if (!object.path.empty()) return object.path;
@@ -183,7 +184,7 @@ std::filesystem::path Document::shape_for(const std::filesystem::path& session, 
   return session.parent_path() / fmt::format("{}_shape{}.{}", session.stem().string(), which, object.source->format);
 }
 
-// The session as it is to be saved at a path: the shapes and stamps named relative to it.
+// Returns the session for saving at a path: it names shapes and stamps relative to that.
 Session Document::to_session(const std::filesystem::path& path) const {
   Session session;
   session.strokes = history_->strokes();
@@ -232,7 +233,7 @@ void Document::save(const std::filesystem::path& path) {
   });
 }
 
-// The file of the only object, with long splats split so that they bend; of several the first one's.
+// Returns the file of the only object, with long splats split; of several objects, the file of the first one.
 std::shared_ptr<const ShapeFile> Document::exported_source() const {
   const DocumentObjects& objects = shown_.objects;
   const std::shared_ptr<const ShapeFile>& source = objects.list.front().source;
@@ -246,7 +247,7 @@ std::shared_ptr<const ShapeFile> Document::exported_source() const {
   return is_split ? split : source;
 }
 
-// Lets a replay carry normals of points, and splats. source: exported_source().
+// Makes a replay carry normals of points, and splats. source: exported_source().
 void Document::carry_points(const ShapeFile& source, ReplayOptions& options) const {
   std::vector<const Mesh*> meshes;
   bool has_normals = false;
@@ -263,7 +264,7 @@ void Document::carry_points(const ShapeFile& source, ReplayOptions& options) con
   options.splats = splats_among(meshes);
 }
 
-// The shape with what its moves do to normals of points and to splats; nothing if it has neither.
+// Returns the shape with moved normals of points and splats; nothing if it has neither.
 std::optional<DeformedShape> Document::exported_cloud(const std::shared_ptr<const ShapeFile>& source,
                                                       Progress& progress) const {
   ReplayOptions options;
@@ -340,7 +341,8 @@ Session Document::history_session() const {
   return session;
 }
 
-// The shape that the history moves, or the file that stands for the only object. Outlives the document.
+// Returns the shape that the history moves, or that of the file in the place of the only object. It outlives the
+// document.
 std::shared_ptr<const Mesh> Document::base_mesh(std::shared_ptr<const ShapeFile> source) const {
   const DocumentObjects& objects = shown_.objects;
   if (objects.joined != nullptr) return {objects.joined, &objects.joined->mesh()};
@@ -348,10 +350,10 @@ std::shared_ptr<const Mesh> Document::base_mesh(std::shared_ptr<const ShapeFile>
   return {source, &source->mesh};
 }
 
-// How the motion of the whole history is replayed.
+// Returns the options of a replay of the whole history.
 ReplayOptions Document::motion_of(const FrameExport& how, Progress& progress) const {
   ReplayOptions options;
-  options.may_cross = true;  // as the strokes were kept when they were made
+  options.may_cross = true;  // Studio keeps such strokes
   options.progress = &progress;
   options.motion.threads = options_.threads;
   options.remesh.face_labels = face_labels(shown_.objects);
@@ -361,7 +363,7 @@ ReplayOptions Document::motion_of(const FrameExport& how, Progress& progress) co
   return options;
 }
 
-// What writes the frames of the shape, or of each object, to one file each.
+// Returns a function that writes the frames of the shape, or of each object, to a file each.
 std::function<void(const ReplayFrame&)> Document::animation_of(const std::filesystem::path& file,
                                                                const AnimationOptions& animation,
                                                                bool is_remeshed) const {

@@ -1,3 +1,4 @@
+// The document: refusals, kept parameters, and the numbers of an entry as fields.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

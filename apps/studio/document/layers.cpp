@@ -39,7 +39,7 @@ std::string tool_word(const Stroke& stroke) {
   return word;
 }
 
-// What Studio calls the tool of a stroke.
+// Returns Studio's name for the tool of a stroke.
 std::string title_of(const Stroke& stroke) {
   std::string word = tool_word(stroke);
   if (const StudioTool* const tool = studio_tool(word)) return tool->name;
@@ -53,7 +53,7 @@ std::string lines_of(const std::vector<SessionStroke>& strokes) {
   return text;
 }
 
-// The strokes of lines as typed, remeshed as those before were.
+// Returns the strokes of typed lines, with the remesh settings of the strokes before.
 std::vector<SessionStroke> strokes_of_lines(const std::string& text, const std::optional<RemeshSettings>& remesh) {
   Session session = parse_session(header_line({}, {}) + "\n" + text, "history");
   for (SessionStroke& stroke : session.strokes) stroke.remesh = remesh;
@@ -89,7 +89,7 @@ struct OwnedPath {
   bool is_whole = false;                    // all owners move alike: a set of points
 };
 
-// What a stroke's key holds if it is a path or a place.
+// The points of a stroke's key if it is a path or a place.
 struct Places {
   std::vector<Vec3d>* path = nullptr;
   Vec3d* center = nullptr;
@@ -147,7 +147,8 @@ void add_pins(std::size_t tool, PinsStroke& stroke, std::vector<OwnedPath>& path
   }
 }
 
-// What goes on beyond the paths of an entry follows from them, so it has no handles. Returns the strength.
+// Resets the strength of an entry above 1, because the prolonged part of its paths has no handles. Returns the
+// strength.
 double without_beyond(std::vector<SessionStroke>& strokes) {
   const double strength = strength_of(strokes);
   if (strength > 1) set_strength(strokes, 1);
@@ -181,7 +182,7 @@ std::vector<std::size_t> handles_of(std::size_t points) {
   return handles;
 }
 
-// How much of a handle's motion each point of its path makes: all at the handle, none at its neighbours.
+// Returns for each point of a path its fraction of a handle's motion: 1 at the handle, 0 at its neighbours.
 std::vector<double> weights_of(const LayerPath& path, std::size_t handle) {
   const std::size_t at = path.handles[handle];
   const std::size_t first = handle == 0 ? at : path.handles[handle - 1];
@@ -218,7 +219,7 @@ void move(const OwnedPath& path, const std::vector<double>& weights, const Vec3d
   }
 }
 
-// Calls visit(name, help, number) for each of a stroke's numbers that a person may want to change.
+// Calls visit(name, help, number) for each of a stroke's numbers that can be changed afterwards.
 template <class Visit>
 void visit_fields(Stroke& stroke, const Visit& visit) {
   for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {

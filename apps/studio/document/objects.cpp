@@ -14,7 +14,7 @@ namespace knead::studio {
 
 namespace {
 
-// For each face of a state whether its object is chosen.
+// Returns for each face of a state whether its object is chosen.
 template <class Chosen>
 std::vector<bool> faces_of(const DocumentObjects& objects, const ShapeState& state, const Chosen& is_chosen) {
   std::vector<bool> faces(state.mesh->face_count());
@@ -138,7 +138,7 @@ void Document::make_active(std::optional<std::size_t> object) {
   see_objects();
 }
 
-// After what the pointer meets has changed.
+// Renews the picker after the set of pickable objects has changed.
 void Document::see_objects() {
   guarded(Subject::other, [&] {
     pickers_ = {};

@@ -1,4 +1,4 @@
-// The objects of a document: shapes that one session moves together. To the history they are one shape.
+// The objects of a document: shapes that one session moves together. The history treats them as one shape.
 #pragma once
 
 #include <cstddef>
@@ -54,7 +54,7 @@ Mesh visible_mesh(const DocumentObjects& objects, const ShapeState& state);
 // Returns the active object in a state as a shape of its own; the whole if there is none.
 Mesh active_mesh(const DocumentObjects& objects, const ShapeState& state);
 
-// Returns where an object goes if all are exported to `path`: with its name, unless it is the only one.
+// Returns the file of an object if all are exported to `path`: with its name, unless it is the only one.
 std::filesystem::path path_of_object(const DocumentObjects& objects, std::size_t number,
                                      const std::filesystem::path& path);
 

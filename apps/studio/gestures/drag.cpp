@@ -19,7 +19,7 @@ constexpr double kLevel = 1e-6;  // a line that is seen level counts as one that
 constexpr double kMinPressure = 0.05;
 constexpr double kRadiusSteps = 16;     // of the radius, under a pen
 constexpr int kMaxRays = 400;           // between two places of the pointer
-constexpr double kFirstSpacing = 0.1;   // of the radius: how far rays are apart before paint meets the shape
+constexpr double kFirstSpacing = 0.1;   // of the radius: the distance of rays before paint meets the shape
 constexpr double kLassoPiece = 3;       // pixels between two points of a lasso
 constexpr double kPointSpacing = 0.25;  // of a drawn line, in radii
 constexpr double kSpacing = 0.3;        // of the places, in radii
@@ -32,7 +32,8 @@ double distance_in_pixels(const Screen& screen, const Vec3d& p, const Pointer& p
   return pixel ? std::hypot(pixel->x - pointer.x, pixel->y - pointer.y) : kInfinity;
 }
 
-// A start so deep under the surface that the inner region just touches it from below, or half way through the shape.
+// Returns a start under the surface at which the inner region just touches it from below, or halfway through the shape
+// if that is less deep.
 Vec3d under_surface(const SurfaceHit& hit, const GestureContext& around) {
   double deep = around.settings.inner_ratio * around.settings.radius;
   if (around.picker != nullptr) {
@@ -42,8 +43,8 @@ Vec3d under_surface(const SurfaceHit& hit, const GestureContext& around) {
   return hit.point - hit.normal * deep;
 }
 
-// Where a drag begins, where that is seen on the surface, and the surface's normal there (against the view where there
-// is no surface).
+// The start of a drag, the place on the surface in front of it, and the normal there (against the view without a
+// surface).
 struct PullPlace {
   Vec3d start;
   Vec3d touched;
@@ -65,8 +66,8 @@ PullPlace start_of(const Pointer& pointer, const GestureContext& around) {
   return {place, place, -forward};
 }
 
-// Extends the path to p. A last place that is not being computed yet is replaced. With a typed or snapped number the
-// path is straight.
+// Extends the path to p, or replaces its last place if the worker has not taken it yet. With a typed or snapped number
+// the path is straight.
 void extend(std::vector<Vec3d>& path, const Vec3d& p, double shortest, const Pointer& pointer, bool is_taken) {
   if (pointer.typed || pointer.modifiers.ctrl) {
     path.resize(1);
@@ -87,7 +88,7 @@ Pointer between(const Pointer& a, const Pointer& b, double t) {
   return result;
 }
 
-// The radius of a brush in steps, so that many dabs share one stroke.
+// Rounds the radius of a brush to steps, so that many dabs share one stroke.
 double radius_under(const Pointer& pointer, const ToolSettings& settings) {
   if (settings.pressure != PenPressure::radius) return settings.radius;
   return settings.radius * std::max(std::ceil(kRadiusSteps * pressure_of(pointer)), 1.0) / kRadiusSteps;
@@ -98,7 +99,7 @@ PaintTouch touch_at(const SurfaceHit& hit, const Pointer& pointer, const ToolSet
   return {{hit.point, hit.normal}, radius_under(pointer, settings), by_depth ? pressure_of(pointer) : 1};
 }
 
-// Of a tool that flattens, else null; good for as long as what is around.
+// Returns the surface for a tool that flattens, else null. It is valid as long as `around`.
 PaintPlane plane_of(const GestureContext& around) {
   if (!(around.settings.tool->brush->pinch < 0) || around.picker == nullptr) return nullptr;
   return [&around](const PaintSample& at, double radius) {
@@ -115,7 +116,7 @@ std::size_t vertices_within(const ShapeState& state, const Vec3d& center, double
   return count;
 }
 
-// Goes from the last of the points on to where the pointer is on the surface.
+// Appends points from the last one to the place of the pointer on the surface.
 void extend_on_surface(const Pointer& pointer, const GestureContext& around, double spacing, Vec3d& last,
                        std::vector<Vec3d>& points) {
   const auto end = hit_at(pointer, around);
@@ -163,7 +164,7 @@ Vec3d Drag::pointed_at(const Pointer& pointer, const GestureContext& around) con
 
 double Drag::length_of(const Vec3d& to) const { return is_on_line() ? dot(to - start, direction) : norm(to - start); }
 
-// A typed distance goes where the pointer is seen from the start.
+// A typed distance is measured from the start towards the pointer.
 Vec3d Drag::at(const Pointer& pointer, const GestureContext& around) const {
   const Vec3d place = pointed_at(pointer, around);
   if (!pointer.typed && !pointer.modifiers.ctrl) return place;
@@ -389,7 +390,7 @@ void PointsGesture::move(const GestureStep& step) {
   reached += displacement;
 }
 
-// What is placed goes where the gesture has taken it.
+// Moves the placed things by the gesture.
 void PointsGesture::end(const GestureStep& step) const {
   const auto& [pointer, around, placed] = step;
   for (const Vec3d& displacement : stroke.displacements) {

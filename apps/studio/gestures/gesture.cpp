@@ -1,4 +1,4 @@
-// Gestures: which one begins, and what holds for all of them; the gizmo.
+// The choice of the gesture that begins, functions for all gestures, and the gizmo.
 #include "gestures/gesture.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace knead::studio {
 
 namespace {
 
-// A stamp is taken hold of well within the rings of its gizmo.
+// The pointer grabs a stamp well within the rings of its gizmo.
 constexpr double kStampReach = 35;   // pixels
 constexpr double kSameImage = 1e-9;  // of the radius: images that differ by less are one
 constexpr double kPixels = 90;       // length of an arrow
@@ -54,7 +54,7 @@ std::optional<Gesture> begin_placed(const Pointer& pointer, const GestureContext
   return Gesture{TurnGesture{pointer, placed.placement}};
 }
 
-// Of a pose that has no exact pins, beside the pins.
+// Begins a gesture beside the pins, for a pose without exact pins.
 std::optional<Gesture> begin_pose(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
   const PoseMode mode = around.settings.pose;
   const bool has_ctrl = pointer.modifiers.ctrl;
@@ -112,7 +112,7 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
   return std::nullopt;
 }
 
-// The strokes of a gesture without images, and whether they have them already.
+// The strokes of a gesture without added images, and whether they already contain their images.
 struct OwnStrokes {
   std::vector<Stroke> strokes{};
   bool has_images = false;
@@ -152,7 +152,7 @@ double distance_to_segment(const Pixel& p, const Pixel& a, const Pixel& b) {
   return std::hypot(p.x - a.x - t * dx, p.y - a.y - t * dy);
 }
 
-// In pixels; infinite where the polyline is not in sight.
+// Returns the distance in pixels; infinite if the polyline is not visible.
 double distance_to_line(const Screen& screen, const std::vector<Vec3d>& points, const Pixel& p) {
   double least = kInfinity;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {

@@ -26,7 +26,7 @@ struct Pointer {
   double y = 0;
   double pressure = 1;
   Modifiers modifiers{};
-  std::optional<double> typed{};  // as a person reads it (Amount): instead of what the pointer says
+  std::optional<double> typed{};  // a typed number, as shown (Amount), in the place of the pointer's motion
 };
 
 // What a gesture depends on at one moment.
@@ -35,7 +35,7 @@ struct GestureContext {
   const ShapeState& state;         // the shape as it was when the gesture began
   const Picker* picker = nullptr;  // fits the state; null: nothing can be hit yet
   const ToolSettings& settings;
-  bool is_taken = true;  // the last version of the gesture is being computed; false: it waits, and may change
+  bool is_taken = true;  // the worker computes the last version of the gesture; false: that waits, and may be replaced
   HitTest hit_test{};    // if not empty, used instead of the picker
   double snap = 0;       // lengths are multiples of it while Ctrl is held
 };
@@ -44,19 +44,19 @@ struct GestureContext {
 double snapped(double value, double step, const Pointer& pointer);
 inline constexpr double kSnapDegrees = 15;
 
-// Where a drag takes a point: `start` goes with the pointer.
+// The rule by which a drag moves a point: `start` follows the pointer.
 //
-// Along a line that faces the viewer, the place under the pointer is ill-conditioned: there the pointer's vertical
-// movement is depth instead. `depth` blends the two rules by the angle between line and view.
+// Along a line that faces the viewer, the place under the pointer is ill-conditioned. There the vertical movement of
+// the pointer is depth instead. `depth` blends the two rules by the angle between line and view.
 struct Drag {
   DragMode mode = DragMode::view;
   Vec3d start;
-  Vec3d direction;   // of DragMode::normal and axis: along it, a unit vector; else across it, in the plane
-  Vec3d offset{};    // from where the pointer was on that plane or line to the start
-  Pixel from{};      // where the pointer was
+  Vec3d direction;   // a unit vector: the line of DragMode::normal and axis, else the normal of the plane
+  Vec3d offset{};    // from the pointer's first place on that plane or line to the start
+  Pixel from{};      // the pointer's first pixel
   double depth = 0;  // of a line: 0 where it is seen from the side, 1 where it faces the viewer
   double up = 1;     // of a line, with depth: 1 if upwards in the picture is along `direction`, else -1. Upwards is
-                     // towards the viewer where depth is 1: all over a face that is looked at.
+                     // towards the viewer where depth is 1: everywhere on a face that is seen from the front.
 
   bool is_on_line() const { return mode == DragMode::normal || mode == DragMode::axis; }
   Vec3d at(const Pointer& pointer, const GestureContext& around) const;
@@ -69,7 +69,7 @@ struct Drag {
 };
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around);
 
-// The number that a person sees at the pointer and may type: a length in the mesh's units, what a shape grows in
+// The number that is shown at the pointer and can be typed: a length in the mesh's units, the growth of a shape in
 // percent of the tool's ball, degrees, or percent.
 enum class AmountKind { length, growth, angle, percent };
 inline constexpr double kBallOfCube = 4.18879020478639;  // the volume of a ball of radius 1
@@ -97,15 +97,15 @@ enum class GizmoPart { center, move_x, move_y, move_z, turn_x, turn_y, turn_z };
 struct ImplicitGesture {
   Drag drag;
   ImplicitStroke stroke;
-  Vec3d touched;  // on the surface, where the pointer began
-  Vec3d normal;   // there
+  Vec3d touched;  // the place on the surface where the pointer began
+  Vec3d normal;   // of the surface there
 
   void move(const GestureStep& step);
   std::vector<Stroke> strokes() const { return strokes_if(stroke.path.size() > 1, stroke); }
   Amount number() const { return {AmountKind::length, drag.length_of(stroke.path.back())}; }
 };
 
-// Dabs along the pointer's path, from where it meets the shape.
+// Dabs along the pointer's path, once it meets the shape.
 struct PaintGesture {
   PaintStroke brush;                 // without samples
   std::optional<PaintDrag> paint{};  // std::nullopt: the pointer has been beside the shape so far
@@ -127,7 +127,7 @@ struct RelaxGesture {
   std::vector<Stroke> strokes() const { return {stroke}; }
 };
 
-// A line drawn on the surface, along which the shape grows by a volume when the drag ends: that takes a while.
+// A line drawn on the surface, along which the shape grows by a volume when the drag ends, because that takes time.
 struct InflateGesture {
   InflateStroke stroke;
   Vec3d last_point;
@@ -164,7 +164,7 @@ struct DrawGesture {
 struct PointsGesture {
   Drag drag;
   PointsStroke stroke;
-  Vec3d reached;  // by the displacements so far
+  Vec3d reached;  // the end of the displacements so far
 
   void move(const GestureStep& step);
   void end(const GestureStep& step) const;
@@ -175,8 +175,8 @@ struct PointsGesture {
 // A closed tool pressed along a path, from its placement.
 struct StampGesture {
   Drag drag;
-  StampStroke stroke;   // whole path
-  double shortest = 0;  // piece of it
+  StampStroke stroke;   // with the whole path
+  double shortest = 0;  // the least length of a piece of the path
 
   void move(const GestureStep& step);
   void end(const GestureStep& step) const;
@@ -184,12 +184,13 @@ struct StampGesture {
   Amount number() const { return {AmountKind::length, drag.length_of(stroke.path.back())}; }
 };
 
-// Rotate, stretch, twist or bend about a placement by how far the pointer goes; a click places instead.
+// Rotates, stretches, twists or bends about a placement, by an amount from the pointer's motion. A click places the
+// tool.
 struct TurnGesture {
   Pointer start;
   std::optional<Placement> placement;
   double amount = 0;      // degrees; of stretch: percent, of the logarithm
-  bool has_gone = false;  // farther than a click may
+  bool has_gone = false;  // the pointer has moved farther than in a click
 
   void move(const GestureStep& step);
   void end(const GestureStep& step) const;
@@ -197,36 +198,36 @@ struct TurnGesture {
   std::optional<Amount> number(const ToolSettings& settings) const;
 };
 
-// A line drawn round a part of a pose, which is made or freed, or round pins, which are set or selected.
+// A lasso: makes or frees a part of a pose, or sets or selects pins.
 struct LassoGesture {
   std::vector<Pixel> line;
-  bool selects = false;  // pins
-  bool frees = false;    // what is within the line, of every part
+  bool selects = false;  // selects pins
+  bool frees = false;    // frees the vertices within the line from every part
 
   void move(const GestureStep& step);
   void end(const GestureStep& step) const;
 };
 
-// What of a pose does not depend on where the pointer goes.
+// The parts of a pose that do not depend on the pointer.
 struct PosePlan;
 
-// One pin moved, or all that are selected, the others held or carried along.
+// Drags one pin, or all selected pins; the others hold or are carried along.
 struct PinsGesture {
   std::shared_ptr<const PosePlan> plan{};  // of a pose; null: not made yet
   Drag drag;
-  std::vector<Pin> pins;  // as they were
-  PartMarks parts{};      // as they were
+  std::vector<Pin> pins;  // at the start
+  PartMarks parts{};      // at the start
   std::size_t dragged = 0;
-  Vec3d to;                   // of the dragged pin
-  std::vector<Vec3d> path{};  // of the dragged pin, without its start; it is cut where the pointer went back
-  bool has_gone = false;      // farther than a click may
-  bool rests = false;         // the pointer does: the pose has all its detail
+  Vec3d to;                   // the place of the dragged pin
+  std::vector<Vec3d> path{};  // of the dragged pin, without its start; shortened when the pointer returns along it
+  bool has_gone = false;      // the pointer has moved farther than in a click
+  bool rests = false;         // the pointer rests: the pose has all its detail
 
   static constexpr bool kHasImages = true;
   void move(const GestureStep& step);
   void end(const GestureStep& step);
-  // A pose that names vertices of `start`, or points where remeshing has changed the vertices' numbers. While the
-  // pointer moves, its detail is coarse.
+  // Returns a pose that names vertices of `start`, or points if remeshing has changed the vertices' numbers. Its detail
+  // is coarse while the pointer moves.
   std::vector<Stroke> strokes(const ShapeState& start, const ToolSettings& settings) const;
   Amount number() const { return {AmountKind::length, drag.length_of(to)}; }
 };
@@ -241,19 +242,19 @@ struct PartMotion {
   bool is_nothing() const { return angle_deg == 0 && translation == Vec3d{0, 0, 0}; }
 };
 
-// The selected part of a pose moved by its gizmo, or turned about its joint by the place where it was taken hold of;
-// the others and the pins held or carried along.
+// Moves the selected part of a pose by its gizmo, or turns it about its joint by the grabbed place. The other parts and
+// the pins hold or are carried along.
 struct PartGesture {
   std::shared_ptr<const PosePlan> plan{};  // null: not made yet
-  PartMarks parts;                         // as they were
-  std::vector<Pin> pins;                   // as they were
+  PartMarks parts;                         // at the start
+  std::vector<Pin> pins;                   // at the start
   Pointer from;
   std::optional<GizmoPart> handle{};  // std::nullopt: it turns about its joint
-  Vec3d grabbed{};                    // then: the place that was taken hold of
+  Vec3d grabbed{};                    // the grabbed place, if it turns about its joint
   PartMotion motion{};
   double amount = 0;      // degrees or a length
-  bool has_gone = false;  // farther than a click may
-  bool rests = false;     // the pointer does: the pose has all its detail
+  bool has_gone = false;  // the pointer has moved farther than in a click
+  bool rests = false;     // the pointer rests: the pose has all its detail
 
   static constexpr bool kHasImages = true;
   void move(const GestureStep& step);
@@ -262,15 +263,15 @@ struct PartGesture {
   std::optional<Amount> number() const;
 };
 
-// A part of a pose painted onto vertices.
+// Paints a part of a pose onto vertices.
 struct PartPaintGesture {
-  std::optional<std::size_t> part{};  // std::nullopt: frees them
+  std::optional<std::size_t> part{};  // std::nullopt: frees the vertices
 
   void move(const GestureStep& step) const;
   void end(const GestureStep& step) const;
 };
 
-// A part of the gizmo dragged: changes the placement, not the shape.
+// Drags a part of the gizmo: changes the placement, not the shape.
 struct GizmoGesture {
   GizmoPart part = GizmoPart::center;
   Placement start;
@@ -281,36 +282,35 @@ struct GizmoGesture {
   std::optional<Amount> number() const;
 };
 
-// Every kind has move(). Where they mean something it also has end(), which is called after the last move; strokes(),
-// the strokes so far; and number(), what amount_of() returns. kHasImages: the strokes do what their images do, too.
+// Every kind has move(). Some also have end(), which is called after the last move; strokes(), the strokes so far; and
+// number(), which amount_of() returns. kHasImages: the strokes already contain their images.
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, LassoGesture,
                PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PrintGesture, PartGesture, PartPaintGesture>
       kind;
-  ShapeState start{};     // the shape as it was
-  std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person
+  ShapeState start{};     // the shape at the start
+  std::string trouble{};  // not empty: a sentence that says why this gesture is impossible
 };
 
-// Returns whether the pointer is on what has been placed: a stamp, its gizmo or that of a tool that turns, points,
-// curves.
+// Returns whether the pointer is on a placed stamp, a gizmo, or placed points and curves.
 bool is_on_placed(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
 
-// Starts a gesture when the left button is pressed. Returns nothing if that has no meaning here.
+// Starts a gesture when the left button is pressed. Returns nothing if the tool does nothing there.
 std::optional<Gesture> begin_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed);
 void move_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture);
 // Completes the gesture when the button is released.
 void end_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture);
 
-// Returns the gesture so far as lines of a session; none if it does nothing. If all symmetry is mirrors at right
-// angles, the images act at the same time, in the same lines. Otherwise each image is a line of its own, after the
-// gesture's.
+// Returns the gesture so far as lines of a session; none if it does nothing. If the symmetry consists of mirrors at
+// right angles, the images act at the same time, in the same lines. Otherwise each image is a line of its own, after
+// the gesture's.
 std::vector<SessionStroke> lines_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
 
-// Returns the strokes of the gesture so far, each followed by its images (images_of); empty if it does nothing. To show
-// where tools are.
+// Returns the strokes of the gesture so far, each followed by its images (images_of); empty if it does nothing. For
+// drawing the tools.
 std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
 
-// Returns how far the gesture has gone; nothing for gestures without such a number, as paint.
+// Returns the amount of the gesture so far; nothing for gestures without such a number, as paint.
 std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& settings);
 
 // Returns the drag of a gesture that has one, or a null pointer.
@@ -319,17 +319,17 @@ const Drag* drag_of(const Gesture& gesture);
 // Returns how a drag beside the gizmo turns the tool.
 TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const PlacedTools& placed);
 
-// Returns the placement of a twist or bend with the limit cylinder of the part on which it lies, or why there is none.
-// If it may turn, it lies along the part: in the plane of the picture where the part nearly does. Throws Cancelled.
+// Returns the placement of a twist or bend with the limit cylinder of the part on which it lies, or with the reason why
+// there is none. If it may turn, it is turned along the part, and into the plane of the picture if the part nearly lies
+// there. Throws Cancelled.
 Placement on_part(const Placement& placement, bool bends, bool may_turn, std::span<const Vec3d> positions,
                   std::span<const Triangle> triangles, const Progress* progress);
 
-// The stroke of a tool that turns, by an amount as in TurnGesture. Nothing for an amount that does nothing, and for a
-// twist or bend with a limit cylinder where none was found.
+// Returns the stroke of a tool that turns, by an amount as in TurnGesture. Returns nothing for an amount without
+// effect, and for a twist or bend with a limit cylinder that was not found.
 std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount);
 
-// Returns the profile of the shape for a placed twist or bend; null for other tools, and where a limit cylinder is
-// missing.
+// Returns the profile of the shape for a placed twist or bend; null for other tools, and without a limit cylinder.
 std::shared_ptr<const ZoneProfile> profile_at(const ToolSettings& settings, const Placement& placement,
                                               const ShapeState& state);
 
@@ -339,39 +339,40 @@ std::optional<double> widened_zone(const ToolSettings& settings, const Placement
 // Returns the pin that the pointer is on; none that is hidden behind the shape.
 std::optional<std::size_t> pin_at(const Pointer& pointer, const GestureContext& around, const std::vector<Pin>& pins);
 
-// Puts the pins where their vertices are now. A pin on a mesh that is new to it takes the nearest vertex.
+// Moves the pins to the current places of their vertices. After remeshing a pin takes the nearest vertex.
 void follow(std::vector<Pin>& pins, const ShapeState& state);
 
-// Where a pin goes that is dragged.
+// The target of a pin during a drag.
 struct PinGoal {
   std::size_t pin = 0;
   Vec3d to;
-  bool is_image = false;  // the image of another pin takes it there
+  bool is_image = false;  // it moves as the image of another pin
 };
 
-// Returns where the pins go when one is dragged to a place: that one first. If it is selected, the others that are go
-// along by the same displacement.
+// Returns the targets of the pins when one is dragged to a place, that one first. If it is selected, the other selected
+// pins move by the same displacement.
 std::vector<PinGoal> pin_goals(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
                                const ToolSettings& settings);
 
-// Returns the stroke that takes the pins to their goals while those that hold stay, with all images; and the radius
-// that it has, or nothing if it is impossible.
+// Returns the stroke that moves the pins to their targets and holds the others, with all images (pins_stroke); and its
+// radius, or nothing if the stroke is impossible (radius_of).
 PinsStroke pins_stroke(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
                        const ToolSettings& settings);
 std::optional<double> radius_of(const PinsStroke& stroke);
 
-// Returns what holds in the pose of a gesture. Parts leave room: what of them is too near to what moves does not hold.
+// Returns the holding parts and pins of a gesture's pose. Points of parts that are too near to a moving one do not
+// hold.
 std::shared_ptr<const PosePlan> plan_pose(const PinsGesture& gesture, const ShapeState& state,
                                           const ToolSettings& settings);
 std::shared_ptr<const PosePlan> plan_pose(const PartGesture& gesture, const ShapeState& state,
                                           const ToolSettings& settings);
 
-// Returns the pose with less that holds: of held parts and pins what is nearer to what moves than `room`, or than
-// somewhat more than the nearest of them, becomes free. The same pose if nothing would hold then. The positions are
-// those before it.
+// Returns the pose with fewer holding points: those of parts and pins become free that are nearer than `room` to a
+// moving one, or not much farther than the nearest of them. Returns the same pose if nothing would hold then.
+// `positions`: those before the pose.
 PoseStroke holding_less(PoseStroke pose, std::span<const Vec3d> positions, double room);
 
-// Returns where a motion takes a placement.
+// Returns the placement after the motion.
 Placement moved(const Placement& placement, const PartMotion& motion);
 
 // Returns whether the pose of a gesture has all its detail; null for another gesture.
@@ -402,7 +403,7 @@ bool turns(GizmoPart part);
 // Returns the direction of an arrow, or the axis of a ring.
 Vec3d axis_of(const Placement& placement, GizmoPart part);
 
-// Returns how far an arrow (a length) or a ring (degrees) was dragged from one pixel to another.
+// Returns the amount by which an arrow (a length) or a ring (degrees) was dragged from one pixel to another.
 double dragged_by(const Screen& screen, const Placement& start, GizmoPart part, const Pixel& from, const Pixel& to);
 
 // Returns the placement after an arrow or ring was moved by that amount.
@@ -411,10 +412,11 @@ Placement moved_by(const Placement& start, GizmoPart part, double amount);
 // Returns the placement after its centre was dragged in the plane of the view.
 Placement center_dragged(const Screen& screen, const Placement& start, const Pixel& from, const Pixel& to);
 
-// The angle in radians, from -pi to pi, by which the pointer has gone round a centre, about an axis through it.
+// Returns the angle in radians, from -pi to pi, by which the pointer has moved round a centre, about an axis through
+// it.
 double angle_round(const Screen& screen, const Vec3d& center, const Vec3d& axis, const Pixel& from, const Pixel& to);
 
-// Adds what is to be seen of it; the part under the pointer lighter.
+// Adds the arrows and lines of the gizmo; the part under the pointer is lighter.
 void draw_gizmo(const Screen& screen, const Placement& placement, std::optional<GizmoPart> lit,
                 std::vector<render::Arrow>& arrows, std::vector<render::Line>& lines);
 

@@ -1,4 +1,4 @@
-// How each gesture begins, and what gestures share. Internal to gesture.cpp and its neighbours.
+// The beginnings of all gestures, and functions that gestures share. Internal to gesture.cpp and its neighbours.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ std::optional<SurfaceHit> hit_at(const Pointer& pointer, const GestureContext& a
 
 ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& around);
 
-// The brush of a tool that paints, without samples: what a whole layer does.
+// Returns the brush of a tool that paints, without samples, with the depth of a whole layer.
 PaintStroke brush_of(const ToolSettings& settings, const Pointer& pointer);
 PaintGesture begin_paint(const Pointer& pointer, const GestureContext& around);
 
@@ -30,9 +30,9 @@ std::optional<PrintGesture> begin_print(const Pointer& pointer, const GestureCon
                                         const PlacedTools& placed);
 
 inline constexpr double kClick = 4;  // pixels that a click may move
-inline constexpr double kNear = 12;  // pixels from what is placed, to take hold of it
+inline constexpr double kNear = 12;  // pixels around a placed thing in which the pointer grabs it
 
-// Whether the pointer is on a placed point or curve.
+// Returns whether the pointer is on a placed point or curve.
 bool is_near(const PlacedTools& placed, const Pointer& pointer, const GestureContext& around);
 PointsGesture begin_points(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
 
@@ -40,33 +40,32 @@ std::optional<DrawGesture> begin_draw(const Pointer& pointer, const GestureConte
 
 StampGesture begin_stamp(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
 
-// Adds the pointer's pixel, if it has gone some way since the last one.
+// Adds the pointer's pixel, if it is far enough from the last one.
 void extend_line(const Pointer& pointer, std::vector<Pixel>& line);
 
-inline constexpr double kOneImage = 0.125;  // of the radius: images that are nearer to a pin are no pins of their own
+inline constexpr double kOneImage = 0.125;  // of the radius: an image nearer than this to a pin is no pin of its own
 
-// Lets a path that begins at `start` go to another place than its last one. It keeps what is before that in pieces of
-// `step` or more; where it comes near an earlier place it goes back there.
+// Moves the end of a path that begins at `start` to a place. Earlier places stay in pieces of at least `step`. If the
+// end comes near an earlier place, the path is cut back to that place.
 void extend_path(const Vec3d& start, const Vec3d& to, double step, std::vector<Vec3d>& path);
 
-// Nothing where the pointer is neither on a pin nor on the surface, where it sets one.
+// Begins to drag the pin under the pointer, or a new pin on the surface there. Returns nothing elsewhere.
 std::optional<PinsGesture> begin_pins(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
-// Sets pins on vertices within the line, evenly and not where there are some already.
+// Sets pins evenly on vertices within the line, but not near existing ones.
 void end_pin_lasso(const GestureContext& around, const std::vector<Pixel>& line, PlacedTools& placed);
 // Selects the pins within the line and no others.
 void select_pins(const GestureContext& around, const std::vector<Pixel>& line, std::vector<Pin>& pins);
 
 bool is_on_part_gizmo(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed);
-// Takes hold of the gizmo of the selected part, or of the part under the pointer, which it selects. Nothing elsewhere.
+// Grabs the gizmo of the selected part, or selects the part under the pointer. Returns nothing elsewhere.
 std::optional<PartGesture> begin_part(const Pointer& pointer, const GestureContext& around, PlacedTools& placed);
-// Makes a part of the limb that the pointer is on, which is selected, and where no part and no pin holds yet
-// one of the body, which holds. What bends between them becomes free. Returns why there is no limb; empty: there is
-// one.
+// Makes a selected part of the limb under the pointer. If no part or pin holds yet, also makes a holding part of the
+// body. The vertices that bend between them become free. Returns the reason if there is no limb, else an empty text.
 std::string add_limb(const Pointer& pointer, const GestureContext& around, PlacedTools& placed);
-// Makes a part of what lies beyond a joint, on the side of its z that is smaller, selected, and one of all else, which
-// holds. Returns false, and changes nothing, where the joint does not divide the shape.
+// Makes a selected part of the vertices beyond a joint, on the smaller side along its z, and a holding part of all
+// others. Returns false, and changes nothing, if the joint does not divide the shape.
 bool add_part_beyond(const Placement& joint, const GestureContext& around, PlacedTools& placed);
-// Makes a part of the vertices within the line, or frees them; the line of a click selects the part there.
+// Makes a part of the vertices within the line, or frees them; a click selects the part there.
 void end_part_lasso(const Pointer& pointer, const GestureContext& around, const LassoGesture& gesture,
                     PlacedTools& placed);
 // Paints onto the selected part, or a new one.
@@ -83,11 +82,11 @@ inline constexpr std::size_t kMaxParts = 250;
 // Returns whether there is a part on the vertex, and its number from 0.
 std::optional<std::size_t> part_of(const PartMarks& parts, std::uint32_t vertex);
 
-// Marks a new part, which holds and is selected; what it takes away from others they lose. Returns its number; nothing
-// where there are no vertices, or too many parts.
+// Marks a new part, which holds and is selected; its vertices leave other parts. Returns its number; nothing if there
+// are no vertices, or too many parts.
 std::optional<std::size_t> add_part(std::span<const std::uint32_t> vertices, const ShapeState& state, PartMarks& parts);
 
-// Adds vertices to a part, or with nothing frees them of any.
+// Adds vertices to a part; std::nullopt removes them from every part.
 void mark(std::span<const std::uint32_t> vertices, std::optional<std::size_t> part, const ShapeState& state,
           PartMarks& parts);
 
@@ -98,15 +97,16 @@ void remove_empty_parts(PartMarks& parts);
 
 void select_part(std::optional<std::size_t> part, PartMarks& parts);
 
-// Takes the parts over to a later or earlier state of the shape, and puts the gizmo where the selected one is now. On a
-// mesh that is new to them, a vertex keeps its part; one that remeshing has made is of the part of a neighbour.
+// Adapts the parts to a later or earlier state of the shape, and moves the gizmo to the selected one. After remeshing a
+// vertex keeps its part, and a new vertex belongs to the part of a neighbour.
 void follow(PartMarks& parts, const ShapeState& state);
 
 // Returns the vertices of a part.
 std::vector<std::uint32_t> vertices_of(const PartMarks& parts, std::size_t part);
 
-// Returns the joint of a part: the middle of its border, z pointing from there to its middle. Without a border that is
-// its middle, with the axes of the scene. Nothing for a part without vertices.
+// Returns the joint of a part: the middle of its border, with z pointing from there to the middle of the part. A part
+// without a border has its joint in its middle, with the axes of the scene. Returns nothing for a part without
+// vertices.
 std::optional<Placement> joint_of(const PartMarks& parts, std::size_t part, const ShapeState& state);
 
 }  // namespace knead::studio

@@ -27,7 +27,7 @@ constexpr Box kUnitCube{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}};
 struct Turntable {
   Vec3d right;
   Vec3d up;
-  Vec3d front;  // towards a person who looks from the front
+  Vec3d front;  // towards a viewer in front of the shape
 };
 
 Turntable turntable(UpAxis up) {
@@ -39,7 +39,7 @@ Turntable turntable(UpAxis up) {
 struct Axes {
   Vec3d right;
   Vec3d up;
-  Vec3d back;  // towards the person
+  Vec3d back;  // towards the viewer
 };
 
 Axes axes_of(const View& view) {
@@ -64,8 +64,8 @@ std::array<Vec3d, 8> corners_along(const Axes& axes, const Box& box) {
   return corners;
 }
 
-// The least distance of the eye, along z, from which all corners are seen within `reach` of the line of sight, a
-// tangent of an angle: a corner at (a, z) is seen at (a - eye) / (distance - z).
+// Returns the least distance of the eye, along z, from which all corners are within `reach` of the line of sight, a
+// tangent of an angle: a corner at (a, z) appears at (a - eye) / (distance - z).
 double distance_to_fit(const std::array<Vec3d, 8>& corners, double Vec3d::*axis, double reach) {
   double most = -HUGE_VAL;
   double least = HUGE_VAL;
@@ -76,7 +76,8 @@ double distance_to_fit(const std::array<Vec3d, 8>& corners, double Vec3d::*axis,
   return (most - least) / (2 * reach);
 }
 
-// The place of the eye along an axis from where the corners are seen around the line of sight, all within `reach`.
+// Returns the place of the eye along an axis for which all corners are within `reach` on both sides of the line of
+// sight.
 double eye_in_middle(const std::array<Vec3d, 8>& corners, double Vec3d::*axis, double reach, double distance) {
   const auto [low, high] = std::minmax_element(corners.begin(), corners.end(),
                                                [axis](const Vec3d& a, const Vec3d& b) { return a.*axis < b.*axis; });
@@ -152,7 +153,7 @@ render::Camera camera_of(const View& view) {
   camera.projection = view.projection;
   camera.target = view.target;
   camera.eye = view.target + axes.back * distance_of(view);
-  // Seen straight from above, what is up in the picture is no longer told by what is up in the world.
+  // In a view straight from above, the world's up axis no longer determines the up direction of the picture.
   camera.up = std::abs(view.pitch) > 0.49 * kPi ? axes.up : turntable(view.up).up;
   camera.height = view.height;
   camera.shift_x = view.shift_x;

@@ -9,10 +9,10 @@
 
 namespace knead::studio {
 
-// Which way is up. Seen from the front, x is to the right; y up: z towards the person; z up: y away from the person.
+// The axis that points up. Seen from the front, x is to the right. y up: z points to the viewer; z up: y away from it.
 enum class UpAxis { y, z };
 
-// Where the person stands. A turntable: up stays up.
+// The place of the viewer. A turntable: up stays up.
 struct View {
   Vec3d target;
   double yaw = 0.45;    // radians about up; 0: from the front, positive: from the right
@@ -37,7 +37,7 @@ View seen_from(const View& view, StandardView side);
 
 View toggled_projection(const View& view);
 
-// How much of the picture panels cover at each side, in pixels.
+// The parts of the picture that panels cover at each side, in pixels.
 struct Margins {
   int left = 0;
   int top = 0;
@@ -65,23 +65,23 @@ View keeping(const Vec3d& point, const View& before, const View& after);
 // Returns the view turned by a drag of that many pixels: half a turn for the height of the picture.
 View orbited(const View& view, double dx, double dy, double picture_height);
 
-// The same, about a point, which stays where it is in the picture.
+// Returns the view turned about a point, which keeps its place in the picture.
 View orbited_about(const View& view, const Vec3d& pivot, double dx, double dy, double picture_height);
 
-// What is in the plane through the target follows the pointer.
+// Returns the view moved so that the plane through the target follows the pointer.
 View panned(const View& view, double dx, double dy, double picture_height);
 
-// Nearer by the factor (farther for factor < 1) to `focus`, which stays where it is in the picture.
+// Returns the view nearer by the factor (farther for factor < 1) to `focus`, which keeps its place in the picture.
 View zoomed(const View& view, double factor, const Vec3d& focus);
 
-// What the pointer is on in the plane through the target.
+// Returns the point under the pointer in the plane through the target.
 Vec3d under_pointer(const View& view, double x, double y, double width, double height);
 
 enum class NavigationPreset { blender, maya };
 enum class NavigationDrag { none, orbit, pan, zoom };
 
-// What a drag with this button does. Blender: middle orbits, with Shift it pans, with Ctrl it zooms; Alt+left orbits,
-// Alt+Shift+left pans, for touchpads. Maya: with Alt, left orbits, middle pans, right zooms.
+// Returns the effect of a drag with this button. Blender: middle orbits, with Shift it pans, with Ctrl it zooms;
+// Alt+left orbits, Alt+Shift+left pans, for touchpads. Maya: with Alt, left orbits, middle pans, right zooms.
 NavigationDrag drag_of(NavigationPreset preset, MouseButton button, const Modifiers& modifiers);
 
 // The view with the drag that changes it.
@@ -91,20 +91,19 @@ struct Navigation {
   int width = 1;  // of the picture, pixels
   int height = 1;
   Margins covered{};
-  std::optional<Vec3d> home{};  // the middle of what was framed last
+  std::optional<Vec3d> home{};  // the middle of the box that was framed last
   double x = 0;                 // of the pointer
   double y = 0;
   NavigationDrag drag = NavigationDrag::none;
   MouseButton button = MouseButton::left;  // that drags
-  std::optional<Vec3d> pivot{};            // that the view is turned about; without it home, or the target
+  std::optional<Vec3d> pivot{};            // the point about which the view turns; nothing: home, or the target
 };
 
 // Lets a button that was pressed turn the view until it is released, whatever the preset says.
 void begin_orbit(Navigation& navigation, const ButtonChanged& button);
 
-// Lets an event have its effect on the view. Returns whether it was about the view, and about nothing else: buttons and
-// movements of a drag that moves the view, and the wheel without modifiers, towards the pointer. Resized is taken note
-// of.
+// Applies an event to the view. Returns true for events that concern the view alone: buttons and movements of a drag of
+// the view, and the wheel without modifiers, which zooms towards the pointer. Also notes the size of a Resized.
 bool navigate(Navigation& navigation, const Event& event);
 
 }  // namespace knead::studio

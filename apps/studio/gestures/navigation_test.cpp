@@ -1,3 +1,4 @@
+// The camera: orbit, pan, zoom, standard views, and rays through pixels.
 #include "gestures/navigation.h"
 
 #include <gtest/gtest.h>

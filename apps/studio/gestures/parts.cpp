@@ -15,7 +15,7 @@ namespace knead::studio {
 
 namespace {
 
-// Vertices that remeshing has made: of a part yet to be found.
+// The part of vertices that remeshing has made, until it is found.
 constexpr std::uint8_t kUnknown = 255;
 constexpr double kBrush = 0.5;  // of the radius
 constexpr double kShaft = 68;   // pixels of an arrow
@@ -129,7 +129,7 @@ void drag_gizmo(const Pointer& pointer, const GestureContext& around, PartGestur
   }
 }
 
-// Joints that no longer bend hold again, with the part that holds most of the body.
+// Vertices of joints that no longer bend hold again, in the part that holds most of the body.
 void mark_rest(const std::vector<std::uint32_t>& body, const ShapeState& state, PartMarks& parts) {
   std::vector<std::size_t> counts(parts.holds.size());
   std::vector<std::uint32_t> rest;
@@ -152,7 +152,7 @@ bool is_seen(std::uint32_t vertex, const GestureContext& around) {
   return hit && norm(hit->point - place) < 2 * pixel_size(around.screen, place);
 }
 
-// Drops the pieces of which nothing is seen: what lies behind others is not meant. A piece hangs together by triangles.
+// Drops pieces that are hidden behind others. A piece consists of vertices that are connected by triangles.
 void drop_hidden(const GestureContext& around, std::vector<std::uint32_t>& vertices) {
   if (around.picker == nullptr) return;
   constexpr std::uint32_t kNone = 0xffffffff;
@@ -348,8 +348,8 @@ std::string add_limb(const Pointer& pointer, const GestureContext& around, Place
 
 namespace {
 
-// What hangs together with a vertex on one side of a plane through a joint; none where that is joined to the other side
-// far from the joint, too.
+// Returns the connected vertices beyond a plane through a joint, on the side that `direction` points to. Returns none
+// if they are also connected to the other side far from the joint.
 std::vector<std::uint32_t> piece_beyond(const Placement& joint, const Vec3d& direction, const GestureContext& around,
                                         std::span<const Vec3d> positions) {
   const auto is_beyond = [&](std::uint32_t v) { return dot(positions[v] - joint.center, direction) > 0; };

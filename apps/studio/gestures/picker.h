@@ -1,4 +1,4 @@
-// From the view's pixels into the scene and back.
+// Rays through the view's pixels, pixels of points, and the place of the shape under the pointer.
 #pragma once
 
 #include <array>
@@ -35,19 +35,19 @@ struct Pixel {
 
 Ray ray_through(const Screen& screen, double x, double y);
 
-// Where a point is seen; nothing for one behind the eye.
+// Returns the pixel of a point; nothing for a point behind the eye.
 std::optional<Pixel> pixel_of(const Screen& screen, const Vec3d& p);
 
 // Returns whether a closed line goes round a pixel, an odd number of times.
 bool is_within(std::span<const Pixel> line, const Pixel& p);
 
-// The length that one pixel covers at the depth of a point.
+// Returns the length that one pixel covers at the depth of a point.
 double pixel_size(const Screen& screen, const Vec3d& p);
 
-// Where the ray meets a plane; nothing where they are parallel or the plane is behind.
+// Returns the point at which the ray meets a plane; nothing if they are parallel or the plane is behind the eye.
 std::optional<Vec3d> on_plane(const Ray& ray, const Vec3d& point, const Vec3d& normal);
 
-// The point of the line {point + s direction} that is nearest to the ray; nothing where they are parallel.
+// Returns the point of the line {point + s direction} that is nearest to the ray; nothing if they are parallel.
 std::optional<Vec3d> on_line(const Ray& ray, const Vec3d& point, const Vec3d& direction);
 
 // --- what the pointer hits
@@ -64,27 +64,28 @@ struct SurfaceHit {
 // area.
 std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
-// Finds where a ray hits a shape. Searches the shape as it was when the picker was made or last followed a state, and
-// returns the hit as it lies in a later state with the same faces. Any thread may search while the picker does not
+// Finds the point at which a ray hits a shape. Searches the shape in the state of the constructor or of the last
+// follow(), and returns the hit in a later state with the same faces. Any thread may search while the picker does not
 // change.
 class Picker {
  public:
   // Takes about 0.2 us a triangle. `faces`: for each face whether it can be hit; empty: all can.
   explicit Picker(const ShapeState& state, const std::vector<bool>& faces = {});
 
-  // From now on searches the shape as it is in this state, which fits. Time: proportional to what differs from before.
+  // Searches the shape in this state, which must fit, from now on. Time: proportional to the number of changed
+  // vertices.
   void follow(const ShapeState& state);
 
   bool fits(const ShapeState& state) const { return state.mesh == mesh_; }
 
-  // Returns the first surface along a ray, as it lies in `now`, which fits. Nothing if there is none, as in point
-  // clouds.
+  // Returns the first surface along a ray, with its place in `now`, which must fit. Returns nothing if there is none,
+  // as in point clouds.
   std::optional<SurfaceHit> pick(const Ray& ray, const ShapeState& now) const;
 
-  // Returns the point halfway between where the ray enters the shape and where it leaves it again.
+  // Returns the point halfway between the ray's first entry into the shape and its exit.
   std::optional<Vec3d> middle(const Ray& ray, const ShapeState& now) const;
 
-  // Returns how thick the shape is under a hit, against its normal; nothing where no surface is found there.
+  // Returns the thickness of the shape under a hit, against its normal; nothing if there is no other side.
   std::optional<double> thickness(const SurfaceHit& hit, const ShapeState& now) const;
 
   // Returns the triangles that can be hit.
@@ -108,8 +109,8 @@ class Picker {
   SurfaceTree tree_;
 };
 
-// Makes pickers for one shape after the other, and uses one again when nobody holds it any more. A pool makes all of
-// them for the same choice of faces.
+// Makes pickers for one shape after the other, and reuses a picker that has been released. All pickers of a pool are
+// for the same choice of faces.
 class PickerPool {
  public:
   std::shared_ptr<const Picker> make(const ShapeState& state, const std::vector<bool>& faces = {});

@@ -10,7 +10,7 @@ namespace knead::studio {
 
 namespace {
 
-constexpr double kHidden = 6;            // pixels that the surface may lie before a pin that is seen
+constexpr double kHidden = 6;            // pixels by which the surface may lie in front of a visible pin
 constexpr double kPathPiece = 2;         // snapping steps between two places of a path
 constexpr double kLonePinReach = 2;      // displacements of a single pin, at least, with an automatic radius
 constexpr double kLassoSpacing = 25;     // pixels between the pins that a lasso sets, at least
@@ -50,7 +50,7 @@ bool is_hidden(const Vec3d& place, const Pixel& pixel, const GestureContext& aro
   return hit && dot(place - hit->point, ray.direction) > kHidden * pixel_size(around.screen, place);
 }
 
-// The nearest place that the images which keep the point keep as well: in the mirror's plane, or on the axis.
+// Returns the place nearest to `to` that stays in the mirror planes, or on the axis, in which the point lies.
 Vec3d kept_by_images(const Vec3d& point, const Vec3d& to, const ToolSettings& settings) {
   Vec3d displacement = to - point;
   double count = 1;
@@ -62,7 +62,7 @@ Vec3d kept_by_images(const Vec3d& point, const Vec3d& to, const ToolSettings& se
   return point + displacement / count;
 }
 
-// Calls body with each image that takes a pin elsewhere: there it is a pin of its own.
+// Calls body with each image of a pin that lies elsewhere, where it is a pin of its own.
 template <class Body>
 void for_images_apart(const Vec3d& pin, const ToolSettings& settings, const Body& body) {
   for (const SymmetryImage& image : images_of(settings)) {
@@ -240,7 +240,7 @@ void PinsGesture::move(const GestureStep& step) {
   }
 }
 
-// The pins stay where the gesture has taken them.
+// Leaves the pins at their places after the gesture.
 void PinsGesture::end(const GestureStep& step) {
   const auto& [pointer, around, placed] = step;
   rests = true;

@@ -1,4 +1,4 @@
-// Poses: what the pins of a gesture become.
+// The poses of gestures that drag pins or parts.
 #include <algorithm>
 #include <cmath>
 
@@ -11,17 +11,17 @@ namespace knead::studio {
 namespace {
 
 constexpr double kLiveDetail = 0.12;           // at least, while the pointer moves
-constexpr double kRoom = 0.06;                 // of the shape: what is nearer to what moves does not hold
-constexpr double kMoreRoom = 1.6;              // of the gap to what holds, where a pose is to have more room
-constexpr double kNearImage = 0.01;            // of the shape: what is nearer to an image of a part is of that image
-constexpr double kSamePart = 0.25;             // of its extent: images that are nearer to a part are that part
+constexpr double kRoom = 0.06;                 // of the shape: points nearer to a moving one do not hold
+constexpr double kMoreRoom = 1.6;              // of the gap to the nearest holding point, for a pose with more room
+constexpr double kNearImage = 0.01;            // of the shape: vertices nearer to an image of a part belong to it
+constexpr double kSamePart = 0.25;             // of its extent: an image nearer to a part is that part
 constexpr std::size_t kPointsOfPart = 150;     // where it is named by its points
 constexpr std::size_t kMaxRanges = 2000;       // of numbers that name a part
 constexpr std::size_t kVerticesOfPart = 2000;  // that name one of more ranges, about
 
 bool is_renumbered(const ShapeState& state) { return state.provenance != nullptr && state.provenance->is_renumbered; }
 
-// What a pose is made of, with the place of each pin or part and how near another one is the same.
+// The items of a pose, with the place of each pin or part, and the distance below which another one counts as the same.
 class PoseItems {
  public:
   bool is_taken(const Vec3d& place) const {
@@ -36,7 +36,7 @@ class PoseItems {
 
   void add(const PoseItems& others) { items_.insert(items_.end(), others.items_.begin(), others.items_.end()); }
 
-  // Adds the images of all that move, then of all that hold, where there is nothing yet.
+  // Adds the images of all moving items, then of all holding ones, at places without an item.
   void add_images(const std::vector<SymmetryImage>& images) {
     const std::vector<Item> own = items_;
     for (const bool moves : {true, false}) {
@@ -82,7 +82,7 @@ std::vector<VertexRange> ranges_of(std::span<const std::uint32_t> vertices) {
   return ranges;
 }
 
-// Of one posed part.
+// The points of one posed part.
 struct PartOfShape {
   std::vector<VertexRange> ranges;
   std::vector<Vec3d> points;  // some of it, evenly spread
@@ -133,7 +133,7 @@ const Pin::PinVertex* vertex_of(const Pin& pin, const ShapeState& state) {
   return vertex == pin.vertices.end() ? nullptr : &*vertex;
 }
 
-// The part that a pin lies in, which then speaks for it.
+// Returns the part that a pin lies in; the pin then needs no item of its own.
 std::optional<std::size_t> part_under(const Pin& pin, const PartMarks& parts, const ShapeState& state) {
   const Pin::PinVertex* const vertex = vertex_of(pin, state);
   return vertex == nullptr ? std::nullopt : part_of(parts, vertex->vertex);
@@ -156,14 +156,15 @@ void add_pin(const Pin& pin, std::vector<Vec3d> path, const ShapeState& state, d
   items.add(std::move(item), std::move(by_points), pin.place, near, moves);
 }
 
-// What a gesture holds: the parts of the shape in this state. The images of what moves, at `taken`, do not hold.
+// The holding parts and pins of a gesture, on the shape in this state. The images of moving ones, at `taken`, do not
+// hold.
 struct Holding {
   const PartMarks& parts;
   const ShapeState& state;
   const std::vector<Vec3d>& taken;
 };
 
-// Adds the pins that hold. Images of what moves do not.
+// Adds the holding pins, without images of moving ones.
 void add_held_pins(const Holding& holding, const std::vector<Pin>& pins, const std::vector<bool>& moves, double near,
                    PoseItems& items) {
   const PartMarks& parts = holding.parts;
@@ -178,7 +179,7 @@ void add_held_pins(const Holding& holding, const std::vector<Pin>& pins, const s
   }
 }
 
-// Adds the parts that hold, without their free vertices. Some are left out, and images of what moves do not hold.
+// Adds the holding parts, without their free vertices, and without images of moving ones; some parts are left out.
 template <class IsFree>
 void add_held_parts(const Holding& holding, const std::vector<bool>& left_out, const IsFree& is_free,
                     PoseItems& items) {
@@ -194,7 +195,7 @@ void add_held_parts(const Holding& holding, const std::vector<bool>& left_out, c
   }
 }
 
-// What bends when a part and its images move, by vertex.
+// Returns for each vertex whether it bends when a part and its images move.
 std::vector<bool> bending_of(const PartMarks& parts, std::size_t part, const ShapeState& state,
                              const ToolSettings& settings) {
   const std::vector<Vec3d> positions = state.positions.copy();
@@ -233,7 +234,7 @@ struct PosePlan {
 
 namespace {
 
-// Of the parts that are not as stiff as all else. Numbers name vertices of the first mesh only.
+// Returns the stiffness of the parts for which it is not 1. Numbers name vertices of the first mesh only.
 std::vector<PoseStiffness> stiffness_of(const PartMarks& parts, const ShapeState& state) {
   std::vector<PoseStiffness> regions;
   for (std::size_t part = 0; part < parts.stiffness.size() && !is_renumbered(state); ++part) {
@@ -253,7 +254,7 @@ PoseStroke stroke_of(PoseItems items, const PosePlan& plan, bool rests, const To
   return stroke;
 }
 
-// A pin that goes as far as the dragged one goes along its path; else straight to its goal.
+// A pin with the dragged pin's displacement follows its path; any other moves straight to its target.
 std::vector<Vec3d> path_of(const PinsGesture& gesture, const PinGoal& goal) {
   const Vec3d apart = gesture.pins[goal.pin].place - gesture.pins[gesture.dragged].place;
   if (gesture.path.empty() || norm(gesture.to + apart - goal.to) > 1e-9 * norm(goal.to)) return {goal.to};
@@ -400,7 +401,7 @@ void extend_path(const Vec3d& start, const Vec3d& to, double step, std::vector<V
   const std::optional<Vec3d> last = path.empty() ? std::nullopt : std::optional(path.back());
   if (last == to) return;
   if (last) path.pop_back();
-  // The place before the last piece is near of itself.
+  // The start of the last piece is always near, and does not count.
   for (std::size_t kept = 0; kept < path.size(); ++kept) {
     const Vec3d& place = kept == 0 ? start : path[kept - 1];
     if (norm(place - to) >= step) continue;

@@ -1,4 +1,4 @@
-// The tools: what each is called, how it is placed and dragged, what its button shows; and what is set and placed.
+// The tools of Studio: their names, buttons, placement and drags; the settings of a tool, and what is placed for it.
 #pragma once
 
 #include <array>
@@ -19,28 +19,27 @@
 
 namespace knead::studio {
 
-// Where a drag takes the tool.
+// The plane or line along which a drag moves the tool.
 enum class DragMode { view, surface, normal, axis };
 
-// Where a ball or capsule begins.
-//   inside   under the surface, as deep as its inner region reaches: the end of what it pulls out is round
+// The start of a ball or capsule.
+//   inside   under the surface, as deep as its inner region: the end of the pulled part is round
 //   surface  on the surface: the end is flat
 //   plane    in the plane through the view's target
 // Beside the shape every drag begins in that plane.
 enum class PullStart { inside, surface, plane };
 
-// What the pressure of a pen changes while one paints.
+// The setting of paint that the pressure of a pen changes.
 enum class PenPressure { none, radius, depth };
 
-// paint: a brush; lasso: a line drawn round; box: a rectangle.
+// paint: a brush; lasso: a closed line; box: a rectangle.
 enum class MaskMode { paint, lasso, box };
 
-// What clicks and drags do with the pose.
-//   pins   set and drag pins: what is near a pin turns as the shape takes it, and the shape stays as nearly rigid as it
-//          can
-//   lasso  draw a line round a part of the shape, which then holds or is moved rigidly
+// The effect of clicks and drags on the pose.
+//   pins   set and drag pins; the surface near a pin turns with the shape, which stays as rigid as it can
+//   lasso  draw a line round a part of the shape, which then holds or moves rigidly
 //   brush  paint such a part
-//   exact  set and drag pins, each to its exact place, with what is within their radius
+//   exact  set and drag pins, each to its exact place; everything within their radius follows
 enum class PoseMode { pins, lasso, brush, exact };
 
 struct PlacedTools;
@@ -63,9 +62,9 @@ struct Symmetry {
 };
 inline constexpr int kMaxTurns = 32;
 
-// How a closed tool is held.
+// The shape of a stamp.
 struct StampShape {
-  std::string name;                  // as a person reads it
+  std::string name;                  // for people
   std::string file;                  // in the document's folder of stamps
   std::shared_ptr<const Mesh> mesh;  // about its origin
 };
@@ -76,16 +75,16 @@ struct PrintPicture {
   std::filesystem::path source;  // where it came from
 };
 
-// Where rotate, stretch, twist, bend and stamp are placed. x, y and z are unit vectors, perpendicular to each other; a
-// bend turns about x, all else goes along z.
+// The placement of rotate, stretch, twist, bend and stamp. x, y and z are unit vectors, perpendicular to each other. A
+// bend turns about x; all other tools act along z.
 struct Placement {
   Vec3d center;
   Vec3d x{1, 0, 0};
   Vec3d y{0, 1, 0};
   Vec3d z{0, 0, 1};
-  // Of twist and bend on the shape as it was when placed: the limit cylinder, or why there is none.
+  // For twist and bend, on the shape at the time of the placement: the limit cylinder, or why there is none.
   std::optional<CylinderPlacement> limit_cylinder{};
-  // Of twist and bend on the shape as it was when placed: how far it reaches from their line. Null: not known yet.
+  // For twist and bend, on the shape at the time of the placement: its extent around their line. Null: not known yet.
   std::shared_ptr<const ZoneProfile> profile{};
 
   friend bool operator==(const Placement& a, const Placement& b) {
@@ -93,7 +92,7 @@ struct Placement {
   }
 };
 
-// How a tool is used.
+// The use of a tool.
 enum class ToolUse {
   pull,     // a drag carries it along a path
   paint,    // a drag sets dabs on the surface
@@ -105,22 +104,22 @@ enum class ToolUse {
   stamp,    // a click places it; a drag of its middle presses it in
   turn,     // a click places it; a drag beside it turns it
   pose,     // a click sets a pin on the surface; a drag moves one or all that are selected, and the others hold
-  mask,     // drags paint, or go round, what stays as it is
+  mask,     // drags paint or enclose the part that is fixed
 };
 
-// What a tool is for: tools of one group stand together and have one colour.
+// The purpose of a tool: tools of one group stand together and have one colour.
 enum class ToolGroup { move, shape, pose, mask };
 inline constexpr std::array kToolGroups{ToolGroup::move, ToolGroup::shape, ToolGroup::pose, ToolGroup::mask};
 const char* name_of(ToolGroup group);
 
-// Which way the z axis of a placement points after a click.
+// The direction of a placement's z axis after a click.
 enum class Facing {
   viewer,   // towards the viewer
   surface,  // out of the surface
   up,       // up in the picture; the centre is in the middle of the shape
 };
 
-// What turns for a tool of ToolUse::turn.
+// The turning of a tool of ToolUse::turn.
 struct Turning {
   Facing facing = Facing::viewer;
   Vec3d Placement::*axis = &Placement::z;  // about which it turns
@@ -142,22 +141,22 @@ struct IconPart {
   std::array<float, 8> numbers;
 };
 
-// One tool as a person knows it. Everything that Studio shows of it or does with it comes from here.
+// The row of a tool in Studio. Everything that Studio shows of it or does with it comes from here.
 struct StudioTool {
-  std::string name;  // as a person reads it; in lower case in scripts, after "tool_" in the preferences
-  const char* key;   // that chooses it, if the preferences say nothing else
+  std::string name;  // for people; in lower case in scripts, and after "tool_" in the preferences
+  const char* key;   // the default key that chooses it
   ToolUse use;
   ToolGroup group;
   const char* tip;                 // one sentence: what it does
-  const char* also = "";           // other words by which a person may look for it
+  const char* also = "";           // other words for the search
   bool has_inner = false;          // its inner ratio can be set
   bool is_long = false;            // of ToolUse::pull: a capsule across the view instead of a ball
   const Brush* brush = nullptr;    // of ToolUse::paint, and of a ToolUse::pull with the wide falloff
-  DragMode drag = DragMode::view;  // until the person chooses another one
-  // The settings (setting.h) that are lengths relative to the radius, or a volume relative to its cube: a person sees
-  // and sets the length or the volume itself.
+  DragMode drag = DragMode::view;  // the default
+  // The settings (setting.h) that are lengths relative to the radius, or a volume relative to its cube. Sliders show
+  // the length or the volume itself.
   std::vector<std::string_view> sliders{};
-  std::string_view strength{};  // the setting that is a plain number and says how much the tool does
+  std::string_view strength{};  // the setting that is the strength of the tool, a plain number
   const char* hint;             // what to do first
   const char* second_hint;      // once something is placed; for tools with paint_in, when that is set
   std::vector<IconPart> icon;
@@ -173,16 +172,16 @@ std::string word_of(const StudioTool& tool);
 // Returns the tool with a name in lower case, or a null pointer.
 const StudioTool* studio_tool(std::string_view word);
 
-// Returns whether the tool that is set moves the shape, and its falloff counts.
+// Returns whether the chosen tool moves the shape with a falloff.
 bool blends(const ToolSettings& settings);
 
 // Returns whether the tool adds or takes away, as paint_in says.
 bool has_two_signs(ToolUse use);
 
-// Returns the first tool that is used so.
+// Returns the first tool with this use.
 const StudioTool& studio_tool(ToolUse use);
 
-// How a drag beside the gizmo turns a tool of ToolUse::turn, as the axis is seen.
+// The rule by which a drag beside the gizmo turns a tool of ToolUse::turn; it depends on the view of the axis.
 enum class TurnDrag {
   round,     // round the gizmo's middle: the axis faces the viewer, or away
   sideways,  // to the right or left
@@ -192,7 +191,7 @@ enum class TurnDrag {
 // Returns one line: what to do with the tool now.
 std::string hint_of(const ToolSettings& settings, const PlacedTools& placed, TurnDrag turning);
 
-// What each tool keeps for itself while others are used.
+// The settings that each tool keeps while others are used.
 struct OwnSettings {
   double radius = 1;              // the outer threshold, > 0
   double inner_ratio = 0.35;      // inner over outer threshold, in [0.01, 0.95]
@@ -204,14 +203,14 @@ struct OwnSettings {
   bool paint_in = false;  // paint and print press in, inflate shrinks; Ctrl inverts
 };
 
-// What is set at the panels and with keys. Lengths in the mesh's own units.
+// The settings of panels and keys. Lengths are in the mesh's own units.
 struct ToolSettings : OwnSettings {
   const StudioTool* tool = &studio_tools().front();
   bool auto_radius = true;    // of exact pins: from their distances, instead of `radius`
   double capsule_length = 1;  // half of it, relative to the radius
   double depth = 0.15;        // of paint and print, relative to the radius, > 0
   double growth = 0.06;       // of inflate: the volume, relative to the radius' cube, > 0
-  double smoothing = 0.5;     // of smooth: the part of the way to the smooth surface, in (0, 1]
+  double smoothing = 0.5;     // of smooth: the fraction of the distance to the smooth surface, in (0, 1]
   int exponent = 8;           // of points and curves; even, 4 or more
   double stamp_size = 0.5;    // the tool's half extent, relative to the radius
   StampContact stamp_contact = StampContact::automatic;
@@ -219,11 +218,11 @@ struct ToolSettings : OwnSettings {
   std::string font;            // as a print names it; empty: a usual one
   bool lasso_selects = false;  // a drag beside the pins draws a line round those that it selects
   PoseMode pose = PoseMode::pins;
-  double pose_detail = 0;  // of the shape's size; 0: from the thickness of what moves
+  double pose_detail = 0;  // of the shape's size; 0: from the thickness of the moving parts
   PenPressure pressure = PenPressure::depth;
   MaskMode mask_mode = MaskMode::paint;
   double mask_width = 0.5;          // of a mask's border, relative to the radius, > 0
-  bool uses_limit_cylinder = true;  // twist and bend move one part, found by Studio; else all below the plane
+  bool uses_limit_cylinder = true;  // twist and bend move one part that Studio finds; false: all below the plane
   std::array<bool, 3> mirror{};     // in x, y and z, through symmetry.center
   Symmetry symmetry;
   bool widens_zone = true;  // of twist and bend, where it is too thin for the angle
@@ -233,7 +232,7 @@ struct ToolSettings : OwnSettings {
   std::vector<std::optional<OwnSettings>> kept{};  // of the other tools, in the order of studio_tools()
 };
 
-// Makes the tool the one that is used, with the settings of its own that it had when last used.
+// Chooses a tool, with its own settings of its last use.
 void choose_tool(const StudioTool& tool, ToolSettings& settings);
 
 // Returns whether the tool poses with exact pins, which have a radius.
@@ -241,29 +240,29 @@ inline bool has_exact_pins(const ToolSettings& settings) {
   return settings.tool->use == ToolUse::pose && settings.pose == PoseMode::exact;
 }
 
-// A place on the surface that can be moved: a vertex, so that a pin goes where the surface goes.
+// A place on the surface that can be moved: a vertex, so that a pin moves with the surface.
 struct Pin {
-  // Which vertex it is. Remeshing gives the shape another mesh, and undo the one before.
+  // The vertex on one mesh. Remeshing gives the shape another mesh, and undo the one before.
   struct PinVertex {
     std::weak_ptr<const Mesh> mesh;
     std::uint32_t vertex = 0;
   };
   Vec3d place;
-  bool holds = true;  // while another pin is dragged; else it is free, and goes with the surface
+  bool holds = true;  // while another pin is dragged; false: it is free, and moves with the surface
   std::vector<PinVertex> vertices{};
   bool is_selected = false;  // a drag of a selected pin moves all selected pins
 };
 
-// The parts of a pose, each with a number: gestures/parts.h. Each holds while another one, or a pin, is dragged; else
-// it is free, and goes with the surface.
+// The parts of a pose, with numbers (gestures/parts.cpp). A part holds while another one, or a pin, is dragged, or it
+// is free, and moves with the surface.
 struct PartMarks {
   std::vector<std::uint8_t> of_vertex;    // for each vertex the number of its part, from 1; 0: none; empty: none has
   std::vector<bool> holds;                // of each part
-  std::vector<double> stiffness;          // of each part; 1: as all else
+  std::vector<double> stiffness;          // of each part; 1: as everything else
   std::optional<std::size_t> selected{};  // from 0
   std::optional<Placement> placement{};   // of the gizmo of the selected part
-  bool is_ahead = false;                  // the gizmo is where a drag has taken it, before the shape is
-  ShapeState at{};                        // which shape's vertices these are
+  bool is_ahead = false;                  // a drag has moved the gizmo, and the shape has not followed yet
+  ShapeState at{};                        // the shape whose vertices these are
   // The same on meshes that the shape has had.
   struct OnMesh {
     std::weak_ptr<const Mesh> mesh;
@@ -272,7 +271,7 @@ struct PartMarks {
   std::vector<OnMesh> on_meshes{};
 };
 
-// What has been placed for the next drag.
+// The things that are placed for the next drag.
 struct PlacedTools {
   std::vector<Vec3d> points;
   std::vector<std::vector<Vec3d>> curves;
@@ -281,8 +280,8 @@ struct PlacedTools {
   std::optional<PrintPicture> picture;
   std::vector<Pin> pins;
   PartMarks parts;
-  std::optional<std::size_t> lit_pin;  // that the panel points to
-  std::vector<Vec3d> plane_points;     // picked so far, of a mirror's plane through three
+  std::optional<std::size_t> lit_pin;  // the pin that the panel points to
+  std::vector<Vec3d> plane_points;     // the first points of a mirror's plane through three
 };
 
 // Strokes repeated in mirrors and about an axis.
@@ -291,16 +290,16 @@ struct PlacedTools {
 // turns * 2^mirrors - 1.
 std::vector<SymmetryImage> images_of(const ToolSettings& settings);
 
-// Returns the planes of the mirrors if they are all the images that there are, and at right angles to each other; else
-// nothing.
+// Returns the planes of the mirrors if they are at right angles and there are no other images; else nothing.
 std::optional<Mirror> mirror_of(const ToolSettings& settings);
 
 // Returns the radius at which the motion has fallen to its half.
 double half_radius(const ToolSettings& settings, double inner_ratio);
 
-// Returns the start of a drag that touches the surface at a place and moves so far: in a mirror's plane or on the axis,
-// if these are within half of the inner region of that place; of half_radius(), if the motion is along them. Two images
-// so near to each other move what lies between them further than themselves, and tear the surface into lobes.
+// Returns the start of a drag that touches the surface at a place and has this motion. It is moved into a mirror's
+// plane or onto the axis if these are nearer than half of the inner region; for a motion along them, nearer than half
+// of half_radius(). Images that are nearer to each other would move the surface between them farther than themselves,
+// and tear it into lobes.
 Vec3d snapped_to_symmetry(Vec3d p, const Vec3d& touched, const Vec3d& motion, const ToolSettings& settings);
 
 // Returns p in the planes and on the axis in which the first point of the path lies.

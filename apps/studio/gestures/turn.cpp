@@ -10,18 +10,18 @@ namespace knead::studio {
 namespace {
 
 constexpr double kDegreesPerPixel = 0.5;
-constexpr double kFacing = 0.4;           // sine of the angle between the axis and the view, below which it faces it
-constexpr double kStretchPerPixel = 0.4;  // percent of the logarithm
-constexpr double kStandOff = 0.02;        // of the stamp's size, between it and the surface
-constexpr double kMinPercent = -99;       // that can be typed for a stretch
-constexpr double kBendAngle = 90;         // degrees: the bend that a limit cylinder is placed for
-constexpr int kDirections = 8;            // that are tried about the place of a click
-constexpr double kAsThin = 1.15;          // of the thinnest
-constexpr double kNearly = 0.96;          // cosine of the angle between directions that a person takes for one
+constexpr double kFacing = 0.4;  // sine of the angle between axis and view below which the axis faces the viewer
+constexpr double kStretchPerPixel = 0.4;       // percent of the logarithm
+constexpr double kStandOff = 0.02;             // of the stamp's size, between it and the surface
+constexpr double kMinPercent = -99;            // that can be typed for a stretch
+constexpr double kBendAngle = 90;              // degrees: the bend that a limit cylinder is placed for
+constexpr int kDirections = 8;                 // that are tried about the place of a click
+constexpr double kAsThin = 1.15;               // of the thinnest
+constexpr double kNearly = 0.96;               // cosine of the angle below which two directions look the same
 constexpr std::size_t kManyVertices = 20'000;  // whose edges show nothing more of a profile
 
-// Degrees: of how far the pointer has gone across the axis as it is seen, rightwards positive for an axis that points
-// up; about an axis that points at the person, or away, round the centre.
+// Returns degrees from the motion of the pointer across the visible axis, to the right positive for an axis that points
+// up. If the axis points towards the viewer, or away, they are the angle round the centre.
 double angle_of(const TurnGesture& gesture, const Pointer& to, const Vec3d& axis, const GestureContext& around) {
   const Pointer& from = gesture.start;
   const render::CameraFrame frame = render::camera_frame(around.screen.camera);
@@ -37,7 +37,7 @@ double angle_of(const TurnGesture& gesture, const Pointer& to, const Vec3d& axis
   return (dx * up + dy * right) / length * kDegreesPerPixel;
 }
 
-// The amount of a number that a person typed.
+// Returns the amount for a typed number.
 double amount_of_typed(double typed, const Turning& turning) {
   if (!turning.is_percent) return typed;
   return 100 * std::log1p(std::max(typed, kMinPercent) / 100);
@@ -61,7 +61,7 @@ double stamp_scale(const ToolSettings& settings, const StampShape& shape) {
   return extent > 0 ? settings.stamp_size * settings.radius / extent : 1;
 }
 
-// How far the posed stamp reaches from its origin in a direction.
+// Returns the extent of the posed stamp from its origin in a direction.
 double reach_along(const StampShape& shape, const Mat3d& pose, const Vec3d& direction) {
   double most = 0;
   for (const Vec3d& p : shape.mesh->positions) most = std::max(most, dot(pose * p, direction));
@@ -85,8 +85,8 @@ Placement turned(Placement placement, double angle) {
   return placement;
 }
 
-// Placements along the limb on which this one lies; none where there is no limb. In the plane of the picture if the
-// limb nearly is, else along the limb itself, from there back to the joint.
+// Returns placements along the limb on which this one lies, back to its joint; none without a limb. They lie in the
+// plane of the picture if the limb nearly does, else along the limb itself.
 std::vector<Placement> along_limb(const Placement& placement, std::span<const Vec3d> positions,
                                   std::span<const Triangle> triangles) {
   const auto nearer = [&](const Vec3d& a, const Vec3d& b) {
@@ -96,7 +96,7 @@ std::vector<Placement> along_limb(const Placement& placement, std::span<const Ve
   if (nearest == positions.end()) return {};
   const Limb limb = find_limb(positions, triangles, static_cast<std::uint32_t>(nearest - positions.begin()));
   if (!limb.has_neck) return {};
-  // What is clicked at its side is still turned about its middle.
+  // A limb that is clicked at its side also turns about its middle.
   const double along = std::max(dot(placement.center - limb.joint, limb.direction), 0.0);
   std::vector<Placement> places;
   for (int step = 0; step < kDirections; ++step) {
@@ -120,7 +120,7 @@ double tip_of(const CylinderPlacement& limit_cylinder, const Vec3d& from, std::s
   return most;
 }
 
-// The thinnest; of about as thin ones that with the nearest tip; the first where these agree, too.
+// Returns the thinnest; among about equally thin ones that with the nearest tip; among these the first.
 const Placement& best_of(const std::vector<FoundCylinder>& found) {
   const auto thinner = [](const FoundCylinder& a, const FoundCylinder& b) {
     return a.placement.limit_cylinder->thickness < b.placement.limit_cylinder->thickness;
@@ -134,7 +134,7 @@ const Placement& best_of(const std::vector<FoundCylinder>& found) {
   return best->placement;
 }
 
-// The stroke with the zone as it is set.
+// Returns the stroke with the zone of the settings.
 std::optional<Stroke> plain_stroke(const ToolSettings& settings, const Placement& placement, double amount) {
   const Turning& turning = settings.tool->turning;
   if (amount == 0 || turning.stroke == nullptr) return std::nullopt;
@@ -161,7 +161,7 @@ StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, cons
   stroke.pose = pose_of(placement, stamp_scale(settings, shape));
   stroke.contact = settings.stamp_contact;
   if (stroke.contact != StampContact::stick) return stroke;
-  // By default what the session's format says for a straight motion, but the same for all pieces of the path.
+  // The default of the session's format for a straight motion, but the same for all pieces of the path.
   stroke.outer = 1.5 * settings.stamp_size * settings.radius;
   stroke.step = *stroke.outer / 25;
   stroke.falloff = settings.falloff;

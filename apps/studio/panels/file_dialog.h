@@ -1,4 +1,4 @@
-// The dialog that asks where to read from, and where to write to.
+// The dialog that asks for a file to read or write.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace knead::studio {
 
-// What a file dialog shows of a folder.
+// A file or folder in the list of a file dialog.
 struct ListedFile {
   std::string name;
   bool is_folder = false;
@@ -26,15 +26,15 @@ struct FileList {
   std::string problem;            // why the folder cannot be listed; empty: it can
 };
 
-// The folders, and the files whose names end in one of the extensions (".ply", upper or lower case; all files if there
-// are none). Names that begin with a dot are left out.
+// Returns the folders in a folder, and the files whose names end in one of the extensions (".ply", upper or lower case;
+// all files without extensions). Names that begin with a dot are left out.
 FileList list_files(const std::filesystem::path& folder, std::span<const std::string> extensions);
 
-// The name with the extension unless it ends in one of those given.
+// Returns the name with the extension, unless it ends in one of `extensions`.
 std::string with_extension(const std::string& name, std::span<const std::string> extensions,
                            const std::string& extension);
 
-// "417 bytes", "3.4 MB".
+// Returns a size as text: "417 bytes", "3.4 MB".
 std::string size_text(std::uintmax_t bytes);
 
 enum class FileUse {
@@ -54,25 +54,25 @@ enum class FileUse {
 struct FileDialog {
   FileUse use = FileUse::open;
   bool is_open = false;
-  std::optional<DesktopDialog> desktop;  // asks in its place
+  std::optional<DesktopDialog> desktop;  // asks in the place of this dialog
   std::filesystem::path folder;
   std::string typed_folder;
   std::string name;
   FileList list;
-  bool is_sure = false;    // that the file may be replaced
-  bool has_faces = true;   // what is exported
+  bool is_sure = false;    // the file may be replaced
+  bool has_faces = true;   // the exported shape has faces
   bool as_double = false;  // of export_shape: coordinates of PLY as doubles
   FrameExport motion;      // of export_frames
-  int frame = 0;           // of export_frames: that is looked at, from 1; 0 if none is
+  int frame = 0;           // of export_frames: the shown frame, from 1; 0: none
   int pictures = 24;       // of turntable
   Poster poster;           // of poster
 };
 
-// `near`: a file or folder to begin at; its name is proposed for what is written. With `by_desktop` the desktop's own
-// dialog asks where there is one, unless there is more to be set than a file.
+// Opens the dialog. `near`: a file or folder to begin at; its name is proposed for the file to write. With `by_desktop`
+// the desktop's own dialog asks, if there is one and the file is the only question.
 void open_file_dialog(FileDialog& dialog, FileUse use, const std::filesystem::path& near, bool by_desktop);
 
-// Draws it while it is open. Returns the file once the person has chosen one.
+// Draws the dialog while it is open. Returns the file once the user has chosen one.
 std::optional<std::filesystem::path> draw_file_dialog(FileDialog& dialog, const Gui& gui);
 
 }  // namespace knead::studio

@@ -18,8 +18,7 @@
 
 namespace knead::studio {
 
-// --- questions to the person, and the menus that lead to them
-// ---------------------------------------------------------
+// --- dialogs, and the menus that open them ---------------------------------------------------------
 
 // The search of commands.
 struct CommandSearch {
@@ -40,34 +39,34 @@ struct Dialogs {
   CommandSearch search;
   Welcome welcome;
   FileDialog file;
-  FrameExport motion;  // that was looked at last
-  int frame = 0;       // of it, from 1; 0: the present shape
+  FrameExport motion;  // the motion that was shown last
+  int frame = 0;       // its shown frame, from 1; 0: the present shape
 
   bool is_new_shape_open = false;
   ShapeKind new_kind = ShapeKind::sphere;
   int new_vertices = 40'000;
 
   bool is_recovery_open = false;
-  std::optional<std::filesystem::path> to_discard;  // a journal that is thrown away at the next click
+  std::optional<std::filesystem::path> to_discard;  // the next click discards this journal
 
-  // What would put unsaved work away, until the person has decided.
+  // An action that would discard unsaved work, until the user has decided.
   std::function<void()> pending;
-  bool is_saving = false;  // first
+  bool is_saving = false;  // the work is saved first
 };
 
-// Whether a dialog waits for the person: nothing else is then meant by keys and pointer.
+// Returns whether a dialog is open, which then gets all keys and clicks.
 inline bool is_asking(const Dialogs& dialogs) {
   return dialogs.file.is_open || dialogs.is_new_shape_open || dialogs.is_recovery_open || dialogs.search.is_open ||
          dialogs.welcome.is_open || dialogs.pending != nullptr;
 }
 
-// Does it, or asks first where there is unsaved work.
+// Performs an action that discards unsaved work; asks first if there is any.
 void do_or_ask(Studio& studio, Dialogs& dialogs, std::function<void()> what);
 
-// Does what Studio handed on; false if it is about the window itself (quit, full_screen).
+// Performs a request of Studio; returns false for actions of the window itself (quit, full_screen).
 bool answer_request(Studio& studio, Dialogs& dialogs, Action action);
 
-// Returns where a person finds an action, in a few words.
+// Returns the place of an action in the menus or panels, in a few words.
 std::string place_of(Action action);
 
 // Returns whether a menu is open.
@@ -75,21 +74,21 @@ bool draw_menus(Studio& studio, Dialogs& dialogs);
 
 void draw_search(Studio& studio, const Gui& gui, CommandSearch& search);
 
-// What to begin with: a sphere, a file, one of three examples, or the tour. It closes with a choice, Escape or a click
-// beside it.
+// Draws the welcome sheet: a sphere, a file, one of three examples, or the tour. It closes with a choice, Escape or a
+// click beside it.
 void draw_welcome(Studio& studio, Dialogs& dialogs, const Gui& gui);
 
-// A few steps of the tour, each beside the place that it is about. The person can work meanwhile.
+// Draws a step of the tour beside its subject. The user can work meanwhile.
 void draw_tour(Studio& studio, Welcome& welcome, const Gui& gui, const Layout& layout);
 
-// Draws the dialogs that are open. picture: writes what is seen to a file.
+// Draws the open dialogs. `picture` writes the view to a file.
 void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
                   const std::function<void(const std::filesystem::path&)>& picture);
 
 // --- the interface
 // ----------------------------------------------------------------------------------------------------
 
-// What the interface asks of its window.
+// The functions of the window that the interface calls.
 struct InterfaceHost {
   std::function<void()> toggle_full_screen{};
   std::function<void(const std::filesystem::path&)> write_picture{};
@@ -100,24 +99,24 @@ class Interface {
   // Offers unsaved work, if there is some.
   Interface(Studio& studio, Gui& gui, InterfaceHost host);
 
-  // Tells Studio how large the window is and what the panels cover of it. Called for every Resized; the window calls it
+  // Gives Studio the size of the window and the parts that panels cover. Called for every Resized; the window calls it
   // before the first frame.
   void set_size(int width, int height);
 
-  // After Gui::begin_frame: hands on the events that are for the shape.
+  // Passes on the events that are not for a panel. Call it after Gui::begin_frame.
   void handle(const std::vector<Event>& events);
 
-  // Makes all panels and dialogs.
+  // Draws all panels and dialogs.
   void draw(const FrameTimes& times, const Stretched& stretched);
 
-  // Begins with the welcome sheet, unless there is unsaved work to recover or the person does not want it.
+  // Opens the welcome sheet, unless there is unsaved work to recover or the preferences disable it.
   void welcome();
 
-  // The person wants to close the window. Asks first if there is unsaved work; then has_ended().
+  // Closes the window, and asks first if there is unsaved work; has_ended() is true afterwards.
   void close();
   bool has_ended() const { return has_ended_; }
 
-  // Whether a message is shown, which may fade without an event.
+  // Returns whether a message is shown, which may fade without an event.
   bool has_messages() const { return !messages_.messages.empty(); }
 
   // Returns whether a dialog is open.
@@ -142,8 +141,8 @@ class Interface {
   Messages messages_;
   CompactBar compact_;
   Layout layout_;
-  std::optional<Pixel> right_press_;   // of a button that is held, and may become a click
-  std::optional<Pixel> pointer_menu_;  // asked for in this frame
+  std::optional<Pixel> right_press_;   // where the right button was pressed; its release may be a click
+  std::optional<Pixel> pointer_menu_;  // the place of the menu to open in this frame
   int width_ = 1;
   int height_ = 1;
   std::set<std::string> held_;

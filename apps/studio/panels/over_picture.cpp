@@ -64,7 +64,7 @@ float keys_column(const Gui& gui) {
   return std::min(std::clamp(width / 3, 400 * gui.unit(), 450 * gui.unit()), 0.95F * width);
 }
 
-// A table of what there is and how it is had, under a heading.
+// Begins a table of commands and their keys, under a heading.
 bool begin_keys(const Gui& gui, const char* heading) {
   Gui::begin_heading();
   ImGui::TextUnformatted(heading);

@@ -1,5 +1,5 @@
-// What is around the picture: bars, settings, history, statistics, help. Dear ImGui between Gui::begin_frame and
-// end_frame; all that they know is the Studio's, all that they change goes through it.
+// The panels around the picture: bars, settings, history, statistics, help. Call them between Gui::begin_frame and
+// end_frame. They read everything from Studio, and change everything through it.
 #pragma once
 
 #include <imgui.h>
@@ -89,7 +89,7 @@ inline constexpr float kTouchSize = 44;              // points, of what a finger
 // window.
 Layout layout_of(const LayoutQuery& query);
 
-// What the layout covers of the picture.
+// Returns the parts of the picture that the layout covers.
 Margins margins_of(const Layout& layout, float width, float height);
 
 // --- the left bar ----------------------------------------------------------------------------------------------------
@@ -105,7 +105,7 @@ void draw_icon(const StudioTool& tool, ImVec2 center, float half);
 // Scrolls if not all entries fit; the chosen tool is then scrolled into view.
 void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout);
 
-// --- settings at the hand: radius, strength, falloff and mirror of the tool in use, as lengths with units ------------
+// --- settings above the picture: radius, strength, falloff and mirror of the tool in use, as lengths with units ------
 
 // Above and below the bar's widgets, and the room for the tool's name, in points.
 inline constexpr float kTopBarPadding = 6;
@@ -113,31 +113,33 @@ inline constexpr float kNameWidth = 128;
 
 void draw_top_bar(Studio& studio, const Gui& gui, const Layout& layout);
 
-// The same in a list at a place that a right click has asked for, which is taken over.
+// Draws the same settings in a menu at the place of a right click, and clears `asked` once it is open.
 void draw_pointer_menu(Studio& studio, const Gui& gui, std::optional<Pixel>& asked);
 
-// What the bar of a compact window has chosen. Its Ctrl and Shift stay until they are chosen again.
+// The state of a compact window's bar. Its Ctrl and Shift stay until they are chosen again.
 struct CompactBar {
   bool is_side_open = false;
   Modifiers held;
 };
 
-// The tool, its radius and strength, undo, redo, Ctrl, Shift, and the side panel, each for a finger.
+// Draws the bar of a compact window: the tool, its radius and strength, undo, redo, Ctrl, Shift, and the side panel, in
+// sizes for a finger.
 void draw_bottom_bar(Studio& studio, const Gui& gui, const Layout& layout, CompactBar& bar);
 
 // Draws the setting with this key as its row says: a box to tick, a slider or a list.
 void draw_setting(std::span<const Setting> rows, std::string_view key, std::optional<float> width = std::nullopt);
 void draw_tool_setting(Studio& studio, std::string_view key, std::optional<float> width = std::nullopt);
 
-// All settings of the bar above the picture, one below the other.
+// Draws all settings of the bar above the picture, one below the other.
 void draw_hand_settings(Studio& studio, float width);
 
-// Whether the tool in use does one of several things, and the choice of it: how a pose is set, how a mask is
-// painted, which stamp.
+// has_mode() returns whether the tool in use has several modes: of poses, masks or stamps. draw_mode() draws their
+// choice.
 bool has_mode(const Studio& studio);
 void draw_mode(Studio& studio, float width);
 
-// Whether the tool in use goes along a drag, and the choice of where to.
+// has_drag_mode() returns whether the tool in use follows a drag. draw_drag_mode() draws the choice of its plane or
+// line.
 bool has_drag_mode(const ToolSettings& settings);
 void draw_drag_mode(Studio& studio, float width);
 
@@ -146,51 +148,51 @@ bool has_radius(const ToolSettings& settings);
 
 // --- the panel on the right ------------------------------------------------------------------------------------------
 
-// What is being typed or dragged in the history.
+// The texts and sliders of the history that are being edited.
 struct HistoryEditor {
   std::optional<std::size_t> renaming;  // the entry whose name is typed
   std::optional<std::size_t> clicked;   // the entry whose name was clicked last, unless something else was
   std::string name;                     // as typed so far
   bool is_beginning = false;            // the field is drawn for the first time
   std::optional<double> percent;        // strength, while its slider is dragged
-  std::optional<double> made;           // strength that was asked for and is not made yet, in percent
+  std::optional<double> made;           // requested strength that is not applied yet, in percent
   std::string search;                   // only entries with these words are shown
 };
 
 struct SidePanel {
   HistoryEditor editor;
-  float settings_height = 0;  // what each of the two windows would take, as last drawn
+  float settings_height = 0;  // full height of each of the two windows, as last drawn
   float history_height = 0;
   std::size_t entries = 0;  // of the history, as last drawn
 };
 
-// Settings above, history below, each as high as it needs to be. Where that is too high each scrolls by itself, and the
-// history keeps kMinHistory of the height. Their left edge can be dragged.
+// Draws the settings above and the history below, each with the height that it needs. If both are too high, they scroll
+// separately, and the history keeps kMinHistory of the height. Their left edge can be dragged.
 inline constexpr float kMinHistory = 0.4F;
 void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SidePanel& panel);
 
-// The parts of it: what one changes rarely.
+// Draw the parts of the side panel: settings that are changed rarely, and the history.
 void draw_tool_settings(Studio& studio);
 void draw_symmetry(Studio& studio);
 void draw_view_settings(Studio& studio, const Gui& gui);
 void draw_look_settings(Studio& studio, const Gui& gui);
 void draw_references(Studio& studio);
 void draw_history(Studio& studio, HistoryEditor& editor);
-// Several objects: which are seen, and which one the pointer meets.
+// Draws the list of several objects: which are visible, and which one the pointer meets.
 void draw_objects(Studio& studio);
 
-// The curve of a falloff.
+// Draws the curve of a falloff.
 void draw_falloff(int falloff);
 
-// The falloff of a tool, and its curve. Returns whether it was changed.
+// Draws the choice of a falloff, with its curve. Returns whether it was changed.
 bool choose_falloff(int& falloff);
 
-// The part of the preferences' menu that is about the pointer. Returns whether something was changed.
+// Draws the pointer's part of the preferences' menu. Returns whether something was changed.
 bool draw_pointer_preferences(Preferences& preferences);
 
 // --- over the picture ------------------------------------------------------------------------------------------------
 
-// How long the last frames took, in seconds.
+// Durations of the last frames, in seconds, and numbers of the statistics.
 struct FrameTimes {
   std::array<float, 120> seconds{};
   std::size_t count = 0;         // so far; the latest overwrite the oldest
@@ -202,42 +204,42 @@ struct FrameTimes {
   std::size_t read_back = 0;     // times, from the GPU since the last gesture began
 };
 
-// The axes of the scene, in the upper right corner of the picture: a click on an end shows the shape from there, a drag
-// turns the view. Left out where there is no room.
+// Draws the axes of the scene, in the upper right corner of the picture if there is room. A click on an end shows the
+// shape from there; a drag turns the view.
 void draw_axes(Studio& studio, const Gui& gui, const Layout& layout);
 
 // The height of the window of a fit, at the bottom of the target's view, in points.
 inline constexpr float kFitPanelHeight = 156;
 
-// The numbers of the pairs of a fit, in both views, and what the person can do with them.
+// Draws the numbers of the pairs of a fit, in both views, and the window of its actions.
 void draw_fit(Studio& studio, const Gui& gui, const Layout& layout);
 
-// The numbers of the current gesture beside the pointer.
+// Draws the numbers of the current gesture beside the pointer.
 void draw_numbers(const Studio& studio, const Gui& gui, const Layout& layout);
 
 void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const FrameTimes& times);
 
-// The keys, from the key map.
+// Draws the table of all keys.
 void draw_help(Studio& studio, const Gui& gui);
 
-// A line at the bottom: what the tool is waiting for, whether work is under way, and what is wrong with the journal. In
-// a compact window it wraps, above the bar.
+// Draws the line at the bottom: the hint for the tool, the work in progress, and trouble with the journal. In a compact
+// window it wraps, above the bar.
 void draw_status(Studio& studio, const Gui& gui, const Layout& layout);
 
-// What is known of stretches in the picture.
+// The stretches in the picture.
 struct Stretched {
-  bool is_known = false;                    // the stretch of the shape that is shown
-  std::optional<GreatestStretch> estimate;  // of what the tool is about to do
+  bool is_known = false;                    // the stretch of the shown shape is known
+  std::optional<GreatestStretch> estimate;  // the stretch that the tool would make
 };
 
-// The legend of stretches, the estimate beside the placed tool, and the offer to remesh the last stroke. Returns the
-// height that the offer takes at the bottom of the view.
+// Draws the legend of stretches, the estimate beside the placed tool, and the offer to remesh the last stroke. Returns
+// the height of the offer at the bottom of the view.
 float draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched);
 
-// Draws the button that poses what the placed bend cannot bend. Returns whether it was clicked.
+// Draws the button that makes a pose of a bend that is impossible. Returns whether it was clicked.
 bool draw_pose_button(Studio& studio);
 
-// Notices: what was done fades; what went wrong stays until it is closed, tried again, or half a minute old.
+// The shown notices. Reports fade; errors stay until they are closed, withdrawn, or half a minute old.
 struct Messages {
   struct Message {
     Notice notice;
@@ -249,7 +251,7 @@ struct Messages {
 // Takes over new notices and removes those that have faded or were withdrawn. now: in seconds.
 void update_messages(Messages& messages, std::vector<Notice> notices, double now);
 
-// At the bottom of the free part of the picture, but for the height `below`.
+// Draws the notices at the bottom of the free part of the picture, with the height `below` left free.
 void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, float below, Messages& messages);
 
 }  // namespace knead::studio

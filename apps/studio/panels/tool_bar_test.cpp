@@ -1,4 +1,5 @@
-// The settings at the hand, the welcome sheet and the tour, and the bar of a phone, driven by the events of a window.
+// The settings at the pointer, the welcome sheet and the tour, and the bar of a phone, driven by the events of a
+// window.
 #include <gtest/gtest.h>
 
 #include <algorithm>

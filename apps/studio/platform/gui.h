@@ -1,4 +1,4 @@
-// Dear ImGui as Studio uses it: how it looks, and which events are for a panel. Needs no window (window.h).
+// Dear ImGui as Studio uses it: its style, and the events for panels. Needs no window (window.h).
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace knead::studio {
 
-// How dark the window is behind a dialog, from 0 to 1.
+// The darkness of the window behind a dialog, from 0 to 1.
 inline constexpr float kDimmed = 0.45F;
 
 class Gui {
@@ -23,17 +23,18 @@ class Gui {
   Gui(const Gui&) = delete;
   Gui& operator=(const Gui&) = delete;
 
-  // Between these two the panels are made. The events are those of this frame (take_frame).
+  // Draw the panels between these two calls. `events`: those of this frame (take_frame).
   void begin_frame(const std::vector<Event>& events);
   void end_frame();
 
-  // After begin_frame: the events that are not for a panel. What is pressed outside of the panels is let go there too.
+  // Returns the events that are not for a panel; call it after begin_frame(). The release of a button or key that was
+  // pressed outside of the panels is never for a panel.
   std::vector<Event> for_the_view(std::vector<Event> events);
 
-  // Whether the pointer is on a panel, or nowhere in the window.
+  // Returns whether the pointer is on a panel, or outside of the window.
   bool has_pointer() const;
 
-  // Whether a panel is being changed with the pointer.
+  // Returns whether the pointer is dragging something in a panel.
   bool is_dragging() const;
 
   // Closes open lists and menus. Returns whether there were any. Not to be called while a dialog is open.
@@ -42,7 +43,7 @@ class Gui {
   // Says whether a menu is open: then a click beside it only closes it, while a click beside an open list also acts.
   void set_menu_open(bool is_open) { is_menu_open_ = is_open; }
 
-  // A ball of the material, as high as a line of text, at the cursor.
+  // Draws a ball of the material, as high as a line of text, at the cursor of Dear ImGui.
   void draw_ball(render::Matcap matcap) const;
 
   // Texts between these two are headings, 20 points high.
@@ -66,12 +67,11 @@ class Gui {
   std::vector<std::string> keys_;
 };
 
-// Takes away as many events, from the first on, as one frame may get. Dear ImGui 1.86 looks at the pointer once a
-// frame: what is pressed or let go must be seen where that happens, however late the frame is.
+// Removes and returns the first events, as many as one frame may get. Dear ImGui 1.86 reads the pointer once a frame,
+// so a frame ends with each press or release, and sees it at its place.
 std::vector<Event> take_frame(std::vector<Event>& events);
 
-// What was typed, in its order: a key that went down (its repeats, too) or up, or the text that the key before it
-// wrote.
+// A typed event: a key that went down (also a repeat) or up, or the text that the key before it wrote.
 struct Typed {
   enum class What { down, up, text };
   What what = What::text;
@@ -83,13 +83,12 @@ struct Typed {
 // looks at the keys once a frame, and reads text before keys. So a key that goes down and up needs two frames.
 std::size_t typed_in_a_frame(std::span<const Typed> typed);
 
-// Where Studio cannot read the computer's files, as on a page: the person brings files, and the page downloads what
-// Studio writes.
+// On a page Studio cannot read the computer's files: the user brings files, and the page downloads what Studio writes.
 
 // Returns whether files must be brought.
 bool must_bring_files();
 
-// Lets the person choose files of the computer. They come as FilesDropped.
+// Asks the user for files of the computer. They come as FilesDropped.
 void choose_files_to_bring();
 
 }  // namespace knead::studio

@@ -1,4 +1,4 @@
-// What systems do differently for a program with a window.
+// The differences between systems for a program with a window.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace knead::studio {
 
-// Where a person's settings and what programs keep between two runs are, below the home folder.
+// The folders of settings and of program states, below the home folder.
 #if defined(_WIN32)
 inline constexpr const char* kConfigUnderHome = "AppData/Roaming";
 inline constexpr const char* kStateUnderHome = "AppData/Local";
@@ -18,20 +18,20 @@ inline constexpr const char* kConfigUnderHome = ".config";
 inline constexpr const char* kStateUnderHome = ".local/state";
 #endif
 
-// Returns the person's own folder; empty if the system does not say where it is.
+// Returns the user's home folder; empty if the system does not name it.
 std::filesystem::path home_folder();
 
 // Returns the drives of Windows, such as C:\; empty on systems with one root for all.
 std::vector<std::filesystem::path> drives();
 
-// Writes what cannot be written without ending the program, and on Windows into the console that started it, if any.
-// To be called first.
+// Makes writing to a closed pipe, or beyond a limit on file sizes, fail instead of ending the program. On Windows,
+// writes to the console that started it, if any. Call this first.
 void prepare_program() noexcept;
 
-// Writes one line to standard error; on Windows it is shown in a box if nobody sees that.
+// Writes one line to standard error; on Windows without a console, shows it in a box.
 void show_failure(const std::string& line);
 
-// What the person is asked.
+// A question for a file.
 struct FileQuestion {
   std::string title;
   std::filesystem::path start;          // a folder that ends in '/', or a file to propose
@@ -39,11 +39,11 @@ struct FileQuestion {
   bool writes = false;
 };
 
-// The file dialog of the desktop, where it has one: zenity, or kdialog on KDE, in a process of its own, or that of
+// The file dialog of the desktop, if it has one: zenity, or kdialog on KDE, in a process of its own; or that of
 // Windows, in a thread of its own.
 class DesktopDialog {
  public:
-  // Opens the dialog. Returns nothing where the desktop has none, or it cannot be started.
+  // Opens the dialog. Returns nothing if the desktop has none, or it cannot be started.
   static std::optional<DesktopDialog> ask(const FileQuestion& question);
 
   // Closes the dialog if it is still open.

@@ -1,5 +1,4 @@
-// A window with an OpenGL context, and what a person does at it as plain values: the window sends them, and so does a
-// script.
+// A window with an OpenGL context, and its events as plain values, which windows and scripts send.
 #pragma once
 
 #include <filesystem>
@@ -67,9 +66,9 @@ using Event = std::variant<PointerMoved, ButtonChanged, WheelTurned, KeyChanged,
 
 struct WindowState;
 
-// How large a window is.
+// The size of a window.
 struct WindowPlace {
-  int width = 1440;  // in points; of a maximised window, as it is when it is restored
+  int width = 1440;  // in points; of a maximised window, its size when restored
   int height = 900;
   bool maximized = false;
 
@@ -78,38 +77,38 @@ struct WindowPlace {
 
 class Window {
  public:
-  // A window with a core context, 4.3 where there is one, else 3.3, current in this thread. Throws std::runtime_error,
-  // one line, where there is no display or no such OpenGL.
+  // Opens a window with a core context, 4.3 if possible, else 3.3, current in this thread. Throws std::runtime_error,
+  // one line, without a display or such an OpenGL.
   Window(const std::string& title, const WindowPlace& place);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  // What happened since the last call, in order; movements of the pointer that follow each other are one. Waits up to
-  // `wait_seconds` for something to happen.
+  // Returns the events since the last call, in order; consecutive movements of the pointer are one. Waits up to
+  // `wait_seconds` for an event.
   std::vector<Event> events(double wait_seconds);
 
-  // Whether the person wants it closed. May be taken back.
+  // Whether the user has asked to close the window. set_closing(false) cancels that.
   bool is_closing() const;
   void set_closing(bool closing);
 
   void set_title(const std::string& title);
   void toggle_full_screen();
 
-  // As it is to be opened the next time: its size outside full screen.
+  // Returns the size for the next start: the size outside full screen.
   WindowPlace place() const;
 
-  // Of the picture, in pixels; zero where it is minimised.
+  // The size of the picture, in pixels; zero if the window is minimised.
   int width() const;
   int height() const;
 
-  // How much larger than on an ordinary display texts are to be, in pixels of the picture.
+  // Returns the display's scale of texts, in pixels of the picture; 1 for an ordinary display.
   double scale() const;
 
   // Shows what was drawn; waits for the display.
   void show();
 
-  // For Dear ImGui, which is told of everything before it becomes an event here.
+  // Returns the handle for Dear ImGui, which gets everything before it becomes an event here.
   GLFWwindow* handle() const { return window_; }
 
  private:
@@ -135,8 +134,8 @@ class Pen {
   std::unique_ptr<State> state_;  // null: no pen can be followed
 };
 
-// Dear ImGui in a window: what happens at the window goes to it, and OpenGL draws it. Lives while a Gui and the window
-// do.
+// Connects Dear ImGui to a window: passes on the window's events, and draws by OpenGL. The Gui and the window must
+// outlive it.
 class GuiBackend {
  public:
   explicit GuiBackend(Window& window);
@@ -144,7 +143,7 @@ class GuiBackend {
   GuiBackend(const GuiBackend&) = delete;
   GuiBackend& operator=(const GuiBackend&) = delete;
 
-  // To be called before Gui::begin_frame, and after Gui::end_frame.
+  // Call begin_frame() before Gui::begin_frame, and draw() after Gui::end_frame.
   void begin_frame(const Window& window);
   void draw();
 };

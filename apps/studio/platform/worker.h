@@ -37,29 +37,28 @@ class Worker {
   // `what` names the job for people.
   void post(Job job, std::string what = {});
 
-  // A job that replaces the one posted last where that is of this kind too and has not begun: of a drag, only the
-  // latest place counts. One that gives way is cancelled when the next is posted while it is being done. Returns a
-  // number that grows.
+  // Posts a job that replaces the last job posted here if that has not begun: of a drag, only the latest place counts.
+  // A job that gives way is also cancelled after it has begun. Returns the number of the job; numbers grow.
   std::uint64_t post_latest(Job job, std::string what = {}, bool gives_way = false);
 
-  // No job that was posted until now gives way any more.
+  // No job posted so far gives way from now on.
   void keep_latest();
 
-  // The number of the last such job that has begun: those before it are done, replaced, or were never begun.
+  // Returns the number of the last job of post_latest() that has begun. Those before it are done or replaced.
   std::uint64_t begun() const;
 
   bool is_busy() const;
 
-  // Returns what is being done; nothing if that is nothing.
+  // Returns the job that is running; nothing if none is.
   std::optional<WorkStatus> status() const;
 
-  // Names what is being done, from then on. For jobs that find out only when they have begun.
+  // Renames the running job. For jobs that know their name only after they have begun.
   void name(std::string what);
 
-  // Asks the job that is being done, and those waiting, to give up as soon as they can.
+  // Asks the running job and the waiting ones to stop as soon as they can.
   void cancel();
 
-  // Returns when nothing is left to be done.
+  // Waits until no job is left.
   void wait() const;
 
  private:

@@ -19,31 +19,31 @@ namespace knead::studio {
 // What a gesture would act on that began now.
 GestureContext next_context(const Studio& studio);
 
-// Adds the cursor: a solid ring where the tool's outer region ends, and a dashed one where its motion has fallen to its
-// half, as thick as the tool is strong. Both are round, in the tangent plane of the surface at the pointer, during a
-// pull at the tool, and beside the shape in a plane that faces the person. Mirror images are dots. A print's outline
-// stands in the place of the rings. Tools that are placed have no cursor.
+// Adds the cursor: a solid ring where the tool's outer region begins, and a dashed one where its motion has fallen to
+// half, thicker for a stronger tool. Both lie in the tangent plane of the surface at the pointer, or during a pull at
+// the tool; beside the shape in a plane that faces the viewer. Mirror images are dots. A print's
+// outline stands in the place of the rings. Tools that are placed have no cursor.
 void add_cursor(const Studio& studio, std::span<const PlaneLine> outline, std::vector<render::Line>& lines);
 
-// Remembers what it drew, so that nothing is made anew while nothing changes.
+// Makes the overlays, and keeps them, so that only changed ones are made again.
 class Overlay {
  public:
-  // The scene for the live view as Studio is at the moment.
+  // Returns the scene for the live view in the current state of Studio.
   render::LiveScene scene(const Studio& studio);
 
-  // The same for the view of the shape that the shown one is fitted to.
+  // Returns the scene for the view of a fit's target.
   static render::LiveScene target_scene(const Studio& studio);
 
-  // The influence, the stretch or the distance from the target to be shown; nothing where it is what was returned last.
-  // Empty: none.
+  // Returns the influence, the stretch or the distance from the target at each vertex, as the view shows it; empty if
+  // it shows none. Returns nothing if that has not changed since the last call.
   std::optional<std::vector<float>> influence(const Studio& studio);
 
-  // How dark the mask makes each vertex, from 0 to 1; nothing where it is what was returned last.
+  // Returns how dark the mask makes each vertex, from 0 to 1; nothing if that has not changed since the last call.
   std::optional<std::vector<float>> mask(const Studio& studio);
   // Returns whether the stretch that the view asks for is known.
   bool knows_stretch() const { return knows_stretch_; }
 
-  // Why a tool that turns cannot be used where it is placed; empty: it can.
+  // Returns why a tool that turns cannot be used at its placement; an empty text if it can.
   static std::string placement_problem(const Studio& studio);
 
  private:
@@ -73,20 +73,21 @@ class Overlay {
   bool knows_stretch_ = false;
 };
 
-// The strokes that the tool would begin with where the pointer is, mirror images included; empty where it is nowhere.
+// Returns the strokes with which the tool would begin at the pointer, with mirror images; empty if it would do nothing.
 std::vector<Stroke> hovering(const Studio& studio);
 
-// --- influence: how much of a tool's motion the vertices would have
+// --- influence: the fraction of a tool's motion that vertices would have
 // ---------------------------------------------------
 
-// Returns for each vertex the weight w = (1 - b)^2 of the inner motion, from 0 (outside) to 1 (inner region), where the
-// flows begin; of several the greatest. Evaluated by the fields themselves, in double.
+// Returns for each vertex the weight w = (1 - b)^2 of the inner motion, from 0 (outside) to 1 (inner region), at the
+// beginning of the flows; of several flows the greatest. Evaluated by the fields themselves, in double.
 std::vector<float> influence_of(std::span<const Flow> flows, const Snapshot& positions, int threads = 0);
 
-// Returns how far pins take each place, relative to the longest displacement of a pin; empty for an impossible stroke.
+// Returns the displacement of each vertex by pins, relative to the greatest one of a pin; empty for an impossible
+// stroke.
 std::vector<float> influence_of(const PinsStroke& stroke, const Snapshot& positions, int threads = 0);
 
-// --- what is written in the view
+// --- texts and arrows in the view
 // --------------------------------------------------------------------------------------
 
 // The arrow that shows which vertical movement of the pointer takes the tool into the picture.
@@ -99,10 +100,10 @@ struct InArrow {
 // begin at the pointer. Nothing for other drags.
 std::optional<InArrow> in_arrow(const Studio& studio);
 
-// Returns what stands after a number: "mm", "\u00b0", "%".
+// Returns the sign of a unit: "mm", "\u00b0", "%".
 std::string sign_of(AmountKind kind, LengthUnit unit);
 
-// Returns a number as a person reads it: "12.5 mm", "45\u00b0", "30%".
+// Returns a number with its unit: "12.5 mm", "45\u00b0", "30%".
 std::string text_of(const Amount& amount, LengthUnit unit);
 
 // Returns the lines at the pointer: what was typed or dragged, the radius, the change of the volume. Empty without a
@@ -112,8 +113,8 @@ std::vector<std::string> numbers_at_pointer(const Studio& studio);
 // --- pins
 // -------------------------------------------------------------------------------------------------------------
 
-inline constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};    // what is placed
-inline constexpr render::Color kLitHandle{1.0f, 0.85f, 0.25f, 1};  // what the pointer is on
+inline constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};    // of placed things
+inline constexpr render::Color kLitHandle{1.0f, 0.85f, 0.25f, 1};  // of the thing under the pointer
 
 // The colour of a pair of points of a fit.
 render::Color color_of_pair(std::size_t pair);
@@ -124,11 +125,10 @@ void add_fit_points(const Studio& studio, bool of_target, const Screen& screen, 
 // Blue pins hold, white ones are free, selected and dragged ones are orange; images are smaller.
 void add_pins(const Studio& studio, std::vector<render::Line>& lines);
 
-// The pin at the pointer, else the last one, about to be moved a little up in the picture.
+// Returns a stroke that moves the pin at the pointer, else the last one, a little up in the picture.
 std::optional<PinsStroke> hovering_pins(const Studio& studio);
 
-// --- stretch: how far the shape was stretched, and how far the tool would stretch it
-// ----------------------------------
+// --- stretch of the shape, and of what the tool would do ----------------------------------
 
 // The stretch that is drawn in the last colour; 1 is drawn in the first, and equal factors are equally far apart.
 inline constexpr double kGreatestShown = 8;

@@ -29,8 +29,8 @@ class GpuPreview {
   const std::string& description() const { return gpu_.description(); }
   bool is_software() const { return gpu_.is_software(); }  // Mesa on the CPU
 
-  // Gives the view what it shows. `pending` as Studio's; diagonal: of the shape as it was opened. Returns whether
-  // anything has changed since the last call.
+  // Updates the view. `pending`: Studio::pending(); diagonal: of the shape as it was opened. Returns whether anything
+  // has changed since the last call.
   bool follow(const ShapeState& state, const PendingStrokes* pending, double diagonal, render::LiveView& view);
 
   // Shows only visible objects from now on.
@@ -39,7 +39,7 @@ class GpuPreview {
   // Returns whether the picture shows strokes that the CPU has not applied.
   bool is_ahead() const { return !strokes_.empty(); }
 
-  // Returns what a ray hits of the shape in the picture. Reads about a kilobyte back.
+  // Returns the point at which a ray hits the shape in the picture. Reads about a kilobyte back.
   std::optional<SurfaceHit> hit(const Ray& ray);
 
   // Returns the volume of the shape in the picture, which is closed. Reads 8 bytes back.
@@ -81,8 +81,8 @@ class ShownShape {
   // Shows only visible objects from now on.
   void show(const DocumentObjects& objects);
 
-  // Gives the view what it shows: from the CPU only what has changed. The arguments are those of GpuPreview::follow;
-  // the CPU shows `state`. Returns whether anything has changed since the last call. Throws as GpuPreview.
+  // Updates the view; without a GPU it sends the changes of `state` only. The arguments are those of
+  // GpuPreview::follow. Returns whether anything has changed since the last call. Throws as GpuPreview.
   bool follow(const ShapeState& state, const PendingStrokes* pending, double diagonal, render::LiveView& view);
 
   // Throws as GpuPreview; the CPU then remains in use.
@@ -94,7 +94,7 @@ class ShownShape {
   GpuPreview* gpu() { return gpu_ ? &*gpu_ : nullptr; }  // null: the CPU is in use
   const GpuPreview* gpu() const { return gpu_ ? &*gpu_ : nullptr; }
 
-  // Returns how many vertices the last call of follow moved that returned true and used the CPU.
+  // Returns how many vertices were moved by the last call of follow() that returned true and used the CPU.
   std::size_t touched() const { return touched_; }
 
  private:
@@ -107,12 +107,12 @@ class ShownShape {
   std::size_t touched_ = 0;
 };
 
-// How finely a picture is drawn: with smooth edges, one sample per pixel, or one per 2 x 2 pixels.
+// The fineness of a picture: with smooth edges, one sample per pixel, or one per 2 x 2 pixels.
 enum class Fineness { smooth, plain, coarse };
 
 void set_fineness(render::LiveScene& scene, Fineness fineness);
 
-// Chooses how finely a moving scene is drawn, so that pictures follow each other quickly. A scene at rest is smooth.
+// Chooses the fineness of a moving scene, so that pictures follow each other quickly. A scene at rest is smooth.
 class PictureQuality {
  public:
   explicit PictureQuality(bool draws_in_software = false)
@@ -120,9 +120,9 @@ class PictureQuality {
 
   Fineness fineness(bool is_still) const { return is_still ? Fineness::smooth : moving_; }
 
-  // Takes note of the time from the beginning of a picture that was drawn anew to when the next one could begin. While
-  // moving pictures are slow they become coarser. After a number of fast ones they become finer again, after twice that
-  // number where they were too slow soon after the last time.
+  // Notes the time from the start of a new picture until the next one can begin. Moving pictures become coarser while
+  // they are slow, and finer again after a number of fast ones. That number doubles if they were too slow soon after
+  // they became finer.
   void note(double seconds, Fineness fineness);
 
  private:

@@ -215,8 +215,8 @@ def frames(vertices, session, n, faces=None, *, ease="linear", hold=0, progress=
     """Returns the vertices at n moments of a session, evenly spaced in time: (n, len, 3) float64.
 
     The first is the undeformed shape, the last the result. vertices, session, faces, progress: as for deform; a Shape
-    brings its faces. ease: "linear", or "smooth": slowly at both ends. hold: so many more frames of the start and of the
-    end. Strokes take their `duration`. Of a session that remeshes, every frame has the vertices of the result. Keywords:
+    brings its faces. ease: "linear", or "smooth": slowly at both ends. hold: how often the first and the last frame are
+    repeated. Strokes take their `duration`. If the session remeshes, every frame has the vertices of the result. Keywords:
     relative_tolerance, precision, integrator, threads, diagonal. Returns None if `progress` returned False. Raises as
     deform.
     """

@@ -284,7 +284,8 @@ KNEAD_INLINE P measure(const KernelField<S, M, Capsule>& field, const Vec3<P>& d
   return norm2(from_axis(field.exact_region, d));
 }
 
-// Instead of r of a set, which is slow: a number below outer where the support may be during the segment.
+// For a set, whose r is slow to evaluate, returns a number below outer if the support may contain the point during the
+// segment.
 template <class P, template <class> class M, class S>
 KNEAD_INLINE P measure(const KernelField<S, M, SetPoints>& field, const Vec3<P>& d, const P& /*t*/) {
   const SetPoints<double>& set = field.exact_region;

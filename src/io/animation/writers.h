@@ -1,4 +1,4 @@
-// What the writers of animations share: how a frame differs from the first one, and its normals.
+// Functions that the writers of animations share: differences of a frame from the first one, and its normals.
 #pragma once
 
 #include <cstdint>
@@ -39,15 +39,15 @@ inline Changes changes_between(std::span<const float> before, std::span<const fl
   return changes;
 }
 
-// Returns what writes a glTF file. The source must outlive it.
+// Returns the writer of a glTF file. The source must outlive it.
 AnimationFile::Writer glb_writer(const std::filesystem::path& path, const ShapeFile& source,
                                  const AnimationOptions& options);
 
-// Whether the source has a normal of its own for each vertex, and faces.
+// Returns whether the source has a normal of its own for each vertex, and faces.
 bool has_vertex_normals(const ShapeFile& source);
 
-// The normals of the source's vertices when they are at the positions: its own ones, turned, else the surface's. Empty
-// for a source without faces.
+// Returns the normals of the source's vertices at these positions: its own ones, turned, else those of the surface.
+// Empty for a source without faces.
 class FrameNormals {
  public:
   explicit FrameNormals(const ShapeFile& source);

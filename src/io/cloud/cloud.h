@@ -25,7 +25,7 @@ struct Columns {
   std::vector<std::string> names;  // of all columns; empty: they have none
 };
 
-// Where the points of a file begin.
+// The beginning of a file's points, and its columns.
 struct TableStart {
   Columns columns;
   std::size_t points_begin = 0;            // the byte where the line of the first point begins
@@ -127,7 +127,7 @@ void read(ShapeFile& shape, const std::string& name);
 
 namespace knead::io_detail::ptx {
 
-// How a scan's points come to be where they are: world = linear * local + offset.
+// The pose of a scan: world = linear * local + offset.
 struct Scan {
   std::size_t begin = 0;  // the byte of its first point's line
   std::size_t rows = 0;   // lines
@@ -148,7 +148,7 @@ struct Layout {
 
 namespace knead::io_detail::pcd {
 
-// What a column of numbers means.
+// A column of numbers and its meaning.
 enum class Role { other, position, normal, color };
 
 struct Field {

@@ -1,4 +1,4 @@
-// The chunks of a GLB file, and its JSON: read strictly, and found again in the text.
+// The chunks of a GLB file, and its JSON: read strictly, with the place of each value in the text.
 #include <fmt/format.h>
 
 #include <algorithm>

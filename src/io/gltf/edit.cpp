@@ -378,7 +378,7 @@ void ByteReaders::add_accessors(const Document& document) {
         ranges_.push_back({kNone, data.begin, data.end, 1, 1});
       }
     } catch (const InvalidInput&) {
-      continue;  // one that the mesh does not need, and that nobody can read
+      continue;  // an invalid accessor that the mesh does not need
     }
   }
 }

@@ -1,5 +1,5 @@
-// Changes of a GLB file: what its parts use, its bytes with some numbers replaced and others appended, and the vertices
-// of a mesh as its primitives hold them.
+// Changes of a GLB file: the accessors of its parts, its bytes with some numbers replaced and others appended, and the
+// vertices of a mesh as its primitives hold them.
 #pragma once
 
 #include <limits>
@@ -55,7 +55,7 @@ class Edit {
   // The document and the layout must outlive it.
   Edit(const Document& document, const Layout& layout);
 
-  // The text of item i of the array at that key of the file, e.g. "meshes".
+  // Returns the text of item i of the array at that key of the file, e.g. "meshes".
   Span item(const char* key, std::size_t i) const;
 
   // Patches that make the primitives of a mesh, the value of whose attribute is a number, use another accessor.
@@ -67,13 +67,13 @@ class Edit {
   // Writes a float at that byte of the binary chunk.
   void overwrite(std::size_t position, float value);
 
-  // Makes the min and max that the accessor states, if any, those of these values.
+  // Sets the min and max of the accessor, if it has them, to those of these values.
   void set_bounds(std::size_t accessor, const std::vector<float>& values, std::size_t components);
 
   // Appends the values as a new accessor (VEC3 or VEC4) and returns its index.
   std::size_t append_accessor(const std::vector<float>& values, std::size_t components);
 
-  // From now on, what is appended takes the numbers of these, and their bytes go from the file.
+  // Lets appended items take the numbers of these, whose bytes are removed from the file.
   void reuse(Unused unused) { unused_ = std::move(unused); }
 
   // Appends elements as a new accessor over a view of its own and returns its index. stride: the bytes from one to the
@@ -173,8 +173,8 @@ std::map<std::size_t, std::vector<std::vector<std::size_t>>> blocks_by_node(cons
 // Returns how many nodes place each mesh, in all scenes.
 std::map<std::size_t, std::size_t> count_placements(const Document& document);
 
-// Whether the bytes of an accessor's elements are read through another accessor, a sparse accessor's indices or values,
-// or an image too; also true where that would take long to tell.
+// Returns whether the bytes of an accessor's elements are also read through another accessor, a sparse accessor's
+// indices or values, or an image; also true if finding out would take long.
 class ByteReaders {
  public:
   explicit ByteReaders(const Document& document);

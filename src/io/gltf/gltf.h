@@ -78,7 +78,7 @@ struct Wrapping {
   std::filesystem::path path;   // of the source, beside which the files of buffers are; empty: read from memory
 };
 
-// What a mesh does not hold, of the GLB file that is read.
+// The contents of a GLB file that the mesh does not hold.
 struct Layout {
   std::vector<Chunk> chunks;  // as in the file; the first is the JSON
   std::optional<std::size_t> bin;
@@ -95,7 +95,7 @@ std::string_view glb_bytes(const ShapeFile& source);
 // `begin`, the byte of the file where the text begins, is for messages.
 Json parse_object(std::string_view text, std::size_t begin, const std::string& name);
 
-// Where the text that a value was read from stands: for messages.
+// The file and position of the text that a value was read from, for messages.
 struct Source {
   std::string file;
   std::string_view text;
@@ -108,10 +108,10 @@ class Value {
   Value(const Json& json, const Source& source, std::string path = {})
       : json_(&json), source_(&source), path_(std::move(path)) {}
 
-  // The value at a key; nothing where this is no object or has no such key.
+  // Returns the value at a key; nothing if this is no object or has no such key.
   std::optional<Value> find(const char* key) const;
 
-  // The same; fails where it is missing.
+  // Returns the value at a key; fails if it is missing.
   Value at(const char* key) const;
 
   // The size of an array; fails for anything else.
@@ -229,7 +229,7 @@ struct Accessor {
   std::size_t element_size() const;
 };
 
-// What a componentType and a type of an accessor say: the type of number, and how many make an element.
+// The type of an accessor's numbers, and their number for each element, from its componentType and type.
 NumberType component_type(const Value& code);
 std::size_t component_count(const Value& type);
 
@@ -237,8 +237,8 @@ std::size_t component_count(const Value& type);
 // malformed, that lies in another buffer, that is compressed, or that holds no data.
 Accessor find_accessor(const Document& document, std::size_t index);
 
-// Its numbers, components per element. Integers as they are, or with `as_real` as what they stand for: divided by
-// their maximum where the accessor says so (rounded to float). Throws InvalidInput for sparse indices out of order.
+// Returns the accessor's numbers, `components` for each element. With `as_real`, normalised integers are divided by
+// their maximum (rounded to float). Throws InvalidInput for sparse indices out of order.
 std::vector<double> read_accessor(const Document& document, std::size_t index, const Accessor& accessor, bool as_real);
 
 // The vertices and corners that a file of that many bytes may have.
@@ -264,7 +264,7 @@ std::vector<Attribute> read_attributes(const Document& document, const std::vect
 // Whether an attribute of that key in the file becomes one of the mesh.
 bool is_read(const std::string& key);
 
-// The direction of a vector; zero for zero and for what is not finite.
+// Returns the direction of a vector; zero for the zero vector and for one that is not finite.
 Vec3d direction(const Vec3d& v);
 
 // A node that places a mesh.
@@ -288,7 +288,7 @@ std::vector<Instance> find_instances(const Document& document, std::vector<std::
 // exceed 2^21 plus four for each byte of the file (a small file can place one mesh very often).
 Layout read_scene(ShapeFile& shape, std::string_view glb, const std::string& name);
 
-// What the codecs of both containers do with the GLB file. The options change nothing.
+// The functions of both containers' codecs for the GLB file. The options change nothing.
 std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals);
 std::string generate_glb(const Mesh& mesh, const WriteOptions& options);
 std::string remeshed_glb(const NewMesh& shape);

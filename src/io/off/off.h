@@ -22,7 +22,7 @@ namespace knead::io_detail::off {
 // writes), whichever takes up the whole file.
 void read(ShapeFile& shape, const std::string& name);
 
-// Where the vertices of an OFF file are, and what a mesh does not hold.
+// The positions of the vertices in an OFF file, and its contents that a mesh does not hold.
 
 struct Layout {
   bool binary = false;
@@ -36,7 +36,7 @@ struct Layout {
   bool all_read = true;                  // every color and further number is an attribute of the mesh
 };
 
-// What the keyword says that each vertex has; texture coordinates are the last numbers.
+// The numbers of each vertex, by the keyword; texture coordinates are the last ones.
 struct Fields {
   bool normals = false;
   bool colors = false;  // three or four numbers; four in a binary file
@@ -53,7 +53,7 @@ struct Header {
   std::size_t counts_begin = 0;  // the byte where the counts may begin
 };
 
-// Throws InvalidInput for what is no OFF, or has other than three dimensions.
+// Throws InvalidInput for text that is no OFF, and for other than three dimensions.
 Header parse_header(std::string_view bytes, const std::string& name);
 
 }  // namespace knead::io_detail::off

@@ -61,7 +61,7 @@ struct Layout {
   std::vector<std::string> notes;       // on the header
 };
 
-// What the format's Codec says of them.
+// The functions of the format's Codec.
 void read(ShapeFile& shape, const std::string& name);
 bool read_in_pieces(ShapeFile& shape, const std::string& name);
 std::optional<ShapeSummary> summarize(const ShapeFile& source, const std::string& name);
@@ -79,17 +79,18 @@ Layout parse_header(std::string_view bytes, const std::string& name);
 // "float", "uchar", ...
 std::string_view type_name(StoredType type);
 
-// The type that a new file has for numbers of that type.
+// Returns the type in new files for numbers of that type.
 StoredType stored_type(NumberType type);
 
 inline bool is_swapped(Encoding encoding) {
   return (encoding == Encoding::big_endian) == (std::endian::native == std::endian::little);
 }
 
-// What to say of a list of an element whose length is no count of items, `left` bytes before the end of the file.
+// Returns the message on a list of an element whose length is no count of items, `left` bytes before the end of the
+// file.
 std::string not_a_length(double length, const Element& element, std::size_t left);
 
-// Whether a number could be the index of a vertex, and what to say of one that could not.
+// Return whether a number can be the index of a vertex, and the message on one that cannot.
 inline bool is_index(double value) { return value == std::floor(value) && std::abs(value) <= 0x1p32; }
 std::string not_an_index(double value);
 
@@ -123,7 +124,7 @@ class BinaryBody {
     return window_.data() + (position_ - window_begin_);
   }
 
-  // Does the same and goes on after them.
+  // Returns the next bytes and moves behind them.
   const char* skip(std::size_t count) {
     const char* const from = data(count);
     position_ += count;
@@ -146,7 +147,7 @@ class BinaryBody {
     return value;
   }
 
-  // The length of a list that begins `offset` bytes ahead, where its count is known to be within the file.
+  // Returns the length of the list that begins `offset` bytes after the position; its count must be within the file.
   std::size_t length_at(std::size_t offset, const Property& property, const Element& element) {
     const std::size_t end = offset + size_of(property.count_type);
     const double value = read_binary(data(end) + offset, property.count_type, swapped_);
@@ -231,8 +232,8 @@ class TextBody {
   const std::string& name_;
 };
 
-// What becomes of the numbers of one property: read over, a coordinate (component: the axis), a component of an
-// attribute, the vertices of faces or of strips of triangles, or u v of each corner of a face.
+// The use of one property's numbers: skipped, a coordinate (component: the axis), a component of an attribute, the
+// vertices of faces or of strips of triangles, or u v of each corner of a face.
 struct Sink {
   enum class Kind { skip, coordinate, attribute, faces, strips, corner_uv };
 
@@ -246,7 +247,7 @@ struct Plan {
   std::vector<Attribute> attributes;     // without values
 };
 
-// Throws InvalidInput where the vertices or the faces lack what makes a shape.
+// Throws InvalidInput if the vertices or the faces lack properties of a shape.
 Plan make_plan(const Layout& layout, const std::string& name);
 
 // Whether a list holds the vertices of faces, or of strips of triangles.
@@ -258,7 +259,7 @@ struct Rows {
   std::size_t count = 0;
 };
 
-// The mesh that a file is read into, and what is noted on the way.
+// The mesh that a file is read into, and the notes of reading.
 class Target {
  public:
   Target(Mesh& mesh, std::vector<Attribute> attributes, std::size_t vertices)
@@ -290,8 +291,8 @@ class Target {
   // Looks at the coordinates of rows that have been read; `stride` bytes each, the first at `position`.
   void check_coordinates(Rows rows, std::size_t position, std::size_t stride);
 
-  // The place of a number, and how far apart the same numbers of neighbouring rows are; null for what is no coordinate
-  // and no attribute of a row.
+  // The place of a number, and the distance to that of the next row; null for a number that is neither a coordinate nor
+  // an attribute of a row.
   double* place(const Sink& sink, std::size_t row);
   std::size_t place_stride(const Sink& sink) const;
 
@@ -334,7 +335,7 @@ void read_columns(BinaryBody& body, const Element& element, const std::vector<Si
 // lists.
 std::size_t smallest_row(const Element& element, bool ascii);
 
-// Sets memory aside for an element that `left` bytes may hold, never for more.
+// Reserves memory for an element, at most for the rows that `left` bytes can hold.
 void reserve_rows(const Element& element, const std::vector<Sink>& sinks, std::size_t left, bool ascii, Target& target);
 
 std::string index_message(double index, std::size_t vertices);

@@ -20,7 +20,7 @@
 
 namespace knead::io_detail::solver {
 
-// How coordinates are spelled.
+// The spelling of coordinates.
 enum class Spelling {
   words,        // as text, the shortest that reads back the same
   short_words,  // the same in at most 20 characters, as Abaqus reads them
@@ -32,7 +32,7 @@ enum class Spelling {
   float64
 };
 
-// Where the coordinates of a point stand.
+// The coordinates of a point in a file.
 struct PointSite {
   std::array<std::string_view, 3> words;  // pieces of the file: text, with the blanks of its field, or the bytes
   std::size_t dimensions = 3;             // coordinates that the file has; the others are 0
@@ -58,7 +58,7 @@ struct Kind {
   std::span<const std::string_view> extensions{};
 };
 
-// What the reader leaves for the writer.
+// The data that the reader keeps for the writer.
 struct Layout {
   const Kind* kind = nullptr;
   bool floats = false;  // coordinates are 32-bit floats
@@ -134,7 +134,7 @@ VolumeCells gmsh_cells(std::string_view bytes, const std::string& name, std::spa
 VolumeCells foam_cells(std::string_view faces, std::string_view owner, std::string_view neighbour,
                        const std::string& name);
 
-// Throws InvalidInput if the bytes that follow cannot hold so many points.
+// Throws InvalidInput if `left` bytes cannot hold `points` points.
 void require_room(std::size_t points, std::size_t left, std::size_t bytes_for_each, const TextCursor& text);
 
 }  // namespace knead::io_detail::solver

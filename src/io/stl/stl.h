@@ -38,7 +38,7 @@ struct Facet {
   std::array<std::array<std::string_view, 3>, 3> corner;
 };
 
-// What text files have that the specification does not: it is read over.
+// Deviations of text files from the specification, which the reader accepts.
 struct Defects {
   bool open_end = false;     // no `endsolid` at the end
   bool on_one_line = false;  // a facet follows the name of its solid on the line

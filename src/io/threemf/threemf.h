@@ -22,7 +22,7 @@ void read(ShapeFile& shape, const std::string& name);
 
 std::string remeshed(const NewMesh& shape, const WriteOptions& options);
 
-// Where a point of an object goes: a row vector of the file is a column here.
+// The placement of an object: x -> turn x + shift. A row vector of the file is a column here.
 struct Placement {
   Mat3d turn;
   Vec3d shift{0, 0, 0};

@@ -29,8 +29,8 @@ class TagCursor {
   TagCursor(std::string_view text, const std::string& name, std::size_t position = 0)
       : text_(text), name_(name), position_(position) {}
 
-  // Takes the next tag; false at the end of the text. Throws InvalidInput for what is no XML, or has a document type,
-  // which 3MF forbids.
+  // Takes the next tag; returns false at the end of the text. Throws InvalidInput for text that is no XML, and for a
+  // document type, which 3MF forbids.
   bool next(Tag& tag);
 
   // Takes the next attribute from the front of a tag's; false if there are no more.

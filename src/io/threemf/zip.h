@@ -25,7 +25,8 @@ struct Entry {
 
 class Archive {
  public:
-  // Reads the directory. The bytes and the name must outlive this. Throws InvalidInput for what is no sound archive.
+  // Reads the directory. The bytes and the name must outlive this. Throws InvalidInput for damaged bytes, or no
+  // archive.
   Archive(std::string_view bytes, const std::string& name);
 
   const std::vector<Entry>& entries() const { return entries_; }
@@ -33,14 +34,14 @@ class Archive {
   // Returns the part of that name, in any letter case and with or without a slash in front; null if there is none.
   const Entry* find(std::string_view part) const;
 
-  // Returns what a part holds. Throws InvalidInput for a damaged or encrypted part, or an unknown compression.
+  // Returns the contents of a part. Throws InvalidInput for a damaged or encrypted part, or an unknown compression.
   std::string content(const Entry& entry) const;
 
   // Returns the archive with other contents of some parts.
   std::string with(const std::vector<std::pair<const Entry*, std::string>>& contents) const;
 
  private:
-  // Where the end of the archive says what is where.
+  // The records at the end of the archive that lead to the directory.
   struct End {
     std::size_t record = 0;                       // the end record
     std::size_t wide_record = std::string::npos;  // the one of 64 bits
