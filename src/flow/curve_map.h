@@ -136,12 +136,6 @@ class CurveMap {
   bool is_straight_ = false;    // at the beginning
 };
 
-// Returns the segment. Throws InvalidInput if it has a mask that meets what a curve moves: no part can be held.
-const Segment& without_acting_mask(const Segment& segment);
-
-// Moves a group's points by a segment with a curve.
-SegmentMover curve_mover(const Segment& segment);
-
 // Returns v at points about a curve, for each unit of the segment's time t.
 std::vector<Vec3d> curve_velocities(const CurveMotion& curve, std::span<const Vec3d> points, double t);
 

@@ -17,7 +17,7 @@ namespace knead::session_detail {
 // A stroke that is ready to be applied.
 struct PreparedStroke {
   const SessionStroke* source = nullptr;
-  std::shared_ptr<const Stroke> beyond;  // takes the source's place if its strength is above 1
+  std::shared_ptr<const Stroke> beyond;  // takes the source's place if its strength is above 1, or it is in a file
   double part = 1;                       // of the segments, by the source's strength
   const RelaxStroke* relax = nullptr;    // the stroke, if it is one: without a flow
   bool reads_surface = false;            // the flow and the limit cylinders are unknown until it is read
@@ -37,6 +37,9 @@ struct PreparedStroke {
 // Returns the pattern of a valid print. Throws InvalidInput, beginning with the key in quotes, for a file that cannot
 // be read, for a font that is not found, and for a letter that it lacks.
 std::shared_ptr<const GreyPattern> read_pattern(const PrintStroke& stroke, const std::filesystem::path& folder);
+
+// Returns the lattice of the stroke's file. Throws InvalidInput for a file that cannot be read.
+LatticeStroke with_file(const LatticeStroke& stroke, const std::filesystem::path& folder);
 
 // Reads the files that a stroke names, relative to the folder. The source must outlive the result. Throws InvalidInput
 // for a stroke that cannot be applied to any shape.
