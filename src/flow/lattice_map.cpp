@@ -221,8 +221,9 @@ std::optional<Vec3d> LatticeMap::search(const Vec3d& target, Vec3d at) const {
                       gradient.row2 * begin_ + lattice_.axes.row2};
     // Rows of `along`: the Jacobian's columns. Their coordinates in the box are axes * row.
     const Vec3d step = transposed_times(inverse_of(along), from_box(off));
+    const double least_part = norm(off) <= kFound * norm(lattice_.lengths) ? 1 : 1e-3;
     bool is_nearer = false;
-    for (double part = 1; part > 1e-3 && !is_nearer; part *= 0.5) {
+    for (double part = 1; part >= least_part && !is_nearer; part *= 0.5) {
       const Vec3d next = near_box(at - step * part);
       Mat3d next_gradient;
       const Vec3d next_off = miss(next, &next_gradient);
