@@ -111,6 +111,7 @@ Subcommand twist_command();
 Subcommand stretch_command();
 Subcommand wrap_command();
 Subcommand print_command();
+Subcommand lattice_command();
 Subcommand resolve_command();
 Subcommand fit_command();
 Subcommand skin_command();

@@ -76,6 +76,6 @@ int main(int argc, char** argv) {
   return run_program(
       argc, argv,
       {deform_command(), bend_command(), twist_command(), stretch_command(), wrap_command(), print_command(),
-       resolve_command(), fit_command(), skin_command(), info_command(), check_command(), make_command(),
-       remesh_command(), refine_command(), render_command(), bench_command(words), studio_command()});
+       lattice_command(), resolve_command(), fit_command(), skin_command(), info_command(), check_command(),
+       make_command(), remesh_command(), refine_command(), render_command(), bench_command(words), studio_command()});
 }

@@ -1,5 +1,5 @@
-// knead bend, twist, stretch and wrap: one stroke of the tool "curve" for a whole solid, from a few numbers; and knead
-// print: one of the tool "print". They take the options of `knead deform`, too.
+// knead bend, twist, stretch and wrap: one stroke of the tool "curve" for a whole solid, from a few numbers; knead
+// print and knead lattice: one of the tools "print" and "lattice". They take the options of `knead deform`, too.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -221,6 +221,29 @@ void run_print(PrintOptions& options) {
 }
 
 }  // namespace
+
+Subcommand lattice_command() {
+  struct LatticeOptions {
+    MakerOptions maker;
+    std::string file;
+    std::string mode = "volume";
+  };
+  const auto options = std::make_shared<LatticeOptions>();
+  const std::vector<std::string> modes{"volume", "rigid", "spline"};
+  std::vector<Option> own{
+      {"--file", &options->file, "Parameters of PyGeM's free-form deformation (.prm)", "FILE", OptionKind::required},
+      {"--mode", WordTarget{{"volume", "rigid", "spline"}, 0, [=](std::size_t i) { options->mode = modes[i]; }},
+       "Keep the volume; strain the body as little as possible, too; or the plain map (default: volume)",
+       "volume|rigid|spline"}};
+  return {"lattice", "Move what is in a box by the box's control points; volume stays",
+          with_deform(options->maker, std::move(own)),
+          "  knead lattice wing.stl --file wing.prm -o moved.stl\n"
+          "  knead lattice wing.stl --file wing.prm --mode spline -o moved.stl",
+          [options] {
+            const Json stroke{{"tool", "lattice"}, {"file", options->file}, {"mode", options->mode}};
+            run_stroke(options->maker, to_text(stroke));
+          }};
+}
 
 Subcommand bend_command() {
   const auto options = std::make_shared<MakerOptions>();

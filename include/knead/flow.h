@@ -82,6 +82,28 @@ struct CurveMotion {
   friend bool operator==(const CurveMotion&, const CurveMotion&) = default;
 };
 
+// A box of control points: x -> x + t D(x) in the box, where D(x) is the sum over the control points of their
+// displacements times N_i(u) N_j(v) N_k(w), and u, v, w from 0 to 1 are the coordinates of x along the box's edges. N
+// are B-splines on equal intervals with all knots at the ends, so that the outermost control points lie on the box;
+// with the greatest degree they are Bernstein's polynomials. Outside the box nothing moves. The map is C1 across a face
+// whose two outer layers of control points rest; through any other face no shape should reach.
+struct LatticeMotion {
+  static constexpr int kMaxDegree = 15;
+  static constexpr int kMaxCount = 64;
+
+  Vec3d origin{0, 0, 0};         // the corner with control point (0, 0, 0)
+  Mat3d axes{};                  // rows: unit vectors along the edges, at right angles
+  Vec3d lengths{1, 1, 1};        // of the edges, above 0
+  std::array<int, 3> counts{};   // of control points along the edges, 2 to kMaxCount
+  std::array<int, 3> degrees{};  // of N along them: at least 1, at most kMaxDegree and the count less 1
+  SharedVectors displacements;   // of control point (i, j, k): number k + counts[2] (j + counts[1] i)
+
+  // Returns whether there are no displacements, so that nothing moves.
+  bool is_empty() const { return displacements.empty(); }
+
+  friend bool operator==(const LatticeMotion&, const LatticeMotion&) = default;
+};
+
 inline constexpr std::size_t kMaxParts = 8;  // of a sum
 
 // The sum of one or more fields over one unit of time, or v of a grid instead. Path lines run from t = begin to t =
@@ -96,6 +118,7 @@ struct Segment {
   double end = 1;
   PotentialGrid grid{};          // not empty: there are no fields, no displacement, no limit cylinder and no turns
   CurveMotion curve{};           // not empty: the same, and no grid; the mask must hold no point that it moves
+  LatticeMotion lattice{};       // not empty: the same, and no curve
   std::vector<PinTurn> turns{};  // of a pinned segment, by ascending pin; other pins prescribe no rotation
   // Not empty: v is the sum of the velocities of these 2 to kMaxParts segments, which act at the same time, such as a
   // stroke and its mirror images. The sum itself has only the mask, `begin` and `end`, which all parts share. A limit
@@ -148,9 +171,11 @@ Flow flow_between(const Flow& flow, double from, double to);
 //     displacement, a limit cylinder or turns besides,
 //   - a curve's length is not above 0, its stretch not above -1, its frame not of unit vectors at right angles, its
 //     anchor beyond its ends, or there is a field, a grid, a displacement, a limit cylinder or turns besides,
+//   - a lattice's edges are not above 0 and at right angles, its counts or degrees out of range or not those of its
+//     displacements, or there is anything of these besides,
 //   - a turn names no pin, or the turns are not in ascending order of their pins,
-//   - a sum has 1 part, or more than kMaxParts, or a field of its own, or a part that is pinned, a curve, a sum, masked
-//   or cut,
+//   - a sum has 1 part, or more than kMaxParts, or a field of its own, or a part that is pinned, a curve, a lattice, a
+//     sum, masked or cut,
 //   - begin or end lies outside [0, 1].
 void validate(const Flow& flow);
 

@@ -8,6 +8,7 @@
 // meaning.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -278,6 +279,27 @@ struct CurveStroke {
   friend bool operator==(const CurveStroke&, const CurveStroke&) = default;
 };
 
+// How a lattice moves what is in its box. volume: by a divergence-free flow, the nearest to its displacements. rigid:
+// the same, but the body strains as little as possible. spline: by the displacements themselves (LatticeMotion), which
+// must not fold the box.
+enum class LatticeMode { volume, rigid, spline };
+
+// Lattice: a box of control points whose displacements move what is in the box (docs/mathematics.md, "Lattices"). All
+// numbers come from a file, or from the stroke.
+struct LatticeStroke {
+  std::string file{};                // relative to the session file: PyGeM's parameters (.prm)
+  Vec3d origin{0, 0, 0};             // the corner with control point (0, 0, 0)
+  Mat3d axes{};                      // rows: directions of the edges, of any length but 0, at right angles
+  Vec3d lengths{0, 0, 0};            // of the edges, above 0
+  std::array<int, 3> counts{};       // of control points along the edges, 2 to 64
+  std::vector<Vec3d> displacements;  // of control point (i, j, k): number k + counts[2] (j + counts[1] i)
+  LatticeMode mode = LatticeMode::volume;
+  int degree = 0;  // of the splines, at most; 0: Bernstein's polynomials, for counts up to 16
+
+  static const tool_detail::ToolRow<LatticeStroke> tool;
+  friend bool operator==(const LatticeStroke&, const LatticeStroke&) = default;
+};
+
 // A rotation about an axis through a pin; with the angle 0 the pin holds the shape's orientation.
 struct PinRotation {
   Vec3d axis;  // of any length but 0
@@ -441,8 +463,8 @@ Mask mask_of(const MaskStroke& stroke, int threads = 0);
 
 // A stroke of any tool.
 using Stroke = std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke,
-                            StretchStroke, TwistStroke, BendStroke, CurveStroke, PinsStroke, PoseStroke, GridStroke,
-                            InflateStroke, PrintStroke, RelaxStroke, MaskStroke>;
+                            StretchStroke, TwistStroke, BendStroke, CurveStroke, LatticeStroke, PinsStroke, PoseStroke,
+                            GridStroke, InflateStroke, PrintStroke, RelaxStroke, MaskStroke>;
 
 // Returns the tool's name in session files: "implicit", "paint", "points", ...
 std::string tool_name(const Stroke& stroke);

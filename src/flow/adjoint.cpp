@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "flow/culling.h"
-#include "flow/curve_map.h"
 #include "flow/path_jacobian.h"
+#include "flow/segment_map.h"
 #include "flow/tangent_line.h"
 #include "flow/taped.h"
 #include "flow/varying_fields.h"
@@ -103,10 +103,10 @@ class SegmentAdjoint {
  public:
   SegmentAdjoint(const Segment& segment, const WantedNumbers& wanted, const TangentOptions& options)
       : segment_(segment), wanted_(wanted) {
-    if (segment.curve.is_empty()) {
-      line_ = std::make_unique<const TangentLine>(segment, SegmentRates{}, options);
+    if (is_map(segment)) {
+      map_.emplace(segment);
     } else {
-      curve_.emplace(without_acting_mask(segment));
+      line_ = std::make_unique<const TangentLine>(segment, SegmentRates{}, options);
     }
   }
 
@@ -115,9 +115,9 @@ class SegmentAdjoint {
     const Mat3d unit;
     TangentState state{x, unit.row0, unit.row1, unit.row2};
     const TangentState start = state;
-    if (curve_) {
+    if (map_) {
       Mat3d jacobian;
-      curve_->move(state[0], jacobian);
+      map_->move(state[0], jacobian);
       for (std::size_t k = 0; k < 3; ++k) state[1 + k] = jacobian.column(k);
     } else {
       passage.parts = line_->move(state, wanted_.empty() ? nullptr : &passage.steps);
@@ -127,7 +127,7 @@ class SegmentAdjoint {
     passage.end = state[0];
     passage.columns = {state[1], state[2], state[3]};
     x = state[0];
-    return state != start || !passage.steps.empty() || wants_end(0) || wants_end(1);
+    return state != start || !passage.steps.empty() || wants_end(0) || wants_end(1) || wants_lattice();
   }
 
   // Carries the gradient back, and adds its part with respect to the wanted numbers.
@@ -135,6 +135,10 @@ class SegmentAdjoint {
     if (wants_end(1)) numbers[1] += dot(gradient, velocity(passage, passage.end, segment_.end));
     if (passage.steps.empty()) {
       const auto& [x, y, z] = passage.columns;
+      if (wants_lattice()) {
+        const Mat3d jacobian{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}};
+        map_->lattice()->add_gradient(passage.begin, jacobian, gradient, std::span(numbers).subspan(kEnds));
+      }
       gradient = {dot(x, gradient), dot(y, gradient), dot(z, gradient)};
     } else {
       StepsBack back(*line_, wanted_, segment_, tape);
@@ -148,16 +152,19 @@ class SegmentAdjoint {
 
  private:
   bool wants_end(std::size_t end) const { return !wanted_.empty() && wanted_[end]; }
+  bool wants_lattice() const { return map_ && map_->lattice() != nullptr && wanted_.size() > kEnds; }
 
   Vec3d velocity(const Passage& passage, const Vec3d& x, double t) const {
-    if (curve_) return curve_velocities(segment_.curve, std::span(&x, 1), t).front();
+    if (map_) return map_velocities(segment_, std::span(&x, 1), t).front();
     return line_->velocity(x, t, passage.parts);
   }
 
   const Segment& segment_;
   const WantedNumbers& wanted_;
-  std::unique_ptr<const TangentLine> line_;  // null for a curve
-  std::optional<CurveMap> curve_;
+  static constexpr std::size_t kEnds = 2;  // the first numbers of a segment: begin and end
+
+  std::unique_ptr<const TangentLine> line_;  // null for a map in closed form
+  std::optional<SegmentMap> map_;
 };
 
 // Points are summed in tasks, and these in turn. A task carries its points in chunks of neighbours, whose blocks are
@@ -209,7 +216,7 @@ class SegmentGradient {
                   const AdvectOptions& options)
       : culling_(segment), variables_(rates.size()), wanted_(wanted_numbers(rates)) {
     const bool by_limit_cylinders = !segment.parts.empty() && has_limit_cylinders(segment);
-    if (!segment.curve.is_empty() || by_limit_cylinders || variables_ > kMaxVariablesForwards) {
+    if (is_map(segment) || by_limit_cylinders || variables_ > kMaxVariablesForwards) {
       by_steps_ = std::make_unique<const SegmentAdjoint>(segment, wanted_, tangent_options);
       return;
     }

@@ -87,6 +87,15 @@ double feature_of(const CurveMotion& curve) {
   return 1 / most;
 }
 
+// The least distance of control points.
+double feature_of(const LatticeMotion& lattice) {
+  double least = kInfinity;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    least = std::min(least, lattice.lengths[axis] / (lattice.counts[axis] - 1));
+  }
+  return least;
+}
+
 double feature_of(const Field& field) {
   if (std::holds_alternative<HalfSpace<double>>(field.region)) return field.thresholds.outer - field.thresholds.inner;
   if (field.thresholds.falloff == kWideFalloff) return field.thresholds.bump;
@@ -144,6 +153,7 @@ Box support_of(const Segment& segment) {
     return {used.min - by, used.max + by};
   }
   if (!segment.curve.is_empty()) return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
+  if (!segment.lattice.is_empty()) return bounding_box(segment.lattice);
   Box box;
   for (const Field& field : segment.fields) {
     const Box own = support_of(field, displacement_of(segment, field));
@@ -161,6 +171,7 @@ Culling::Culling(const Segment& segment) {
 void Culling::add(const Segment& segment, double from, double to) {
   if (!segment.grid.is_empty()) grids_.push_back(std::make_shared<const GridSupport>(segment.grid));
   if (!segment.curve.is_empty()) curve_.emplace(segment);
+  if (!segment.lattice.is_empty()) lattice_.emplace(segment);
   const bool blended = segment.time_law == TimeLaw::blended;  // both of its fields act all the time
   const double begin = blended ? 0 : from;
   const double end = blended ? 1 : to;
@@ -205,6 +216,7 @@ bool Culling::covers(const Surround& ball, bool or_inside) const {
 
 bool Culling::misses(const Surround& ball) const {
   if (curve_ && !curve_->misses(ball.center, ball.radius)) return false;
+  if (lattice_ && !lattice_->misses(ball.center, ball.radius)) return false;
   const Vec3d half = Vec3d{1, 1, 1} * ball.radius;
   const Box box{ball.center - half, ball.center + half};
   const auto misses_box = [&](const auto& grid) { return grid->misses(box); };
@@ -222,6 +234,7 @@ struct FlowReach::Parts {
       segments.emplace_back(segment);
       double& feature = features.emplace_back(segment.grid.is_empty() ? kInfinity : 2 * segment.grid.spacing);
       if (!segment.curve.is_empty()) feature = detail::feature_of(segment.curve);
+      if (!segment.lattice.is_empty()) feature = detail::feature_of(segment.lattice);
       for (const Field& field : segment.fields) feature = std::min(feature, detail::feature_of(field));
     }
   }

@@ -7,6 +7,7 @@
 
 #include "field/grid.h"
 #include "flow/curve_map.h"
+#include "flow/lattice_map.h"
 #include "knead/flow.h"
 #include "knead/vec.h"
 
@@ -68,6 +69,7 @@ class Culling {
   std::vector<Sweep> sweeps_;
   std::vector<std::shared_ptr<const GridSupport>> grids_;
   std::optional<CurveReach> curve_;
+  std::optional<LatticeReach> lattice_;
 };
 
 }  // namespace knead::detail

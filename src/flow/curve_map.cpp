@@ -423,41 +423,6 @@ CurveMap::Status CurveMap::move(Vec3d& x, Mat3d& jacobian) const {
   return status;
 }
 
-const Segment& without_acting_mask(const Segment& segment) {
-  if (!mask_on(segment).acts) return segment;
-  throw InvalidInput(
-      "a curve takes everything about it along, so a mask cannot hold a part of that; remove the mask before this "
-      "stroke, or give \"radius\"");
-}
-
-SegmentMover curve_mover(const Segment& segment) {
-  const auto map = std::make_shared<const CurveMap>(without_acting_mask(segment));
-  return [map](const LiveGroup& group) {
-    GroupCounts counts;
-    for (int k = 0; k < group.block_count; ++k) {
-      const std::size_t block = group.blocks[k];
-      for (std::uint64_t rest = group.members[block]; rest != 0; rest &= rest - 1) {
-        const std::size_t i = block * kBlock + static_cast<std::size_t>(__builtin_ctzll(rest));
-        const Vec3d from{group.points.x[i], group.points.y[i], group.points.z[i]};
-        Vec3d x = from;
-        const CurveMap::Status status = map->move(x);
-        ++counts.evaluations;
-        if (status == CurveMap::Status::impossible) counts.complete = false;
-        if (status != CurveMap::Status::moved) continue;
-        ++counts.accepted;
-        ++group.steps[i];
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          group.moved[block] = std::max(group.moved[block], std::abs(x[axis] - from[axis]));
-        }
-        group.points.x[i] = x.x;
-        group.points.y[i] = x.y;
-        group.points.z[i] = x.z;
-      }
-    }
-    return counts;
-  };
-}
-
 std::vector<Vec3d> curve_velocities(const CurveMotion& curve, std::span<const Vec3d> points, double t) {
   const CurveTable<double> table(curve, t);
   const CurveTable<TimeDual> moving(curve, TimeDual(t, 1));

@@ -137,13 +137,6 @@ class CurveMap {
   bool is_straight_ = false;    // at the beginning
 };
 
-// Returns the segment. Throws InvalidInput if its mask meets the part that the curve moves, because a curve cannot hold
-// a part of that.
-const Segment& without_acting_mask(const Segment& segment);
-
-// Moves a group's points by a segment with a curve.
-SegmentMover curve_mover(const Segment& segment);
-
 // Returns v at points about a curve, for each unit of the segment's time t.
 std::vector<Vec3d> curve_velocities(const CurveMotion& curve, std::span<const Vec3d> points, double t);
 

@@ -15,9 +15,9 @@
 #include "field/grid.h"
 #include "field/mask_grid.h"
 #include "flow/closed_form.h"
-#include "flow/curve_map.h"
 #include "flow/masked.h"
 #include "flow/pins.h"
+#include "flow/segment_map.h"
 #include "flow/segment_mover.h"
 #include "flow/step_rule.h"
 #include "knead/error.h"
@@ -452,10 +452,10 @@ void carry_through_limit_cylinders(const Segment& sum, std::span<Vec3d> points, 
   }
 }
 
-// The same about a curve, in closed form.
-void carry_along_curve(const Segment& segment, std::span<Vec3d> points, std::span<Mat3d> jacobians,
-                       const AdvectOptions& options) {
-  const detail::CurveMap map(detail::without_acting_mask(segment));
+// The same by a map in closed form.
+void carry_by_map(const Segment& segment, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                  const AdvectOptions& options) {
+  const detail::SegmentMap map(segment);
   parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end && !is_cancelled(options); ++i) {
       Mat3d jacobian;
@@ -475,8 +475,8 @@ std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const Advect
   require_finite(points);
   std::vector<Mat3d> result(points.size());
   for (const Segment& segment : flow.segments) {
-    if (!segment.curve.is_empty()) {
-      carry_along_curve(segment, points, result, options);
+    if (detail::is_map(segment)) {
+      carry_by_map(segment, points, result, options);
       continue;
     }
     detail::has_limit_cylinders(segment) ? carry_through_limit_cylinders(segment, points, result, options, wanted)
@@ -521,8 +521,8 @@ std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, d
   options.tolerance = segment.time_law != TimeLaw::pinned ? 1 : kPinTolerance * segment.fields.front().thresholds.outer;
   const double rate = segment.end - segment.begin;
   const double t = segment.begin + (time - static_cast<double>(i)) * rate;
-  if (!segment.curve.is_empty()) {
-    result = detail::curve_velocities(segment.curve, points, t);
+  if (detail::is_map(segment)) {
+    result = detail::map_velocities(segment, points, t);
     for (Vec3d& v : result) v = v * rate;
     return result;
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "field/grid.h"
+#include "flow/segment_map.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 
@@ -153,6 +154,27 @@ void check(const CurveMotion& curve) {
   }
 }
 
+void check(const LatticeMotion& lattice) {
+  const Mat3d& axes = lattice.axes;
+  require(is_finite(lattice.origin) && is_finite(lattice.lengths), "a lattice has a number that is not finite");
+  require(is_unit(axes.row0) && is_unit(axes.row1) && is_unit(axes.row2) &&
+              std::abs(std::abs(determinant(axes)) - 1) < kUnitTolerance,
+          "a lattice's axes must be unit vectors at right angles");
+  std::size_t points = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    require(lattice.lengths[axis] > 0, "a lattice's edges must be longer than 0");
+    const int count = lattice.counts[axis];
+    require(count >= 2 && count <= LatticeMotion::kMaxCount, "a lattice has 2 to 64 control points along each edge");
+    const int degree = lattice.degrees[axis];
+    require(degree >= 1 && degree < count && degree <= LatticeMotion::kMaxDegree,
+            "a lattice's degrees are from 1 to 15, and below its counts");
+    points *= static_cast<std::size_t>(count);
+  }
+  require(lattice.displacements.size() == points, "a lattice has a displacement for each control point");
+  require(std::all_of(lattice.displacements.begin(), lattice.displacements.end(), is_finite),
+          "a lattice has a number that is not finite");
+}
+
 void check_turns(const Segment& segment) {
   require(segment.turns.empty() || segment.time_law == TimeLaw::pinned, "only a segment of pins has turns");
   for (std::size_t i = 0; i < segment.turns.size(); ++i) {
@@ -163,27 +185,31 @@ void check_turns(const Segment& segment) {
   }
 }
 
-void check_grid_or_curve(const Segment& segment) {
+// One of the kinds that are a segment of their own: a grid, a curve or a lattice.
+void check_whole(const Segment& segment) {
   if (!segment.curve.is_empty()) check(segment.curve);
   if (!segment.grid.is_empty()) check(segment.grid);
-  require(segment.curve.is_empty() || segment.grid.is_empty(), "a segment with a curve has no grid");
-  require(
-      segment.fields.empty() && segment.displacement == Vec3d{} && segment.time_law == TimeLaw::swept &&
-          !segment.limit_cylinder && segment.turns.empty(),
-      "a segment with a grid of potentials or a curve has no fields, no displacement, no limit cylinder and no turns");
+  if (!segment.lattice.is_empty()) check(segment.lattice);
+  const int kinds =
+      (segment.curve.is_empty() ? 0 : 1) + (segment.grid.is_empty() ? 0 : 1) + (segment.lattice.is_empty() ? 0 : 1);
+  require(kinds == 1, "a segment has a grid, a curve or a lattice, not two of them");
+  require(segment.fields.empty() && segment.displacement == Vec3d{} && segment.time_law == TimeLaw::swept &&
+              !segment.limit_cylinder && segment.turns.empty(),
+          "a segment with a grid of potentials, a curve or a lattice has no fields, no displacement, no limit cylinder "
+          "and no turns");
 }
 
 void check(const Segment& segment);
 
 void check_parts(const Segment& segment) {
   require(segment.parts.size() >= 2 && segment.parts.size() <= kMaxParts, "a sum has 2 to 8 parts");
-  require(segment.fields.empty() && segment.grid.is_empty() && segment.curve.is_empty() &&
+  require(segment.fields.empty() && segment.grid.is_empty() && !detail::is_map(segment) &&
               segment.displacement == Vec3d{} && !segment.limit_cylinder && segment.time_law == TimeLaw::swept &&
               segment.turns.empty(),
           "a sum has no fields, no grid, no displacement, no limit cylinder and no turns of its own");
   for (const Segment& part : segment.parts) {
-    require(part.parts.empty() && part.time_law != TimeLaw::pinned && part.curve.is_empty(),
-            "a part of a sum is neither a sum nor pinned nor a curve");
+    require(part.parts.empty() && part.time_law != TimeLaw::pinned && !detail::is_map(part),
+            "a part of a sum is neither a sum nor pinned, a curve or a lattice");
     require(part.mask.is_empty() && part.begin == 0 && part.end == 1,
             "a part of a sum has the mask, the beginning and the end of the whole");
     check(part);
@@ -196,8 +222,8 @@ void check(const Segment& segment) {
     require(!at || (std::isfinite(*at) && (!segment.parts.empty() || segment.time_law == TimeLaw::pinned)),
             "only a sum and pins are mirrored, at a finite coordinate");
   }
-  const bool is_whole = !segment.grid.is_empty() || !segment.curve.is_empty();
-  if (is_whole) check_grid_or_curve(segment);
+  const bool is_whole = !segment.grid.is_empty() || detail::is_map(segment);
+  if (is_whole) check_whole(segment);
   require(is_whole || !segment.fields.empty() || !segment.parts.empty(), "it has no field");
   require(is_finite(segment.displacement), "its displacement is not finite");
   const auto in_unit = [](double t) { return t >= 0 && t <= 1; };
@@ -214,7 +240,7 @@ void check(const Segment& segment) {
 }  // namespace
 
 bool changes_volume(const Segment& segment) {
-  return !segment.grid.growth.empty() || segment.curve.keeps_thickness ||
+  return !segment.grid.growth.empty() || segment.curve.keeps_thickness || !segment.lattice.is_empty() ||
          std::any_of(segment.parts.begin(), segment.parts.end(), changes_volume);
 }
 

@@ -11,8 +11,8 @@
 #include "field/grid.h"
 #include "flow/closed_form.h"
 #include "flow/culling.h"
-#include "flow/curve_map.h"
 #include "flow/pins.h"
+#include "flow/segment_map.h"
 #include "flow/sets.h"
 #include "flow/step_rule.h"
 #include "knead/vec.h"
@@ -469,7 +469,7 @@ bool carries(const Segment& segment) {
 }
 
 bool has_pack_kernel(const Segment& segment) {
-  if (!segment.parts.empty() || !segment.curve.is_empty()) return false;
+  if (!segment.parts.empty() || is_map(segment)) return false;
   if (!segment.grid.is_empty()) return true;
   const Field& first = segment.fields.front();
   return segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && is_for_packs(first.region) &&
@@ -500,7 +500,7 @@ SegmentTask<double> task_in_double(const Segment& segment, double tolerance) {
 }
 
 SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
-  if (!segment.curve.is_empty()) return curve_mover(segment);
+  if (is_map(segment)) return map_mover(segment);
   SegmentMover mover = mover_of_parts(segment, options, kernels);
   if (!mover) mover = make_kernel_mover(segment, options, kernels);
   return mover;

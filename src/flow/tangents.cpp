@@ -5,9 +5,9 @@
 #include <utility>
 #include <variant>
 
-#include "flow/curve_map.h"
 #include "flow/masked.h"
 #include "flow/path_jacobian.h"
+#include "flow/segment_map.h"
 #include "flow/segment_mover.h"
 #include "flow/tangent_line.h"
 #include "flow/varying_fields.h"
@@ -23,6 +23,11 @@ bool is_alike(const PointSet<double>& a, const PointSet<double>& b) {
   const auto are_equal = [](const auto& one, const auto& other) { return one.size() == other.size(); };
   return a.points.size() == b.points.size() && a.exponent == b.exponent &&
          std::equal(a.curves.begin(), a.curves.end(), b.curves.begin(), b.curves.end(), are_equal);
+}
+
+bool is_alike(const LatticeMotion& a, const LatticeMotion& b) {
+  return a.origin == b.origin && a.axes == b.axes && a.lengths == b.lengths && a.counts == b.counts &&
+         a.degrees == b.degrees;
 }
 
 bool is_alike(const Field& a, const Field& b) {
@@ -47,7 +52,7 @@ bool is_alike(const Segment& a, const Segment& b) {
   const auto parts = [](const Segment& one, const Segment& other) { return is_alike(one, other); };
   return std::equal(a.fields.begin(), a.fields.end(), b.fields.begin(), b.fields.end(), fields) &&
          a.time_law == b.time_law && a.limit_cylinder.has_value() == b.limit_cylinder.has_value() && a.mask == b.mask &&
-         a.grid == b.grid && a.curve == b.curve &&
+         a.grid == b.grid && a.curve == b.curve && is_alike(a.lattice, b.lattice) &&
          std::equal(a.turns.begin(), a.turns.end(), b.turns.begin(), b.turns.end(), has_same_pin) &&
          std::equal(a.parts.begin(), a.parts.end(), b.parts.begin(), b.parts.end(), parts);
 }
@@ -85,6 +90,7 @@ std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) co
     numbers.push_back(number);
     return Varying(number);
   };
+  for (const Vec3d& d : segment.lattice.displacements) numbers.insert(numbers.end(), {d.x, d.y, d.z});
   const std::vector<Segment> parts = parts_of(segment);
   const std::vector<SegmentMask> masks = masks_of_parts(segment, parts);
   for (std::size_t i = 0; i < parts.size(); ++i) read_fields(parts[i], masks[i], pin_times_, progress_, next);
@@ -94,22 +100,27 @@ std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) co
 namespace {
 
 constexpr std::size_t kPointsAtATime = 1024;  // enough to refill the lanes of a kernel
+constexpr std::size_t kEnds = 2;              // the first numbers of a segment: begin and end
 
-// About a curve only the begin and the end may vary.
-void carry_along_curve(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
-                       std::span<Vec3d> tangents, const TangentOptions& options) {
-  const CurveMap map(without_acting_mask(segment));
+// Of a map in closed form the begin and the end may vary, and the displacements of a lattice.
+void carry_by_map(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
+                  std::span<Vec3d> tangents, const TangentOptions& options) {
+  const SegmentMap map(segment);
   const auto shift = [&](std::size_t end, double t, double sign) {
     if (rates.empty() || rates[end] == 0) return;
-    const std::vector<Vec3d> velocities = curve_velocities(segment.curve, points, t);
+    const std::vector<Vec3d> velocities = map_velocities(segment, points, t);
     for (std::size_t i = 0; i < points.size(); ++i) tangents[i] += velocities[i] * (sign * rates[end]);
   };
   shift(0, segment.begin, -1);
   parallel_for(points.size(), kPointsOfTask, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Mat3d jacobian;
+      const Vec3d from = points[i];
       map.move(points[i], jacobian);
       tangents[i] = jacobian * tangents[i];
+      if (map.lattice() != nullptr && !rates.empty()) {
+        tangents[i] += map.lattice()->tangent(from, jacobian, rates.subspan(kEnds));
+      }
     }
     if (options.progress != nullptr) options.progress->done += end - begin;
   });
@@ -137,7 +148,7 @@ void carry_by_limit_cylinders(const Segment& segment, std::span<const double> ra
 
 void advect_tangents(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
                      std::span<Vec3d> tangents, const TangentOptions& options) {
-  if (!segment.curve.is_empty()) return carry_along_curve(segment, rates, points, tangents, options);
+  if (is_map(segment)) return carry_by_map(segment, rates, points, tangents, options);
   if (!segment.parts.empty() && has_limit_cylinders(segment)) {
     return carry_by_limit_cylinders(segment, rates, points, tangents, options);
   }

@@ -8,6 +8,7 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/golden_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/grid_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/invariants_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/lattice_map_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/masked_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/pins_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/segment_test.cpp

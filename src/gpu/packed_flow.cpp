@@ -389,8 +389,8 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
   if (!segment.mask.is_empty()) {
     throw InvalidInput("it has a mask, which the GPU cannot evaluate; move the points with advect");
   }
-  if (!segment.curve.is_empty()) {
-    throw InvalidInput("it has a curve, which the GPU cannot evaluate; move the points with advect");
+  if (!segment.curve.is_empty() || !segment.lattice.is_empty()) {
+    throw InvalidInput("it has a curve or a lattice, which the GPU cannot evaluate; move the points with advect");
   }
   if (changes_volume(segment)) {
     throw InvalidInput("it changes volumes on purpose, which the GPU cannot evaluate; move the points with advect");

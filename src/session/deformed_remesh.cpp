@@ -10,6 +10,7 @@
 
 #include "flow/block_mover.h"
 #include "flow/masked.h"
+#include "flow/segment_map.h"
 #include "flow/segment_mover.h"
 #include "knead/editor/shape_state.h"
 #include "knead/flow.h"
@@ -42,7 +43,7 @@ double cost_of(const Flow& flow) {
   };
   const Flow parts = detail::each_part(flow);
   for (const Segment& segment : parts.segments) {
-    if (!segment.grid.is_empty() || !segment.curve.is_empty()) elements += kElementsOfGrid;
+    if (!segment.grid.is_empty() || detail::is_map(segment)) elements += kElementsOfGrid;
     if (segment.time_law == TimeLaw::pinned) elements += segment.fields.size();
     for (const Field& field : segment.fields) {
       if (const auto* set = std::get_if<PointSet<double>>(&field.region)) add(*set);

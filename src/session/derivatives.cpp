@@ -234,7 +234,7 @@ class FlowOfParameter {
         Place{own_.session.name},
         fmt::format(
             "the flow has no derivative with respect to \"{}\" at {}: it chooses a whole number or the number of "
-            "segments there, or is in a mask, a grid, a curve, or what reads the surface",
+            "segments there, or is in a mask, a grid, a curve, a lattice's box, or what reads the surface",
             parameter_.name, parameter_.value));
   }
 

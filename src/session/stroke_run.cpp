@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "flow/masked.h"
+#include "flow/segment_map.h"
 #include "flow/segment_mover.h"
 #include "knead/error.h"
 #include "knead/io.h"
@@ -221,7 +222,12 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
   prepared.source = &source;
   if (!is_applied(source)) return prepared;
   prepared.part = std::min(source.strength, 1.0);
-  if (source.strength > 1) prepared.beyond = std::make_shared<const Stroke>(prolonged(source.stroke, source.strength));
+  SessionStroke own = source;
+  if (auto* lattice = std::get_if<LatticeStroke>(&own.stroke); lattice != nullptr && !lattice->file.empty()) {
+    *lattice = with_file(*lattice, folder);
+    prepared.beyond = std::make_shared<const Stroke>(own.stroke);
+  }
+  if (source.strength > 1) prepared.beyond = std::make_shared<const Stroke>(prolonged(own.stroke, source.strength));
   const Stroke& stroke = prepared.stroke();
   validate(stroke);
   prepared.relax = std::get_if<RelaxStroke>(&stroke);
@@ -239,7 +245,7 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
   prepared.flow = flow_of(stroke, source.mirror);
   validate(prepared.flow);
   prepared.limit_cylinders = limit_cylinders_of(stroke, source.mirror);
-  prepared.outcome.parts = {source};
+  prepared.outcome.parts = {std::move(own)};
   return prepared;
 }
 
@@ -339,13 +345,13 @@ void StrokeRun::warn_of_cpu() {
   const std::vector<Segment>& segments = stroke_.flow.segments;
   const auto is_sum = [](const Segment& segment) { return !segment.parts.empty(); };
   const bool is_handles = std::holds_alternative<HandlesStroke>(stroke_.source->stroke);
-  const bool is_curve = std::holds_alternative<CurveStroke>(stroke_.source->stroke);
-  const bool is_known = is_handles || is_curve || std::any_of(segments.begin(), segments.end(), is_sum);
+  const bool is_map = std::any_of(segments.begin(), segments.end(), detail::is_map);
+  const bool is_known = is_handles || is_map || std::any_of(segments.begin(), segments.end(), is_sum);
   if (!shape_.motion().backend || !is_known) return;
   stroke_.outcome.warnings.push_back(fmt::format(
       "the GPU cannot evaluate {}: the CPU moves the vertices in this stroke", is_handles ? "handles"
-                                                                               : is_curve
-                                                                                   ? "a curve"
+                                                                               : is_map
+                                                                                   ? "a " + tool_name(stroke_.stroke())
                                                                                    : "mirror images at the same time"));
 }
 

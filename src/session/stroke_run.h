@@ -17,7 +17,7 @@ namespace knead::session_detail {
 // A stroke that is ready to be applied.
 struct PreparedStroke {
   const SessionStroke* source = nullptr;
-  std::shared_ptr<const Stroke> beyond;  // the prolonged stroke if the source's strength is above 1
+  std::shared_ptr<const Stroke> beyond;  // stands for the source if its strength is above 1, or it is in a file
   double part = 1;                       // the fraction of the segments that the source's strength applies
   const RelaxStroke* relax = nullptr;    // the stroke if it relaxes; there is no flow then
   bool reads_surface = false;            // the flow and the limit cylinders are unknown until it has read the surface
@@ -37,6 +37,9 @@ struct PreparedStroke {
 // Returns the pattern of a valid print. Throws InvalidInput, beginning with the key in quotes, for a file that cannot
 // be read, for a font that is not found, and for a letter that it lacks.
 std::shared_ptr<const GreyPattern> read_pattern(const PrintStroke& stroke, const std::filesystem::path& folder);
+
+// Returns the lattice of the stroke's file. Throws InvalidInput for a file that cannot be read.
+LatticeStroke with_file(const LatticeStroke& stroke, const std::filesystem::path& folder);
 
 // Reads the files that a stroke names, relative to the folder. The source must outlive the result. Throws InvalidInput
 // for a stroke that cannot be applied to any shape.

@@ -13,6 +13,7 @@ knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/remesh_limits_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/replay_remeshed_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/frames_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/lattice_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/replay_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/session_errors_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/session_test.cpp

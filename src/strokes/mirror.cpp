@@ -11,6 +11,7 @@
 
 #include "field/grid.h"
 #include "flow/culling.h"
+#include "flow/segment_map.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
@@ -301,9 +302,9 @@ Flow flow_of(const Stroke& stroke, const Mirror& mirror) {
     return flow;
   }
   std::vector<Flow> flows{flow_of(stroke)};
-  const auto is_curve = [](const Segment& segment) { return !segment.curve.is_empty(); };
-  if (std::any_of(flows[0].segments.begin(), flows[0].segments.end(), is_curve)) {
-    throw InvalidInput("\"mirror\": a curve and its image cannot act at the same time; make two strokes of them");
+  if (std::any_of(flows[0].segments.begin(), flows[0].segments.end(), detail::is_map)) {
+    throw InvalidInput(fmt::format(
+        "\"mirror\": a {} and its image cannot act at the same time; make two strokes of them", tool_name(stroke)));
   }
   for (const SymmetryImage& image : images_in(mirror)) {
     flows.push_back(flow_of(image_of(stroke, image, {})));

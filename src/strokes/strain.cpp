@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "field/grid.h"
+#include "flow/lattice_map.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/vec.h"
@@ -100,6 +101,7 @@ bool is_deformed(const Segment& segment, const Vec3d& p) {
                        [&](const Segment& part) { return is_deformed(part, p); });
   }
   if (!segment.curve.is_empty()) return true;
+  if (!segment.lattice.is_empty()) return !detail::LatticeReach(segment).misses(p, 0);
   if (!segment.grid.is_empty()) return detail::is_used(segment.grid, p);
   if (segment.limit_cylinder && !is_within(*segment.limit_cylinder, p)) return false;
   return std::any_of(segment.fields.begin(), segment.fields.end(),

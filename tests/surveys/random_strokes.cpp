@@ -207,6 +207,23 @@ Stroke curve(const Draw& draw) {
   return stroke;
 }
 
+// A box about a place, whose inner control points move.
+Stroke lattice(const Draw& draw) {
+  LatticeStroke stroke;
+  const Vec3d x = draw.direction();
+  const Vec3d y = any_orthogonal(x);
+  stroke.axes = {x, y, cross(x, y)};
+  const double half = draw.uniform(0.15, 0.4) * draw.size;
+  stroke.origin = draw.near(draw.vertex()) - (x + y + cross(x, y)) * half;
+  stroke.lengths = Vec3d{2, 2, 2} * half;
+  stroke.counts = {5, 6, 5};
+  stroke.displacements.resize(150);
+  for (const std::size_t inner : {72U, 77U})
+    stroke.displacements[inner] = draw.direction() * (draw.uniform(0, 0.4) * half);
+  stroke.mode = static_cast<LatticeMode>(draw.uniform(0, 2.99));
+  return stroke;
+}
+
 // A cap turns, or a pin goes its way; pins far from there hold.
 Stroke pose(const Draw& draw) {
   PoseStroke stroke;
@@ -306,7 +323,7 @@ const std::vector<std::pair<std::string, Stroke (*)(const Draw&)>> kTools{
     {"implicit", implicit}, {"paint", paint},     {"points", points},   {"handles", handles}, {"stamp", stamp},
     {"rotate", turn},       {"stretch", stretch}, {"twist", twist},     {"bend", bend},       {"pins", pins},
     {"pose", pose},         {"grid", grid},       {"inflate", inflate}, {"relax", relax},     {"mask", mask},
-    {"curve", curve},       {"print", print}};
+    {"curve", curve},       {"print", print},     {"lattice", lattice}};
 
 }  // namespace
 

@@ -56,6 +56,17 @@ def _coefficients(vectors):
     return base64.b64encode(np.ascontiguousarray(vectors, "<f8").tobytes()).decode()
 
 
+def _with_counts(keys):
+    """Returns the keys of a lattice, whose displacements may be an array (nx, ny, nz, 3): that also gives the counts."""
+    try:
+        given = np.asarray(keys.get("displacements"), dtype=object)
+    except ValueError:
+        return keys
+    if given.ndim != 4:
+        return keys
+    return {"counts": list(given.shape[:3]), **keys, "displacements": given.reshape(-1, given.shape[3]).tolist()}
+
+
 # The keys of a tool that may be arrays where a session file has something shorter.
 _SHORTER = {
     "pose": {"parts": _regions, "stiffness": _regions},
@@ -66,6 +77,8 @@ _SHORTER = {
 def _to_json(name, keys):
     shorter = _SHORTER.get(keys["tool"], {}) if isinstance(keys.get("tool"), str) else {}
     keys = {key: shorter[key](value) if key in shorter else value for key, value in keys.items()}
+    if keys.get("tool") == "lattice":
+        keys = _with_counts(keys)
     try:
         return json.dumps(keys, default=_plain, allow_nan=False)
     except ValueError:
@@ -242,6 +255,19 @@ _DETAILS = {
 
         ring = knead.deform(vertices, knead.Curve(angle_deg=270, axis=[0, 1, 0]), faces)
         hose = knead.deform(vertices, knead.Curve(to=path), faces)
+""",
+    "lattice": """
+    A box of control points whose displacements move what is in the box. `displacements` may be an array
+    (nx, ny, nz, 3), which also gives the counts; the attribute is a list (nx ny nz, 3). `axes`: an array (3, 3), of
+    which a row is the direction of an edge. mode="volume" (the default) and "rigid" read the surface, so deform() needs
+    `faces`; "spline" is an exact map, and lattice_vjp() has its derivatives. `file`: PyGeM's parameters (.prm) in the
+    place of all numbers.
+
+        box = knead.Lattice(origin=[-1, -1, -1], lengths=[2, 2, 2], displacements=np.zeros((5, 3, 3, 3)))
+        bent = knead.deform(vertices, box.replace(displacements=bend(knead.lattice_points(box))), faces)
+
+    Raises InvalidInput in deform() for displacements that fold the box, and for a shape that reaches through a face of
+    the box at which the two outer layers of control points do not rest.
 """,
     "inflate": """
     The shape gains (or with a negative `volume` loses) exactly this volume, most along the path through `points`, and its

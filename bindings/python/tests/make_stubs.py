@@ -426,6 +426,27 @@ def remesh(
     threads: int = 0,
     progress: Progress | None = None,
 ) -> Remeshed: ...
+def lattice_points(stroke: Lattice) -> NDArray[np.float64]: ...
+def lattice_jvp(
+    stroke: Lattice,
+    points: Points_,
+    direction: ArrayLike,
+    *,
+    relative_tolerance: float = 1e-8,
+    threads: int = 0,
+    diagonal: float | None = None,
+    progress: Progress | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def lattice_vjp(
+    stroke: Lattice,
+    points: Points_,
+    gradient: ArrayLike,
+    *,
+    relative_tolerance: float = 1e-8,
+    threads: int = 0,
+    diagonal: float | None = None,
+    progress: Progress | None = None,
+) -> NDArray[np.float64]: ...
 def certify(
     before: Points_,
     after: Points_,

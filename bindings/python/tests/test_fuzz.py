@@ -360,6 +360,16 @@ def use_write_frames(draw, folder):
     knead.write_frames(folder / draw(st.sampled_from(["a.pc2", "a.glb", "a.usda", "a.x"])), draw(frames), draw(faces), fps=draw(numbers))
 
 
+def use_lattice(draw):
+    counts = draw(st.tuples(*[st.integers(0, 4)] * 3))
+    displacements = np.full((*counts, 3), draw(numbers), dtype=object)
+    keys = draw(some({"mode": st.sampled_from(["volume", "rigid", "spline", "x"]), "degree": st.integers(-1, 16), "axes": anything}))
+    box = knead.Lattice(origin=[-1, -1, -1], lengths=draw(st.sampled_from([[2, 2, 2], [1, 0, 1]])), displacements=displacements, **keys)
+    assert knead.lattice_points(box).shape == (*counts, 3)
+    knead.lattice_jvp(box, draw(vertices), draw(st.one_of(numbers, anything)), **draw(some(accuracy)))
+    knead.lattice_vjp(box, draw(vertices), draw(vertices))
+
+
 MEASURES = ["volume_of", "area_of", "thickness_at", "curvature", "patch_distance"]
 
 
@@ -393,6 +403,7 @@ USES = {
     "fit": use_fit,
     "flow": use_flow,
     "mean": use_mean,
+    **{f"lattice_{name}": use_lattice for name in ("jvp", "points", "vjp")},
     "PaintDrag": use_paint_drag,
     "brush": use_brush,
     "Surface": use_surface,
