@@ -1,4 +1,5 @@
-// Text, pictures and meshes as the patterns of prints. FreeType draws letters; stb reads pictures.
+// Text, pictures and meshes as the patterns of prints. FreeType draws letters, in a browser its canvas; stb reads
+// pictures.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,6 +21,8 @@
 #if defined(KNEAD_HAS_FREETYPE)
 #include <ft2build.h>
 #include FT_FREETYPE_H
+#elif defined(__EMSCRIPTEN__)
+#include <emscripten.h>
 #endif
 
 #if defined(KNEAD_HAS_STB)
@@ -78,8 +81,9 @@ GreyPattern read_picture(const fs::path& /*file*/) {
 }
 #endif
 
+[[maybe_unused]] constexpr int kPixelsOfText = 256;  // of the font's size
+
 #if defined(KNEAD_HAS_FREETYPE)
-constexpr int kPixelsOfText = 256;  // of the font's size
 
 // Letters and digits only, which tell fonts apart.
 std::string font_key(std::string_view name) {
@@ -146,25 +150,6 @@ fs::path font_file(const std::string& font, const fs::path& folder) {
   return *named;
 }
 
-// Returns the code points of UTF-8.
-std::vector<char32_t> code_points(std::string_view text) {
-  std::vector<char32_t> points;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i++]);
-    const int more = lead < 0x80 ? 0 : lead >> 5 == 6 ? 1 : lead >> 4 == 14 ? 2 : lead >> 3 == 30 ? 3 : -1;
-    char32_t point = more <= 0 ? lead : lead & (0x3fU >> more);
-    for (int k = 0; k < more; ++k) {
-      const auto next = i < text.size() ? static_cast<unsigned char>(text[i++]) : 0U;
-      point = next >> 6 == 2 ? point << 6 | (next & 0x3fU) : 0;
-    }
-    if (more < 0 || point < U' ') {
-      throw InvalidInput("\"text\" must be one line of UTF-8, without control characters");
-    }
-    points.push_back(point);
-  }
-  return points;
-}
-
 // A face of FreeType, and the library that it belongs to.
 class Font {
  public:
@@ -218,11 +203,101 @@ class Font {
   FT_UInt last_ = 0;
 };
 
+#elif defined(__EMSCRIPTEN__)
+// clang-format off
+// Draws a letter on a canvas of the browser, which knows its fonts. Writes the width and height of the pixels, their
+// left and upper edge about the pen, and how far the pen goes on. Returns 0 where there is no canvas, or no room.
+EM_JS(int, draw_letter, (int letter, const char* font, int length, int size, float* place, unsigned char* pixels, int room), {
+  if (typeof OffscreenCanvas === 'undefined') return 0;
+  const name = new TextDecoder().decode(HEAPU8.slice(font, font + length));
+  const text = String.fromCodePoint(letter);
+  const canvas = new OffscreenCanvas(1, 1);
+  const pen = canvas.getContext('2d');
+  const style = 'bold ' + size + 'px ' + (name ? JSON.stringify(name) + ', ' : "") + 'sans-serif';
+  pen.font = style;
+  const box = pen.measureText(text);
+  const left = Math.ceil(box.actualBoundingBoxLeft) + 1;
+  const above = Math.ceil(box.actualBoundingBoxAscent) + 1;
+  canvas.width = Math.max(1, left + Math.ceil(box.actualBoundingBoxRight) + 1);
+  canvas.height = Math.max(1, above + Math.ceil(box.actualBoundingBoxDescent) + 1);
+  if (canvas.width * canvas.height > room) return 0;
+  pen.font = style;
+  pen.fillText(text, left, above);
+  const colours = pen.getImageData(0, 0, canvas.width, canvas.height).data;
+  for (let i = 0; 4 * i < colours.length; ++i) HEAPU8[pixels + i] = colours[4 * i + 3];
+  HEAPF32.set([canvas.width, canvas.height, -left, above, box.width], place >> 2);
+  return 1;
+});
+// clang-format on
+
+std::vector<fs::path> all_fonts() { return {}; }
+
+std::string font_file(const std::string& font, const fs::path& /*folder*/) { return font; }
+
+// A font of the browser.
+class Font {
+ public:
+  explicit Font(std::string name) : name_(std::move(name)) {}
+
+  GreyTile draw(char32_t letter, double& pen) {
+    constexpr std::size_t kRoom = std::size_t{16} * kPixelsOfText * kPixelsOfText;
+    std::array<float, 5> place{};
+    std::vector<unsigned char> pixels(kRoom);
+    if (draw_letter(static_cast<int>(letter), name_.data(), static_cast<int>(name_.size()), kPixelsOfText, place.data(),
+                    pixels.data(), static_cast<int>(kRoom)) == 0) {
+      throw InvalidInput("\"text\": no canvas draws letters here; print a picture or a mesh");
+    }
+    GreyTile tile{static_cast<int>(place[0]),
+                  static_cast<int>(place[1]),
+                  {},
+                  pen + static_cast<double>(place[2]),
+                  static_cast<double>(place[3])};
+    pixels.resize(static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(tile.height));
+    if (std::any_of(pixels.begin(), pixels.end(), [](unsigned char grey) { return grey > 0; })) {
+      for (const unsigned char grey : pixels) tile.values.push_back(static_cast<float>(grey) / 255);
+    }
+    pen += static_cast<double>(place[4]);
+    return tile;
+  }
+
+ private:
+  std::string name_;
+};
+#endif
+
+#if defined(KNEAD_HAS_FREETYPE) || defined(__EMSCRIPTEN__)
+// Returns the code points of UTF-8.
+std::vector<char32_t> code_points(std::string_view text) {
+  std::vector<char32_t> points;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i++]);
+    const int more = lead < 0x80 ? 0 : lead >> 5 == 6 ? 1 : lead >> 4 == 14 ? 2 : lead >> 3 == 30 ? 3 : -1;
+    char32_t point = more <= 0 ? lead : lead & (0x3fU >> more);
+    for (int k = 0; k < more; ++k) {
+      const auto next = i < text.size() ? static_cast<unsigned char>(text[i++]) : 0U;
+      point = next >> 6 == 2 ? point << 6 | (next & 0x3fU) : 0;
+    }
+    if (more < 0 || point < U' ') {
+      throw InvalidInput("\"text\" must be one line of UTF-8, without control characters");
+    }
+    points.push_back(point);
+  }
+  return points;
+}
+
+int filled_rows(const GreyTile& tile) {
+  int rows = 0;
+  for (auto row = tile.values.begin(); row != tile.values.end(); row += tile.width) {
+    if (std::any_of(row, row + tile.width, [](float value) { return value > 0; })) ++rows;
+  }
+  return rows;
+}
+
 GreyPattern set_text(const PrintStroke& stroke, const fs::path& folder) {
-  const fs::path file = font_file(stroke.font, folder);
+  const auto file = font_file(stroke.font, folder);
   GreyPattern pattern;
   double ignored = 0;
-  pattern.height = Font(file).draw(U'H', ignored).height;
+  pattern.height = filled_rows(Font(file).draw(U'H', ignored));
   Font font(file);
   double pen = 0;
   for (const char32_t letter : code_points(stroke.text)) {

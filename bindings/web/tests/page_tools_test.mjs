@@ -97,6 +97,20 @@ describe("the page's tools", { skip }, () => {
     assert.equal(made.at(-1).tool, 'stamp');
   });
 
+  // The browser's letters, which need not be those of the command.
+  it('print: a text is raised', async (test) => {
+    const page = await openSphere(test);
+    await choose(page.tab, 'u');
+    await drag(page.tab, middle, { x: middle.x + 10, y: middle.y });
+    await settle(page.tab, 40);
+    await picture(page.tab, 'tool_print');
+    const [made] = strokes(await save(page.tab, 'print')).map((line) => JSON.parse(line));
+    assert.deepEqual([made.tool, made.text, made.depth < 0], ['print', 'Text', true]);
+    const exported = await write(page.tab, 'Control+e', 'exported.ply', 'exported.ply');
+    assert.ok(!exported.equals(readFileSync(page.shape)), 'nothing moved');
+    assert.deepEqual(page.tab.problems, []);
+  });
+
   it('mask: what is painted stays', async (test) => {
     const page = await openSphere(test);
     await choose(page.tab, 'm');
