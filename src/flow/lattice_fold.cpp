@@ -267,7 +267,9 @@ std::optional<LatticeFold> find_fold(const LatticeMotion& lattice, double until)
           if (++judged > kMaxPieces) {
             return in_space({piece.from + piece.size * 0.5, piece.end, verdict.determinant});
           }
-          for (BoxPiece& half : halves_of(piece, sizes, verdict.split)) pieces.push_back(std::move(half));
+          auto [first, second] = halves_of(piece, sizes, verdict.split);
+          pieces.push_back(std::move(second));
+          pieces.push_back(std::move(first));  // is next, so that the earliest fold is found
         }
       }
     }
