@@ -75,8 +75,9 @@ std::string option_of(const std::string& quoted, const MakerOptions& options) {
   if (key == "around") return "--radius";
   if (key == "to") return "--along";
   if (key == "point") return "--at";
-  constexpr std::array<std::string_view, 14> kSame{"axis",   "from",  "fixed", "keep",      "text", "font",  "file",
-                                                   "height", "depth", "up",    "direction", "bump", "outer", "flip"};
+  constexpr std::array<std::string_view, 15> kSame{"mode", "axis",      "from", "fixed",  "keep",
+                                                   "text", "font",      "file", "height", "depth",
+                                                   "up",   "direction", "bump", "outer",  "flip"};
   return std::find(kSame.begin(), kSame.end(), key) == kSame.end() ? quoted : "--" + key;
 }
 

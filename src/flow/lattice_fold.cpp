@@ -20,7 +20,8 @@ constexpr int kTrials = 8;
 using BernsteinSizes = std::array<int, 3>;
 
 std::size_t number_of(const BernsteinSizes& sizes, int i, int j, int k) {
-  return static_cast<std::size_t>((i * sizes[1] + j) * sizes[2] + k);
+  const int number = (i * sizes[1] + j) * sizes[2] + k;
+  return static_cast<std::size_t>(number);
 }
 
 // A part of the box and of the time: D there in Bernstein's basis, in the coordinates of the box.
@@ -257,7 +258,8 @@ std::optional<LatticeFold> find_fold(const LatticeMotion& lattice, double until)
         BoxPiece whole = piece_of(lattice, axes, {i, j, k}, sizes);
         if (whole.coefficients.empty()) continue;
         whole.end = until;
-        pieces.assign(1, std::move(whole));
+        pieces.clear();
+        pieces.push_back(std::move(whole));
         while (!pieces.empty()) {
           const BoxPiece piece = std::move(pieces.back());
           pieces.pop_back();
@@ -267,7 +269,9 @@ std::optional<LatticeFold> find_fold(const LatticeMotion& lattice, double until)
           if (++judged > kMaxPieces) {
             return in_space({piece.from + piece.size * 0.5, piece.end, verdict.determinant});
           }
-          for (BoxPiece& half : halves_of(piece, sizes, verdict.split)) pieces.push_back(std::move(half));
+          auto [first, second] = halves_of(piece, sizes, verdict.split);
+          pieces.push_back(std::move(second));
+          pieces.push_back(std::move(first));  // is next, so that the earliest fold is found
         }
       }
     }

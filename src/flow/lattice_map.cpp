@@ -77,7 +77,8 @@ std::array<std::array<bool, 2>, 3> closed_faces(const LatticeMotion& lattice) {
   for (int i = 0; i < nx; ++i) {
     for (int j = 0; j < ny; ++j) {
       for (int k = 0; k < nz; ++k) {
-        if (lattice.displacements[static_cast<std::size_t>((i * ny + j) * nz + k)] == Vec3d{0, 0, 0}) continue;
+        const int number = (i * ny + j) * nz + k;
+        if (lattice.displacements[static_cast<std::size_t>(number)] == Vec3d{0, 0, 0}) continue;
         const std::array<int, 3> index{i, j, k};
         for (std::size_t axis = 0; axis < 3; ++axis) {
           if (index[axis] < 2) closed[axis][0] = false;
@@ -151,11 +152,12 @@ LatticeMap::Weights LatticeMap::weights(const Vec3d& at) const {
 // Calls body(number of a control point, i, j, k), where these are indices of the values of `weights`.
 template <class Body>
 void LatticeMap::for_each(const Weights& weights, const Body& body) const {
-  const auto [nx, ny, nz] = lattice_.counts;
+  const int ny = lattice_.counts[1];
+  const int nz = lattice_.counts[2];
   for (int i = 0; i <= axes_[0].degree(); ++i) {
     for (int j = 0; j <= axes_[1].degree(); ++j) {
-      const int row = ((weights[0].first + i) * ny + weights[1].first + j) * nz + weights[2].first;
-      for (int k = 0; k <= axes_[2].degree(); ++k) body(static_cast<std::size_t>(row + k), i, j, k);
+      int number = ((weights[0].first + i) * ny + weights[1].first + j) * nz + weights[2].first;
+      for (int k = 0; k <= axes_[2].degree(); ++k) body(static_cast<std::size_t>(number++), i, j, k);
     }
   }
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -24,14 +25,15 @@ namespace {
 
 using namespace detail;
 
-constexpr double kSpacingsOfCell = 3;  // of the grid, in the least distance of control points; fewer where there
-constexpr double kUnknowns = 9000;     // would be more unknowns than so many
-constexpr double kSamplesApart = 0.7;  // of the grid's spacing
-constexpr double kStepLength = 1;      // of the grid's spacing, at most
+constexpr double kSpacingsOfCell = 2.5;  // of the grid, in the least distance of control points; fewer where there
+constexpr double kUnknowns = 5000;       // would be more unknowns than so many
+constexpr double kSamplesApart = 0.7;    // of the grid's spacing
+constexpr double kStepLength = 1;        // of the grid's spacing, at most
 constexpr double kMaxSteps = 100;
-constexpr double kFollows = 10;          // the weight of the displacements at each sample: mode volume,
-constexpr double kFollowsWeakly = 0.02;  // and mode rigid
-constexpr int kCorrections = 4;          // steps at the end that only bring the body nearer
+// The weights of the displacements at each sample, beside strain. Straight ways to the places would squeeze what turns:
+// first the body goes about there as rigidly as it likes, then nearer and nearer; mode rigid ends after the first.
+constexpr std::array<double, 6> kFollows{0.03, 0.1, 0.3, 1, 1, 1};
+constexpr double kFollowsWeakly = 0.001;
 constexpr double kMinGain = 0.9;         // what a correction must leave at most, of the distance before
 constexpr double kPathTolerance = 1e-6;  // of the box's diagonal
 constexpr double kNear = 0.01;           // of the greatest displacement: what is nearer is not told
@@ -75,16 +77,19 @@ class LatticeFlow {
           "larger, or divide the stroke into several",
           length / (spacing_ * kSpacingsOfCell)));
     }
-    const auto steps = static_cast<std::size_t>(wanted);
-    for (std::size_t i = 0; i < steps; ++i) step(static_cast<double>(steps - i), flow);
-    for (int i = 0; i < kCorrections; ++i) {
-      const double before = distances_between(rows_.points, places_).mean;
+    rows_.weight = is_rigid_ ? kFollowsWeakly : kFollows.front();
+    go(wanted, flow);
+    if (is_rigid_) return flow;
+    for (const double weight : std::span(kFollows).subspan(1)) {
+      rows_.weight = weight;
+      const Distances before = distances_between(rows_.points, places_);
       const std::vector<Vec3d> points = rows_.points;
-      step(1, flow);
+      const std::size_t segments = flow.segments.size();
+      go(std::max(1.0, std::ceil(before.most / (kStepLength * spacing_))), flow);
       const double after = distances_between(rows_.points, places_).mean;
-      if (after < kMinGain * before) continue;
-      if (after < before) break;
-      flow.segments.pop_back();
+      if (after < kMinGain * before.mean) continue;
+      if (after < before.mean) break;
+      flow.segments.resize(segments);
       rows_.points = points;
       break;
     }
@@ -141,7 +146,6 @@ class LatticeFlow {
       rows_.points.push_back(p);
       places_.push_back(place);
     }
-    rows_.weight = is_rigid_ ? kFollowsWeakly : kFollows;
     reach_ = [this](const Box& support) {
       const LatticeMotion& lattice = segment_.lattice;
       const Vec3d middle = lattice.axes * (support.center() - lattice.origin);
@@ -155,6 +159,11 @@ class LatticeFlow {
       }
       return true;
     };
+  }
+
+  // Goes to the places in so many steps, each an equal part of what is left.
+  void go(double steps, Flow& flow) {
+    for (double n = steps; n >= 1; --n) step(n, flow);
   }
 
   // Moves the body by the n-th part of what is left, and adds the grid that does.

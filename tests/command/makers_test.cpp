@@ -146,6 +146,26 @@ TEST_F(MakersTest, ErrorsNameTheOptionsThatWereTyped) {
                3, "--font: there is no file");
 }
 
+// PyGeM's weights are multiples of the box's edges: the plate rises by 14 * 0.5 * 6 / 16 in its middle.
+TEST_F(MakersTest, ReadsALatticeOfPygem) {
+  std::string file = "[Box info]\nn control points x: 5\nn control points y: 2\nn control points z: 2\n";
+  file += "box length x: 130\nbox length y: 30\nbox length z: 14\n";
+  file += "box origin x: -5\nbox origin y: -5\nbox origin z: -5\n";
+  file += "rotation angle x: 0\nrotation angle y: 0\nrotation angle z: 0\n[Parameters weights]\n";
+  file += "parameter x: 0 0 0 0\nparameter y: 0 0 0 0\nparameter z: 2 0 0 0.5\n  2 0 1 0.5\n  2 1 0 0.5\n  2 1 1 0.5\n";
+  write("box.prm", file);
+  for (const std::string mode : {"spline", "volume", "rigid"}) {
+    const Mesh mesh = made({"lattice", "--file", "box.prm", "--mode", mode}, "moved.stl");
+    expect_volume(mesh, 1, 1e-4);
+    double top = 0;
+    for (const Vec3d& p : mesh.positions) top = std::max(top, p.z - 4);
+    EXPECT_NEAR(top, 14 * 0.5 * 0.375, mode == "spline" ? 0.01 : 0.3) << mode;
+  }
+  expect_error(knead({"lattice", "plate.obj", "--file", "no.prm", "-o", "no.stl"}), 3, "--file: no.prm");
+  write("box.prm", "n control points x: 5\n");
+  expect_error(knead({"lattice", "plate.obj", "--file", "box.prm", "-o", "no.stl"}), 3, "are no parameters of PyGeM");
+}
+
 TEST_F(MakersTest, TheSessionDoesTheSame) {
   made({"bend", "--angle", "90", "--session", "bend.knead"}, "one.ply");
   knead_ok({"deform", "plate.obj", "bend.knead", "-q", "--max-chord", "1e-4", "-o", "two.ply"});
