@@ -32,9 +32,9 @@ constexpr double kStepLength = 1;        // of the grid's spacing, at most
 constexpr double kMaxSteps = 100;
 // The weights of the displacements at each sample, beside strain. Straight ways to the places would squeeze what turns:
 // first the body goes about there as rigidly as it likes, then nearer and nearer; mode rigid ends after the first.
-constexpr std::array<double, 6> kFollows{0.03, 0.1, 0.3, 1, 1, 1};
-constexpr double kFollowsWeakly = 0.001;
-constexpr double kMinGain = 0.9;         // what a correction must leave at most, of the distance before
+constexpr std::array<double, 5> kFollows{0.03, 0.1, 0.3, 1, 3};
+constexpr double kFollowsWeakly = 0.005;
+constexpr double kMinGain = 0.99;        // what a correction must leave at most, of the distance before
 constexpr double kPathTolerance = 1e-6;  // of the box's diagonal
 constexpr double kNear = 0.01;           // of the greatest displacement: what is nearer is not told
 
@@ -88,10 +88,8 @@ class LatticeFlow {
       go(std::max(1.0, std::ceil(before.most / (kStepLength * spacing_))), flow);
       const double after = distances_between(rows_.points, places_).mean;
       if (after < kMinGain * before.mean) continue;
-      if (after < before.mean) break;
       flow.segments.resize(segments);
       rows_.points = points;
-      break;
     }
     return flow;
   }
