@@ -143,7 +143,8 @@ PieceVerdict judge_piece(const BoxPiece& piece, const BernsteinSizes& sizes) {
   PieceVerdict verdict;
   verdict.determinant = dot(mean[0], c0);
   const double least = 1e-12;
-  const Mat3d inverse = Mat3d{c0, c1, c2} * (1 / std::max(verdict.determinant, least));
+  const bool is_regular = verdict.determinant > least;  // else the piece is only divided
+  const Mat3d inverse = is_regular ? Mat3d{c0, c1, c2} * (1 / verdict.determinant) : Mat3d{};
   double bound = 0;
   std::array<double, 4> varies{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -166,7 +167,7 @@ PieceVerdict judge_piece(const BoxPiece& piece, const BernsteinSizes& sizes) {
     });
     bound += most;
   }
-  verdict.is_sound = verdict.determinant > least && bound < kBound * kBound;
+  verdict.is_sound = is_regular && bound < kBound * kBound;
   verdict.split = static_cast<std::size_t>(std::max_element(varies.begin(), varies.end()) - varies.begin());
   return verdict;
 }

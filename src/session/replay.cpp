@@ -473,7 +473,8 @@ int frame_count(const FrameOptions& frames) { return frames.count == 0 ? 0 : fra
 bool needs_faces(const Session& session) {
   return std::any_of(session.strokes.begin(), session.strokes.end(), [](const SessionStroke& stroke) {
     if (!is_applied(stroke)) return false;
-    return !is_flow(stroke.stroke) || reads_surface(stroke.stroke) || stroke.remesh || limit_cylinder_of(stroke.stroke);
+    return !is_flow(stroke.stroke) || reads_surface(stroke.stroke) || stroke.remesh ||
+           limit_cylinder_of(stroke.stroke) || std::holds_alternative<LatticeStroke>(stroke.stroke);
   });
 }
 

@@ -87,9 +87,27 @@ void validate(const LatticeStroke& stroke) {
 
 bool reads_surface(const LatticeStroke& stroke) { return !stroke.file.empty() || stroke.mode != LatticeMode::spline; }
 
+// Throws InvalidInput if the lattice folds its box, with a part of the displacements that does not.
+void require_no_fold(const LatticeMotion& lattice) {
+  const std::optional<detail::LatticeFold> fold = detail::find_fold(lattice);
+  if (!fold) return;
+  const std::string part = fmt::format("{:.2f}", std::floor(100 * detail::time_without_fold(lattice, *fold)) / 100);
+  const Vec3d& p = fold->place;
+  throw InvalidInput(
+      fold->determinant > 0
+          ? fmt::format("\"displacements\" come so near to a fold at [{:.4g}, {:.4g}, {:.4g}] (det J is about {:.2g}) "
+                        "that none can be excluded; {} of them do not",
+                        p.x, p.y, p.z, fold->determinant, part)
+          : fmt::format(
+                "\"displacements\" fold the box at [{:.4g}, {:.4g}, {:.4g}], where det J is {:.2g} at {:.2g} of "
+                "them; {} of them do not",
+                p.x, p.y, p.z, fold->determinant, fold->time, part));
+}
+
 Flow flow_of(const LatticeStroke& stroke) {
   Segment segment;
   segment.lattice = motion_of(stroke);
+  require_no_fold(segment.lattice);
   return {{std::move(segment)}};
 }
 
@@ -98,23 +116,7 @@ void resolve(const LatticeStroke& stroke, SurfaceRun& run) {
   flow_on(stroke, run);
 }
 
-void check(const LatticeStroke& stroke, const LiveSurface& surface) {
-  const LatticeMotion lattice = motion_of(stroke);
-  check_faces(lattice, surface);
-  const std::optional<detail::LatticeFold> fold = detail::find_fold(lattice);
-  if (!fold) return;
-  const std::string part = fmt::format("{:.2f}", std::floor(100 * detail::time_without_fold(lattice, *fold)) / 100);
-  const Vec3d& p = fold->place;
-  throw InvalidInput(
-      fold->determinant > 0
-          ? fmt::format("\"displacements\" come so near to a fold at [{:.4g}, {:.4g}, {:.4g}] (det J is about {:.2g}) "
-                        "that none can be excluded; {} of them can",
-                        p.x, p.y, p.z, fold->determinant, part)
-          : fmt::format(
-                "\"displacements\" fold the box at [{:.4g}, {:.4g}, {:.4g}], where det J is {:.2g} at {:.2g} of "
-                "them; {} of them do not",
-                p.x, p.y, p.z, fold->determinant, fold->time, part));
-}
+void check(const LatticeStroke& stroke, const LiveSurface& surface) { check_faces(motion_of(stroke), surface); }
 
 std::size_t segments(const LatticeStroke& stroke, const Mesh* /*mesh*/) {
   return stroke.mode == LatticeMode::spline ? 1 : kUsualSegments;

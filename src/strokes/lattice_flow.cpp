@@ -1,5 +1,5 @@
-// The flow of a lattice: grids of potentials, one for each step, that take the body in the box as near to the places
-// where the lattice's displacements would have it as a divergence-free flow can.
+// The flow of a lattice: grids of potentials, one for each step, that take the surface in the box as near to the places
+// where the lattice's displacements would have it as a divergence-free flow can. The inside gives way.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,9 +32,9 @@ constexpr double kStepLength = 1;        // of the grid's spacing, at most
 constexpr double kMaxSteps = 100;
 // The weights of the displacements at each sample, beside strain. Straight ways to the places would squeeze what turns:
 // first the body goes about there as rigidly as it likes, then nearer and nearer; mode rigid ends after the first.
-constexpr std::array<double, 6> kFollows{0.03, 0.1, 0.3, 1, 1, 1};
-constexpr double kFollowsWeakly = 0.001;
-constexpr double kMinGain = 0.9;         // what a correction must leave at most, of the distance before
+constexpr std::array<double, 5> kFollows{0.03, 0.1, 0.3, 1, 3};
+constexpr double kFollowsWeakly = 0.005;
+constexpr double kMinGain = 0.99;        // what a correction must leave at most, of the distance before
 constexpr double kPathTolerance = 1e-6;  // of the box's diagonal
 constexpr double kNear = 0.01;           // of the greatest displacement: what is nearer is not told
 
@@ -84,14 +84,14 @@ class LatticeFlow {
       rows_.weight = weight;
       const Distances before = distances_between(rows_.points, places_);
       const std::vector<Vec3d> points = rows_.points;
+      const std::vector<Vec3d> inside = inside_;
       const std::size_t segments = flow.segments.size();
       go(std::max(1.0, std::ceil(before.most / (kStepLength * spacing_))), flow);
       const double after = distances_between(rows_.points, places_).mean;
       if (after < kMinGain * before.mean) continue;
-      if (after < before.mean) break;
       flow.segments.resize(segments);
       rows_.points = points;
-      break;
+      inside_ = inside;
     }
     return flow;
   }
@@ -140,11 +140,11 @@ class LatticeFlow {
     const BodyPoints body =
         body_points(run_.surface.positions, run_.surface.triangles,
                     {.most_spacing = kSamplesApart * spacing_, .threads = run_.threads, .within = box});
-    for (const Vec3d& p : body.points) {
-      Vec3d place = p;
+    for (std::size_t i = 0; i < body.points.size(); ++i) {
+      Vec3d place = body.points[i];
       if (!map.move(place)) continue;
-      rows_.points.push_back(p);
-      places_.push_back(place);
+      (i < body.inside ? inside_ : rows_.points).push_back(body.points[i]);
+      if (i >= body.inside) places_.push_back(place);
     }
     reach_ = [this](const Box& support) {
       const LatticeMotion& lattice = segment_.lattice;
@@ -170,7 +170,8 @@ class LatticeFlow {
   void step(double n, Flow& flow) {
     rows_.wanted.clear();
     for (std::size_t i = 0; i < places_.size(); ++i) rows_.wanted.push_back((places_[i] - rows_.points[i]) / n);
-    BodySamples body{rows_.points};
+    BodySamples body{inside_};
+    body.points.insert(body.points.end(), rows_.points.begin(), rows_.points.end());
     body.reach = reach_;
     find_surroundings(body, before_, std::span(&rows_, 1), spacing_);
     const double part = static_cast<double>(flow.segments.size() % kOrigins) / kOrigins;
@@ -183,7 +184,7 @@ class LatticeFlow {
     options.tolerance = kPathTolerance * norm(segment_.lattice.lengths);
     options.precision = Precision::float64;
     options.threads = run_.threads;
-    advect({{flow.segments.back()}}, rows_.points, options);
+    for (std::vector<Vec3d>* points : {&rows_.points, &inside_}) advect({{flow.segments.back()}}, *points, options);
   }
 
   static constexpr std::size_t kOrigins = 3;  // of grids in turn, so that no pattern of their nodes is seen
@@ -194,7 +195,8 @@ class LatticeFlow {
   Segment segment_;
   double greatest_ = 0;
   double spacing_ = 0;
-  VelocityRows rows_;          // with the body's points, as they are after the steps so far
+  VelocityRows rows_;          // with points of the surface, as they are after the steps so far
+  std::vector<Vec3d> inside_;  // points inside the body, where only strain counts
   std::vector<Vec3d> places_;  // where the lattice would have them
   std::vector<Vec3d> before_;  // the points before the last step
   std::function<bool(const Box&)> reach_;

@@ -155,7 +155,7 @@ TEST_F(MakersTest, ReadsALatticeOfPygem) {
   file += "parameter x: 0 0 0 0\nparameter y: 0 0 0 0\nparameter z: 2 0 0 0.5\n  2 0 1 0.5\n  2 1 0 0.5\n  2 1 1 0.5\n";
   write("box.prm", file);
   for (const std::string mode : {"spline", "volume", "rigid"}) {
-    const Mesh mesh = made({"lattice", "--file", "box.prm", "--mode", mode}, "moved.stl");
+    const Mesh mesh = made({"lattice", "--file", "box.prm", "--mode", mode, "-q"}, "moved.stl");
     expect_volume(mesh, 1, 1e-4);
     double top = 0;
     for (const Vec3d& p : mesh.positions) top = std::max(top, p.z - 4);

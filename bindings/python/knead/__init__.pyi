@@ -343,6 +343,34 @@ class Curve(Stroke):
         mirror: Mirror | None = None,
     ) -> None: ...
 
+class Lattice(Stroke):
+    file: str | None
+    origin: Vector | None
+    axes: Points3 | None
+    lengths: Vector | None
+    counts: Sequence[int] | None
+    displacements: Points3 | None
+    mode: Literal['volume', 'rigid', 'spline'] | None
+    degree: int | None
+    def __init__(
+        self,
+        *,
+        file: str | None = None,
+        origin: Vector | None = None,
+        axes: Points3 | None = None,
+        lengths: Vector | None = None,
+        counts: Sequence[int] | None = None,
+        displacements: Points3 | None = None,
+        mode: Literal['volume', 'rigid', 'spline'] | None = None,
+        degree: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+        duration: float | None = None,
+        new_entry: bool | None = None,
+        mirror: Mirror | None = None,
+    ) -> None: ...
+
 class Pins(Stroke):
     points: Points3
     to: Points3
@@ -865,6 +893,27 @@ def remesh(
     threads: int = 0,
     progress: Progress | None = None,
 ) -> Remeshed: ...
+def lattice_points(stroke: Lattice) -> NDArray[np.float64]: ...
+def lattice_jvp(
+    stroke: Lattice,
+    points: Points_,
+    direction: ArrayLike,
+    *,
+    relative_tolerance: float = 1e-8,
+    threads: int = 0,
+    diagonal: float | None = None,
+    progress: Progress | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def lattice_vjp(
+    stroke: Lattice,
+    points: Points_,
+    gradient: ArrayLike,
+    *,
+    relative_tolerance: float = 1e-8,
+    threads: int = 0,
+    diagonal: float | None = None,
+    progress: Progress | None = None,
+) -> NDArray[np.float64]: ...
 def certify(
     before: Points_,
     after: Points_,
