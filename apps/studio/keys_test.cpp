@@ -113,8 +113,8 @@ TEST(Search, KnowsTheWordsOfOtherPrograms) {
                                                               {"layer", "paint"},
                                                               {"wrinkle", "crease"},
                                                               {"sharpen", "pinch"},
-                                                              {"alpha", "stamp"},
-                                                              {"text", "stamp"},
+                                                              {"alpha", "print"},
+                                                              {"text", "print"},
                                                               {"resize", "stretch"},
                                                               {"armature", "pose"}}};
   for (const auto& [word, tool] : words) {

@@ -37,10 +37,10 @@ TEST_F(PreferencesTest, WithoutAFileEverythingIsAsByDefault) {
 
 TEST_F(PreferencesTest, WhatTheFileSaysIsUsed) {
   const LoadedPreferences loaded = load(
-      R"({"keys": {"undo": ["Ctrl+Z", "U"], "help": "F1", "quit": null}, "navigation": "maya", "up": "z",
+      R"({"keys": {"undo": ["Ctrl+Z", "Y"], "help": "F1", "quit": null}, "navigation": "maya", "up": "z",
           "interface_scale": 1.5, "undo_memory_mb": 64})");
   EXPECT_TRUE(loaded.messages.empty());
-  EXPECT_EQ(action_of(loaded.preferences.keys, {"U", {}}), Action::undo);
+  EXPECT_EQ(action_of(loaded.preferences.keys, {"Y", {}}), Action::undo);
   EXPECT_EQ(action_of(loaded.preferences.keys, {"H", {}}), std::nullopt);
   EXPECT_TRUE(loaded.preferences.keys.of(Action::quit).empty());
   EXPECT_EQ(loaded.preferences.navigation, NavigationPreset::maya);
