@@ -153,7 +153,7 @@ struct Slow {
 };
 
 // Returns the sum of one segment of the stroke and those of its images. If they overlap, the sum is slowed down, so
-// that it moves nothing faster than one of them alone.
+// that nothing moves much faster than by one of them alone.
 Segment sum_of(const std::vector<Segment>& images, const Mirror& mirror) {
   Segment sum;
   for (const Segment& image : images) {
