@@ -86,8 +86,9 @@ std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFi
   } else if (shape.format == io_detail::gmsh_codec.name) {
     patches = solver::gmsh_patches(shape.bytes, path.string());
   } else if (shape.format == io_detail::foam_codec.name) {
-    patches =
-        solver::foam_patches(read_beside(path, "boundary"), read_beside(path, "faces"), path.parent_path().string());
+    const std::string faces = read_beside(path, "faces");
+    const std::string boundary = read_beside(path, "boundary");
+    patches = solver::foam_patches(boundary, faces, path.parent_path().string());
   }
   for (Patch& patch : patches) {
     std::sort(patch.points.begin(), patch.points.end());
