@@ -22,7 +22,7 @@ namespace {
 using namespace tool_detail;
 
 constexpr double kRightAngle = 1e-6;  // the greatest cosine between two axes
-constexpr double kOnFace = 1e-9;      // of an edge, as the map has it
+constexpr double kOnFace = 1e-9;      // of an edge: nearer points lie on the face
 constexpr std::size_t kUsualSegments = 8;
 
 std::vector<StrokeKey> keys(LatticeStroke& s) {

@@ -301,9 +301,8 @@ void move_gesture(const Pointer& pointer, const GestureContext& around, PlacedTo
 // Completes the gesture when the button is released.
 void end_gesture(const Pointer& pointer, const GestureContext& around, PlacedTools& placed, Gesture& gesture);
 
-// Returns the gesture so far as lines of a session; none if it does nothing. If the symmetry consists of mirrors at
-// right angles, the images act at the same time, in the same lines. Otherwise each image is a line of its own, after
-// the gesture's.
+// Returns the session's lines for the gesture up to now; no lines if it does nothing. Mirrors at right angles to each
+// other act at the same time, in the same lines. Every other image has a line of its own, after the gesture's.
 std::vector<SessionStroke> lines_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
 
 // Returns the strokes of the gesture so far, each followed by its images (images_of); empty if it does nothing. For

@@ -45,7 +45,8 @@ constexpr const char* kPrint = R"({"tool": "print"}
 )";
 
 TEST_F(PrintsTest, ATextIsRaisedWhereTheDragEndsAndPressedInWithCtrl) {
-  if (font_names().empty()) GTEST_SKIP() << "no fonts here";
+  if (font_names().empty())
+    GTEST_SKIP() << "this system has no font in the usual folders; install one, such as fonts-dejavu-core";
   Studio studio(options());
   run(studio, ball(40962) + R"({"set": {"remesh": false}}
 )" + kPrint + R"({"drag": [[-0.3, 0.2, 0.93], [0, 0, 1]]})");
