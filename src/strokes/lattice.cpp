@@ -21,7 +21,7 @@ namespace {
 
 using namespace tool_detail;
 
-constexpr double kRightAngle = 1e-6;  // the greatest cosine between two axes
+constexpr double kMostCosine = 1e-6;  // of the angle between two axes
 constexpr double kOnFace = 1e-9;      // of an edge: nearer points lie on the face
 constexpr std::size_t kUsualSegments = 8;
 
@@ -47,7 +47,7 @@ void validate_box(const LatticeStroke& stroke) {
   const std::array<Vec3d, 3> axes{stroke.axes.row0, stroke.axes.row1, stroke.axes.row2};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     require_direction("axes", axes[axis]);
-    if (std::abs(dot(unit(axes[axis]), unit(axes[(axis + 1) % 3]))) > kRightAngle) {
+    if (std::abs(dot(unit(axes[axis]), unit(axes[(axis + 1) % 3]))) > kMostCosine) {
       throw InvalidInput("\"axes\" must be three directions at right angles to each other");
     }
   }
