@@ -569,7 +569,8 @@ class Assembly {
 }  // namespace
 
 std::span<const EqualFace> Patch::equal_to(std::uint32_t f) const {
-  const auto range = std::equal_range(equal_faces.begin(), equal_faces.end(), EqualFace{f, 0, false},
+  const std::span all(equal_faces);
+  const auto range = std::equal_range(all.data(), all.data() + all.size(), EqualFace{f, 0, false},
                                       [](const EqualFace& a, const EqualFace& b) { return a.kept < b.kept; });
   return {range.first, range.second};
 }
