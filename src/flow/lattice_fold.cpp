@@ -1,13 +1,11 @@
 // Proves that a lattice does not fold space, by Bernstein coefficients and subdivision.
-#include "flow/lattice_fold.h"
+#include "flow/lattice_map.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
-
-#include "flow/lattice_map.h"
 
 namespace knead::detail {
 namespace {

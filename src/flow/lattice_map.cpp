@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "math/matrix.h"
+
 namespace knead::detail {
 namespace {
 
@@ -13,14 +15,6 @@ constexpr double kFound = 1e-12;  // of the box's diagonal
 constexpr int kSearchSteps = 60;
 constexpr int kMaxStationsOfEdge = 12;
 constexpr std::size_t kStationsTried = 6;
-
-Mat3d inverse_of(const Mat3d& m) {
-  const Vec3d c0 = cross(m.row1, m.row2);
-  const Vec3d c1 = cross(m.row2, m.row0);
-  const Vec3d c2 = cross(m.row0, m.row1);
-  const double by = 1 / dot(m.row0, c0);
-  return Mat3d{{c0.x, c1.x, c2.x}, {c0.y, c1.y, c2.y}, {c0.z, c1.z, c2.z}} * by;
-}
 
 Vec3d transposed_times(const Mat3d& m, const Vec3d& v) { return m.row0 * v.x + m.row1 * v.y + m.row2 * v.z; }
 
@@ -222,7 +216,7 @@ std::optional<Vec3d> LatticeMap::search(const Vec3d& target, Vec3d at) const {
     const Mat3d along{gradient.row0 * begin_ + lattice_.axes.row0, gradient.row1 * begin_ + lattice_.axes.row1,
                       gradient.row2 * begin_ + lattice_.axes.row2};
     // Rows of `along`: the Jacobian's columns. Their coordinates in the box are axes * row.
-    const Vec3d step = transposed_times(inverse_of(along), from_box(off));
+    const Vec3d step = transposed_times(inverse(along), from_box(off));
     const double least_part = norm(off) <= kFound * norm(lattice_.lengths) ? 1 : 1e-3;
     bool is_nearer = false;
     for (double part = 1; part >= least_part && !is_nearer; part *= 0.5) {
@@ -274,7 +268,7 @@ bool LatticeMap::move(Vec3d& x, Mat3d& jacobian) const {
   Mat3d gradient;
   x += displacement(*at, &gradient) * (end_ - begin_);
   jacobian = jacobian_at(gradient, end_);
-  if (begin_ != 0) jacobian = jacobian * inverse_of(jacobian_at(gradient, begin_));
+  if (begin_ != 0) jacobian = jacobian * inverse(jacobian_at(gradient, begin_));
   return true;
 }
 

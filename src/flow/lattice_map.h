@@ -1,4 +1,5 @@
-// The map of a box of control points, in closed form (docs/mathematics.md, "Lattices"). Internal to the library.
+// The map of a box of control points, in closed form, and a proof that it does not fold space (docs/mathematics.md,
+// "Lattices"). Internal to the library.
 #pragma once
 
 #include <array>
@@ -108,5 +109,21 @@ class LatticeMap {
   std::array<LatticeAxis, 3> axes_;
   std::vector<std::pair<Vec3d, Vec3d>> stations_;  // at the beginning and at t = 0, where a search may start
 };
+
+// A place where a lattice folds space, or where the proof ended.
+struct LatticeFold {
+  Vec3d place;  // at t = 0
+  double time = 1;
+  double determinant = 0;  // of the Jacobian of x + time D(x) there
+};
+
+// Returns nothing if det J > 0 is proven in the whole box, at every time from 0 to `until`. The proof divides the box
+// and the time into pieces, in each of which J differs from one matrix K with det K > 0 so little that |K^-1 J - I| < 1
+// for all coefficients of J in Bernstein's basis, and so everywhere. A fold has a determinant of at most 0; a place
+// with a greater one is so near to a fold that the proof would take too long.
+std::optional<LatticeFold> find_fold(const LatticeMotion& lattice, double until = 1);
+
+// Returns a time up to which there is no fold, as near to the first fold as a few trials tell.
+double time_without_fold(const LatticeMotion& lattice, const LatticeFold& fold);
 
 }  // namespace knead::detail

@@ -10,7 +10,6 @@
 #include <optional>
 #include <vector>
 
-#include "flow/lattice_fold.h"
 #include "flow/tangents.h"
 #include "knead/error.h"
 #include "knead/flow.h"

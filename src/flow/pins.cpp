@@ -14,6 +14,7 @@
 #include "knead/error.h"
 #include "knead/field.h"
 #include "math/elementary.h"
+#include "math/matrix.h"
 #include "math/sparse_cholesky.h"
 
 #define EIGEN_DONT_VECTORIZE
@@ -68,8 +69,6 @@ const std::array<Mat3d, kStrains> kStrainBasis{{
 double product_of(const Mat3d& a, const Mat3d& b) {
   return dot(a.row0, b.row0) + dot(a.row1, b.row1) + dot(a.row2, b.row2);
 }
-
-Mat3d transposed(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
 
 double dot_of(const Nodes& a, const Nodes& b) {
   double sum = 0;

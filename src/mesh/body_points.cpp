@@ -12,6 +12,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 #include "math/elementary.h"
+#include "math/matrix.h"
 
 namespace knead {
 
@@ -99,8 +100,6 @@ class InsideLattice {
     }
     return box;
   }
-
-  static Mat3d transposed(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
 
   // A line through a closed surface enters as often as it leaves, so the sum of the crossings before a point is its
   // winding number.

@@ -12,6 +12,7 @@
 #include "knead/mesh.h"
 #include "knead/replay.h"
 #include "knead/splats.h"
+#include "math/matrix.h"
 
 namespace knead::render::splats_test {
 namespace {
@@ -127,14 +128,6 @@ Mat3d with_columns(const std::array<Vec3d, 3>& c) {
   return {{c[0].x, c[1].x, c[2].x}, {c[0].y, c[1].y, c[2].y}, {c[0].z, c[1].z, c[2].z}};
 }
 
-Mat3d inverse_of(const Mat3d& m) {
-  const Vec3d a = m.column(0);
-  const Vec3d b = m.column(1);
-  const Vec3d c = m.column(2);
-  const double d = dot(a, cross(b, c));
-  return {cross(b, c) / d, cross(c, a) / d, cross(a, b) / d};
-}
-
 // Thin discs on the surface, with a texture of stripes and a colour that depends on the direction.
 Mesh cover(const Mesh& mesh, std::span<const Triangle> triangles, std::span<const Sample> samples) {
   const Box box = shape_box(mesh);
@@ -182,7 +175,7 @@ Mesh cover_deformed(const Mesh& splats, const Mesh& before, const Mesh& after, s
     const Triangle& t = triangles[samples[i].triangle];
     result.positions[i] = place_of(after, t, samples[i]);
     jacobians.splats.push_back(i);
-    jacobians.jacobians.push_back(with_columns(frame_of(after, t)) * inverse_of(with_columns(frame_of(before, t))));
+    jacobians.jacobians.push_back(with_columns(frame_of(after, t)) * inverse(with_columns(frame_of(before, t))));
   }
   apply(result, deformed_splats(splats, jacobians));
   return result;

@@ -174,6 +174,71 @@ TEST(Lattice, AFlowComesNearWhereVolumesAllow) {
   EXPECT_NEAR(measure_volume_and_area(sphere(), wide).volume / (4.18879 * 1.3636), 1, 0.01) << "by 0.8 in 2.2";
 }
 
+// The displacements move the end of a cylinder sidewards and press it, which changes the volume.
+TEST(Lattice, AFlatEndStaysFlat) {
+  const Mesh cylinder = make_shape(ShapeKind::cylinder, 5000);
+  const Box box = shape_box(cylinder);
+  const Vec3d size = box.max - box.min;
+  const std::size_t along = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+  const double radius = 0.5 * size[(along + 1) % 3];
+  LatticeStroke stroke;
+  stroke.origin = box.min - size * 0.1;
+  stroke.lengths = size * 1.2;
+  stroke.counts = {3, 3, 3};
+  stroke.counts[along] = 6;
+  const auto [nx, ny, nz] = stroke.counts;
+  for (int n = 0; n < nx * ny * nz; ++n) {
+    const std::array<int, 3> at{n / (ny * nz), n / nz % ny, n % nz};
+    const double up = at[along] / 5.0;
+    Vec3d d{0, 0, 0};
+    d[(along + 1) % 3] = 1.8 * radius * up * up;
+    d[along] = -0.5 * radius * up * up;
+    stroke.displacements.push_back(d);
+  }
+  const std::vector<Vec3d> moved = after(cylinder, stroke);
+  Vec3d middle{0, 0, 0};
+  Vec3d normal{0, 0, 0};
+  std::vector<Vec3d> end;
+  for (const Triangle& t : triangulate(cylinder)) {
+    if (std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
+          return cylinder.positions[v][along] < box.max[along] - 1e-9 * size[along];
+        })) {
+      continue;
+    }
+    normal += cross(moved[t[1]] - moved[t[0]], moved[t[2]] - moved[t[0]]);
+    for (const std::uint32_t v : t) {
+      end.push_back(moved[v]);
+      middle += moved[v];
+    }
+  }
+  ASSERT_GT(end.size(), 100U);
+  middle *= 1 / static_cast<double>(end.size());
+  for (const Vec3d& p : end) EXPECT_LT(std::abs(dot(p - middle, normalized(normal))), 0.02 * radius);
+}
+
+// Displacements so strong that steps would make triangles cross.
+TEST(Lattice, TheMotionEndsBeforeItSpoilsTheShape) {
+  const Mesh box = make_shape(ShapeKind::box, 4000);
+  Random random(17);
+  int short_ones = 0;
+  for (int n = 0; n < 4; ++n) {
+    LatticeStroke stroke;
+    const Box around = shape_box(box);
+    stroke.origin = around.min - (around.max - around.min) * 0.02;
+    stroke.lengths = (around.max - around.min) * 1.04;
+    stroke.counts = {2, 2, 2};
+    for (int k = 0; k < 8; ++k) stroke.displacements.push_back(random.in_box(0.7 * stroke.lengths.x));
+    const ReplayResult result = replayed(box, {{stroke}});
+    const std::vector<Vec3d> moved(result.shape.positions().begin(), result.shape.positions().end());
+    EXPECT_EQ(crossings(box, moved), 0U) << n;
+    if (result.shortfalls.empty()) continue;
+    ++short_ones;
+    EXPECT_NE(result.shortfalls[0].find("\"displacements\": the shape came "), std::string::npos);
+    EXPECT_GT(greatest_distance(moved, box.positions), 0.1) << "what was sound has moved";
+  }
+  EXPECT_GT(short_ones, 0);
+}
+
 // An ellipsoid along x that an arc of 60 degrees bends: the rigid one follows with less strain than the other modes.
 TEST(Lattice, ARigidLatticeStrainsLess) {
   Mesh ellipsoid = sphere();

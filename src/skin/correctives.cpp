@@ -171,7 +171,7 @@ SkinPose widest_pose(const Skin& skin, std::span<const SkinPose> poses) {
     const std::vector<BoneTransform> motions = motions_of(skin, pose);
     for (std::size_t b = 0; b < own.size(); ++b) {
       const BoneTransform motion = joint_motion(parents, motions, b);
-      const double angle = angle_of(nearest_rotation(motion.linear));
+      const double angle = angle_of(turn_of(motion.linear));
       if (!(angle > widest[b])) continue;
       widest[b] = angle;
       own[b] = motion;
@@ -193,7 +193,7 @@ std::vector<double> corrective_weights(std::span<const Corrective> correctives, 
     for (std::size_t j = 0; j < corrective.bones.size(); ++j) {
       const std::size_t bone = corrective.bones[j];
       if (bone >= skin.rest.size()) throw InvalidInput("a corrective names a bone that the skin does not have");
-      Quaternion turn = nearest_rotation(joint_motion(parents, motions, bone).linear);
+      Quaternion turn = turn_of(joint_motion(parents, motions, bone).linear);
       if (turn.w < 0) turn = {-turn.w, -turn.v};
       const double angle = 2 * elementary::atan2(dot(turn.v, corrective.axes[j]), turn.w) * 180 / std::numbers::pi;
       const double part = std::clamp(angle / corrective.angles_deg[j], 0.0, 1.0);

@@ -37,26 +37,8 @@ Quaternion quaternion_of(const Mat3d& r) {
 
 }  // namespace
 
-Mat3d inverse(const Mat3d& m) {
-  const double d = determinant(m);
-  const Vec3d a = cross(m.row1, m.row2) / d;
-  const Vec3d b = cross(m.row2, m.row0) / d;
-  const Vec3d c = cross(m.row0, m.row1) / d;
-  return {{a.x, b.x, c.x}, {a.y, b.y, c.y}, {a.z, b.z, c.z}};
-}
-
-Quaternion nearest_rotation(const Mat3d& m) {
-  constexpr int kRounds = 60;
-  constexpr double kDone = 1e-15;
-  Mat3d r = m * (1 / elementary::cbrt(determinant(m)));
-  for (int i = 0; i < kRounds; ++i) {
-    const Mat3d back = inverse(r);
-    const Mat3d next = (r + Mat3d(back.column(0), back.column(1), back.column(2))) * 0.5;
-    const double change = row_sum_norm(next + r * -1.0);
-    r = next;
-    if (change < kDone) break;
-  }
-  Quaternion q = quaternion_of(r);
+Quaternion turn_of(const Mat3d& m) {
+  const Quaternion q = quaternion_of(nearest_rotation(m));
   const double size = std::sqrt(q.w * q.w + dot(q.v, q.v));
   return {q.w / size, q.v / size};
 }
@@ -74,7 +56,7 @@ std::vector<BoneTransform> motions_of(const Skin& skin, const SkinPose& pose) {
 }
 
 Rigid rigid_part(const BoneTransform& motion, const Vec3d& at) {
-  const Quaternion turn = nearest_rotation(motion.linear);
+  const Quaternion turn = turn_of(motion.linear);
   return {turn, apply(motion, at) - turn * at};
 }
 

@@ -5,6 +5,7 @@
 
 #include "knead/skin.h"
 #include "knead/vec.h"
+#include "math/matrix.h"
 
 namespace knead::skin_detail {
 
@@ -54,14 +55,13 @@ inline Vec3d apply(const BoneTransform& a, const Vec3d& p) { return a.linear * p
 inline BoneTransform after(const BoneTransform& a, const BoneTransform& b) {
   return {a.linear * b.linear, a.linear * b.offset + a.offset};
 }
-Mat3d inverse(const Mat3d& m);
 inline BoneTransform inverse(const BoneTransform& a) {
   const Mat3d back = inverse(a.linear);
   return {back, -(back * a.offset)};
 }
 
 // Returns the rotation nearest to a matrix with a positive determinant.
-Quaternion nearest_rotation(const Mat3d& m);
+Quaternion turn_of(const Mat3d& m);
 
 // Returns the motion of each bone from rest to the pose, as a transform of the shape's coordinates.
 std::vector<BoneTransform> motions_of(const Skin& skin, const SkinPose& pose);

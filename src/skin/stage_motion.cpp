@@ -88,10 +88,7 @@ class StageMotion {
   void want_strain_undone() {
     problem_.body.strain.clear();
     for (std::size_t i = 0; i < deformations_.size(); ++i) {
-      const Mat3d& deformation = deformations_[i];
-      const Quaternion turn = nearest_rotation(deformation);
-      const Mat3d stretch{turn * deformation.row0, turn * deformation.row1, turn * deformation.row2};
-      const Mat3d strain = (stretch + inverse(stretch) * -1.0) * 0.5;  // the logarithm, to third order
+      const Mat3d strain = log_strain(deformations_[i]);
       const double square =
           dot(strain.row0, strain.row0) + dot(strain.row1, strain.row1) + dot(strain.row2, strain.row2);
       problem_.body.stiffness[i] = stiffness_[i] * (1 + kStiffening * square);

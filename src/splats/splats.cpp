@@ -14,6 +14,7 @@
 #include "knead/error.h"
 #include "knead/vec.h"
 #include "math/elementary.h"
+#include "math/matrix.h"
 #include "splats/axes.h"
 
 namespace knead {
@@ -33,22 +34,6 @@ using Columns = std::array<Vec3d, 3>;
 using Channels = std::array<std::array<double, 15>, kChannels>;
 
 Columns columns_of(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
-
-// Returns the rotation of the polar factors of a matrix with a determinant above 0, by Newton's iteration (Higham
-// 1986).
-Mat3d rotation_of(const Mat3d& j) {
-  constexpr int kMaxIterations = 40;
-  constexpr double kClose = 1e-30;  // the square of a change, after which the next one is beyond rounding
-  Mat3d r = j;
-  for (int i = 0; i < kMaxIterations; ++i) {
-    const Mat3d cofactors{cross(r.row1, r.row2), cross(r.row2, r.row0), cross(r.row0, r.row1)};
-    const Mat3d next = (r + cofactors * (1 / dot(r.row0, cofactors.row0))) * 0.5;
-    const double change = norm2(next.row0 - r.row0) + norm2(next.row1 - r.row1) + norm2(next.row2 - r.row2);
-    r = next;
-    if (!(change > kClose)) break;
-  }
-  return r;
-}
 
 using Quaternion = std::array<double, 4>;  // w, x, y, z
 
@@ -360,7 +345,7 @@ ChangedSplats deformed_splats(const Mesh& splats, const SplatJacobians& jacobian
   parallel_for(all.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(progress);
     for (std::size_t i = begin; i < end; ++i) {
-      const Mat3d rotation = rotation_of(all[i]);
+      const Mat3d rotation = nearest_rotation(all[i]);
       deform(columns, i, all[i], rotation);
       if (!turners.empty()) columns.turn_harmonics(i, rotation, turners);
     }

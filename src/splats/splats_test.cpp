@@ -14,6 +14,7 @@
 #include "knead/replay.h"
 #include "knead/stroke.h"
 #include "knead/vec.h"
+#include "math/matrix.h"
 #include "support/scratch.h"
 
 namespace knead::splats_test {
@@ -75,8 +76,6 @@ Mesh with_splats(const Mesh& mesh, const DeformedShape& shape) {
 }
 
 double value(const Mesh& mesh, const std::string& name, std::size_t i) { return mesh.find_attribute(name)->values[i]; }
-
-Mat3d transposed(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
 
 Mat3d rotation_of(const Mesh& mesh, std::size_t i) {
   double w = value(mesh, "rot_0", i);

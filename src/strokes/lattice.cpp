@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "flow/lattice_fold.h"
 #include "flow/lattice_map.h"
 #include "knead/error.h"
 #include "knead/vec.h"

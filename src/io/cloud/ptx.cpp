@@ -8,15 +8,10 @@
 #include "io/mesh_builder.h"
 #include "io/text.h"
 #include "knead/error.h"
+#include "math/matrix.h"
 
 namespace knead::io_detail::ptx {
 namespace {
-
-Mat3d inverse_of(const Mat3d& m) {
-  const double volume = determinant(m);
-  return {cross(m.column(1), m.column(2)) / volume, cross(m.column(2), m.column(0)) / volume,
-          cross(m.column(0), m.column(1)) / volume};
-}
 
 class Reader {
  public:
@@ -46,7 +41,7 @@ class Reader {
     for (Vec3d& v : row) v = read_numbers(4);
     scan.offset = read_numbers(4);
     scan.linear = {{row[0].x, row[1].x, row[2].x}, {row[0].y, row[1].y, row[2].y}, {row[0].z, row[1].z, row[2].z}};
-    scan.inverse = inverse_of(scan.linear);
+    scan.inverse = inverse(scan.linear);
     if (!is_finite(scan.inverse.row0 + scan.inverse.row1 + scan.inverse.row2) || !is_finite(scan.offset)) {
       text_.fail("the matrix of a scan has no inverse; repair the file");
     }
