@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "knead/error.h"
+#include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
 #include "knead/session.h"
@@ -71,6 +72,29 @@ class SessionDerivatives {
   struct Parts;
   std::unique_ptr<const Parts> parts_;
 };
+
+// The coefficients of a flow, for each segment: the displacements of its lattice, or the coefficients of its grid and
+// then those at its end; none for another segment. What a grid's growth adds is not among them.
+using FlowCoefficients = std::vector<std::vector<Vec3d>>;
+
+// Returns the coefficients of a flow.
+FlowCoefficients coefficients_of(const Flow& flow);
+
+// Forwards: returns the deformed position of each point, and its derivative when the coefficients change in a
+// direction. The direction has as many as coefficients_of() returns. Throws as SessionDerivatives::jvp().
+PointTangents coefficient_jvp(const Flow& flow, std::span<const Vec3d> points, const FlowCoefficients& direction,
+                              const DerivativeOptions& options);
+
+// The gradient of a function of the deformed points with respect to the undeformed points and the coefficients.
+struct CoefficientGradient {
+  std::vector<Vec3d> points;
+  FlowCoefficients coefficients;
+};
+
+// Backwards, as SessionDerivatives::vjp(), for any number of coefficients: those of grids may also be 0. The cost is
+// that of the points; a grid's path lines are followed one by one, at about 10 us a point and step.
+CoefficientGradient coefficient_vjp(const Flow& flow, std::span<const Vec3d> points, std::span<const Vec3d> gradient,
+                                    const DerivativeOptions& options);
 
 // Values measured on a surface, with their derivatives with respect to its points: constraints for an optimiser. Where
 // a value has no derivative, as a thickness measured onto an edge, the derivative on one side is given.

@@ -49,11 +49,86 @@ class NextTaped {
   std::vector<Taped> numbers_;
 };
 
+// The gradient with respect to the coefficients of a grid.
+class GridCoefficients {
+ public:
+  explicit GridCoefficients(const PartOfSegment& part) : part_(part), grid_(part.segment.grid) {}
+
+  // Returns the gradient of `weight` . v with respect to the place; nothing under a mask.
+  std::optional<Vec3d> by_place(const Vec3d& x, double t, const Vec3d& weight) const {
+    if (part_.mask.acts) return std::nullopt;
+    const GridView<double>& view = part_.nodes->view;
+    const GridPlace<double> place = place_in(view, x - part_.nodes->cells.center());
+    const std::ptrdiff_t node = node_at(view, place);
+    if (view.used[node] == 0) return Vec3d{0, 0, 0};
+    const GridSlope<double> slope = slope_in_cell(view, node, place.within, t);
+    return slope.rows[0] * weight.x + slope.rows[1] * weight.y + slope.rows[2] * weight.z;
+  }
+
+  // Adds that of `weight` . v by the coefficients: v is the sum over the nodes k of grad(m B_k) x a_k, with the mask m.
+  void add(const Vec3d& x, double t, const Vec3d& weight, std::span<double> sums) const {
+    const Vec3d u = (x - grid_.origin) / grid_.spacing;
+    const Vec3d cell{std::floor(u.x), std::floor(u.y), std::floor(u.z)};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (!(cell[axis] >= -2 && cell[axis] <= grid_.counts[axis])) return;
+    }
+    const GridWeights<double> weights = weights_at(u - cell);
+    const auto& [wx, wy, wz] = weights.along;
+    const MaskValue<double> mask = mask_at(x);
+    for (int k = 0; k < 4; ++k) {
+      for (int j = 0; j < 4; ++j) {
+        for (int i = 0; i < 4; ++i) {
+          const std::optional<std::size_t> node = number_of(cell, {i, j, k});
+          if (!node) continue;
+          const Vec3d slope = Vec3d{wx.slope[i] * wy.value[j] * wz.value[k], wx.value[i] * wy.slope[j] * wz.value[k],
+                                    wx.value[i] * wy.value[j] * wz.slope[k]} *
+                              (mask.value / grid_.spacing);
+          const double value = wx.value[i] * wy.value[j] * wz.value[k];
+          add_to(*node, cross(weight, slope + mask.gradient * value) * (1.0 / 216), t, sums);
+        }
+      }
+    }
+  }
+
+ private:
+  MaskValue<double> mask_at(const Vec3d& x) const {
+    if (!part_.mask.acts) return {1, {0, 0, 0}};
+    const Vec3d center = part_.nodes->cells.center();
+    return evaluate_mask(view_of<double>(part_.segment.mask, center), x - center);
+  }
+
+  std::optional<std::size_t> number_of(const Vec3d& cell, const std::array<int, 3>& offset) const {
+    std::size_t number = 0;
+    for (std::size_t axis = 3; axis-- > 0;) {
+      const int at = static_cast<int>(cell[axis]) - 1 + offset[axis];
+      if (at < 0 || at >= grid_.counts[axis]) return std::nullopt;
+      number = number * static_cast<std::size_t>(grid_.counts[axis]) + static_cast<std::size_t>(at);
+    }
+    return number;
+  }
+
+  void add_to(std::size_t node, const Vec3d& gradient, double t, std::span<double> sums) const {
+    const bool varies = !grid_.end_coefficients.empty();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sums[3 * node + axis] += (varies ? 1 - t : 1) * gradient[axis];
+      if (varies) sums[3 * (grid_.coefficients.size() + node) + axis] += t * gradient[axis];
+    }
+  }
+
+  const PartOfSegment& part_;
+  const PotentialGrid& grid_;
+};
+
+// The first numbers of a segment: begin and end.
+constexpr std::size_t kEnds = 2;
+
 // The numbers of a segment on a tape, and the steps of a point back through its velocity.
 class StepsBack {
  public:
-  StepsBack(const TangentLine& line, const WantedNumbers& wanted, const Segment& segment, Tape& tape)
-      : tape_(tape), next_(wanted, tape) {
+  // `grid`: null unless its coefficients are wanted, whose gradient is added to `sums`.
+  StepsBack(const TangentLine& line, const WantedNumbers& wanted, const Segment& segment, Tape& tape,
+            const GridCoefficients* grid, std::span<double> sums)
+      : tape_(tape), next_(wanted, tape), grid_(grid), sums_(sums) {
     tape_.clear();
     next_(segment.begin);
     next_(segment.end);
@@ -80,6 +155,10 @@ class StepsBack {
 
  private:
   Vec3d go_through(const Vec3d& place, double t, unsigned parts, const Vec3d& by_velocity) {
+    if (grid_ != nullptr) {
+      grid_->add(place, t, by_velocity, sums_);
+      if (const std::optional<Vec3d> by_place = grid_->by_place(place, t, by_velocity)) return *by_place;
+    }
     tape_.truncate(variables_);
     Vec3<Taped> x;
     for (std::size_t axis = 0; axis < 3; ++axis) x[axis] = tape_.variable(place[axis]);
@@ -96,18 +175,25 @@ class StepsBack {
   NextTaped next_;
   std::vector<VaryingFields<Taped>> fields_;  // of the parts
   std::size_t variables_ = 0;
+  const GridCoefficients* grid_;
+  std::span<double> sums_;
 };
 
 // One segment forwards and backwards.
 class SegmentAdjoint {
  public:
-  SegmentAdjoint(const Segment& segment, const WantedNumbers& wanted, const TangentOptions& options)
+  // `by_coefficients`: the wanted numbers are those of the coefficients.
+  SegmentAdjoint(const Segment& segment, const WantedNumbers& wanted, bool by_coefficients,
+                 const TangentOptions& options)
       : segment_(segment), wanted_(wanted) {
     if (is_map(segment)) {
       map_.emplace(segment);
-    } else {
-      line_ = std::make_unique<const TangentLine>(segment, SegmentRates{}, options);
+      return;
     }
+    line_ = std::make_unique<const TangentLine>(segment, SegmentRates{}, options);
+    if (!by_coefficients || segment.grid.is_empty()) return;
+    grid_.emplace(*line_->parts().front());
+    none_.resize(SegmentNumbers(segment).of(segment)->size());
   }
 
   // Moves a point; returns whether the segment changes the gradient.
@@ -127,25 +213,31 @@ class SegmentAdjoint {
     passage.end = state[0];
     passage.columns = {state[1], state[2], state[3]};
     x = state[0];
-    return state != start || !passage.steps.empty() || wants_end(0) || wants_end(1) || wants_lattice();
+    return state != start || !passage.steps.empty() || wants_end(0) || wants_end(1) || wants_lattice() || grid_;
   }
 
   // Carries the gradient back, and adds its part with respect to the wanted numbers.
   void go_back(const Passage& passage, Vec3d& gradient, std::vector<double>& numbers, Tape& tape) const {
+    if (grid_ && passage.steps.empty()) {  // nothing flows there, and v is linear in the coefficients and in time
+      const double middle = 0.5 * (segment_.begin + segment_.end);
+      grid_->add(passage.begin, middle, gradient * (segment_.end - segment_.begin), coefficients_of(numbers));
+      return;
+    }
     if (wants_end(1)) numbers[1] += dot(gradient, velocity(passage, passage.end, segment_.end));
     if (passage.steps.empty()) {
       const auto& [x, y, z] = passage.columns;
       if (wants_lattice()) {
         const Mat3d jacobian{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}};
-        map_->lattice()->add_gradient(passage.begin, jacobian, gradient, std::span(numbers).subspan(kEnds));
+        map_->lattice()->add_gradient(passage.begin, jacobian, gradient, coefficients_of(numbers));
       }
       gradient = {dot(x, gradient), dot(y, gradient), dot(z, gradient)};
     } else {
-      StepsBack back(*line_, wanted_, segment_, tape);
+      StepsBack back(*line_, grid_ ? none_ : wanted_, segment_, tape, grid_ ? &*grid_ : nullptr,
+                     coefficients_of(numbers));
       for (auto step = passage.steps.rbegin(); step != passage.steps.rend(); ++step) {
         back.go(*step, passage.parts, gradient);
       }
-      back.add_to(numbers);
+      if (!grid_) back.add_to(numbers);
     }
     if (wants_end(0)) numbers[0] -= dot(gradient, velocity(passage, passage.begin, segment_.begin));
   }
@@ -154,6 +246,10 @@ class SegmentAdjoint {
   bool wants_end(std::size_t end) const { return !wanted_.empty() && wanted_[end]; }
   bool wants_lattice() const { return map_ && map_->lattice() != nullptr && wanted_.size() > kEnds; }
 
+  static std::span<double> coefficients_of(std::vector<double>& numbers) {
+    return std::span(numbers).subspan(std::min(kEnds, numbers.size()));
+  }
+
   Vec3d velocity(const Passage& passage, const Vec3d& x, double t) const {
     if (map_) return map_velocities(segment_, std::span(&x, 1), t).front();
     return line_->velocity(x, t, passage.parts);
@@ -161,15 +257,16 @@ class SegmentAdjoint {
 
   const Segment& segment_;
   const WantedNumbers& wanted_;
-  static constexpr std::size_t kEnds = 2;  // the first numbers of a segment: begin and end
-
   std::unique_ptr<const TangentLine> line_;  // null for a map in closed form
   std::optional<SegmentMap> map_;
+  std::optional<GridCoefficients> grid_;
+  WantedNumbers none_;  // of the numbers of a grid's segment that are not its coefficients
 };
 
 // Points are summed in tasks, and these in turn. A task carries its points in chunks of neighbours, whose blocks are
 // culled.
 constexpr std::size_t kMaxTasks = 256;
+constexpr std::size_t kMaxSums = std::size_t{1} << 26;  // of all tasks
 constexpr std::size_t kPointsOfChunk = 1024;
 constexpr std::size_t kMinPointsOfChunk = 64;
 constexpr std::size_t kPointsOfCull = 64;
@@ -181,6 +278,14 @@ constexpr std::size_t kMaxVariablesForwards = 4 * kTangents;
 using VariableRates = std::vector<std::span<const double>>;
 // Of each segment: of its variables, or of its numbers where the gradient goes back through steps.
 using Sums = std::vector<std::vector<double>>;
+
+// Returns that the coefficients of a segment are wanted, as its numbers after its ends; nothing if it has none.
+WantedNumbers wanted_coefficients(const Segment& segment) {
+  const std::size_t count = count_coefficients(segment);
+  WantedNumbers wanted(count == 0 ? 0 : kEnds + 3 * count, true);
+  std::fill_n(wanted.begin(), std::min(kEnds, wanted.size()), false);
+  return wanted;
+}
 
 // Returns which numbers some variable changes.
 WantedNumbers wanted_numbers(const VariableRates& rates) {
@@ -212,12 +317,16 @@ struct ChunkPassage {
 // One segment for chunks of points.
 class SegmentGradient {
  public:
-  SegmentGradient(const Segment& segment, const VariableRates& rates, const TangentOptions& tangent_options,
-                  const AdvectOptions& options)
-      : culling_(segment), variables_(rates.size()), wanted_(wanted_numbers(rates)) {
+  // `by_coefficients`: the gradient with respect to these is wanted, and there are no rates.
+  SegmentGradient(const Segment& segment, const VariableRates& rates, bool by_coefficients,
+                  const TangentOptions& tangent_options, const AdvectOptions& options)
+      : culling_(segment),
+        is_everywhere_(by_coefficients && !segment.grid.is_empty()),
+        variables_(rates.size()),
+        wanted_(by_coefficients ? wanted_coefficients(segment) : wanted_numbers(rates)) {
     const bool by_limit_cylinders = !segment.parts.empty() && has_limit_cylinders(segment);
-    if (is_map(segment) || by_limit_cylinders || variables_ > kMaxVariablesForwards) {
-      by_steps_ = std::make_unique<const SegmentAdjoint>(segment, wanted_, tangent_options);
+    if (is_map(segment) || is_everywhere_ || by_limit_cylinders || variables_ > kMaxVariablesForwards) {
+      by_steps_ = std::make_unique<const SegmentAdjoint>(segment, wanted_, by_coefficients, tangent_options);
       return;
     }
     const WantedJacobian wanted{.jacobian_tolerance = tangent_options.relative_tolerance};
@@ -239,7 +348,8 @@ class SegmentGradient {
       auto& [box, has_moved] = chunk.boxes[block];
       if (has_moved) box = bounding_box(std::span(chunk.points).subspan(begin, end - begin));
       has_moved = false;
-      if (culling_.misses({(box.min + box.max) * 0.5, norm(box.max - box.min) * (0.5 + 1e-12)})) continue;
+      if (!is_everywhere_ && culling_.misses({(box.min + box.max) * 0.5, norm(box.max - box.min) * (0.5 + 1e-12)}))
+        continue;
       for (std::size_t i = begin; i < end; ++i) {
         if (chunk.gradient[i] != Vec3d{}) passage.who.push_back(i);
       }
@@ -317,6 +427,7 @@ class SegmentGradient {
   static std::ptrdiff_t at(std::size_t i) { return static_cast<std::ptrdiff_t>(i); }
 
   Culling culling_;
+  bool is_everywhere_;  // coefficients that are 0 have a gradient, too
   std::size_t variables_;
   WantedNumbers wanted_;
   std::vector<std::unique_ptr<const SegmentJacobians>> maps_;  // one for every kTangents variables
@@ -325,13 +436,15 @@ class SegmentGradient {
 
 class FlowAdjoint {
  public:
-  FlowAdjoint(const Flow& flow, const std::vector<VariableRates>& rates, const TangentOptions& options)
+  // `rates`: null for the gradient with respect to coefficients.
+  FlowAdjoint(const Flow& flow, const std::vector<VariableRates>* rates, const TangentOptions& options)
       : options_(options) {
     advect_options_.tolerance = options.tolerance;
     advect_options_.progress = options.progress;
     for (std::size_t i = 0; i < flow.segments.size(); ++i) {
-      segments_.push_back(
-          std::make_unique<const SegmentGradient>(flow.segments[i], rates[i], options_, advect_options_));
+      segments_.push_back(std::make_unique<const SegmentGradient>(flow.segments[i],
+                                                                  rates == nullptr ? VariableRates{} : (*rates)[i],
+                                                                  rates == nullptr, options_, advect_options_));
     }
   }
   FlowAdjoint(const FlowAdjoint&) = delete;
@@ -345,6 +458,13 @@ class FlowAdjoint {
   }
 
   bool goes_by_steps(std::size_t segment) const { return segments_[segment]->goes_by_steps(); }
+
+  // Returns the number of tasks: each has sums of its own.
+  std::size_t most_tasks() const {
+    std::size_t numbers = 1;
+    for (const auto& segment : segments_) numbers += segment->sums();
+    return std::clamp<std::size_t>(kMaxSums / numbers, 1, kMaxTasks);
+  }
 
   std::size_t points_of_chunk() const {
     const std::size_t most = kMaxPassages / std::max<std::size_t>(segments_.size(), 1);
@@ -397,19 +517,18 @@ Chunk chunk_of(std::span<const std::size_t> order, std::span<const Vec3d> points
   return chunk;
 }
 
-}  // namespace
-
-FlowGradient carry_back(const Flow& flow, const std::vector<VariableRates>& rates, std::span<const Vec3d> points,
-                        std::span<const Vec3d> gradient, const TangentOptions& options) {
-  const FlowAdjoint adjoint(flow, rates, options);
-  FlowGradient result{std::vector<Vec3d>(points.size()), {}};
+// Returns the gradient, and the sums of each segment.
+FlowGradient sums_of(const FlowAdjoint& adjoint, std::span<const Vec3d> points, std::span<const Vec3d> gradient,
+                     int threads) {
+  FlowGradient result{std::vector<Vec3d>(points.size()), adjoint.zero_sums()};
   if (points.empty()) return result;
   const std::vector<std::size_t> order = neighbours_in_turn(points);
   const std::size_t of_chunk = adjoint.points_of_chunk();
   const std::size_t chunks = (points.size() + of_chunk - 1) / of_chunk;
-  const std::size_t of_task = (chunks + kMaxTasks - 1) / kMaxTasks * of_chunk;
+  const std::size_t tasks = adjoint.most_tasks();
+  const std::size_t of_task = (chunks + tasks - 1) / tasks * of_chunk;
   std::vector<Sums> sums_of_tasks((points.size() + of_task - 1) / of_task);
-  parallel_for(points.size(), of_task, options.threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(points.size(), of_task, threads, [&](std::size_t begin, std::size_t end) {
     Tape tape;
     Sums& sums = sums_of_tasks[begin / of_task];
     sums = adjoint.zero_sums();
@@ -419,21 +538,38 @@ FlowGradient carry_back(const Flow& flow, const std::vector<VariableRates>& rate
       for (std::size_t k = 0; k < chunk.order.size(); ++k) result.points[chunk.order[k]] = chunk.gradient[k];
     }
   });
-  Sums total = adjoint.zero_sums();
   for (const Sums& sums : sums_of_tasks) {
     for (std::size_t i = 0; i < sums.size(); ++i) {
-      for (std::size_t n = 0; n < sums[i].size(); ++n) total[i][n] += sums[i][n];
+      for (std::size_t n = 0; n < sums[i].size(); ++n) result.variables[i][n] += sums[i][n];
     }
   }
-  for (std::size_t i = 0; i < total.size(); ++i) {
-    if (adjoint.goes_by_steps(i)) {
-      std::vector<double> of_variables(rates[i].size(), 0.0);
-      for (std::size_t v = 0; v < of_variables.size(); ++v) {
-        for (std::size_t n = 0; n < total[i].size(); ++n) of_variables[v] += rates[i][v][n] * total[i][n];
+  return result;
+}
+
+}  // namespace
+
+FlowGradient carry_back(const Flow& flow, const std::vector<VariableRates>& rates, std::span<const Vec3d> points,
+                        std::span<const Vec3d> gradient, const TangentOptions& options) {
+  const FlowAdjoint adjoint(flow, &rates, options);
+  FlowGradient result = sums_of(adjoint, points, gradient, options.threads);
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    if (!adjoint.goes_by_steps(i)) continue;
+    std::vector<double> of_variables(rates[i].size(), 0.0);
+    for (std::size_t v = 0; v < of_variables.size(); ++v) {
+      for (std::size_t n = 0; n < result.variables[i].size(); ++n) {
+        of_variables[v] += rates[i][v][n] * result.variables[i][n];
       }
-      total[i] = std::move(of_variables);
     }
-    result.variables.push_back(std::move(total[i]));
+    result.variables[i] = std::move(of_variables);
+  }
+  return result;
+}
+
+FlowGradient carry_back_to_coefficients(const Flow& flow, std::span<const Vec3d> points,
+                                        std::span<const Vec3d> gradient, const TangentOptions& options) {
+  FlowGradient result = sums_of(FlowAdjoint(flow, nullptr, options), points, gradient, options.threads);
+  for (std::vector<double>& of_segment : result.variables) {
+    if (!of_segment.empty()) of_segment.erase(of_segment.begin(), of_segment.begin() + kEnds);
   }
   return result;
 }

@@ -54,7 +54,12 @@ unsigned TangentLine::move(TangentState& state, std::vector<TangentStep>* steps)
   if (chosen == 0 || parts_.front()->holds(state[0])) return 0;
   shift(state, ends_[0], segment_.begin, -1, chosen);
   const std::optional<double> contact = next_contact(segment_, state[0], segment_.begin);
-  if (contact) integrate(state, *contact, segment_.end, chosen, steps);
+  if (contact) {
+    integrate(state, *contact, segment_.end, chosen, steps);
+  } else if (varies_grid_) {  // nothing flows there, and the derivative of v is linear in time
+    const double middle = 0.5 * (segment_.begin + segment_.end);
+    state[1] += slope({state[0]}, middle, 1)[1] * (segment_.end - segment_.begin);
+  }
   shift(state, ends_[1], segment_.end, 1, chosen);
   return chosen;
 }

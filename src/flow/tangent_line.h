@@ -33,6 +33,12 @@ class TangentLine {
   // Keeps the segment and the options. Throws as advect_tangents.
   TangentLine(const Segment& segment, const SegmentRates& rates, const TangentOptions& options);
 
+  // Lets the coefficients of a segment with a grid vary with the first variable. `rates` must outlive it.
+  void vary_grid(const GridNodes<double>* rates) {
+    fields_.front().vary_grid(rates);
+    varies_grid_ = true;
+  }
+
   // Moves a place, and appends its steps if requested. Returns the parts that move it, as bits: 0 if none does.
   unsigned move(TangentState& state, std::vector<TangentStep>* steps = nullptr) const;
 
@@ -57,7 +63,8 @@ class TangentLine {
   std::vector<VaryingFields<Varying>> fields_;  // of the parts
   std::array<Varying, kBeginAndEnd> ends_;
   std::array<double, kTangents> rounding_{};  // of derivatives: their error where they cancel, as at a pin
-  double reach_ = kInfinity;                  // of a step
+  bool varies_grid_ = false;
+  double reach_ = kInfinity;  // of a step
   double tool_speed_ = 0;
   double turning_ = 0;
   Vec3d turning_center_;

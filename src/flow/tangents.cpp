@@ -128,10 +128,8 @@ void carry_by_map(const Segment& segment, std::span<const double> rates, std::sp
   shift(1, segment.end, 1);
 }
 
-// One path line after the other: the parts of a sum that move it depend on its place at the beginning.
-void carry_by_limit_cylinders(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
-                              std::span<Vec3d> tangents, const TangentOptions& options) {
-  const TangentLine line(segment, {rates}, options);
+void carry_one_by_one(const TangentLine& line, std::span<Vec3d> points, std::span<Vec3d> tangents,
+                      const TangentOptions& options) {
   parallel_for(points.size(), kPointsOfTask, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       stop_if_cancelled(options.progress);
@@ -146,11 +144,35 @@ void carry_by_limit_cylinders(const Segment& segment, std::span<const double> ra
 
 }  // namespace
 
+std::size_t count_coefficients(const Segment& segment) {
+  return segment.lattice.displacements.size() + segment.grid.coefficients.size() + segment.grid.end_coefficients.size();
+}
+
+void advect_tangents_by_coefficients(const Segment& segment, std::span<const Vec3d> rates, std::span<Vec3d> points,
+                                     std::span<Vec3d> tangents, const TangentOptions& options) {
+  if (!segment.lattice.is_empty()) {
+    std::vector<double> numbers(kEnds, 0.0);
+    for (const Vec3d& rate : rates) numbers.insert(numbers.end(), {rate.x, rate.y, rate.z});
+    return advect_tangents(segment, numbers, points, tangents, options);
+  }
+  PotentialGrid grid = segment.grid;
+  grid.growth = {};
+  const std::size_t count = grid.coefficients.size();
+  const auto middle = rates.begin() + static_cast<std::ptrdiff_t>(count);
+  grid.coefficients = SharedVectors({rates.begin(), middle});
+  if (middle != rates.end()) grid.end_coefficients = SharedVectors({middle, rates.end()});
+  const GridNodes<double> nodes(grid);
+  TangentLine line(segment, {}, options);
+  line.vary_grid(&nodes);
+  carry_one_by_one(line, points, tangents, options);
+}
+
 void advect_tangents(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
                      std::span<Vec3d> tangents, const TangentOptions& options) {
   if (is_map(segment)) return carry_by_map(segment, rates, points, tangents, options);
   if (!segment.parts.empty() && has_limit_cylinders(segment)) {
-    return carry_by_limit_cylinders(segment, rates, points, tangents, options);
+    // The parts of a sum that move a point depend on its place at the beginning.
+    return carry_one_by_one(TangentLine(segment, {rates}, options), points, tangents, options);
   }
   AdvectOptions advect_options;
   advect_options.tolerance = options.tolerance;

@@ -46,6 +46,10 @@ struct TangentOptions {
   Progress* progress = nullptr;  // counts points
 };
 
+// The coefficients of a segment: the displacements of its lattice, or the coefficients of its grid and then those at
+// its end; none of another segment. Growth is not among them.
+std::size_t count_coefficients(const Segment& segment);
+
 // Moves points through a segment together with their derivatives with respect to one variable: dT/dt = grad v T +
 // dv/dvariable. `rates`: of the segment's numbers; empty: 0. `tangents`: as many as points. The bits of a result depend
 // on its point alone. Throws InvalidInput for a custom motion or region, and if a path line needs more than kStepLimit
@@ -53,10 +57,14 @@ struct TangentOptions {
 void advect_tangents(const Segment& segment, std::span<const double> rates, std::span<Vec3d> points,
                      std::span<Vec3d> tangents, const TangentOptions& options);
 
+// The same for a segment with coefficients, which change at these rates.
+void advect_tangents_by_coefficients(const Segment& segment, std::span<const Vec3d> rates, std::span<Vec3d> points,
+                                     std::span<Vec3d> tangents, const TangentOptions& options);
+
 // Backwards.
 
-// The gradient of a function with respect to the points at the beginning of a flow, and to the variables of each
-// segment.
+// The gradient of a function with respect to the points at the beginning of a flow, and to the variables or the
+// coefficients of each segment, three numbers a coefficient.
 struct FlowGradient {
   std::vector<Vec3d> points;
   std::vector<std::vector<double>> variables;
@@ -72,5 +80,9 @@ using WantedNumbers = std::vector<bool>;
 // Sums have a fixed order, so the bits do not depend on the number of threads. Throws as advect_tangents.
 FlowGradient carry_back(const Flow& flow, const std::vector<std::vector<std::span<const double>>>& rates,
                         std::span<const Vec3d> points, std::span<const Vec3d> gradient, const TangentOptions& options);
+
+// The same, with the coefficients of each segment in the place of variables.
+FlowGradient carry_back_to_coefficients(const Flow& flow, std::span<const Vec3d> points,
+                                        std::span<const Vec3d> gradient, const TangentOptions& options);
 
 }  // namespace knead::detail

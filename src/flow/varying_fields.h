@@ -192,6 +192,9 @@ class VaryingFields {
     }
   }
 
+  // Lets a grid's coefficients vary with the first variable, at rates that are the coefficients of another grid.
+  void vary_grid(const GridNodes<double>* rates) requires std::is_same_v<S, Varying> { grid_rates_ = rates; }
+
   const std::vector<VaryingField<S>>& fields() const { return fields_; }  // none of a grid or of pins
   const Vec3<S>& displacement() const { return displacement_; }
   const PartOfSegment& part() const { return part_; }
@@ -240,10 +243,20 @@ class VaryingFields {
   Vec3<S> grid_velocity(const Vec3<S>& x, double t) const {
     const Vec3d center = part_.nodes->cells.center();
     const Vec3<S> y = x - Vec3<S>(center);
-    const GridValue<S> value = evaluate_grid(part_.nodes->view, y, S(t));
+    GridValue<S> value = evaluate_grid(part_.nodes->view, y, S(t));
+    if constexpr (std::is_same_v<S, Varying>) {
+      if (grid_rates_ != nullptr) add_rates(evaluate_grid(grid_rates_->view, values_of(y), t), value);
+    }
     if (!part_.mask.acts) return value.velocity;
     const MaskValue<S> m = evaluate_mask(view_of<double>(part_.segment.mask, center), y);
     return value.velocity * m.value + cross(m.gradient, value.potential);
+  }
+
+  static void add_rates(const GridValue<double>& rates, GridValue<Varying>& to) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      to.velocity[axis].g[0] += rates.velocity[axis];
+      to.potential[axis].g[0] += rates.potential[axis];
+    }
   }
 
   // The fields' numbers at a time: their derivatives are polynomials through those at Chebyshev's nodes.
@@ -300,6 +313,7 @@ class VaryingFields {
   Vec3<S> displacement_;
   std::vector<Vec3<S>> offsets_;
   std::vector<S> at_nodes_;  // of pins
+  const GridNodes<double>* grid_rates_ = nullptr;
 };
 
 }  // namespace knead::detail

@@ -290,6 +290,21 @@ void require_options(const DerivativeOptions& options) {
   }
 }
 
+detail::TangentOptions options_for(std::span<const Vec3d> points, const DerivativeOptions& options) {
+  const double diagonal = options.diagonal.value_or(reference_length(points));
+  return {absolute_tolerance(options.relative_tolerance, diagonal), options.relative_tolerance, options.threads,
+          options.progress};
+}
+
+void require_gradient(std::span<const Vec3d> points, std::span<const Vec3d> gradient) {
+  require_finite(points);
+  require_finite(gradient);
+  if (gradient.size() != points.size()) {
+    throw InvalidInput(
+        fmt::format("the gradient must have a vector for each of {} points, got {}", points.size(), gradient.size()));
+  }
+}
+
 // Returns the numbers of each stroke's segments in the flow of all, ascending.
 std::vector<std::vector<std::size_t>> segments_of_strokes(const ParameterStrokes& strokes, Direction direction,
                                                           int threads, const Progress* progress) {
@@ -319,12 +334,6 @@ struct SessionDerivatives::Parts {
   std::size_t parameters = 0;
   Flow flow;
   std::vector<std::vector<ParameterRates>> rates;  // of each segment, of the parameters on which it depends, ascending
-
-  detail::TangentOptions options_for(std::span<const Vec3d> points, const DerivativeOptions& options) const {
-    const double diagonal = options.diagonal.value_or(reference_length(points));
-    return {absolute_tolerance(options.relative_tolerance, diagonal), options.relative_tolerance, options.threads,
-            options.progress};
-  }
 
   std::vector<double> rates_along(std::span<const double> direction, std::size_t segment) const {
     std::vector<double> sum;
@@ -399,7 +408,7 @@ PointTangents SessionDerivatives::jvp(std::span<const Vec3d> points, std::span<c
   }
   PointTangents result{{points.begin(), points.end()}, std::vector<Vec3d>(points.size())};
   if (points.empty()) return result;
-  const detail::TangentOptions follow = parts_->options_for(points, options);
+  const detail::TangentOptions follow = options_for(points, options);
   for (std::size_t i = 0; i < segments(); ++i) {
     const std::vector<double> along = parts_->rates_along(direction, i);
     detail::advect_tangents(parts_->flow.segments[i], along, result.points, result.tangents, follow);
@@ -410,15 +419,10 @@ PointTangents SessionDerivatives::jvp(std::span<const Vec3d> points, std::span<c
 SessionGradient SessionDerivatives::vjp(std::span<const Vec3d> points, std::span<const Vec3d> gradient,
                                         const DerivativeOptions& options) const {
   require_options(options);
-  require_finite(points);
-  require_finite(gradient);
-  if (gradient.size() != points.size()) {
-    throw InvalidInput(
-        fmt::format("the gradient must have a vector for each of {} points, got {}", points.size(), gradient.size()));
-  }
+  require_gradient(points, gradient);
   SessionGradient result{{}, std::vector<double>(parts_->parameters, 0)};
   if (points.empty()) return result;
-  const detail::TangentOptions follow = parts_->options_for(points, options);
+  const detail::TangentOptions follow = options_for(points, options);
   detail::FlowGradient found = detail::carry_back(parts_->flow, parts_->spans(), points, gradient, follow);
   result.points = std::move(found.points);
   for (std::size_t i = 0; i < segments(); ++i) {
@@ -426,6 +430,59 @@ SessionGradient SessionDerivatives::vjp(std::span<const Vec3d> points, std::span
     for (std::size_t k = 0; k < of_segment.size(); ++k) {
       result.parameters[of_segment[k].parameter] += found.variables[i][k];
     }
+  }
+  return result;
+}
+
+FlowCoefficients coefficients_of(const Flow& flow) {
+  FlowCoefficients result;
+  for (const Segment& segment : flow.segments) {
+    std::vector<Vec3d>& own = result.emplace_back();
+    for (const SharedVectors* list :
+         {&segment.lattice.displacements, &segment.grid.coefficients, &segment.grid.end_coefficients}) {
+      own.insert(own.end(), list->begin(), list->end());
+    }
+  }
+  return result;
+}
+
+PointTangents coefficient_jvp(const Flow& flow, std::span<const Vec3d> points, const FlowCoefficients& direction,
+                              const DerivativeOptions& options) {
+  validate(flow);
+  require_options(options);
+  require_finite(points);
+  const auto fits = [](const Segment& segment, const std::vector<Vec3d>& own) {
+    return own.size() == detail::count_coefficients(segment);
+  };
+  if (!std::equal(flow.segments.begin(), flow.segments.end(), direction.begin(), direction.end(), fits)) {
+    throw InvalidInput("the direction must have a vector for each coefficient of each segment");
+  }
+  for (const std::vector<Vec3d>& own : direction) require_finite(own);
+  PointTangents result{{points.begin(), points.end()}, std::vector<Vec3d>(points.size())};
+  if (points.empty()) return result;
+  const detail::TangentOptions follow = options_for(points, options);
+  for (std::size_t i = 0; i < direction.size(); ++i) {
+    const Segment& segment = flow.segments[i];
+    if (direction[i].empty()) {
+      detail::advect_tangents(segment, {}, result.points, result.tangents, follow);
+    } else {
+      detail::advect_tangents_by_coefficients(segment, direction[i], result.points, result.tangents, follow);
+    }
+  }
+  return result;
+}
+
+CoefficientGradient coefficient_vjp(const Flow& flow, std::span<const Vec3d> points, std::span<const Vec3d> gradient,
+                                    const DerivativeOptions& options) {
+  validate(flow);
+  require_options(options);
+  require_gradient(points, gradient);
+  const detail::TangentOptions follow = points.empty() ? detail::TangentOptions{} : options_for(points, options);
+  detail::FlowGradient found = detail::carry_back_to_coefficients(flow, points, gradient, follow);
+  CoefficientGradient result{std::move(found.points), {}};
+  for (const std::vector<double>& numbers : found.variables) {
+    std::vector<Vec3d>& own = result.coefficients.emplace_back();
+    for (std::size_t n = 0; n < numbers.size(); n += 3) own.push_back({numbers[n], numbers[n + 1], numbers[n + 2]});
   }
   return result;
 }
