@@ -91,8 +91,9 @@ struct CoefficientGradient {
   FlowCoefficients coefficients;
 };
 
-// Backwards, as SessionDerivatives::vjp(), for any number of coefficients: those of grids may also be 0. The cost is
-// that of the points; a grid's path lines are followed one by one, at about 10 us a point and step.
+// Backwards, as SessionDerivatives::vjp(), for any number of coefficients: those of grids may also be 0. Time:
+// 2.5 times that of deform for a lattice; for a grid whose path lines are one spacing long 70 us a point at a tolerance
+// of 1e-5, and twice that at 1e-8, because they are followed one by one.
 CoefficientGradient coefficient_vjp(const Flow& flow, std::span<const Vec3d> points, std::span<const Vec3d> gradient,
                                     const DerivativeOptions& options);
 

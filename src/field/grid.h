@@ -341,6 +341,13 @@ GridValue<T> evaluate_grid(const GridView<S>& grid, const Vec3<T>& y, const T& t
   return value;
 }
 
+// Returns v and its gradient at y and the time t.
+inline GridSlope<double> slope_at(const GridView<double>& grid, const Vec3d& y, double t) {
+  const GridPlace<double> place = place_in(grid, y);
+  const std::ptrdiff_t node = node_at(grid, place);
+  return grid.used[node] == 0 ? GridSlope<double>{} : slope_in_cell(grid, node, place.within, t);
+}
+
 inline constexpr int kEmptyNodes = 4;  // on each side of a grid
 
 // The limits of a grid's nodes, without and with the empty ones.

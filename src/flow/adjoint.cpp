@@ -57,11 +57,7 @@ class GridCoefficients {
   // Returns the gradient of `weight` . v with respect to the place; nothing under a mask.
   std::optional<Vec3d> by_place(const Vec3d& x, double t, const Vec3d& weight) const {
     if (part_.mask.acts) return std::nullopt;
-    const GridView<double>& view = part_.nodes->view;
-    const GridPlace<double> place = place_in(view, x - part_.nodes->cells.center());
-    const std::ptrdiff_t node = node_at(view, place);
-    if (view.used[node] == 0) return Vec3d{0, 0, 0};
-    const GridSlope<double> slope = slope_in_cell(view, node, place.within, t);
+    const GridSlope<double> slope = slope_at(part_.nodes->view, x - part_.nodes->cells.center(), t);
     return slope.rows[0] * weight.x + slope.rows[1] * weight.y + slope.rows[2] * weight.z;
   }
 
@@ -69,22 +65,30 @@ class GridCoefficients {
   void add(const Vec3d& x, double t, const Vec3d& weight, std::span<double> sums) const {
     const Vec3d u = (x - grid_.origin) / grid_.spacing;
     const Vec3d cell{std::floor(u.x), std::floor(u.y), std::floor(u.z)};
+    std::array<int, 3> first{};  // node of the cell
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (!(cell[axis] >= -2 && cell[axis] <= grid_.counts[axis])) return;
+      first[axis] = static_cast<int>(cell[axis]) - 1;
     }
     const GridWeights<double> weights = weights_at(u - cell);
     const auto& [wx, wy, wz] = weights.along;
     const MaskValue<double> mask = mask_at(x);
+    const Vec3d by_slope = weight * (mask.value / (216 * grid_.spacing));
+    const Vec3d by_value = cross(weight, mask.gradient) * (1.0 / 216);
+    const auto inside = [&](std::size_t axis, int at) { return at >= 0 && at < grid_.counts[axis]; };
     for (int k = 0; k < 4; ++k) {
+      if (!inside(2, first[2] + k)) continue;
       for (int j = 0; j < 4; ++j) {
+        if (!inside(1, first[1] + j)) continue;
+        const std::ptrdiff_t row = first[0] + std::ptrdiff_t{grid_.counts[0]} *
+                                                  (first[1] + j + std::ptrdiff_t{grid_.counts[1]} * (first[2] + k));
+        const double value = wy.value[j] * wz.value[k];
+        const double by_y = wy.slope[j] * wz.value[k];
+        const double by_z = wy.value[j] * wz.slope[k];
         for (int i = 0; i < 4; ++i) {
-          const std::optional<std::size_t> node = number_of(cell, {i, j, k});
-          if (!node) continue;
-          const Vec3d slope = Vec3d{wx.slope[i] * wy.value[j] * wz.value[k], wx.value[i] * wy.slope[j] * wz.value[k],
-                                    wx.value[i] * wy.value[j] * wz.slope[k]} *
-                              (mask.value / grid_.spacing);
-          const double value = wx.value[i] * wy.value[j] * wz.value[k];
-          add_to(*node, cross(weight, slope + mask.gradient * value) * (1.0 / 216), t, sums);
+          if (!inside(0, first[0] + i)) continue;
+          const Vec3d slope{wx.slope[i] * value, wx.value[i] * by_y, wx.value[i] * by_z};
+          add_to(row + i, cross(by_slope, slope) + by_value * (wx.value[i] * value), t, sums);
         }
       }
     }
@@ -97,21 +101,13 @@ class GridCoefficients {
     return evaluate_mask(view_of<double>(part_.segment.mask, center), x - center);
   }
 
-  std::optional<std::size_t> number_of(const Vec3d& cell, const std::array<int, 3>& offset) const {
-    std::size_t number = 0;
-    for (std::size_t axis = 3; axis-- > 0;) {
-      const int at = static_cast<int>(cell[axis]) - 1 + offset[axis];
-      if (at < 0 || at >= grid_.counts[axis]) return std::nullopt;
-      number = number * static_cast<std::size_t>(grid_.counts[axis]) + static_cast<std::size_t>(at);
-    }
-    return number;
-  }
-
-  void add_to(std::size_t node, const Vec3d& gradient, double t, std::span<double> sums) const {
+  void add_to(std::ptrdiff_t node, const Vec3d& gradient, double t, std::span<double> sums) const {
+    const auto to = sums.begin() + 3 * node;
     const bool varies = !grid_.end_coefficients.empty();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      sums[3 * node + axis] += (varies ? 1 - t : 1) * gradient[axis];
-      if (varies) sums[3 * (grid_.coefficients.size() + node) + axis] += t * gradient[axis];
+    for (std::ptrdiff_t axis = 0; axis < 3; ++axis) {
+      const double number = gradient[static_cast<std::size_t>(axis)];
+      to[axis] += varies ? (1 - t) * number : number;
+      if (varies) to[3 * std::ssize(grid_.coefficients) + axis] += t * number;
     }
   }
 

@@ -110,7 +110,8 @@ void TangentLine::find_kinks(const Vec3d& x, double t, unsigned chosen, std::vec
 double TangentLine::longest_step(const TangentState& state, const TangentState& first) const {
   const double turning = turning_ * norm(state[0] - turning_center_);
   const double speed = norm(first[0]) + tool_speed_ + turning;
-  return speed > 0 ? std::min(kMaxTangentStep, reach_ / speed) : kMaxTangentStep;
+  const double longest = segment_.grid.is_empty() ? kMaxTangentStep : 1;
+  return speed > 0 ? std::min(longest, reach_ / speed) : longest;
 }
 
 void TangentLine::integrate(TangentState& state, double t, double end, unsigned chosen,

@@ -243,13 +243,31 @@ class VaryingFields {
   Vec3<S> grid_velocity(const Vec3<S>& x, double t) const {
     const Vec3d center = part_.nodes->cells.center();
     const Vec3<S> y = x - Vec3<S>(center);
-    GridValue<S> value = evaluate_grid(part_.nodes->view, y, S(t));
+    GridValue<S> value;
     if constexpr (std::is_same_v<S, Varying>) {
+      if (part_.mask.acts) {
+        value = evaluate_grid(part_.nodes->view, y, S(t));
+      } else {
+        value.velocity = by_slope(y, t);
+      }
       if (grid_rates_ != nullptr) add_rates(evaluate_grid(grid_rates_->view, values_of(y), t), value);
+    } else {
+      value = evaluate_grid(part_.nodes->view, y, S(t));
     }
     if (!part_.mask.acts) return value.velocity;
     const MaskValue<S> m = evaluate_mask(view_of<double>(part_.segment.mask, center), y);
     return value.velocity * m.value + cross(m.gradient, value.potential);
+  }
+
+  // Returns v of a grid by its gradient.
+  VaryingVec3 by_slope(const VaryingVec3& y, double t) const {
+    const GridSlope<double> slope = slope_at(part_.nodes->view, values_of(y), t);
+    VaryingVec3 v{Varying(slope.velocity.x), Varying(slope.velocity.y), Varying(slope.velocity.z)};
+    for (std::size_t k = 0; k < kTangents; ++k) {
+      const Vec3d along = derivatives_of(y, k);
+      for (std::size_t axis = 0; axis < 3; ++axis) v[axis].g[k] = dot(slope.rows[axis], along);
+    }
+    return v;
   }
 
   static void add_rates(const GridValue<double>& rates, GridValue<Varying>& to) {

@@ -17,7 +17,7 @@ from ._deform import Flow, Remeshed, Workbench, animate, certify, deform, frames
 from ._fit import Fit, fit
 from ._gesture import PaintDrag, Surface, brush, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
-from ._lattice import lattice_jvp, lattice_points, lattice_vjp
+from ._lattice import lattice_points
 from ._mean import Population, mean
 from ._measures import Measure, area_of, curvature, patch_distance, thickness_at, volume_of
 from ._meshes import deform_cells, deform_mesh, from_build123d, safe_until, widest_outer
@@ -66,9 +66,7 @@ __all__ = [
     "fit",
     "frames",
     "from_build123d",
-    "lattice_jvp",
     "lattice_points",
-    "lattice_vjp",
     "mean",
     "patch_distance",
     "read",

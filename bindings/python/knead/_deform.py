@@ -8,7 +8,7 @@ import typing
 
 from . import _knead
 from ._arrays import faces_for
-from ._session import Session, native_session
+from ._session import Session, derivative_request, native_session
 from ._shapes import Shape, cell_blocks, solid_blocks, volume_cells
 from ._strokes import Stroke, _wrap
 
@@ -188,6 +188,25 @@ class Flow:
         Its determinant is 1 up to the tolerance. Keywords as for path().
         """
         return self._native.jacobian(points, _accuracy(**accuracy))
+
+    def jvp(self, points, direction, *, progress=None, **options):
+        """Returns the deformed points, and how they move when the coefficients of lattices and grids change.
+
+        direction: for each segment an array as vjp() returns it, or None. options: the other keywords of Session.jvp.
+        Returns two arrays (n, 3) of float64, or None if `progress` returned False. Raises InvalidInput for an array of
+        another shape.
+        """
+        return _knead.flow_jvp(self._native, points, direction, derivative_request(**options), progress)
+
+    def vjp(self, points, gradient, *, progress=None, **options):
+        """Returns the derivatives of a number that depends on the deformed points, at one cost for all coefficients.
+
+        gradient: array-like (n, 3), the derivatives with respect to the deformed points. options: the other
+        keywords of Session.jvp. Returns an array (n, 3), with respect to the points, and for each segment an array with respect to
+        the displacements of its lattice (nx, ny, nz, 3), or the coefficients of its grid (nz, ny, nx, 3), those at the
+        beginning and at the end if they change (2, nz, ny, nx, 3), or None. None if `progress` returned False.
+        """
+        return _knead.flow_vjp(self._native, points, gradient, derivative_request(**options), progress)
 
     def __len__(self):
         return len(self._native)

@@ -1,9 +1,8 @@
-"""Lattices: the places of their control points, and derivatives with respect to their displacements, as arrays."""
+"""Lattices: the places of their control points, as an array."""
 
 import numpy as np
 
 from ._knead import InvalidInput
-from ._session import Session
 
 
 def _box(stroke):
@@ -30,32 +29,3 @@ def lattice_points(stroke):
     axes /= np.linalg.norm(axes, axis=1)[:, None]
     u = np.stack(np.meshgrid(*(_places(n, stroke.degree) for n in counts), indexing="ij"), axis=-1)
     return np.array(stroke.origin) + (u * np.array(stroke.lengths)) @ axes
-
-
-def _session(stroke):
-    numbers = np.array(stroke.displacements, dtype=np.float64).ravel()
-    names = [f"d{i}" for i in range(numbers.size)]
-    texts = np.array([f"${name}" for name in names]).reshape(-1, 3).tolist()
-    return Session([{**stroke.to_dict(), "displacements": texts}], parameters=dict(zip(names, numbers.tolist())))
-
-
-def lattice_jvp(stroke, points, direction, **options):
-    """Returns the points that a knead.Lattice of the mode "spline" moves, and how they move with its displacements.
-
-    direction: array-like (nx, ny, nz, 3), how the displacements change. options: the keywords of Session.jvp.
-    Returns two arrays (n, 3). Raises InvalidInput as Session.jvp, which refuses the other modes.
-    """
-    counts = _box(stroke)
-    direction = np.broadcast_to(np.asarray(direction, dtype=np.float64), (*counts, 3))
-    return _session(stroke).jvp(points, direction.ravel().tolist(), **options)
-
-
-def lattice_vjp(stroke, points, gradient, **options):
-    """Returns the derivatives of a number with respect to the displacements of a knead.Lattice of the mode "spline".
-
-    gradient: array-like (n, 3), the derivatives of the number with respect to the deformed points. options: the keywords
-    of Session.vjp, but for `of_points`. Returns an array (nx, ny, nz, 3). Raises as lattice_jvp.
-    """
-    counts = _box(stroke)
-    slopes = _session(stroke).vjp(points, gradient, **options)
-    return None if slopes is None else np.array(list(slopes.values())).reshape(*counts, 3)

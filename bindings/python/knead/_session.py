@@ -45,6 +45,11 @@ def _length(diagonal):
     return None if diagonal is None else _real(diagonal)
 
 
+def derivative_request(relative_tolerance=1e-8, threads=0, diagonal=None):
+    """Returns the options of Session.jvp in numbers of the library."""
+    return _knead.DerivativeRequest(_real(relative_tolerance), operator.index(threads), _length(diagonal))
+
+
 class Session(collections.abc.MutableSequence):
     """A list of strokes, with the shape that it was made on and a note.
 
@@ -155,7 +160,7 @@ class Session(collections.abc.MutableSequence):
         Returns two arrays (n, 3) of float64, or None if `progress` returned False. The session must read no surface.
         Raises InvalidInput for a parameter that chooses a whole number, or is in a mask or a grid.
         """
-        request = _knead.DerivativeRequest(_real(relative_tolerance), operator.index(threads), _length(diagonal))
+        request = derivative_request(relative_tolerance, threads, diagonal)
         return _knead.jvp(self._native(), points, self._direction(direction), request, progress)
 
     def vjp(self, points, gradient, *, of_points=False, relative_tolerance=1e-8, threads=0, diagonal=None, progress=None):
@@ -168,7 +173,7 @@ class Session(collections.abc.MutableSequence):
         Returns a dict of a number for each parameter; with `of_points` an array (n, 3) of float64 and this dict. None
         if `progress` returned False. Raises as jvp(). The cost does not depend on the number of parameters.
         """
-        request = _knead.DerivativeRequest(_real(relative_tolerance), operator.index(threads), _length(diagonal))
+        request = derivative_request(relative_tolerance, threads, diagonal)
         found = _knead.vjp(self._native(), points, gradient, request, progress)
         if found is None:
             return None

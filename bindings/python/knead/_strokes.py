@@ -260,7 +260,7 @@ _DETAILS = {
     A box of control points whose displacements move what is in the box. `displacements` may be an array
     (nx, ny, nz, 3), which also gives the counts; the attribute is a list (nx ny nz, 3). `axes`: an array (3, 3), of
     which a row is the direction of an edge. mode="volume" (the default) and "rigid" read the surface, so deform() needs
-    `faces`; "spline" is an exact map, and lattice_vjp() has its derivatives. `file`: PyGeM's parameters (.prm) in the
+    `faces`; "spline" is an exact map; Flow.vjp() has its derivatives. `file`: PyGeM's parameters (.prm) in the
     place of all numbers.
 
         box = knead.Lattice(origin=[-1, -1, -1], lengths=[2, 2, 2], displacements=np.zeros((5, 3, 3, 3)))

@@ -318,6 +318,81 @@ py::object vjp(const Session& session, const py::object& points, const py::objec
   return py::make_tuple(array_of(result.points), result.parameters);
 }
 
+// The shape of a segment's coefficients as an array; empty if it has none.
+std::vector<py::ssize_t> coefficient_shape(const Segment& segment) {
+  if (!segment.lattice.is_empty()) {
+    const auto& [x, y, z] = segment.lattice.counts;
+    return {x, y, z, 3};
+  }
+  if (segment.grid.is_empty()) return {};
+  const auto& [x, y, z] = segment.grid.counts;
+  if (segment.grid.end_coefficients.empty()) return {z, y, x, 3};
+  return {2, z, y, x, 3};
+}
+
+FlowCoefficients coefficients_from(const Flow& flow, const py::object& direction) {
+  const py::list given(direction);
+  if (given.size() != flow.segments.size()) {
+    throw InvalidInput(fmt::format("direction must have an array or None for each of the {} segments, got {}",
+                                   flow.segments.size(), given.size()));
+  }
+  FlowCoefficients result;
+  for (std::size_t i = 0; i < flow.segments.size(); ++i) {
+    std::vector<Vec3d>& own = result.emplace_back();
+    const std::vector<py::ssize_t> shape = coefficient_shape(flow.segments[i]);
+    if (shape.empty() && given[i].is_none()) continue;
+    const DoubleArray array = given[i].cast<DoubleArray>();
+    if (shape != std::vector<py::ssize_t>(array.shape(), array.shape() + array.ndim())) {
+      throw InvalidInput(
+          fmt::format("direction {} must have the shape ({}), as vjp returns it", i, fmt::join(shape, ", ")));
+    }
+    for (py::ssize_t n = 0; n < array.size(); n += 3) {
+      own.push_back({array.data()[n], array.data()[n + 1], array.data()[n + 2]});
+    }
+  }
+  return result;
+}
+
+py::object flow_jvp(const Flow& flow, const py::object& points, const py::object& direction,
+                    const DerivativeRequest& request, const py::object& callback) {
+  const Points given = points_from(points, "points");
+  const FlowCoefficients rates = coefficients_from(flow, direction);
+  Progress progress;
+  DerivativeOptions options = request.options;
+  options.progress = &progress;
+  progress.total = given.span().size() * flow.segments.size();
+  PointTangents result;
+  if (!run_watched(callback, progress, [&] { result = coefficient_jvp(flow, given.span(), rates, options); })) {
+    return py::none();
+  }
+  return py::make_tuple(array_of(result.points), array_of(result.tangents));
+}
+
+py::object flow_vjp(const Flow& flow, const py::object& points, const py::object& gradient,
+                    const DerivativeRequest& request, const py::object& callback) {
+  const Points given = points_from(points, "points");
+  const Points of_moved = points_from(gradient, "gradient");
+  Progress progress;
+  DerivativeOptions options = request.options;
+  options.progress = &progress;
+  progress.total = given.span().size() * flow.segments.size();
+  CoefficientGradient result;
+  if (!run_watched(callback, progress,
+                   [&] { result = coefficient_vjp(flow, given.span(), of_moved.span(), options); })) {
+    return py::none();
+  }
+  py::list slopes;
+  for (std::size_t i = 0; i < flow.segments.size(); ++i) {
+    const std::vector<py::ssize_t> shape = coefficient_shape(flow.segments[i]);
+    if (shape.empty()) {
+      slopes.append(py::none());
+    } else {
+      slopes.append(array_of(result.coefficients[i]).reshape(shape));
+    }
+  }
+  return py::make_tuple(array_of(result.points), slopes);
+}
+
 }  // namespace
 
 void add_flow(py::module_& module) {
@@ -353,6 +428,8 @@ void add_flow(py::module_& module) {
   py::class_<DerivativeRequest>(module, "DerivativeRequest").def(py::init<double, int, std::optional<double>>());
   module.def("jvp", &jvp);
   module.def("vjp", &vjp);
+  module.def("flow_jvp", &flow_jvp);
+  module.def("flow_vjp", &flow_vjp);
 }
 
 }  // namespace knead::python

@@ -294,6 +294,26 @@ class Flow:
         threads: int = 0,
         diagonal: float | None = None,
     ) -> NDArray[np.float64]: ...
+    def jvp(
+        self,
+        points: Points_,
+        direction: Sequence[ArrayLike | None],
+        *,
+        relative_tolerance: float = 1e-8,
+        threads: int = 0,
+        diagonal: float | None = None,
+        progress: Progress | None = None,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def vjp(
+        self,
+        points: Points_,
+        gradient: ArrayLike,
+        *,
+        relative_tolerance: float = 1e-8,
+        threads: int = 0,
+        diagonal: float | None = None,
+        progress: Progress | None = None,
+    ) -> tuple[NDArray[np.float64], list[NDArray[np.float64] | None]]: ...
     def __len__(self) -> int: ...
     def __add__(self, other: Flow) -> Flow: ...
 
@@ -427,26 +447,6 @@ def remesh(
     progress: Progress | None = None,
 ) -> Remeshed: ...
 def lattice_points(stroke: Lattice) -> NDArray[np.float64]: ...
-def lattice_jvp(
-    stroke: Lattice,
-    points: Points_,
-    direction: ArrayLike,
-    *,
-    relative_tolerance: float = 1e-8,
-    threads: int = 0,
-    diagonal: float | None = None,
-    progress: Progress | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
-def lattice_vjp(
-    stroke: Lattice,
-    points: Points_,
-    gradient: ArrayLike,
-    *,
-    relative_tolerance: float = 1e-8,
-    threads: int = 0,
-    diagonal: float | None = None,
-    progress: Progress | None = None,
-) -> NDArray[np.float64]: ...
 def certify(
     before: Points_,
     after: Points_,

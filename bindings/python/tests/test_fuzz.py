@@ -366,8 +366,9 @@ def use_lattice(draw):
     keys = draw(some({"mode": st.sampled_from(["volume", "rigid", "spline", "x"]), "degree": st.integers(-1, 16), "axes": anything}))
     box = knead.Lattice(origin=[-1, -1, -1], lengths=draw(st.sampled_from([[2, 2, 2], [1, 0, 1]])), displacements=displacements, **keys)
     assert knead.lattice_points(box).shape == (*counts, 3)
-    knead.lattice_jvp(box, draw(vertices), draw(st.one_of(numbers, anything)), **draw(some(accuracy)))
-    knead.lattice_vjp(box, draw(vertices), draw(vertices))
+    flow = knead.Flow(box)
+    flow.jvp(draw(vertices), draw(st.one_of(st.lists(anything, max_size=2), st.just([displacements]), anything)), **draw(some(accuracy)))
+    flow.vjp(draw(vertices), draw(vertices))
 
 
 MEASURES = ["volume_of", "area_of", "thickness_at", "curvature", "patch_distance"]
@@ -403,7 +404,7 @@ USES = {
     "fit": use_fit,
     "flow": use_flow,
     "mean": use_mean,
-    **{f"lattice_{name}": use_lattice for name in ("jvp", "points", "vjp")},
+    "lattice_points": use_lattice,
     "PaintDrag": use_paint_drag,
     "brush": use_brush,
     "Surface": use_surface,

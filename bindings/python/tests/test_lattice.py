@@ -44,17 +44,42 @@ def test_derivatives_are_those_of_differences():
     displacements = random.normal(scale=0.02, size=(*counts, 3))
     stroke = knead.Lattice(**box, displacements=displacements, mode="spline")
     direction = random.normal(size=(*counts, 3))
-    moved, tangents = knead.lattice_jvp(stroke, points, direction)
+    flow = knead.Flow(stroke)
+    moved, tangents = flow.jvp(points, [direction])
     assert np.array_equal(moved, knead.deform(points, stroke, precision="float64"))
     step = 1e-5
     sides = [knead.deform(points, stroke.replace(displacements=displacements + s * step * direction)) for s in (1, -1)]
     assert np.abs((sides[0] - sides[1]) / (2 * step) - tangents).max() < 1e-9
     gradient = random.normal(size=points.shape)
-    slopes = knead.lattice_vjp(stroke, points, gradient)
+    (slopes,) = flow.vjp(points, gradient)[1]
     assert slopes.shape == (*counts, 3)
     assert np.abs(slopes - np.einsum("nijk,nc->ijkc", bernstein(points, box, counts), gradient)).max() < 1e-10
     with pytest.raises(knead.InvalidInput, match="surface"):
-        knead.lattice_vjp(stroke.replace(mode="volume"), points, gradient)
+        knead.Flow(stroke.replace(mode="volume"))
+    with pytest.raises(knead.InvalidInput, match="direction"):
+        flow.jvp(points, [direction[:2]])
+
+
+def test_a_grid_has_derivatives_by_all_its_coefficients():
+    random = np.random.default_rng(5)
+    points = random.uniform(-0.5, 0.5, (30, 3))
+    begin, end = random.normal(scale=0.02, size=(2, 4, 5, 3, 3))
+    pull = knead.Implicit(path=[[0, 0, 0], [0.1, 0.2, 0]], inner=0.1, outer=0.6)
+    gradient = random.normal(size=points.shape)
+
+    def flow(first, last):
+        grid = knead.Grid(origin=[-0.4, -0.8, -0.6], spacing=0.4, counts=[3, 5, 4], coefficients=first, end_coefficients=last)
+        return knead.Flow([pull, grid])
+
+    of_points, (none, slopes) = flow(begin, end).vjp(points, gradient)
+    assert none is None and slopes.shape == (2, 4, 5, 3, 3) and of_points.shape == points.shape
+    direction = random.normal(size=slopes.shape)
+    step = 1e-4
+    options = {"precision": "float64", "relative_tolerance": 1e-12}
+    sides = [flow(begin + s * step * direction[0], end + s * step * direction[1])(points, **options) for s in (1, -1)]
+    tangents = (sides[0] - sides[1]) / (2 * step)
+    assert np.abs(flow(begin, end).jvp(points, [None, direction])[1] - tangents).max() < 1e-6 * np.abs(tangents).max()
+    assert abs(np.sum(gradient * tangents) - np.sum(slopes * direction)) < 1e-6 * np.abs(gradient * tangents).sum()
 
 
 def test_linear_displacements_move_the_box_linearly():
