@@ -1,8 +1,12 @@
-// Starts Debian's Chromium, and its Firefox on a display of its own, for tests.
+// Starts Debian's Chromium, and its Firefox on a display of its own, for tests; shows pages with the module and three.js.
+import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
-import { existsSync } from 'node:fs';
+import { cpSync, existsSync, writeFileSync } from 'node:fs';
+import path from 'node:path';
 import { chromium, firefox } from 'playwright-core';
+import { serve } from '../serve.mjs';
+import { built, scratch } from './support.mjs';
 
 const find = (...files) => files.find((file) => existsSync(file));
 
@@ -35,4 +39,34 @@ export async function startFirefox(preferences = {}) {
   });
   browser.on('disconnected', () => display.kill());
   return browser;
+}
+
+// Serves a page with the module, three.js, Spark and some files, and opens it.
+export async function show(test, text, files = {}) {
+  const folder = scratch(test);
+  cpSync(path.join(built, 'npm'), path.join(folder, 'npm'), { recursive: true });
+  for (const name of ['three/build/three.module.js', 'three/build/three.core.js', '@sparkjsdev/spark/dist/spark.module.js']) {
+    cpSync(path.join(built, 'node_modules', name), path.join(folder, path.basename(name)));
+  }
+  const pass = 'postprocessing/Pass.js'; // which Spark takes from three.js's addons
+  cpSync(path.join(built, 'node_modules/three/examples/jsm', pass), path.join(folder, 'addons', pass));
+  for (const [name, bytes] of Object.entries(files)) writeFileSync(path.join(folder, name), bytes);
+  writeFileSync(path.join(folder, 'index.html'), text);
+  const server = await serve(folder);
+  test.after(() => server.close());
+  const browser = await startBrowser();
+  test.after(() => browser.close());
+  const tab = await browser.newPage();
+  tab.errors = [];
+  tab.on('pageerror', (error) => tab.errors.push(error.message));
+  await tab.goto(`http://127.0.0.1:${server.address().port}/`);
+  return tab;
+}
+
+// Returns what the page puts into window.result.
+export async function resultOf(tab) {
+  await tab
+    .waitForFunction(() => window.result, null, { timeout: 120000 })
+    .catch((error) => assert.fail(`${tab.errors.join('; ')} ${error.message}`));
+  return tab.evaluate(() => window.result);
 }

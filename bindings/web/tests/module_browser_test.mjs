@@ -1,12 +1,10 @@
 // The module and its example in node and in Chromium: the same bits.
 import assert from 'node:assert/strict';
-import { cpSync, mkdirSync, writeFileSync } from 'node:fs';
+import { mkdirSync } from 'node:fs';
 import path from 'node:path';
 import { it } from 'node:test';
 import { bentTube } from 'knead/example.mjs';
-import { serve } from '../serve.mjs';
-import { skip, startBrowser } from './browser.mjs';
-import { built, scratch } from './support.mjs';
+import { resultOf, show, skip } from './browser.mjs';
 
 const page = `<!doctype html>
 <script type="importmap">{"imports": {"three": "/three.module.js", "knead": "/npm/index.js"}}</script>
@@ -24,30 +22,6 @@ const page = `<!doctype html>
   renderer.render(scene, camera);
   window.result = { positions: Array.from(mesh.geometry.attributes.position.array), report };
 </script>`;
-
-// Serves the page with the module and three.js, and opens it.
-async function show(test, text) {
-  const folder = scratch(test);
-  cpSync(path.join(built, 'npm'), path.join(folder, 'npm'), { recursive: true });
-  for (const name of ['three.module.js', 'three.core.js']) {
-    cpSync(path.join(built, 'node_modules/three/build', name), path.join(folder, name));
-  }
-  writeFileSync(path.join(folder, 'index.html'), text);
-  const server = await serve(folder);
-  test.after(() => server.close());
-  const browser = await startBrowser();
-  test.after(() => browser.close());
-  const tab = await browser.newPage();
-  tab.errors = [];
-  tab.on('pageerror', (error) => tab.errors.push(error.message));
-  await tab.goto(`http://127.0.0.1:${server.address().port}/`);
-  return tab;
-}
-
-async function resultOf(tab) {
-  await tab.waitForFunction(() => window.result).catch((error) => assert.fail(`${tab.errors.join('; ')} ${error.message}`));
-  return tab.evaluate(() => window.result);
-}
 
 const workerPage = `<!doctype html>
 <script type="module">
