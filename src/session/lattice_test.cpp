@@ -56,7 +56,7 @@ LatticeStroke about_sphere(Random& random, double size, double amount, LatticeMo
   return stroke;
 }
 
-ReplayResult replayed(const Mesh& mesh, const std::vector<SessionStroke>& strokes, ReplayOptions options = {}) {
+ReplayResult replayed(const Mesh& mesh, const std::vector<SessionStroke>& strokes, const ReplayOptions& options = {}) {
   Session session;
   session.strokes = strokes;
   ReplayResult result = Replay(borrow(mesh), session, options).run();
@@ -165,7 +165,10 @@ TEST(Lattice, AFlowComesNearWhereVolumesAllow) {
   const ReplayResult near = replayed(sphere(), {{shear(LatticeMode::volume)}});
   EXPECT_LT(greatest_distance(near.shape.positions(), aim), 0.02);
   LatticeStroke grows = shear(LatticeMode::volume);
-  for (int n = 0; n < 45; ++n) grows.displacements[static_cast<std::size_t>(n)] = {0.2 * (n / 9) - 0.4, 0, 0};
+  for (int n = 0; n < 45; ++n) {
+    const int layer = n / 9;
+    grows.displacements[static_cast<std::size_t>(n)] = {0.2 * layer - 0.4, 0, 0};
+  }
   const ReplayResult far = replayed(sphere(), {{grows}});
   ASSERT_EQ(far.warnings.size(), 1U);
   EXPECT_NE(far.warnings[0].find("the displacements change the volume: the shape comes within"), std::string::npos);
@@ -248,7 +251,8 @@ TEST(Lattice, ARigidLatticeStrainsLess) {
   stroke.lengths = {8.2, 2.2, 2.2};
   stroke.counts = {7, 3, 3};
   for (int n = 0; n < 63; ++n) {
-    const Vec3d p = stroke.origin + Vec3d{8.2 * (n / 9) / 6, 1.1 * (n / 3 % 3), 1.1 * (n % 3)};
+    const int layer = n / 9;
+    const Vec3d p = stroke.origin + Vec3d{8.2 * layer / 6, 1.1 * (n / 3 % 3), 1.1 * (n % 3)};
     const SinCos<double> turn = sincos(p.x / 8);
     stroke.displacements.push_back(Vec3d{(8 - p.y) * turn.sin, 8 - (8 - p.y) * turn.cos, p.z} - p);
   }
@@ -487,11 +491,11 @@ TEST(Lattice, DisplacementsMayBeParameters) {
   const Session session =
       parse_session("{\"knead\": 1, \"parameters\": {" + parameters + "}}\n" + line + "]}\n", "session");
   Random random(17);
-  std::vector<Vec3d> points;
-  for (int n = 0; n < 30; ++n) points.push_back((random.in_box(1) + Vec3d{1, 1, 1}) * 0.5);
+  std::vector<Vec3d> points(30);
+  for (Vec3d& p : points) p = (random.in_box(1) + Vec3d{1, 1, 1}) * 0.5;
   const SessionDerivatives derivatives(session);
-  std::vector<double> direction;
-  for (int n = 0; n < 24; ++n) direction.push_back(random.uniform(-1, 1));
+  std::vector<double> direction(24);
+  for (double& number : direction) number = random.uniform(-1, 1);
   const PointTangents there = derivatives.jvp(points, direction, {});
   std::vector<Vec3d> gradient;
   double sum = 0;

@@ -95,7 +95,7 @@ const page = `<!doctype html>
     for (const angle of [0, 1.3, 2.6, 3.9, 5.2]) {
       camera.position.set(4.5 * Math.sin(angle), 1, 4.5 * Math.cos(angle));
       camera.lookAt(0, 0, 0);
-      for (let frame = 0; frame < 3 || spark.sorting || spark.sortDirty; frame += 1) { // sorted in the background
+      for (let frame = 0; frame < 4 || spark.sorting; frame += 1) { // sorted in the background
         renderer.render(scene, camera);
         await pause(100);
       }
