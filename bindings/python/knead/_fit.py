@@ -88,29 +88,6 @@ def _pairs(pairs, source, target, name):
     return rows if rows.shape[1] == 7 else np.concatenate([rows, np.zeros((len(rows), 1))], axis=1)
 
 
-def _functional_map(source, target, landmarks):
-    """Returns pairs of vertices (n, 2) by a functional map (pyfmaps): of each the nearest in its spectrum."""
-    import numpy as np
-
-    try:
-        from pyFM.functional import FunctionalMapping
-        from pyFM.mesh import TriMesh
-    except ImportError as error:
-        raise _knead.Unavailable('map="functional" needs pyfmaps: pip install pyfmaps') from error
-    if source[1] is None or target[1] is None:
-        raise _knead.InvalidInput("a functional map needs the faces of both shapes")
-    from_, to = (TriMesh(np.asarray(_points(s[0])), np.asarray(s[1])) for s in (source, target))
-    pairs = None
-    if landmarks is not None and np.ndim(landmarks) == 2 and np.shape(landmarks)[1] in (2, 3) and len(landmarks):
-        pairs = np.asarray(landmarks)[:, :2].astype(int)
-    functional = FunctionalMapping(from_, to)
-    functional.preprocess(n_descr=100, landmarks=pairs, subsample_step=4, descr_type="WKS", k_process=120)
-    functional.fit(K=(35, 35), w_descr=1, w_lap=1e-2, w_dcomm=1e-1, w_orient=0 if pairs is not None else 1e-2)
-    functional.zoomout_refine(nit=8, step=10)
-    of_target = np.asarray(functional.get_p2p())
-    return np.stack([of_target, np.arange(len(of_target))], axis=1)
-
-
 def fit(
     source,
     target,
@@ -131,9 +108,9 @@ def fit(
     source, target: shapes, or (vertices, faces).
     landmarks: points of the source and their places on the target, met exactly, or to a tolerance: (n, 2) numbers of
         vertices or (n, 6) coordinates; a further column holds tolerances, lengths. At most 2000.
-    map: pairs of the same form, of any number: a start that need not be right everywhere; or "functional": that of a functional map, which
-        needs pyfmaps (pip install pyfmaps) and meshes in one piece. Without it vertices of the same number are pairs where both
-        shapes have the same faces and surface is True, unless landmarks, max_stretch or a volume that stays say otherwise.
+    map: pairs of the same form, of any number: a start that need not be right everywhere. Without it vertices of
+        the same number are pairs where both shapes have the same faces and surface is True, unless landmarks, max_stretch or
+        a volume that stays say otherwise.
     volume: "keep"; "total": the source is scaled to the target's volume first; "free": it grows and shrinks on purpose
         where the target asks for it, smoothly: report["det_least"] and ["det_greatest"] say how much.
     align: True moves the source as a whole first where that brings it much nearer; "always"; False never.
@@ -145,15 +122,11 @@ def fit(
     progress: as for deform. If it returned False, fit returns None.
 
     Raises InvalidInput for input that cannot be used: pairs that contradict each other, mirror images, shapes without
-    faces or, to be scaled, without a volume. Raises Unavailable without pyfmaps where map is "functional".
+    faces or, to be scaled, without a volume.
     """
     import numpy as np
 
     of_source, of_target = _shape(source, "source"), _shape(target, "target")
-    if isinstance(map, str):
-        if map != "functional":
-            raise _knead.InvalidInput(f'map must be pairs or "functional", got "{map}"')
-        map = _functional_map(of_source, of_target, landmarks)
     alignment = {True: "auto", False: "never"}.get(align, align) if isinstance(align, bool) else str(align)
     request = _knead.FitRequest(
         _pairs(landmarks, of_source[0], of_target[0], "landmarks"),

@@ -155,15 +155,6 @@ def test_a_mean_says_what_it_needs():
         knead.mean([ball, ball], volume="total")
 
 
-def test_a_functional_map_is_an_optional_extra(rod, monkeypatch):
-    v, faces, target = rod
-    monkeypatch.setitem(__import__("sys").modules, "pyFM.functional", None)
-    with pytest.raises(knead.Unavailable, match="pyfmaps"):
-        knead.fit((v, faces), (target, faces), map="functional")
-    with pytest.raises(knead.InvalidInput, match="functional"):
-        knead.fit((v, faces), (target, faces), map="other")
-
-
 def test_print_presses_a_picture_in(tmp_path):
     picture = tmp_path / "white.pgm"
     picture.write_bytes(b"P5\n2 1\n255\n\xff\xff")
