@@ -66,7 +66,7 @@ export async function show(test, text, files = {}) {
 // Returns what the page puts into window.result.
 export async function resultOf(tab) {
   await tab
-    .waitForFunction(() => window.result, null, { timeout: 120000 })
+    .waitForFunction(() => window.result, null, { timeout: 300000 })
     .catch((error) => assert.fail(`${tab.errors.join('; ')} ${error.message}`));
   return tab.evaluate(() => window.result);
 }

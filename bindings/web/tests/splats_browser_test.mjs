@@ -8,7 +8,7 @@ import { deform, deformFile } from 'knead';
 import { resultOf, show, skip } from './browser.mjs';
 import { sessions } from './support.mjs';
 
-const count = 20000;
+const count = 8000;
 const size = 0.9 * Math.sqrt((4 * Math.PI) / count); // of a disc
 const thickness = 0.05 * size;
 const step = 1e-3; // of the differences
@@ -78,7 +78,7 @@ const page = `<!doctype html>
   import * as THREE from 'three';
   import { SparkRenderer, SplatMesh } from 'spark';
   const renderer = new THREE.WebGLRenderer({ antialias: false, preserveDrawingBuffer: true });
-  renderer.setSize(300, 300);
+  renderer.setSize(200, 200);
   document.body.append(renderer.domElement);
   const scene = new THREE.Scene();
   scene.background = new THREE.Color(0x404040);
@@ -92,17 +92,17 @@ const page = `<!doctype html>
     await mesh.initialized;
     scene.add(mesh);
     pictures[name] = [];
-    for (const angle of [0, 1.3, 2.6, 3.9, 5.2]) {
+    for (const angle of [0, 2.1, 4.2]) {
       camera.position.set(4.5 * Math.sin(angle), 1, 4.5 * Math.cos(angle));
       camera.lookAt(0, 0, 0);
-      for (let frame = 0; frame < 4 || spark.sorting; frame += 1) { // sorted in the background
+      for (let frame = 0; frame < 4 || (spark.sorting && frame < 40); frame += 1) { // sorted in the background
         renderer.render(scene, camera);
         await pause(100);
       }
       renderer.render(scene, camera);
-      const pixels = new Uint8Array(4 * 300 * 300);
+      const pixels = new Uint8Array(4 * 200 * 200);
       const gl = renderer.getContext();
-      gl.readPixels(0, 0, 300, 300, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+      gl.readPixels(0, 0, 200, 200, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
       pictures[name].push(Array.from(pixels));
     }
     scene.remove(mesh);
