@@ -20,6 +20,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/splats.h"
 
 namespace knead::studio {
 
@@ -215,7 +216,7 @@ void Document::end_gesture(Progress& progress) {
 bool Document::settle(Progress& progress) {
   if (history_->is_settled()) return true;
   if (!history_->live().empty()) return false;
-  if (options_.name_work) options_.name_work("Remeshing");
+  if (options_.name_work) options_.name_work(history_->base().splats ? "Deforming splats" : "Remeshing");
   const auto before = history_->done();
   WorkResult result = history_->settle(&progress);
   journal(result.lines);
@@ -452,11 +453,13 @@ namespace {
 
 // Bytes that the window allocates to draw a shape, at most, while it makes a render::LiveMesh.
 constexpr std::size_t kBytesOfVertex = 160;
+constexpr std::size_t kBytesOfSplat = 400;  // more
 constexpr std::size_t kBytesOfCorner = 60;
 
 // Throws std::bad_alloc if the window would have too little memory to draw the shape. The memory is never touched.
 void check_room_for_drawing(const Mesh& mesh) {
-  ::operator delete(::operator new(mesh.vertex_count() * kBytesOfVertex + mesh.corner_vertex.size() * kBytesOfCorner));
+  const std::size_t of_vertex = kBytesOfVertex + (are_splats(mesh) ? kBytesOfSplat : 0);
+  ::operator delete(::operator new(mesh.vertex_count() * of_vertex + mesh.corner_vertex.size() * kBytesOfCorner));
 }
 
 // A shape and everything made from it, before they replace the document.
