@@ -354,7 +354,7 @@ void draw_live_shape(const LiveFrame& frame, const LiveShape& shape) {
   gl::set_clipping(false);
 }
 
-void draw_live_splats(const LiveFrame& frame, const LiveSplats& splats, bool has_depth) {
+void draw_live_splats(const LiveFrame& frame, const LiveSplats& splats, bool has_depth, bool is_quick) {
   const gl::Program& program = frame.programs.splat;
   use_live_clipped(program, frame);
   const Camera& camera = frame.scene.camera;
@@ -366,13 +366,13 @@ void draw_live_splats(const LiveFrame& frame, const LiveSplats& splats, bool has
   set(program, "brightest", kBrightestSplat);
   glDepthMask(GL_FALSE);
   blend_premultiplied();
-  splats.draw(program);
+  splats.draw(program, is_quick);
   glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
   if (has_depth) {
     set(program, "least", 0.5);
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    splats.draw(program);
+    splats.draw(program, is_quick);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   }
   gl::set_clipping(false);

@@ -160,8 +160,9 @@ uniform highp usampler2D order_map;
 uniform sampler2D place_map, shape_map, color_map, tint_map;
 const int ROW = 1024;  // kSplatRow
 uniform int count;
-uniform float nearest;   // distance
-uniform float faintest;  // alpha that is seen
+uniform float enlargement;  // of the variance
+uniform float nearest;      // distance
+uniform float faintest;     // alpha that is seen
 uniform float blur, brightest;
 flat out vec4 color;
 out vec2 deviations;  // from the middle
@@ -177,7 +178,7 @@ void main() {
   ivec2 pair = ivec2(2 * cell.x, cell.y);
   vec3 from_eye = texelFetch(place_map, pair, 0).xyz - eye;
   vec3 a = texelFetch(shape_map, pair, 0).xyz, b = texelFetch(shape_map, pair + ivec2(1, 0), 0).xyz;
-  mat3 covariance = mat3(a, vec3(a.y, b.xy), vec3(a.z, b.yz));
+  mat3 covariance = enlargement * mat3(a, vec3(a.y, b.xy), vec3(a.z, b.yz));
   float depth = mix(1.0, dot(from_eye, forward), perspective);
   if (!(depth > nearest * perspective)) return;
   vec3 right = normalize(side), up = normalize(top), lean = forward * (perspective / depth);

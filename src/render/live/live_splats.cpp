@@ -207,6 +207,8 @@ LiveSplats::LiveSplats(const Mesh& mesh, const LiveMesh& drawn, double scale, co
   color_map_ = gl::make_texture(wide, rows, GL_RGBA8);
   tint_map_ = gl::make_texture(wide, rows, GL_RGBA8);
   order_map_ = gl::make_texture(wide, rows, GL_R32UI);
+  quick_step_ = std::max(1U, (count_ + kQuickSplats - 1) / kQuickSplats);
+  if (quick_step_ > 1) quick_order_map_ = gl::make_texture(wide, rows / static_cast<int>(quick_step_) + 1, GL_R32UI);
   std::vector<std::uint16_t> corners;
   for (std::uint32_t quad = 0; quad < kSplatRow; ++quad) {
     for (const std::uint32_t corner : {0, 1, 2, 2, 1, 3}) {
@@ -289,6 +291,11 @@ void LiveSplats::finish() {
     }
   }
   send_all(order_map_, kIndex, sorter_->order());
+  if (quick_step_ > 1) {
+    std::vector<std::uint32_t> order = sorter_->order();
+    std::erase_if(order, [&](std::uint32_t splat) { return splat % quick_step_ != 0; });
+    send_all(quick_order_map_, kIndex, order);
+  }
   send_all(color_map_, kFourBytes, sorter_->colors());
   sorter_.reset();
   has_order_ = true;
@@ -301,20 +308,25 @@ void LiveSplats::sort_for(const SplatView& view, const LiveMesh& drawn, bool is_
   if (sorter_ && waits) finish();
 }
 
-void LiveSplats::draw(const gl::Program& program) const {
-  const std::array<std::pair<const char*, const gl::Texture*>, 5> maps{{{"order_map", &order_map_},
-                                                                        {"place_map", &place_map_},
-                                                                        {"shape_map", &shape_map_},
-                                                                        {"color_map", &color_map_},
-                                                                        {"tint_map", &tint_map_}}};
+void LiveSplats::draw(const gl::Program& program, bool is_quick) const {
+  is_quick = is_quick && quick_step_ > 1;
+  const std::uint32_t step = is_quick ? quick_step_ : 1;
+  const std::array<std::pair<const char*, const gl::Texture*>, 5> maps{
+      {{"order_map", is_quick ? &quick_order_map_ : &order_map_},
+       {"place_map", &place_map_},
+       {"shape_map", &shape_map_},
+       {"color_map", &color_map_},
+       {"tint_map", &tint_map_}}};
   for (int unit = 0; unit < static_cast<int>(maps.size()); ++unit) {
     const auto& [name, texture] = maps.at(static_cast<std::size_t>(unit));
     gl::bind_texture(program, name, unit, GL_TEXTURE_2D, *texture);
   }
-  glUniform1i(gl::uniform(program, "count"), static_cast<GLint>(count_));
+  const std::uint32_t count = (count_ + step - 1) / step;
+  glUniform1i(gl::uniform(program, "count"), static_cast<GLint>(count));
+  glUniform1f(gl::uniform(program, "enlargement"), static_cast<float>(step));
   glBindVertexArray(layout_.get());
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, corners_.get());
-  const auto rows = static_cast<GLsizei>((count_ + kSplatRow - 1) / kSplatRow);
+  const auto rows = static_cast<GLsizei>((count + kSplatRow - 1) / kSplatRow);
   glDrawElementsInstanced(GL_TRIANGLES, kQuadIndices, GL_UNSIGNED_SHORT, nullptr, rows);
 }
 

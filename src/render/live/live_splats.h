@@ -18,7 +18,8 @@
 namespace knead::render {
 
 inline constexpr std::uint32_t kSplatRow = 1024;  // splats in a row of a texture
-inline constexpr double kBrightestSplat = 2;      // colours are stored as bytes of this
+inline constexpr std::uint32_t kQuickSplats = 100'000;
+inline constexpr double kBrightestSplat = 2;  // colours are stored as bytes of this
 
 // The numbers of splats that give their colours.
 struct SplatColors {
@@ -95,8 +96,8 @@ class LiveSplats {
   bool is_sorting() const { return sorter_ != nullptr; }
   bool has_news() const;
 
-  // Draws all splats by the program, which is in use.
-  void draw(const gl::Program& program) const;
+  // Draws the splats by the program, which is in use; `is_quick`: at most about kQuickSplats of them, larger.
+  void draw(const gl::Program& program, bool is_quick) const;
 
  private:
   bool advance();
@@ -113,6 +114,8 @@ class LiveSplats {
   gl::Texture color_map_;  // red, green, blue, opacity
   gl::Texture tint_map_;   // as LiveBuffers::colors
   gl::Texture order_map_;
+  gl::Texture quick_order_map_;  // of every quick_step_th splat
+  std::uint32_t quick_step_ = 1;
   gl::VertexArray layout_;
   gl::Buffer corners_;    // of the quads of one row
   SplatView view_;        // of the sorter that was started last
@@ -124,6 +127,7 @@ class LiveSplats {
 
 // Draws splats over what is there, which they do not hide by depth. `has_depth`: what is drawn later is hidden by them
 // where one of them alone covers more than half.
-void draw_live_splats(const LiveFrame& frame, const LiveSplats& splats, bool has_depth);
+// The other argument: see LiveSplats::draw.
+void draw_live_splats(const LiveFrame& frame, const LiveSplats& splats, bool has_depth, bool is_quick);
 
 }  // namespace knead::render

@@ -457,7 +457,8 @@ void LiveView::State::make_picture(const LiveScene& scene, int width, int height
                         relief,
                         std::move(sections)};
   if (relief && !relief_programs) relief_programs.emplace();
-  make_targets({width, height, scene.samples > 0 ? scene.samples : samples, relief});
+  const bool is_slow = splats && programs.in_software;  // and smooth edges do little for splats
+  make_targets({width, height, is_slow ? 1 : scene.samples > 0 ? scene.samples : samples, relief});
   if (rect.left < rect.right && rect.bottom < rect.top) {
     const auto is_seen = [&](const Box& box) {
       return box_on_gpu || box.empty() || overlap(rect_of(box, view, width, height, 1), rect);
@@ -469,7 +470,8 @@ void LiveView::State::make_picture(const LiveScene& scene, int width, int height
     draw_live_images(frame, show_images(scene));
     if (splats) {
       splats->sort_for({view.eye, view.frame.forward, view.perspective}, mesh, is_exact);
-      draw_live_splats(frame, *splats, !shown_glass.empty() || rods.buffers.triangle_indices > 0);
+      const bool is_quick = !is_exact && (scene.samples == 1 || scene.coarseness > 1);
+      draw_live_splats(frame, *splats, !shown_glass.empty() || rods.buffers.triangle_indices > 0, is_quick);
     }
     if (!shown_glass.empty()) gather(targets, rect, GL_DEPTH_BUFFER_BIT);
     draw_live_rods(frame, rods.buffers);
