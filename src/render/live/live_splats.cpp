@@ -2,7 +2,6 @@
 #include "render/live/live_splats.h"
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <string>
@@ -30,7 +29,7 @@ constexpr bool kHasThread = true;
 
 // Returns a number that grows with the depth.
 std::uint32_t key_of(float depth) {
-  const auto bits = std::bit_cast<std::uint32_t>(depth);
+  const auto bits = bit_cast<std::uint32_t>(depth);
   return bits >> 31 != 0 ? ~bits : bits | 0x80000000U;
 }
 
