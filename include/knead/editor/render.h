@@ -447,7 +447,8 @@ struct LiveScene {
   Relief relief;                       // of the shape; a point cloud has none
   int samples = 0;                     // per pixel; 0: the number given to the view
   int coarseness = 1;                  // of LiveView::draw: a picture of 1/coarseness the size, enlarged; at least 1.
-                                       // Above 1, or with `samples` 1, it draws 100,000 splats at most, larger ones
+                                       // Above 1, or with `samples` 1, it draws 100,000 splats at most, larger ones;
+                                       // a driver on the CPU always does that if there are more than 300,000
   bool wireframe = false;              // the polygons' edges
   bool show_influence = false;         // as set by set_influence
   bool show_stretch = false;           // the values of set_influence along kStretchColors instead

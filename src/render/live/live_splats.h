@@ -81,6 +81,8 @@ class LiveSplats {
   // splat_degree().
   LiveSplats(const Mesh& mesh, const LiveMesh& drawn, double scale, const LiveBuffers& buffers);
 
+  std::uint32_t count() const { return count_; }
+
   // Shows the splats as these Jacobians have changed them from the start; null: not at all.
   void deform(const SplatJacobians* jacobians, const LiveMesh& drawn);
 

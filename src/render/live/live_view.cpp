@@ -19,6 +19,7 @@ namespace {
 constexpr float kMaskShade = 0.62f;  // by which a masked vertex is darker
 constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 constexpr int kRodSides = 16;
+constexpr std::uint32_t kMaxSoftwareSplats = 300'000;  // that a driver on the CPU draws, at rest too
 
 // A translucent surface that was drawn; while its faces stay the same, only its positions are sent.
 struct Glass {
@@ -470,8 +471,10 @@ void LiveView::State::make_picture(const LiveScene& scene, int width, int height
     draw_live_images(frame, show_images(scene));
     if (splats) {
       splats->sort_for({view.eye, view.frame.forward, view.perspective}, mesh, is_exact);
-      const bool is_quick = !is_exact && (scene.samples == 1 || scene.coarseness > 1);
-      draw_live_splats(frame, *splats, !shown_glass.empty() || rods.buffers.triangle_indices > 0, is_quick);
+      const bool is_quick =
+          scene.samples == 1 || scene.coarseness > 1 || (is_slow && splats->count() > kMaxSoftwareSplats);
+      const bool has_depth = !shown_glass.empty() || rods.buffers.triangle_indices > 0;
+      draw_live_splats(frame, *splats, has_depth, is_quick && !is_exact);
     }
     if (!shown_glass.empty()) gather(targets, rect, GL_DEPTH_BUFFER_BIT);
     draw_live_rods(frame, rods.buffers);
