@@ -92,12 +92,12 @@ void send(const gl::Texture& texture, const Texels& texels, const VertexRange& s
   const std::uint32_t last = splats.end / kSplatRow;  // may be part of a row
   glBindTexture(GL_TEXTURE_2D, texture.get());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  const auto send_part = [&](std::uint32_t row, std::uint32_t rows, std::uint32_t splats_in_row) {
+  const auto send_part = [&](std::uint32_t y, std::uint32_t rows, std::uint32_t splats_in_row) {
     if (rows == 0 || splats_in_row == 0) return;
-    const std::uintptr_t at = data + texels.bytes * kSplatRow * row;
+    const std::uintptr_t at = data + texels.bytes * kSplatRow * y;
     const auto* const from =
         reinterpret_cast<const void*>(at);  // NOLINT(performance-no-int-to-ptr): as OpenGL takes it
-    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(row), static_cast<GLsizei>(splats_in_row * texels.count),
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(y), static_cast<GLsizei>(splats_in_row * texels.count),
                     static_cast<GLsizei>(rows), texels.format, texels.type, from);
   };
   send_part(first, last - first, kSplatRow);
