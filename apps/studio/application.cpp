@@ -98,7 +98,8 @@ class Application {
     }
     const bool has_settled = frames_since_ >= kFramesToSettle && seconds_between(last_active_, now) > kStaysActive;
     if (has_settled) studio_.view().remember_look();
-    if (has_settled && !interface_.has_messages() && fineness_ == Fineness::smooth && !studio_.view().turntable()) {
+    const bool is_moving = interface_.has_messages() || studio_.view().turntable() || view_.is_sorting();
+    if (has_settled && !is_moving && fineness_ == Fineness::smooth) {
       last_frame_.reset();
       return;
     }

@@ -50,6 +50,8 @@ struct PixelFormat {
 PixelFormat pixel_format(GLenum internal_format) {
   if (internal_format == GL_DEPTH_COMPONENT32F) return {GL_DEPTH_COMPONENT, GL_FLOAT};
   if (internal_format == GL_RGBA8) return {GL_RGBA, GL_UNSIGNED_BYTE};
+  if (internal_format == GL_RGB32F) return {GL_RGB, GL_FLOAT};
+  if (internal_format == GL_R32UI) return {GL_RED_INTEGER, GL_UNSIGNED_INT};
   return {GL_RGBA, GL_FLOAT};
 }
 

@@ -58,6 +58,7 @@ void MemoryAccount::count(const ShapeState& state, bool is_added) {
   state.positions.for_each_chunk([&](const void* chunk, std::size_t bytes) { count(chunk, bytes, is_added); });
   if (state.mesh) count(state.mesh.get(), bytes_of(*state.mesh), is_added);
   if (state.provenance) count(state.provenance.get(), bytes_of(*state.provenance), is_added);
+  count(state.splats.get(), state.splat_bytes(), is_added);
   const std::size_t own = sizeof(ShapeState) + state.positions.table_bytes() + bytes_of(state.normals);
   bytes_ = is_added ? bytes_ + own : bytes_ - own;
 }

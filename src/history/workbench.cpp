@@ -7,6 +7,7 @@
 #include "knead/editor/tools.h"
 #include "knead/editor/workbench.h"
 #include "knead/error.h"
+#include "knead/replay.h"
 #include "session/deformed_shape_detail.h"
 #include "strokes/describe.h"
 #include "strokes/pose.h"
@@ -54,11 +55,19 @@ MotionOptions on_threads(int threads) {
   return motion;
 }
 
+DeformedShape with_splats(DeformedShape shape) {
+  const Mesh* const mesh = &shape.mesh();
+  std::vector<IndexRange> splats = splats_among({&mesh, 1});
+  if (!splats.empty()) shape.carry_splats(std::move(splats));
+  return shape;
+}
+
 }  // namespace
 
 Workbench::Workbench(Mesh mesh, std::filesystem::path folder, std::vector<std::uint32_t> face_labels, int threads)
     : folder_(std::move(folder)),
-      shape_(checked(std::move(mesh)), on_threads(threads), {std::nullopt, std::move(face_labels)}),
+      shape_(with_splats(
+          DeformedShape(checked(std::move(mesh)), on_threads(threads), {std::nullopt, std::move(face_labels)}))),
       base_(shape_.state()),
       at_(base_),
       live_state_(base_),
@@ -142,6 +151,7 @@ WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
   const ShapeState from = goes_on ? following->state : last_state();
   WorkResult result = compute(from, !goes_on && !live_.empty(), [&] {
     AdvectStatus status = AdvectStatus::done;
+    shape_.hold_splats(true);
     try {
       if (!goes_on) {
         LiveSurface surface;
@@ -173,6 +183,7 @@ WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
 WorkResult Workbench::apply_change(const StrokeDelta& change, const std::vector<SessionStroke>& strokes,
                                    Progress* progress) {
   return compute(change.from_start ? last_state() : state(), change.from_start && !live_.empty(), [&] {
+    shape_.hold_splats(true);
     const AdvectStatus status =
         change.rest ? shape_.move(masked(*change.rest, shape_.mask()), progress) : AdvectStatus::done;
     if (status != AdvectStatus::done) return status;
@@ -235,7 +246,7 @@ WorkResult Workbench::finish(Progress* progress) {
     return result;
   }
   std::vector<SessionStroke> joined = joined_strokes(live_);
-  if (!is_remeshed(joined) && !is_approximate_) return finish_later(progress);
+  if (!is_remeshed(joined) && !is_approximate_ && !shape_.splats()) return finish_later(progress);
   auto entry = std::make_shared<Entry>();
   result = make_entry(joined, last_state(), *entry, progress);
   if (!result.is_done()) return result;
@@ -255,7 +266,7 @@ WorkResult Workbench::finish_later(Progress* /*progress*/) {
     result.lines = {live_lines_, lines_of(now_.size(), joined)};
     lines = joined.size();
   }
-  entry->is_provisional = !is_settled() || is_remeshed(joined) || is_approximate_;
+  entry->is_provisional = !is_settled() || is_remeshed(joined) || is_approximate_ || shape_.splats();
   keep(*entry, live_state_);
   entry->info.seconds = live_seconds_;
   entry->info.steps = steps_ - live_steps_;
@@ -441,7 +452,10 @@ WorkResult Workbench::make_entry(const std::vector<SessionStroke>& strokes, cons
   const auto began = std::chrono::steady_clock::now();
   const std::uint64_t steps = steps_;
   notes_ = {};
-  WorkResult result = compute(from, false, [&] { return apply(strokes, progress); });
+  WorkResult result = compute(from, false, [&] {
+    shape_.hold_splats(false);
+    return apply(strokes, progress);
+  });
   if (!result.is_done()) return result;
   keep(entry, *at_);
   entry.info = {strokes, seconds_since(began), steps_ - steps, std::exchange(notes_, {})};

@@ -9,6 +9,7 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
+#include "knead/splats.h"
 #include "support/scratch.h"
 
 namespace knead::workbench_test {
@@ -310,6 +311,49 @@ TEST(Workbench, StampsAndPaintingAlongAPathAreDoneAsAReplayDoesThem) {
     expect_as_replayed(bench, mesh, folder);
   }
   EXPECT_FALSE(bench.state().positions.changes_since(bench.base().positions).empty());
+}
+
+// Splats change as a replay changes them once the gesture is settled; before, their centres move alone.
+TEST(Workbench, SplatsAreDoneAsAReplayDoesThem) {
+  Mesh mesh;
+  mesh.positions = ball().positions;
+  for (const char* name : {"scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"}) {
+    const std::vector<double> values(mesh.vertex_count(), std::string(name) == "rot_0" ? 1 : -3);
+    mesh.attributes.push_back({name, Domain::vertex, NumberType::float32, 1, values});
+  }
+  Workbench bench(mesh);
+  const auto expect_settled = [&] {
+    EXPECT_TRUE(bench.is_settled());
+    expect_as_replayed(bench, mesh);
+    const DeformedShape shape = replayed(mesh, bench.strokes()).shape;
+    EXPECT_EQ(bench.state().splats->splats, shape.splats()->splats);
+    EXPECT_TRUE(bench.state().splats->jacobians == shape.splats()->jacobians);
+    EXPECT_FALSE(shape.splats()->splats.empty() && !bench.done().empty());
+  };
+  for (int gesture = 0; gesture < 2; ++gesture) {
+    const std::shared_ptr<const SplatJacobians> before = bench.state().splats;
+    for (std::size_t points = 2; points < 8; ++points) bench.set_live({{pull(points, 1 - 2 * gesture)}});
+    EXPECT_EQ(bench.state().splats, before);
+    if (gesture == 0) {
+      bench.finish();
+    } else {
+      bench.finish_later();
+      EXPECT_FALSE(bench.is_settled());
+      EXPECT_TRUE(bench.settle().is_done());
+    }
+    expect_settled();
+  }
+  const std::size_t all = bench.undo_memory().bytes;
+  EXPECT_GT(all, bench.state().splats->splats.size() * sizeof(Mat3d));
+  bench.undo();
+  expect_settled();
+  bench.undo();
+  EXPECT_TRUE(bench.state().splats->splats.empty());
+  bench.redo();
+  bench.redo();
+  expect_settled();
+  bench.edit(0, {{pull(4, 1)}});
+  expect_settled();
 }
 
 TEST(Workbench, StatesThatWereDroppedAreFoundAgain) {

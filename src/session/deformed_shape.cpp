@@ -182,8 +182,12 @@ Mesh ShapeState::to_mesh() const {
 }
 
 bool ShapeState::is_same(const ShapeState& other) const {
-  return mesh == other.mesh && provenance == other.provenance && mask.shares(other.mask) &&
+  return mesh == other.mesh && provenance == other.provenance && mask.shares(other.mask) && splats == other.splats &&
          positions.size() == other.positions.size() && positions.changes_since(other.positions).empty();
+}
+
+std::size_t ShapeState::splat_bytes() const {
+  return splats == nullptr ? 0 : splats->splats.capacity() * (sizeof(std::uint32_t) + sizeof(Mat3d));
 }
 
 Snapshot::Snapshot(std::span<const Vec3d> positions, const Snapshot& before, int threads)
@@ -304,7 +308,7 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   options.progress = progress;
   session_detail::MovedSplats splats;
   try {
-    if (splats_) splats = moved_splats(flow, options);
+    if (splats_ && !are_splats_held_) splats = moved_splats(flow, options);
   } catch (const Cancelled&) {
     return AdvectStatus::cancelled;
   }

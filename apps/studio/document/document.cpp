@@ -244,7 +244,7 @@ void Document::end_gesture(Progress& progress) {
 bool Document::settle(Progress& progress) {
   if (history_->is_settled()) return true;
   if (!history_->live().empty()) return false;
-  if (options_.name_work) options_.name_work("Remeshing");
+  if (options_.name_work) options_.name_work(history_->base().splats ? "Deforming splats" : "Remeshing");
   const auto before = history_->done();
   WorkResult result = history_->settle(&progress);
   journal(result.lines);

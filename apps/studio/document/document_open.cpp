@@ -17,6 +17,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/splats.h"
 
 namespace knead::studio {
 
@@ -24,11 +25,13 @@ namespace {
 
 // Bytes that the window allocates to draw a shape, at most, while it makes a render::LiveMesh.
 constexpr std::size_t kBytesOfVertex = 160;
+constexpr std::size_t kBytesOfSplat = 400;  // more
 constexpr std::size_t kBytesOfCorner = 60;
 
 // Throws std::bad_alloc if the window would have too little memory to draw the shape. The memory is never touched.
 void check_room_for_drawing(const Mesh& mesh) {
-  ::operator delete(::operator new(mesh.vertex_count() * kBytesOfVertex + mesh.corner_vertex.size() * kBytesOfCorner));
+  const std::size_t of_vertex = kBytesOfVertex + (are_splats(mesh) ? kBytesOfSplat : 0);
+  ::operator delete(::operator new(mesh.vertex_count() * of_vertex + mesh.corner_vertex.size() * kBytesOfCorner));
 }
 
 // A shape and everything made from it, before they replace the document.

@@ -230,7 +230,8 @@ std::vector<Vec3d> GpuPreview::positions() {
 
 bool ShownShape::follow(const ShapeState& state, const PendingStrokes* pending, double diagonal,
                         render::LiveView& view) {
-  return gpu_ ? gpu_->follow(state, pending, diagonal, view) : send(state, view);
+  const bool has_moved = gpu_ ? gpu_->follow(state, pending, diagonal, view) : send(state, view);
+  return view.set_splats(state.splats) || has_moved;
 }
 
 void ShownShape::use_cpu() {

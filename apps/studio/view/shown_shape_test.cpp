@@ -7,6 +7,7 @@
 
 #include "knead/editor/gl.h"
 #include "studio_fixture.h"
+#include "support/splat_scenes.h"
 #include "view/shown_shape.h"
 
 namespace knead::studio::shown_shape_test {
@@ -96,6 +97,50 @@ constexpr const char* kHeld = R"({"tool": "ball"}
 {"press": [0, 0, 1]}
 {"move": [0.2, 0.2, 1]}
 {"move": [0.4, 0.2, 1]})";
+
+// Splats look as the offline renderer draws those of a replay, once the gesture has ended and the work is done.
+TEST_F(GpuPreviewTest, SplatsAreSeenAsAReplayDeformsThem) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 4000);
+  const std::vector<Triangle> triangles = triangulate(mesh);
+  const Mesh capture = render::cover(mesh, triangles, render::samples_of(mesh, triangles, 5000));
+  write_mesh(folder_ / "capture.ply", capture);
+  for (const bool on_gpu : {false, true}) {
+    Studio studio(options());
+    run(studio, R"({"open": ")" + (folder_ / "capture.ply").string() + "\"}\n{\"tool\": \"ball\"}");
+    ShownShape shape;
+    if (on_gpu) shape.use_gpu();
+    const auto follow = [&] {
+      const DocumentState& shown = studio.document().shown();
+      shape.show(shown.objects);
+      return shape.follow(shown.state, studio.pending(), shown.diagonal, *view_);
+    };
+    render::LiveScene scene;
+    scene.background_bottom = scene.background_top;
+    scene.camera = render::fit_points(capture.positions, {-0.3, -0.2, -1}, {0, 1, 0}, 1);
+    render::Options offline;
+    offline.width = offline.height = 200;
+    offline.background = scene.background_top;
+    const auto likeness = [&](const Mesh& splats) {
+      const render::Image image = view_->picture(scene, offline.width, offline.height);
+      return render::psnr(render::error_of(image, render::render_splats(splats, scene.camera, offline)));
+    };
+    EXPECT_TRUE(follow());
+    EXPECT_FALSE(follow());
+    EXPECT_GT(likeness(capture), 40) << on_gpu;
+    ScriptHost host;
+    host.after_event = [&] { follow(); };
+    std::istringstream lines(R"({"drag": [[0.95, 0, 0], [1.4, 0.3, 0]], "modifiers": ["ctrl"], "steps": 3})");
+    run_script(lines, "script", studio, host);
+    run(studio, "");
+    follow();
+    EXPECT_EQ(studio.document().shown().history.size(), 1U);
+    const ReplayResult replayed = saved_and_replayed(studio);
+    EXPECT_TRUE(replayed.shape.positions() == positions(studio));
+    EXPECT_GT(likeness(replayed.shape.to_mesh()), 40) << on_gpu;
+    EXPECT_LT(likeness(capture), 30);
+    EXPECT_EQ(errors(studio), "");
+  }
+}
 
 TEST_F(GpuPreviewTest, TheGpuIsAheadWhileAGestureIsMade) {
   Studio studio(options());

@@ -18,6 +18,7 @@
 #include "knead/field.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
+#include "knead/splats.h"
 #include "knead/vec.h"
 
 namespace knead::render {
@@ -445,7 +446,9 @@ struct LiveScene {
   Matcap matcap = Matcap::terracotta;  // of Material::matcap
   Relief relief;                       // of the shape; a point cloud has none
   int samples = 0;                     // per pixel; 0: the number given to the view
-  int coarseness = 1;                  // of LiveView::draw: a picture of 1/coarseness the size, enlarged; at least 1
+  int coarseness = 1;                  // of LiveView::draw: a picture of 1/coarseness the size, enlarged; at least 1.
+                                       // Above 1, or with `samples` 1, it draws 100,000 splats at most, larger ones;
+                                       // a driver on the CPU always does that if there are more than 300,000
   bool wireframe = false;              // the polygons' edges
   bool show_influence = false;         // as set by set_influence
   bool show_stretch = false;           // the values of set_influence along kStretchColors instead
@@ -491,8 +494,14 @@ class LiveView {
   LiveView& operator=(LiveView&&) noexcept;
 
   // Sets the shape, in the colours of its vertex attribute "color" if it has one. A mesh without faces is drawn as
-  // discs. The mesh need not outlive the call. Clears the influence.
+  // discs; splats (splats.h) as render_splats() draws them, unless there are more than the driver has textures for. The
+  // mesh need not outlive the call. Clears the influence. Throws InvalidInput for splats as splat_degree().
   void set_shape(const Mesh& mesh);
+
+  // Changes covariances and colours of splats, from those of set_shape(), by the Jacobians of a deformation (null:
+  // none), whose splats are numbers of vertices. Their centres stay where `move` puts them. Returns whether anything
+  // may have changed: not for the same object again, nor for other shapes.
+  bool set_splats(const std::shared_ptr<const SplatJacobians>& jacobians);
 
   // Moves the vertices in the ranges `changed` (in any order), and computes the normals there and in the one-ring
   // around. positions: of all vertices of the mesh. threads: 0 for all. Throws InvalidInput if the number of positions
@@ -525,6 +534,10 @@ class LiveView {
 
   // Returns what the last call of move() sent to the GPU.
   UploadCounts counts() const;
+
+  // Returns true while a thread sorts splats for a new view or shape: `draw` then uses the last order, and should be
+  // called again. `picture` waits.
+  bool is_sorting() const;
 
   // Returns true if the driver draws on the CPU: then one sample per pixel is several times faster than four.
   bool draws_in_software() const;

@@ -133,7 +133,11 @@ struct ShapeState {
   // Returns the mesh with the positions.
   Mesh to_mesh() const;
 
-  // Returns whether both have the same faces and mask, and positions with the same bits. Compares pointers only.
+  // Returns the memory of `splats`.
+  std::size_t splat_bytes() const;
+
+  // Returns whether both have the same faces, mask and splats, and positions with the same bits. Compares pointers
+  // only.
   bool is_same(const ShapeState& other) const;
 };
 
@@ -204,6 +208,8 @@ class DeformedShape {
   // From now on, moves change the splats (splats.h) among the vertices, too: those in these ranges, which ascend, by
   // their numbers at the start. Their centres then follow path lines as exact as the Jacobians: 1e-7 of the size.
   void carry_splats(std::vector<IndexRange> splats);
+  // While splats are held, moves change their centres only, like those of other points: for a preview.
+  void hold_splats(bool are_held) { are_splats_held_ = are_held; }
   // Returns the Jacobians of all moves since carry_splats(), by the splats' numbers at the start; null without that.
   const std::shared_ptr<const SplatJacobians>& splats() const { return splats_; }
   // Returns the triangles of the faces; a polygon is always cut in the same way. They name the first vertex at each
@@ -311,6 +317,7 @@ class DeformedShape {
   std::optional<session_detail::TransportedNormals> normals_;
   std::vector<IndexRange> splat_ranges_;
   std::shared_ptr<const SplatJacobians> splats_;  // null: not carried
+  bool are_splats_held_ = false;
   Mask mask_;
   std::shared_ptr<const PointConstraint> constraint_;
   double put_back_ = 0;

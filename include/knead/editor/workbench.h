@@ -1,7 +1,8 @@
 // The shape in an editor: strokes that are applied while they are made, undone, redone and edited.
 //
 // The shape has the bits that a replay (knead/replay.h) of strokes() gives with the default options, those of the
-// command, except during a gesture that follows a pointer (set_live), and until settle() after finish_later().
+// command, except during a gesture that follows a pointer (set_live), and until settle() after finish_later(). During
+// any gesture only the centres of splats move; settle() or finish() changes the rest.
 #pragma once
 
 #include <chrono>
@@ -94,7 +95,7 @@ struct UndoMemory {
 class Workbench {
  public:
   // `folder`: the paths of stamps are relative to it. `face_labels`: see knead/io.h. Throws InvalidInput for a mesh
-  // without vertices.
+  // without vertices, and for splats as splat_degree().
   explicit Workbench(Mesh mesh, std::filesystem::path folder = {}, std::vector<std::uint32_t> face_labels = {},
                      int threads = 0);
 

@@ -20,6 +20,7 @@ namespace knead::render {
 
 ShaderSource live_shape_source(Material material);
 ShaderSource live_cloud_source();       // points -> discs
+ShaderSource live_splat_source();       // splats -> quads
 ShaderSource live_wire_source();        // edges of the polygons
 ShaderSource live_depth_source();       // nothing but depth and stencil
 ShaderSource live_cut_source();         // the cutting plane
@@ -154,6 +155,7 @@ class LiveMesh {
 struct LivePrograms {
   std::array<gl::Program, 3> shape;  // by Material
   gl::Program cloud;
+  gl::Program splat;
   gl::Program wire;
   gl::Program depth;
   gl::Program cut;

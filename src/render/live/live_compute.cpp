@@ -135,7 +135,7 @@ void LiveCompute::move(std::span<const PointBuffer> points, const Placement& pla
   gl::bind_storage(3, ring_list_);
   gl::bind_storage(4, drawn.vertices);
   dispatch(drawn_count_);
-  glMemoryBarrier(GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+  glMemoryBarrier(GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT | GL_PIXEL_BUFFER_BARRIER_BIT);
 }
 
 }  // namespace knead::render

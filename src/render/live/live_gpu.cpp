@@ -107,6 +107,7 @@ LivePrograms::LivePrograms()
     : shape{compile(live_shape_source(Material::clay)), compile(live_shape_source(Material::matcap)),
             compile(live_shape_source(Material::flat))},
       cloud(compile(live_cloud_source())),
+      splat(compile(live_splat_source())),
       wire(compile(live_wire_source())),
       depth(compile(live_depth_source())),
       cut(compile(live_cut_source())),

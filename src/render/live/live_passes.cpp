@@ -9,7 +9,9 @@
 
 #include "knead/error.h"
 #include "render/live/live.h"
+#include "render/live/live_splats.h"
 #include "render/offline/passes.h"
+#include "render/splat_attributes.h"
 
 namespace knead::render {
 namespace {
@@ -348,6 +350,30 @@ void draw_live_shape(const LiveFrame& frame, const LiveShape& shape) {
       draw_cut_face(frame);
     }
     if (frame.scene.wireframe) draw_wires(frame, shape);
+  }
+  gl::set_clipping(false);
+}
+
+void draw_live_splats(const LiveFrame& frame, const LiveSplats& splats, bool has_depth, bool is_quick) {
+  const gl::Program& program = frame.programs.splat;
+  use_live_clipped(program, frame);
+  const Camera& camera = frame.scene.camera;
+  set(program, "nearest", kNearestSplat * norm(camera.target - camera.eye) * frame.view.placement.scale);
+  set(program, "faintest", kMinSplatAlpha);
+  set(program, "least", kMinSplatAlpha);
+  set(program, "greatest", kMaxSplatAlpha);
+  set(program, "blur", kSplatBlur);
+  set(program, "brightest", kBrightestSplat);
+  glDepthMask(GL_FALSE);
+  blend_premultiplied();
+  splats.draw(program, is_quick);
+  glDisable(GL_BLEND);
+  glDepthMask(GL_TRUE);
+  if (has_depth) {
+    set(program, "least", 0.5);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    splats.draw(program, is_quick);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   }
   gl::set_clipping(false);
 }

@@ -34,8 +34,7 @@ void main() {
 }
 )";
 
-// Colours are multiplied by light as squares, a cheap approximation of the screen's transfer function.
-const char* const kClayLight = R"(
+const char* const kInfluence = R"(
 uniform float influence;  // 1: shown; 2: as a stretch
 uniform vec3 stretch[5];
 vec3 with_influence(vec4 c) {
@@ -48,6 +47,10 @@ vec3 with_influence(vec4 c) {
   float strength = influence * mix(0.55, 0.72, c.a) * smoothstep(0.0, 0.3, c.a);
   return mix(c.rgb, hue, strength);
 }
+)";
+
+// Colours are multiplied by light as squares, a cheap approximation of the screen's transfer function.
+const char* const kClayLight = R"(
 vec3 clay(vec3 base, vec3 n, vec3 v) {
   float up = 0.5 + 0.5 * dot(n, sky_up);
   float lit = max(dot(n, key), 0.0);
@@ -145,6 +148,69 @@ void main() {
   vec3 n = normalize(0.6 * (normalize(side) * p.x + normalize(top) * p.y) - forward);
   vec3 v = -normalize(ray_direction(gl_FragCoord.xy));
   pixel = vec4(clay(with_influence(tint), n, v), 1.0);
+}
+)";
+
+// A quad about what is seen of each splat, in their order; the quads of a row are one instance. The projection is that
+// of render_splats().
+const char* const kSplatVertex = R"(
+uniform mat4 matrix;
+uniform vec4 clip;
+uniform highp usampler2D order_map;
+uniform sampler2D place_map, shape_map, color_map, tint_map;
+const int ROW = 1024;  // kSplatRow
+uniform int count;
+uniform float enlargement;  // of the variance
+uniform float nearest;      // distance
+uniform float faintest;     // alpha that is seen
+uniform float blur, brightest;
+flat out vec4 color;
+out vec2 deviations;  // from the middle
+void main() {
+  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // is not seen
+  color = vec4(0.0);
+  deviations = vec2(0.0);
+  clip_by(1.0);
+  int quad = gl_VertexID >> 2;
+  if (gl_InstanceID * ROW + quad >= count) return;
+  int splat = int(texelFetch(order_map, ivec2(quad, gl_InstanceID), 0).x);
+  ivec2 cell = ivec2(splat % ROW, splat / ROW);
+  ivec2 pair = ivec2(2 * cell.x, cell.y);
+  vec3 from_eye = texelFetch(place_map, pair, 0).xyz - eye;
+  vec3 a = texelFetch(shape_map, pair, 0).xyz, b = texelFetch(shape_map, pair + ivec2(1, 0), 0).xyz;
+  mat3 covariance = enlargement * mat3(a, vec3(a.y, b.xy), vec3(a.z, b.yz));
+  float depth = mix(1.0, dot(from_eye, forward), perspective);
+  if (!(depth > nearest * perspective)) return;
+  vec3 right = normalize(side), up = normalize(top), lean = forward * (perspective / depth);
+  float scale = samples.y / (2.0 * length(top) * depth);
+  vec3 across = (right - lean * dot(from_eye, right)) * scale, along = (up - lean * dot(from_eye, up)) * scale;
+  float xx = dot(across, covariance * across) + blur, yy = dot(along, covariance * along) + blur;
+  float xy = dot(across, covariance * along);
+  float mean = 0.5 * (xx + yy), apart = length(vec2(0.5 * (xx - yy), xy));
+  vec4 own = texelFetch(color_map, cell, 0), tint = texelFetch(tint_map, cell, 0);
+  if (!(own.a > faintest) || !(mean < 1e12)) return;
+  vec2 axis = xx >= yy ? vec2(0.5 * (xx - yy) + apart, xy) : vec2(xy, 0.5 * (yy - xx) + apart);
+  axis = apart > 1e-6 * mean ? normalize(axis) : vec2(1.0, 0.0);
+  float reach = sqrt(2.0 * log(own.a / faintest));
+  deviations = reach * (vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0);
+  vec2 long_axis = sqrt(mean + apart) * axis, short_axis = sqrt(max(mean - apart, blur)) * vec2(-axis.y, axis.x);
+  vec4 middle = matrix * vec4(from_eye + eye, 1.0);
+  vec2 offset = (long_axis * deviations.x + short_axis * deviations.y) * 2.0 / samples;
+  gl_Position = vec4(middle.xy / middle.w + offset, middle.z / middle.w, 1.0);
+  color = vec4(with_influence(vec4(own.rgb * brightest * tint.rgb, tint.a)), own.a);
+  clip_by(clip.w - dot(clip.xyz, from_eye + eye));
+}
+)";
+const char* const kSplatFragment = R"(
+flat in vec4 color;
+in vec2 deviations;
+uniform float least, greatest;
+layout(location = 0) out vec4 pixel;
+void main() {
+  clip_away();
+  float alpha = min(color.a * exp(-0.5 * dot(deviations, deviations)), greatest);
+  if (alpha <= least) discard;
+  pixel = vec4(color.rgb, 1.0) * alpha;
 }
 )";
 
@@ -368,7 +434,7 @@ ShaderSource relief_program(const char* vertex, const char* fragment) {
 const char* const kFillLight = "uniform vec3 fill;\n";
 
 std::string lit_program(const std::string& body) {
-  return std::string(kVersion) + kView + kSimpleLight + kFillLight + kClayLight + body;
+  return std::string(kVersion) + kView + kSimpleLight + kFillLight + kInfluence + kClayLight + body;
 }
 
 }  // namespace
@@ -381,6 +447,10 @@ ShaderSource live_shape_source(Material material) {
 }
 ShaderSource live_cloud_source() {
   return {vertex_program(kShapeVertex), lit_program(std::string(kClipFragment) + kShapeInputs + kCloudFragment)};
+}
+ShaderSource live_splat_source() {
+  return {std::string(kVersion) + kView + kClipVertex + kInfluence + kSplatVertex,
+          std::string(kVersion) + kClipFragment + kSplatFragment};
 }
 ShaderSource live_wire_source() {
   return {vertex_program(kWireVertex), std::string(kVersion) + kClipFragment + kWireFragment};

@@ -9,6 +9,7 @@
 #include "knead/editor/render.h"
 #include "knead/error.h"
 #include "render/live/live.h"
+#include "render/live/live_splats.h"
 #include "render/offline/passes.h"
 #include "render/surface.h"
 
@@ -18,6 +19,7 @@ namespace {
 constexpr float kMaskShade = 0.62f;  // by which a masked vertex is darker
 constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 constexpr int kRodSides = 16;
+constexpr std::uint32_t kMaxSoftwareSplats = 300'000;  // that a driver on the CPU draws, at rest too
 
 // A translucent surface that was drawn; while its faces stay the same, only its positions are sent.
 struct Glass {
@@ -212,6 +214,8 @@ struct LiveView::State {
   std::vector<ShownImage> images;
   std::vector<Bytes4> colors;        // per drawn vertex; the fourth: influence
   std::vector<Bytes4> plain_colors;  // without the mask
+  std::optional<LiveSplats> splats;  // if the shape is a capture; their tint is `colors`
+  std::shared_ptr<const SplatJacobians> jacobians;
   std::vector<Glass> glass;
   Rods rods;
   LiveTargets targets;
@@ -220,8 +224,8 @@ struct LiveView::State {
   std::optional<Drawn> drawn;  // none if the shape's colours have changed since
 
   // Draws the scene into the targets' single samples. If they show a similar picture, draws only the parts that may
-  // differ.
-  void make_picture(const LiveScene& scene, int width, int height);
+  // differ. `is_exact`: waits until splats are sorted for it.
+  void make_picture(const LiveScene& scene, int width, int height, bool is_exact);
 
   // Sets the colour of each drawn vertex d to color_of(d, value), where its vertex's value is limited to [0, 1].
   template <class ColorOf>
@@ -241,6 +245,7 @@ struct LiveView::State {
     });
     if (different.begin < different.end) drawn.reset();
     update_colors(buffers, colors, different);
+    if (splats && different.begin < different.end) splats->take_tints(buffers, different);
   }
 
   // Returns the scene's images on the GPU, and drops all others.
@@ -340,6 +345,8 @@ void LiveView::set_shape(const Mesh& mesh) {
   Shape shape;
   shape.mesh = &mesh;
   shape.use_mesh_colors = true;
+  const bool are_captured = are_splats(mesh) && LiveSplats::have_room(mesh.vertex_count());
+  if (are_captured) shape.vertex_colors.assign(mesh.vertex_count(), Color{});
   const std::vector<Bytes4> colors = colors_of(shape);
   s.colors.resize(s.mesh.vertices().size());
   s.mesh.for_each_drawn({0, static_cast<std::uint32_t>(mesh.vertex_count())}, [&](std::uint32_t v, std::uint32_t d) {
@@ -347,6 +354,9 @@ void LiveView::set_shape(const Mesh& mesh) {
   });
   s.plain_colors = s.colors;
   s.buffers = make_live_buffers(s.mesh, s.colors);
+  s.splats.reset();
+  s.jacobians.reset();
+  if (are_captured) s.splats.emplace(mesh, s.mesh, s.placement.scale, s.buffers);
   s.glass.clear();
   s.rods = {};
   s.counts = {};
@@ -360,8 +370,21 @@ void LiveView::move(std::span<const Vec3d> positions, std::span<const VertexRang
   const VertexRange all{0, static_cast<std::uint32_t>(positions.size())};
   const bool is_elsewhere = s.box_on_gpu.has_value();
   if (is_elsewhere || s.mesh.is_cloud()) s.drawn.reset();
-  s.counts = update(s.buffers, s.mesh, s.mesh.move(positions, is_elsewhere ? std::span(&all, 1) : changed, threads));
+  const std::vector<VertexRange> moved = s.mesh.move(positions, is_elsewhere ? std::span(&all, 1) : changed, threads);
+  s.counts = update(s.buffers, s.mesh, moved);
+  for (const VertexRange& range : moved) {
+    if (s.splats) s.splats->take_places(s.buffers, range);
+  }
   s.box_on_gpu.reset();
+}
+
+bool LiveView::set_splats(const std::shared_ptr<const SplatJacobians>& jacobians) {
+  State& s = *state_;
+  if (!s.splats || s.jacobians == jacobians) return false;
+  s.jacobians = jacobians;
+  s.splats->deform(jacobians.get(), s.mesh);
+  s.drawn.reset();
+  return true;
 }
 
 void LiveView::move_on_gpu(std::span<const PointBuffer> points, const Box& box) {
@@ -378,6 +401,7 @@ void LiveView::move_on_gpu(std::span<const PointBuffer> points, const Box& box) 
   s.drawn.reset();
   if (!s.compute) s.compute.emplace(s.mesh);
   s.compute->move(points, s.placement, s.buffers);
+  if (s.splats) s.splats->take_places(s.buffers, {0, static_cast<std::uint32_t>(s.mesh.vertices().size())});
   s.counts = {};
   s.box_on_gpu = box.empty() ? Box{} : Box{s.placement.apply(box.min), s.placement.apply(box.max)};
 }
@@ -401,7 +425,7 @@ void LiveView::set_mask(std::span<const float> per_vertex) {
   });
 }
 
-void LiveView::State::make_picture(const LiveScene& scene, int width, int height) {
+void LiveView::State::make_picture(const LiveScene& scene, int width, int height, bool is_exact) {
   std::optional<LiveCut> cut;
   if (scene.clip) cut = live_cut(*scene.clip, placement);
   if (scene.sections.size() > kMaxSections) throw InvalidInput("live view: too many sections; give at most three");
@@ -434,16 +458,24 @@ void LiveView::State::make_picture(const LiveScene& scene, int width, int height
                         relief,
                         std::move(sections)};
   if (relief && !relief_programs) relief_programs.emplace();
-  make_targets({width, height, scene.samples > 0 ? scene.samples : samples, relief});
+  const bool is_slow = splats && programs.in_software;  // and smooth edges do little for splats
+  make_targets({width, height, is_slow ? 1 : scene.samples > 0 ? scene.samples : samples, relief});
   if (rect.left < rect.right && rect.bottom < rect.top) {
     const auto is_seen = [&](const Box& box) {
       return box_on_gpu || box.empty() || overlap(rect_of(box, view, width, height, 1), rect);
     };
     begin_live_picture(frame, targets);
-    draw_live_shape(frame, {mesh, buffers, shape_box(), mesh.seen(is_seen)});
+    if (!splats) draw_live_shape(frame, {mesh, buffers, shape_box(), mesh.seen(is_seen)});
     if (relief) draw_live_relief(frame, targets, *relief_programs);
     draw_live_background(frame);
     draw_live_images(frame, show_images(scene));
+    if (splats) {
+      splats->sort_for({view.eye, view.frame.forward, view.perspective}, mesh, is_exact);
+      const bool is_quick =
+          scene.samples == 1 || scene.coarseness > 1 || (is_slow && splats->count() > kMaxSoftwareSplats);
+      const bool has_depth = !shown_glass.empty() || rods.buffers.triangle_indices > 0;
+      draw_live_splats(frame, *splats, has_depth, is_quick && !is_exact);
+    }
     if (!shown_glass.empty()) gather(targets, rect, GL_DEPTH_BUFFER_BIT);
     draw_live_rods(frame, rods.buffers);
     if (!shown_glass.empty()) draw_live_glass(frame, shown_glass, targets.one_depth);
@@ -460,9 +492,9 @@ bool LiveView::draw(const LiveScene& scene, int width, int height, int left, int
   const int wide = (width - 1) / scene.coarseness + 1;
   const int high = (height - 1) / scene.coarseness + 1;
   const std::optional<Drawn>& drawn = state_->drawn;
-  const bool is_there =
-      drawn && drawn->width == wide && drawn->height == high && drawn->scene == scene && !state_->mesh.has_changes();
-  if (!is_there) state_->make_picture(scene, wide, high);
+  const bool has_news = state_->mesh.has_changes() || (state_->splats && state_->splats->has_news());
+  const bool is_there = drawn && drawn->width == wide && drawn->height == high && drawn->scene == scene && !has_news;
+  if (!is_there) state_->make_picture(scene, wide, high, false);
   caller.bind();
   present_live(state_->targets, width, height, left, bottom);
   return !is_there;
@@ -472,7 +504,7 @@ Image LiveView::picture(const LiveScene& scene, int width, int height) {
   if (width < 1 || height < 1) throw InvalidInput("live view: a picture without pixels; give a width and a height");
   const FramebufferGuard caller;
   state_->drawn.reset();
-  state_->make_picture(scene, width, height);
+  state_->make_picture(scene, width, height, true);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, state_->targets.one.get());
   const std::size_t row = 4 * static_cast<std::size_t>(width);
   std::vector<std::uint8_t> upside_down(row * static_cast<std::size_t>(height));
@@ -490,6 +522,8 @@ Image LiveView::picture(const LiveScene& scene, int width, int height) {
 UploadCounts LiveView::counts() const { return state_->counts; }
 
 bool LiveView::draws_in_software() const { return state_->programs.in_software; }
+
+bool LiveView::is_sorting() const { return state_->splats && state_->splats->is_sorting(); }
 
 bool LiveView::is_lost() const { return state_->reports_loss && gl::was_reset(); }
 

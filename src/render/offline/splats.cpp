@@ -5,22 +5,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
-#include <string>
 #include <vector>
 
 #include "knead/editor/render.h"
 #include "knead/error.h"
 #include "knead/splats.h"
 #include "math/elementary.h"
+#include "render/splat_attributes.h"
 
 namespace knead::render {
 
 namespace {
 
-constexpr double kDegreeZero = 0.28209479177387814;  // the spherical harmonic, 1 / sqrt(4 pi)
-constexpr double kBlur = 0.3;                        // of a pixel, added to the variance, as in the original
-constexpr double kMaxAlpha = 0.99;
-constexpr double kMinAlpha = 1.0 / 255;
 constexpr double kOpaque = 1e-4;  // light that passes
 constexpr int kTile = 16;         // pixels
 constexpr std::size_t kGrain = 4096;
@@ -39,42 +35,24 @@ struct Disc {
   std::array<float, 3> color{};
 };
 
-// The attributes of splats.
-struct Columns {
-  explicit Columns(const Mesh& mesh) : degree(splat_degree(mesh)), opacity(mesh.find_attribute("opacity")) {
-    for (int i = 0; i < 3; ++i) sizes.push_back(mesh.find_attribute("scale_" + std::to_string(i)));
-    for (int i = 0; i < 4; ++i) turns.push_back(mesh.find_attribute("rot_" + std::to_string(i)));
-    for (int i = 0; i < 3; ++i) colors.push_back(mesh.find_attribute("f_dc_" + std::to_string(i)));
-    const std::size_t count = 3 * degree * (degree + 2);
-    for (std::size_t i = 0; i < count; ++i) harmonics.push_back(mesh.find_attribute("f_rest_" + std::to_string(i)));
-  }
-
-  std::array<float, 3> color(std::size_t splat, const Vec3d& direction) const {
-    const std::array<double, 15> y = splat_harmonics(direction);
-    const std::size_t count = harmonics.size() / 3;
-    std::array<float, 3> result{};
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      double sum = 0.5;
-      if (colors[channel] != nullptr) sum += kDegreeZero * colors[channel]->values[splat];
-      for (std::size_t k = 0; k < count; ++k) sum += y[k] * harmonics[channel * count + k]->values[splat];
-      result[channel] = static_cast<float>(std::max(0.0, sum));
+std::array<float, 3> color_of(const SplatAttributes& splats, std::size_t splat, const Vec3d& direction) {
+  const std::array<double, 15> y = splat_harmonics(direction);
+  std::array<float, 3> result{};
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    double sum = splats.base(splat, channel);
+    for (std::size_t k = 0; k < splats.degree() * (splats.degree() + 2); ++k) {
+      sum += y[k] * splats.harmonic(splat, channel, k);
     }
-    return result;
+    result[channel] = static_cast<float>(std::max(0.0, sum));
   }
-
-  std::size_t degree;
-  const Attribute* opacity;
-  std::vector<const Attribute*> sizes;
-  std::vector<const Attribute*> turns;
-  std::vector<const Attribute*> colors;
-  std::vector<const Attribute*> harmonics;
-};
+  return result;
+}
 
 class Projector {
  public:
   Projector(const Mesh& mesh, const Camera& camera, int width, int height)
       : mesh_(mesh),
-        columns_(mesh),
+        splats_(mesh),
         camera_(camera),
         frame_(camera_frame(camera)),
         distance_(norm(camera.target - camera.eye)),
@@ -87,7 +65,7 @@ class Projector {
     const Vec3d from_eye = mesh_.positions[splat] - camera_.eye;
     const bool is_perspective = camera_.projection == Projection::perspective;
     disc.depth = dot(from_eye, frame_.forward);
-    if (is_perspective && !(disc.depth > 0.01 * distance_)) return disc;
+    if (is_perspective && !(disc.depth > kNearestSplat * distance_)) return disc;
     const double scale = is_perspective ? scale_ * distance_ / disc.depth : scale_;
     const double right = dot(from_eye, frame_.right);
     const double up = dot(from_eye, frame_.up);
@@ -97,41 +75,36 @@ class Projector {
     const Vec3d lean = is_perspective ? frame_.forward * (1 / disc.depth) : Vec3d{};
     const Vec3d across = (frame_.right - lean * right) * scale;
     const Vec3d down = (lean * up - frame_.up) * scale;
-    std::array<double, 4> turn{};
-    for (std::size_t i = 0; i < 4; ++i) turn[i] = columns_.turns[i]->values[splat];
-    const std::array<Vec3d, 3> axes = splat_axes(turn);
-    double xx = kBlur;
+    double xx = kSplatBlur;
     double xy = 0;
-    double yy = kBlur;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vec3d axis = axes[i] * elementary::exp(std::min(columns_.sizes[i]->values[splat], 80.0));
+    double yy = kSplatBlur;
+    for (const Vec3d& axis : splats_.axes(splat)) {
       xx += dot(across, axis) * dot(across, axis);
       xy += dot(across, axis) * dot(down, axis);
       yy += dot(down, axis) * dot(down, axis);
     }
     set_shape(xx, xy, yy, splat, disc);
     if (disc.reach_x > 0) {
-      disc.color = columns_.color(splat, is_perspective ? normalized(from_eye) : frame_.forward);
+      disc.color = color_of(splats_, splat, is_perspective ? normalized(from_eye) : frame_.forward);
     }
     return disc;
   }
 
  private:
   void set_shape(double xx, double xy, double yy, std::size_t splat, Disc& disc) const {
-    const double opacity = columns_.opacity == nullptr ? 50.0 : columns_.opacity->values[splat];
-    disc.alpha = 1 / (1 + elementary::exp(-std::clamp(opacity, -80.0, 80.0)));
+    disc.alpha = splats_.opacity(splat);
     const double determinant = xx * yy - xy * xy;
-    if (!(disc.alpha > kMinAlpha) || !(determinant > 0) || !std::isfinite(determinant)) return;
+    if (!(disc.alpha > kMinSplatAlpha) || !(determinant > 0) || !std::isfinite(determinant)) return;
     disc.a = yy / determinant;
     disc.b = -xy / determinant;
     disc.c = xx / determinant;
-    const double reach = std::sqrt(2 * elementary::log(disc.alpha / kMinAlpha));
+    const double reach = std::sqrt(2 * elementary::log(disc.alpha / kMinSplatAlpha));
     disc.reach_x = reach * std::sqrt(xx);
     disc.reach_y = reach * std::sqrt(yy);
   }
 
   const Mesh& mesh_;
-  Columns columns_;
+  SplatAttributes splats_;
   const Camera& camera_;
   CameraFrame frame_;
   double distance_;
@@ -159,8 +132,8 @@ void draw_tile(std::span<const Disc> discs, std::span<const std::uint32_t> seen,
         const double dx = x + 0.5 - disc.x;
         const double dy = y + 0.5 - disc.y;
         const double power = disc.a * dx * dx + 2 * disc.b * dx * dy + disc.c * dy * dy;
-        const double alpha = std::min(kMaxAlpha, disc.alpha * elementary::exp(-0.5 * power));
-        if (!(alpha > kMinAlpha)) continue;
+        const double alpha = std::min(kMaxSplatAlpha, disc.alpha * elementary::exp(-0.5 * power));
+        if (!(alpha > kMinSplatAlpha)) continue;
         for (std::size_t k = 0; k < 3; ++k) sum[k] += through * alpha * disc.color[k];
         through *= 1 - alpha;
         if (through < kOpaque) break;
