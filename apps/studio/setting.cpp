@@ -248,6 +248,12 @@ std::vector<Setting> brush_rows(ToolSettings& to) {
        "Leaves",
        "Print: pressed in, the stamp leaves a flat floor and upright walls. Groove: a round stamp is dragged along and "
        "leaves a groove. Carry along: the surface goes with the stamp."},
+      {"bend_length",
+       choice_of(to.bend_length, {"keep", "fit"}, {"Keep the length", "Stretch to the ends"}),
+       {},
+       "##length",
+       "Keep the length: the shape lies on the middle of the new line, or goes straight on beyond it. Stretch: it ends "
+       "where the line ends, and grows thinner or thicker."},
       {"text", text_form(to.text)},
       {"font", text_form(to.font)},
       {"exponent", &to.exponent},

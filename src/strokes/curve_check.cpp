@@ -283,7 +283,7 @@ std::string advice(const CurveStroke& stroke, double share) {
   if (stroke.around)
     return fmt::format("wrap it round a radius of at least {:.3g}{}", *stroke.around / (share * kRounded), too);
   if (!twist.empty()) return twist;
-  return fmt::format("give \"strength\" {:.2g} or less, or a curve that bends less", std::floor(share * 100) / 100);
+  return fmt::format("give a line that bends less, or \"strength\" {:.2g} or less", std::floor(share * 100) / 100);
 }
 
 [[noreturn]] void refuse(const CurveStroke& stroke, Trouble trouble, double share) {
@@ -295,7 +295,7 @@ std::string advice(const CurveStroke& stroke, double share) {
   const char* const what =
       trouble == Trouble::meets
           ? "the shape would meet itself"
-          : "the shape reaches farther to the inner side of the bend than half its radius of curvature";
+          : "the shape is too thick for so tight a bend: it reaches farther to the inner side than half the radius";
   throw InvalidInput(fmt::format("\"{}\": {}; {}", key, what, advice(stroke, share)));
 }
 

@@ -1,4 +1,4 @@
-// Curves through points, their frames, and the splines of a curve stroke.
+// Curves through points, drawn lines, frames, and the splines of a curve stroke.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -232,6 +232,62 @@ std::vector<Sample> on_path(const CurveStroke& stroke, const Frame& frame, Curve
   return samples;
 }
 
+// Returns places at equal lengths along a polyline, its ends among them.
+std::vector<Vec3d> along_polyline(const std::vector<Vec3d>& points, std::size_t intervals) {
+  std::vector<double> lengths{0};
+  for (std::size_t i = 1; i < points.size(); ++i) lengths.push_back(lengths.back() + norm(points[i] - points[i - 1]));
+  std::vector<Vec3d> places;
+  std::size_t piece = 1;
+  for (std::size_t i = 0; i <= intervals; ++i) {
+    const double at = lengths.back() * static_cast<double>(i) / static_cast<double>(intervals);
+    while (piece + 1 < points.size() && lengths[piece] < at) ++piece;
+    const double chord = lengths[piece] - lengths[piece - 1];
+    const double share = chord > 0 ? std::clamp((at - lengths[piece - 1]) / chord, 0.0, 1.0) : 0;
+    places.push_back(points[piece - 1] * (1 - share) + points[piece] * share);
+  }
+  return places;
+}
+
+// Returns means of places with their neighbours, weighted by a Gaussian of this width. Beyond an end the line is
+// mirrored at the end, which stays.
+std::vector<Vec3d> blurred(const std::vector<Vec3d>& places, double width) {
+  const auto last = static_cast<int>(places.size()) - 1;
+  const auto place = [&](int i) {
+    if (i < 0) return places.front() * 2 - places[static_cast<std::size_t>(-i)];
+    if (i > last) return places.back() * 2 - places[static_cast<std::size_t>(2 * last - i)];
+    return places[static_cast<std::size_t>(i)];
+  };
+  const int reach = std::min(static_cast<int>(3 * width), last);
+  std::vector<Vec3d> means;
+  for (int i = 0; i <= last; ++i) {
+    Vec3d sum{0, 0, 0};
+    double weights = 0;
+    for (int k = -reach; k <= reach; ++k) {
+      const double weight = elementary::exp(-0.5 * k * k / (width * width));
+      sum += place(i + k) * weight;
+      weights += weight;
+    }
+    means.push_back(sum / weights);
+  }
+  return means;
+}
+
+// Returns the mean distance of some points of a shape from a line.
+double thickness_about(const std::vector<Vec3d>& line, std::span<const Vec3d> positions) {
+  constexpr std::size_t kMeasured = 4096;
+  const std::size_t stride = positions.size() / kMeasured + 1;
+  double sum = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < positions.size(); i += stride, ++count) {
+    double least = kInfinity;
+    for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+      least = std::min(least, distance_to_segment(positions[i], line[k], line[k + 1]));
+    }
+    sum += least;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
 // A straight line with its middle, as a stroke without "from" gets: the shape lies between the ramps.
 bool has_short_ramps(const std::vector<Vec3d>& from) {
   constexpr double kRounding = 1e-9;
@@ -288,3 +344,59 @@ CurveMotion motion_of(const CurveStroke& stroke) {
 }
 
 }  // namespace knead::tool_detail
+
+namespace knead {
+
+std::vector<Vec3d> points_on_line(std::vector<Vec3d> points, std::size_t count) {
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  if (points.size() < 2) return points;
+  const tool_detail::SmoothCurve curve(points);
+  std::vector<Vec3d> result;
+  for (std::size_t i = 0; i < count; ++i) {
+    result.push_back(curve.at(curve.length() * static_cast<double>(i) / static_cast<double>(count - 1)).point);
+  }
+  return result;
+}
+
+std::vector<Vec3d> smoothed_line(const std::vector<Vec3d>& drawn, const std::vector<Vec3d>& from,
+                                 std::span<const Vec3d> positions) {
+  constexpr std::size_t kIntervals = 128;
+  constexpr std::size_t kPoints = 17;
+  constexpr double kMinWidth = 1.0 / 24;  // of the length
+  constexpr double kMaxWidth = 1.0 / 8;
+  constexpr double kWidthOfThickness = 2;
+  double length = 0;
+  for (std::size_t i = 1; i < drawn.size(); ++i) length += norm(drawn[i] - drawn[i - 1]);
+  if (!(length > 0)) return {};
+  std::vector<Vec3d> line = tool_detail::along_polyline(drawn, kIntervals);
+  const double wanted = kWidthOfThickness * tool_detail::thickness_about(from, positions) / length;
+  const double width = std::clamp(wanted, kMinWidth, kMaxWidth) * kIntervals;
+  // Once more what the first time took away: so an arc keeps its radius.
+  const std::vector<Vec3d> once = tool_detail::blurred(line, width);
+  const std::vector<Vec3d> twice = tool_detail::blurred(once, width);
+  for (std::size_t i = 0; i < line.size(); ++i) line[i] = once[i] * 2 - twice[i];
+  const double there = norm2(line.front() - from.front()) + norm2(line.back() - from.back());
+  const double back = norm2(line.back() - from.front()) + norm2(line.front() - from.back());
+  if (back < there) std::reverse(line.begin(), line.end());
+  return points_on_line(std::move(line), kPoints);
+}
+
+CurveStroke curve_between(const std::vector<Vec3d>& from, const std::vector<Vec3d>& to, CurveLength length) {
+  constexpr double kStraight = 1e-9;  // of the length
+  CurveStroke stroke;
+  const Vec3d& first = from.front();
+  const Vec3d& last = from.back();
+  const bool is_straight = std::all_of(from.begin(), from.end(), [&](const Vec3d& p) {
+    return distance_to_segment(p, first, last) <= kStraight * norm(last - first);
+  });
+  stroke.from = is_straight ? std::vector{first, last} : from;
+  stroke.to = to;
+  stroke.length = length;
+  const double of_first = norm(to.front() - first);
+  const double of_last = norm(to.back() - last);
+  if (of_first < 0.5 * of_last) stroke.fixed = CurveFixed::start;
+  if (of_last < 0.5 * of_first) stroke.fixed = CurveFixed::end;
+  return stroke;
+}
+
+}  // namespace knead
