@@ -283,7 +283,8 @@ std::string advice(const CurveStroke& stroke, double share) {
   if (stroke.around)
     return fmt::format("wrap it round a radius of at least {:.3g}{}", *stroke.around / (share * kRounded), too);
   if (!twist.empty()) return twist;
-  return fmt::format("give a line that bends less, or \"strength\" {:.2g} or less", std::floor(share * 100) / 100);
+  return fmt::format("give a line that bends at most {0:.2g} times as much (\"strength\" {0:.2g})",
+                     std::floor(share * 100) / 100);
 }
 
 [[noreturn]] void refuse(const CurveStroke& stroke, Trouble trouble, double share) {

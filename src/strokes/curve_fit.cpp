@@ -272,20 +272,29 @@ std::vector<Vec3d> blurred(const std::vector<Vec3d>& places, double width) {
   return means;
 }
 
-// Returns the mean distance of some points of a shape from a line.
+// Returns how thick a shape is about a line: the distance within which nine tenths of its points are, of a sample.
 double thickness_about(const std::vector<Vec3d>& line, std::span<const Vec3d> positions) {
   constexpr std::size_t kMeasured = 4096;
-  const std::size_t stride = positions.size() / kMeasured + 1;
-  double sum = 0;
-  double count = 0;
-  for (std::size_t i = 0; i < positions.size(); i += stride, ++count) {
-    double least = kInfinity;
+  constexpr double kShare = 0.9;
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < positions.size(); i += positions.size() / kMeasured + 1) {
+    double& least = distances.emplace_back(kInfinity);
     for (std::size_t k = 0; k + 1 < line.size(); ++k) {
       least = std::min(least, distance_to_segment(positions[i], line[k], line[k + 1]));
     }
-    sum += least;
   }
-  return count > 0 ? sum / count : 0;
+  if (distances.empty()) return 0;
+  const auto at = distances.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(distances.size()));
+  std::nth_element(distances.begin(), at, distances.end());
+  return *at;
+}
+
+double greatest_curvature(const std::vector<Vec3d>& points) {
+  constexpr int kPlaces = 256;
+  const SmoothCurve curve(points);
+  double most = 0;
+  for (int i = 0; i <= kPlaces; ++i) most = std::max(most, norm(curve.at(curve.length() * i / kPlaces).curvature));
+  return most;
 }
 
 // A straight line with its middle, as a stroke without "from" gets: the shape lies between the ramps.
@@ -363,25 +372,32 @@ std::vector<Vec3d> smoothed_line(const std::vector<Vec3d>& drawn, const std::vec
   constexpr std::size_t kIntervals = 128;
   constexpr std::size_t kPoints = 17;
   constexpr double kMinWidth = 1.0 / 24;  // of the length
-  constexpr double kMaxWidth = 1.0 / 8;
-  constexpr double kWidthOfThickness = 2;
+  constexpr double kMaxWidth = 1.0 / 5;
+  constexpr double kWider = 1.2;
+  constexpr double kTightest = 0.4;  // of the thickness times the curvature: 0.5 is impossible
   double length = 0;
   for (std::size_t i = 1; i < drawn.size(); ++i) length += norm(drawn[i] - drawn[i - 1]);
   if (!(length > 0)) return {};
-  std::vector<Vec3d> line = tool_detail::along_polyline(drawn, kIntervals);
-  const double wanted = kWidthOfThickness * tool_detail::thickness_about(from, positions) / length;
-  const double width = std::clamp(wanted, kMinWidth, kMaxWidth) * kIntervals;
-  // Once more what the first time took away: so an arc keeps its radius.
-  const std::vector<Vec3d> once = tool_detail::blurred(line, width);
-  const std::vector<Vec3d> twice = tool_detail::blurred(once, width);
-  for (std::size_t i = 0; i < line.size(); ++i) line[i] = once[i] * 2 - twice[i];
+  const std::vector<Vec3d> even = tool_detail::along_polyline(drawn, kIntervals);
+  const double tightest = kTightest / tool_detail::thickness_about(from, positions);
+  std::vector<Vec3d> line;
+  for (double width = kMinWidth; width < kMaxWidth; width *= kWider) {
+    // Once more what the first time took away: so an arc keeps its radius.
+    const std::vector<Vec3d> once = tool_detail::blurred(even, width * kIntervals);
+    const std::vector<Vec3d> twice = tool_detail::blurred(once, width * kIntervals);
+    line = once;
+    for (std::size_t i = 0; i < line.size(); ++i) line[i] += once[i] - twice[i];
+    line = points_on_line(std::move(line), kPoints);
+    if (line.size() < 2) return {};
+    if (tool_detail::greatest_curvature(line) <= tightest) break;
+  }
   const double there = norm2(line.front() - from.front()) + norm2(line.back() - from.back());
   const double back = norm2(line.back() - from.front()) + norm2(line.front() - from.back());
   if (back < there) std::reverse(line.begin(), line.end());
-  return points_on_line(std::move(line), kPoints);
+  return line;
 }
 
-CurveStroke curve_between(const std::vector<Vec3d>& from, const std::vector<Vec3d>& to, CurveLength length) {
+CurveStroke curve_between(const std::vector<Vec3d>& from, const std::vector<Vec3d>& to) {
   constexpr double kStraight = 1e-9;  // of the length
   CurveStroke stroke;
   const Vec3d& first = from.front();
@@ -391,7 +407,6 @@ CurveStroke curve_between(const std::vector<Vec3d>& from, const std::vector<Vec3
   });
   stroke.from = is_straight ? std::vector{first, last} : from;
   stroke.to = to;
-  stroke.length = length;
   const double of_first = norm(to.front() - first);
   const double of_last = norm(to.back() - last);
   if (of_first < 0.5 * of_last) stroke.fixed = CurveFixed::start;

@@ -39,6 +39,7 @@ std::optional<BendAlongGesture> begin_bend_along(const Pointer& pointer, const G
   BendAlongGesture gesture;
   gesture.line = placed.line;
   gesture.length = around.settings.bend_length;
+  gesture.keep = around.settings.bend_keep;
   gesture.handle = handle_at(pointer, around.screen, gesture.line);
   if (gesture.handle) {
     gesture.drag = begin_drag(pointer, gesture.line[*gesture.handle], -forward_of(around), around);
@@ -72,7 +73,10 @@ void BendAlongGesture::end(const GestureStep& step) {
 
 std::vector<Stroke> BendAlongGesture::strokes() const {
   if (to.empty() || to == line) return {};
-  return {curve_between(line, to, length)};
+  CurveStroke stroke = curve_between(line, to);
+  stroke.length = length;
+  stroke.keep = keep;
+  return {stroke};
 }
 
 std::optional<Amount> BendAlongGesture::number() const {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "document/layers.h"
 #include "gestures/gestures_fixture.h"
 #include "knead/editor/tools.h"
 
@@ -136,6 +137,31 @@ TEST_F(BendAlongTest, TheShapeFollowsADrawnLineInEitherDirection) {
   }
 }
 
+// The history shows the line again, under the tool's name, with handles.
+TEST_F(BendAlongTest, TheLineOfAnOldStrokeHasHandlesInTheHistory) {
+  Studio studio(options());
+  run(studio, bar() + kLiftEnd + R"(
+{"layer": 0, "select": true})");
+  EXPECT_EQ(tool_of(studio.document().shown().history.front()->strokes), &studio_tool(ToolUse::bend_along));
+  ASSERT_EQ(studio.history().editor().paths.size(), 1U);
+  EXPECT_EQ(studio.history().editor().paths.front().points, last_stroke(studio).to);
+  const std::vector<Vec3d> before = positions(studio);
+  run(studio, R"({"drag": [[2.6, 1, 0], [2.6, 0.4, 0]]})");
+  EXPECT_EQ(errors(studio), "");
+  ASSERT_EQ(entries(studio), 1U);
+  EXPECT_LT(norm(last_stroke(studio).to.back() - Vec3d{2.6, 0.4, 0}), 1e-6);
+  EXPECT_NE(positions(studio), before);
+  EXPECT_NEAR(line(studio).back().y, 0.5, 0.1) << "the handles follow";
+}
+
+TEST_F(BendAlongTest, TheThicknessIsKeptIfThatIsSet) {
+  Studio studio(options());
+  run(studio, bar() + R"({"set": {"bend_keep": "thickness"}}
+)" + kLiftEnd);
+  EXPECT_EQ(errors(studio), "");
+  EXPECT_EQ(last_stroke(studio).keep, CurveKeeps::thickness);
+}
+
 TEST_F(BendAlongTest, TheShapeIsStretchedToTheEndsIfThatIsSet) {
   Studio studio(options());
   run(studio, bar() + R"({"set": {"bend_length": "fit"}}
@@ -151,7 +177,7 @@ TEST_F(BendAlongTest, WhatIsTooTightIsRefusedInWords) {
   const std::vector<Vec3d> start = positions(studio);
   run(studio, R"({"drag": [[-0.2, 0.6, 0], [0.2, 0.6, 0], [0.2, 0.2, 0], [-0.2, 0.2, 0], [-0.2, 0.6, 0]]})");
   const std::string error = errors(studio);
-  EXPECT_NE(error.find("line that bends less"), std::string::npos) << error;
+  EXPECT_NE(error.find("line that bends at most"), std::string::npos) << error;
   EXPECT_EQ(error.find('"'), std::string::npos) << "no keys of a session: " << error;
   EXPECT_EQ(positions(studio), start);
   EXPECT_EQ(entries(studio), 0U);

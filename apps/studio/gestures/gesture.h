@@ -156,6 +156,7 @@ struct PrintGesture {
 struct BendAlongGesture {
   std::vector<Vec3d> line;  // at the start, by its handles
   CurveLength length = CurveLength::keep;
+  CurveKeeps keep = CurveKeeps::volume;
   std::optional<std::size_t> handle{};  // std::nullopt: a line is drawn
   Drag drag{};                          // of the handle
   std::vector<Vec3d> drawn{};           // so far

@@ -218,6 +218,7 @@ struct ToolSettings : OwnSettings {
   std::string text = "Text";  // of print, where no picture is chosen; its capital letters are as high as the radius
   std::string font;           // as a print names it; empty: a usual one
   CurveLength bend_length = CurveLength::keep;  // of bend_along
+  CurveKeeps bend_keep = CurveKeeps::volume;    // of bend_along
   bool lasso_selects = false;                   // a drag beside the pins draws a line round those that it selects
   PoseMode pose = PoseMode::pins;
   double pose_detail = 0;  // of the shape's size; 0: from the thickness of the moving parts

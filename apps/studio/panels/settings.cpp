@@ -213,6 +213,7 @@ void draw_own_settings(Studio& studio) {
                         studio.tools().placed().curves.size());
     if (ImGui::Button("Clear")) studio.tools().clear_placed();
   }
+  if (tool.use == ToolUse::bend_along) draw_tool_setting(studio, "bend_keep");
   if (tool.turning.takes_limit_cylinder) draw_limit_cylinder_settings(studio);
   if (tool.use == ToolUse::pose) {
     if (settings.pose != PoseMode::exact) draw_fineness(settings.pose_detail);

@@ -270,14 +270,17 @@ void add_bend_line(const Studio& studio, std::vector<render::Line>& lines) {
   const auto lit = drag != nullptr ? drag->handle : handle_at(studio.pointer(), screen, handles);
   std::vector<Vec3d> line = is_drawn ? drag->drawn : points_on_line(handles, kPiecesOfLine + 1);
   if (line.size() < 2) return;
-  const double radius = kLinePixels * pixel_size(screen, line[line.size() / 2]);
-  lines.push_back({.points = std::move(line), .radius = radius, .color = kPlaced});
+  const Vec3d middle = line[line.size() / 2];
+  std::vector<render::Line> shown{
+      {.points = std::move(line), .radius = kLinePixels * pixel_size(screen, middle), .color = kPlaced}};
   for (std::size_t i = 0; i < handles.size() && !is_drawn; ++i) {
     const double size = (lit == i ? 1.3 : 1) * kHandlePixels * pixel_size(screen, handles[i]);
-    lines.push_back({.points = {handles[i], handles[i] + Vec3d{0, 1e-3 * size, 0}},
+    shown.push_back({.points = {handles[i], handles[i] + Vec3d{0, 1e-3 * size, 0}},
                      .radius = size,
                      .color = lit == i ? kLitHandle : kPlaced});
   }
+  lift(screen, middle, studio.document().shown().diagonal, shown);
+  lines.insert(lines.end(), shown.begin(), shown.end());
 }
 
 std::optional<InArrow> in_arrow(const Studio& studio) {

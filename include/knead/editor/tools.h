@@ -153,14 +153,14 @@ std::vector<Vec3d> points_on_line(std::vector<Vec3d> points, std::size_t count);
 std::vector<Vec3d> longest_axis(const Box& box, std::size_t count);
 
 // Returns a smooth line along one that was drawn by hand, in the direction that suits the line `from`. It is smoothed
-// over a twenty-fourth of its length, or more if the shape about `from` is thick, so that a corner becomes a bend that
-// the shape can follow. None if the drawn line has no length.
+// over a twenty-fourth of its length, or more, up to a fifth, until it bends no tighter than the shape about `from` can
+// follow. None if the drawn line has no length.
 std::vector<Vec3d> smoothed_line(const std::vector<Vec3d>& drawn, const std::vector<Vec3d>& from,
                                  std::span<const Vec3d> positions);
 
 // Returns the stroke that takes the smooth line through the points `from` to the one through the points `to`, each 2 or
 // more. An end of the line that moves less than half as far as the other one is fixed, else the middle.
-CurveStroke curve_between(const std::vector<Vec3d>& from, const std::vector<Vec3d>& to, CurveLength length);
+CurveStroke curve_between(const std::vector<Vec3d>& from, const std::vector<Vec3d>& to);
 
 // A surface that a stroke reads and moves at the same time.
 // The current positions and triangles of a shape, and how to move them.
