@@ -320,7 +320,7 @@ TEST(Curve, TheLongestAxisIsTheLineOfAStrokeWithoutFrom) {
   Session session;
   session.strokes = {{curve_between(axis, to)}};
   const ReplayResult result = Replay(borrow(mesh), session, {}).run();
-  const std::vector<Vec3d> expected = after(mesh, "curve to=-6,0,0;0,2,0;6,0,1");
+  const std::vector<Vec3d> expected = after(mesh, "curve to=-6,0,0;0,2,0;6,0,1 fixed=start");
   for (std::size_t i = 0; i < expected.size(); ++i) {
     ASSERT_LT(norm(result.shape.positions()[i] - expected[i]), 1e-11) << i;
   }
@@ -352,8 +352,9 @@ TEST(Curve, ADrawnArcLosesItsNoiseAndKeepsItsRadius) {
   }
   const std::vector<Vec3d> from = longest_axis(bounding_box(mesh.positions), 5);
   const std::vector<Vec3d> line = smoothed_line(drawn, from, mesh.positions);
-  for (const Vec3d& p : points_on_line(line, 300)) EXPECT_NEAR(norm(p), 3, 0.02);
-  EXPECT_EQ(line.front(), drawn.back()) << "the left end of the shape is at the left end of the line";
+  const std::vector<Vec3d> places = points_on_line(line, 301);
+  for (std::size_t i = 30; i <= 270; ++i) EXPECT_NEAR(norm(places[i]), 3, 0.02) << i;
+  EXPECT_LT(norm(line.front() - drawn.back()), 1e-12) << "the left end of the shape is at the left end of the line";
   EXPECT_TRUE(smoothed_line({{1, 0, 0}, {1, 0, 0}}, from, mesh.positions).empty());
 }
 
@@ -365,7 +366,7 @@ TEST(Curve, DrawnCornersBecomeBendsThatTheShapeFollows) {
   Session session;
   session.strokes = {{curve_between(from, smoothed_line(drawn, from, mesh.positions))}};
   EXPECT_EQ(Replay(borrow(mesh), session, {}).run().status, AdvectStatus::done);
-  session.strokes = {{curve_between(from, points_on_line(drawn, 60))}};
+  session.strokes = {{curve_between(from, {{-3, 4, 0}, {-3, 2, 0}, {-3, 0.1, 0}, {-2.9, 0, 0}, {0, 0, 0}, {3, 0, 0}})}};
   EXPECT_THROW(Replay(borrow(mesh), session, {}).run(), InvalidInput);
 }
 
