@@ -25,7 +25,6 @@ constexpr double kFirstRadius = 0.1;  // of the diagonal
 constexpr double kSnapParts = 100;    // of the diagonal
 constexpr double kKeyFactor = 1.15;   // of [ and ]
 constexpr double kKeyRatio = 0.05;
-constexpr std::size_t kHandles = 5;  // of the line through the shape
 
 }  // namespace
 
@@ -93,17 +92,25 @@ void StudioTools::follow_line() {
   const DocumentState& shown = document_.shown();
   if (settings_.tool->use != ToolUse::bend_along || shown.opened == 0 || line_version_ == shown.version) return;
   line_version_ = shown.version;
+  const std::vector<Vec3d> positions = shown.state.positions.copy();
+  placed_.line = bent_line().value_or(longest_axis(bounding_box(positions), kPointsOfLine));
+  placed_.line_stride = points_between_handles(placed_.line, positions);
+}
+
+// Returns the line after the last stroke that has bent it; nothing if none has since it was last laid straight.
+std::optional<std::vector<Vec3d>> StudioTools::bent_line() {
+  const DocumentState& shown = document_.shown();
   first_bend_ = std::min(first_bend_, shown.history.size());
   for (std::size_t entry = shown.history.size(); entry-- > first_bend_;) {
     for (const SessionStroke& stroke : shown.history[entry]->strokes) {
       const auto* const curve = std::get_if<CurveStroke>(&stroke.stroke);
       if (curve == nullptr || reads_surface(stroke.stroke) || !is_applied(stroke)) continue;
-      placed_.line = points_on_line(curve->from, kHandles);
-      advect(flow_of(stroke), placed_.line, advect_options(MotionOptions(), shown.diagonal));
-      return;
+      std::vector<Vec3d> line = points_on_line(curve->from, kPointsOfLine);
+      advect(flow_of(stroke), line, advect_options(MotionOptions(), shown.diagonal));
+      return line;
     }
   }
-  placed_.line = longest_axis(bounding_box(shown.state.positions.copy()), kHandles);
+  return std::nullopt;
 }
 
 double StudioTools::radius() const {

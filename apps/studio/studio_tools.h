@@ -81,6 +81,7 @@ class StudioTools {
   void center_symmetry();
 
  private:
+  std::optional<std::vector<Vec3d>> bent_line();
   void set_stamp(const std::function<StampShape(Document&)>& make);
   void set_picture(const std::filesystem::path& source);
   // Has the worker do it, and tell what is wrong with a stamp.

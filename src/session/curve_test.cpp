@@ -370,6 +370,37 @@ TEST(Curve, DrawnCornersBecomeBendsThatTheShapeFollows) {
   EXPECT_THROW(Replay(borrow(mesh), session, {}).run(), InvalidInput);
 }
 
+// On a straight line as the smooth line through its handles; on a winding one only what is near the handle moves.
+TEST(Curve, AMovedHandleTakesTheLineAlongSmoothlyAndNoOtherHandle) {
+  const std::vector<Vec3d> straight = points_on_line({{-6, 0, 0}, {6, 0, 0}}, kPointsOfLine);
+  const std::vector<Vec3d> moved = with_handle_moved(straight, 4, 1, {0, 0.3, 0});
+  const std::vector<Vec3d> smooth = points_on_line({{-6, 0, 0}, {-3, 0.3, 0}, {0, 0, 0}, {3, 0, 0}, {6, 0, 0}}, 2001);
+  for (const Vec3d& p : moved) {
+    double least = 1;
+    for (const Vec3d& q : smooth) least = std::min(least, norm(p - q));
+    EXPECT_LT(least, 0.01) << p.x;
+  }
+  std::vector<Vec3d> spiral;
+  for (int i = 0; i <= 16; ++i) spiral.push_back({std::cos(0.7 * i), std::sin(0.7 * i), 0.2 * i});
+  for (const std::size_t stride : {std::size_t(4), std::size_t(8)}) {
+    for (std::size_t handle = 0; handle <= 16 / stride; ++handle) {
+      const std::vector<Vec3d> after_it = with_handle_moved(spiral, stride, handle, {0.1, 0, 0.2});
+      for (std::size_t i = 0; i <= 16; i += stride) {
+        const Vec3d by = i == handle * stride ? Vec3d{0.1, 0, 0.2} : Vec3d{0, 0, 0};
+        EXPECT_LT(norm(after_it[i] - spiral[i] - by), 1e-12) << handle << ' ' << i;
+      }
+    }
+  }
+}
+
+TEST(Curve, ThickShapesHaveFewerHandles) {
+  for (const auto& [thick, stride] : {std::pair(0.5, 4), std::pair(3.0, 8)}) {
+    const Mesh mesh = bar(12, thick, thick);
+    const std::vector<Vec3d> line = longest_axis(bounding_box(mesh.positions), kPointsOfLine);
+    EXPECT_EQ(points_between_handles(line, mesh.positions), static_cast<std::size_t>(stride)) << thick;
+  }
+}
+
 TEST(Curve, TheEndThatMovesLessIsFixed) {
   const std::vector<Vec3d> from{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
   EXPECT_EQ(curve_between(from, {{0, 0, 0}, {1, 0, 0}, {2, 1, 0}}).fixed, CurveFixed::start);

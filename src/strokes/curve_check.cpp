@@ -273,7 +273,7 @@ class Body {
 // Returns advice with a number that works: a smaller angle, a greater radius, or a part of the motion.
 std::string advice(const CurveStroke& stroke, double share) {
   constexpr double kMinShare = 0.01;
-  if (share < kMinShare) return "give another line \"from\"";
+  if (share < kMinShare) return "give a \"from\" that is straighter";
   constexpr double kRounded = 0.994;  // to three digits
   const auto down = [&](double degrees) { return degrees * share * kRounded; };
   std::string twist;

@@ -370,7 +370,6 @@ std::vector<Vec3d> points_on_line(std::vector<Vec3d> points, std::size_t count) 
 std::vector<Vec3d> smoothed_line(const std::vector<Vec3d>& drawn, const std::vector<Vec3d>& from,
                                  std::span<const Vec3d> positions) {
   constexpr std::size_t kIntervals = 128;
-  constexpr std::size_t kPoints = 17;
   constexpr double kMinWidth = 1.0 / 24;  // of the length
   constexpr double kMaxWidth = 1.0 / 5;
   constexpr double kWider = 1.2;
@@ -387,13 +386,43 @@ std::vector<Vec3d> smoothed_line(const std::vector<Vec3d>& drawn, const std::vec
     const std::vector<Vec3d> twice = tool_detail::blurred(once, width * kIntervals);
     line = once;
     for (std::size_t i = 0; i < line.size(); ++i) line[i] += once[i] - twice[i];
-    line = points_on_line(std::move(line), kPoints);
+    line = points_on_line(std::move(line), kPointsOfLine);
     if (line.size() < 2) return {};
     if (tool_detail::greatest_curvature(line) <= tightest) break;
   }
   const double there = norm2(line.front() - from.front()) + norm2(line.back() - from.back());
   const double back = norm2(line.back() - from.front()) + norm2(line.front() - from.back());
   if (back < there) std::reverse(line.begin(), line.end());
+  return line;
+}
+
+std::size_t points_between_handles(const std::vector<Vec3d>& line, std::span<const Vec3d> positions) {
+  constexpr double kLong = 10;  // of the thickness
+  double length = 0;
+  for (std::size_t i = 1; i < line.size(); ++i) length += norm(line[i] - line[i - 1]);
+  const bool is_long = length > kLong * tool_detail::thickness_about(line, positions);
+  return (kPointsOfLine - 1) / (is_long ? 4 : 2);
+}
+
+std::vector<Vec3d> with_handle_moved(std::vector<Vec3d> line, std::size_t stride, std::size_t handle, const Vec3d& by) {
+  const std::size_t last = (line.size() - 1) / stride;
+  const auto value = [&](std::size_t i) { return i == handle ? 1.0 : 0.0; };
+  // The natural cubic spline that is 1 at the handle and 0 at the others; Thomas' algorithm for its second derivatives.
+  std::vector<double> second(last + 1);
+  std::vector<double> above(last + 1);
+  for (std::size_t i = 1; i < last; ++i) {
+    const double pivot = 4 - above[i - 1];
+    above[i] = 1 / pivot;
+    second[i] = (6 * (value(i - 1) - 2 * value(i) + value(i + 1)) - second[i - 1]) / pivot;
+  }
+  for (std::size_t i = last; i-- > 1;) second[i] -= above[i] * second[i + 1];
+  for (std::size_t k = 0; k < line.size(); ++k) {
+    const std::size_t i = std::min(k / stride, last - 1);
+    const double b = static_cast<double>(k - i * stride) / static_cast<double>(stride);
+    const double a = 1 - b;
+    const double curved = ((a * a * a - a) * second[i] + (b * b * b - b) * second[i + 1]) / 6;
+    line[k] += by * (a * value(i) + b * value(i + 1) + curved);
+  }
   return line;
 }
 

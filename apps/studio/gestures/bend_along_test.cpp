@@ -66,9 +66,10 @@ TEST_F(BendAlongTest, TheLineIsTheLongestAxisUntilAHandleMovesIt) {
   Studio studio(options());
   run(studio, bar());
   EXPECT_EQ(errors(studio), "");
-  ASSERT_EQ(line(studio).size(), 5U);
-  for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_LT(norm(line(studio)[i] - Vec3d{1.5 * static_cast<double>(i) - kHalf, 0, 0}), 1e-12) << i;
+  ASSERT_EQ(line(studio).size(), 17U);
+  EXPECT_EQ(studio.tools().placed().line_stride, 4U);
+  for (std::size_t i = 0; i < 17; ++i) {
+    EXPECT_LT(norm(line(studio)[i] - Vec3d{0.375 * static_cast<double>(i) - kHalf, 0, 0}), 1e-12) << i;
   }
   run(studio, kLiftEnd);
   EXPECT_EQ(errors(studio), "");
@@ -98,7 +99,7 @@ TEST_F(BendAlongTest, HandlesStayInTheShape) {
   EXPECT_EQ(errors(studio), "");
   ASSERT_EQ(entries(studio), 2U);
   EXPECT_EQ(last_stroke(studio).from, once);
-  EXPECT_LT(line(studio)[2].y, -0.3);
+  EXPECT_LT(line(studio)[8].y, -0.3);
   EXPECT_EQ(saved_and_replayed(studio).shape.positions(), positions(studio));
   const std::vector<Vec3d> twice = line(studio);
   run(studio, R"({"key": "Ctrl+Z"})");
@@ -185,8 +186,8 @@ TEST_F(BendAlongTest, WhatIsTooTightIsRefusedInWords) {
   run(studio, R"({"drag": [[0, 0, 0], [0, 1, 0], [0, 9, 0]], "steps": 20})");
   EXPECT_EQ(errors(studio), "");
   ASSERT_EQ(entries(studio), 1U);
-  EXPECT_GT(last_stroke(studio).to[2].y, 0.9);
-  EXPECT_LT(last_stroke(studio).to[2].y, 9);
+  EXPECT_GT(last_stroke(studio).to[8].y, 0.9);
+  EXPECT_LT(last_stroke(studio).to[8].y, 9);
   EXPECT_EQ(saved_and_replayed(studio).shape.positions(), positions(studio));
 }
 
@@ -201,11 +202,11 @@ TEST_F(BendAlongTest, EscapeGivesUpADragAndThenMakesTheLineStraight) {
 {"key": "Escape"})");
   ASSERT_EQ(entries(studio), 1U);
   const Box box = bounding_box(positions(studio));
-  const std::vector<Vec3d> expected = longest_axis(box, 5);
+  const std::vector<Vec3d> expected = longest_axis(box, 17);
   EXPECT_EQ(line(studio), expected);
   run(studio, R"({"tool": "ball"}
 {"tool": "bend_along"}
-{"drag": [[0, )" + std::to_string(expected[2].y) +
+{"drag": [[0, )" + std::to_string(expected[8].y) +
                   R"(, 0], [0, -0.3, 0]]})");
   EXPECT_EQ(errors(studio), "");
   ASSERT_EQ(entries(studio), 2U);

@@ -181,7 +181,7 @@ Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle) { return rotate(v,
 bool is_on_placed(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   const ToolUse use = around.settings.tool->use;
   if (use == ToolUse::points || use == ToolUse::curve) return is_near(placed, pointer, around);
-  if (use == ToolUse::bend_along) return handle_at(pointer, around.screen, placed.line).has_value();
+  if (use == ToolUse::bend_along) return handle_at(pointer, around.screen, placed.line, placed.line_stride).has_value();
   if (use != ToolUse::stamp && use != ToolUse::turn) return false;
   if (is_on_stamp(pointer, around, placed)) return true;
   return placed.placement && gizmo_part_at(around.screen, *placed.placement, pointer.x, pointer.y);

@@ -154,7 +154,8 @@ struct PrintGesture {
 // The line through the shape becomes another one, and the shape follows: by a handle of it, at once; or by a line drawn
 // in the picture, in the plane through the line's middle that faces the viewer, when the drag ends.
 struct BendAlongGesture {
-  std::vector<Vec3d> line;  // at the start, by its handles
+  std::vector<Vec3d> line;  // at the start
+  std::size_t stride = 1;   // from one handle of it to the next
   CurveLength length = CurveLength::keep;
   CurveKeeps keep = CurveKeeps::volume;
   std::optional<std::size_t> handle{};  // std::nullopt: a line is drawn
@@ -354,8 +355,9 @@ std::shared_ptr<const ZoneProfile> profile_at(const ToolSettings& settings, cons
 // Returns the width of the zone of the turning stroke if it was widened.
 std::optional<double> widened_zone(const ToolSettings& settings, const Placement& placement, double amount);
 
-// Returns the handle of a line that the pointer is on.
-std::optional<std::size_t> handle_at(const Pointer& pointer, const Screen& screen, const std::vector<Vec3d>& line);
+// Returns the number of the handle of a line that the pointer is on.
+std::optional<std::size_t> handle_at(const Pointer& pointer, const Screen& screen, const std::vector<Vec3d>& line,
+                                     std::size_t stride);
 
 // Returns the pin that the pointer is on; none that is hidden behind the shape.
 std::optional<std::size_t> pin_at(const Pointer& pointer, const GestureContext& around, const std::vector<Pin>& pins);

@@ -278,7 +278,8 @@ struct PartMarks {
 struct PlacedTools {
   std::vector<Vec3d> points;
   std::vector<std::vector<Vec3d>> curves;
-  std::vector<Vec3d> line;  // of bend_along, through the shape, by its handles
+  std::vector<Vec3d> line;      // of bend_along, through the shape
+  std::size_t line_stride = 1;  // from one handle of it to the next
   std::optional<Placement> placement;
   std::optional<StampShape> stamp;
   std::optional<PrintPicture> picture;

@@ -265,19 +265,21 @@ void add_bend_line(const Studio& studio, std::vector<render::Line>& lines) {
   const Screen screen = studio.view().screen();
   const auto* const drag = studio.gesture() ? std::get_if<BendAlongGesture>(&studio.gesture()->kind) : nullptr;
   const bool is_drawn = drag != nullptr && !drag->handle;
-  const bool is_dragged = drag != nullptr && !drag->to.empty();
-  const std::vector<Vec3d>& handles = is_dragged ? drag->to : studio.tools().placed().line;
-  const auto lit = drag != nullptr ? drag->handle : handle_at(studio.pointer(), screen, handles);
-  std::vector<Vec3d> line = is_drawn ? drag->drawn : points_on_line(handles, kPiecesOfLine + 1);
+  const PlacedTools& placed = studio.tools().placed();
+  const std::vector<Vec3d>& path = drag != nullptr && !drag->to.empty() ? drag->to : placed.line;
+  const auto pointed = [&] { return handle_at(studio.pointer(), screen, path, placed.line_stride); };
+  const auto lit = drag != nullptr ? drag->handle : pointed();
+  std::vector<Vec3d> line = is_drawn ? drag->drawn : points_on_line(path, kPiecesOfLine + 1);
   if (line.size() < 2) return;
   const Vec3d middle = line[line.size() / 2];
   std::vector<render::Line> shown{
       {.points = std::move(line), .radius = kLinePixels * pixel_size(screen, middle), .color = kPlaced}};
-  for (std::size_t i = 0; i < handles.size() && !is_drawn; ++i) {
-    const double size = (lit == i ? 1.3 : 1) * kHandlePixels * pixel_size(screen, handles[i]);
-    shown.push_back({.points = {handles[i], handles[i] + Vec3d{0, 1e-3 * size, 0}},
+  for (std::size_t i = 0; i < path.size() && !is_drawn; i += placed.line_stride) {
+    const bool is_lit = lit == i / placed.line_stride;
+    const double size = (is_lit ? 1.3 : 1) * kHandlePixels * pixel_size(screen, path[i]);
+    shown.push_back({.points = {path[i], path[i] + Vec3d{0, 1e-3 * size, 0}},
                      .radius = size,
-                     .color = lit == i ? kLitHandle : kPlaced});
+                     .color = is_lit ? kLitHandle : kPlaced});
   }
   lift(screen, middle, studio.document().shown().diagonal, shown);
   lines.insert(lines.end(), shown.begin(), shown.end());
