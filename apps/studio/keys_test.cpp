@@ -103,7 +103,7 @@ TEST(Search, WordsCountInAnyOrderAndCase) {
 }
 
 TEST(Search, KnowsTheWordsOfOtherPrograms) {
-  constexpr std::array<std::array<const char*, 2>, 14> words{{{"relax", "smooth"},
+  constexpr std::array<std::array<const char*, 2>, 16> words{{{"relax", "smooth"},
                                                               {"blur", "smooth"},
                                                               {"scrape", "flatten"},
                                                               {"grab", "move"},
@@ -115,6 +115,8 @@ TEST(Search, KnowsTheWordsOfOtherPrograms) {
                                                               {"sharpen", "pinch"},
                                                               {"alpha", "print"},
                                                               {"text", "print"},
+                                                              {"spline", "bend_along"},
+                                                              {"wrap", "bend_along"},
                                                               {"resize", "stretch"},
                                                               {"armature", "pose"}}};
   for (const auto& [word, tool] : words) {

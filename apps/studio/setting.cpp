@@ -248,6 +248,19 @@ std::vector<Setting> brush_rows(ToolSettings& to) {
        "Leaves",
        "Print: pressed in, the stamp leaves a flat floor and upright walls. Groove: a round stamp is dragged along and "
        "leaves a groove. Carry along: the surface goes with the stamp."},
+      {"bend_length",
+       choice_of(to.bend_length, {"keep", "fit"}, {"Keep length", "Reach both ends"}),
+       {},
+       "##length",
+       "Keep length: the shape lies on a part of the new line, or goes straight on beyond it. Reach both ends: it is "
+       "stretched to the line's ends, and grows thinner or thicker."},
+      {"bend_keep",
+       choice_of(to.bend_keep, {"volume", "thickness"}, {"Volume", "Thickness"}),
+       {},
+       "Keep",
+       "Volume: the inner side of a bend grows thicker, the outer side thinner. Thickness: walls and reliefs keep "
+       "their "
+       "height, and bends may be twice as tight."},
       {"text", text_form(to.text)},
       {"font", text_form(to.font)},
       {"exponent", &to.exponent},

@@ -195,6 +195,10 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
                                        1},
                                       {"flatten", R"({"tool": "flatten"}
 {"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]]})",
-                                       1}};
+                                       1},
+                                      {"bend_along", R"({"tool": "bend_along"}
+{"drag": [[0, 0, 0], [0, 0.1, 0]]}
+{"drag": [[0, 0.1, 0], [0.03, 0.12, 0]]})",
+                                       2}};
 
 }  // namespace knead::studio

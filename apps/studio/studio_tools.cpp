@@ -72,6 +72,8 @@ void StudioTools::begin_document() {
   const std::optional<StampShape> stamp = placed_.stamp;
   const std::optional<PrintPicture> picture = placed_.picture;
   placed_ = {};
+  line_version_ = 0;
+  first_bend_ = 0;
   settings_.first_radius = kFirstRadius * document_.shown().diagonal;
   settings_.radius = settings_.first_radius;
   settings_.kept.clear();
@@ -84,6 +86,31 @@ void StudioTools::follow(bool has_gesture) {
   const bool has_limit_cylinder = placed_.placement && placed_.placement->limit_cylinder;
   const bool is_new_mesh = document_.shown().state.mesh != limit_cylinder_mesh_;
   if (has_limit_cylinder && is_new_mesh && !has_gesture && !document_.worker().is_busy()) find_limit_cylinder(false);
+}
+
+void StudioTools::follow_line() {
+  const DocumentState& shown = document_.shown();
+  if (settings_.tool->use != ToolUse::bend_along || shown.opened == 0 || line_version_ == shown.version) return;
+  line_version_ = shown.version;
+  const std::vector<Vec3d> positions = shown.state.positions.copy();
+  placed_.line = bent_line().value_or(longest_axis(bounding_box(positions), kPointsOfLine));
+  placed_.line_stride = points_between_handles(placed_.line, positions);
+}
+
+// Returns the line after the last stroke that has bent it; nothing if none has since it was last laid straight.
+std::optional<std::vector<Vec3d>> StudioTools::bent_line() {
+  const DocumentState& shown = document_.shown();
+  first_bend_ = std::min(first_bend_, shown.history.size());
+  for (std::size_t entry = shown.history.size(); entry-- > first_bend_;) {
+    for (const SessionStroke& stroke : shown.history[entry]->strokes) {
+      const auto* const curve = std::get_if<CurveStroke>(&stroke.stroke);
+      if (curve == nullptr || reads_surface(stroke.stroke) || !is_applied(stroke)) continue;
+      std::vector<Vec3d> line = points_on_line(curve->from, kPointsOfLine);
+      advect(flow_of(stroke), line, advect_options(MotionOptions(), shown.diagonal));
+      return line;
+    }
+  }
+  return std::nullopt;
 }
 
 double StudioTools::radius() const {
@@ -108,6 +135,8 @@ void StudioTools::clear_placed() {
   kept.pins = std::move(placed_.pins);
   kept.parts = std::move(placed_.parts);
   placed_ = std::move(kept);
+  line_version_ = 0;
+  if (settings_.tool->use == ToolUse::bend_along) first_bend_ = document_.shown().history.size();
   picking_ = PlanePick::none;
 }
 
@@ -123,6 +152,9 @@ Box StudioTools::placed_box() const {
     case ToolUse::curve:
       places = placed_.points;
       for (const auto& curve : placed_.curves) places.insert(places.end(), curve.begin(), curve.end());
+      break;
+    case ToolUse::bend_along:
+      places = placed_.line;
       break;
     case ToolUse::pose:
       around = kFirstRadius * document_.shown().diagonal;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -36,6 +37,9 @@ class StudioTools {
   // Adapts to a new document. follow() adapts to its changes, completely only between gestures.
   void begin_document();
   void follow(bool has_gesture);
+  // Lays the line of bend_along through the shape as it is: where the last stroke has taken it, or, at first and after
+  // clear_placed(), along the shape's longest axis. Must not be called while a gesture waits for the shape.
+  void follow_line();
 
   // Returns the radius of the tool; for pins the automatic one, unless it is set. fix_radius() sets it to that.
   double radius() const;
@@ -77,6 +81,7 @@ class StudioTools {
   void center_symmetry();
 
  private:
+  std::optional<std::vector<Vec3d>> bent_line();
   void set_stamp(const std::function<StampShape(Document&)>& make);
   void set_picture(const std::filesystem::path& source);
   // Has the worker do it, and tell what is wrong with a stamp.
@@ -88,6 +93,8 @@ class StudioTools {
   PlacedTools placed_;
   PlanePick picking_ = PlanePick::none;
   std::optional<std::size_t> set_pin_;
+  std::uint64_t line_version_ = 0;  // of the document, for which the line was laid
+  std::size_t first_bend_ = 0;      // the entry of the history from which on strokes have taken the line along
   // The mesh for which the limit cylinder was found; remeshing may change it later.
   std::shared_ptr<const Mesh> limit_cylinder_mesh_;
 };

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
@@ -309,6 +310,105 @@ TEST(Curve, OnlyWhatIsWithinTheRadiusMoves) {
   const std::string message = refusal_of(mesh, "curve from=-6,0,0;6,0,0 axis=0,0,1 angle_deg=-90 radius=0.6");
   EXPECT_NE(message.find("would tear"), std::string::npos) << message;
   after(mesh, "curve from=-6,0,0;6,0,0 axis=0,0,1 angle_deg=-90 radius=" + named(message, "triangles;"));
+}
+
+TEST(Curve, TheLongestAxisIsTheLineOfAStrokeWithoutFrom) {
+  const Mesh mesh = bar(12, 0.5, 0.4);
+  const std::vector<Vec3d> axis = longest_axis(bounding_box(mesh.positions), 5);
+  ASSERT_EQ(axis.size(), 5U);
+  const std::vector<Vec3d> to{{-6, 0, 0}, {0, 2, 0}, {6, 0, 1}};
+  Session session;
+  session.strokes = {{curve_between(axis, to)}};
+  const ReplayResult result = Replay(borrow(mesh), session, {}).run();
+  const std::vector<Vec3d> expected = after(mesh, "curve to=-6,0,0;0,2,0;6,0,1 fixed=start");
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_LT(norm(result.shape.positions()[i] - expected[i]), 1e-11) << i;
+  }
+  EXPECT_TRUE(longest_axis(Box{{1, 1, 1}, {1, 1, 1}}, 5).empty());
+}
+
+TEST(Curve, PointsOnALineHaveEqualLengthsBetweenThem) {
+  const std::vector<Vec3d> points{{0, 0, 0}, {0, 0, 0}, {1, 0.5, 0}, {4, 0, 1}, {5, 3, 0}};
+  const std::vector<Vec3d> coarse = points_on_line(points, 6);
+  const std::vector<Vec3d> fine = points_on_line(points, 5001);
+  EXPECT_EQ(coarse.front(), points.front());
+  EXPECT_LT(norm(coarse.back() - points.back()), 1e-12);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_LT(norm(coarse[i] - fine[1000 * i]), 1e-9) << i;
+  const auto is_on_line = [&](const Vec3d& p) {
+    return std::any_of(fine.begin(), fine.end(), [&](const Vec3d& q) { return norm(p - q) < 2e-3; });
+  };
+  for (const Vec3d& p : points) EXPECT_TRUE(is_on_line(p));
+  EXPECT_EQ(points_on_line({{1, 2, 3}, {1, 2, 3}}, 5).size(), 1U);
+}
+
+// A noisy arc of radius 3, drawn from the right to the left.
+TEST(Curve, ADrawnArcLosesItsNoiseAndKeepsItsRadius) {
+  const Mesh mesh = bar(9, 0.3, 0.3);
+  std::vector<Vec3d> drawn;
+  for (int i = 0; i <= 150; ++i) {
+    const double angle = std::numbers::pi * i / 150;
+    const double radius = 3 + 0.05 * std::sin(2.4 * i) + 0.03 * std::sin(1.1 * i * i);
+    drawn.push_back({radius * std::cos(angle), radius * std::sin(angle), 0});
+  }
+  const std::vector<Vec3d> from = longest_axis(bounding_box(mesh.positions), 5);
+  const std::vector<Vec3d> line = smoothed_line(drawn, from, mesh.positions);
+  const std::vector<Vec3d> places = points_on_line(line, 301);
+  for (std::size_t i = 30; i <= 270; ++i) EXPECT_NEAR(norm(places[i]), 3, 0.02) << i;
+  EXPECT_LT(norm(line.front() - drawn.back()), 1e-12) << "the left end of the shape is at the left end of the line";
+  EXPECT_TRUE(smoothed_line({{1, 0, 0}, {1, 0, 0}}, from, mesh.positions).empty());
+}
+
+// Two right angles, sharper than the bar can follow.
+TEST(Curve, DrawnCornersBecomeBendsThatTheShapeFollows) {
+  const Mesh mesh = bar(12, 0.5, 0.5);
+  const std::vector<Vec3d> from = longest_axis(bounding_box(mesh.positions), 5);
+  const std::vector<Vec3d> drawn{{-3, 4, 0}, {-3, 0, 0}, {3, 0, 0}, {3, 4, 0}};
+  Session session;
+  session.strokes = {{curve_between(from, smoothed_line(drawn, from, mesh.positions))}};
+  EXPECT_EQ(Replay(borrow(mesh), session, {}).run().status, AdvectStatus::done);
+  session.strokes = {{curve_between(from, {{-3, 4, 0}, {-3, 2, 0}, {-3, 0.1, 0}, {-2.9, 0, 0}, {0, 0, 0}, {3, 0, 0}})}};
+  EXPECT_THROW(Replay(borrow(mesh), session, {}).run(), InvalidInput);
+}
+
+// On a straight line as the smooth line through its handles; on a winding one only what is near the handle moves.
+TEST(Curve, AMovedHandleTakesTheLineAlongSmoothlyAndNoOtherHandle) {
+  const std::vector<Vec3d> straight = points_on_line({{-6, 0, 0}, {6, 0, 0}}, kPointsOfLine);
+  const std::vector<Vec3d> moved = with_handle_moved(straight, 4, 1, {0, 0.3, 0});
+  const std::vector<Vec3d> smooth = points_on_line({{-6, 0, 0}, {-3, 0.3, 0}, {0, 0, 0}, {3, 0, 0}, {6, 0, 0}}, 2001);
+  for (const Vec3d& p : moved) {
+    double least = 1;
+    for (const Vec3d& q : smooth) least = std::min(least, norm(p - q));
+    EXPECT_LT(least, 0.01) << p.x;
+  }
+  std::vector<Vec3d> spiral;
+  for (int i = 0; i <= 16; ++i) spiral.push_back({std::cos(0.7 * i), std::sin(0.7 * i), 0.2 * i});
+  for (const std::size_t stride : {std::size_t(4), std::size_t(8)}) {
+    for (std::size_t handle = 0; handle <= 16 / stride; ++handle) {
+      const std::vector<Vec3d> after_it = with_handle_moved(spiral, stride, handle, {0.1, 0, 0.2});
+      for (std::size_t i = 0; i <= 16; i += stride) {
+        const Vec3d by = i == handle * stride ? Vec3d{0.1, 0, 0.2} : Vec3d{0, 0, 0};
+        EXPECT_LT(norm(after_it[i] - spiral[i] - by), 1e-12) << handle << ' ' << i;
+      }
+    }
+  }
+}
+
+TEST(Curve, ThickShapesHaveFewerHandles) {
+  for (const auto& [thick, stride] : {std::pair(0.5, 4), std::pair(3.0, 8)}) {
+    const Mesh mesh = bar(12, thick, thick);
+    const std::vector<Vec3d> line = longest_axis(bounding_box(mesh.positions), kPointsOfLine);
+    EXPECT_EQ(points_between_handles(line, mesh.positions), static_cast<std::size_t>(stride)) << thick;
+  }
+}
+
+TEST(Curve, TheEndThatMovesLessIsFixed) {
+  const std::vector<Vec3d> from{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  EXPECT_EQ(curve_between(from, {{0, 0, 0}, {1, 0, 0}, {2, 1, 0}}).fixed, CurveFixed::start);
+  EXPECT_EQ(curve_between(from, {{0, 1, 0}, {1, 0, 0}, {2, 0.2, 0}}).fixed, CurveFixed::end);
+  EXPECT_EQ(curve_between(from, {{0, 0, 0}, {1, 1, 0}, {2, 0, 0}}).fixed, CurveFixed::middle);
+  EXPECT_EQ(curve_between(from, from).from.size(), 2U) << "a straight line is given by its ends";
+  const std::vector<Vec3d> bent{{0, 0, 0}, {1, 0.1, 0}, {2, 0, 0}};
+  EXPECT_EQ(curve_between(bent, from).from, bent);
 }
 
 TEST(Curve, WrongKeysAreRefusedInOneLine) {

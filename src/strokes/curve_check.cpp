@@ -273,7 +273,7 @@ class Body {
 // Returns advice with a number that works: a smaller angle, a greater radius, or a part of the motion.
 std::string advice(const CurveStroke& stroke, double share) {
   constexpr double kMinShare = 0.01;
-  if (share < kMinShare) return "give another line \"from\"";
+  if (share < kMinShare) return "give a \"from\" that is straighter";
   constexpr double kRounded = 0.994;  // to three digits
   const auto down = [&](double degrees) { return degrees * share * kRounded; };
   std::string twist;
@@ -283,7 +283,8 @@ std::string advice(const CurveStroke& stroke, double share) {
   if (stroke.around)
     return fmt::format("wrap it round a radius of at least {:.3g}{}", *stroke.around / (share * kRounded), too);
   if (!twist.empty()) return twist;
-  return fmt::format("give \"strength\" {:.2g} or less, or a curve that bends less", std::floor(share * 100) / 100);
+  return fmt::format("give a line that bends at most {0:.2g} times as much (\"strength\" {0:.2g})",
+                     std::floor(share * 100) / 100);
 }
 
 [[noreturn]] void refuse(const CurveStroke& stroke, Trouble trouble, double share) {
@@ -295,7 +296,7 @@ std::string advice(const CurveStroke& stroke, double share) {
   const char* const what =
       trouble == Trouble::meets
           ? "the shape would meet itself"
-          : "the shape reaches farther to the inner side of the bend than half its radius of curvature";
+          : "the shape is too thick for so tight a bend: it reaches farther to the inner side than half the radius";
   throw InvalidInput(fmt::format("\"{}\": {}; {}", key, what, advice(stroke, share)));
 }
 

@@ -1,4 +1,4 @@
-// Curves through points, their frames, and the splines of a curve stroke.
+// Curves through points, drawn lines, frames, and the splines of a curve stroke.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -232,6 +232,71 @@ std::vector<Sample> on_path(const CurveStroke& stroke, const Frame& frame, Curve
   return samples;
 }
 
+// Returns places at equal lengths along a polyline, its ends among them.
+std::vector<Vec3d> along_polyline(const std::vector<Vec3d>& points, std::size_t intervals) {
+  std::vector<double> lengths{0};
+  for (std::size_t i = 1; i < points.size(); ++i) lengths.push_back(lengths.back() + norm(points[i] - points[i - 1]));
+  std::vector<Vec3d> places;
+  std::size_t piece = 1;
+  for (std::size_t i = 0; i <= intervals; ++i) {
+    const double at = lengths.back() * static_cast<double>(i) / static_cast<double>(intervals);
+    while (piece + 1 < points.size() && lengths[piece] < at) ++piece;
+    const double chord = lengths[piece] - lengths[piece - 1];
+    const double share = chord > 0 ? std::clamp((at - lengths[piece - 1]) / chord, 0.0, 1.0) : 0;
+    places.push_back(points[piece - 1] * (1 - share) + points[piece] * share);
+  }
+  return places;
+}
+
+// Returns means of places with their neighbours, weighted by a Gaussian of this width. Beyond an end the line is
+// mirrored at the end, which stays.
+std::vector<Vec3d> blurred(const std::vector<Vec3d>& places, double width) {
+  const auto last = static_cast<int>(places.size()) - 1;
+  const auto place = [&](int i) {
+    if (i < 0) return places.front() * 2 - places[static_cast<std::size_t>(-i)];
+    if (i > last) return places.back() * 2 - places[static_cast<std::size_t>(2 * last - i)];
+    return places[static_cast<std::size_t>(i)];
+  };
+  const int reach = std::min(static_cast<int>(3 * width), last);
+  std::vector<Vec3d> means;
+  for (int i = 0; i <= last; ++i) {
+    Vec3d sum{0, 0, 0};
+    double weights = 0;
+    for (int k = -reach; k <= reach; ++k) {
+      const double weight = elementary::exp(-0.5 * k * k / (width * width));
+      sum += place(i + k) * weight;
+      weights += weight;
+    }
+    means.push_back(sum / weights);
+  }
+  return means;
+}
+
+// Returns how thick a shape is about a line: the distance within which nine tenths of its points are, of a sample.
+double thickness_about(const std::vector<Vec3d>& line, std::span<const Vec3d> positions) {
+  constexpr std::size_t kMeasured = 4096;
+  constexpr double kShare = 0.9;
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < positions.size(); i += positions.size() / kMeasured + 1) {
+    double& least = distances.emplace_back(kInfinity);
+    for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+      least = std::min(least, distance_to_segment(positions[i], line[k], line[k + 1]));
+    }
+  }
+  if (distances.empty()) return 0;
+  const auto at = distances.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(distances.size()));
+  std::nth_element(distances.begin(), at, distances.end());
+  return *at;
+}
+
+double greatest_curvature(const std::vector<Vec3d>& points) {
+  constexpr int kPlaces = 256;
+  const SmoothCurve curve(points);
+  double most = 0;
+  for (int i = 0; i <= kPlaces; ++i) most = std::max(most, norm(curve.at(curve.length() * i / kPlaces).curvature));
+  return most;
+}
+
 // A straight line with its middle, as a stroke without "from" gets: the shape lies between the ramps.
 bool has_short_ramps(const std::vector<Vec3d>& from) {
   constexpr double kRounding = 1e-9;
@@ -288,3 +353,94 @@ CurveMotion motion_of(const CurveStroke& stroke) {
 }
 
 }  // namespace knead::tool_detail
+
+namespace knead {
+
+std::vector<Vec3d> points_on_line(std::vector<Vec3d> points, std::size_t count) {
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  if (points.size() < 2) return points;
+  const tool_detail::SmoothCurve curve(points);
+  std::vector<Vec3d> result;
+  for (std::size_t i = 0; i < count; ++i) {
+    result.push_back(curve.at(curve.length() * static_cast<double>(i) / static_cast<double>(count - 1)).point);
+  }
+  return result;
+}
+
+std::vector<Vec3d> smoothed_line(const std::vector<Vec3d>& drawn, const std::vector<Vec3d>& from,
+                                 std::span<const Vec3d> positions) {
+  constexpr std::size_t kIntervals = 128;
+  constexpr double kMinWidth = 1.0 / 24;  // of the length
+  constexpr double kMaxWidth = 1.0 / 5;
+  constexpr double kWider = 1.2;
+  constexpr double kTightest = 0.4;  // of the thickness times the curvature: 0.5 is impossible
+  double length = 0;
+  for (std::size_t i = 1; i < drawn.size(); ++i) length += norm(drawn[i] - drawn[i - 1]);
+  if (!(length > 0)) return {};
+  const std::vector<Vec3d> even = tool_detail::along_polyline(drawn, kIntervals);
+  const double tightest = kTightest / tool_detail::thickness_about(from, positions);
+  std::vector<Vec3d> line;
+  for (double width = kMinWidth; width < kMaxWidth; width *= kWider) {
+    // Once more what the first time took away: so an arc keeps its radius.
+    const std::vector<Vec3d> once = tool_detail::blurred(even, width * kIntervals);
+    const std::vector<Vec3d> twice = tool_detail::blurred(once, width * kIntervals);
+    line = once;
+    for (std::size_t i = 0; i < line.size(); ++i) line[i] += once[i] - twice[i];
+    line = points_on_line(std::move(line), kPointsOfLine);
+    if (line.size() < 2) return {};
+    if (tool_detail::greatest_curvature(line) <= tightest) break;
+  }
+  const double there = norm2(line.front() - from.front()) + norm2(line.back() - from.back());
+  const double back = norm2(line.back() - from.front()) + norm2(line.front() - from.back());
+  if (back < there) std::reverse(line.begin(), line.end());
+  return line;
+}
+
+std::size_t points_between_handles(const std::vector<Vec3d>& line, std::span<const Vec3d> positions) {
+  constexpr double kLong = 10;  // of the thickness
+  double length = 0;
+  for (std::size_t i = 1; i < line.size(); ++i) length += norm(line[i] - line[i - 1]);
+  const bool is_long = length > kLong * tool_detail::thickness_about(line, positions);
+  return (kPointsOfLine - 1) / (is_long ? 4 : 2);
+}
+
+std::vector<Vec3d> with_handle_moved(std::vector<Vec3d> line, std::size_t stride, std::size_t handle, const Vec3d& by) {
+  const std::size_t last = (line.size() - 1) / stride;
+  const auto value = [&](std::size_t i) { return i == handle ? 1.0 : 0.0; };
+  // The natural cubic spline that is 1 at the handle and 0 at the others; Thomas' algorithm for its second derivatives.
+  std::vector<double> second(last + 1);
+  std::vector<double> above(last + 1);
+  for (std::size_t i = 1; i < last; ++i) {
+    const double pivot = 4 - above[i - 1];
+    above[i] = 1 / pivot;
+    second[i] = (6 * (value(i - 1) - 2 * value(i) + value(i + 1)) - second[i - 1]) / pivot;
+  }
+  for (std::size_t i = last; i-- > 1;) second[i] -= above[i] * second[i + 1];
+  for (std::size_t k = 0; k < line.size(); ++k) {
+    const std::size_t i = std::min(k / stride, last - 1);
+    const double b = static_cast<double>(k - i * stride) / static_cast<double>(stride);
+    const double a = 1 - b;
+    const double curved = ((a * a * a - a) * second[i] + (b * b * b - b) * second[i + 1]) / 6;
+    line[k] += by * (a * value(i) + b * value(i + 1) + curved);
+  }
+  return line;
+}
+
+CurveStroke curve_between(const std::vector<Vec3d>& from, const std::vector<Vec3d>& to) {
+  constexpr double kStraight = 1e-9;  // of the length
+  CurveStroke stroke;
+  const Vec3d& first = from.front();
+  const Vec3d& last = from.back();
+  const bool is_straight = std::all_of(from.begin(), from.end(), [&](const Vec3d& p) {
+    return distance_to_segment(p, first, last) <= kStraight * norm(last - first);
+  });
+  stroke.from = is_straight ? std::vector{first, last} : from;
+  stroke.to = to;
+  const double of_first = norm(to.front() - first);
+  const double of_last = norm(to.back() - last);
+  if (of_first < 0.5 * of_last) stroke.fixed = CurveFixed::start;
+  if (of_last < 0.5 * of_first) stroke.fixed = CurveFixed::end;
+  return stroke;
+}
+
+}  // namespace knead

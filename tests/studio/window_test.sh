@@ -77,6 +77,7 @@ xdotool key Escape sleep 0.3 key alt+1 sleep 0.6 key 0 sleep 0.3
 click 511 308
 use bend 0 1000 700 1040 700
 use twist 9 1000 700 1040 700
+use bend_along a 700 700 700 300
 grep -q '"tool": "implicit"' "$work"/state/knead/journals/*/session.knead || die "no implicit stroke in the journal"
 
 before=$(journal_lines)

@@ -69,7 +69,8 @@ bool is_angular(const std::array<Vec3d, 3>& p, const std::array<Vec3d, 3>& norma
 }  // namespace
 
 std::string word_for_key(std::string key) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 12> words{{{"outer", "radius"},
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 13> words{{{"outer", "radius"},
+                                                                                 {"from", "line"},
                                                                                  {"inner", "inner part"},
                                                                                  {"bump", "soft edge"},
                                                                                  {"angle_deg", "angle"},

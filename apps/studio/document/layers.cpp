@@ -35,6 +35,7 @@ std::string tool_word(const Stroke& stroke) {
   if (const auto* points = std::get_if<PointsStroke>(&stroke); points != nullptr && points->points.empty()) {
     word = "curve";
   }
+  if (std::holds_alternative<CurveStroke>(stroke)) word = "bend_along";
   if (word == "pins" || word == "grid") word = "pose";
   return word;
 }
@@ -165,6 +166,10 @@ std::vector<OwnedPath> owned_paths(std::vector<SessionStroke>& strokes) {
     }
     if (auto* pins = std::get_if<PinsStroke>(&each.stroke)) {
       add_pins(tool, *pins, paths);
+      continue;
+    }
+    if (auto* curve = std::get_if<CurveStroke>(&each.stroke)) {
+      add_path(tool, curve->to, paths);
       continue;
     }
     const Places places = places_of(each.stroke);

@@ -25,8 +25,6 @@ constexpr double kPointSpacing = 0.25;  // of a drawn line, in radii
 constexpr double kSpacing = 0.3;        // of the places, in radii
 constexpr int kMaxPlaces = 200;         // between two places of the pointer
 
-Vec3d forward_of(const GestureContext& around) { return render::camera_frame(around.screen.camera).forward; }
-
 double distance_in_pixels(const Screen& screen, const Vec3d& p, const Pointer& pointer) {
   const auto pixel = pixel_of(screen, p);
   return pixel ? std::hypot(pixel->x - pointer.x, pixel->y - pointer.y) : kInfinity;
@@ -128,6 +126,8 @@ void extend_on_surface(const Pointer& pointer, const GestureContext& around, dou
 }
 
 }  // namespace
+
+Vec3d forward_of(const GestureContext& around) { return render::camera_frame(around.screen.camera).forward; }
 
 std::optional<SurfaceHit> hit_at(const Pointer& pointer, const GestureContext& around) {
   const Ray ray = ray_through(around.screen, pointer.x, pointer.y);

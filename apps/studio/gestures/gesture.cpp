@@ -16,7 +16,9 @@ namespace knead::studio {
 namespace {
 
 // The pointer grabs a stamp well within the rings of its gizmo.
-constexpr double kStampReach = 35;   // pixels
+constexpr double kStampReach = 35;  // pixels
+constexpr const char* kNoImages =
+    "Bend along takes the whole shape along, so it has no mirror image: switch the mirror and repetitions off first.";
 constexpr double kSameImage = 1e-9;  // of the radius: images that differ by less are one
 constexpr double kPixels = 90;       // length of an arrow
 constexpr double kRing = 0.7;        // radius of a ring, in arrows
@@ -100,6 +102,9 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
     case ToolUse::curve:
       if (is_near(placed, pointer, around)) return Gesture{begin_points(pointer, around, placed)};
       return made(begin_draw(pointer, around));
+    case ToolUse::bend_along:
+      if (!images_of(around.settings).empty()) return in_trouble(kNoImages);
+      return made(begin_bend_along(pointer, around, placed));
     case ToolUse::pose:
       return begin_any_pins(pointer, around, placed);
     case ToolUse::stamp:
@@ -176,6 +181,7 @@ Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle) { return rotate(v,
 bool is_on_placed(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   const ToolUse use = around.settings.tool->use;
   if (use == ToolUse::points || use == ToolUse::curve) return is_near(placed, pointer, around);
+  if (use == ToolUse::bend_along) return handle_at(pointer, around.screen, placed.line, placed.line_stride).has_value();
   if (use != ToolUse::stamp && use != ToolUse::turn) return false;
   if (is_on_stamp(pointer, around, placed)) return true;
   return placed.placement && gizmo_part_at(around.screen, *placed.placement, pointer.x, pointer.y);

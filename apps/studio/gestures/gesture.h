@@ -151,6 +151,25 @@ struct PrintGesture {
   std::vector<Stroke> strokes() const { return strokes_if(has_ended, stroke); }
 };
 
+// The line through the shape becomes another one, and the shape follows: by a handle of it, at once; or by a line drawn
+// in the picture, in the plane through the line's middle that faces the viewer, when the drag ends.
+struct BendAlongGesture {
+  std::vector<Vec3d> line;  // at the start
+  std::size_t stride = 1;   // from one handle of it to the next
+  CurveLength length = CurveLength::keep;
+  CurveKeeps keep = CurveKeeps::volume;
+  std::optional<std::size_t> handle{};  // std::nullopt: a line is drawn
+  Drag drag{};                          // of the handle
+  std::vector<Vec3d> drawn{};           // so far
+  std::vector<Vec3d> to{};              // where the line goes; empty: nowhere yet
+
+  static constexpr bool kHasImages = true;  // it has none
+  void move(const GestureStep& step);
+  void end(const GestureStep& step);
+  std::vector<Stroke> strokes() const;
+  std::optional<Amount> number() const;
+};
+
 // A line drawn on the surface, to be moved later; a click sets a point.
 struct DrawGesture {
   std::vector<Vec3d> points;
@@ -286,7 +305,8 @@ struct GizmoGesture {
 // number(), which amount_of() returns. kHasImages: the strokes already contain their images.
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, LassoGesture,
-               PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PrintGesture, PartGesture, PartPaintGesture>
+               PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PrintGesture, PartGesture, PartPaintGesture,
+               BendAlongGesture>
       kind;
   ShapeState start{};     // the shape at the start
   std::string trouble{};  // not empty: a sentence that says why this gesture is impossible
@@ -334,6 +354,10 @@ std::shared_ptr<const ZoneProfile> profile_at(const ToolSettings& settings, cons
 
 // Returns the width of the zone of the turning stroke if it was widened.
 std::optional<double> widened_zone(const ToolSettings& settings, const Placement& placement, double amount);
+
+// Returns the number of the handle of a line that the pointer is on.
+std::optional<std::size_t> handle_at(const Pointer& pointer, const Screen& screen, const std::vector<Vec3d>& line,
+                                     std::size_t stride);
 
 // Returns the pin that the pointer is on; none that is hidden behind the shape.
 std::optional<std::size_t> pin_at(const Pointer& pointer, const GestureContext& around, const std::vector<Pin>& pins);

@@ -14,6 +14,9 @@
 
 namespace knead::studio {
 
+// Returns the direction of the view.
+Vec3d forward_of(const GestureContext& around);
+
 std::optional<SurfaceHit> hit_at(const Pointer& pointer, const GestureContext& around);
 
 ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& around);
@@ -28,6 +31,10 @@ std::optional<InflateGesture> begin_inflate(const Pointer& pointer, const Gestur
 
 std::optional<PrintGesture> begin_print(const Pointer& pointer, const GestureContext& around,
                                         const PlacedTools& placed);
+
+// Begins to drag the handle under the pointer, or to draw a line. Returns nothing for a shape without a line.
+std::optional<BendAlongGesture> begin_bend_along(const Pointer& pointer, const GestureContext& around,
+                                                 PlacedTools& placed);
 
 inline constexpr double kClick = 4;  // pixels that a click may move
 inline constexpr double kNear = 12;  // pixels around a placed thing in which the pointer grabs it

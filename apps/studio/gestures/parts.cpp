@@ -81,8 +81,6 @@ std::uint32_t vertex_at(const SurfaceHit& hit, const GestureContext& around) {
                            [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
 }
 
-Vec3d forward_of(const GestureContext& around) { return render::camera_frame(around.screen.camera).forward; }
-
 std::optional<GizmoPart> gizmo_at(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   if (!placed.parts.placement) return std::nullopt;
   const Placement& at = *placed.parts.placement;

@@ -185,8 +185,7 @@ std::optional<PinsGesture> begin_pins(const Pointer& pointer, const GestureConte
   }
   gesture.dragged = *pin;
   gesture.to = gesture.pins[*pin].place;
-  gesture.drag =
-      begin_drag(pointer, gesture.to, hit ? hit->normal : -render::camera_frame(around.screen.camera).forward, around);
+  gesture.drag = begin_drag(pointer, gesture.to, hit ? hit->normal : -forward_of(around), around);
   if (!has_exact_pins(around.settings)) gesture.plan = plan_pose(gesture, around.state, around.settings);
   return gesture;
 }

@@ -18,6 +18,8 @@ constexpr float kPiFloat = std::numbers::pi_v<float>;
 constexpr const char* kPullHint = "Drag the shape, or start beside it. Type a distance while you drag; Ctrl snaps it.";
 constexpr const char* kTurnHint = "Click on the shape to place the tool.";
 constexpr const char* kTurnAgain = "Ctrl snaps; the arrows move the gizmo, its rings turn it.";
+constexpr const char* kBendAlongHint =
+    "Drag a handle of the line, or draw a new line: the shape follows. Escape: a straight line again.";
 constexpr double kOnPlane = 1e-9;     // of the radius: what counts as in a plane
 constexpr double kHalfOfBump = 0.54;  // of the bump of the wide falloff: its velocity along the motion is half there
 
@@ -291,6 +293,18 @@ const std::vector<StudioTool> kTools{
               {line, {0.5F, -0.85F, 0.75F, -0.25F}},
               {line, {-0.7F, 0.95F, -0.05F, 0.95F}}},
      .turning = {.facing = Facing::up, .axis = &Placement::x, .takes_limit_cylinder = true, .stroke = bent}},
+    {.name = "Bend along",
+     .key = "A",
+     .use = ToolUse::bend_along,
+     .group = ToolGroup::pose,
+     .tip = "Bends the whole shape along a line, which you draw or move by its handles.",
+     .also = "path spline wrap arc spine snake",
+     .hint = kBendAlongHint,
+     .second_hint = kBendAlongHint,
+     .icon = {{wave, {-0.85F, 0.6F, -0.75F, -0.95F, 0.75F, -0.95F, 0.85F, 0.6F}},
+              {disc, {-0.85F, 0.6F, 0.2F}},
+              {disc, {0, -0.56F, 0.2F}},
+              {disc, {0.85F, 0.6F, 0.2F}}}},
     {.name = "Pose",
      .key = "P",
      .use = ToolUse::pose,
@@ -373,7 +387,7 @@ std::span<const StudioTool> studio_tools() { return kTools; }
 std::string word_of(const StudioTool& tool) {
   std::string word = tool.name;
   std::transform(word.begin(), word.end(), word.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+                 [](unsigned char c) { return c == ' ' ? '_' : static_cast<char>(std::tolower(c)); });
   return word;
 }
 
@@ -395,8 +409,8 @@ void choose_tool(const StudioTool& tool, ToolSettings& settings) {
 bool blends(const ToolSettings& settings) {
   const ToolUse use = settings.tool->use;
   return use != ToolUse::mask && use != ToolUse::pose && use != ToolUse::inflate && use != ToolUse::smooth &&
-         use != ToolUse::print && (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick) &&
-         settings.tool->brush == nullptr;
+         use != ToolUse::print && use != ToolUse::bend_along &&
+         (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick) && settings.tool->brush == nullptr;
 }
 
 bool has_two_signs(ToolUse use) { return use == ToolUse::paint || use == ToolUse::inflate || use == ToolUse::print; }

@@ -94,17 +94,18 @@ struct Placement {
 
 // The use of a tool.
 enum class ToolUse {
-  pull,     // a drag carries it along a path
-  paint,    // a drag sets dabs on the surface
-  inflate,  // a drag draws a line on the surface, along which the shape then grows by a volume
-  print,    // a drag lays a text or a picture on the surface, which is then raised or pressed in
-  smooth,   // a drag smooths the surface, as Shift and a drag do with every tool
-  points,   // clicks set points on the surface; a drag of one moves all
-  curve,    // a drag draws a curve on the surface; another drag moves it
-  stamp,    // a click places it; a drag of its middle presses it in
-  turn,     // a click places it; a drag beside it turns it
-  pose,     // a click sets a pin on the surface; a drag moves one or all that are selected, and the others hold
-  mask,     // drags paint or enclose the part that is fixed
+  pull,        // a drag carries it along a path
+  paint,       // a drag sets dabs on the surface
+  inflate,     // a drag draws a line on the surface, along which the shape then grows by a volume
+  print,       // a drag lays a text or a picture on the surface, which is then raised or pressed in
+  smooth,      // a drag smooths the surface, as Shift and a drag do with every tool
+  points,      // clicks set points on the surface; a drag of one moves all
+  curve,       // a drag draws a curve on the surface; another drag moves it
+  stamp,       // a click places it; a drag of its middle presses it in
+  turn,        // a click places it; a drag beside it turns it
+  bend_along,  // a drag of a handle, or a drawn line, moves the line through the shape
+  pose,        // a click sets a pin on the surface; a drag moves one or all that are selected, and the others hold
+  mask,        // drags paint or enclose the part that is fixed
 };
 
 // The purpose of a tool: tools of one group stand together and have one colour.
@@ -143,7 +144,7 @@ struct IconPart {
 
 // The row of a tool in Studio. Everything that Studio shows of it or does with it comes from here.
 struct StudioTool {
-  std::string name;  // for people; in lower case in scripts, and after "tool_" in the preferences
+  std::string name;  // for people; word_of() in scripts, and after "tool_" in the preferences
   const char* key;   // the default key that chooses it
   ToolUse use;
   ToolGroup group;
@@ -166,10 +167,10 @@ struct StudioTool {
 // Returns the tools in the order of the tool bar.
 std::span<const StudioTool> studio_tools();
 
-// Returns the name of a tool in lower case.
+// Returns the name of a tool in lower case, with "_" in the place of a space.
 std::string word_of(const StudioTool& tool);
 
-// Returns the tool with a name in lower case, or a null pointer.
+// Returns the tool with this word_of(), or a null pointer.
 const StudioTool* studio_tool(std::string_view word);
 
 // Returns whether the chosen tool moves the shape with a falloff.
@@ -214,9 +215,11 @@ struct ToolSettings : OwnSettings {
   int exponent = 8;           // of points and curves; even, 4 or more
   double stamp_size = 0.5;    // the tool's half extent, relative to the radius
   StampContact stamp_contact = StampContact::automatic;
-  std::string text = "Text";   // of print, where no picture is chosen; its capital letters are as high as the radius
-  std::string font;            // as a print names it; empty: a usual one
-  bool lasso_selects = false;  // a drag beside the pins draws a line round those that it selects
+  std::string text = "Text";  // of print, where no picture is chosen; its capital letters are as high as the radius
+  std::string font;           // as a print names it; empty: a usual one
+  CurveLength bend_length = CurveLength::keep;  // of bend_along
+  CurveKeeps bend_keep = CurveKeeps::volume;    // of bend_along
+  bool lasso_selects = false;                   // a drag beside the pins draws a line round those that it selects
   PoseMode pose = PoseMode::pins;
   double pose_detail = 0;  // of the shape's size; 0: from the thickness of the moving parts
   PenPressure pressure = PenPressure::depth;
@@ -275,6 +278,8 @@ struct PartMarks {
 struct PlacedTools {
   std::vector<Vec3d> points;
   std::vector<std::vector<Vec3d>> curves;
+  std::vector<Vec3d> line;      // of bend_along, through the shape
+  std::size_t line_stride = 1;  // from one handle of it to the next
   std::optional<Placement> placement;
   std::optional<StampShape> stamp;
   std::optional<PrintPicture> picture;

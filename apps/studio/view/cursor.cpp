@@ -34,6 +34,9 @@ constexpr std::size_t kVerticesAtOnce = 4096;
 constexpr double kShadeError = 1e-3;   // of a displacement
 constexpr double kNominalPart = 0.05;  // of the radius: how far a pin is moved to show what it takes along
 constexpr double kPinPixels = 5;
+constexpr double kLinePixels = 1.6;  // half the width of the line of bend_along
+constexpr double kHandlePixels = 6;  // the radius of its handles
+constexpr std::size_t kPiecesOfLine = 64;
 constexpr double kFitPointPixels = 6;
 constexpr render::Color kHeldPin{0.16f, 0.40f, 0.78f, 1};
 constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
@@ -73,6 +76,7 @@ std::optional<Radii> radii_of(const Studio& studio) {
     case ToolUse::print:
       return Radii{settings.radius};
     case ToolUse::stamp:
+    case ToolUse::bend_along:
     case ToolUse::turn:
       return std::nullopt;
   }
@@ -164,6 +168,7 @@ std::string with_sign(const std::string& number, AmountKind kind, LengthUnit uni
 // Nothing for pins whose stroke is impossible.
 std::optional<double> radius_of_gesture(const Studio& studio) {
   const auto* const pins = std::get_if<PinsGesture>(&studio.gesture()->kind);
+  if (std::holds_alternative<BendAlongGesture>(studio.gesture()->kind)) return std::nullopt;
   if (pins == nullptr) return studio.tools().settings().radius;
   if (!has_exact_pins(studio.tools().settings())) return std::nullopt;
   return radius_of(pins_stroke(pins->pins, pins->dragged, pins->to, studio.tools().settings()));
@@ -253,6 +258,31 @@ void add_cursor(const Studio& studio, std::span<const PlaneLine> outline, std::v
   }
   lift(studio.view().screen(), place->center, radii->outer, cursor);
   lines.insert(lines.end(), cursor.begin(), cursor.end());
+}
+
+void add_bend_line(const Studio& studio, std::vector<render::Line>& lines) {
+  if (studio.tools().settings().tool->use != ToolUse::bend_along || studio.document().shown().looked_at) return;
+  const Screen screen = studio.view().screen();
+  const auto* const drag = studio.gesture() ? std::get_if<BendAlongGesture>(&studio.gesture()->kind) : nullptr;
+  const bool is_drawn = drag != nullptr && !drag->handle;
+  const PlacedTools& placed = studio.tools().placed();
+  const std::vector<Vec3d>& path = drag != nullptr && !drag->to.empty() ? drag->to : placed.line;
+  const auto pointed = [&] { return handle_at(studio.pointer(), screen, path, placed.line_stride); };
+  const auto lit = drag != nullptr ? drag->handle : pointed();
+  std::vector<Vec3d> line = is_drawn ? drag->drawn : points_on_line(path, kPiecesOfLine + 1);
+  if (line.size() < 2) return;
+  const Vec3d middle = line[line.size() / 2];
+  std::vector<render::Line> shown{
+      {.points = std::move(line), .radius = kLinePixels * pixel_size(screen, middle), .color = kPlaced}};
+  for (std::size_t i = 0; i < path.size() && !is_drawn; i += placed.line_stride) {
+    const bool is_lit = lit == i / placed.line_stride;
+    const double size = (is_lit ? 1.3 : 1) * kHandlePixels * pixel_size(screen, path[i]);
+    shown.push_back({.points = {path[i], path[i] + Vec3d{0, 1e-3 * size, 0}},
+                     .radius = size,
+                     .color = is_lit ? kLitHandle : kPlaced});
+  }
+  lift(screen, middle, studio.document().shown().diagonal, shown);
+  lines.insert(lines.end(), shown.begin(), shown.end());
 }
 
 std::optional<InArrow> in_arrow(const Studio& studio) {

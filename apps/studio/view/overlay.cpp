@@ -87,8 +87,9 @@ std::vector<Stroke> strokes_to_draw(const Studio& studio) {
     }
     return strokes;
   }
-  const bool poses = studio.tools().settings().tool->use == ToolUse::pose && !has_exact_pins(studio.tools().settings());
-  if (poses) return {};  // a pose is seen by its pins
+  const ToolUse use = studio.tools().settings().tool->use;
+  const bool poses = use == ToolUse::pose && !has_exact_pins(studio.tools().settings());
+  if (poses || use == ToolUse::bend_along) return {};  // they are seen by their pins, or by the line
   std::vector<Stroke> strokes = studio.preview();
   if (strokes.empty()) return hovering(studio);
   const std::size_t sides = images_of(studio.tools().settings()).size() + 1;
@@ -352,6 +353,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
       break;
     case ToolUse::inflate:
     case ToolUse::print:
+    case ToolUse::bend_along:
     case ToolUse::smooth:
     case ToolUse::stamp:
     case ToolUse::mask:
@@ -428,6 +430,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   add_symmetry(studio, box, scene);
   add_layer_handles(studio, 0.006 * shown.diagonal, scene.lines);
   add_drawn_line(studio, scene.lines);
+  add_bend_line(studio, scene.lines);
   if (!view.tool) return scene;
   const render::ToolDrawing how{render::kLiveDetail, &surfaces_};
   std::vector<Stroke> strokes = shows_region(studio) ? strokes_to_draw(studio) : std::vector<Stroke>{};

@@ -122,6 +122,9 @@ render::Color color_of_pair(std::size_t pair);
 // The clicked points of one of the two shapes of a fit.
 void add_fit_points(const Studio& studio, bool of_target, const Screen& screen, std::vector<render::Line>& lines);
 
+// Adds the line of bend_along with its handles, or the line that is drawn for it.
+void add_bend_line(const Studio& studio, std::vector<render::Line>& lines);
+
 // Blue pins hold, white ones are free, selected and dragged ones are orange; images are smaller.
 void add_pins(const Studio& studio, std::vector<render::Line>& lines);
 

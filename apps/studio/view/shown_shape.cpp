@@ -36,13 +36,14 @@ void extend(Box& box, const Vec3d& center, double radius) {
 // The equations of more pins take longer to solve than a picture may.
 constexpr std::size_t kMaxPins = 100;
 
-// The GPU evaluates no mask, and no images that act at the same time.
+// The GPU evaluates no mask, no curve, and no images that act at the same time.
 bool can_preview(const PendingStrokes& pending) {
   return pending.start.mask.is_empty() &&
          std::none_of(pending.strokes.begin(), pending.strokes.end(), [](const SessionStroke& stroke) {
            const auto* const pins = std::get_if<PinsStroke>(&stroke.stroke);
            return (pins == nullptr && !stroke.mirror.empty()) || reads_surface(stroke.stroke) ||
-                  tool_of(stroke.stroke).is_event || (pins != nullptr && pins->points.size() > kMaxPins);
+                  tool_of(stroke.stroke).is_event || std::holds_alternative<CurveStroke>(stroke.stroke) ||
+                  (pins != nullptr && pins->points.size() > kMaxPins);
          });
 }
 

@@ -141,8 +141,41 @@ inline constexpr std::array<std::string_view, 5> kPictureExtensions{".png", ".jp
 // Returns whether a file's name ends in one of them, in lower or upper case.
 bool is_picture(const std::filesystem::path& file);
 
-// A surface that a stroke reads and moves at the same time.
+// Lines through a shape under a pointer, for the tool "curve".
 
+// Returns `count` points at equal lengths on the smooth line through points, as the tool takes the points of a line;
+// straight between two. Repeated neighbours count once. count: 2 or more; fewer points than two are returned as they
+// are.
+std::vector<Vec3d> points_on_line(std::vector<Vec3d> points, std::size_t count);
+
+// Returns `count` points, 2 or more, at equal lengths on the line of a stroke without `from`: the longest axis of the
+// shape's box. None for a box without a length.
+std::vector<Vec3d> longest_axis(const Box& box, std::size_t count);
+
+// The line through a shape has this many points at equal lengths, and a handle at some of them: at its ends, its
+// middle, and for a long shape also at the quarters.
+inline constexpr std::size_t kPointsOfLine = 17;
+
+// Returns a smooth line along one that was drawn by hand, in the direction that suits the line `from`. It is smoothed
+// over a twenty-fourth of its length, or more, up to a fifth, until it bends no tighter than the shape about `from` can
+// follow. It has
+// kPointsOfLine points; none if the drawn line has no length.
+std::vector<Vec3d> smoothed_line(const std::vector<Vec3d>& drawn, const std::vector<Vec3d>& from,
+                                 std::span<const Vec3d> positions);
+
+// Returns how many points there are from one handle of the line to the next. Handles are farther apart on a thick
+// shape, so that it can follow them.
+std::size_t points_between_handles(const std::vector<Vec3d>& line, std::span<const Vec3d> positions);
+
+// Returns the line after one of its handles has moved by `by`. The other handles stay, and the line between them
+// follows smoothly. `stride`: of points_between_handles(); `handle`: its number, from 0.
+std::vector<Vec3d> with_handle_moved(std::vector<Vec3d> line, std::size_t stride, std::size_t handle, const Vec3d& by);
+
+// Returns the stroke that takes the smooth line through the points `from` to the one through the points `to`, each 2 or
+// more. An end of the line that moves less than half as far as the other one is fixed, else the middle.
+CurveStroke curve_between(const std::vector<Vec3d>& from, const std::vector<Vec3d>& to);
+
+// A surface that a stroke reads and moves at the same time.
 // The current positions and triangles of a shape, and how to move them.
 struct LiveSurface {
   std::span<const Vec3d> positions;     // the current ones: apply moves them in place
