@@ -312,17 +312,14 @@ TEST(Curve, OnlyWhatIsWithinTheRadiusMoves) {
   after(mesh, "curve from=-6,0,0;6,0,0 axis=0,0,1 angle_deg=-90 radius=" + named(message, "triangles;"));
 }
 
-TEST(Curve, TheLongestAxisIsTheLineOfAStrokeWithoutFrom) {
+// All of the shape lies where the curvature of an arc is constant, so that its ends stay flat.
+TEST(Curve, TheLongestAxisIsTheLineOfAnArcWithoutFrom) {
   const Mesh mesh = bar(12, 0.5, 0.4);
   const std::vector<Vec3d> axis = longest_axis(bounding_box(mesh.positions), 5);
   ASSERT_EQ(axis.size(), 5U);
-  const std::vector<Vec3d> to{{-6, 0, 0}, {0, 2, 0}, {6, 0, 1}};
-  Session session;
-  session.strokes = {{curve_between(axis, to)}};
-  const ReplayResult result = Replay(borrow(mesh), session, {}).run();
-  const std::vector<Vec3d> expected = after(mesh, "curve to=-6,0,0;0,2,0;6,0,1 fixed=start");
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    ASSERT_LT(norm(result.shape.positions()[i] - expected[i]), 1e-11) << i;
+  const double tip = 6 * 128 / 122.0;
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_LT(norm(axis[i] - Vec3d{tip * (0.5 * static_cast<double>(i) - 1), 0, 0}), 1e-12) << i;
   }
   EXPECT_TRUE(longest_axis(Box{{1, 1, 1}, {1, 1, 1}}, 5).empty());
 }

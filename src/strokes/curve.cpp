@@ -184,9 +184,9 @@ std::string words(const CurveStroke& stroke, const std::string& unit) {
 
 std::vector<Vec3d> longest_axis(const Box& box, std::size_t count) {
   if (!(box.diagonal() > 0)) return {};
-  CurveStroke stroke;
-  stroke.to = {box.min, box.max};  // of a stroke with `to` the line is not longer than the box
-  return points_on_line(placed(std::move(stroke), box).from, count);
+  std::vector<Vec3d> line = placed({}, box).from;
+  line.erase(line.begin() + 1);
+  return points_on_line(std::move(line), count);
 }
 
 constinit const tool_detail::ToolRow<CurveStroke> CurveStroke::tool{.name = "curve",

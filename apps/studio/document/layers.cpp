@@ -168,10 +168,6 @@ std::vector<OwnedPath> owned_paths(std::vector<SessionStroke>& strokes) {
       add_pins(tool, *pins, paths);
       continue;
     }
-    if (auto* curve = std::get_if<CurveStroke>(&each.stroke)) {
-      add_path(tool, curve->to, paths);
-      continue;
-    }
     const Places places = places_of(each.stroke);
     if (places.path != nullptr) add_path(tool, *places.path, paths);
     if (places.path == nullptr && places.center != nullptr)

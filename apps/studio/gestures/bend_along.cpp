@@ -54,6 +54,8 @@ std::optional<BendAlongGesture> begin_bend_along(const Pointer& pointer, const G
 void BendAlongGesture::move(const GestureStep& step) {
   const auto& [pointer, around, placed] = step;
   if (handle) {
+    const bool is_click = std::hypot(pointer.x - drag.from.x, pointer.y - drag.from.y) < kClick;
+    if (to.empty() && is_click && !pointer.typed) return;
     to = with_handle_moved(line, stride, *handle, drag.at(pointer, around) - drag.start);
     return;
   }

@@ -511,7 +511,7 @@ TEST_F(InterfaceTest, ThePanelIsResizedAtItsEdgeAndComesBackAsItWasLeft) {
 
 TEST_F(InterfaceTest, NamesOfTheToolsFitBesideTheirIcons) {
   for (const double unit : {1.0, 2.0}) {
-    ShownPanels panels(options(), static_cast<int>(1440 * unit), static_cast<int>(1100 * unit),
+    ShownPanels panels(options(), static_cast<int>(1440 * unit), static_cast<int>(1160 * unit),
                        unit);  // high enough for one column
     open_ball(panels);
     const float narrow = ShownPanels::area_of("Tools").width();

@@ -197,7 +197,7 @@ void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const
 void draw_help(Studio& studio, const Gui& gui) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
-  ImGui::SetNextWindowSizeConstraints({0, 0}, {0.98F * size.x, 0.96F * size.y});
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {0.98F * size.x, 0.98F * size.y});
   ImGui::SetNextWindowBgAlpha(1);  // it covers the panels, whose text would shine through
   bool open = true;
   if (ImGui::Begin("Keys", &open,

@@ -76,7 +76,7 @@ inline constexpr float kToolLabelWidth = 76;  // points
 inline constexpr float kPanelGap = 8;
 inline constexpr float kToolBarPadding = 4;
 inline constexpr float kToolScrollbar = 9;
-inline constexpr float kSmallestTool = 0.6F;  // of the size of an entry
+inline constexpr float kSmallestTool = 0.55F;  // of the size of an entry
 
 // Windows narrower than this, in points, or higher than wide by this factor, are compact: a phone, or a tablet held
 // upright. A bar at their bottom takes the place of the others.

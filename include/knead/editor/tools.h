@@ -148,8 +148,8 @@ bool is_picture(const std::filesystem::path& file);
 // are.
 std::vector<Vec3d> points_on_line(std::vector<Vec3d> points, std::size_t count);
 
-// Returns `count` points, 2 or more, at equal lengths on the line of a stroke without `from`: the longest axis of the
-// shape's box. None for a box without a length.
+// Returns `count` points, 2 or more, at equal lengths on the line of an arc without `from`: the longest axis of the
+// shape's box, and a little beyond its ends, so that all of the shape bends. None for a box without a length.
 std::vector<Vec3d> longest_axis(const Box& box, std::size_t count);
 
 // The line through a shape has this many points at equal lengths, and a handle at some of them: at its ends, its
