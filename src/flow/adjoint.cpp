@@ -52,12 +52,15 @@ class NextTaped {
 // The gradient with respect to the coefficients of a grid.
 class GridCoefficients {
  public:
-  explicit GridCoefficients(const PartOfSegment& part) : part_(part), grid_(part.segment.grid) {}
+  explicit GridCoefficients(const PartOfSegment& part)
+      : part_(part), grid_(part.segment.grid), center_(part.nodes->cells.center()) {
+    if (part.mask.acts) mask_ = view_of<double>(part.segment.mask, center_);
+  }
 
   // Returns the gradient of `weight` . v with respect to the place; nothing under a mask.
   std::optional<Vec3d> by_place(const Vec3d& x, double t, const Vec3d& weight) const {
-    if (part_.mask.acts) return std::nullopt;
-    const GridSlope<double> slope = slope_at(part_.nodes->view, x - part_.nodes->cells.center(), t);
+    if (mask_) return std::nullopt;
+    const GridSlope<double> slope = slope_at(part_.nodes->view, x - center_, t);
     return slope.rows[0] * weight.x + slope.rows[1] * weight.y + slope.rows[2] * weight.z;
   }
 
@@ -96,9 +99,8 @@ class GridCoefficients {
 
  private:
   MaskValue<double> mask_at(const Vec3d& x) const {
-    if (!part_.mask.acts) return {1, {0, 0, 0}};
-    const Vec3d center = part_.nodes->cells.center();
-    return evaluate_mask(view_of<double>(part_.segment.mask, center), x - center);
+    if (!mask_) return {1, {0, 0, 0}};
+    return evaluate_mask(*mask_, x - center_);
   }
 
   void add_to(std::ptrdiff_t node, const Vec3d& gradient, double t, std::span<double> sums) const {
@@ -113,6 +115,8 @@ class GridCoefficients {
 
   const PartOfSegment& part_;
   const PotentialGrid& grid_;
+  Vec3d center_;                          // that positions are relative to
+  std::optional<MaskView<double>> mask_;  // nothing if no mask acts
 };
 
 // The first numbers of a segment: begin and end.
