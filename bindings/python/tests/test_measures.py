@@ -85,3 +85,18 @@ def test_the_tank_holds_a_fifth_more(capsys):
     assert abs(result["held"]) < 1e-6
     assert result["free"] > result["CLEARANCE"] - 1e-6
     assert "volume off by" in capsys.readouterr().out
+
+
+def test_the_wing_gets_its_lift(capsys):
+    pytest.importorskip("scipy", reason="scipy's SLSQP optimises in the example")
+    result = runpy.run_path(str(SOURCE / "examples/python/wing.py"))
+    found, start = result["found"], result["start"]
+    assert found.success, found.message
+    assert abs(result["lift"]["fun"](found.x) - result["LIFT"]) < 1e-6
+    assert result["volume"]["fun"](found.x) > result["full"] * (1 - 1e-6)
+    assert (result["thickness"]["fun"](found.x) > 0.99 * result["thick"] - 1e-6).all()
+    assert found.fun < result["area"]["fun"](start)
+    step = 1e-6 * np.random.default_rng(1).normal(size=start.shape)
+    for name in ("area", "volume", "lift", "thickness"):
+        fun, slopes = result[name]["fun"], result[name]["jac"](found.x)
+        assert np.abs((fun(found.x + step) - fun(found.x - step)) / 2 - slopes @ step).max() < 1e-4 * np.abs(slopes @ step).max()
