@@ -19,13 +19,6 @@ namespace {
 
 constexpr std::size_t kMeasuredAtOnce = 1024;
 
-// The corner of the triangle that the hit is nearest to.
-std::uint32_t corner_of(const SurfaceHit& hit, const Picker& picker) {
-  const auto& weights = hit.barycentric;
-  const auto corner = std::max_element(weights.begin(), weights.end()) - weights.begin();
-  return picker.triangles()[hit.triangle][static_cast<std::size_t>(corner)];
-}
-
 struct Distances {
   std::vector<float> shades;
   double mean = 0;  // of the diagonal
@@ -116,7 +109,7 @@ void StudioFit::handle(const Event& event) {
   if (button == nullptr || !button->down || button->button != MouseButton::left) return;
   const auto hit = target_->picker.pick(ray_through(screen(), button->x, button->y), target_->state);
   if (!hit) return begin_orbit(navigation_, *button);
-  choose(corner_of(*hit, target_->picker), true);
+  choose(target_->picker.vertex_of(*hit, target_->state), true);
 }
 
 bool StudioFit::choose(const Pointer& pointer, const GestureContext& around) {
@@ -124,7 +117,7 @@ bool StudioFit::choose(const Pointer& pointer, const GestureContext& around) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return false;
   pairs_mesh_ = around.state.mesh;
-  choose(corner_of(*hit, *around.picker), false);
+  choose(around.picker->vertex_of(*hit, around.state), false);
   return true;
 }
 

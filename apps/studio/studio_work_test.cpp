@@ -176,6 +176,34 @@ TEST_F(RelaxTest, BesideTheShapeAndOnAPointCloudNothingHappens) {
   EXPECT_TRUE(studio.document().shown().history.empty());
 }
 
+TEST_F(StudioWorkTest, ADragOnAPointCloudPullsItAndAClickPinsIt) {
+  Mesh cloud;
+  cloud.positions = make_shape(ShapeKind::sphere, 4000).positions;
+  write_mesh(folder_ / "cloud.xyz", cloud);
+  Studio studio(options());
+  run(studio, R"({"open": ")" + (folder_ / "cloud.xyz").string() + R"("}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
+{"tool": "move"}
+{"drag": [[0, 0, 1], [0.3, 0.2, 1]]})");
+  EXPECT_EQ(errors(studio), "");
+  ASSERT_EQ(studio.document().shown().history.size(), 1U);
+  const std::vector<Vec3d> moved = studio.document().shown().state.positions.copy();
+  double front = 0;
+  double back = 0;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    double& most = cloud.positions[i].z > 0 ? front : back;
+    most = std::max(most, norm(moved[i] - cloud.positions[i]));
+  }
+  EXPECT_NEAR(front, std::hypot(0.3, 0.2), 0.05);
+  EXPECT_LT(back, 0.1 * front) << "the drag begins on the near side";
+  run(studio, R"({"drag": [[1.4, 1.4, 0], [1.2, 1.4, 0]]})");
+  EXPECT_EQ(studio.document().shown().history.size(), 1U) << "beside the cloud the view turns";
+  run(studio, R"({"tool": "pose"}
+{"click": [-0.6, 0, 0.8]})");
+  ASSERT_EQ(studio.tools().placed().pins.size(), 1U);
+  EXPECT_LT(norm(studio.tools().placed().pins[0].place - Vec3d{-0.6, 0, 0.8}), 0.1);
+}
+
 // --- remeshing later ---
 
 TEST_F(StudioWorkTest, OneGoesOnSculptingWhileARemeshRuns) {

@@ -35,10 +35,10 @@ Flow flow_with_coefficients(std::mt19937& random) {
   first.grid.origin = {-0.5, -0.6, -0.4};
   first.grid.spacing = 0.31;
   first.grid.counts = {4, 3, 4};
-  std::vector<Vec3d> begin;
-  std::vector<Vec3d> end;
-  for (int n = 0; n < 48; ++n) begin.push_back(vector(0.05));
-  for (int n = 0; n < 48; ++n) end.push_back(vector(0.05));
+  std::vector<Vec3d> begin(48);
+  std::vector<Vec3d> end(48);
+  for (Vec3d& v : begin) v = vector(0.05);
+  for (Vec3d& v : end) v = vector(0.05);
   first.grid.coefficients = SharedVectors(begin);
   first.grid.end_coefficients = SharedVectors(end);
   LatticeStroke lattice;
@@ -46,7 +46,8 @@ Flow flow_with_coefficients(std::mt19937& random) {
   lattice.origin = {-2, -2, -2};
   lattice.lengths = {4, 4, 4};
   lattice.counts = {3, 2, 4};
-  for (int n = 0; n < 24; ++n) lattice.displacements.push_back(vector(0.3));
+  lattice.displacements.resize(24);
+  for (Vec3d& d : lattice.displacements) d = vector(0.3);
   MaskStroke mask;
   mask.points = {{0.2, 0.3, 0.1}};
   mask.width = 0.3;

@@ -133,7 +133,8 @@ std::optional<SurfaceHit> hit_at(const Pointer& pointer, const GestureContext& a
   const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
   if (around.hit_test) return around.hit_test(ray);
   if (around.picker == nullptr) return std::nullopt;
-  return around.picker->pick(ray, around.state);
+  const bool is_cloud = around.state.mesh->face_count() == 0;
+  return is_cloud ? around.picker->pick_point(ray, around.state) : around.picker->pick(ray, around.state);
 }
 
 double snapped(double value, double step, const Pointer& pointer) {

@@ -73,14 +73,6 @@ void begin_marking(const ShapeState& state, PartMarks& parts) {
   parts.on_meshes.clear();
 }
 
-// The corner of the triangle that is nearest to the hit.
-std::uint32_t vertex_at(const SurfaceHit& hit, const GestureContext& around) {
-  const Triangle& corners = around.picker->triangles()[hit.triangle];
-  const auto distance = [&](std::uint32_t v) { return norm2(around.state.positions[v] - hit.point); };
-  return *std::min_element(corners.begin(), corners.end(),
-                           [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
-}
-
 std::optional<GizmoPart> gizmo_at(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   if (!placed.parts.placement) return std::nullopt;
   const Placement& at = *placed.parts.placement;
@@ -316,7 +308,7 @@ Placement moved(const Placement& placement, const PartMotion& motion) {
 std::optional<std::size_t> part_at(const Pointer& pointer, const GestureContext& around, const PartMarks& parts) {
   if (around.picker == nullptr || parts.of_vertex.empty()) return std::nullopt;
   const auto hit = around.picker->pick(ray_through(around.screen, pointer.x, pointer.y), around.state);
-  return hit ? part_of(parts, vertex_at(*hit, around)) : std::nullopt;
+  return hit ? part_of(parts, around.picker->vertex_of(*hit, around.state)) : std::nullopt;
 }
 
 bool is_on_part_gizmo(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
@@ -327,7 +319,7 @@ std::string add_limb(const Pointer& pointer, const GestureContext& around, Place
   const auto hit = hit_at(pointer, around);
   if (!hit || around.picker == nullptr) return "Double click on a finger, an arm or a leg of the shape.";
   const std::vector<Vec3d> positions = around.state.positions.copy();
-  const Limb limb = find_limb(positions, around.picker->triangles(), vertex_at(*hit, around));
+  const Limb limb = find_limb(positions, around.picker->triangles(), around.picker->vertex_of(*hit, around.state));
   if (limb.vertices.empty() || limb.body.empty()) {
     return "Studio finds no finger, arm or leg here; draw a line round a part of the shape instead.";
   }

@@ -13,6 +13,7 @@ namespace knead::studio {
 namespace {
 
 constexpr double kParallel = 1e-6;
+constexpr double kMostPointReach = 0.02;  // of the diagonal of a point cloud
 
 double target_distance(const Screen& screen) { return norm(screen.camera.target - screen.camera.eye); }
 
@@ -95,7 +96,12 @@ Picker::Picker(const ShapeState& state, const std::vector<bool>& faces)
       links_(links_of(state, faces)),
       followed_(state.positions),
       positions_(followed_.copy()),
-      tree_(links_.triangles, positions_) {}
+      tree_(links_.triangles, positions_) {
+  if (!links_.triangles.empty() || positions_.empty()) return;
+  // About the distance of neighbours on a surface.
+  const double apart = 1 / std::sqrt(static_cast<double>(positions_.size()));
+  point_reach_ = std::min(kMostPointReach, apart) * bounding_box(positions_).diagonal();
+}
 
 Picker::Links Picker::links_of(const ShapeState& state, const std::vector<bool>& faces) {
   Links links;
@@ -163,6 +169,32 @@ std::optional<SurfaceHit> Picker::pick(const Ray& ray, const ShapeState& now) co
   return result;
 }
 
+std::optional<SurfaceHit> Picker::pick_point(const Ray& ray, const ShapeState& now) const {
+  std::optional<std::uint32_t> first;
+  double least = kInfinity;
+  for (std::uint32_t v = 0; v < positions_.size(); ++v) {
+    const Vec3d d = positions_[v] - ray.origin;
+    const double depth = dot(d, ray.direction);
+    if (!(depth > 0 && depth < least) || norm2(d) - depth * depth > point_reach_ * point_reach_) continue;
+    least = depth;
+    first = v;
+  }
+  if (!first) return std::nullopt;
+  SurfaceHit hit;
+  hit.triangle = *first;
+  hit.point = ray.origin + ray.direction * least + (now.positions[*first] - positions_[*first]);
+  hit.normal = -ray.direction;
+  return hit;
+}
+
+std::uint32_t Picker::vertex_of(const SurfaceHit& hit, const ShapeState& now) const {
+  if (links_.triangles.empty()) return hit.triangle;
+  const Triangle& corners = links_.triangles[hit.triangle];
+  const auto distance = [&](std::uint32_t v) { return norm2(now.positions[v] - hit.point); };
+  return *std::min_element(corners.begin(), corners.end(),
+                           [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
+}
+
 std::optional<Vec3d> Picker::middle(const Ray& ray, const ShapeState& now) const {
   const std::optional<SurfaceHit> front = pick(ray, now);
   if (!front) return std::nullopt;
@@ -181,6 +213,7 @@ Vec3d Picker::searched(const SurfaceHit& hit) const {
 }
 
 std::optional<double> Picker::thickness(const SurfaceHit& hit, const ShapeState& now) const {
+  if (links_.triangles.empty()) return std::nullopt;
   for (const RayHit& found : tree_.hits(searched(hit), -hit.normal)) {
     if (!found.leaves || found.triangle == hit.triangle) continue;
     const Triangle& t = links_.triangles[found.triangle];

@@ -54,7 +54,7 @@ std::optional<Vec3d> on_line(const Ray& ray, const Vec3d& point, const Vec3d& di
 // --------------------------------------------------------------------------------------------
 
 struct SurfaceHit {
-  std::uint32_t triangle = 0;
+  std::uint32_t triangle = 0;  // of a point cloud: the point
   std::array<double, 3> barycentric{};
   Vec3d point;
   Vec3d normal;  // a unit vector, out of the shape
@@ -82,6 +82,13 @@ class Picker {
   // as in point clouds.
   std::optional<SurfaceHit> pick(const Ray& ray, const ShapeState& now) const;
 
+  // Returns the first point of a point cloud that a ray passes closely, at its depth on the ray, with a normal towards
+  // the eye. Time: about 5 ns a point.
+  std::optional<SurfaceHit> pick_point(const Ray& ray, const ShapeState& now) const;
+
+  // Returns the corner of the hit's triangle that is nearest to it; of a point cloud the point.
+  std::uint32_t vertex_of(const SurfaceHit& hit, const ShapeState& now) const;
+
   // Returns the point halfway between the ray's first entry into the shape and its exit.
   std::optional<Vec3d> middle(const Ray& ray, const ShapeState& now) const;
 
@@ -106,6 +113,7 @@ class Picker {
   Links links_;
   Snapshot followed_;
   std::vector<Vec3d> positions_;  // of it
+  double point_reach_ = 0;        // how closely a ray passes a point of a cloud
   SurfaceTree tree_;
 };
 

@@ -34,13 +34,8 @@ Pin pin_on_vertex(std::uint32_t vertex, const ShapeState& state) {
   return {state.positions[vertex], true, {{state.mesh, vertex}}};
 }
 
-// On the corner of the triangle that is nearest to the hit.
 Pin pin_on(const SurfaceHit& hit, const GestureContext& around) {
-  const Triangle& corners = around.picker->triangles()[hit.triangle];
-  const auto distance = [&](std::uint32_t v) { return norm2(around.state.positions[v] - hit.point); };
-  const auto nearest = std::min_element(corners.begin(), corners.end(),
-                                        [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
-  return pin_on_vertex(*nearest, around.state);
+  return pin_on_vertex(around.picker->vertex_of(hit, around.state), around.state);
 }
 
 bool is_hidden(const Vec3d& place, const Pixel& pixel, const GestureContext& around) {
