@@ -259,8 +259,7 @@ std::vector<Setting> brush_rows(ToolSettings& to) {
        {},
        "Keep",
        "Volume: the inner side of a bend grows thicker, the outer side thinner. Thickness: walls and reliefs keep "
-       "their "
-       "height, and bends may be twice as tight."},
+       "their height, and bends may be twice as tight."},
       {"text", text_form(to.text)},
       {"font", text_form(to.font)},
       {"exponent", &to.exponent},

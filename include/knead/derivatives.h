@@ -91,9 +91,9 @@ struct CoefficientGradient {
   FlowCoefficients coefficients;
 };
 
-// Backwards, as SessionDerivatives::vjp(), for any number of coefficients: those of grids may also be 0. Time:
-// 2.5 times that of deform for a lattice; for a grid whose path lines are one spacing long 70 us a point at a tolerance
-// of 1e-5, and twice that at 1e-8, because they are followed one by one.
+// Backwards, as SessionDerivatives::vjp(), for any number of coefficients: those of grids may also be 0. Time
+// (docs/decisions/0037-derivatives.md): a few times that of deform for a lattice, tens of times for a grid, whose path
+// lines are followed one by one.
 CoefficientGradient coefficient_vjp(const Flow& flow, std::span<const Vec3d> points, std::span<const Vec3d> gradient,
                                     const DerivativeOptions& options);
 

@@ -157,8 +157,7 @@ std::vector<Vec3d> longest_axis(const Box& box, std::size_t count);
 inline constexpr std::size_t kPointsOfLine = 17;
 
 // Returns a smooth line along one that was drawn by hand, in the direction that suits the line `from`. It is smoothed
-// over a twenty-fourth of its length, or more, up to a fifth, until it bends no tighter than the shape about `from` can
-// follow. It has
+// over a twenty-fourth of its length, and up to a fifth, until the shape about `from` can follow its bends. It has
 // kPointsOfLine points; none if the drawn line has no length.
 std::vector<Vec3d> smoothed_line(const std::vector<Vec3d>& drawn, const std::vector<Vec3d>& from,
                                  std::span<const Vec3d> positions);
@@ -176,6 +175,7 @@ std::vector<Vec3d> with_handle_moved(std::vector<Vec3d> line, std::size_t stride
 CurveStroke curve_between(const std::vector<Vec3d>& from, const std::vector<Vec3d>& to);
 
 // A surface that a stroke reads and moves at the same time.
+
 // The current positions and triangles of a shape, and how to move them.
 struct LiveSurface {
   std::span<const Vec3d> positions;     // the current ones: apply moves them in place
