@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "math/matrix.h"
+#include "math/geometry.h"
 
 namespace knead::detail {
 namespace {

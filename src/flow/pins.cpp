@@ -14,7 +14,7 @@
 #include "knead/error.h"
 #include "knead/field.h"
 #include "math/elementary.h"
-#include "math/matrix.h"
+#include "math/geometry.h"
 #include "math/sparse_cholesky.h"
 
 #define EIGEN_DONT_VECTORIZE

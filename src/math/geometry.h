@@ -1,5 +1,5 @@
 // The order of points along a space-filling curve, in which neighbours in space are mostly neighbours; and rays that
-// meet triangles exactly.
+// meet triangles exactly; inverses and polar factors of 3x3 matrices.
 #pragma once
 
 #include <algorithm>
@@ -112,5 +112,18 @@ class TriangleRay {
   Vec3d shear_;
   double rounding_ = 0;  // a bound on rounding errors that the origin causes
 };
+
+// Returns the inverse of a matrix whose determinant is not 0.
+Mat3d inverse(const Mat3d& m);
+
+inline Mat3d transposed(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
+
+// Returns the rotation R of m = R U, where U is symmetric: the rotation nearest to m, whose determinant is above 0.
+// Method: Newton's iteration (Higham 1986).
+Mat3d nearest_rotation(const Mat3d& m);
+
+// Returns the logarithm of V of m = V R, where V is symmetric, to third order: the strain of a deformation, in the
+// directions after it. The determinant of m must be above 0.
+Mat3d log_strain(const Mat3d& m);
 
 }  // namespace knead

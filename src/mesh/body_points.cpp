@@ -12,7 +12,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 #include "math/elementary.h"
-#include "math/matrix.h"
+#include "math/geometry.h"
 
 namespace knead {
 

@@ -8,4 +8,5 @@ knead_test(knead_remesh_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/remesh_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/seen_cells_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/settings_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/shared_faces_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/surface_test.cpp)

@@ -11,7 +11,7 @@
 #include "knead/mesh.h"
 #include "knead/replay.h"
 #include "knead/splats.h"
-#include "math/matrix.h"
+#include "math/geometry.h"
 #include "support/splat_scenes.h"
 
 namespace knead::render::splats_test {

@@ -5,7 +5,7 @@
 
 #include "knead/skin.h"
 #include "knead/vec.h"
-#include "math/matrix.h"
+#include "math/geometry.h"
 
 namespace knead::skin_detail {
 

@@ -14,7 +14,7 @@
 #include "knead/error.h"
 #include "knead/vec.h"
 #include "math/elementary.h"
-#include "math/matrix.h"
+#include "math/geometry.h"
 #include "splats/axes.h"
 
 namespace knead {

@@ -14,7 +14,7 @@
 #include "knead/replay.h"
 #include "knead/stroke.h"
 #include "knead/vec.h"
-#include "math/matrix.h"
+#include "math/geometry.h"
 #include "support/scratch.h"
 
 namespace knead::splats_test {

@@ -16,7 +16,7 @@
 #include "flow/path_jacobian.h"
 #include "knead/error.h"
 #include "knead/vec.h"
-#include "math/matrix.h"
+#include "math/geometry.h"
 #include "mesh/body_points.h"
 #include "pose/near_rigid.h"
 #include "pose/pose_motion.h"

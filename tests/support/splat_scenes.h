@@ -17,7 +17,7 @@
 #include "knead/editor/render.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
-#include "math/matrix.h"
+#include "math/geometry.h"
 
 namespace knead::render {
 

@@ -285,14 +285,20 @@ struct DerivativeRequest {
   DerivativeOptions options;
 };
 
-py::object jvp(const Session& session, const py::object& points, const std::vector<double>& direction,
-               const DerivativeRequest& request, const py::object& callback) {
-  const Points given = points_from(points, "points");
+// Calls work(options, progress); returns whether it was not cancelled.
+template <class Work>
+bool differentiate(const DerivativeRequest& request, const py::object& callback, const Work& work) {
   Progress progress;
   DerivativeOptions options = request.options;
   options.progress = &progress;
+  return run_watched(callback, progress, [&] { work(options, progress); });
+}
+
+py::object jvp(const Session& session, const py::object& points, const std::vector<double>& direction,
+               const DerivativeRequest& request, const py::object& callback) {
+  const Points given = points_from(points, "points");
   PointTangents result;
-  const bool is_done = run_watched(callback, progress, [&] {
+  const bool is_done = differentiate(request, callback, [&](const DerivativeOptions& options, Progress& progress) {
     const SessionDerivatives derivatives(session, {}, options.threads, &progress);
     progress.total = given.span().size() * derivatives.segments();
     result = derivatives.jvp(given.span(), direction, options);
@@ -305,11 +311,8 @@ py::object vjp(const Session& session, const py::object& points, const py::objec
                const DerivativeRequest& request, const py::object& callback) {
   const Points given = points_from(points, "points");
   const Points of_moved = points_from(gradient, "gradient");
-  Progress progress;
-  DerivativeOptions options = request.options;
-  options.progress = &progress;
   SessionGradient result;
-  const bool is_done = run_watched(callback, progress, [&] {
+  const bool is_done = differentiate(request, callback, [&](const DerivativeOptions& options, Progress& progress) {
     const SessionDerivatives derivatives(session, {}, options.threads, &progress);
     progress.total = given.span().size() * derivatives.segments();
     result = derivatives.vjp(given.span(), of_moved.span(), options);
@@ -357,14 +360,12 @@ py::object flow_jvp(const Flow& flow, const py::object& points, const py::object
                     const DerivativeRequest& request, const py::object& callback) {
   const Points given = points_from(points, "points");
   const FlowCoefficients rates = coefficients_from(flow, direction);
-  Progress progress;
-  DerivativeOptions options = request.options;
-  options.progress = &progress;
-  progress.total = given.span().size() * flow.segments.size();
   PointTangents result;
-  if (!run_watched(callback, progress, [&] { result = coefficient_jvp(flow, given.span(), rates, options); })) {
-    return py::none();
-  }
+  const bool is_done = differentiate(request, callback, [&](const DerivativeOptions& options, Progress& progress) {
+    progress.total = given.span().size() * flow.segments.size();
+    result = coefficient_jvp(flow, given.span(), rates, options);
+  });
+  if (!is_done) return py::none();
   return py::make_tuple(array_of(result.points), array_of(result.tangents));
 }
 
@@ -372,15 +373,12 @@ py::object flow_vjp(const Flow& flow, const py::object& points, const py::object
                     const DerivativeRequest& request, const py::object& callback) {
   const Points given = points_from(points, "points");
   const Points of_moved = points_from(gradient, "gradient");
-  Progress progress;
-  DerivativeOptions options = request.options;
-  options.progress = &progress;
-  progress.total = given.span().size() * flow.segments.size();
   CoefficientGradient result;
-  if (!run_watched(callback, progress,
-                   [&] { result = coefficient_vjp(flow, given.span(), of_moved.span(), options); })) {
-    return py::none();
-  }
+  const bool is_done = differentiate(request, callback, [&](const DerivativeOptions& options, Progress& progress) {
+    progress.total = given.span().size() * flow.segments.size();
+    result = coefficient_vjp(flow, given.span(), of_moved.span(), options);
+  });
+  if (!is_done) return py::none();
   py::list slopes;
   for (std::size_t i = 0; i < flow.segments.size(); ++i) {
     const std::vector<py::ssize_t> shape = coefficient_shape(flow.segments[i]);

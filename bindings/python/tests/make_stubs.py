@@ -88,10 +88,7 @@ class Session(MutableSequence[Stroke]):
         points: Points_,
         direction: Mapping[str, float] | Sequence[float] | NDArray[Any],
         *,
-        relative_tolerance: float = 1e-8,
-        threads: int = 0,
-        diagonal: float | None = None,
-        progress: Progress | None = None,
+        @derivatives
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
     @overload
     def vjp(
@@ -100,10 +97,7 @@ class Session(MutableSequence[Stroke]):
         gradient: ArrayLike,
         *,
         of_points: Literal[False] = False,
-        relative_tolerance: float = 1e-8,
-        threads: int = 0,
-        diagonal: float | None = None,
-        progress: Progress | None = None,
+        @derivatives
     ) -> dict[str, float]: ...
     @overload
     def vjp(
@@ -112,10 +106,7 @@ class Session(MutableSequence[Stroke]):
         gradient: ArrayLike,
         *,
         of_points: Literal[True],
-        relative_tolerance: float = 1e-8,
-        threads: int = 0,
-        diagonal: float | None = None,
-        progress: Progress | None = None,
+        @derivatives
     ) -> tuple[NDArray[np.float64], dict[str, float]]: ...
     @classmethod
     def read(cls, path: Path) -> Session: ...
@@ -299,20 +290,14 @@ class Flow:
         points: Points_,
         direction: Sequence[ArrayLike | None],
         *,
-        relative_tolerance: float = 1e-8,
-        threads: int = 0,
-        diagonal: float | None = None,
-        progress: Progress | None = None,
+        @derivatives
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
     def vjp(
         self,
         points: Points_,
         gradient: ArrayLike,
         *,
-        relative_tolerance: float = 1e-8,
-        threads: int = 0,
-        diagonal: float | None = None,
-        progress: Progress | None = None,
+        @derivatives
     ) -> tuple[NDArray[np.float64], list[NDArray[np.float64] | None]]: ...
     def __len__(self) -> int: ...
     def __add__(self, other: Flow) -> Flow: ...
@@ -577,6 +562,13 @@ def deform_mesh(
 '''
 
 
+# The options of jvp and vjp.
+DERIVATIVES = '''        relative_tolerance: float = 1e-8,
+        threads: int = 0,
+        diagonal: float | None = None,
+        progress: Progress | None = None,
+'''
+
 # A mirror's type is long.
 _MIRROR = ("mirror", False, "", "Mirror")
 
@@ -594,7 +586,7 @@ def stub_of(cls, is_event, keys):
 
 def text():
     strokes = [stub_of(_strokes._classes[tool], is_event, keys) for tool, is_event, keys in _strokes._knead.tools()]
-    return HEAD + "".join(strokes) + TAIL
+    return HEAD + "".join(strokes) + TAIL.replace("        @derivatives\n", DERIVATIVES)
 
 
 if __name__ == "__main__":

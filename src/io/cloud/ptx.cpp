@@ -8,7 +8,7 @@
 #include "io/mesh_builder.h"
 #include "io/text.h"
 #include "knead/error.h"
-#include "math/matrix.h"
+#include "math/geometry.h"
 
 namespace knead::io_detail::ptx {
 namespace {

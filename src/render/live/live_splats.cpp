@@ -7,7 +7,7 @@
 #include <string>
 
 #include "knead/error.h"
-#include "math/matrix.h"
+#include "math/geometry.h"
 #include "render/splat_attributes.h"
 
 namespace knead::render {
