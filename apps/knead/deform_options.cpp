@@ -120,6 +120,26 @@ std::vector<Option> describe_motion(DeformOptions& options) {
   };
 }
 
+[[noreturn]] void fail(const std::string& text) {
+  throw UsageError(
+      fmt::format("--output {}: with --frames, give a pattern with one %d or %04d for the number, as in F_%04d.ply; "
+                  "write %% for a percent sign",
+                  text));
+}
+
+// The length of the conversion after a percent sign, and its width; a length of 0: none.
+struct Conversion {
+  std::size_t length = 0;
+  int width = 0;
+};
+
+Conversion conversion_at(std::string_view rest) {
+  if (rest.starts_with('d')) return {1, 0};
+  const bool padded = rest.size() >= 3 && rest[0] == '0' && rest[1] >= '1' && rest[1] <= '9' && rest[2] == 'd';
+  if (padded) return {3, rest[1] - '0'};
+  return {};
+}
+
 }  // namespace
 
 std::vector<Option> describe(DeformOptions& options) {
@@ -157,30 +177,6 @@ std::vector<Option> describe(DeformOptions& options) {
   add_common_options(result, options.common);
   return result;
 }
-
-namespace {
-
-[[noreturn]] void fail(const std::string& text) {
-  throw UsageError(
-      fmt::format("--output {}: with --frames, give a pattern with one %d or %04d for the number, as in F_%04d.ply; "
-                  "write %% for a percent sign",
-                  text));
-}
-
-// The length of the conversion after a percent sign, and its width; a length of 0: none.
-struct Conversion {
-  std::size_t length = 0;
-  int width = 0;
-};
-
-Conversion conversion_at(std::string_view rest) {
-  if (rest.starts_with('d')) return {1, 0};
-  const bool padded = rest.size() >= 3 && rest[0] == '0' && rest[1] >= '1' && rest[1] <= '9' && rest[2] == 'd';
-  if (padded) return {3, rest[1] - '0'};
-  return {};
-}
-
-}  // namespace
 
 void add_time_options(std::vector<Option>& options, FrameFlags& flags) {
   options.insert(

@@ -28,26 +28,6 @@ std::vector<const Mesh*> meshes_of(const Inputs& inputs) {
   return meshes;
 }
 
-}  // namespace
-
-void join(Inputs& inputs) { inputs.joined.emplace(meshes_of(inputs)); }
-
-std::vector<Vec3d> normals_of_clouds(const Inputs& inputs) {
-  std::vector<Vec3d> all;
-  bool has_normals = false;
-  const auto append = [&](const ShapeFile& shape) {
-    std::vector<Vec3d> normals = shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
-    has_normals = has_normals || !normals.empty();
-    normals.resize(shape.mesh.vertex_count());
-    all.insert(all.end(), normals.begin(), normals.end());
-  };
-  append(inputs.shape);
-  for (const ShapeFile& shape : inputs.also) append(shape);
-  return has_normals ? all : std::vector<Vec3d>{};
-}
-
-namespace {
-
 namespace fs = std::filesystem;
 
 // Returns the shapes' files, SHAPE first.
@@ -290,6 +270,22 @@ std::optional<std::uint64_t> crossings_between(const JoinedMeshes& joined, const
 }
 
 }  // namespace
+
+void join(Inputs& inputs) { inputs.joined.emplace(meshes_of(inputs)); }
+
+std::vector<Vec3d> normals_of_clouds(const Inputs& inputs) {
+  std::vector<Vec3d> all;
+  bool has_normals = false;
+  const auto append = [&](const ShapeFile& shape) {
+    std::vector<Vec3d> normals = shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
+    has_normals = has_normals || !normals.empty();
+    normals.resize(shape.mesh.vertex_count());
+    all.insert(all.end(), normals.begin(), normals.end());
+  };
+  append(inputs.shape);
+  for (const ShapeFile& shape : inputs.also) append(shape);
+  return has_normals ? all : std::vector<Vec3d>{};
+}
 
 void run_together(const DeformOptions& options) {
   const Clock total;

@@ -59,41 +59,6 @@ Fields fields_of(const std::string& line, char separator) {
   return fields;
 }
 
-}  // namespace
-
-std::optional<double> number_in(std::string field, char separator) {
-  if (separator != ',') std::replace(field.begin(), field.end(), ',', '.');
-  if (field.starts_with('+')) field.erase(0, 1);
-  double number = 0;
-  const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), number);
-  if (field.empty() || error != std::errc{} || stop != field.data() + field.size()) return std::nullopt;
-  return number;
-}
-
-Table read_table(const std::string& path) {
-  Table table;
-  table.path = path;
-  std::size_t number = 0;
-  bool is_first = true;
-  for (const std::string& line : lines_of(read_text(path))) {
-    ++number;
-    if (trimmed(line).empty() || trimmed(line).starts_with('#')) continue;
-    if (is_first) table.separator = line.find(';') != line.npos ? ';' : (line.find('\t') != line.npos ? '\t' : ',');
-    Fields fields = fields_of(line, table.separator);
-    while (fields.size() > 1 && fields.back().empty() && is_first) fields.pop_back();
-    const auto is_number = [&](const std::string& field) { return number_in(field, table.separator).has_value(); };
-    if (is_first && std::none_of(fields.begin(), fields.end(), is_number)) {
-      table.names = std::move(fields);
-    } else {
-      table.rows.push_back({number, std::move(fields)});
-    }
-    is_first = false;
-  }
-  return table;
-}
-
-namespace {
-
 // The places of the columns with these names; nothing if one is missing.
 template <std::size_t count>
 std::optional<std::array<std::size_t, count>> columns_named(const Fields& names,
@@ -276,6 +241,37 @@ double mean_square(const LandmarkPairs& pairs, const Vec3d& signs) {
 }
 
 }  // namespace
+
+std::optional<double> number_in(std::string field, char separator) {
+  if (separator != ',') std::replace(field.begin(), field.end(), ',', '.');
+  if (field.starts_with('+')) field.erase(0, 1);
+  double number = 0;
+  const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), number);
+  if (field.empty() || error != std::errc{} || stop != field.data() + field.size()) return std::nullopt;
+  return number;
+}
+
+Table read_table(const std::string& path) {
+  Table table;
+  table.path = path;
+  std::size_t number = 0;
+  bool is_first = true;
+  for (const std::string& line : lines_of(read_text(path))) {
+    ++number;
+    if (trimmed(line).empty() || trimmed(line).starts_with('#')) continue;
+    if (is_first) table.separator = line.find(';') != line.npos ? ';' : (line.find('\t') != line.npos ? '\t' : ',');
+    Fields fields = fields_of(line, table.separator);
+    while (fields.size() > 1 && fields.back().empty() && is_first) fields.pop_back();
+    const auto is_number = [&](const std::string& field) { return number_in(field, table.separator).has_value(); };
+    if (is_first && std::none_of(fields.begin(), fields.end(), is_number)) {
+      table.names = std::move(fields);
+    } else {
+      table.rows.push_back({number, std::move(fields)});
+    }
+    is_first = false;
+  }
+  return table;
+}
 
 LandmarkPairs read_pairs(const std::string& path, const Mesh& source, const Mesh& target) {
   if (is_slicer_file(path)) {

@@ -54,6 +54,50 @@ void require_writable_folder(const fs::path& path, const fs::path& folder) {
   fail(path, fmt::format("its folder cannot be written to ({}); check its permissions", reason(error)));
 }
 
+// Without the point, in lower case.
+std::string extension_of(const fs::path& path) {
+  const std::string extension = lower_case(shape_suffix(path));
+  return extension.empty() ? extension : extension.substr(1);
+}
+
+using namespace std::chrono_literals;
+
+constexpr int kWidth = 40;
+
+std::string bar_line(std::uint64_t done, std::uint64_t total) {
+  const double part = total == 0 ? 1.0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(total));
+  const std::string marks(static_cast<std::size_t>(part * kWidth), '#');
+  return fmt::format("\r[{:<{}}] {:3.0f}%", marks, kWidth, 100 * part);
+}
+
+void show(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fflush(stderr);
+}
+
+// The progress that the next interruption cancels. A signal handler can only use a global variable.
+std::atomic<Progress*> cancellable = nullptr;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+// Set before the last file is written.
+std::atomic<bool> awaits_last_output = false;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<bool> has_more_to_say = false;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<std::size_t> files_at_end = 0;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+static_assert(std::atomic<Progress*>::is_always_lock_free);
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void on_interruption(int /*signal*/) {
+  if (Progress* progress = cancellable.exchange(nullptr)) {
+    progress->cancel = true;
+    return;
+  }
+  if (awaits_last_output && count_files_in_place() >= files_at_end) {
+    if (has_more_to_say.exchange(false)) return;
+    end_process(kDone);
+  }
+  discard_unfinished_files();
+  write_error_output("knead: interrupted\n");
+  end_process(kInterrupted);
+}
+
 }  // namespace
 
 void print(std::string_view text) {
@@ -85,16 +129,6 @@ std::string counted(std::size_t count, std::string_view noun) {
 void print_notes(std::span<const std::string> notes) {
   for (const std::string& note : notes) print_message("note: " + note);
 }
-
-namespace {
-
-// Without the point, in lower case.
-std::string extension_of(const fs::path& path) {
-  const std::string extension = lower_case(shape_suffix(path));
-  return extension.empty() ? extension : extension.substr(1);
-}
-
-}  // namespace
 
 std::string require_extension(const fs::path& path, std::span<const std::string_view> extensions) {
   std::string extension = extension_of(path);
@@ -146,25 +180,6 @@ void require_different(const fs::path& a, const fs::path& b) {
   }
 }
 
-namespace {
-
-using namespace std::chrono_literals;
-
-constexpr int kWidth = 40;
-
-std::string bar_line(std::uint64_t done, std::uint64_t total) {
-  const double part = total == 0 ? 1.0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(total));
-  const std::string marks(static_cast<std::size_t>(part * kWidth), '#');
-  return fmt::format("\r[{:<{}}] {:3.0f}%", marks, kWidth, 100 * part);
-}
-
-void show(std::string_view text) {
-  std::fwrite(text.data(), 1, text.size(), stderr);
-  std::fflush(stderr);
-}
-
-}  // namespace
-
 void ProgressBar::tick(const std::stop_token& stop, const Progress& progress, std::uint64_t total, int frames,
                        const char* unit) const {
   std::mutex mutex;
@@ -190,33 +205,6 @@ ProgressBar::ProgressBar(const Progress& progress, std::uint64_t total, bool wan
   ticker_ =
       std::jthread([=, this, &progress](const std::stop_token& stop) { tick(stop, progress, total, frames, unit); });
 }
-
-namespace {
-
-// The progress that the next interruption cancels. A signal handler can only use a global variable.
-std::atomic<Progress*> cancellable = nullptr;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
-// Set before the last file is written.
-std::atomic<bool> awaits_last_output = false;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
-std::atomic<bool> has_more_to_say = false;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
-std::atomic<std::size_t> files_at_end = 0;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
-static_assert(std::atomic<Progress*>::is_always_lock_free);
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-void on_interruption(int /*signal*/) {
-  if (Progress* progress = cancellable.exchange(nullptr)) {
-    progress->cancel = true;
-    return;
-  }
-  if (awaits_last_output && count_files_in_place() >= files_at_end) {
-    if (has_more_to_say.exchange(false)) return;
-    end_process(kDone);
-  }
-  discard_unfinished_files();
-  write_error_output("knead: interrupted\n");
-  end_process(kInterrupted);
-}
-
-}  // namespace
 
 void handle_interruptions() { when_interrupted(on_interruption); }
 

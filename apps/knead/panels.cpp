@@ -164,34 +164,6 @@ std::vector<Panel> panels_of_session(const PanelOptions& options, const Session&
   return panels;
 }
 
-}  // namespace
-
-void check_usage(const PanelOptions& options) {
-  if (std::ranges::count_if(options.shapes, is_stream) > 1) {
-    throw UsageError("only one shape can be -: standard input is read once");
-  }
-  if (options.session.empty()) {
-    if (options.stroke) throw UsageError("--stroke: needs --session to know the strokes");
-    if (!options.moments.empty()) throw UsageError("--until: needs --session to know the strokes");
-  }
-  if (options.tools == ToolPanels::each && options.moments.empty()) {
-    throw UsageError("--tools each: needs --until to know the moments");
-  }
-  if (!options.moments.empty() && options.shapes.size() != 1) {
-    throw UsageError(fmt::format("--until: give one shape, not {}; it is drawn at each moment", options.shapes.size()));
-  }
-}
-
-std::vector<Panel> make_panels(const PanelOptions& options) {
-  if (options.session.empty()) return panels_of_shapes(options);
-  const Session session = without_off(read_session(options.session));
-  if (!options.quiet) print_notes(session.warnings);
-  check_strokes(options, session);
-  return panels_of_session(options, session);
-}
-
-namespace {
-
 // From the renderer's clay to dark red, ever darker.
 constexpr std::array<Vec3d, 5> kColors{
     {{0.80, 0.755, 0.70}, {0.97, 0.80, 0.42}, {0.93, 0.52, 0.20}, {0.76, 0.22, 0.14}, {0.42, 0.04, 0.10}}};
@@ -226,6 +198,30 @@ std::vector<std::vector<double>> distances_of(const std::vector<Panel>& panels, 
 }
 
 }  // namespace
+
+void check_usage(const PanelOptions& options) {
+  if (std::ranges::count_if(options.shapes, is_stream) > 1) {
+    throw UsageError("only one shape can be -: standard input is read once");
+  }
+  if (options.session.empty()) {
+    if (options.stroke) throw UsageError("--stroke: needs --session to know the strokes");
+    if (!options.moments.empty()) throw UsageError("--until: needs --session to know the strokes");
+  }
+  if (options.tools == ToolPanels::each && options.moments.empty()) {
+    throw UsageError("--tools each: needs --until to know the moments");
+  }
+  if (!options.moments.empty() && options.shapes.size() != 1) {
+    throw UsageError(fmt::format("--until: give one shape, not {}; it is drawn at each moment", options.shapes.size()));
+  }
+}
+
+std::vector<Panel> make_panels(const PanelOptions& options) {
+  if (options.session.empty()) return panels_of_shapes(options);
+  const Session session = without_off(read_session(options.session));
+  if (!options.quiet) print_notes(session.warnings);
+  check_strokes(options, session);
+  return panels_of_session(options, session);
+}
 
 double color_by_distance(const DistanceColors& colors, bool quiet, std::vector<Panel>& panels) {
   const std::vector<std::vector<double>> distances = distances_of(panels, read_shape(colors.shape).mesh, quiet);

@@ -112,60 +112,6 @@ render::Options options_of(const PictureRequest& request) {
   return options;
 }
 
-}  // namespace
-
-void require_renderer() {}
-
-std::string material_names() {
-  std::string names = "clay";
-  for (const render::Matcap matcap : render::all_matcaps()) names += ", " + std::string(name_of(matcap));
-  return names;
-}
-
-std::optional<render::Matcap> read_material(const std::string& name) {
-  const std::optional<render::Matcap> matcap = render::matcap_named(name);
-  if (!matcap && name != "clay") throw UsageError("--material " + name + ": say one of " + material_names());
-  return matcap;
-}
-
-render::Background read_background(const std::string& name) {
-  if (name == "white") return {{1, 1, 1, 1}, {1, 1, 1, 1}};
-  if (name == "transparent") return {{1, 1, 1, 0}, {1, 1, 1, 0}};
-  if (const auto background = render::background_named(name)) return *background;
-  throw UsageError("--background " + name + ": say white, transparent, light, dark, gradient, or a colour as #303540");
-}
-
-render::Image draw_image(const PictureRequest& request, const std::function<void(double)>& progress) {
-  std::vector<Scene> scenes = scenes_of(request);
-  const int count = static_cast<int>(scenes.size());
-  const int width = request.width / count;
-  set_cameras(request, static_cast<double>(width) / request.height, scenes);
-  render::Options options = options_of(request);
-  std::vector<Image> images;
-  for (int i = 0; i < count; ++i) {
-    options.width = width + (i < request.width % count ? 1 : 0);
-    options.progress = [&, i](double part) { progress((i + part) / count); };
-    const Scene& scene = scenes[static_cast<std::size_t>(i)];
-    const bool is_splats = are_splats(*scene.shapes.front().mesh);
-    images.push_back(is_splats ? render::render_splats(*scene.shapes.front().mesh, scene.camera, options)
-                               : render::render(scene, options));
-  }
-  return render::side_by_side(images);
-}
-
-std::string draw_picture(const PictureRequest& request, const std::function<void(double)>& progress) {
-  const Image picture = draw_image(request, progress);
-  return request.format == ImageFormat::jpeg ? render::encode_jpeg(picture) : render::encode_png(picture);
-}
-
-std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions) { return render::outermost_points(positions); }
-
-std::vector<Vec3d> turntable_points(std::span<const Vec3d> positions, const Vec3d& middle, int count, bool is_z_up) {
-  return render::turntable_points(positions, middle, count, is_z_up);
-}
-
-namespace {
-
 std::string kind_of(const std::string& output) {
   constexpr std::string_view kinds[] = {"gif", "mp4", "png", "jpg", "jpeg"};
   std::string kind = require_extension(output, kinds);
@@ -276,6 +222,56 @@ class Film {
 };
 
 }  // namespace
+
+void require_renderer() {}
+
+std::string material_names() {
+  std::string names = "clay";
+  for (const render::Matcap matcap : render::all_matcaps()) names += ", " + std::string(name_of(matcap));
+  return names;
+}
+
+std::optional<render::Matcap> read_material(const std::string& name) {
+  const std::optional<render::Matcap> matcap = render::matcap_named(name);
+  if (!matcap && name != "clay") throw UsageError("--material " + name + ": say one of " + material_names());
+  return matcap;
+}
+
+render::Background read_background(const std::string& name) {
+  if (name == "white") return {{1, 1, 1, 1}, {1, 1, 1, 1}};
+  if (name == "transparent") return {{1, 1, 1, 0}, {1, 1, 1, 0}};
+  if (const auto background = render::background_named(name)) return *background;
+  throw UsageError("--background " + name + ": say white, transparent, light, dark, gradient, or a colour as #303540");
+}
+
+render::Image draw_image(const PictureRequest& request, const std::function<void(double)>& progress) {
+  std::vector<Scene> scenes = scenes_of(request);
+  const int count = static_cast<int>(scenes.size());
+  const int width = request.width / count;
+  set_cameras(request, static_cast<double>(width) / request.height, scenes);
+  render::Options options = options_of(request);
+  std::vector<Image> images;
+  for (int i = 0; i < count; ++i) {
+    options.width = width + (i < request.width % count ? 1 : 0);
+    options.progress = [&, i](double part) { progress((i + part) / count); };
+    const Scene& scene = scenes[static_cast<std::size_t>(i)];
+    const bool is_splats = are_splats(*scene.shapes.front().mesh);
+    images.push_back(is_splats ? render::render_splats(*scene.shapes.front().mesh, scene.camera, options)
+                               : render::render(scene, options));
+  }
+  return render::side_by_side(images);
+}
+
+std::string draw_picture(const PictureRequest& request, const std::function<void(double)>& progress) {
+  const Image picture = draw_image(request, progress);
+  return request.format == ImageFormat::jpeg ? render::encode_jpeg(picture) : render::encode_png(picture);
+}
+
+std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions) { return render::outermost_points(positions); }
+
+std::vector<Vec3d> turntable_points(std::span<const Vec3d> positions, const Vec3d& middle, int count, bool is_z_up) {
+  return render::turntable_points(positions, middle, count, is_z_up);
+}
 
 void check_film_output(const std::string& output) {
   if (kind_of(output) == "mp4" && find_program("ffmpeg").empty()) {

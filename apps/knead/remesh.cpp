@@ -94,10 +94,6 @@ Option iterations_option(const char* name, RemeshFlags& flags) {
           "give 0 to 100"};
 }
 
-}  // namespace
-
-namespace {
-
 std::vector<Option> shape_and_output(RemeshCommand& command) {
   return {{"SHAPE", &command.shape, "A mesh: PLY, OBJ, STL, OFF, GLB or 3MF", "", OptionKind::required},
           {"-o,--output", &command.output, "The file to write, in the format of its extension; may be SHAPE itself",
@@ -108,6 +104,24 @@ void add_other_options(std::vector<Option>& options, RemeshCommand& command) {
   add_threads_option(options, command.threads);
   add_format_option(options, command.format);
   add_common_options(options, command.common);
+}
+
+// The keys of the settings, and the options that set them.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{{
+    {"\"max_edge\"", "--max-edge"},
+    {"\"max_angle_deg\"", "--max-angle"},
+    {"\"max_chord\"", "--max-chord"},
+    {"\"min_edge\"", "--min-edge"},
+    {"\"max_vertices\"", "--max-vertices"},
+}};
+
+std::string in_options(std::string text) {
+  for (const auto& [key, option] : kNames) {
+    for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key)) {
+      text.replace(at, key.size(), option);
+    }
+  }
+  return text;
 }
 
 }  // namespace
@@ -154,28 +168,6 @@ Subcommand refine_command() {
             run_remesh(*command);
           }};
 }
-
-namespace {
-
-// The keys of the settings, and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{{
-    {"\"max_edge\"", "--max-edge"},
-    {"\"max_angle_deg\"", "--max-angle"},
-    {"\"max_chord\"", "--max-chord"},
-    {"\"min_edge\"", "--min-edge"},
-    {"\"max_vertices\"", "--max-vertices"},
-}};
-
-std::string in_options(std::string text) {
-  for (const auto& [key, option] : kNames) {
-    for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key)) {
-      text.replace(at, key.size(), option);
-    }
-  }
-  return text;
-}
-
-}  // namespace
 
 std::optional<RemeshSettings> settings_of(const RemeshFlags& flags) {
   RemeshSettings settings;

@@ -51,6 +51,19 @@ Vec3d turned(const Vec3d& v, const Vec3d& from, const Vec3d& to) {
   return v + once + cross(axis, once) / (1 + cosine);
 }
 
+// Moves middle nodes along with the corners beside them.
+void move_middle_nodes(const VolumeCells& cells, std::span<const Vec3d> flowed, std::span<Vec3d> points) {
+  for (std::size_t i = 0; i < cells.middles.cells.size(); ++i) {
+    const std::size_t cell = cells.middles.cells[i];
+    const std::span<const std::uint32_t> corners = cells.cells.corners_of(cell);
+    std::size_t node = cells.middles.first[i];
+    for (const auto& [a, b] : edges_of(cells.cells.kinds[cell])) {
+      const std::uint32_t v = cells.middles.points[node++];
+      points[v] = flowed[v] + (points[corners[a]] - flowed[corners[a]] + points[corners[b]] - flowed[corners[b]]) * 0.5;
+    }
+  }
+}
+
 }  // namespace
 
 struct MeshWalls::Turns {
@@ -136,23 +149,6 @@ std::vector<Vec3d> MeshWalls::no_worse(std::span<const Vec3d> before, std::span<
   }
   return {without.begin(), without.end()};
 }
-
-namespace {
-
-// Moves middle nodes along with the corners beside them.
-void move_middle_nodes(const VolumeCells& cells, std::span<const Vec3d> flowed, std::span<Vec3d> points) {
-  for (std::size_t i = 0; i < cells.middles.cells.size(); ++i) {
-    const std::size_t cell = cells.middles.cells[i];
-    const std::span<const std::uint32_t> corners = cells.cells.corners_of(cell);
-    std::size_t node = cells.middles.first[i];
-    for (const auto& [a, b] : edges_of(cells.cells.kinds[cell])) {
-      const std::uint32_t v = cells.middles.points[node++];
-      points[v] = flowed[v] + (points[corners[a]] - flowed[corners[a]] + points[corners[b]] - flowed[corners[b]]) * 0.5;
-    }
-  }
-}
-
-}  // namespace
 
 std::optional<KeptCells> MeshWalls::keep_cells(std::span<const Vec3d> before, std::span<const Vec3d> after,
                                                const CarryPoints& carry, const std::string& name, int threads,

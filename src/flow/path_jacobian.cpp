@@ -138,6 +138,81 @@ bool sees_kinks(double reach, double tolerance, const WantedJacobian& wanted) {
   return std::isfinite(reach) && (sees_them || tolerance < kToleranceThatSeesKinks * reach);
 }
 
+// Moves the points through one segment, and multiplies their Jacobians.
+void carry_through(const Segment& segment, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                   const AdvectOptions& options, WantedJacobian wanted) {
+  const detail::SegmentJacobians segment_jacobians(segment, options, wanted);
+  parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !is_cancelled(options); i += kPointsAtATime) {
+      const std::size_t count = std::min(kPointsAtATime, end - i);
+      std::vector<detail::JacobianStart> starts;
+      for (std::size_t k = i; k < i + count; ++k) {
+        if (const std::optional<double> t = segment_jacobians.meet(points[k], jacobians[k])) starts.push_back({k, *t});
+      }
+      segment_jacobians.move(starts, points, jacobians);
+      if (options.progress != nullptr) options.progress->done += count;
+    }
+  });
+  stop_if_cancelled(options.progress);
+}
+
+// The same for a sum with limit cylinders, one flow for each set of parts: a point's place at the beginning decides
+// which parts move it.
+void carry_through_limit_cylinders(const Segment& sum, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                                   const AdvectOptions& options, WantedJacobian wanted) {
+  std::vector<std::vector<std::size_t>> members_of(std::size_t{1} << sum.parts.size());
+  for (std::size_t i = 0; i < points.size(); ++i) members_of[detail::parts_around(sum.parts, points[i])].push_back(i);
+  for (unsigned parts = 0; parts < members_of.size(); ++parts) {
+    const std::vector<std::size_t>& members = members_of[parts];
+    if (parts == 0 && options.progress != nullptr) options.progress->done += members.size();
+    if (parts == 0 || members.empty()) continue;
+    std::vector<Vec3d> own_points;
+    std::vector<Mat3d> own_jacobians;
+    for (const std::size_t i : members) {
+      own_points.push_back(points[i]);
+      own_jacobians.push_back(jacobians[i]);
+    }
+    carry_through(detail::chosen_parts(sum, parts), own_points, own_jacobians, options, wanted);
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      points[members[k]] = own_points[k];
+      jacobians[members[k]] = own_jacobians[k];
+    }
+  }
+}
+
+// The same by a map in closed form.
+void carry_by_map(const Segment& segment, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                  const AdvectOptions& options) {
+  const detail::SegmentMap map(segment);
+  parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !is_cancelled(options); ++i) {
+      Mat3d jacobian;
+      map.move(points[i], jacobian);
+      jacobians[i] = jacobian * jacobians[i];
+    }
+    if (options.progress != nullptr) options.progress->done += end - begin;
+  });
+  stop_if_cancelled(options.progress);
+}
+
+// Moves the points, and returns the Jacobians.
+std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
+                         WantedJacobian wanted) {
+  validate(flow);
+  validate({.tolerance = options.tolerance}, points.size());
+  require_finite(points);
+  std::vector<Mat3d> result(points.size());
+  for (const Segment& segment : flow.segments) {
+    if (detail::is_map(segment)) {
+      carry_by_map(segment, points, result, options);
+      continue;
+    }
+    detail::has_limit_cylinders(segment) ? carry_through_limit_cylinders(segment, points, result, options, wanted)
+                                         : carry_through(segment, points, result, options, wanted);
+  }
+  return result;
+}
+
 }  // namespace
 
 namespace detail {
@@ -407,85 +482,6 @@ JacobianTask<n> SegmentJacobians::task_of_kernel() const {
 }
 
 }  // namespace detail
-
-namespace {
-
-// Moves the points through one segment, and multiplies their Jacobians.
-void carry_through(const Segment& segment, std::span<Vec3d> points, std::span<Mat3d> jacobians,
-                   const AdvectOptions& options, WantedJacobian wanted) {
-  const detail::SegmentJacobians segment_jacobians(segment, options, wanted);
-  parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end && !is_cancelled(options); i += kPointsAtATime) {
-      const std::size_t count = std::min(kPointsAtATime, end - i);
-      std::vector<detail::JacobianStart> starts;
-      for (std::size_t k = i; k < i + count; ++k) {
-        if (const std::optional<double> t = segment_jacobians.meet(points[k], jacobians[k])) starts.push_back({k, *t});
-      }
-      segment_jacobians.move(starts, points, jacobians);
-      if (options.progress != nullptr) options.progress->done += count;
-    }
-  });
-  stop_if_cancelled(options.progress);
-}
-
-// The same for a sum with limit cylinders, one flow for each set of parts: a point's place at the beginning decides
-// which parts move it.
-void carry_through_limit_cylinders(const Segment& sum, std::span<Vec3d> points, std::span<Mat3d> jacobians,
-                                   const AdvectOptions& options, WantedJacobian wanted) {
-  std::vector<std::vector<std::size_t>> members_of(std::size_t{1} << sum.parts.size());
-  for (std::size_t i = 0; i < points.size(); ++i) members_of[detail::parts_around(sum.parts, points[i])].push_back(i);
-  for (unsigned parts = 0; parts < members_of.size(); ++parts) {
-    const std::vector<std::size_t>& members = members_of[parts];
-    if (parts == 0 && options.progress != nullptr) options.progress->done += members.size();
-    if (parts == 0 || members.empty()) continue;
-    std::vector<Vec3d> own_points;
-    std::vector<Mat3d> own_jacobians;
-    for (const std::size_t i : members) {
-      own_points.push_back(points[i]);
-      own_jacobians.push_back(jacobians[i]);
-    }
-    carry_through(detail::chosen_parts(sum, parts), own_points, own_jacobians, options, wanted);
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      points[members[k]] = own_points[k];
-      jacobians[members[k]] = own_jacobians[k];
-    }
-  }
-}
-
-// The same by a map in closed form.
-void carry_by_map(const Segment& segment, std::span<Vec3d> points, std::span<Mat3d> jacobians,
-                  const AdvectOptions& options) {
-  const detail::SegmentMap map(segment);
-  parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end && !is_cancelled(options); ++i) {
-      Mat3d jacobian;
-      map.move(points[i], jacobian);
-      jacobians[i] = jacobian * jacobians[i];
-    }
-    if (options.progress != nullptr) options.progress->done += end - begin;
-  });
-  stop_if_cancelled(options.progress);
-}
-
-// Moves the points, and returns the Jacobians.
-std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
-                         WantedJacobian wanted) {
-  validate(flow);
-  validate({.tolerance = options.tolerance}, points.size());
-  require_finite(points);
-  std::vector<Mat3d> result(points.size());
-  for (const Segment& segment : flow.segments) {
-    if (detail::is_map(segment)) {
-      carry_by_map(segment, points, result, options);
-      continue;
-    }
-    detail::has_limit_cylinders(segment) ? carry_through_limit_cylinders(segment, points, result, options, wanted)
-                                         : carry_through(segment, points, result, options, wanted);
-  }
-  return result;
-}
-
-}  // namespace
 
 std::vector<double> volume_drifts(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
   std::vector<double> drifts;

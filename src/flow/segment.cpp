@@ -237,70 +237,6 @@ void check(const Segment& segment) {
   check_turns(segment);
 }
 
-}  // namespace
-
-bool changes_volume(const Segment& segment) {
-  return !segment.grid.growth.empty() || segment.curve.keeps_thickness || !segment.lattice.is_empty() ||
-         std::any_of(segment.parts.begin(), segment.parts.end(), changes_volume);
-}
-
-Vec3d displacement_of(const Segment& segment, const Field& field) {
-  return segment.time_law == TimeLaw::pinned ? std::get<Translation<double>>(field.motion).velocity
-                                             : segment.displacement;
-}
-
-Flow masked(Flow flow, const Mask& mask) {
-  for (Segment& segment : flow.segments) segment.mask = mask;
-  return flow;
-}
-
-Flow inverse(const Flow& flow) {
-  Flow result = flow;
-  std::reverse(result.segments.begin(), result.segments.end());
-  for (Segment& segment : result.segments) std::swap(segment.begin, segment.end);
-  return result;
-}
-
-Flow prefix(const Flow& flow, double segments) {
-  const double clamped = std::clamp(segments, 0.0, static_cast<double>(flow.segments.size()));
-  const auto whole = static_cast<std::size_t>(clamped);
-  Flow result{{flow.segments.begin(), flow.segments.begin() + static_cast<std::ptrdiff_t>(whole)}};
-  const double rest = clamped - static_cast<double>(whole);
-  if (rest > 0) {
-    Segment part = flow.segments[whole];
-    part.end = part.begin + rest * (part.end - part.begin);
-    result.segments.push_back(part);
-  }
-  return result;
-}
-
-Flow flow_between(const Flow& flow, double from, double to) {
-  const auto length = static_cast<double>(flow.segments.size());
-  for (const double moment : {from, to}) {
-    require(moment >= 0 && moment <= length, "a part of a flow must lie between 0 and its number of segments");
-  }
-  if (from == to) return {};
-  if (to < from) return inverse(flow_between(flow, to, from));
-  Flow result = prefix(flow, to);
-  const double whole = std::floor(from);
-  result.segments.erase(result.segments.begin(), result.segments.begin() + static_cast<std::ptrdiff_t>(whole));
-  const Segment& first = flow.segments[static_cast<std::size_t>(whole)];
-  if (from > whole) result.segments.front().begin = first.begin + (from - whole) * (first.end - first.begin);
-  return result;
-}
-
-void validate(const Flow& flow) {
-  for (std::size_t i = 0; i < flow.segments.size(); ++i) {
-    try {
-      check(flow.segments[i]);
-    } catch (const InvalidInput& error) {
-      throw InvalidInput("segment " + std::to_string(i + 1) + " of the flow: " + error.what());
-    }
-  }
-}
-
-namespace {
-
 using Row = std::vector<double>;
 
 Tableau make_tableau(int order, int error_order, bool fsal, const std::vector<Row>& a, const Row& b, const Row& lower) {
@@ -364,6 +300,66 @@ Tableau make_tsitouras() {
 }
 
 }  // namespace
+
+bool changes_volume(const Segment& segment) {
+  return !segment.grid.growth.empty() || segment.curve.keeps_thickness || !segment.lattice.is_empty() ||
+         std::any_of(segment.parts.begin(), segment.parts.end(), changes_volume);
+}
+
+Vec3d displacement_of(const Segment& segment, const Field& field) {
+  return segment.time_law == TimeLaw::pinned ? std::get<Translation<double>>(field.motion).velocity
+                                             : segment.displacement;
+}
+
+Flow masked(Flow flow, const Mask& mask) {
+  for (Segment& segment : flow.segments) segment.mask = mask;
+  return flow;
+}
+
+Flow inverse(const Flow& flow) {
+  Flow result = flow;
+  std::reverse(result.segments.begin(), result.segments.end());
+  for (Segment& segment : result.segments) std::swap(segment.begin, segment.end);
+  return result;
+}
+
+Flow prefix(const Flow& flow, double segments) {
+  const double clamped = std::clamp(segments, 0.0, static_cast<double>(flow.segments.size()));
+  const auto whole = static_cast<std::size_t>(clamped);
+  Flow result{{flow.segments.begin(), flow.segments.begin() + static_cast<std::ptrdiff_t>(whole)}};
+  const double rest = clamped - static_cast<double>(whole);
+  if (rest > 0) {
+    Segment part = flow.segments[whole];
+    part.end = part.begin + rest * (part.end - part.begin);
+    result.segments.push_back(part);
+  }
+  return result;
+}
+
+Flow flow_between(const Flow& flow, double from, double to) {
+  const auto length = static_cast<double>(flow.segments.size());
+  for (const double moment : {from, to}) {
+    require(moment >= 0 && moment <= length, "a part of a flow must lie between 0 and its number of segments");
+  }
+  if (from == to) return {};
+  if (to < from) return inverse(flow_between(flow, to, from));
+  Flow result = prefix(flow, to);
+  const double whole = std::floor(from);
+  result.segments.erase(result.segments.begin(), result.segments.begin() + static_cast<std::ptrdiff_t>(whole));
+  const Segment& first = flow.segments[static_cast<std::size_t>(whole)];
+  if (from > whole) result.segments.front().begin = first.begin + (from - whole) * (first.end - first.begin);
+  return result;
+}
+
+void validate(const Flow& flow) {
+  for (std::size_t i = 0; i < flow.segments.size(); ++i) {
+    try {
+      check(flow.segments[i]);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput("segment " + std::to_string(i + 1) + " of the flow: " + error.what());
+    }
+  }
+}
 
 const Tableau& tableau(Integrator integrator) {
   static const Tableau rk4 = make_rk4();

@@ -75,30 +75,6 @@ void read_fields(const Segment& segment, const SegmentMask& mask, std::span<cons
   for (const Vec3d& offset : mask.offsets) varied(offset);
 }
 
-}  // namespace
-
-SegmentNumbers::SegmentNumbers(const Segment& segment, const Progress* progress)
-    : segment_(segment), progress_(progress) {
-  if (segment.time_law != TimeLaw::pinned) return;
-  pin_times_ = times_of(exact_pins(segment, progress));
-}
-
-std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) const {
-  if (!is_alike(segment, segment_)) return std::nullopt;
-  std::vector<double> numbers{segment.begin, segment.end};
-  const auto next = [&](double number) {
-    numbers.push_back(number);
-    return Varying(number);
-  };
-  for (const Vec3d& d : segment.lattice.displacements) numbers.insert(numbers.end(), {d.x, d.y, d.z});
-  const std::vector<Segment> parts = parts_of(segment);
-  const std::vector<SegmentMask> masks = masks_of_parts(segment, parts);
-  for (std::size_t i = 0; i < parts.size(); ++i) read_fields(parts[i], masks[i], pin_times_, progress_, next);
-  return numbers;
-}
-
-namespace {
-
 constexpr std::size_t kPointsAtATime = 1024;  // enough to refill the lanes of a kernel
 constexpr std::size_t kEnds = 2;              // the first numbers of a segment: begin and end
 
@@ -143,6 +119,26 @@ void carry_one_by_one(const TangentLine& line, std::span<Vec3d> points, std::spa
 }
 
 }  // namespace
+
+SegmentNumbers::SegmentNumbers(const Segment& segment, const Progress* progress)
+    : segment_(segment), progress_(progress) {
+  if (segment.time_law != TimeLaw::pinned) return;
+  pin_times_ = times_of(exact_pins(segment, progress));
+}
+
+std::optional<std::vector<double>> SegmentNumbers::of(const Segment& segment) const {
+  if (!is_alike(segment, segment_)) return std::nullopt;
+  std::vector<double> numbers{segment.begin, segment.end};
+  const auto next = [&](double number) {
+    numbers.push_back(number);
+    return Varying(number);
+  };
+  for (const Vec3d& d : segment.lattice.displacements) numbers.insert(numbers.end(), {d.x, d.y, d.z});
+  const std::vector<Segment> parts = parts_of(segment);
+  const std::vector<SegmentMask> masks = masks_of_parts(segment, parts);
+  for (std::size_t i = 0; i < parts.size(); ++i) read_fields(parts[i], masks[i], pin_times_, progress_, next);
+  return numbers;
+}
 
 std::size_t count_coefficients(const Segment& segment) {
   return segment.lattice.displacements.size() + segment.grid.coefficients.size() + segment.grid.end_coefficients.size();

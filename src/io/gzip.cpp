@@ -98,15 +98,12 @@ std::optional<std::string> deflate_bytes(std::string_view bytes) { return deflat
 #else
 
 namespace knead::io_detail {
-namespace {
 
-[[noreturn]] void refuse_gzip(const std::string& name) {
+[[noreturn]] static void refuse_gzip(const std::string& name) {
   throw InvalidInput(Place{name},
                      "is compressed, and this Knead was built without zlib; use gunzip and name the file "
                      "without .gz");
 }
-
-}  // namespace
 
 std::string unzipped(std::string_view, const std::string& name) { refuse_gzip(name); }
 std::string zipped(std::string_view, const std::string& name) { refuse_gzip(name); }

@@ -205,11 +205,8 @@ std::to_chars_result float_to_chars(char* first, char* last, double value, Float
 #endif
 
 namespace knead::io_detail {
-namespace {
 
-constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-}  // namespace
+constexpr std::string_view kBase64Digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 std::optional<std::string> from_base64(std::string_view text) {
   for (int i = 0; i < 2 && !text.empty() && text.back() == '='; ++i) text.remove_suffix(1);
@@ -217,8 +214,8 @@ std::optional<std::string> from_base64(std::string_view text) {
   static const std::array<std::uint8_t, 256> value = [] {
     std::array<std::uint8_t, 256> table{};
     table.fill(64);
-    for (std::size_t i = 0; i < kDigits.size(); ++i) {
-      table[static_cast<unsigned char>(kDigits[i])] = static_cast<std::uint8_t>(i);
+    for (std::size_t i = 0; i < kBase64Digits.size(); ++i) {
+      table[static_cast<unsigned char>(kBase64Digits[i])] = static_cast<std::uint8_t>(i);
     }
     return table;
   }();
@@ -245,7 +242,7 @@ std::string to_base64(std::string_view bytes) {
     std::uint32_t bits = 0;
     const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
     for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? kDigits[bits >> (18 - 6 * k) & 63u] : '=';
+    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? kBase64Digits[bits >> (18 - 6 * k) & 63u] : '=';
   }
   return text;
 }

@@ -29,16 +29,6 @@ Flow flow_of(const SessionStroke& stroke) {
   return stroke.strength == 1 ? flow : prefix(flow, stroke.strength * static_cast<double>(flow.segments.size()));
 }
 
-namespace {
-
-// Whether the stroke does the same without its mirror.
-bool is_own_image(const SessionStroke& stroke) {
-  if (reads_surface(stroke.stroke)) return false;
-  return flow_of(stroke.stroke, stroke.mirror) == flow_of(stroke.stroke);
-}
-
-}  // namespace
-
 std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const Mirror& mirror) {
   validate(mirror);
   const std::vector<SymmetryImage> images = images_in(mirror);
@@ -53,7 +43,8 @@ std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const
       if (std::find(with.mirror.begin(), with.mirror.end(), plane) == with.mirror.end()) with.mirror.push_back(plane);
     }
     validate(with.mirror);
-    if (!is_own_image(with)) stroke = std::move(with);
+    const bool is_own_image = !reads_surface(with.stroke) && flow_of(with.stroke, with.mirror) == flow_of(with.stroke);
+    if (!is_own_image) stroke = std::move(with);
   }
   return strokes;
 }

@@ -220,6 +220,19 @@ std::string text_of(const std::optional<RemeshSettings>& settings) {
   return object.finish();
 }
 
+// With the names of parameters where the session can be read so.
+std::string line_in(const Session& session, const SessionStroke& stroke) {
+  if (stroke.uses.empty() || session.parameters.empty()) return stroke_line(stroke);
+  std::string line = session_detail::line_of(stroke, true);
+  try {
+    const std::string read = stroke_line(parse_stroke(line, session.name, session.parameters));
+    if (read == stroke_line(stroke)) return line;
+  } catch (const InvalidInput&) {
+    // The session does not have such parameters.
+  }
+  return stroke_line(stroke);
+}
+
 }  // namespace
 
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note,
@@ -301,25 +314,6 @@ std::string line_of(const SessionStroke& stroke, bool names_parameters) {
 }
 
 }  // namespace session_detail
-
-namespace {
-
-using session_detail::line_of;
-
-// With the names of parameters where the session can be read so.
-std::string line_in(const Session& session, const SessionStroke& stroke) {
-  if (stroke.uses.empty() || session.parameters.empty()) return stroke_line(stroke);
-  std::string line = line_of(stroke, true);
-  try {
-    const std::string read = stroke_line(parse_stroke(line, session.name, session.parameters));
-    if (read == stroke_line(stroke)) return line;
-  } catch (const InvalidInput&) {
-    // The session does not have such parameters.
-  }
-  return stroke_line(stroke);
-}
-
-}  // namespace
 
 std::string stroke_values(const SessionStroke& stroke) {
   Stroke own = stroke.stroke;

@@ -13,26 +13,6 @@
 
 namespace knead::session_detail {
 
-namespace {
-
-// Returns "at \"outer\", ", or nothing before the first key.
-std::string position(const JsonError& error) {
-  return error.key() ? fmt::format("at {}, ", described(*error.key())) : "";
-}
-
-std::string complaint(const JsonError& error) {
-  if (error.kind() == JsonError::Kind::repeated_key) return error.what();
-  if (error.kind() == JsonError::Kind::not_json) {
-    return fmt::format(
-        "{}column {} is not JSON; a line must be one object, with keys and text in double quotes and "
-        "finite numbers",
-        position(error), error.byte());
-  }
-  return position(error) + error.what();
-}
-
-}  // namespace
-
 void JsonValue::fail(const std::string& expected) const {
   throw InvalidInput(place_, fmt::format("{} must be {}, got {}", name_, expected, described(value_)));
 }
@@ -117,16 +97,23 @@ std::optional<double> JsonObject::optional_number(std::string_view key) const {
   return number(key);
 }
 
-std::optional<Json> parse_line(std::string_view line, const Place& place) {
-  try {
-    return parse_json(line);
-  } catch (const JsonError& error) {
-    if (error.kind() == JsonError::Kind::incomplete) return std::nullopt;
-    throw InvalidInput(place, complaint(error));
-  }
+namespace {
+
+// Returns "at \"outer\", ", or nothing before the first key.
+std::string position(const JsonError& error) {
+  return error.key() ? fmt::format("at {}, ", described(*error.key())) : "";
 }
 
-namespace {
+std::string complaint(const JsonError& error) {
+  if (error.kind() == JsonError::Kind::repeated_key) return error.what();
+  if (error.kind() == JsonError::Kind::not_json) {
+    return fmt::format(
+        "{}column {} is not JSON; a line must be one object, with keys and text in double quotes and "
+        "finite numbers",
+        position(error), error.byte());
+  }
+  return position(error) + error.what();
+}
 
 // Gives what `check` throws its place in the file.
 template <class Function>
@@ -412,6 +399,15 @@ SessionStroke read_as(const Tool& tool, const JsonObject& object, const Place& p
 }
 
 }  // namespace
+
+std::optional<Json> parse_line(std::string_view line, const Place& place) {
+  try {
+    return parse_json(line);
+  } catch (const JsonError& error) {
+    if (error.kind() == JsonError::Kind::incomplete) return std::nullopt;
+    throw InvalidInput(place, complaint(error));
+  }
+}
 
 SessionStroke read_stroke(const JsonValue& line, const Place& place) {
   const Tool& tool = tool_at(JsonObject(line, place, "a stroke").at("tool"));

@@ -218,6 +218,87 @@ std::string shortfall_of(const PoseOutcome& outcome, double distance, double tol
       distance, tolerance);
 }
 
+struct SolvedPose {
+  Flow flow;
+  PoseOutcome outcome;
+  std::vector<std::string> warnings;
+};
+
+SolvedPose solve_pose(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
+  SolvedPose solved;
+  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, kMinDetail, threads, solved.warnings);
+  const double diagonal = problem.diagonal;
+  std::vector<Vec3d> places;
+  std::vector<Triangle> probes;
+  const LiveSurface& judged = surface.triangles.empty() ? with_probes(surface, diagonal, places, probes) : surface;
+  AdvectOptions motion;
+  motion.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal);
+  motion.threads = threads;
+  motion.progress = surface.progress;
+  SoundSurface sound(judged.positions, judged.triangles, kMaxStretch, motion);
+  problem.judge = [&](const PotentialGrid& grid) { return sound.take(grid); };
+  solved.outcome = find_flow(std::move(problem), solved.flow);
+  return solved;
+}
+
+// Poses without a detail: if the automatic detail falls short, tries a coarser one, and keeps the better result.
+SolvedPose solve_as_far_as_possible(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
+  SolvedPose solved = solve_pose(stroke, surface, threads);
+  if (solved.outcome.reached >= 1 || stroke.detail > 0) return solved;
+  PoseStroke coarser = stroke;
+  coarser.detail = std::min(kThickDetail, kCoarserDetail * usual_detail(stroke, surface));
+  try {
+    SolvedPose other = solve_pose(coarser, surface, threads);
+    if (other.outcome.reached > solved.outcome.reached) return other;
+  } catch (const InvalidInput&) {  // its equations cannot be solved
+  }
+  return solved;
+}
+
+using namespace detail;
+
+constexpr double kCellsOfSample = 0.4;      // the samples' greatest spacing, in that of the grid
+constexpr double kSurfaceStiffness = 20;    // of samples on the surface, which is visible
+constexpr std::size_t kPointsOfPart = 300;  // points with a wanted velocity; more if these lie farther apart than
+constexpr double kCellsOfPart = 0.5;        // this, in the spacing of the grid
+constexpr std::size_t kMaxPointsOfPart = 20000;
+constexpr std::size_t kCheckedOfPart = 2000;  // points whose distances from their targets are measured
+constexpr std::size_t kLookedAt = 400;        // points at which the flow's stretch is measured
+constexpr double kStretchTolerance = 1e-5;    // of path lines for this, of the diagonal
+
+std::vector<Vec3d> chosen(const std::vector<Vec3d>& points, const std::vector<std::uint32_t>& numbers) {
+  std::vector<Vec3d> result;
+  result.reserve(numbers.size());
+  for (const std::uint32_t i : numbers) result.push_back(points[i]);
+  return result;
+}
+
+// Unit normals of the surface at vertices; 0 where it has none.
+std::vector<Vec3d> normals_of(const std::vector<std::uint32_t>& vertices, const LiveSurface& surface) {
+  std::unordered_map<std::uint32_t, std::size_t> place;
+  for (std::size_t i = 0; i < vertices.size(); ++i) place.emplace(vertices[i], i);
+  std::vector<Vec3d> normals(vertices.size(), Vec3d{0, 0, 0});
+  for (const Triangle& t : surface.triangles) {
+    for (const std::uint32_t v : t) {
+      const auto found = place.find(v);
+      if (found == place.end()) continue;
+      const Vec3d& a = surface.positions[t[0]];
+      normals[found->second] += cross(surface.positions[t[1]] - a, surface.positions[t[2]] - a);
+    }
+  }
+  for (Vec3d& n : normals) {
+    if (norm(n) > 0) n = normalized(n);
+  }
+  return normals;
+}
+
+// A gradient as a map of the plane that two vectors span.
+Mat3d restricted(const Mat3d& gradient, const Vec3d& s, const Vec3d& t) {
+  const Vec3d a = gradient * s;
+  const Vec3d b = gradient * t;
+  return {{a.x, b.x, 0}, {a.y, b.y, 0}, {a.z, b.z, 0}};
+}
+
 }  // namespace
 
 double tool_detail::usual_detail(const PoseStroke& stroke, const LiveSurface& surface) {
@@ -272,47 +353,6 @@ void require_vertex(std::string_view key, std::span<const Vec3d> positions, std:
                   key, vertex, positions.size()));
 }
 
-namespace {
-
-struct SolvedPose {
-  Flow flow;
-  PoseOutcome outcome;
-  std::vector<std::string> warnings;
-};
-
-SolvedPose solve_pose(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
-  SolvedPose solved;
-  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, kMinDetail, threads, solved.warnings);
-  const double diagonal = problem.diagonal;
-  std::vector<Vec3d> places;
-  std::vector<Triangle> probes;
-  const LiveSurface& judged = surface.triangles.empty() ? with_probes(surface, diagonal, places, probes) : surface;
-  AdvectOptions motion;
-  motion.tolerance = absolute_tolerance(kDefaultRelativeTolerance, diagonal);
-  motion.threads = threads;
-  motion.progress = surface.progress;
-  SoundSurface sound(judged.positions, judged.triangles, kMaxStretch, motion);
-  problem.judge = [&](const PotentialGrid& grid) { return sound.take(grid); };
-  solved.outcome = find_flow(std::move(problem), solved.flow);
-  return solved;
-}
-
-// Poses without a detail: if the automatic detail falls short, tries a coarser one, and keeps the better result.
-SolvedPose solve_as_far_as_possible(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
-  SolvedPose solved = solve_pose(stroke, surface, threads);
-  if (solved.outcome.reached >= 1 || stroke.detail > 0) return solved;
-  PoseStroke coarser = stroke;
-  coarser.detail = std::min(kThickDetail, kCoarserDetail * usual_detail(stroke, surface));
-  try {
-    SolvedPose other = solve_pose(coarser, surface, threads);
-    if (other.outcome.reached > solved.outcome.reached) return other;
-  } catch (const InvalidInput&) {  // its equations cannot be solved
-  }
-  return solved;
-}
-
-}  // namespace
-
 PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
   SolvedPose solved = solve_as_far_as_possible(stroke, surface, threads);
@@ -343,54 +383,6 @@ PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int thr
 }  // namespace knead
 
 namespace knead::tool_detail {
-
-namespace {
-
-using namespace detail;
-
-constexpr double kCellsOfSample = 0.4;      // the samples' greatest spacing, in that of the grid
-constexpr double kSurfaceStiffness = 20;    // of samples on the surface, which is visible
-constexpr std::size_t kPointsOfPart = 300;  // points with a wanted velocity; more if these lie farther apart than
-constexpr double kCellsOfPart = 0.5;        // this, in the spacing of the grid
-constexpr std::size_t kMaxPointsOfPart = 20000;
-constexpr std::size_t kCheckedOfPart = 2000;  // points whose distances from their targets are measured
-constexpr std::size_t kLookedAt = 400;        // points at which the flow's stretch is measured
-constexpr double kStretchTolerance = 1e-5;    // of path lines for this, of the diagonal
-
-std::vector<Vec3d> chosen(const std::vector<Vec3d>& points, const std::vector<std::uint32_t>& numbers) {
-  std::vector<Vec3d> result;
-  result.reserve(numbers.size());
-  for (const std::uint32_t i : numbers) result.push_back(points[i]);
-  return result;
-}
-
-// Unit normals of the surface at vertices; 0 where it has none.
-std::vector<Vec3d> normals_of(const std::vector<std::uint32_t>& vertices, const LiveSurface& surface) {
-  std::unordered_map<std::uint32_t, std::size_t> place;
-  for (std::size_t i = 0; i < vertices.size(); ++i) place.emplace(vertices[i], i);
-  std::vector<Vec3d> normals(vertices.size(), Vec3d{0, 0, 0});
-  for (const Triangle& t : surface.triangles) {
-    for (const std::uint32_t v : t) {
-      const auto found = place.find(v);
-      if (found == place.end()) continue;
-      const Vec3d& a = surface.positions[t[0]];
-      normals[found->second] += cross(surface.positions[t[1]] - a, surface.positions[t[2]] - a);
-    }
-  }
-  for (Vec3d& n : normals) {
-    if (norm(n) > 0) n = normalized(n);
-  }
-  return normals;
-}
-
-// A gradient as a map of the plane that two vectors span.
-Mat3d restricted(const Mat3d& gradient, const Vec3d& s, const Vec3d& t) {
-  const Vec3d a = gradient * s;
-  const Vec3d b = gradient * t;
-  return {{a.x, b.x, 0}, {a.y, b.y, 0}, {a.z, b.z, 0}};
-}
-
-}  // namespace
 
 double diagonal_of(const LiveSurface& surface) {
   Box box;

@@ -58,99 +58,6 @@ std::vector<Way> ways_of(const PoseStroke& stroke) {
   return ways;
 }
 
-}  // namespace
-
-struct PoseDrag::State {
-  PoseStroke pose;               // without targets
-  std::vector<PosedPart> parts;  // at the beginning
-  std::vector<PosedPin> pins;
-  double spacing = 0;
-  std::vector<Way> ways;      // that the parts have gone
-  std::vector<Vec3d> places;  // of the pins
-  PoseRun run;
-
-  Vec3d place(std::size_t part, const Vec3d& start, const Way& way) const {
-    const PosedPart& own = parts[part];
-    return own.center + rotate(start - own.center, own.axis, sincos(way.angle_deg * kRadiansPerDegree)) +
-           way.translation;
-  }
-
-  // Returns the number of steps to the targets.
-  double steps_to(const std::vector<Way>& to, const std::vector<Vec3d>& pins_to) const {
-    double steps = 1;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      steps = std::max(steps, std::abs(to[i].angle_deg - ways[i].angle_deg) / kStepAngle);
-      for (const Vec3d& start : parts[i].points) {
-        steps = std::max(steps, norm(place(i, start, to[i]) - place(i, start, ways[i])) / (kStepOfDrag * spacing));
-      }
-    }
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      steps = std::max(steps, norm(pins_to[i] - places[i]) / (kStepOfDrag * spacing));
-    }
-    return steps;
-  }
-};
-
-PoseDrag::PoseDrag(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
-  validate(stroke);
-  std::vector<std::string> warnings;
-  PoseStroke live = stroke;
-  if (live.detail == 0) live.detail = std::max(kMinDetailOfStroke, usual_detail(stroke, surface));
-  PoseProblem problem = problem_of(live, surface, kSamples, kMinDetailOfStroke, threads, warnings);
-  problem.settles = false;
-  problem.tolerance = 0;
-  problem.progress = nullptr;  // that of the surface may end before the drag
-  std::vector<Vec3d> places;
-  for (const PosedPin& pin : problem.pins) places.push_back(pin.path.front());
-  state_ = std::make_unique<State>(State{without_ways(stroke), problem.parts, problem.pins, problem.spacing,
-                                         std::vector<Way>(problem.parts.size()), std::move(places), PoseRun(problem)});
-}
-
-PoseDrag::PoseDrag(PoseDrag&&) noexcept = default;
-PoseDrag& PoseDrag::operator=(PoseDrag&&) noexcept = default;
-PoseDrag::~PoseDrag() = default;
-
-bool PoseDrag::takes(const PoseStroke& stroke) const { return without_ways(stroke) == state_->pose; }
-
-bool PoseDrag::advance(const PoseStroke& stroke, double most_steps, const std::function<bool(const Stroke&)>& apply) {
-  State& s = *state_;
-  const std::vector<Way> ends = ways_of(stroke);
-  std::vector<Vec3d> pin_ends;
-  for (const PoseItem& item : stroke.parts) {
-    const auto* pin = std::get_if<PosePin>(&item);
-    if (pin != nullptr) pin_ends.push_back(pin->path.empty() ? s.places[pin_ends.size()] : pin->path.back());
-  }
-  const double share = std::min(1.0, most_steps / s.steps_to(ends, pin_ends));
-  std::vector<PosedPart> parts = s.parts;
-  std::vector<Way> ways;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const Way from = s.ways[i];
-    const Way to = mixed(from, ends[i], share);
-    parts[i].angle = (to.angle_deg - from.angle_deg) * kRadiansPerDegree;
-    parts[i].translation = {0, 0, 0};
-    if (!s.parts[i].holds()) {
-      parts[i].way = [&s, i, from, to](const Vec3d& start, double t) { return s.place(i, start, mixed(from, to, t)); };
-    }
-    ways.push_back(to);
-  }
-  std::vector<PosedPin> pins = s.pins;
-  std::vector<Vec3d> places;
-  for (std::size_t i = 0; i < pins.size(); ++i) {
-    places.push_back(s.places[i] + (pin_ends[i] - s.places[i]) * share);
-    pins[i].path = {s.places[i]};
-    if (places[i] != s.places[i]) pins[i].path.push_back(places[i]);
-  }
-  s.run.set_ways(std::move(parts), std::move(pins));
-  const PoseOutcome outcome = s.run.go([&](const PotentialGrid& grid) { return apply(GridStroke{grid}); });
-  s.ways = std::move(ways);
-  s.places = std::move(places);
-  return !outcome.stopped;
-}
-
-// The description of the tool "pose".
-
-namespace {
-
 using namespace tool_detail;
 
 constexpr std::size_t kMaxPinsOfPose = 1000;
@@ -417,6 +324,95 @@ PoseStroke with_images(const PoseStroke& stroke, const Mirror& mirror, std::span
 }
 
 }  // namespace
+
+struct PoseDrag::State {
+  PoseStroke pose;               // without targets
+  std::vector<PosedPart> parts;  // at the beginning
+  std::vector<PosedPin> pins;
+  double spacing = 0;
+  std::vector<Way> ways;      // that the parts have gone
+  std::vector<Vec3d> places;  // of the pins
+  PoseRun run;
+
+  Vec3d place(std::size_t part, const Vec3d& start, const Way& way) const {
+    const PosedPart& own = parts[part];
+    return own.center + rotate(start - own.center, own.axis, sincos(way.angle_deg * kRadiansPerDegree)) +
+           way.translation;
+  }
+
+  // Returns the number of steps to the targets.
+  double steps_to(const std::vector<Way>& to, const std::vector<Vec3d>& pins_to) const {
+    double steps = 1;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      steps = std::max(steps, std::abs(to[i].angle_deg - ways[i].angle_deg) / kStepAngle);
+      for (const Vec3d& start : parts[i].points) {
+        steps = std::max(steps, norm(place(i, start, to[i]) - place(i, start, ways[i])) / (kStepOfDrag * spacing));
+      }
+    }
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      steps = std::max(steps, norm(pins_to[i] - places[i]) / (kStepOfDrag * spacing));
+    }
+    return steps;
+  }
+};
+
+PoseDrag::PoseDrag(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
+  validate(stroke);
+  std::vector<std::string> warnings;
+  PoseStroke live = stroke;
+  if (live.detail == 0) live.detail = std::max(kMinDetailOfStroke, usual_detail(stroke, surface));
+  PoseProblem problem = problem_of(live, surface, kSamples, kMinDetailOfStroke, threads, warnings);
+  problem.settles = false;
+  problem.tolerance = 0;
+  problem.progress = nullptr;  // that of the surface may end before the drag
+  std::vector<Vec3d> places;
+  for (const PosedPin& pin : problem.pins) places.push_back(pin.path.front());
+  state_ = std::make_unique<State>(State{without_ways(stroke), problem.parts, problem.pins, problem.spacing,
+                                         std::vector<Way>(problem.parts.size()), std::move(places), PoseRun(problem)});
+}
+
+PoseDrag::PoseDrag(PoseDrag&&) noexcept = default;
+PoseDrag& PoseDrag::operator=(PoseDrag&&) noexcept = default;
+PoseDrag::~PoseDrag() = default;
+
+bool PoseDrag::takes(const PoseStroke& stroke) const { return without_ways(stroke) == state_->pose; }
+
+bool PoseDrag::advance(const PoseStroke& stroke, double most_steps, const std::function<bool(const Stroke&)>& apply) {
+  State& s = *state_;
+  const std::vector<Way> ends = ways_of(stroke);
+  std::vector<Vec3d> pin_ends;
+  for (const PoseItem& item : stroke.parts) {
+    const auto* pin = std::get_if<PosePin>(&item);
+    if (pin != nullptr) pin_ends.push_back(pin->path.empty() ? s.places[pin_ends.size()] : pin->path.back());
+  }
+  const double share = std::min(1.0, most_steps / s.steps_to(ends, pin_ends));
+  std::vector<PosedPart> parts = s.parts;
+  std::vector<Way> ways;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Way from = s.ways[i];
+    const Way to = mixed(from, ends[i], share);
+    parts[i].angle = (to.angle_deg - from.angle_deg) * kRadiansPerDegree;
+    parts[i].translation = {0, 0, 0};
+    if (!s.parts[i].holds()) {
+      parts[i].way = [&s, i, from, to](const Vec3d& start, double t) { return s.place(i, start, mixed(from, to, t)); };
+    }
+    ways.push_back(to);
+  }
+  std::vector<PosedPin> pins = s.pins;
+  std::vector<Vec3d> places;
+  for (std::size_t i = 0; i < pins.size(); ++i) {
+    places.push_back(s.places[i] + (pin_ends[i] - s.places[i]) * share);
+    pins[i].path = {s.places[i]};
+    if (places[i] != s.places[i]) pins[i].path.push_back(places[i]);
+  }
+  s.run.set_ways(std::move(parts), std::move(pins));
+  const PoseOutcome outcome = s.run.go([&](const PotentialGrid& grid) { return apply(GridStroke{grid}); });
+  s.ways = std::move(ways);
+  s.places = std::move(places);
+  return !outcome.stopped;
+}
+
+// The description of the tool "pose".
 
 constinit const tool_detail::ToolRow<PoseStroke> PoseStroke::tool{.name = "pose",
                                                                   .keys = keys,

@@ -103,6 +103,45 @@ std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) {
   return part(x) << 42 | part(y) << 21 | part(z);
 }
 
+void require_solid(const Mesh& mesh) {
+  const Measures measures = measure(WeldedMesh(mesh).mesh());
+  if (measures.faces == 0) throw InvalidInput("\"mesh\" must be a closed surface, and this has no faces");
+  if (!measures.closed()) {
+    throw InvalidInput(fmt::format("\"mesh\" must be a closed surface, and this has {} boundary edges; close its holes",
+                                   measures.boundary_edges));
+  }
+  if (!measures.oriented()) {
+    throw InvalidInput(
+        fmt::format("\"mesh\" must have faces that look outward, and along {} edges they disagree; "
+                    "orient them alike",
+                    measures.misoriented_edges));
+  }
+  if (!(measures.volume > 0)) {
+    throw InvalidInput(
+        "\"mesh\" must have faces that look outward, and these look inward or enclose nothing; "
+        "turn them round");
+  }
+}
+
+std::vector<Vec3d> posed_solid(const Mesh& mesh, const Mat3d& pose) {
+  require_solid(mesh);
+  std::vector<Vec3d> positions = mesh.positions;
+  for (Vec3d& p : positions) p = pose * p;
+  return positions;
+}
+
+// Unit vectors across a direction, evenly spread over half a turn.
+std::vector<Vec3d> directions_across(const Vec3d& direction, int count) {
+  const Vec3d a = any_orthogonal(direction);
+  const Vec3d b = cross(direction, a);
+  std::vector<Vec3d> result;
+  for (int k = 0; k < count; ++k) {
+    const SinCos<double> turn = sincos(std::numbers::pi * k / count);
+    result.push_back(a * turn.cos + b * turn.sin);
+  }
+  return result;
+}
+
 }  // namespace
 
 bool Thinned::take(const Vec3d& p) {
@@ -172,49 +211,6 @@ double deepest_penetration(const StampTool& tool, const LiveSurface& surface, co
   });
   return depths.empty() ? 0 : *std::max_element(depths.begin(), depths.end());
 }
-
-namespace {
-
-void require_solid(const Mesh& mesh) {
-  const Measures measures = measure(WeldedMesh(mesh).mesh());
-  if (measures.faces == 0) throw InvalidInput("\"mesh\" must be a closed surface, and this has no faces");
-  if (!measures.closed()) {
-    throw InvalidInput(fmt::format("\"mesh\" must be a closed surface, and this has {} boundary edges; close its holes",
-                                   measures.boundary_edges));
-  }
-  if (!measures.oriented()) {
-    throw InvalidInput(
-        fmt::format("\"mesh\" must have faces that look outward, and along {} edges they disagree; "
-                    "orient them alike",
-                    measures.misoriented_edges));
-  }
-  if (!(measures.volume > 0)) {
-    throw InvalidInput(
-        "\"mesh\" must have faces that look outward, and these look inward or enclose nothing; "
-        "turn them round");
-  }
-}
-
-std::vector<Vec3d> posed_solid(const Mesh& mesh, const Mat3d& pose) {
-  require_solid(mesh);
-  std::vector<Vec3d> positions = mesh.positions;
-  for (Vec3d& p : positions) p = pose * p;
-  return positions;
-}
-
-// Unit vectors across a direction, evenly spread over half a turn.
-std::vector<Vec3d> directions_across(const Vec3d& direction, int count) {
-  const Vec3d a = any_orthogonal(direction);
-  const Vec3d b = cross(direction, a);
-  std::vector<Vec3d> result;
-  for (int k = 0; k < count; ++k) {
-    const SinCos<double> turn = sincos(std::numbers::pi * k / count);
-    result.push_back(a * turn.cos + b * turn.sin);
-  }
-  return result;
-}
-
-}  // namespace
 
 StampTool::StampTool(const Mesh& mesh, const Mat3d& pose)
     : positions_(posed_solid(mesh, pose)), triangles_(triangulate(mesh)), tree_(triangles_, positions_) {

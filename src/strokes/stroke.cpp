@@ -116,6 +116,34 @@ struct InsteadOfVertices {
   }
 };
 
+// Multiplies the angles of a stroke. Returns false if it has none.
+bool multiply_angles(Stroke& stroke, double factor) {
+  bool has_angle = false;
+  for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
+    auto* const* angle = std::get_if<double*>(&key.value);
+    const bool is_angle = key.quantity == Quantity::angle || key.quantity == Quantity::rate;
+    if (!is_angle || angle == nullptr || *angle == nullptr) continue;
+    **angle *= factor;
+    has_angle = true;
+  }
+  return has_angle;
+}
+
+constexpr double kThinShell = 0.9;
+
+// Returns the greatest speed of the flow back on the equator of a translating ball's field, in units of the tool's
+// speed; there v = (w + r/2 dw/dr) u.
+double counter_flow(const Thresholds<double>& thresholds) {
+  constexpr int kSamples = 1000;
+  double least = 0;
+  for (int i = 0; i <= kSamples; ++i) {
+    const double r = thresholds.inner + (thresholds.outer - thresholds.inner) * i / kSamples;
+    const Weight<double> w = blend_weight(r, thresholds);
+    least = std::min(least, w.value + 0.5 * r * w.derivative);
+  }
+  return -least;
+}
+
 }  // namespace
 
 std::span<const Tool* const> tools() { return described_tools(static_cast<Stroke*>(nullptr)); }
@@ -207,23 +235,6 @@ std::string words_of(const Stroke& stroke, const std::string& unit) {
   });
 }
 
-namespace {
-
-// Multiplies the angles of a stroke. Returns false if it has none.
-bool multiply_angles(Stroke& stroke, double factor) {
-  bool has_angle = false;
-  for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
-    auto* const* angle = std::get_if<double*>(&key.value);
-    const bool is_angle = key.quantity == Quantity::angle || key.quantity == Quantity::rate;
-    if (!is_angle || angle == nullptr || *angle == nullptr) continue;
-    **angle *= factor;
-    has_angle = true;
-  }
-  return has_angle;
-}
-
-}  // namespace
-
 Stroke prolonged(const Stroke& stroke, double strength) {
   Stroke result = stroke;
   const bool has_changed = with_row(result, [&](const auto& row, auto& own) {
@@ -267,25 +278,6 @@ void prolong_path(std::vector<Vec3d>& path, double strength) {
   }
   if (length > 0) path.push_back(path.back() + direction * ((strength - 1) * length));
 }
-
-namespace {
-
-constexpr double kThinShell = 0.9;
-
-// Returns the greatest speed of the flow back on the equator of a translating ball's field, in units of the tool's
-// speed; there v = (w + r/2 dw/dr) u.
-double counter_flow(const Thresholds<double>& thresholds) {
-  constexpr int kSamples = 1000;
-  double least = 0;
-  for (int i = 0; i <= kSamples; ++i) {
-    const double r = thresholds.inner + (thresholds.outer - thresholds.inner) * i / kSamples;
-    const Weight<double> w = blend_weight(r, thresholds);
-    least = std::min(least, w.value + 0.5 * r * w.derivative);
-  }
-  return -least;
-}
-
-}  // namespace
 
 Segment transported_segment(Field field, const Vec3d& displacement, TimeLaw time_law) {
   Segment segment;
