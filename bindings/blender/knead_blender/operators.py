@@ -326,6 +326,55 @@ class KNEAD_OT_fit(bpy.types.Operator):
         )
 
 
+class KNEAD_OT_bend_along(Plain, bpy.types.Operator):
+    """Bend the active mesh along the other selected object, a curve: its longest axis becomes the curve"""
+
+    bl_idname = "knead.bend_along"
+    bl_label = "Bend Along Curve"
+    reverse: BoolProperty(name="Reverse", description="From the end of the curve to its start")
+    fit: BoolProperty(name="Fit Length", description="Stretch the mesh to the length of the curve; it grows thinner by the square root")
+    fixed: EnumProperty(
+        name="Anchor",
+        items=[
+            ("start", "Start", "The start of the mesh goes to the start of the curve"),
+            ("middle", "Middle", "The middle goes to the middle"),
+            ("end", "End", "The end goes to the end"),
+        ],
+    )
+    twist_deg: FloatProperty(name="Twist", description="Degrees by which the end turns against the start")
+    keep: EnumProperty(
+        name="Keep",
+        items=[("volume", "Volume", "The volume stays at every place"), ("thickness", "Thickness", "Distances from the curve stay")],
+    )
+
+    def work(self, context, obj):
+        curves = [each for each in context.selected_objects if each.type == "CURVE"]
+        if len(curves) != 1:
+            raise state.Refusal("Select one curve, and then the mesh that is bent along it")
+        to_mesh = np.array(obj.matrix_world.inverted_safe() @ curves[0].matrix_world)
+        points = _line_of(curves[0].data) @ to_mesh[:3, :3].T + to_mesh[:3, 3]
+        numbers = {"twist_deg": self.twist_deg} if self.twist_deg else {}
+        line = {"tool": "curve", "to": (points[::-1] if self.reverse else points).tolist(), "fixed": self.fixed, **numbers}
+        append(self, obj, [knead.stroke({**line, "length": "fit" if self.fit else "keep", "keep": self.keep})])
+
+
+def _line_of(curve):
+    """Returns the points of the one open line of a curve, without its bevel: (n, 3)."""
+    if len(curve.splines) != 1 or curve.splines[0].use_cyclic_u:
+        raise state.Refusal("The curve must be one open line; this has " + (
+            "a closed one" if len(curve.splines) == 1 else f"{len(curve.splines)} lines"))
+    bare = curve.copy()
+    bare.bevel_depth, bare.extrude, bare.bevel_object = 0, 0, None
+    holder = bpy.data.objects.new("line", bare)
+    try:
+        points = np.array([v.co for v in holder.to_mesh().vertices], float)
+    finally:
+        holder.to_mesh_clear()
+        bpy.data.objects.remove(holder)
+        bpy.data.curves.remove(bare)
+    return points
+
+
 class KNEAD_OT_take_along(OfSession, bpy.types.Operator):
     """Move the other selected meshes, such as clothes, by the session of the active one: each gets a shape key"""
 
@@ -397,6 +446,7 @@ _CLASSES = (
     KNEAD_OT_add_mask,
     KNEAD_OT_remove_mask,
     KNEAD_OT_fit,
+    KNEAD_OT_bend_along,
 )
 
 

@@ -46,6 +46,7 @@ class KNEAD_PT_session(bpy.types.Panel):
         row.operator("knead.remove_mask")
         self._pose_buttons(layout, obj)
         layout.operator("knead.fit")
+        layout.operator("knead.bend_along", icon="CURVE_DATA")
         layout.operator("knead.take_along")
         layout.operator("knead.make_corrective", icon="ARMATURE_DATA")
         layout.operator("knead.bake")

@@ -5,11 +5,20 @@ import os
 import struct
 import sys
 
+import bmesh
 import bpy
 import numpy as np
 
 sys.path.insert(0, os.path.dirname(__file__))
 from support import ADDON, Case, deform, enable, key_values, make_hand, refuses, run, session_file
+
+
+def volume(obj):
+    own = bmesh.new()
+    own.from_mesh(obj.data)
+    result = own.calc_volume()
+    own.free()
+    return result
 
 
 class Operators(Case):
@@ -73,6 +82,44 @@ class Operators(Case):
 
         tools = {stroke.tool for stroke in state.parse(obj.knead.session)}
         self.assertTrue(tools <= {"grid", "implicit", "rotate", "pins"}, tools)
+
+    def test_bend_along_a_curve(self):
+        bpy.ops.mesh.primitive_cylinder_add(vertices=24, depth=6, radius=0.3, location=(1, 2, 0))
+        obj = bpy.context.object
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.mesh.subdivide(number_cuts=20)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        before = self.vertices(obj)
+        with self.assertRaisesRegex(RuntimeError, "Select one curve"):
+            bpy.ops.knead.bend_along()
+        bpy.ops.curve.primitive_bezier_curve_add(radius=3, location=(0, 0, 1), rotation=(0.4, 0, 0.7))
+        curve = bpy.context.object
+        curve.data.bevel_depth = 0.2  # which does not matter
+        obj.select_set(True)
+        bpy.context.view_layer.objects.active = obj
+        bpy.context.view_layer.update()
+        self.assertEqual(bpy.ops.knead.bend_along(fixed="middle", twist_deg=30), {"FINISHED"})
+        self.assertEqual((len(bpy.data.curves), len(bpy.data.objects["BezierCurve"].data.splines)), (1, 1))
+        after = self.vertices(obj)
+        # The ends of its axis lie on the curve's line, or straight on beyond it; the volume of its triangles stays.
+        line = (np.array(curve.matrix_world) @ np.vstack([[[*p.co, 1] for p in curve.data.splines[0].bezier_points]]).T).T[:, :3]
+        world = after @ np.array(obj.matrix_world)[:3, :3].T + np.array(obj.matrix_world)[:3, 3]
+        middle = world[np.abs(before[:, 2]) < 0.2].mean(axis=0)
+        self.assertLess(np.linalg.norm(middle - line.mean(axis=0)), 0.6)
+        import knead_blender.state as state
+
+        (stroke,) = state.parse(obj.knead.session)
+        self.assertEqual((stroke.tool, stroke.twist_deg, stroke.fixed), ("curve", 30, "middle"))
+        self.assertEqual(len(stroke.to), 13)
+        bent = volume(obj)
+        bpy.ops.knead.session_clear(restore=True)
+        self.same(self.vertices(obj), before)
+        self.assertLess(abs(bent / volume(obj) - 1), 0.01)
+        curve.data.splines[0].use_cyclic_u = True
+        with self.assertRaisesRegex(RuntimeError, "a closed one"):
+            bpy.ops.knead.bend_along()
+        self.same(self.vertices(obj), before)
 
     def test_clothes_are_taken_along(self):
         obj, clothes = make_hand(), make_hand()

@@ -29,21 +29,28 @@ def whole(faces):
     import numpy as np
 
     if isinstance(faces, (list, tuple)) and any(np.ndim(face) == 1 and len(face) != len(faces[0]) for face in faces):
-        return [whole(np.asarray(face)) if isinstance(face, np.ndarray) else face for face in faces]
+        return [_integers(face) if isinstance(face, np.ndarray) else face for face in faces]
     if isinstance(faces, (list, tuple)) and any(isinstance(v, (float, np.floating)) for face in faces[:1] for v in np.ravel(face)):
         faces = np.asarray(faces)
     if not isinstance(faces, np.ndarray):
         return faces
-    if np.ma.is_masked(faces):
-        raise InvalidInput("faces is a masked array with masked values; fill or remove them")
-    if faces.dtype.kind == "f":
-        numbers = np.asarray(faces)
-        if not np.isfinite(numbers).all() or (numbers != np.floor(numbers)).any():
-            raise TypeError("faces must hold whole numbers, got reals that are none")
-        faces = numbers.astype(np.int64)
+    faces = _integers(faces)
     if faces.ndim == 1 and len(faces) and faces.dtype.kind in "iu":
         return polygons(faces)
     return faces
+
+
+def _integers(faces):
+    import numpy as np
+
+    if np.ma.is_masked(faces):
+        raise InvalidInput("faces is a masked array with masked values; fill or remove them")
+    if faces.dtype.kind != "f":
+        return faces
+    numbers = np.asarray(faces)
+    if not np.isfinite(numbers).all() or (numbers != np.floor(numbers)).any():
+        raise TypeError("faces must hold whole numbers, got reals that are none")
+    return numbers.astype(np.int64)
 
 
 def _faces_of(mesh):

@@ -138,6 +138,9 @@ def test_faces_of_all_kinds(sphere):
     assert quads["area"] == 1 and quads["triangles"] == 2
     mixed = knead.check([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]], [[0, 1, 2, 3], [1, 4, 2]])
     assert mixed["faces"] == 2
+    for dtype in (np.int32, np.float64):
+        arrays = [np.array([0, 1, 2, 3], dtype), np.array([1, 4, 2], dtype)]
+        assert knead.check([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]], arrays)["faces"] == 2
     assert knead.check(v, None)["faces"] == 0 and knead.check(v, [])["faces"] == 0
 
 
