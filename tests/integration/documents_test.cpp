@@ -82,6 +82,29 @@ TEST(Documents, EveryLinkLeadsToAFileAndAHeading) {
   EXPECT_GT(links, 100);
 }
 
+// Code spans such as `knead/field.h`. Decisions and the changelog tell of the past.
+TEST(Documents, EveryHeaderThatTheyNameExists) {
+  const std::filesystem::path root = KNEAD_SOURCE;
+  std::string headers;
+  for (const char* folder : {"include", "src", "apps"}) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
+      headers += "/" + entry.path().generic_string() + "\n";
+    }
+  }
+  const std::regex name("`([a-z_/]+\\.h)`");
+  int names = 0;
+  for (const std::filesystem::path& document : all_documents()) {
+    if (document.filename() == "CHANGELOG.md" || document.parent_path().filename() == "decisions") continue;
+    const std::string text = file_bytes(document);
+    for (std::sregex_iterator it(text.begin(), text.end(), name); it != std::sregex_iterator(); ++it) {
+      if ((*it)[1] == "foo.h") continue;  // any header
+      ++names;
+      EXPECT_NE(headers.find("/" + (*it)[1].str() + "\n"), std::string::npos) << document << ": " << it->str();
+    }
+  }
+  EXPECT_GT(names, 40);
+}
+
 TEST(Documents, TheIndexNamesEveryDocument) {
   const std::string index = file_bytes(std::filesystem::path(KNEAD_SOURCE) / "docs/README.md");
   for (const std::filesystem::path& document : all_documents()) {
